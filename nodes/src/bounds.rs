@@ -31,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn computed_numbers_are_told_as_people_write_them() {
+    fn rounds_numbers_in_messages_to_six_digits() {
         assert_eq!(told(1.5 * 0.7), 1.05);
         assert_eq!(told(-1.0 / 3.0).to_string(), "-0.333333");
         assert_eq!((told(0.0), told(123_456_789.0)), (0.0, 123_457_000.0));

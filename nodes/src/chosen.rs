@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_input_is_read_where_it_shows() {
+    fn reads_each_input_only_where_it_shows() {
         let window = Window { x: 10, y: 20, width: 4, height: 2 };
         let mut ids = Tile::new(crate::testing::canvas().grid(glam::UVec2::splat(64)), window, 1);
         // Two numbers that choose different inputs of three.

@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_text_is_refused() {
+    fn refuses_files_that_are_not_text() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("points.csv");
         std::fs::write(&path, [0xff, 0xfe, 0x00]).unwrap();
@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_read_or_named() {
+    fn reads_lines_or_names_the_faulty_one() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("points.csv");
         let read = |text: &str| {

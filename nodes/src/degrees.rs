@@ -27,7 +27,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn turns_are_those_of_glam() {
+    fn rotations_match_glam() {
         for (k, degrees) in (0_u8..).zip([-720.0, -133.3, -90.0, -1e-3, 0.0, 0.7, 30.0, 89.9, 90.0, 180.0, 271.0]) {
             let k = f64::from(k);
             for axis in [DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(0.3 * k - 1.0, 1.0, 0.2 - k).normalize()] {

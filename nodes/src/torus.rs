@@ -95,7 +95,7 @@ mod tests {
     use shibo_engine::value::Type;
 
     #[test]
-    fn shows_the_canvas_again_and_again() {
+    fn repeats_the_canvas() {
         let ramp = Field::generate(Type::Gray, Tiling::NONE, |out, _| {
             let (window, width) = (out.window, out.window.width.cast_signed());
             for (k, v) in (0..).zip(out.plane_mut(0)) {

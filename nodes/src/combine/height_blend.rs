@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_mask_the_larger_height_is_left() {
+    fn shows_higher_input_without_mask() {
         let node = HeightBlend { contrast: 0.0, ..node() };
         let inputs = [gray().into(), lumps().into()];
         let above = pairs(&lumps(), &field(&node, &inputs, "height"));
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn masks_decide_at_their_ends() {
+    fn masks_of_0_and_1_decide_alone() {
         let masked = HeightBlend { mask: port(2), range: 2.0, ..node() };
         for (mask, weight) in [(0.0, 0.0), (1.0, 1.0)] {
             let mask = Field::constant(Type::Gray, &[mask]);

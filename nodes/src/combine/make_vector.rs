@@ -96,7 +96,7 @@ mod tests {
     use crate::testing::{canvas, lumps, port, raster, render};
 
     #[test]
-    fn by_components_or_by_angle() {
+    fn makes_vectors_from_components_or_angle() {
         let node = MakeVector { x: port(0), y: port(1), ..MakeVector::default() };
         let inputs = [gray().into(), lumps().into()];
         conforms(&node, &inputs);
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn contradictions_are_found() {
+    fn refuses_contradictory_parameters() {
         let both = MakeVector { x: port(0), angle: Some(port(1)), ..MakeVector::default() };
         let half = MakeVector { length: Some(port(0)), ..MakeVector::default() };
         let at = |node: &MakeVector| node.check_on(&canvas())[0].field.clone();

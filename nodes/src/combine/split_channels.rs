@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn components_and_channels() {
+    fn gives_components_and_channels() {
         let color = raster(&rgb(), &canvas());
         let [r, g, b] = [0, 1, 2].map(|k| color.plane(k)[64 * 9 + 5]);
         assert_eq!(split(rgb()), [r, g, b, r, g, b]);

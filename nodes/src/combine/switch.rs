@@ -203,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_chooses_for_all_and_a_field_pixel_by_pixel() {
+    fn chooses_by_number_or_by_field() {
         let inputs = [gray().into(), number(7.0).into(), gray().into()];
         assert_eq!(render(&node(false, 0), &inputs), crate::testing::raster(&gray(), &canvas()));
         assert_eq!(field(&node(false, 1), &inputs).as_constant(), Some(&[7.0][..]));
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_and_numbers_mix_and_nothing_else() {
+    fn mixes_only_colours_and_numbers() {
         let types =
             |types: &[Type]| node(false, 0).type_of_output(&types.iter().map(|ty| ("inputs", *ty)).collect::<Vec<_>>());
         assert_eq!(types(&[Type::Gray, Type::Gray]), Ok(Type::Gray));
@@ -234,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn materials_keep_their_channels_or_share_them() {
+    fn keeps_channels_of_chosen_material_or_joins_them() {
         let material = |channel, value| Value::from(Material::new([(channel, number(value))]));
         let inputs = [material(Channel::Coat, 0.25), material(Channel::Roughness, 0.75), number(1.0).into()];
         let made = |by: bool| {

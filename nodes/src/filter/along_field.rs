@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn along_a_row_it_is_a_running_mean() {
+    fn averages_along_a_row() {
         let input = raster(&lumps(), &canvas());
         let right = Field::constant(Type::Vec2, &[-2.0, 0.0]).to_angle();
         // 4 mm are 8 pixels: nine samples.

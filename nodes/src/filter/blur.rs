@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn keeps_the_mean_and_takes_the_contrast() {
+    fn keeps_mean_and_reduces_contrast() {
         let inputs = [lumps().into()];
         let mean = |v: &[f32]| v.iter().sum::<f32>() / v.len() as f32;
         let span = |v: &[f32]| v.iter().fold(f32::MIN, |a, b| a.max(*b)) - v.iter().fold(f32::MAX, |a, b| a.min(*b));
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn tells_what_is_too_wide() {
+    fn refuses_radius_beyond_half_the_canvas() {
         let problems = blurred(17.0).check_on(&crate::testing::canvas());
         assert_eq!(problems[0].field.as_deref(), Some("radius"));
         assert!(blurred(16.0).check_on(&crate::testing::canvas()).is_empty());

@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn along_rows_it_is_a_running_mean() {
+    fn averages_along_rows() {
         let input = raster(&lumps(), &canvas());
         // 4 mm are 8 pixels: 17 samples, half a pixel apart.
         let out = render(&node(4.0), &[lumps().into(), degrees(0.0).into()]);

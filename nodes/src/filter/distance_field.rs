@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn sides_belong_together() {
+    fn signed_distance_combines_both_sides() {
         let inputs = [lumps().into()];
         let [outside, inside, signed] = [Side::Outside, Side::Inside, Side::Signed].map(|s| render(&node(s), &inputs));
         let input = crate::testing::raster(&lumps(), &crate::testing::canvas());

@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_goes_and_the_edge_stays() {
+    fn removes_noise_and_keeps_edge() {
         let out = render(&node(), &[noisy_step().into()]);
         for y in 10..50 {
             let row = out.row(0, y);
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_of_another_field() {
+    fn smooths_edges_missing_in_guide() {
         // The guide has no edge, so that of the input is smoothed as by a Gaussian.
         let flat = Field::constant(Type::Gray, &[0.3]);
         let guided = GuidedFilter { guide: Some(port(1)), ..node() };

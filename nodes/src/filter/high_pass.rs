@@ -65,7 +65,7 @@ mod tests {
     use shibo_engine::value::{Tiling, Type};
 
     #[test]
-    fn hills_go_and_ripples_stay() {
+    fn removes_hills_and_keeps_ripples() {
         // A wave as long as the canvas and one of 2 mm: a Gaussian of 2 mm keeps 0.93 of the first and nothing of the
         // second.
         let waves = Field::generate(Type::Gray, Tiling::BOTH, |out, _| {

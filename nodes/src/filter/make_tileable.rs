@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn the_middle_stays_and_neighbours_meet_at_the_edge() {
+    fn keeps_middle_and_joins_neighbours_at_edge() {
         let inputs = [noise().into()];
         let made = field(&node(8.0), &inputs);
         assert_eq!(made.tiling(), Tiling::BOTH);
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn contrast_stays() {
+    fn keeps_contrast() {
         let spread = |keep_contrast: bool| {
             let node = MakeTileable { keep_contrast, ..node(16.0) };
             let fine = Canvas { resolution: glam::UVec2::splat(256), ..canvas() };
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_odd_sizes_and_single_directions() {
+    fn handles_colours_odd_sizes_and_single_directions() {
         let color = Field::map(Type::Rgb, [noise()], Halo::NONE, |out: &mut Tile, [input]: [&Tile; 1]| {
             for (k, plane) in out.planes_mut().into_iter().enumerate() {
                 plane.iter_mut().zip(input.plane(0)).for_each(|(out, v)| *out = v * (k as f32 + 0.5));

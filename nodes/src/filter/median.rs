@@ -67,7 +67,7 @@ mod tests {
     use shibo_engine::value::{Field, Tiling, Type};
 
     #[test]
-    fn specks_go_and_edges_stay() {
+    fn removes_specks_and_keeps_edges() {
         // A half plane, and a speck of one pixel in a hundred.
         let input = Field::generate(Type::Gray, Tiling::NONE, |out, _| {
             let (window, width) = (out.window, out.window.width.cast_signed());

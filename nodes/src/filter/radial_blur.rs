@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_path_does_not_change_stays() {
+    fn keeps_values_that_are_constant_along_paths() {
         let spin = RadialBlur { input: port(0), angle: 90.0, ..RadialBlur::default() };
         let zoom = RadialBlur { direction: RadialDirection::Zoom, zoom: 0.5, ..spin.clone() };
         for (node, of_angle) in [(&spin, false), (&zoom, true)] {

@@ -73,7 +73,7 @@ mod tests {
     use crate::testing::{canvas, check_field, field, lumps, port, raster, render};
 
     #[test]
-    fn differences_from_the_mean_grow() {
+    fn enlarges_differences_from_the_mean() {
         let node = Sharpen { input: port(0), radius: 1.0, amount: 2.0 };
         let out = render(&node, &[lumps().into()]);
         // The kernel of the blur, summed up by hand in the middle of the canvas.

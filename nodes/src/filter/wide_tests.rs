@@ -39,7 +39,7 @@ fn wide_blurs_are_gaussian_on_every_level() {
 }
 
 #[test]
-fn both_ways_to_a_distance_agree() {
+fn distances_of_fields_and_kernel_agree() {
     let canvas = Canvas { resolution: UVec2::splat(512), ..canvas() };
     let field = distances(&input(), 0.5, 7.0);
     let wide = raster(&field, &canvas);

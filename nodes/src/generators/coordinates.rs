@@ -86,7 +86,7 @@ mod tests {
     use crate::testing::{canvas, raster};
 
     #[test]
-    fn places_in_every_form() {
+    fn gives_positions_in_every_form() {
         let node = Coordinates { center: Some(Xy::new(4.25, 3.25)) };
         conforms(&node, &[]);
         conforms(&Coordinates::default(), &[]);

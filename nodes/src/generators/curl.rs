@@ -82,7 +82,7 @@ mod tests {
     use crate::testing::render;
 
     #[test]
-    fn conforms_and_is_as_long_as_wanted() {
+    fn conforms_and_has_the_given_length() {
         for (size, octaves, gain, amount) in
             [(8.0, 1, 0.4, 1.0), (4.0, 4, 1.0, 3.0), (1e5, 12, 0.0, 1e5), (1e-300, 2, 0.5, 1.0)]
         {

@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_direction_that_is_known_is_an_angle() {
+    fn constant_direction_equals_angle() {
         let node = Fractal { aspect: 3.0, angle: 10.0, ..Fractal::default() };
         let along = Fractal { direction: Some(port(0)), ..node.clone() };
         let known = render(&along, &[Field::constant(Type::Gray, &[50.0]).into()]);
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn extremes_are_numbers() {
+    fn extreme_parameters_conform() {
         for (size, aspect, lacunarity, gain) in
             [(1e-300, 50.0, 16.0, 2.0), (1e5, 50.0, 1.0, 0.0), (1e5, 0.02, 16.0, 2.0), (1e-3, 0.02, 1.0, 1.0)]
         {

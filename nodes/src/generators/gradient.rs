@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn contradictions_are_found() {
+    fn refuses_contradictory_parameters() {
         let same = Some(Xy::new(3.0, 3.0));
         let wrong = Gradient { from: same, to: same, times: 3, angle: 10.0, ..Gradient::default() };
         let fields: Vec<_> = wrong.check_on(&canvas()).into_iter().filter_map(|p| p.field).collect();

@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_numbers_are_all_as_likely() {
+    fn whole_numbers_are_equally_likely() {
         let node = Random { range: Range::new(-1.2, 2.5), whole: true, ..Random::default() };
         // The values -1, 0, 1 and 2: a quarter of 0..1 each.
         assert_eq!(

@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn a_direction_that_is_known_is_an_angle() {
+    fn constant_direction_equals_angle() {
         let node = Worley { aspect: 3.0, angle: 10.0, ..Worley::default() };
         let along = Worley { direction: Some(port(0)), ..node.clone() };
         let known = render(&along, &[Field::constant(Type::Gray, &[50.0]).into()]);

@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_named() {
+    fn names_missing_files_and_bad_samples() {
         let folder = tempfile::tempdir().unwrap();
         let fails = |path: &Path| match outputs(&Image::default(), path) {
             Err(Stop::Failed(problem)) => problem,

@@ -169,7 +169,7 @@ fn bodies_keep_apart() {
 }
 
 #[test]
-fn the_edge_holds_on_to_any_set() {
+fn fixed_boundary_holds_edge_of_any_set() {
     let canvas = Canvas { tile: Tiling::NONE, ..canvas() };
     let take = |outputs: shibo_engine::node::Outputs| outputs.take("", true).cloned().unwrap();
     let poisson = PoissonPoints { pitch: 2.0, ..PoissonPoints::default() };
@@ -241,7 +241,7 @@ fn limits_can_be_read_in_every_way() {
 }
 
 #[test]
-fn a_boundary_may_follow_the_canvas() {
+fn boundary_follows_the_canvas() {
     let end = |tile: Tiling, boundary: Boundary| {
         let canvas = Canvas { tile, ..canvas() };
         let make = |outputs: Result<shibo_engine::node::Outputs, shibo_engine::value::Stop>| {
@@ -286,7 +286,7 @@ fn springs_break_where_the_field_is_weak() {
 }
 
 #[test]
-fn stretch_is_what_the_links_went_through() {
+fn stretch_is_relative_to_start() {
     let (value, _) =
         springs(&DefineSprings { stiffness: Linear::new(1.0, 10.0), ..DefineSprings::default() }, Some(halves()));
     let stretch = field(&make(&simulation(), std::slice::from_ref(&value), "stretch"));

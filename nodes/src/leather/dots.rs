@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn dots_cover_what_they_should() {
+    fn dots_cover_the_expected_area() {
         let Value::Points(all) = points() else { panic!() };
         let node =
             Dots { points: port(0), diameter: Range::new(2.0, 2.0), profile: DotProfile::Flat, ..Dots::default() };

@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn has_the_density_it_says() {
+    fn has_the_stated_density() {
         let n = count(&PoissonPoints::default(), &[]) as f64;
         assert!((n / (0.97 * 32.0 * 32.0) - 1.0).abs() < 0.05, "{n}");
     }
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_direction_and_a_stretch_are_those_of_the_parameters() {
+    fn direction_and_stretch_fields_match_parameters() {
         let number = |v: f32| Value::Field(Field::constant(Type::Gray, &[v]));
         let plain = PoissonPoints { aspect: 3.0, angle: 40.0, ..PoissonPoints::default() };
         let steered = PoissonPoints { angle: 0.0, direction: Some(port(0)), stretch: Some(port(1)), ..plain.clone() };

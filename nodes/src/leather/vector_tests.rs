@@ -106,7 +106,7 @@ fn near(found: &[f32], expected: &[f64], what: &str) {
 }
 
 #[test]
-fn nodes_come_to_the_numbers_of_the_source() {
+fn nodes_match_reference_values_of_the_source() {
     let all: Json = serde_json::from_str(include_str!("../../../kernel/tests/vectors/leather.json")).unwrap();
     let mut seen = 0;
     for case in all["lattices"].as_array().unwrap() {

@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn each_channel_changes_as_told() {
+    fn changes_each_channel() {
         let slope = |x: f32| {
             let z = 1.0 / (1.0 + x * x).sqrt();
             Field::constant(Type::Normal, &[0.5 + 0.5 * x * z, 0.5, 0.5 + 0.5 * z])
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_changed_stays_the_same_field() {
+    fn passes_on_unchanged_channels() {
         let channels =
             [(Channel::BaseColor, lumps().to_rgb()), (Channel::Height, lumps()), (Channel::Roughness, lumps())];
         let same = made(&node(), &channels);

@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn channels_of_both_are_mixed_with_defaults_for_those_that_lack() {
+    fn mixes_channels_of_both_with_defaults() {
         let base = Material::new([
             (Channel::BaseColor, Field::constant(Type::Rgb, &[1.0, 0.0, 0.0])),
             (Channel::Roughness, number(0.2)),
@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_bring_their_normals() {
+    fn makes_normals_from_blended_heights() {
         let with = |height| Material::new([(Channel::Height, height)]);
         let inputs = [with(lumps()).into(), with(number(0.5)).into(), number(0.0).into()];
         let blended = blend(&node(), &inputs);

@@ -135,7 +135,7 @@ mod tests {
     use shibo_engine::value::Value;
 
     #[test]
-    fn gathers_in_what_lies_low_and_keeps_the_form() {
+    fn gathers_in_hollows_and_keeps_height() {
         let material = Material::new([(Channel::Height, lumps())]);
         let node = Dirt { material: port(0), radius: 2.0, amount: 0.9, ..Dirt::default() };
         let made = outputs(&node, &[material.into()], &canvas()).unwrap();

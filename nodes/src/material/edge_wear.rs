@@ -117,7 +117,7 @@ mod tests {
     use shibo_engine::value::{Channel, Field, Value};
 
     #[test]
-    fn wears_what_stands_out_and_keeps_the_form() {
+    fn wears_raised_places_and_keeps_height() {
         let gray = |v: f32| Field::constant(Type::Gray, &[v]);
         let material = Material::new([(Channel::Height, lumps()), (Channel::Roughness, gray(0.8))]);
         let under = Material::new([(Channel::Metallic, gray(1.0)), (Channel::Height, gray(7.0))]);

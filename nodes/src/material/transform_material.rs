@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn turns_what_has_a_direction() {
+    fn rotates_normals_and_anisotropy() {
         let slope = |x: f32, y: f32| {
             let z = 1.0 / (1.0 + x * x + y * y).sqrt();
             Field::constant(Type::Normal, &[0.5 + 0.5 * x * z, 0.5 + 0.5 * y * z, 0.5 + 0.5 * z])
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_grow_if_asked() {
+    fn scales_heights_on_request() {
         let material = || Material::new([(Channel::Height, lumps())]);
         let plain = TransformMaterial { material: port(0), scale: Xy::new(0.5, 0.5), ..TransformMaterial::default() };
         let height = |node: &TransformMaterial| raster(made(node, material()).get(Channel::Height).unwrap(), &canvas());

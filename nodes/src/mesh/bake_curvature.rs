@@ -74,7 +74,7 @@ mod tests {
     use crate::testing::{check_field, field, outputs, port, render};
 
     #[test]
-    fn a_ball_bulges_evenly() {
+    fn ball_has_constant_curvature() {
         let inputs = [atlas_of(&MeshShape { shape: MeshForm::Sphere, ..MeshShape::default() })];
         let node = BakeCurvature { atlas: port(0), radius: 15.0 };
         check_field(&field(&node, &inputs));

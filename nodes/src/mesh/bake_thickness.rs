@@ -87,7 +87,7 @@ mod tests {
 
     /// In the middle of a large slab of 12 mm a ray is 12 mm / cos long.
     #[test]
-    fn a_slab_is_as_thick_as_it_is() {
+    fn slab_has_its_thickness() {
         let slab = MeshShape { shape: MeshForm::Cube, size: (400.0, 400.0, 12.0), ..MeshShape::default() };
         let inputs = [atlas_of(&slab)];
         let Value::Atlas(atlas) = &inputs[0] else { panic!() };

@@ -254,7 +254,7 @@ mod tests {
 
     /// Texels in charts stay unchanged, and with `rest: Nearest` no texel is left empty.
     #[test]
-    fn charts_keep_what_they_show() {
+    fn keeps_texels_in_charts() {
         let inputs = inputs();
         let Value::Field(before) = &inputs[0] else { panic!() };
         let Value::Atlas(atlas) = &inputs[1] else { panic!() };
@@ -273,7 +273,7 @@ mod tests {
 
     /// With `Across`, texels beyond a border show the surface beyond it.
     #[test]
-    fn the_surface_goes_on_across_borders() {
+    fn continues_surface_across_borders() {
         let inputs = inputs();
         let across = DilateGutter { mode: DilateMode::Across, ..node(2, Rest::Keep) };
         let (Value::Field(before), Value::Atlas(atlas)) = (&inputs[0], &inputs[1]) else { panic!() };

@@ -343,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn charts_come_from_where_they_should() {
+    fn takes_charts_from_the_chosen_source() {
         let count = |charts, mesh| atlas_in(&made(&node(charts), mesh).unwrap()).chart_count();
         assert_eq!(count(ChartSource::Auto, mesh(MeshForm::Cube)), 6);
         assert_eq!(count(ChartSource::Given, mesh(MeshForm::Cube)), 6);
@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn the_size_of_the_canvas_is_advised() {
+    fn advises_size_of_canvas() {
         // A sheet of 60 mm on a canvas of 32 mm.
         let outputs = made(&node(ChartSource::Auto), mesh(MeshForm::Plane)).unwrap();
         let advice = advice::scale(&atlas_in(&outputs)).unwrap();
@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn gutters_are_told_in_texels() {
+    fn converts_gutters_to_texels() {
         assert_eq!((Gutter::Texels(3).texels(), Gutter::Levels(1).texels(), Gutter::Levels(6).texels()), (3, 2, 64));
     }
 }

@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn every_shape_is_as_large_as_it_should_be() {
+    fn every_shape_has_its_size() {
         for (shape, size) in [
             (MeshForm::Cube, [60.0, 60.0, 60.0]),
             (MeshForm::Sphere, [60.0, 60.0, 60.0]),
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_made_is_refused() {
+    fn refuses_impossible_shapes() {
         let refused = |node: MeshShape| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
         let torus = MeshShape { shape: MeshForm::Torus, radius: 30.0, ..MeshShape::default() };
         assert_eq!(refused(torus).as_deref(), Some("radius"));

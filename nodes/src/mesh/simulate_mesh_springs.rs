@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn stretch_is_that_of_the_links_around() {
+    fn stretch_averages_nearby_links() {
         let (still, mask) = stretched(0);
         let on = |field: &Field| {
             let (values, mask) = (raster(field, &canvas()), raster(&mask, &canvas()));

@@ -251,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sense_is_refused() {
+    fn refuses_invalid_parameters() {
         let fields = |node: TangentField| -> Vec<String> {
             node.check_on(&canvas()).into_iter().filter_map(|problem| problem.field).collect()
         };

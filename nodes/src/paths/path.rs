@@ -348,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_line_is_its_own_ruler() {
+    fn measures_along_and_across_a_straight_line() {
         // A line from (4, 10) to (28, 10); pixels of ½ mm, the first at ¼ mm.
         let node = Path { reach: 3.0, ..line(&[(4.0, 10.0), (28.0, 10.0)]) };
         let at = |name: &str, x: usize, y: usize| {
@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_come_from_all_that_is_named() {
+    fn makes_paths_from_all_sources() {
         let square = [(2.0, 2.0), (10.0, 2.0), (10.0, 10.0), (2.0, 10.0)];
         assert_eq!(curves(&line(&square), &[]), [(4, false, 24.0)]);
         assert_eq!(curves(&Path { closed: true, ..line(&square) }, &[]), [(5, true, 32.0)]);
@@ -390,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_path_is_refused() {
+    fn refuses_invalid_paths() {
         let refused =
             |node: Path| node.check_on(&canvas()).first().map(|p| (p.code, p.field.clone().unwrap_or_default()));
         let base = line(&[(1.0, 1.0), (5.0, 5.0)]);

@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_sewn_is_refused() {
+    fn refuses_invalid_seams() {
         let refused = |node: Stitch| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
         assert_eq!(refused(node()), None);
         assert_eq!(refused(Stitch { length: Some(6.1), ..node() }).as_deref(), Some("length"));

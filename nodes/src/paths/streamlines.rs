@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_lie_as_the_field_says() {
+    fn lines_follow_the_field() {
         let node = Streamlines { direction: port(0), length: 20.0, ..Streamlines::default() };
         for angle in [0.0, 30.0, 180.0, -90.0] {
             let path = drawn(&node, Field::constant(Type::Gray, &[angle]));
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_drawn_is_refused() {
+    fn refuses_invalid_streamlines() {
         let refused = |node: Streamlines| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
         assert_eq!(refused(Streamlines::default()), None);
         assert_eq!(refused(Streamlines { spacing: 0.01, ..Streamlines::default() }).as_deref(), Some("spacing"));

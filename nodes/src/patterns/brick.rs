@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn sizes_that_do_not_fit_are_told() {
+    fn advises_about_sizes_that_do_not_fit() {
         let advice = |layout, x, y, angle| {
             let node = Brick { layout, size: Xy::new(x, y), gap: 0.5, angle, ..Brick::default() };
             node.advice_on(&canvas()).first().map(|p| p.message.clone())
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_laid_is_refused() {
+    fn refuses_invalid_sizes() {
         let refused = |node: Brick| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
         let base = Brick::default();
         assert_eq!(refused(base.clone()), None);

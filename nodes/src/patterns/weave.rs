@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_woven_is_refused() {
+    fn refuses_invalid_weaves() {
         let refused = |node: Weave| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
         let satin = |over, under| Weave { binding: Binding::Satin, over, under, ..Weave::default() };
         assert_eq!(refused(satin(4, 1)), None);

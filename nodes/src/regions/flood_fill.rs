@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_and_middles_are_those_of_rectangles() {
+    fn measures_boxes_and_middles_of_rectangles() {
         // 6 × 3 mm around (9, 20), and 2 × 8 mm across the border around (32, 4).
         let mask = Field::generate(Type::Gray, Tiling::BOTH, |out, _| {
             let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());

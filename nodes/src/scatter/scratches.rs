@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn they_are_as_many_and_as_deep_as_wanted() {
+    fn scratches_have_the_given_number_and_depth() {
         let node = Scratches {
             density: 4.0,
             length: Range::new(3.0, 3.0),

@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_steer() {
+    fn fields_control_stamps() {
         let value = |v: f32| Value::from(Field::constant(Type::Gray, &[v]));
         let mean = |node: &TileSampler, steer: f32| {
             let tile = part(&field(node, &[value(1.0), value(steer)], "mask"), &canvas(), 0, 0, 64, 64);
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_stamped_is_refused() {
+    fn refuses_invalid_stamps() {
         assert_eq!(TileSampler { pitch: Xy::new(1e-3, 1e-3), ..node() }.check_on(&canvas())[0].code, Code::TooLarge);
         assert_eq!(TileSampler { size: Xy::new(200.0, 1.0), ..node() }.check_on(&canvas())[0].code, Code::OutOfRange);
         assert_eq!(TileSampler { pitch: Xy::new(7.0, 8.0), ..node() }.advice_on(&canvas()).len(), 1);

@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn letters_that_a_font_lacks_are_told() {
+    fn reports_letters_missing_in_font() {
         let setting = Setting { text: "aシ", size: 10.0, tracking: 0.0, leading: 1.0, align: 0.0 };
         let problem = edges(EMBEDDED, &setting).unwrap_err();
         assert!(problem.message.contains("no glyph for `\\u{30b7}`"), "{}", problem.message);

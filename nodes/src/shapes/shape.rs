@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
+    fn refuses_impossible_sizes() {
         let refused = |node: Shape| node.check_on(&canvas()).first().map(|p| p.field.clone().unwrap_or_default());
         let base = Shape { size: Xy::new(10.0, 6.0), ..Shape::default() };
         assert_eq!(refused(base.clone()), None);

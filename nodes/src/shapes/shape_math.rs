@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_told() {
+    fn reports_cells_that_do_not_fit() {
         let node = |operation, cell, amount| ShapeMath {
             operation,
             a: port(0),

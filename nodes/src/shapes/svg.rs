@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_none_is_refused() {
+    fn refuses_invalid_files() {
         assert!(matches!(fields(&Svg::default(), "no svg"), Err(Stop::Failed(_))));
     }
 }

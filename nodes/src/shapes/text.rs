@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_set_is_refused() {
+    fn refuses_invalid_text() {
         let refused = |node: Text| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
         assert_eq!(refused(Text::default()), None);
         assert_eq!(refused(Text { text: "シボ".into(), ..Text::default() }).as_deref(), Some("text"));

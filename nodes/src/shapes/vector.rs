@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_drawn_is_told_with_its_place() {
+    fn names_unsupported_elements_with_place() {
         assert_eq!(refused("<g>\n  <image href='x.png'/></g>"), "`a.svg`, line 3, column 3: `image` is not drawn");
         assert!(refused("<use xlink:href='other.svg#a'/>").contains("refers to another file"));
         assert!(refused("<text>a</text>").contains("`text` is not drawn"));
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_is_used_and_not_drawn() {
+    fn refuses_unsupported_elements_that_are_used() {
         let rect = "<rect width='5' height='5'";
         let defs = "<defs><filter id='f'><feFlood/></filter><pattern id='p' width='1' height='1'/><marker id='m'/>\
                     <clipPath id='c'><text>a</text></clipPath><mask id='k'><image href='#f'/></mask></defs>";
@@ -237,7 +237,7 @@ mod tests {
     const RED: [u8; 4] = [255, 0, 0, 255];
 
     #[test]
-    fn what_is_not_used_does_not_matter() {
+    fn ignores_unused_elements() {
         let rect = "<rect width='5' height='5' fill='red'/>";
         for beside in [
             "<filter id='f'><feGaussianBlur stdDeviation='2'/></filter>",
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn unknown_colors_are_told_and_never_black() {
+    fn refuses_unknown_colors() {
         let said = refused("<rect width='5' height='5'\n fill='var(--c)'/>");
         assert_eq!(said, "`a.svg`, line 2, column 1: `fill` is `var(--c)`, which is no colour that is read");
         for (drawn, found) in [
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn files_that_would_take_for_ever_are_refused() {
+    fn refuses_files_that_take_too_long() {
         assert!(refused("<g id='a'><use href='#b'/></g><g id='b'><use href='#a'/></g>").contains("uses itself"));
         let mut laughs = "<g id='a0'><rect width='1' height='1'/></g>".to_owned();
         for k in 1..20 {

@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn repeats_whatever_the_input_does() {
+    fn repeats_for_any_input() {
         for keep in [MirrorAxis::Left, MirrorAxis::Right, MirrorAxis::Top, MirrorAxis::Bottom, MirrorAxis::TopLeft] {
             for axis in [None, Some(Xy::new(3.1, 40.0))] {
                 let node = Mirror { input: port(0), keep, axis };

@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused() {
+    fn refuses_rectangles_larger_than_tiling_canvas() {
         assert_eq!(node().check_on(&canvas()), []);
         let large = Place { size: Some(Xy::new(33.0, 1.0)), ..node() };
         assert_eq!(large.check_on(&canvas())[0].field.as_deref(), Some("size"));

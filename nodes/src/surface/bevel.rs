@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn slopes_lie_where_they_should() {
+    fn slopes_lie_on_the_chosen_side() {
         for (side, from) in [(BevelSide::Inside, 16.0), (BevelSide::Outside, 12.0), (BevelSide::Both, 14.0)] {
             let node =
                 Bevel { mask: port(0), width: 4.0, height: 3.0, side, profile: Profile::Linear, ..Bevel::default() };

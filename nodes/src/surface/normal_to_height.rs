@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_are_found_again() {
+    fn recovers_heights() {
         for y_up in [true, false] {
             let node = NormalToHeight { input: port(0), y_up, ..NormalToHeight::default() };
             let made = field(&node, &[normals(y_up, Tiling::BOTH).into()]);
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn without_repeats_it_is_level_at_the_edges() {
+    fn is_flat_at_edges_without_repeats() {
         let made = field(
             &NormalToHeight { input: port(0), ..NormalToHeight::default() },
             &[normals(true, Tiling::NONE).into()],

@@ -240,7 +240,7 @@ mod tests {
     use shibo_engine::value::Value;
 
     #[test]
-    fn a_material_is_lit_as_its_channels_are() {
+    fn lights_material_like_its_channels() {
         let (height, rough) = (lumps(), Field::constant(Type::Gray, &[0.2]));
         let wired = Relief { height: Some(port(0)), roughness: Some(port(1)), ..Relief::default() };
         let channels = [(Channel::Height, height.clone()), (Channel::Roughness, rough.clone())];
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn fibres_are_those_of_the_material() {
+    fn takes_fibres_from_the_material() {
         let wood = |angle: f32| {
             let channels = [(Channel::Anisotropy, 1.0), (Channel::AnisotropyAngle, angle)];
             Value::from(Material::new(channels.map(|(c, v)| (c, Field::constant(Type::Gray, &[v])))))

@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn channels_alike_or_each() {
+    fn stretches_channels_together_or_separately() {
         let tinted = Field::map(Type::Rgb, [gray()], shibo_engine::value::Halo::NONE, |out, [input]| {
             for (k, plane) in out.planes_mut().into_iter().enumerate() {
                 plane.iter_mut().zip(input.plane(0)).for_each(|(o, v)| *o = (0.5 + v) * (k + 1) as f32);
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_flat_stays_flat() {
+    fn keeps_flat_input() {
         let flat = Field::constant(Type::Gray, &[7.0]);
         let out = render(&AutoLevels { output: Linear::new(0.25, 1.0), ..node() }, &[flat.into()]);
         assert!(out.data().iter().all(|v| *v == 0.25));

@@ -42,7 +42,7 @@ mod tests {
     use crate::testing::port;
 
     #[test]
-    fn turns_every_channel_around() {
+    fn inverts_every_channel() {
         let invert = Invert { input: port(0) };
         for input in [gray(), rgb()] {
             let inputs = [input.clone().into()];

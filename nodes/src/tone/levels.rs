@@ -68,7 +68,7 @@ mod tests {
     use crate::testing::port;
 
     #[test]
-    fn stretches_and_cuts() {
+    fn stretches_and_clamps() {
         let levels = Levels { input: port(0), low: 0.25, high: 0.75, ..Levels::default() };
         for input in [gray(), rgb()] {
             let inputs = [input.clone().into()];
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn extremes_are_numbers() {
+    fn extreme_parameters_conform() {
         for (low, high, gamma) in [(0.5, 0.5, 1.0), (1.0, 0.0, 100.0), (-1e9, 1e9, 0.01), (0.5, 0.5 + 1e-40, 2.0)] {
             let output = Linear::new(1e9, -1e9);
             conforms(&Levels { input: port(0), low, high, gamma, output }, &[gray().into()]);

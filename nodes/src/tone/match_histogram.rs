@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn equally_many_pixels_lie_below_each_value() {
+    fn matches_quantiles() {
         let inputs = [gray().into(), lumps().into()];
         conforms(&node(1.0), &inputs);
         let canvas = crate::testing::canvas();

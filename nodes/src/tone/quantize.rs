@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn a_range_has_a_width() {
+    fn refuses_range_of_zero_width() {
         let problems = Quantize { range: Linear::new(0.5, 0.5), ..Quantize::default() };
         assert_eq!(problems.check_on(&crate::testing::canvas())[0].field.as_deref(), Some("range"));
     }

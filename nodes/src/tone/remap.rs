@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn hands_on_what_it_would_not_change() {
+    fn passes_on_unchanged_input() {
         let same = remap((0.2, 0.7), (0.2, 0.7), false);
         assert_eq!(same.no_op(), Some("input"));
         let input = gray();
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_is_no_range() {
+    fn refuses_range_of_zero_width() {
         for from in [(0.5, 0.5), (1e9, 1e9 + 1e-3), (0.0, 1e-12)] {
             assert_eq!(remap(from, (0.0, 1.0), false).check_on(&canvas())[0].field.as_deref(), Some("from"));
             conforms(&remap(from, (-1e9, 1e9), true), &[gray().into()]);

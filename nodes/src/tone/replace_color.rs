@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn the_colour_goes_and_others_stay() {
+    fn replaces_colour_and_keeps_others() {
         let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
         assert!(close(pixel(&node(), [0.2; 3]), [0.8, 0.1, 0.1]));
         assert_eq!(pixel(&node(), [0.0, 0.9, 0.0]), [0.0, 0.9, 0.0]);

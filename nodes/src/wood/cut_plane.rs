@@ -349,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn presets_are_the_cuts_of_sawyers() {
+    fn presets_place_cuts_in_the_trunk() {
         let cut = |preset| CutPlane { preset, distance: 30.0, offset: 5.0, height: 700.0, ..CutPlane::default() };
         // Tangential: the whole cut lies 30 mm in front of the pith, the trunk's length to the right.
         let (origin, u, v) = plane(&cut(Sawing::FlatSawn));

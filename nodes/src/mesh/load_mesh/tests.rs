@@ -89,7 +89,7 @@ fn one_part_can_be_taken() {
 }
 
 #[test]
-fn what_is_no_mesh_is_refused() {
+fn refuses_files_without_a_mesh() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.obj");
     let refused = |bytes: &[u8]| {
@@ -124,7 +124,7 @@ fn what_is_no_mesh_is_refused() {
 }
 
 #[test]
-fn advice_is_given() {
+fn advises_about_unusual_meshes() {
     let node = LoadMesh { up: UpAxis::Z, ..LoadMesh::default() };
     let of = |name: &str, node: &LoadMesh| {
         let contents = read::read(&data(name), None, 0, &Watch::never()).unwrap();
@@ -140,7 +140,7 @@ fn advice_is_given() {
 
 /// A face without UVs or normals leaves those of other faces intact, and a warning reports it.
 #[test]
-fn faces_without_uvs_or_normals_keep_those_of_others() {
+fn leaves_uvs_and_normals_of_other_faces() {
     let text = "v 0 0 0\nv 90 0 0\nv 90 90 0\nv 0 90 0\nvt 0 0\nvt 1 0\nvt 1 1\nvn 1 0 0\n\
                 f 1/1/1 2/2/1 3/3/1\nf 1 3 4\no bare\nf 2 1 4\n";
     let folder = tempfile::tempdir().unwrap();

@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn holes_that_an_edge_joins_stay_open() {
+    fn keeps_holes_joined_by_an_edge_open() {
         let square = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0], [0.0, 0.0]];
         let hole = [[3.0, 3.0], [3.0, 7.0], [7.0, 7.0], [7.0, 3.0], [3.0, 3.0]];
         let one: Vec<_> = square.into_iter().chain(hole).collect();
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn anything_is_cut_into_as_many_triangles() {
+    fn cuts_degenerate_polygons_into_n_minus_2_triangles() {
         for corners in [vec![DVec3::ZERO; 9], (0..9).map(|k| DVec3::splat(f64::from(k * k % 5))).collect()] {
             assert_eq!(all(&corners).len(), 7);
         }

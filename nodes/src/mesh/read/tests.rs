@@ -162,7 +162,7 @@ fn quantized_numbers_are_read() {
 }
 
 #[test]
-fn obj_says_what_it_has() {
+fn reads_contents_of_obj() {
     let text = "mtllib ../../secret.mtl\nv 0 0 0\r\nv 2 0 0 1 0 0\nv 2 2 0\nv 0 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\n\
                 l 1 2\nusemtl red oak\nf 1/1/1 2/2/1 3/3/1 4/4/1\nf -4/1/1 -2/3/1 -1/4/1\n";
     let contents = read_bytes(text.as_bytes(), None).unwrap();

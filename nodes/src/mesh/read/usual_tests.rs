@@ -21,7 +21,7 @@ fn with_uvs(contents: &Contents) -> usize {
 }
 
 #[test]
-fn obj_is_read_whatever_its_marks_ends_and_comments() {
+fn reads_obj_with_any_marks_line_ends_and_comments() {
     let plain = read_bytes(sheet(FACE).as_bytes(), None).unwrap();
     assert_eq!(plain.mesh.area(), 100.0);
     let same = |file: &[u8]| {
@@ -51,7 +51,7 @@ fn obj_is_read_whatever_its_marks_ends_and_comments() {
 }
 
 #[test]
-fn text_in_utf16_is_refused_in_words() {
+fn refuses_utf16_with_a_clear_message() {
     let text = sheet(FACE);
     for mark in ["\u{feff}", ""] {
         let wide = || mark.encode_utf16().chain(text.encode_utf16());
@@ -68,7 +68,7 @@ fn text_in_utf16_is_refused_in_words() {
 }
 
 #[test]
-fn obj_keeps_all_that_its_faces_have() {
+fn keeps_all_attributes_of_obj_faces() {
     // Normals that are not finite, zero, or missing.
     let (sum, found) = area(sheet("vn nan nan nan\nvn 0 0 0\nvn 0 0 3\nf 1/1/1 2/2/2 3/3/3 4/4/3\n").as_bytes());
     assert_eq!((sum, with_uvs(&found)), (100.0, 2));
@@ -140,7 +140,7 @@ const MORE: [(&str, &str); 2] = [
 ];
 
 #[test]
-fn sparse_accessors_are_put_together() {
+fn reads_sparse_accessors() {
     // A sparse accessor that moves corner 2; once based on the positions, once on zeros.
     let more = [&[2u8, 0, 0, 0][..], &floats(&[1.0, 4.0, 0.0])].concat();
     let sparse = "\"sparse\": {\"count\": 1, \"indices\": {\"bufferView\": 2, \"componentType\": 5121}, \"values\": {\"bufferView\": 3}}";
@@ -266,7 +266,7 @@ fn textures_of_quantized_uvs_are_followed() {
 }
 
 #[test]
-fn the_set_of_uvs_is_chosen() {
+fn chooses_set_of_uvs() {
     let second = [
         ("\"TEXCOORD_0\": 1", "\"TEXCOORD_0\": 1, \"TEXCOORD_1\": 3"),
         (
@@ -290,7 +290,7 @@ fn the_set_of_uvs_is_chosen() {
 }
 
 #[test]
-fn extensions_that_are_not_read_are_told() {
+fn reports_ignored_extensions() {
     let used = "\"extensionsUsed\": [\"MSFT_lod\", \"KHR_materials_ior\", \"EXT_mesh_gpu_instancing\", \"FB_ngon_encoding\"], \"scene\": 0";
     let found = read_bytes(&changed(&[("\"scene\": 0", used)], &[]), None).unwrap();
     assert_eq!(found.left_out, ["extension `FB_ngon_encoding`", "extension `MSFT_lod`"]);

@@ -5,11 +5,11 @@ use shibo_kernel::ground::tile::channel;
 use shibo_kernel::surface::layers::bounds;
 
 /// The tiles of one side of a blend.
-pub(crate) type Side<'a> = &'a [&'a Tile];
+pub(crate) type SideTiles<'a> = &'a [&'a Tile];
 
 /// Fills the tile from the weights, the base and the top. Where the weight is 0 or 1, the result must have exactly the
 /// bits of the side that shows, as if the other side did not exist.
-pub(crate) type Mix = Box<dyn Fn(&mut Tile, &[f32], Side<'_>, Side<'_>) + Send + Sync>;
+pub(crate) type Mix = Box<dyn Fn(&mut Tile, &[f32], SideTiles<'_>, SideTiles<'_>) + Send + Sync>;
 
 /// Two sides, mixed by a weight from 0 (the base) to 1 (the top).
 pub(crate) struct Masked {

@@ -5,7 +5,7 @@ mod plan;
 mod tests;
 
 use glam::{DMat2, DVec2};
-use plan::Plan;
+use plan::ReadPlan;
 use shibo_engine::node::Xy;
 use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::filter::resample::{self, Places};
@@ -114,7 +114,7 @@ impl Moved {
 
     /// Takes the nearest pixel: for maps from pixels to pixels, and for numbers of pieces, which must not be
     /// interpolated.
-    fn nearest(input: &Tile, plan: &Plan, out: &mut Tile) {
+    fn nearest(input: &Tile, plan: &ReadPlan, out: &mut Tile) {
         let (window, wraps) = (out.window, plan.wraps(out.window));
         for channel in 0..out.channels() {
             let view = tile::view(input, channel);
@@ -129,7 +129,7 @@ impl Moved {
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "f32 for what lies between pixels")]
-    fn resample(input: &Tile, plan: &Plan, out: &mut Tile) {
+    fn resample(input: &Tile, plan: &ReadPlan, out: &mut Tile) {
         let (window, wraps) = (out.window, plan.wraps(out.window));
         let views: Vec<_> = (0..out.channels()).map(|channel| tile::view(input, channel)).collect();
         let mut planes = out.planes_mut();
@@ -153,12 +153,12 @@ impl Moved {
 
 impl FieldSource for Moved {
     fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
-        let plan = Plan::new(self, grid);
+        let plan = ReadPlan::new(self, grid);
         vec![Read::new(&self.input, &plan.grid, plan.reads(window, self.input.ty()))]
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
-        let (input, plan) = (given.tile(0), Plan::new(self, &out.grid));
+        let (input, plan) = (given.tile(0), ReadPlan::new(self, &out.grid));
         if plan.copies(out.window) {
             out.data_mut().copy_from_slice(input.data());
         } else if plan.whole || self.input.ty() == Type::Ids {

@@ -3,8 +3,8 @@
 //! PNG, JPEG, TIFF and OpenEXR. Only the header is read until a pixel is needed. A pixel of the result that covers
 //! several pixels of the picture shows their area average, so small results do not alias. Cost: decoding once, then
 //! O(pixels).
-use super::pixels::{Crop, Pick, Pixels, Placement, Source};
-use super::sheet::{Reading, Sheet};
+use super::pixels::{Crop, Pick, PicturePlacement, PictureSource, Pixels};
+use super::sheet::{DecodeOptions, Sheet};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -139,7 +139,7 @@ fn is_gray(header: &picture::Header) -> bool {
 
 impl Image {
     /// Options for reading the files: colours, opacity and samples that are not finite.
-    fn reading(&self) -> Reading {
+    fn reading(&self) -> DecodeOptions {
         let space = self.color_space.map(|space| match space {
             ColorSpace::Srgb => picture::ColorSpace::Srgb,
             ColorSpace::Linear => picture::ColorSpace::Linear,
@@ -147,10 +147,10 @@ impl Image {
             ColorSpace::Raw => picture::ColorSpace::Raw,
         });
         let (layer, premultiplied, not_finite) = (self.layer.clone(), self.premultiplied, self.not_finite);
-        Reading { layer, space, premultiplied, not_finite }
+        DecodeOptions { layer, space, premultiplied, not_finite }
     }
 
-    fn placement(&self, canvas: glam::DVec2, pixels: [u32; 2]) -> Placement {
+    fn placement(&self, canvas: glam::DVec2, pixels: [u32; 2]) -> PicturePlacement {
         let size = self.size_mm.map_or(canvas, |size| glam::DVec2::new(size.x, size.y));
         let outside = match self.wrap {
             Wrap::Repeat => Outside::Wrap,
@@ -158,7 +158,7 @@ impl Image {
         };
         let pitch = size / glam::UVec2::from(pixels).as_dvec2();
         let position = glam::DVec2::new(self.position.x, self.position.y);
-        Placement { position, pitch, filter: self.filter, outside: [outside; 2] }
+        PicturePlacement { position, pitch, filter: self.filter, outside: [outside; 2] }
     }
 
     /// The crop of a picture of this size.
@@ -251,7 +251,7 @@ impl Node for Image {
         let tiling = self.repeats(cx.size_mm());
         let pixels = Arc::new(Pixels::new(path, (sheet, reading), (&header, crop), cx.evaluator.memory())?);
         let field = |ty: Type, pick: Pick| {
-            Field::new(ty, tiling, Source { pixels: pixels.clone(), placement, pick })
+            Field::new(ty, tiling, PictureSource { pixels: pixels.clone(), placement, pick })
                 .with_native(native)
                 .with_pixels(resolution)
         };

@@ -1,5 +1,5 @@
 //! The pixels of a picture file, decoded on first use, and the fields that show them.
-use super::sheet::{Reading, Sheet};
+use super::sheet::{DecodeOptions, Sheet};
 use glam::DVec2;
 use rayon::prelude::*;
 use shibo_engine::diagnostics::{Code, Problem};
@@ -32,7 +32,7 @@ impl Crop {
 /// A picture stored in one or several files.
 pub(super) struct Pixels {
     sheet: Sheet,
-    reading: Reading,
+    reading: DecodeOptions,
     limits: ReadLimits,
     crop: Crop,
     /// Bytes of the decoded channels and their pyramids, and of the file's samples during decoding.
@@ -54,7 +54,7 @@ impl Pixels {
     /// Decodes nothing yet; refuses files that would not fit into `memory` bytes.
     pub(super) fn new(
         path: &Path,
-        (sheet, reading): (Sheet, Reading),
+        (sheet, reading): (Sheet, DecodeOptions),
         (header, crop): (&Header, Crop),
         memory: u64,
     ) -> Result<Self, Problem> {
@@ -117,7 +117,7 @@ pub(super) enum Pick {
 
 /// Placement of a picture on the canvas.
 #[derive(Clone, Copy)]
-pub(super) struct Placement {
+pub(super) struct PicturePlacement {
     /// Position of its upper left corner, mm.
     pub(super) position: DVec2,
     /// Size of a pixel, mm.
@@ -127,16 +127,16 @@ pub(super) struct Placement {
 }
 
 /// A picture as a field.
-pub(super) struct Source {
+pub(super) struct PictureSource {
     pub(super) pixels: Arc<Pixels>,
-    pub(super) placement: Placement,
+    pub(super) placement: PicturePlacement,
     pub(super) pick: Pick,
 }
 
 /// Weights of linear red, green and blue in luminance (Rec. 709).
 const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
-impl FieldSource for Source {
+impl FieldSource for PictureSource {
     fn inputs(&self, _grid: &Grid, _window: Window) -> Vec<Read<'_>> {
         Vec::new()
     }
@@ -144,7 +144,7 @@ impl FieldSource for Source {
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let pixels = self.pixels.get()?;
         pixels.warning.iter().for_each(|warning| given.warn(warning.clone()));
-        let Placement { position, pitch, filter, outside } = self.placement;
+        let PicturePlacement { position, pitch, filter, outside } = self.placement;
         let (origin, step) = ((out.grid.origin - position) / pitch, out.grid.step / pitch);
         let place = Place { window: out.window, origin: origin.to_array(), step: step.to_array(), filter, outside };
         // The third of two channels is 0.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// Options for turning samples of a file into values; `None` follows the file.
 #[derive(Clone)]
-pub(super) struct Reading {
+pub(super) struct DecodeOptions {
     pub(super) layer: Option<String>,
     pub(super) space: Option<ColorSpace>,
     pub(super) premultiplied: Option<bool>,
@@ -32,7 +32,7 @@ pub(super) struct Sheet {
     tiles: [u32; 2],
 }
 
-impl Reading {
+impl DecodeOptions {
     /// The header of a file.
     pub(super) fn header(&self, path: &Path) -> Result<Header, FileError> {
         self.layer.as_deref().map_or_else(|| picture::header(path), |layer| picture::header_layer(path, layer))
@@ -99,7 +99,7 @@ impl Reading {
 
 impl Sheet {
     /// The sheet for the path `named` in a graph file; reads the headers of `files`.
-    pub(super) fn of(named: &Path, files: &[&Path], reading: &Reading) -> Result<Self, Problem> {
+    pub(super) fn of(named: &Path, files: &[&Path], reading: &DecodeOptions) -> Result<Self, Problem> {
         let mut parts: Vec<Part> = Vec::with_capacity(files.len());
         for path in files {
             let header = reading.header(path).map_err(|error| problem(&error))?;
@@ -125,7 +125,7 @@ impl Sheet {
     }
 
     /// Advice about assumptions for the files, and about tiles without a file.
-    pub(super) fn assumed(&self, reading: &Reading) -> Vec<Problem> {
+    pub(super) fn assumed(&self, reading: &DecodeOptions) -> Vec<Problem> {
         let mut found: Vec<Problem> =
             self.parts.iter().flat_map(|part| reading.assumed(&part.path, &part.header)).collect();
         let number = |[column, row]: [u32; 2]| format!("`{}`", 1001 + column + 10 * row);
@@ -145,7 +145,11 @@ impl Sheet {
     }
 
     /// The whole picture in linear Rec. 709, and a warning if it has one.
-    pub(super) fn read(&self, reading: &Reading, limits: &ReadLimits) -> Result<(Picture, Option<Problem>), Problem> {
+    pub(super) fn read(
+        &self,
+        reading: &DecodeOptions,
+        limits: &ReadLimits,
+    ) -> Result<(Picture, Option<Problem>), Problem> {
         let (mut picture, mut warning) = reading.read(&self.parts[0], limits)?;
         if self.tiles == [1, 1] {
             return Ok((picture, warning));

@@ -1,6 +1,6 @@
 //! Converts the inputs of [`super::SimulateSprings`] to the arguments of the kernel, and the result to the outputs.
 use super::define_mass::mass_at;
-use super::strain::{Strain, What};
+use super::strain::{Strain, StrainQuantity};
 use crate::bounds::told;
 use glam::Vec2;
 use shibo_engine::diagnostics::{Code, Problem};
@@ -149,7 +149,7 @@ pub(super) fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
     // The separate output of points does not belong to a lattice.
     let alone = points.alone();
     let strain = |what| Strain::field(&moved, what);
-    let (stretch, breakage) = (strain(What::Stretch), strain(What::Breakage));
+    let (stretch, breakage) = (strain(StrainQuantity::Stretch), strain(StrainQuantity::Breakage));
     Outputs::one(moved)
         .with("points", alone)
         .with("broken", only_broken)

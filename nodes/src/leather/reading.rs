@@ -18,7 +18,7 @@ const PIXELS_AT_ONCE: f64 = (1 << 22) as f64;
 const MOST_PIXELS: f64 = 2e9;
 
 /// Samples of a field over the whole canvas.
-pub(super) struct Reading {
+pub(super) struct FieldSamples {
     /// Columns and rows.
     pub(super) size: UVec2,
     /// Values by rows, all finite.
@@ -34,7 +34,7 @@ pub(super) fn read(
     (pitch, periodic): (f32, Tiling),
     (field, port): (&Field, &str),
     resolution: Option<(u32, u32)>,
-) -> Result<Reading, Stop> {
+) -> Result<FieldSamples, Stop> {
     let size = match (resolution, field.native()) {
         (Some((width, height)), _) => UVec2::new(width, height),
         (None, Some(native)) => {
@@ -57,7 +57,7 @@ pub(super) fn read(
         return Err(Problem::new(Code::NotFinite, message).at(port).into());
     }
     let periodic = periodic == Tiling::BOTH;
-    Ok(Reading { size, values: map.plane(0).to_vec(), size_mm: cx.size_mm().as_vec2(), periodic })
+    Ok(FieldSamples { size, values: map.plane(0).to_vec(), size_mm: cx.size_mm().as_vec2(), periodic })
 }
 
 /// A field over the whole canvas at four samples per pitch, read at the nearest sample.
@@ -91,7 +91,7 @@ impl SampledMap {
     }
 }
 
-impl Reading {
+impl FieldSamples {
     /// The picture in the form of the kernels.
     pub(super) fn raster(&self) -> Raster<'_> {
         Raster {

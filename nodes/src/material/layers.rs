@@ -3,7 +3,7 @@
 //!
 //! The weight is a field of its own that all channels read. A window in which the weight is 0 or 1 everywhere reads
 //! only the side that shows (see [`Masked`]).
-use crate::masked::{Masked, Mix, Side};
+use crate::masked::{Masked, Mix, SideTiles};
 use crate::normals::normals;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -133,23 +133,23 @@ fn normal(mix: fn(&[f32], Planes<'_>, Planes<'_>, [&mut [f32]; 3])) -> Mix {
     })
 }
 
-fn values(out: &mut Tile, weight: &[f32], base: Side<'_>, top: Side<'_>) {
+fn values(out: &mut Tile, weight: &[f32], base: SideTiles<'_>, top: SideTiles<'_>) {
     for (k, plane) in out.planes_mut().into_iter().enumerate() {
         kernel::mix_values(weight, base[0].plane(k), top[0].plane(k), plane);
     }
 }
 
-fn occlusion(out: &mut Tile, weight: &[f32], base: Side<'_>, top: Side<'_>) {
+fn occlusion(out: &mut Tile, weight: &[f32], base: SideTiles<'_>, top: SideTiles<'_>) {
     kernel::multiply(weight, base[0].plane(0), top[0].plane(0), out.data_mut());
 }
 
-fn strength(out: &mut Tile, weight: &[f32], base: Side<'_>, top: Side<'_>) {
+fn strength(out: &mut Tile, weight: &[f32], base: SideTiles<'_>, top: SideTiles<'_>) {
     let base = Grain { strength: base[0].plane(0), angle: base[1].plane(0) };
     let top = Grain { strength: top[0].plane(0), angle: top[1].plane(0) };
     kernel::mix_grain(false, weight, base, top, out.data_mut());
 }
 
-fn angle(out: &mut Tile, weight: &[f32], base: Side<'_>, top: Side<'_>) {
+fn angle(out: &mut Tile, weight: &[f32], base: SideTiles<'_>, top: SideTiles<'_>) {
     let base = Grain { angle: base[0].plane(0), strength: base[1].plane(0) };
     let top = Grain { angle: top[0].plane(0), strength: top[1].plane(0) };
     kernel::mix_grain(true, weight, base, top, out.data_mut());

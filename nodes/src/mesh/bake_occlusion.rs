@@ -3,7 +3,7 @@
 //! Casts rays about the normal with a density proportional to their cosine, see
 //! [`kernel::rays`](shibo_kernel::mesh::rays). All points use the same directions, rotated by the normal alone, so
 //! charts agree at their borders. Cost: about 0.4 µs a ray.
-use super::cast::{Cast, Place};
+use super::cast::{Cast, TexelPoint};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
@@ -61,7 +61,7 @@ impl Node for BakeOcclusion {
         let distance = narrow(self.distance.unwrap_or(0.5 * cast.size));
         let (bias, ground) = (narrow(self.bias * cast.size), self.ground.map(narrow));
         let directions = directions(self.rays, 1.0);
-        let share = move |cast: &Cast, place: &Place| {
+        let share = move |cast: &Cast, place: &TexelPoint| {
             let origin = place.at + place.flat * bias;
             let turn = turned(place.normal);
             let (mut free, mut all) = (0u16, 0u16);

@@ -2,7 +2,7 @@
 //!
 //! Casts rays inwards in a cone about the normal, see [`kernel::rays`](shibo_kernel::mesh::rays), and takes their mean
 //! length to the other side. Cost: about 0.4 µs a ray.
-use super::cast::{Cast, Place};
+use super::cast::{Cast, TexelPoint};
 use super::each::each;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -64,7 +64,7 @@ impl Node for BakeThickness {
         let bias = narrow(1e-4 * cast.size);
         let sin = libm::sin(self.cone.to_radians());
         let directions = directions(self.rays, sin * sin);
-        let thickness = cast.field(0.0, move |cast: &Cast, place: &Place| {
+        let thickness = cast.field(0.0, move |cast: &Cast, place: &TexelPoint| {
             let origin = place.at - place.flat * bias;
             let turn = turned(-place.normal);
             let ways = directions.iter().map(|d| cast.rays.reach(origin, turn(*d), most));

@@ -16,7 +16,7 @@ pub(super) struct Cast {
 }
 
 /// A texel on the surface.
-pub(super) struct Place {
+pub(super) struct TexelPoint {
     /// Its position.
     pub(super) at: glam::Vec3,
     /// The normal, interpolated between vertices, so that charts agree at their borders.
@@ -34,7 +34,7 @@ impl Cast {
     }
 
     /// The field of `value` at each texel; `empty` where there is no texel.
-    pub(super) fn field(self, empty: f32, value: impl Fn(&Self, &Place) -> f32 + Send + Sync + 'static) -> Field {
+    pub(super) fn field(self, empty: f32, value: impl Fn(&Self, &TexelPoint) -> f32 + Send + Sync + 'static) -> Field {
         Field::new(Type::Gray, Tiling::NONE, Source { cast: self, empty, value }).overwriting()
     }
 }
@@ -45,7 +45,7 @@ struct Source<F> {
     value: F,
 }
 
-impl<F: Fn(&Cast, &Place) -> f32 + Send + Sync> FieldSource for Source<F> {
+impl<F: Fn(&Cast, &TexelPoint) -> f32 + Send + Sync> FieldSource for Source<F> {
     fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
         vec![Read::new(&self.cast.texels, grid, window)]
     }
@@ -64,7 +64,7 @@ impl<F: Fn(&Cast, &Place) -> f32 + Send + Sync> FieldSource for Source<F> {
                 // Rays are slow: check for cancellation.
                 given.check()?;
                 let flat = atlas.mesh.cross(n).normalize_or_zero().as_vec3();
-                *out = (self.value)(&self.cast, &Place { at: at(k, 0), normal: at(k, 3), flat });
+                *out = (self.value)(&self.cast, &TexelPoint { at: at(k, 0), normal: at(k, 3), flat });
             }
         }
         Ok(())

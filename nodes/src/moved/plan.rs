@@ -10,7 +10,7 @@ const CANVASES: f64 = 8.0;
 
 /// How the pixels of the input lie relative to those of the result: pixel (x, y) shows the place `start` + `map`·(x,
 /// y), counted in pixels of `grid` from the centre of its pixel (0, 0).
-pub(super) struct Plan {
+pub(super) struct ReadPlan {
     pub(super) grid: Grid,
     start: DVec2,
     pub(super) map: DMat2,
@@ -38,7 +38,7 @@ fn spread(map: DMat2, size: DVec2) -> DVec2 {
     map.x_axis.abs() * size.x + map.y_axis.abs() * size.y
 }
 
-impl Plan {
+impl ReadPlan {
     pub(super) fn new(moved: &Moved, grid: &Grid) -> Self {
         let tiling = moved.input.tiling();
         let first = moved.to_input(grid.center(0, 0));

@@ -2,7 +2,7 @@
 //!
 //! Strands of [`kernel::strand`](shibo_kernel::scatter::strand), drawn as strokes; where they cross, the highest one
 //! shows. Cost: O(strands + pixels under them), by tiles.
-use super::strands::{Plan, whole};
+use super::strands::{StrandPlan, whole};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
@@ -74,9 +74,9 @@ impl Default for Fibers {
 }
 
 impl Fibers {
-    fn plan(&self) -> Plan<'_> {
+    fn plan(&self) -> StrandPlan<'_> {
         let taper = shibo_kernel::ground::number::narrow(self.taper);
-        Plan {
+        StrandPlan {
             density: self.density,
             length: self.length,
             width: self.width,

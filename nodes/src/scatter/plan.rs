@@ -23,7 +23,7 @@ pub enum Order {
 }
 
 /// Parameters that vary from stamp to stamp.
-pub(super) struct Plan<'a> {
+pub(super) struct StampPlan<'a> {
     pub(super) size: DVec2,
     pub(super) scale: Range,
     pub(super) turn: Range,
@@ -44,7 +44,7 @@ const ORDER: u64 = 4;
 /// The first of two random numbers for its place.
 pub(super) const PLACE: u64 = 5;
 
-impl Plan<'_> {
+impl StampPlan<'_> {
     /// The stamps at these places, on a canvas that repeats as `tiling` says. Place n uses the random numbers of
     /// `hash.with(n)`. `pitch` is the approximate distance between places.
     pub(super) fn stamps(

@@ -3,8 +3,8 @@
 //! All channels are drawn by the kernel of [`TileSampler`](super::TileSampler), from the same stamps and with the same
 //! heights, so the same stamp shows in all of them. A tile that no stamp touches is a copy of the ground. With `Over`,
 //! ground under opaque stamps is not computed. Cost: that of `Scatter` for each channel.
-use super::plan::{Order, Plan};
-use super::sown::{Ground, Sown, What};
+use super::plan::{Order, StampPlan};
+use super::sown::{Ground, Sown, StampQuantity};
 use super::tile_sampler::too_large;
 use super::varied::varied;
 use crate::normals::normals;
@@ -136,7 +136,7 @@ impl Node for ScatterMaterial {
             ground: Ground::Flat(0.0),
             size_mm: cx.size_mm(),
         };
-        let cover = cx.shared_field("mask", base.field(What::Cover, points.periodic));
+        let cover = cx.shared_field("mask", base.field(StampQuantity::Cover, points.periodic));
         let stamped =
             Stamped { base, cover: cover.clone(), sinks: self.heights == ScatterHeights::Max, points: &points };
         let has = |channel: Channel| [&*material, &ground].iter().any(|m| m.get(channel).is_some());
@@ -161,8 +161,8 @@ impl Node for ScatterMaterial {
         let made = Material::new(made.collect::<Vec<_>>());
         Ok(Outputs::one(made)
             .with("mask", cover)
-            .with("ids", stamped.shown(What::Ids, &ground))
-            .with("local", stamped.shown(What::Local, &ground)))
+            .with("ids", stamped.shown(StampQuantity::Ids, &ground))
+            .with("local", stamped.shown(StampQuantity::Local, &ground)))
     }
 }
 
@@ -213,11 +213,11 @@ impl Stamped<'_> {
             ground: self.ground(values, ground),
             ..self.base.clone()
         };
-        sown.field(What::Values, tiling)
+        sown.field(StampQuantity::Values, tiling)
     }
 
     /// The number of the stamp that shows, or the place within it.
-    fn shown(&self, what: What, ground: &Material) -> Field {
+    fn shown(&self, what: StampQuantity, ground: &Material) -> Field {
         let values = Channel::Height.default_field();
         let tiling = ground.get(Channel::Height).map_or(self.points.periodic, |h| self.points.periodic.and(h.tiling()));
         Sown { ground: self.ground(values, ground), ..self.base.clone() }.field(what, tiling)

@@ -2,7 +2,7 @@
 //!
 //! Strands of [`kernel::strand`](shibo_kernel::scatter::strand), drawn as strokes. Control fields are read first, at
 //! the places of the strands. Cost: O(strands + pixels under them), by tiles.
-use super::strands::{Plan, whole};
+use super::strands::{StrandPlan, whole};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
@@ -68,8 +68,8 @@ impl Default for Scratches {
 }
 
 impl Scratches {
-    fn plan(&self) -> Plan<'_> {
-        Plan {
+    fn plan(&self) -> StrandPlan<'_> {
+        StrandPlan {
             density: self.density,
             length: self.length,
             width: self.width,

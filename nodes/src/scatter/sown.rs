@@ -28,7 +28,7 @@ const MOST: u32 = 2048;
 
 /// The quantity that a field shows.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum What {
+pub(super) enum StampQuantity {
     Values,
     Cover,
     Ids,
@@ -71,19 +71,19 @@ impl Sown {
             let help = "stamp the height, and make the normals of the result with `HeightToNormal`";
             return Err(Problem::new(Code::TypeMismatch, message).at("input").help(help).into());
         }
-        Ok(Outputs::one(self.field(What::Values, tiling))
-            .with("mask", self.field(What::Cover, tiling))
-            .with("ids", self.field(What::Ids, tiling))
-            .with("local", self.field(What::Local, tiling)))
+        Ok(Outputs::one(self.field(StampQuantity::Values, tiling))
+            .with("mask", self.field(StampQuantity::Cover, tiling))
+            .with("ids", self.field(StampQuantity::Ids, tiling))
+            .with("local", self.field(StampQuantity::Local, tiling)))
     }
 
     /// The field of one quantity, which repeats as `tiling` says.
-    pub(super) fn field(&self, what: What, tiling: Tiling) -> Field {
+    pub(super) fn field(&self, what: StampQuantity, tiling: Tiling) -> Field {
         let ty = match what {
-            What::Values => self.input.ty(),
-            What::Cover => Type::Gray,
-            What::Ids => Type::Ids,
-            What::Local => Type::Vec2,
+            StampQuantity::Values => self.input.ty(),
+            StampQuantity::Cover => Type::Gray,
+            StampQuantity::Ids => Type::Ids,
+            StampQuantity::Local => Type::Vec2,
         };
         let largest = self.set.stamps().iter().fold(Vec2::ZERO, |most, stamp| most.max(stamp.half));
         Field::new(ty, tiling, Shown { sown: self.clone(), what, largest })
@@ -92,7 +92,7 @@ impl Sown {
 
 struct Shown {
     sown: Sown,
-    what: What,
+    what: StampQuantity,
     /// Half the size of the largest stamp, mm.
     largest: Vec2,
 }
@@ -101,12 +101,12 @@ impl Shown {
     /// The content, the shape and the height, each if it is read.
     fn parts(&self) -> [Option<&Field>; 3] {
         let Sown { input, shape, height, overlap, .. } = &self.sown;
-        let by_height = *overlap == Overlap::ByHeight && self.what != What::Cover;
+        let by_height = *overlap == Overlap::ByHeight && self.what != StampQuantity::Cover;
         let height = height.as_ref().filter(|_| by_height);
         let content = match self.what {
-            What::Values => true,
-            What::Cover => false,
-            What::Ids | What::Local => *overlap != Overlap::Over,
+            StampQuantity::Values => true,
+            StampQuantity::Cover => false,
+            StampQuantity::Ids | StampQuantity::Local => *overlap != Overlap::Over,
         };
         [Some(input).filter(|_| content), shape.as_ref(), height]
     }
@@ -124,8 +124,8 @@ impl Shown {
     /// ground, if they are used.
     fn under(&self) -> (Option<&Field>, Vec<&Field>) {
         match &self.sown.ground {
-            Ground::Field { values, height, cover } if self.what != What::Cover => {
-                let values = Some(values).filter(|_| self.what == What::Values);
+            Ground::Field { values, height, cover } if self.what != StampQuantity::Cover => {
+                let values = Some(values).filter(|_| self.what == StampQuantity::Values);
                 let height = height.as_ref().filter(|_| self.sown.overlap == Overlap::ByHeight);
                 (Some(cover), values.into_iter().chain(height).collect())
             }
@@ -142,14 +142,14 @@ impl Shown {
     fn lay(&self, given: &Given<'_>, out: &mut Tile) -> bool {
         let cover = match (&self.sown.ground, self.under().0) {
             (Ground::Field { .. }, Some(_)) => given.tile(0).plane(0),
-            (Ground::Flat(value), _) if self.what == What::Values => {
+            (Ground::Flat(value), _) if self.what == StampQuantity::Values => {
                 out.data_mut().fill(*value);
                 return true;
             }
             _ => return true,
         };
         let touched = cover.iter().any(|cover| *cover > 0.0);
-        if self.what != What::Values {
+        if self.what != StampQuantity::Values {
             return touched;
         }
         let values = given.tile(1);
@@ -182,7 +182,7 @@ impl FieldSource for Shown {
             return Vec::new();
         }
         let (low, high) = bounds(given.tile(0).data());
-        let values = self.what == What::Values;
+        let values = self.what == StampQuantity::Values;
         let part = |wanted: bool| if wanted { window } else { Window { width: 0, height: 0, ..window } };
         let height = self.under().1.len() - usize::from(values);
         let of_values = values.then(|| part(self.through() || low < 1.0));
@@ -249,16 +249,16 @@ impl FieldSource for Shown {
             return given.check();
         }
         let under = self.under().1.len();
-        let ground = (under > usize::from(self.what == What::Values)).then(|| given.tile(under).plane(0));
+        let ground = (under > usize::from(self.what == StampQuantity::Values)).then(|| given.tile(under).plane(0));
         let source = Source { shape, height, content: *content, ground, ..Source::new(&layout, values) };
         let stop = || given.check().is_err();
         let how = (&**set, &source, *overlap);
         let mut planes = out.planes_mut();
         match self.what {
-            What::Values => paint::paint(&stop, how, &frame, Target::Values(planes)),
-            What::Cover => paint::paint(&stop, how, &frame, Target::Cover(&mut *planes[0])),
-            What::Ids => paint::paint(&stop, how, &frame, Target::Ids(&mut *planes[0])),
-            What::Local => {
+            StampQuantity::Values => paint::paint(&stop, how, &frame, Target::Values(planes)),
+            StampQuantity::Cover => paint::paint(&stop, how, &frame, Target::Cover(&mut *planes[0])),
+            StampQuantity::Ids => paint::paint(&stop, how, &frame, Target::Ids(&mut *planes[0])),
+            StampQuantity::Local => {
                 if let [along, across] = &mut planes[..] {
                     paint::paint(&stop, how, &frame, Target::Local([along, across]));
                 }

@@ -1,7 +1,7 @@
 //! [`Scatter`]: one field stamped on points.
 //!
 //! Uses the kernel of [`TileSampler`](super::TileSampler).
-use super::plan::{Order, Plan};
+use super::plan::{Order, StampPlan};
 use super::sown::{self, Ground, Sown};
 use super::tile_sampler::too_large;
 use super::varied::varied;

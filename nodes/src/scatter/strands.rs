@@ -18,7 +18,7 @@ const MOST_STROKES: f64 = 4e6;
 const MOST_LAYERS: f64 = 1024.0;
 
 /// Number of strands, and their variation.
-pub(super) struct Plan<'a> {
+pub(super) struct StrandPlan<'a> {
     /// Strands per cm².
     pub(super) density: f64,
     pub(super) length: Range,
@@ -40,7 +40,7 @@ struct Strands {
     tiling: Tiling,
 }
 
-impl Plan<'_> {
+impl StrandPlan<'_> {
     fn count(&self, size: DVec2) -> f64 {
         (self.density * size.element_product() / 100.0).round()
     }

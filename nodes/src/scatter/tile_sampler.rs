@@ -3,7 +3,7 @@
 //! The stamp is read once per resolution, with as many pixels as the largest stamp has; its pyramid serves smaller
 //! stamps, with interpolation between pixels. A tile then costs the stamps that overlap it. Control fields are read at
 //! the middle of each stamp, from four samples per pitch. See [`kernel::paint`](shibo_kernel::scatter::paint).
-use super::plan::{Order, PLACE, Plan};
+use super::plan::{Order, PLACE, StampPlan};
 use super::sown::{self, Ground, Sown};
 use super::varied::varied;
 use crate::bounds::{exceeds, told};

@@ -76,8 +76,8 @@ macro_rules! varied {
 
         impl $name {
             /// The variation of stamps; `value` is the range of factors on the values.
-            fn plan(&self, value: Range) -> Plan<'_> {
-                Plan {
+            fn plan(&self, value: Range) -> StampPlan<'_> {
+                StampPlan {
                     size: DVec2::new(self.size.x, self.size.y),
                     scale: self.scale,
                     turn: self.turn,

@@ -2,7 +2,7 @@
 //!
 //! Source: Momoi & Takatera 2014, §2.1 and §4.1 (rows B26, B28, B29): boards for buildings, cut from anywhere in the
 //! tree. Cost: a cut for each output that is used.
-use super::cut_plane::Plane;
+use super::cut_plane::PlaneInSolid;
 use super::trees::{Triple, vector};
 use crate::degrees::about;
 use glam::DVec3;
@@ -53,14 +53,14 @@ impl Default for Board {
 
 impl Board {
     /// The planes of the faces, in the order of the outputs.
-    fn planes(&self) -> [Plane; 6] {
+    fn planes(&self) -> [PlaneInSolid; 6] {
         // Length along z, width along x, thickness along y.
         let turn = about(DVec3::Z, self.turn.0) * about(DVec3::X, self.turn.1) * about(DVec3::Y, self.turn.2);
         let (length, width, thickness) =
             (turn * DVec3::Z * self.size.0, turn * DVec3::X * self.size.1, turn * DVec3::Y * self.size.2);
         let middle = vector(self.middle);
         // A face: the directions out of the board, to the right, and down.
-        let face = |out: DVec3, u: DVec3, v: DVec3| Plane { origin: middle + 0.5 * (out - u - v), u, v };
+        let face = |out: DVec3, u: DVec3, v: DVec3| PlaneInSolid { origin: middle + 0.5 * (out - u - v), u, v };
         [
             face(thickness, length, -width),
             face(-thickness, length, width),
@@ -108,7 +108,7 @@ mod tests {
     fn faces_share_their_edges() {
         let board = Board { turn: (30.0, 5.0, -7.0), ..Board::default() };
         let [face, back, side, other_side, end, other_end] = board.planes();
-        let corner = |p: &Plane, u: f64, v: f64| p.origin + p.u * u + p.v * v;
+        let corner = |p: &PlaneInSolid, u: f64, v: f64| p.origin + p.u * u + p.v * v;
         let same = |a: DVec3, b: DVec3| assert!(a.distance(b) < 1e-9, "{a} {b}");
         // Below the face lies one side, above it the other, on its left the end.
         same(corner(&face, 0.0, 1.0), corner(&side, 0.0, 0.0));
@@ -117,7 +117,7 @@ mod tests {
         same(corner(&face, 0.0, 0.0), corner(&end, 1.0, 1.0));
         same(corner(&face, 1.0, 0.0), corner(&other_end, 0.0, 1.0));
         same(corner(&side, 0.0, 1.0), corner(&back, 0.0, 0.0));
-        let looks = |p: &Plane| p.u.cross(p.v).normalize();
+        let looks = |p: &PlaneInSolid| p.u.cross(p.v).normalize();
         assert!(looks(&face).dot(looks(&back)) < -0.999 && looks(&side).dot(looks(&other_side)) < -0.999);
         // Faces are not mirrored when seen from outside: right × down points into the board.
         let middle = vector(board.middle);

@@ -141,13 +141,13 @@ impl Default for CutPlane {
 
 /// A plane: the point at the canvas' upper left corner, and the vectors to the upper right and the lower left corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Plane {
+pub(super) struct PlaneInSolid {
     pub(super) origin: DVec3,
     pub(super) u: DVec3,
     pub(super) v: DVec3,
 }
 
-impl Plane {
+impl PlaneInSolid {
     /// The cut of this plane on a canvas of `size` mm.
     pub(super) fn cut(self, size: glam::DVec2) -> Cut {
         let Self { origin, u, v } = self;
@@ -193,7 +193,7 @@ const fn single(v: f64) -> f32 {
 }
 
 impl CutPlane {
-    fn plane(&self, size: glam::DVec2) -> Plane {
+    fn plane(&self, size: glam::DVec2) -> PlaneInSolid {
         let (w, h) = (size.x, size.y);
         let (long, wide) = if self.upright { (h, w) } else { (w, h) };
         // The middle of the board, and the directions of its length and breadth.
@@ -201,7 +201,7 @@ impl CutPlane {
             Sawing::Given => {
                 let u = self.u.map_or(DVec3::new(w, 0.0, 0.0), vector);
                 let v = self.v.map_or(DVec3::new(0.0, 0.0, h), vector);
-                return Plane { origin: vector(self.origin), u, v };
+                return PlaneInSolid { origin: vector(self.origin), u, v };
             }
             Sawing::FlatSawn => {
                 (DVec3::new(self.offset, self.distance, self.height + 0.5 * long), DVec3::Z * long, DVec3::X * wide)
@@ -214,7 +214,7 @@ impl CutPlane {
         };
         let [length, breadth] = self.turned(length, breadth);
         let (u, v) = if self.upright { (breadth, length) } else { (length, breadth) };
-        Plane { origin: middle - 0.5 * u - 0.5 * v, u, v }
+        PlaneInSolid { origin: middle - 0.5 * u - 0.5 * v, u, v }
     }
 
     /// The directions of a board's length and breadth, turned by `yaw` and `pitch`.
@@ -231,7 +231,7 @@ impl CutPlane {
         let (distance, offset, height) = (self.distance, self.offset, self.height);
         let (middle, length, breadth) = match self.preset {
             Sawing::Given => {
-                let Plane { origin, u, v } = self.plane(size);
+                let PlaneInSolid { origin, u, v } = self.plane(size);
                 (origin, u.normalize_or(DVec3::X), v.normalize_or(DVec3::Z))
             }
             Sawing::FlatSawn => (DVec3::new(offset, distance, height), DVec3::Z, DVec3::X),
@@ -340,7 +340,7 @@ mod tests {
     use glam::DVec2;
 
     fn plane(cut: &CutPlane) -> (DVec3, DVec3, DVec3) {
-        let Plane { origin, u, v } = cut.plane(DVec2::new(200.0, 80.0));
+        let PlaneInSolid { origin, u, v } = cut.plane(DVec2::new(200.0, 80.0));
         (origin, u, v)
     }
 

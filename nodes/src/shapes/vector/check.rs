@@ -1,5 +1,5 @@
 //! Checks the links of a file, and limits the elements that they expand to.
-use super::drawn::{Drawn, Rewritten, href};
+use super::drawn::{DrawnElements, Rewritten, href};
 use super::style::{Styles, is_sheet};
 use resvg::usvg::roxmltree::{Document, Node, NodeId};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -57,7 +57,7 @@ impl<'a, 'input> Check<'a, 'input> {
             return Err(problem.help("write the properties at the elements"));
         }
         check.cost(document.root_element(), 0)?;
-        Drawn::judge(&mut check, document.root_element())
+        DrawnElements::judge(&mut check, document.root_element())
     }
 
     pub(super) fn problem(&self, node: Node<'_, '_>, code: Code, message: &str) -> Problem {

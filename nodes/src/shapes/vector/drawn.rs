@@ -51,17 +51,17 @@ impl<'a, 'input> Context<'a, 'input> {
 pub(super) type Rewritten = BTreeMap<u32, BTreeMap<&'static str, String>>;
 
 /// Visits all elements that are drawn.
-pub(super) struct Drawn<'c, 'a, 'input> {
+pub(super) struct DrawnElements<'c, 'a, 'input> {
     check: &'c mut Check<'a, 'input>,
     rewritten: Rewritten,
     /// Gradients that were checked.
     gradients: HashSet<NodeId>,
 }
 
-impl<'a, 'input> Drawn<'_, 'a, 'input> {
+impl<'a, 'input> DrawnElements<'_, 'a, 'input> {
     /// Checks a document without cycles of links, and returns the colours to rewrite.
     pub(super) fn judge(check: &mut Check<'a, 'input>, root: Node<'a, 'input>) -> Result<Rewritten, Problem> {
-        let mut drawn = Drawn { check, rewritten: Rewritten::new(), gradients: HashSet::new() };
+        let mut drawn = DrawnElements { check, rewritten: Rewritten::new(), gradients: HashSet::new() };
         drawn.element(root, Context::default())?;
         Ok(drawn.rewritten)
     }

@@ -15,9 +15,9 @@ use shibo_kernel::pattern::layout::{Grid, Layout, Pieces};
 
 /// Bricks, tiles, boards: pieces with gaps and bevels between them, in seven layouts.
 ///
-/// Pieces partition the plane: in a gap, `ids`, `local` and `angle` are the values of the nearest piece, and `gap` is
-/// 1. `local.x` runs along the long side and is never mirrored. On a canvas that tiles, the size of pieces is changed
-/// to the nearest one that fits, gaps stay the same, and a warning gives the change.
+/// Pieces partition the plane: in a gap, `gap` is 1, and `ids`, `local` and `angle` are the values of the nearest
+/// piece. `local.x` runs along the long side and is never mirrored. On a canvas that tiles, the size of pieces is
+/// changed to the nearest one that fits, gaps stay the same, and a warning gives the change.
 ///
 /// ```ron
 /// "floor": Brick(layout: Herringbone, size: (9.6, 4.6), gap: 0.4, bevel: 0.5, angle: 0),

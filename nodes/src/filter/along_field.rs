@@ -1,8 +1,7 @@
 //! [`AlongField`]: a blur along the lines of a field of directions.
 //!
-//! Line integral convolution (B. Cabral, L. Leedom, 1993), see [`kernel::along`](shibo_kernel::filter::along). A tile
-//! reads the input and the directions half the length around it. Cost: O(pixels · length in pixels), about 15 ns for
-//! each pixel of the length.
+//! Line integral convolution (B. Cabral, L. Leedom, 1993), see [`kernel::along`](shibo_kernel::filter::along). The halo
+//! of a tile is half the length. Cost: O(pixels · length in pixels), about 15 ns for each pixel of the length.
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,8 +1,8 @@
 //! [`DirectionalBlur`]: a blur along a direction.
 //!
-//! The mean over a straight line through each pixel, two samples a pixel, linear between pixels. A direction that is
-//! the same everywhere becomes a kernel once; see [`kernel::paths`](shibo_kernel::filter::paths). Cost: O(pixels ·
-//! length in pixels); where the angle is a field about 6 ns for each pixel of the length.
+//! The mean over a straight line through each pixel, two samples a pixel, linear between pixels. A constant direction
+//! is turned into a kernel once; see [`kernel::paths`](shibo_kernel::filter::paths). Cost: O(pixels · length in
+//! pixels); where the angle is a field about 6 ns for each pixel of the length.
 use super::around::Around;
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;

@@ -34,7 +34,7 @@ pub struct EdgeDetect {
     /// they are two pixels wide and of full strength, so they depend on the resolution.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub radius: f64,
-    /// Factor on the strength: with 1, a step of 1 gives 1 where the radius is larger than a pixel.
+    /// Factor on the strength: with 1, a step of 1 gives 1 if the radius is larger than a pixel.
     #[schemars(range(min = 0, max = 1e6))]
     pub strength: f64,
 }
@@ -136,7 +136,7 @@ mod tests {
                 assert!((0.8..1.2).contains(&share), "{degrees} {radius}: {most}");
                 let off = f64::from(angle.row(0, 32)[32]) - degrees;
                 let off = (off + 540.0).rem_euclid(360.0) - 180.0;
-                // Without smoothing, the staircase of pixels has directions of its own.
+                // Without smoothing, pixels form staircases with other directions.
                 assert!(off.abs() < 5.0 || (radius == 0.0 && degrees % 90.0 != 0.0), "{degrees} {radius}: {off}");
             }
         }

@@ -250,7 +250,7 @@ mod tests {
         for y in 16..48 {
             assert_eq!(out.row(0, y)[16..48], input.row(0, y)[16..48]);
         }
-        // Just at the left and the right edge nearly all comes from the two columns in the middle, which are
+        // At the left and the right edge nearly all of the value comes from the two columns in the middle, which are
         // neighbours.
         let off = |x: usize, from: usize| {
             (20..44).map(|y| (out.row(0, y)[x] - input.row(0, y)[from]).abs()).fold(0.0, f32::max)

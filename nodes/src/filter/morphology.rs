@@ -15,10 +15,10 @@ use shibo_kernel::filter::morphology::extreme;
 /// Operation on bright shapes; dark shapes get the opposite one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum MorphologyOperation {
-    /// They grow by the radius: each place gets the greatest value within it
+    /// They grow by the radius: each place gets the maximum within it
     #[default]
     Dilate,
-    /// They shrink by the radius: each place gets the least value within it
+    /// They shrink by the radius: each place gets the minimum within it
     Erode,
     /// They shrink and grow again: parts that are thinner than the disk vanish, the rest stays
     Open,

@@ -37,7 +37,7 @@ pub enum RadialDirection {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RadialBlur {
-    /// What to smear.
+    /// Field to smear.
     pub input: In<AnyField>,
     /// Direction of the paths.
     pub direction: RadialDirection,

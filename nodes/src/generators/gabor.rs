@@ -46,7 +46,7 @@ pub struct Gabor {
     /// Largest random rotation of each packet, either way; with 90 the noise has no direction.
     #[schemars(range(min = 0, max = 90), extend("unit" = "°"))]
     pub spread: f64,
-    /// Another number gives another pattern of the same kind.
+    /// Another seed gives another pattern of the same kind.
     pub seed: u64,
 }
 

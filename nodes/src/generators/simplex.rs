@@ -33,7 +33,7 @@ pub struct Simplex {
     /// Direction of the long side, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// Another number gives another pattern of the same kind.
+    /// Another seed gives another pattern of the same kind.
     pub seed: u64,
 }
 

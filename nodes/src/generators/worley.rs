@@ -57,7 +57,7 @@ pub struct Worley {
     pub angle: f64,
     /// True if `f1`, `f2` and `border` are shares of `size` instead of mm.
     pub normalize: bool,
-    /// Another number gives another pattern of the same kind.
+    /// Another seed gives another pattern of the same kind.
     pub seed: u64,
 }
 

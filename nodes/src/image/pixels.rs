@@ -147,7 +147,7 @@ impl FieldSource for PictureSource {
         let PicturePlacement { position, pitch, filter, outside } = self.placement;
         let (origin, step) = ((out.grid.origin - position) / pitch, out.grid.step / pitch);
         let place = Place { window: out.window, origin: origin.to_array(), step: step.to_array(), filter, outside };
-        // The third of two channels is 0.
+        // A picture of two channels has 0 in the third.
         let is_missing = |k: usize| k == 2 && pixels.data == 2;
         let channel = |k: usize| &pixels.channels[if k < pixels.data { k } else { 0 }];
         match self.pick {

@@ -66,7 +66,8 @@ pub struct DrawWrinkles {
     pub mix: f64,
     /// The cross-section.
     pub profile: CrossSection,
-    /// Standard deviation of the `Gaussian`, as a share of the width; the source has 1/6, which draws thin lines.
+    /// Standard deviation of the `Gaussian` cross-section, as a share of the width; the source uses 1/6, which draws
+    /// thin lines.
     #[schemars(range(min = 0.02, max = 1))]
     pub sigma: f64,
     /// Narrowing of a groove at its ends, 0..1.

@@ -26,7 +26,7 @@ pub(super) struct TexelPoint {
 }
 
 impl Cast {
-    /// Sorts the triangles of the surface.
+    /// Prepares the triangles of the surface for rays.
     pub(super) fn new(atlas: &Arc<Atlas>) -> Self {
         let [low, high] = atlas.mesh.bounds();
         let size = (high - low).length();

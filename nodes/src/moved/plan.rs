@@ -63,7 +63,7 @@ impl ReadPlan {
         }
         let pixels = DMat2::from_diagonal(1.0 / step) * map;
         let wide = picture.map(|picture| spread(pixels, picture));
-        // One repeat is computed at most, and no more than four times as many pixels as are shown.
+        // Compute at most one repeat, and only if it has no more than four times as many pixels as are shown.
         let repeats = period(step, moved.size).filter(|_| tiling == Tiling::BOTH);
         let repeats = repeats.filter(|period| wide.is_none_or(|wide| period.as_dvec2().cmple(2.0 * wide + 0.5).all()));
         if let Some((grid, start)) = moved.native(step, first).filter(|_| !straight && !is_whole(pixels)) {

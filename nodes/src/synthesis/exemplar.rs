@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// How coarser levels are computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Levels {
-    /// More and more blurred, with the same number of pixels.
+    /// Increasingly blurred, with the same number of pixels.
     #[default]
     Stack,
     /// With half the columns and rows at each level.
@@ -45,7 +45,7 @@ pub enum Compare {
     Linear,
 }
 
-/// A small picture of anything, from which more of it can be synthesised.
+/// A small picture from which any amount of similar texture can be synthesised.
 ///
 /// A picture file is used at its own pixels, any other field at `size` pixels over `size_mm` of the canvas: the height
 /// of a leather or a cut of wood can be an exemplar too. Aligned pictures in `others` are compared as well, so that a

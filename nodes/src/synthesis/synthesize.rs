@@ -46,7 +46,7 @@ pub enum Preset {
 /// Area over which the use of the exemplar is evened out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Scope {
-    /// Locally, so that windows stay exact
+    /// Locally, so that a larger output contains a smaller one
     #[default]
     Auto,
     /// The whole output. Then a larger output does not contain a smaller one.

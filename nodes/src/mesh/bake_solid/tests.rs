@@ -107,7 +107,7 @@ fn agreement(atlas: &Value, solid: Value, footprint: Footprint, (bend, pixels): 
     (near as f64 / apart.len() as f64, apart[apart.len() - 1])
 }
 
-/// The texture of a solid that is its own position shows the position of each texel.
+/// For a solid whose value is the position, the texture shows the position of each texel.
 #[test]
 fn texels_show_their_places() {
     for form in [MeshForm::Sphere, MeshForm::Cube, MeshForm::Torus] {

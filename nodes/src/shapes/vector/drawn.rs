@@ -99,8 +99,8 @@ impl<'a, 'input> DrawnElements<'_, 'a, 'input> {
         self.effects(node, &style)
     }
 
-    /// Draws the first child whose conditions are met. Children whose conditions depend on languages or features may be
-    /// drawn, so they are checked.
+    /// Checks the first child whose conditions are met: the one that is drawn. If its conditions depend on languages or
+    /// features, the next children may be drawn instead, so they are checked too.
     fn switch(&mut self, node: Node<'a, 'input>, context: Context<'a, 'input>) -> Result<(), Problem> {
         for child in node.children().filter(is_svg) {
             let skipped = child.has_attribute("requiredExtensions") || child.tag_name().name() == "foreignObject";

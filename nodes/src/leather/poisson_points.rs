@@ -39,13 +39,13 @@ pub struct PoissonPoints {
     /// four samples per pitch.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub stretch: Option<In<Gray>>,
-    /// Distance between points along `angle`, as a multiple of that across.
+    /// Mean distance between neighbours. No two points are nearer than 0.8 of it.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub pitch: f64,
     /// Distance between points along `angle`, as a multiple of that across.
     #[schemars(range(min = 1, max = 10))]
     pub aspect: f64,
-    /// Ratio of the distance between points where `density` is 1 to that where it is 0.
+    /// Direction in which points are wider apart, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
     /// Ratio of the distance between points where `density` is 1 to that where it is 0.

@@ -1,6 +1,6 @@
-//! The method of the source on a surface, from start to end: coordinates are zeros or random at first; at each level they are
-//! upsampled (3) and corrected (1), (2), across borders through the indirection map. From zeros and without jitter it gives
-//! what `StartCoords`, `UpsampleCoords` and `CorrectCoords` give one after another.
+//! The method of the source on a surface, from start to end: coordinates start as zeros or at random; at each level
+//! they are upsampled (3) and corrected (1), (2), across borders through the indirection map. Starting from zeros and
+//! without jitter, the result is that of the chain `StartCoords`, `UpsampleCoords`, `CorrectCoords`.
 use super::analysis::{features, plane};
 use super::patent::{level, wide};
 use super::surface_inputs::SurfaceFields;
@@ -15,13 +15,13 @@ use shibo_kernel::synthesis::sheet::Sheet;
 use shibo_kernel::synthesis::surface::SurfaceInputs;
 use shibo_kernel::synthesis::texels::Fetch;
 
-/// How the source's method is run.
+/// Parameters of the source's method.
 pub(super) struct PatentSpec {
     pub(super) averaged: bool,
     pub(super) sub_passes: u32,
     pub(super) passes: u32,
     pub(super) jitter: f64,
-    /// Whether it starts from zeros.
+    /// True to start from zeros.
     pub(super) zero: bool,
     pub(super) hash: Hash,
 }

@@ -1,4 +1,4 @@
-//! What the nodes of single stages have in common.
+//! Shared by the nodes of single stages.
 use super::inputs::checked;
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -8,7 +8,7 @@ use shibo_kernel::ground::window::OCTANTS;
 use shibo_kernel::synthesis::jacobian::{IDENTITY, Jacobian};
 use shibo_kernel::synthesis::{Lookup, Neighbours, PixelPlane};
 
-/// Size of a map, and where its sides join.
+/// Size of a map, and the directions in which its sides join.
 pub(super) fn plane(map: &CoordMap) -> PixelPlane {
     PixelPlane { w: map.size.x as usize, h: map.size.y as usize, wrap: [map.periodic.x, map.periodic.y] }
 }
@@ -43,7 +43,7 @@ pub(super) fn at(list: &[Jacobian], pixel: usize) -> [f64; 4] {
     list.get(pixel).unwrap_or(&list[0]).map(f64::from)
 }
 
-/// Refuses coordinates on a surface where that is not connected.
+/// Refuses coordinates on a surface if the surface is not connected.
 pub(super) fn in_the_plane(map: &CoordMap) -> Result<(), Problem> {
     if map.surface.is_none() {
         return Ok(());
@@ -61,7 +61,7 @@ pub(super) fn afford(cx: &Context<'_>, pixels: u64) -> Result<(), Stop> {
     Err(Problem::new(Code::TooLarge, message).at("coords").help("start smaller, or raise --memory").into())
 }
 
-/// A map beyond whose sides there is nothing, unless they join: then pixels there continue themselves.
+/// A map without neighbours beyond its sides, unless opposite sides join.
 pub(super) struct Ended(pub(super) PixelPlane);
 
 impl Lookup for Ended {
@@ -80,7 +80,8 @@ impl Neighbours for Ended {
     }
 }
 
-/// A map whose opposite sides fit, shifted so that another pixel is the first.
+/// Shifts a map cyclically, in the directions in which opposite sides join, so that the pixel at `origin` becomes the
+/// first.
 pub(super) fn rolled(coords: Vec<[f32; 2]>, size: UVec2, origin: (i32, i32), wrap: [bool; 2]) -> Vec<[f32; 2]> {
     let by = |k: i32, n: u32, wrap: bool| if wrap { k.rem_euclid(n.cast_signed()).unsigned_abs() as usize } else { 0 };
     let (dx, dy) = (by(origin.0, size.x, wrap[0]), by(origin.1, size.y, wrap[1]));

@@ -1,14 +1,16 @@
 //! Foreign meshes that are broken, hostile, or no valid surface. Each gives an error or advice at its place, and no
 //! file is opened except the named ones.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
-use crate::common::kinds::{bytes, load, needed, session, stand_in};
+
 use crate::support::Desk;
 use glam::UVec2;
+use shibo_contract::kinds::{STAND_INS, bytes, load, needed, session, stand_in};
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::node::KindInfo;
 use shibo_engine::registry::Registry;
 use shibo_engine::session::Failure;
 use shibo_engine::value::{Accepts, Type};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A graph with the mesh in line 4, its atlas in line 5, and nodes that read them from line 6 on.
@@ -179,7 +181,7 @@ fn is_of_meshes(info: &KindInfo) -> bool {
 }
 
 /// A graph of a kind that reads `mesh` in place of the usual one.
-fn on_mesh(registry: &Registry, info: &KindInfo, mesh: &str) -> Result<String, String> {
+fn on_mesh(registry: &Arc<Registry>, info: &KindInfo, mesh: &str) -> Result<String, String> {
     let mut args: Vec<String> = Vec::new();
     let mut nodes = String::new();
     for (field, port) in info.ports() {
@@ -201,7 +203,7 @@ fn on_mesh(registry: &Registry, info: &KindInfo, mesh: &str) -> Result<String, S
         args.push("exemplar: \"exemplar\"".into());
     }
     args.extend(needed(&info.kind).map(|(field, text)| format!("{field}: {text}")));
-    let ours = crate::common::kinds::STAND_INS.lines().map(|line| match line.trim_start().starts_with("\"mesh\":") {
+    let ours = STAND_INS.lines().map(|line| match line.trim_start().starts_with("\"mesh\":") {
         true => format!("    \"mesh\": {mesh},\n"),
         false => format!("{line}\n"),
     });
@@ -246,8 +248,8 @@ fn every_node_takes_odd_meshes() {
         desk.write(name, text);
         meshes.push((format!("LoadMesh(path: {:?}, up: Z)", desk.path(name)), false));
     }
-    let registry = shibo_nodes::registry();
-    let session = session(shibo_nodes::registry(), 1);
+    let registry = Arc::new(shibo_nodes::registry());
+    let session = session(&registry, 1);
     let infos: Vec<&KindInfo> =
         registry.kinds().filter_map(|kind| registry.info(kind)).filter(|i| is_of_meshes(i)).collect();
     assert!(infos.len() > 20, "{}", infos.len());
@@ -291,13 +293,13 @@ fn large_meshes_stop_when_asked() {
         text += &format!("f {a}/{a} {b}/{b} {c}/{c}\nf {a}/{a} {c}/{c} {d}/{d}\n");
     }
     desk.write("large.obj", text);
-    let registry = shibo_nodes::registry();
+    let registry = Arc::new(shibo_nodes::registry());
     let nodes = format!("\"m\": LoadMesh(path: {:?}, up: Z), \"it\": MeshAtlas(mesh: \"m\"),", desk.path("large.obj"));
     let graph = load(&registry, &nodes, UVec2::splat(16)).unwrap();
     let node = |name: &str| graph.nodes.node_indices().find(|i| graph.nodes[*i].name == name).unwrap();
     // 180,000 triangles: one check every 8,000 lines, triangles, edges and vertices.
     for (name, least) in [("m", 150), ("it", 150)] {
-        let session = session(shibo_nodes::registry(), 1);
+        let session = session(&registry, 1);
         let prepare = || {
             session.caches().memory.clear();
             if name == "it" {

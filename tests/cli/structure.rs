@@ -1,5 +1,7 @@
 //! The dependency rules of ARCHITECTURE.md, checked by reading the `use` lines.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+mod prose;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +19,7 @@ fn sources(dir: &Path) -> Vec<PathBuf> {
     files
 }
 
-fn root(path: &str) -> PathBuf {
+pub(crate) fn root(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 

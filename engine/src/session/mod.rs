@@ -27,6 +27,7 @@ use crate::value::{Field, Grid, Stop, Tile, Value, Window};
 use petgraph::graph::NodeIndex;
 use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Memory kept for reuse is at most one part in this many of the memory for results.
 const SPARE: u64 = 8;
@@ -99,7 +100,7 @@ impl From<Vec<Diagnostic>> for Failure {
 
 /// The engine with its nodes, threads and caches.
 pub struct Session {
-    registry: Registry,
+    registry: Arc<Registry>,
     caches: Caches,
     pool: ThreadPool,
     memory: u64,
@@ -112,7 +113,8 @@ impl Session {
     ///
     /// # Errors
     /// Threads cannot be started.
-    pub fn new(registry: Registry, settings: &Settings) -> Result<Self, SessionError> {
+    pub fn new(registry: impl Into<Arc<Registry>>, settings: &Settings) -> Result<Self, SessionError> {
+        let registry = registry.into();
         let open = |dir: &PathBuf| DiskCache::open(dir, settings.disk, Seal::new(registry.code()));
         match settings.cache_dir.as_ref().map(open).transpose() {
             Ok(disk) => Self::with_store(registry, settings, disk.map(|disk| Box::new(disk) as Box<dyn Store>)),
@@ -125,7 +127,7 @@ impl Session {
     /// # Errors
     /// Threads cannot be started.
     pub fn with_store(
-        registry: Registry,
+        registry: impl Into<Arc<Registry>>,
         settings: &Settings,
         store: Option<Box<dyn Store>>,
     ) -> Result<Self, SessionError> {
@@ -138,7 +140,7 @@ impl Session {
             .map_err(|source| SessionError::Threads { threads, source })?;
         let caches = Caches::new(MemoryCache::new(settings.memory), store);
         crate::value::hold_back(settings.memory / SPARE);
-        Ok(Self { registry, caches, pool, memory: settings.memory, cache_error: None })
+        Ok(Self { registry: registry.into(), caches, pool, memory: settings.memory, cache_error: None })
     }
 
     /// Bytes for results in memory, as in [`Settings::memory`].

@@ -1,7 +1,11 @@
-//! How plain is the English? Counts habits that make sentences hard to read, by folder. `tests/cli/structure/prose.txt` holds
-//! the counts of the last time; they may only go down.
+//! Counts habits of English that make sentences hard to read, by folder. `tests/cli/structure/prose.txt` holds the allowed counts,
+//! which may only go down: `BLESS=1` lowers them.
+#[allow(dead_code, reason = "a part of it is used here")]
+#[path = "../../support/bless.rs"]
+mod bless;
+
 use super::root;
-use crate::support::bless::blessing;
+use bless::blessing;
 use regex_lite::Regex;
 use std::collections::BTreeMap;
 use std::fs;
@@ -9,7 +13,10 @@ use std::path::Path;
 
 /// A sentence that opens with a noun clause; one that names no thing; three relative pronouns; old words.
 const HABITS: [(&str, &str); 4] = [
-    ("opener", r"^(What|Whether|Which|How (many|far|much|often)|Of (what|those|the)|That which|Whoever|Where .* is,)\b"),
+    (
+        "opener",
+        r"^(What|Whether|Which|How (many|far|much|often)|Of (what|those|the)|That which|Whoever|Where .* is,)\b",
+    ),
     ("what-clause", r"\bwhat (is|was|are|has|had|it|they|lies|reads|comes|belongs|others|nobody)\b"),
     (
         "stacked",
@@ -21,12 +28,8 @@ const HABITS: [(&str, &str); 4] = [
     ),
 ];
 
-/// Sentences and habits of a folder.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Counts {
-    sentences: usize,
-    habits: [usize; 4],
-}
+/// The sentences of a folder that show each habit, with their files.
+type Found = [Vec<String>; 4];
 
 /// The blocks of prose in a file: comments, or the paragraphs of a document.
 fn blocks(name: &str, text: &str) -> Vec<String> {
@@ -38,7 +41,8 @@ fn blocks(name: &str, text: &str) -> Vec<String> {
     };
     let (mut blocks, mut block, mut fence) = (Vec::new(), Vec::<&str>::new(), false);
     for line in text.lines() {
-        let line = line.trim_start_matches(|c: char| c.is_whitespace() && name.rsplit_once('.').is_some_and(|(_, e)| e != "md"));
+        let line = line
+            .trim_start_matches(|c: char| c.is_whitespace() && name.rsplit_once('.').is_some_and(|(_, e)| e != "md"));
         let part = marks.iter().find_map(|mark| line.strip_prefix(mark));
         let comment = part.is_some();
         let mut part = part.map_or("", |part| part.strip_prefix(' ').unwrap_or(part));
@@ -101,17 +105,18 @@ fn files(dir: &Path, prefix: &str, found: &mut Vec<String>) {
     }
 }
 
-fn count() -> BTreeMap<String, Counts> {
+fn find() -> BTreeMap<String, Found> {
     let habits = HABITS.map(|(_, pattern)| Regex::new(pattern).unwrap());
-    let (mut table, mut found) = (BTreeMap::<String, Counts>::new(), Vec::new());
-    files(&root(""), "", &mut found);
-    for path in found {
+    let (mut table, mut paths) = (BTreeMap::<String, Found>::new(), Vec::new());
+    files(&root(""), "", &mut paths);
+    for path in paths {
         let text = fs::read_to_string(root(&path)).unwrap();
-        let counts = table.entry(folder(&path)).or_default();
+        let found = table.entry(folder(&path)).or_default();
         for sentence in blocks(&path, &text).iter().flat_map(|block| sentences(block)) {
-            counts.sentences += 1;
-            for (count, habit) in counts.habits.iter_mut().zip(&habits) {
-                *count += usize::from(habit.is_match(&sentence));
+            for (found, habit) in found.iter_mut().zip(&habits) {
+                if habit.is_match(&sentence) {
+                    found.push(format!("{path}: {sentence}"));
+                }
             }
         }
     }
@@ -145,15 +150,16 @@ fn habits_of_prose_go_down() {
     let allowed = read(&fs::read_to_string(&path).unwrap());
     let mut lowered = BTreeMap::new();
     let mut worse = Vec::new();
-    for (folder, counts) in count() {
+    for (folder, found) in find() {
         // A folder that the table lacks may have one sentence of each habit.
         let allowed = allowed.get(&folder).copied().unwrap_or([1; 4]);
-        for ((count, allowed), (habit, _)) in counts.habits.iter().zip(allowed).zip(HABITS) {
-            if *count > allowed {
-                worse.push(format!("{folder}: {count} sentences with the habit `{habit}`, {allowed} allowed"));
+        for ((sentences, allowed), (habit, _)) in found.iter().zip(allowed).zip(HABITS) {
+            if sentences.len() > allowed {
+                let list = sentences.join("\n  ");
+                worse.push(format!("{folder}: `{habit}` {} times, {allowed} allowed:\n  {list}", sentences.len()));
             }
         }
-        lowered.insert(folder, std::array::from_fn(|i| counts.habits[i].min(allowed[i])));
+        lowered.insert(folder, std::array::from_fn(|i| found[i].len().min(allowed[i])));
     }
     assert!(worse.is_empty(), "plain sentences begin with their subject (CONTRIBUTING.md):\n{}", worse.join("\n"));
     if blessing() {
@@ -163,11 +169,15 @@ fn habits_of_prose_go_down() {
 
 #[test]
 fn habits_of_prose_are_found() {
-    let text = "/// What it returns is a list. It holds one thing.\n// A comment\n// goes on: nobody reads it.\nlet x = 1;\n";
+    let text =
+        "/// What it returns is a list. It holds one thing.\n// A comment\n// goes on: nobody reads it.\nlet x = 1;\n";
     let found: Vec<String> = blocks("a.rs", text).iter().flat_map(|block| sentences(block)).collect();
     assert_eq!(found, ["What it returns is a list.", "It holds one thing.", "A comment goes on: nobody reads it."]);
     let habits = |sentence: &str| HABITS.map(|(_, pattern)| Regex::new(pattern).unwrap().is_match(sentence));
     assert_eq!(habits(&found[0]), [true, false, false, false]);
     assert_eq!(habits(&found[2]), [false, false, false, true]);
-    assert_eq!(habits("It tells what is read by those that others left and which of them end."), [false, true, true, false]);
+    assert_eq!(
+        habits("It tells what is read by those that others left and which of them end."),
+        [false, true, true, false]
+    );
 }

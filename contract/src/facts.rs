@@ -1,5 +1,5 @@
 //! Facts of the canvas: a node declares each fact that its result depends on, and reads no other.
-use super::kinds::{another, bytes, graph, it, session};
+use crate::kinds::{another, bytes, graph, it, session};
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::eval::{CancelToken, Silent, encode};
@@ -8,6 +8,7 @@ use shibo_engine::node::{Call, Fact, KindInfo, Role};
 use shibo_engine::registry::Registry;
 use shibo_engine::session::{Failure, Look};
 use shibo_engine::value::{Canvas, Cut, Evaluator, Field, Grid, Key, Stop, Tile, Tiling, Type, Value, Window};
+use std::sync::Arc;
 
 /// The engine for a node that is evaluated outside its graph, with another canvas.
 struct Beside<'r>(&'r Look<'r>);
@@ -34,7 +35,7 @@ impl Evaluator for Beside<'_> {
 }
 
 /// The fields of a value; for a solid, a plane cut through it.
-pub(crate) fn shown(value: &Value) -> Vec<Field> {
+pub fn shown(value: &Value) -> Vec<Field> {
     let Value::Solid(solid) = value else { return value.fields() };
     let place = Field::generate(Type::Rgb, Tiling::NONE, |out: &mut Tile, _| {
         let (grid, window) = (out.grid, out.window);
@@ -85,15 +86,15 @@ fn changes(canvas: &Canvas) -> Vec<(Fact, Canvas)> {
 }
 
 /// A node gives the same result for all canvases that agree in its declared facts, or in `declared` if given.
-pub(crate) fn declares_what_it_reads(
-    registry: &Registry,
+pub fn declares_what_it_reads(
+    registry: &Arc<Registry>,
     info: &KindInfo,
     declared: Option<&[Fact]>,
 ) -> Result<(), String> {
     let graph = graph(registry, info, UVec2::splat(24), None)?;
     let node = &graph.nodes[it(&graph)];
     let declared = declared.unwrap_or(node.node.facts());
-    let session = session(shibo_nodes::registry(), 1);
+    let session = session(registry, 1);
     let fail = |failure: Failure| format!("{failure:?}");
     let keys = session.keys(&graph).map_err(fail)?;
     let compare = |look: &Look<'_>| -> Result<Result<(), String>, Failure> {
@@ -116,8 +117,8 @@ pub(crate) fn declares_what_it_reads(
 }
 
 /// With any parameters, a node reads no undeclared fact: the engine would report it.
-pub(crate) fn reads_only_declared_facts(registry: &Registry, info: &KindInfo) -> Result<(), String> {
-    let session = session(shibo_nodes::registry(), 1);
+pub fn reads_only_declared_facts(registry: &Arc<Registry>, info: &KindInfo) -> Result<(), String> {
+    let session = session(registry, 1);
     for field in &info.fields {
         let Role::Param(param) = &field.role else { continue };
         let choices = param.choices.iter().filter(|choice| !choice.has_arguments).map(|choice| choice.name.clone());

@@ -8,27 +8,31 @@ use shibo_engine::session::{Failure, Session, Settings};
 use shibo_engine::value::{Accepts, Resolution, Tile, Type, Window};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
+
+/// The folder of the workspace, which has the files that nodes read.
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// The picture for nodes that read one.
 const PICTURE: &str = "library/examples/ramp.png";
 
 /// The mesh for nodes that read one.
-const MESH: &str = "tests/meshes/cube.obj";
+const MESH: &str = "library/examples/cube.obj";
 
 /// The drawing for nodes that read one.
 const DRAWING: &str = "library/examples/leaf.svg";
 
-pub(crate) fn options(resolution: UVec2) -> LoadOptions {
+/// Options that load a graph at a resolution, with the workspace as working folder.
+pub fn options(resolution: UVec2) -> LoadOptions {
     LoadOptions {
         resolution: Some(Resolution::Exact(resolution)),
-        working_dir: env!("CARGO_MANIFEST_DIR").into(),
+        working_dir: FOLDER.into(),
         ..LoadOptions::default()
     }
 }
 
 /// Nodes that ports are connected to.
-pub(crate) const STAND_INS: &str = r##"
+pub const STAND_INS: &str = r##"
     "gray": Perlin(size: 5),
     "rgb": GradientMap(input: "gray", stops: [(0.0, "#102030"), (1.0, "#f0c080")]),
     "normal": HeightToNormal(input: "gray"),
@@ -61,7 +65,7 @@ pub(crate) const STAND_INS: &str = r##"
 fn stand_ins() -> &'static BTreeMap<Type, String> {
     static FOUND: OnceLock<BTreeMap<Type, String>> = OnceLock::new();
     FOUND.get_or_init(|| {
-        let graph = load(&shibo_nodes::registry(), STAND_INS, UVec2::splat(64)).unwrap();
+        let graph = load(&Arc::new(shibo_nodes::registry()), STAND_INS, UVec2::splat(64)).unwrap();
         let mut found = BTreeMap::new();
         for node in graph.nodes.node_weights() {
             for (output, ty) in node.node.outputs().iter().zip(&node.outputs) {
@@ -73,7 +77,7 @@ fn stand_ins() -> &'static BTreeMap<Type, String> {
 }
 
 /// The output that a port is connected to, and the nodes needed beside [`STAND_INS`].
-pub(crate) fn stand_in(registry: &Registry, port: Accepts) -> Result<(String, String), String> {
+pub fn stand_in(registry: &Arc<Registry>, port: Accepts) -> Result<(String, String), String> {
     let ty = match port {
         Accepts::One(ty) => ty,
         Accepts::Field | Accepts::EveryField | Accepts::Direction => Type::Gray,
@@ -87,7 +91,7 @@ pub(crate) fn stand_in(registry: &Registry, port: Accepts) -> Result<(String, St
 }
 
 /// A node, with its ports connected, of the first kind whose main output has this type.
-pub(crate) fn made(registry: &Registry, ty: Type) -> Result<(String, String), String> {
+pub fn made(registry: &Arc<Registry>, ty: Type) -> Result<(String, String), String> {
     let mut infos = registry.kinds().filter_map(|kind| registry.info(kind));
     let makes = |info: &&KindInfo| {
         info.outputs[0].ty == OutputType::Fixed(ty) && info.ports().all(|(_, port)| port.ty != Accepts::One(ty))
@@ -98,7 +102,7 @@ pub(crate) fn made(registry: &Registry, ty: Type) -> Result<(String, String), St
 }
 
 /// Arguments that a kind needs to be valid.
-pub(crate) fn needed(kind: &str) -> Option<(&'static str, String)> {
+pub fn needed(kind: &str) -> Option<(&'static str, String)> {
     match kind {
         "PointList" => Some(("points", "[(3, 4), (10, 7), (5, 12), (13, 13), (8, 2)]".into())),
         "Path" => Some(("points", "[(-2, 3), (6, 11), (14, 3)]".into())),
@@ -118,8 +122,8 @@ pub(crate) fn needed(kind: &str) -> Option<(&'static str, String)> {
 
 /// The arguments of a kind with its ports connected and one parameter changed or left out, and the nodes needed beside
 /// [`STAND_INS`].
-pub(crate) fn arguments(
-    registry: &Registry,
+pub fn arguments(
+    registry: &Arc<Registry>,
     info: &KindInfo,
     change: Option<(&str, Option<&str>)>,
 ) -> Result<(String, String), String> {
@@ -139,17 +143,17 @@ pub(crate) fn arguments(
 }
 
 /// A graph of these nodes.
-pub(crate) fn load(registry: &Registry, nodes: &str, size: UVec2) -> Result<Graph, String> {
+pub fn load(registry: &Arc<Registry>, nodes: &str, size: UVec2) -> Result<Graph, String> {
     let text = format!("(canvas: (size_mm: 16, resolution: 64, seed: 3), nodes: {{ {nodes} }})");
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("contract.ron");
+    let path = Path::new(FOLDER).join("contract.ron");
     let loaded = load_text(&path, &text, registry, &options(size));
     let errors: Vec<&str> = loaded.diagnostics.iter().filter(|d| !d.warning).map(|d| d.message.as_str()).collect();
     loaded.graph.ok_or_else(|| errors.join("; "))
 }
 
 /// A graph whose node `it` is a `kind` with its ports connected and one parameter changed.
-pub(crate) fn graph(
-    registry: &Registry,
+pub fn graph(
+    registry: &Arc<Registry>,
     info: &KindInfo,
     size: UVec2,
     change: Option<(&str, &str)>,
@@ -159,16 +163,24 @@ pub(crate) fn graph(
     load(registry, &format!("{STAND_INS} {nodes} {node}"), size).map_err(|errors| format!("{node} {errors}"))
 }
 
-pub(crate) fn session(registry: Registry, threads: usize) -> Session {
-    Session::new(registry, &Settings { threads, ..Settings::default() }).unwrap()
+/// A session without a cache folder.
+///
+/// # Panics
+/// If threads cannot be started.
+pub fn session(registry: &Arc<Registry>, threads: usize) -> Session {
+    Session::new(registry.clone(), &Settings { threads, ..Settings::default() }).unwrap()
 }
 
-pub(crate) fn it(graph: &Graph) -> petgraph::graph::NodeIndex {
+/// The node `it`.
+///
+/// # Panics
+/// If the graph has none.
+pub fn it(graph: &Graph) -> petgraph::graph::NodeIndex {
     graph.nodes.node_indices().find(|i| graph.nodes[*i].name == "it").unwrap()
 }
 
 /// All outputs of a node as bytes; fields are assembled from windows of at most `side` pixels.
-pub(crate) fn bytes(session: &Session, graph: &Graph, side: u32) -> Result<Vec<u8>, String> {
+pub fn bytes(session: &Session, graph: &Graph, side: u32) -> Result<Vec<u8>, String> {
     let fail = |failure: Failure| format!("{failure:?}");
     let (node, size) = (it(graph), graph.canvas.resolution);
     let grid = graph.canvas.grid(size);
@@ -198,7 +210,7 @@ pub(crate) fn bytes(session: &Session, graph: &Graph, side: u32) -> Result<Vec<u
 }
 
 /// RON for a value of a parameter other than its default.
-pub(crate) fn another(param: &ParamInfo) -> Option<String> {
+pub fn another(param: &ParamInfo) -> Option<String> {
     let number = |default: f64| {
         let (min, max) = (param.bounds.min.unwrap_or(-1e6), param.bounds.max.unwrap_or(1e6));
         let up = default * 1.25 + 0.1;

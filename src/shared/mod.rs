@@ -81,5 +81,9 @@ pub(crate) fn entries(_address: &Address) -> Result<Box<dyn Entries>, Quit> {
 
 #[cfg(not(feature = "shared-cache"))]
 fn without() -> Quit {
-    Quit::Usage("this program was built without shared caches; build it with the feature `shared-cache`".into())
+    Quit::Usage(
+        "this program was built without shared caches: build it with `cargo build --release --features shared-cache`, or leave \
+         out `--shared-cache` and the variable SHIBO_SHARED_CACHE"
+            .into(),
+    )
 }

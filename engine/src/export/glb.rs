@@ -19,7 +19,7 @@ pub struct GlbWriter {
     name: String,
     exported: Exported,
     shape: Shape,
-    /// Whether textures repeat beyond their edges.
+    /// True if textures repeat beyond their edges.
     wraps: [bool; 2],
     writers: Vec<Writer>,
 }

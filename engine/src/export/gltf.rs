@@ -109,7 +109,7 @@ impl Exported {
         self.material.get(channel).is_some()
     }
 
-    /// Whether any of the channels varies over the canvas.
+    /// True if any of the channels varies over the canvas.
     fn varies(&self, channels: &[Channel]) -> bool {
         channels.iter().any(|c| self.material.get(*c).is_some_and(|field| field.as_constant().is_none()))
     }

@@ -80,7 +80,7 @@ fn numbers(values: &[f64]) -> String {
 struct Builder<'m, 'a> {
     maps: &'m mut Maps<'a>,
     place: &'m ExportContext,
-    /// Whether pictures cover the coordinates once, as those of an atlas do.
+    /// True if pictures cover the coordinates once, as those of an atlas do.
     once: bool,
     nodes: Vec<Node>,
 }

@@ -7,7 +7,7 @@ use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 /// Cuts a height into level steps, as contour lines do on a model of a landscape.
 ///
 /// ```ron
-/// "hills": Fractal(size: 16, normalize: true),
+/// "hills": Fractal(size: 16),
 /// "example": Terraces(input: "hills", steps: 6, softness: 0.2),
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]

@@ -52,9 +52,9 @@ impl Node for Zones {
 mod math {
     /// A wave between 0 and 1 with a period of 2, made of parabolas. The system's sine has other bits on other systems.
     pub(super) fn ring(turns: f64) -> f64 {
-        let phase = turns.rem_euclid(2.0) - 1.0;
-        let bump = 1.0 - (2.0 * phase.abs() - 1.0).powi(2);
-        if phase.abs() < 0.5 { 0.5 - 0.5 * bump } else { 0.5 + 0.5 * bump }
+        let share = 2.0 * turns.rem_euclid(1.0) - 1.0;
+        let bump = 0.5 * (1.0 - share * share);
+        if turns.rem_euclid(2.0) < 1.0 { 0.5 + bump } else { 0.5 - bump }
     }
 
     /// The nearest single-precision number: fields are single precision.

@@ -35,7 +35,7 @@ pub enum AtlasError {
 /// Number of triangles between two checks of a cancellation.
 const AT_ONCE: usize = 1 << 15;
 
-/// How far UVs may leave the unit square without an error.
+/// Distance by which UVs may leave the unit square without an error.
 pub(super) const SLACK: f32 = 1e-4;
 
 /// Change of the point on the surface per unit of u, and of v (row C19); 0 if the triangle has no area in the unit

@@ -10,7 +10,7 @@ use glam::DVec2;
 use shibo_engine::value::{Atlas, Grid, Window};
 use std::ops::Range;
 
-/// How far outside a triangle a centre may lie, in barycentric coordinates.
+/// Distance outside a triangle at which a centre still counts, in barycentric coordinates.
 const TOLERANCE: f64 = 1e-9;
 /// Width of a chart's gutter, in pixels beyond its border.
 pub const GUTTER: i32 = 2;

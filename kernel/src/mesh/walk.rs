@@ -6,7 +6,7 @@ use super::atlas::jacobian;
 use glam::{DMat2, DVec2, DVec3};
 use shibo_engine::value::Atlas;
 
-/// How far outside of a triangle a point still counts as inside, in barycentric coordinates.
+/// Distance outside a triangle at which a point still counts as inside, in barycentric coordinates.
 pub const TOLERANCE: f64 = 1e-9;
 
 /// Maximum number of edges that a path may cross.

@@ -63,7 +63,7 @@ uniform vec3 uSunLight;           // the colour of its sun
 const float PI = 3.14159265;
 const int OWN = 4;
 
-// One soft box: its light in direction d, blurred by a lobe of width `blur`.
+// One soft box: its light in direction d, blurred by a lobe of width blur.
 float box(vec3 d, vec3 to, vec3 side, vec2 half_size, float blur) {
   float z = dot(d, to);
   if (z <= 0.0) return 0.0;

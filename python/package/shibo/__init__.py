@@ -12,24 +12,25 @@ import os
 import pathlib
 import tempfile
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, Optional, Union
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Optional
 
 from . import _shibo
 from ._shibo import Diagnostic, ShiboError
+from ._types import Array as Array
+from ._types import Canvas as Canvas
+from ._types import Depth as Depth
+from ._types import Format as Format
+from ._types import Parameter as Parameter
+from ._types import Path as Path
+from ._types import Progress as Progress
+from ._types import Region as Region
+from ._types import Rendered as Rendered
+from ._types import Resolution as Resolution
+from ._types import Value as Value
 
 __version__ = _shibo.VERSION
 __all__ = ["Diagnostic", "Graph", "Session", "ShiboError", "check", "graphs", "load"]
-
-Value = Union[bool, int, float, str, "os.PathLike[str]", Sequence[float]]
-"""A value of a parameter."""
-Resolution = Union[int, "tuple[int, int]"]
-"""Pixels of the longer side, or width and height."""
-Region = "tuple[int, int, int, int]"
-"""A part of a picture: x, y, width and height in pixels from the top left."""
-Progress = Callable[[str, int, int], Any]
-"""Called with the name of a node, its steps done and all of its steps."""
-Path = Union[str, "os.PathLike[str]"]
 
 
 def _cache_home() -> Optional[pathlib.Path]:
@@ -59,9 +60,9 @@ class Session:
         import_path: Sequence[Path] = (),
     ) -> None:
         home = _cache_home()
-        usual = cache and cache_dir is None and home is not None
-        if usual:
-            cache_dir = home / "shibo"
+        usual = False
+        if cache and cache_dir is None and home is not None:
+            usual, cache_dir = True, home / "shibo"
         named = [folder for folder in os.environ.get("SHIBO_IMPORT_PATH", "").split(os.pathsep) if folder]
         library = (home or pathlib.Path(tempfile.gettempdir())) / "shibo-library"
         self._native = _shibo.Session(
@@ -139,12 +140,12 @@ class Graph:
         return self._native.outputs
 
     @property
-    def params(self) -> dict[str, dict[str, Any]]:
+    def params(self) -> dict[str, Parameter]:
         """The parameters by name: `type`, `value` and `default` as RON, `range`, `unit`, `doc`, `options`."""
         return self._native.params
 
     @property
-    def canvas(self) -> dict[str, Any]:
+    def canvas(self) -> Canvas:
         """`size_mm`, `resolution`, `tile` and `seed`."""
         return self._native.canvas
 
@@ -166,14 +167,14 @@ class Graph:
         region: Optional[Region] = None,
         values: Optional[Mapping[str, Value]] = None,
         progress: Optional[Progress] = None,
-    ) -> Any:
+    ) -> Rendered:
         """Renders an output to a new array of 32-bit floats, (height, width) or (height, width, channels), and a whole
         material to a dict of arrays. `name` is an output, `OUTPUT.CHANNEL`, or a channel that only one material has.
 
         Colours are scene-linear Rec.709, heights are millimetres, normals are ½ + ½n with y up. `values` sets
         parameters for this picture only. Ctrl-C, or an exception in `progress`, stops the work at once."""
         return self._native.render(
-            name, resolution=resolution, region=region, values=values and dict(values), progress=progress
+            name, resolution=resolution, region=region, values=None if values is None else dict(values), progress=progress
         )
 
     def seeds(
@@ -183,7 +184,7 @@ class Graph:
         *,
         resolution: Optional[Resolution] = None,
         region: Optional[Region] = None,
-    ) -> Iterator[tuple[int, Any]]:
+    ) -> Iterator[tuple[int, Rendered]]:
         """Renders an output for several seeds of the canvas, one after another: yields (seed, array)."""
         for seed in seeds:
             yield seed, self.render(name, resolution=resolution, region=region, values={"seed": seed})
@@ -196,8 +197,8 @@ class Graph:
         resolution: Optional[Resolution] = None,
         region: Optional[Region] = None,
         target: Optional[str] = None,
-        format: Optional[str] = None,
-        depth: Optional[str] = None,
+        format: Optional[Format] = None,
+        depth: Optional[Depth] = None,
         values: Optional[Mapping[str, Value]] = None,
         progress: Optional[Progress] = None,
     ) -> list[pathlib.Path]:
@@ -215,7 +216,7 @@ class Graph:
             target=target,
             format=format,
             depth=depth,
-            values=values and dict(values),
+            values=None if values is None else dict(values),
             progress=progress,
         )
         return [pathlib.Path(file) for file in files]

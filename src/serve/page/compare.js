@@ -1,14 +1,18 @@
+// @ts-check
 // Comparison of two pictures: with a dividing line, side by side, or as a difference.
 export class Comparison {
   constructor() {
+    /** @type {Source | null} */
     this.before = null;
     // The second picture; null for the one shown.
+    /** @type {Source | null} */
     this.after = null;
     this.mode = 'wipe';
     this.wipe = 0.5;
   }
 
   // `layer` paints one of the two pictures into an area, given its left and right edge and its shift.
+  /** @param {import('./picture.js').Picture} picture @param {(area: [number, number, number?], side: number) => void} layer */
   paint(picture, layer) {
     const { canvas, context: c } = picture;
     const { width } = canvas;

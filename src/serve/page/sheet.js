@@ -1,3 +1,4 @@
+// @ts-check
 // A sheet of variations: a parameter over its range, or several seeds; a click chooses one.
 import { element, notice, short } from './dom.js';
 import { bitmap } from './net.js';
@@ -5,6 +6,7 @@ import { bitmap } from './net.js';
 const SIZE = 120;
 
 export class Sheet {
+  /** @param {HTMLElement} root @param {Page} page */
   constructor(root, page) {
     this.root = root;
     this.page = page;
@@ -32,8 +34,9 @@ export class Sheet {
     if (!params.length) this.note.textContent = 'The graph has no parameter with a range.';
   }
 
-  stale() { if (this.root.closest('details').open) this.show(); }
+  stale() { if (/** @type {HTMLDetailsElement} */ (this.root.closest('details')).open) this.show(); }
 
+  /** @param {Param} param @param {number} count */
   values(param, count) {
     if (param.type === 'Bool') return ['false', 'true'];
     if (param.options.length) return param.options.slice(0, count);
@@ -72,10 +75,10 @@ export class Sheet {
       if (mine !== this.turn) { image?.close(); return; }
       if (!image) continue;
       const k = SIZE / Math.max(image.width, image.height);
-      canvas.getContext('2d').drawImage(image, (SIZE - image.width * k) / 2, (SIZE - image.height * k) / 2, image.width * k, image.height * k);
+      /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d')).drawImage(image, (SIZE - image.width * k) / 2, (SIZE - image.height * k) / 2, image.width * k, image.height * k);
       canvas.dataset.drawn = value;
       image.close();
     }
-    this.grid.dataset.done = this.turn;
+    this.grid.dataset.done = String(this.turn);
   }
 }

@@ -1,6 +1,7 @@
 //! The manual in Markdown for editors, from the doc comments of nodes.
 use super::expect::{self, Expect};
 use crate::nodes::{markdown, spelling, summary};
+use shibo_engine::export::target_named;
 use shibo_engine::node::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 use std::fmt::Write;
 
@@ -59,13 +60,10 @@ pub(crate) fn plain_fields(inside: Expect<'_>) -> Vec<(&'static str, &'static st
         Expect::Use(_, each, None) => {
             expect::USE.into_iter().filter(|(name, _)| each || !matches!(*name, "over" | "ids")).collect()
         }
-        Expect::File("Gltf", None) => expect::GLTF.to_vec(),
-        Expect::File("Obj", None) => expect::OBJ.to_vec(),
-        Expect::File("Usd", None) => expect::USD.to_vec(),
-        Expect::File("MaterialX", None) => expect::MATERIALX.to_vec(),
-        Expect::File("Preset", None) => expect::TARGET.to_vec(),
-        Expect::File("Pack", None) => expect::PACK.to_vec(),
-        Expect::File(_, None) => expect::FILE.to_vec(),
+        Expect::File(word, None) => match target_named(word) {
+            Some(target) => target.fields().iter().map(|field| (field.name, field.doc)).collect(),
+            None => expect::FILE.to_vec(),
+        },
         Expect::Input(_, None) => expect::PARAM.into_iter().filter(|(n, _)| matches!(*n, "default" | "doc")).collect(),
         Expect::Param(word, None) => {
             let number = matches!(word, "Number" | "Integer");
@@ -101,20 +99,13 @@ pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
         Expect::File("File", Some("depth")) => {
             plain(&shibo_engine::picture::Depth::ALL.map(shibo_engine::picture::Depth::name))
         }
-        Expect::File("File", Some("combined" | "mip" | "widen_roughness")) | Expect::File("Usd", Some("packed")) => {
-            plain(&["true", "false"])
-        }
+        Expect::File("File", Some("combined" | "mip" | "widen_roughness")) => plain(&["true", "false"]),
         Expect::File("File", Some("normal")) => plain(&shibo_engine::graph::Storage::NORMALS.map(|(name, _)| name)),
         Expect::File("File", Some("color_space")) => plain(&shibo_engine::graph::FileColors::ALL.map(|(name, _)| name)),
-        Expect::File("Gltf" | "Obj" | "Usd", Some("mesh")) => {
-            plain(&shibo_engine::export::SimpleShape::ALL.map(|(name, _)| name))
+        Expect::File(word, Some(name)) => {
+            let fields = target_named(word).map(|target| target.fields()).unwrap_or_default();
+            plain(&fields.iter().find(|field| field.name == name).map(|field| field.takes.words()).unwrap_or_default())
         }
-        Expect::File("Gltf" | "Obj" | "Usd", Some("colors")) => {
-            plain(&shibo_engine::export::Colors::ALL.map(|(name, _)| name))
-        }
-        Expect::File("Gltf", Some("embed")) => plain(&["true", "false"]),
-        Expect::File("MaterialX", Some("shading")) => plain(&shibo_engine::export::Shading::ALL.map(|(name, _)| name)),
-        Expect::File("Preset", Some("target")) => plain(&shibo_engine::export::Program::ALL.map(|(name, _)| name)),
         Expect::Param("Bool", Some("default")) => plain(&["true", "false"]),
         _ => Vec::new(),
     }

@@ -2,6 +2,7 @@
 use super::file::Section;
 use super::view::{Body, Item, Shape, Value};
 use super::world::{Cx, is_use};
+use shibo_engine::export::target_named;
 use shibo_engine::node::{FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 use shibo_engine::value::Accepts;
 
@@ -55,36 +56,6 @@ pub(crate) const FILE: [(&str, &str); 9] = [
     ),
     ("normal", "Which way `y` of a normal map points: up, `OpenGl`, or down, `DirectX`."),
     ("color_space", "What colours are stored as."),
-];
-/// Fields of `Gltf`.
-pub(crate) const GLTF: [(&str, &str); 5] = [
-    ("material", "The material."),
-    ("mesh", "`Plane`, `Sphere`, `Cylinder`, `Cube`, or the name of an atlas whose mesh wears it."),
-    ("colors", "How the base colour and the emission are stored: `Png`, or `Jpeg`, which is smaller and not exact."),
-    ("quality", "That of JPEG, from 1 to 100; 90 if left out."),
-    ("embed", "Whether all is in one `.glb`, or the mesh and the pictures lie beside a `.gltf`; `true` if left out."),
-];
-/// Fields of `Obj`.
-pub(crate) const OBJ: [(&str, &str); 4] = [GLTF[0], GLTF[1], GLTF[2], GLTF[3]];
-/// Fields of `Usd`.
-pub(crate) const USD: [(&str, &str); 5] = [
-    GLTF[0],
-    GLTF[1],
-    GLTF[2],
-    GLTF[3],
-    ("packed", "Whether the file and its pictures are one `.usdz`; `false` if left out."),
-];
-/// Fields of `MaterialX`.
-pub(crate) const MATERIALX: [(&str, &str); 2] = [("material", "The material."), ("shading", "The surface shader.")];
-/// Fields of `Preset`.
-pub(crate) const TARGET: [(&str, &str); 2] =
-    [("material", "The material."), ("target", "The program whose pictures are written.")];
-/// Fields of `Pack`.
-pub(crate) const PACK: [(&str, &str); 4] = [
-    ("r", "The field that becomes red."),
-    ("g", "The field that becomes green."),
-    ("b", "The field that becomes blue."),
-    ("a", "The field that becomes opacity."),
 ];
 /// Fields of the declaration of a parameter.
 pub(crate) const PARAM: [(&str, &str); 5] = [
@@ -215,8 +186,10 @@ impl<'a> Expect<'a> {
             Self::Port(_, port, _) => Some(Some(port.ty)),
             Self::Entry(Section::Outputs, _) => Some(None),
             Self::File(_, Some("from")) => Some(None),
-            Self::File(_, Some("material")) => Some(Accepts::from_name("Material")),
-            Self::File(_, Some("mesh")) => Some(Accepts::from_name("Atlas")),
+            Self::File(word, Some(name)) => {
+                let field = target_named(word)?.fields().iter().find(|field| field.name == name)?;
+                field.takes.reference().map(|ty| Some(Accepts::One(ty)))
+            }
             Self::Use(_, true, Some("ids")) => Some(Accepts::from_name("Ids")),
             Self::Input(word, Some("default")) => Some(Accepts::from_name(word)),
             Self::With(import, Some(name)) => {

@@ -3,10 +3,80 @@
 //! Roughness, metallic and occlusion share one texture, as the format requires. A constant channel becomes a factor.
 //! Extensions are named only where the material has their channels.
 use super::colors::Colors;
+use super::decl::{FieldDecl, MATERIAL, MESH, Takes};
 use super::directions::{elongated, vectors};
+use super::target::{ExportTarget, Files, Options, Plan, Source, Variant};
+use crate::diagnostics::Problem;
 use crate::picture::{Depth, Format, Transfer};
 use crate::value::{Channel, Field, Material, Type};
 use serde_json::{Map, Value as Json, json};
+use std::io;
+use std::sync::Arc;
+
+/// A glTF file.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gltf {
+    /// True for one binary file; false if mesh and pictures are written beside it.
+    embed: bool,
+    /// Storage of colours.
+    colors: Colors,
+}
+
+impl Gltf {
+    pub(super) const DEFAULT: Self = Self { embed: true, colors: Colors::Png };
+}
+
+impl ExportTarget for Gltf {
+    fn name(&self) -> &'static str {
+        "Gltf"
+    }
+
+    fn title(&self) -> &'static str {
+        "glTF"
+    }
+
+    fn doc(&self) -> &'static str {
+        "A material on a mesh as glTF 2.0."
+    }
+
+    fn fields(&self) -> &'static [FieldDecl] {
+        const EMBED: FieldDecl = FieldDecl::new(
+            "embed",
+            "Whether all is in one `.glb`, or the mesh and the pictures lie beside a `.gltf`; `true` if left out.",
+            Takes::Truth,
+        );
+        &[MATERIAL, MESH, Colors::FORMAT, Colors::OF_JPEG, EMBED]
+    }
+
+    fn with(&self, options: &Options) -> Result<Arc<dyn ExportTarget>, Problem> {
+        let embed = options.truth("embed").unwrap_or(self.embed);
+        Ok(Arc::new(Self { embed, colors: Colors::read(options)? }))
+    }
+
+    fn variants(&self) -> Vec<Variant> {
+        vec![
+            Variant::new("gltf", "A binary glTF file", *self),
+            Variant::new(
+                "gltf-files",
+                "A glTF file with its mesh and its pictures beside it",
+                Self { embed: false, ..*self },
+            ),
+        ]
+    }
+
+    fn plan(&self) -> Plan {
+        match self.embed {
+            true => Plan::one("glb"),
+            false => Plan { also: const { &[Role::Surface.name()] }, ..Plan::several("gltf") },
+        }
+    }
+
+    fn write(&self, source: &Source<'_>) -> io::Result<Files> {
+        let apart = (!self.embed).then(|| source.place.stem.clone());
+        let exported = Exported::new(source.material.clone(), self.colors, apart);
+        Ok(Files::Glb(Box::new((exported, source.shape.clone()))))
+    }
+}
 
 /// The role of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +92,22 @@ pub(super) enum Role {
     Sheen,
     Anisotropy,
     Specular,
+}
+
+impl Role {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::BaseColor => "base_color",
+            Self::Surface => "occlusion_roughness_metallic",
+            Self::Normal => "normal",
+            Self::Emission => "emission",
+            Self::Coat => "coat",
+            Self::CoatNormal => "coat_normal",
+            Self::Sheen => "sheen",
+            Self::Anisotropy => "anisotropy",
+            Self::Specular => "specular",
+        }
+    }
 }
 
 /// A texture of an exported material.
@@ -51,17 +137,7 @@ impl Texture {
 
     /// Its name in the file.
     pub const fn name(&self) -> &'static str {
-        match self.role {
-            Role::BaseColor => "base_color",
-            Role::Surface => "occlusion_roughness_metallic",
-            Role::Normal => "normal",
-            Role::Emission => "emission",
-            Role::Coat => "coat",
-            Role::CoatNormal => "coat_normal",
-            Role::Sheen => "sheen",
-            Role::Anisotropy => "anisotropy",
-            Role::Specular => "specular",
-        }
+        self.role.name()
     }
 }
 
@@ -80,7 +156,7 @@ const LOST: [Channel; 1] = [Channel::Subsurface];
 
 impl Exported {
     /// Lists the textures that a material needs: in one file, or in files whose names begin with `apart`.
-    pub fn new(material: Material, colors: Colors, apart: Option<String>) -> Self {
+    pub(super) fn new(material: Material, colors: Colors, apart: Option<String>) -> Self {
         let mut exported = Self { material, textures: Vec::new(), apart };
         exported.plan(colors);
         exported

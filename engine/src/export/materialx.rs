@@ -1,17 +1,71 @@
 //! Materials as MaterialX 1.39 documents.
 use super::bundle::{Bundle, ExportContext, Maps};
+use super::decl::{FieldDecl, MATERIAL, Takes};
 use super::names::identifier;
 use super::network::{Input, InputValue, Network, Shading, network};
+use super::target::{ExportTarget, Files, Options, Plan, Source, Variant};
+use crate::diagnostics::Problem;
 use crate::value::Material;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, Event};
 use std::io;
+use std::sync::Arc;
+
+/// A MaterialX document with its pictures.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MaterialX(Shading);
+
+impl MaterialX {
+    pub(super) const DEFAULT: Self = Self(Shading::OpenPbr);
+}
+
+impl ExportTarget for MaterialX {
+    fn name(&self) -> &'static str {
+        "MaterialX"
+    }
+
+    fn doc(&self) -> &'static str {
+        "A material as a MaterialX document."
+    }
+
+    fn fields(&self) -> &'static [FieldDecl] {
+        const SHADING: FieldDecl = FieldDecl::new(
+            "shading",
+            "The surface shader.",
+            Takes::Words(|| Shading::ALL.map(|(name, _)| name).to_vec()),
+        );
+        &[MATERIAL, SHADING]
+    }
+
+    fn with(&self, options: &Options) -> Result<Arc<dyn ExportTarget>, Problem> {
+        Ok(Arc::new(options.word("shading", &Shading::ALL).map_or(*self, Self)))
+    }
+
+    fn variants(&self) -> Vec<Variant> {
+        vec![
+            Variant::new("materialx", "A MaterialX document, `open_pbr_surface`", Self(Shading::OpenPbr)),
+            Variant::new(
+                "materialx-standard",
+                "A MaterialX document, `standard_surface`",
+                Self(Shading::StandardSurface),
+            ),
+        ]
+    }
+
+    fn plan(&self) -> Plan {
+        Plan::several("mtlx")
+    }
+
+    fn write(&self, source: &Source<'_>) -> io::Result<Files> {
+        Ok(Files::Bundle(materialx(source.material, &source.place, self.0)?))
+    }
+}
 
 /// A document and its pictures. Heights in the document are mm, with a scale to metres.
 ///
 /// # Errors
 /// Cannot happen in practice: the document is written to memory.
-pub fn materialx(material: &Material, place: &ExportContext, shading: Shading) -> io::Result<Bundle> {
+fn materialx(material: &Material, place: &ExportContext, shading: Shading) -> io::Result<Bundle> {
     let mut maps = Maps::new(material, &place.stem);
     let network = network(&mut maps, place, false, shading);
     let text = document(&network, &identifier(&place.stem))?;

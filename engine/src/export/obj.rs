@@ -4,14 +4,19 @@
 //! library uses the common ones for physically based materials (`Pr`, `Pm`, `Pc`, `norm` and so on).
 use super::bundle::{Bundle, ChannelSource, ExportContext, Maps};
 use super::colors::Colors;
+use super::decl::{FieldDecl, MATERIAL, MESH};
 use super::directions::turns;
 use super::names::{unique, word};
 use super::network;
 use super::shape::Shape;
+use super::target::{ExportTarget, Files, Options, Plan, Source, Variant};
+use crate::diagnostics::Problem;
 use crate::value::{Channel, Material};
 use glam::{DVec2, Vec2, Vec3};
 use std::collections::HashMap;
 use std::fmt::Write;
+use std::io;
+use std::sync::Arc;
 
 /// The keywords of a channel: the one for a number, how many numbers it takes, and the one for a picture.
 const WORDS: [(Channel, &str, usize, &str); 14] = [
@@ -31,8 +36,50 @@ const WORDS: [(Channel, &str, usize, &str); 14] = [
     (Channel::Height, "", 1, "disp"),
 ];
 
+/// An OBJ file with its material library and its pictures, whose colours are stored so.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Obj(Colors);
+
+impl Obj {
+    pub(super) const DEFAULT: Self = Self(Colors::Png);
+}
+
+impl ExportTarget for Obj {
+    fn name(&self) -> &'static str {
+        "Obj"
+    }
+
+    fn title(&self) -> &'static str {
+        "OBJ"
+    }
+
+    fn doc(&self) -> &'static str {
+        "A material on a mesh as Wavefront OBJ."
+    }
+
+    fn fields(&self) -> &'static [FieldDecl] {
+        &[MATERIAL, MESH, Colors::FORMAT, Colors::OF_JPEG]
+    }
+
+    fn with(&self, options: &Options) -> Result<Arc<dyn ExportTarget>, Problem> {
+        Ok(Arc::new(Self(Colors::read(options)?)))
+    }
+
+    fn variants(&self) -> Vec<Variant> {
+        vec![Variant::new("obj", "An OBJ file with its material library and its pictures", *self)]
+    }
+
+    fn plan(&self) -> Plan {
+        Plan::several("obj")
+    }
+
+    fn write(&self, source: &Source<'_>) -> io::Result<Files> {
+        Ok(Files::Bundle(obj(source.material, source.shape, &source.place, self.0)))
+    }
+}
+
 /// The files of a material on a mesh.
-pub fn obj(material: &Material, shape: &Shape, place: &ExportContext, colors: Colors) -> Bundle {
+fn obj(material: &Material, shape: &Shape, place: &ExportContext, colors: Colors) -> Bundle {
     let stem = &place.stem;
     let mut maps = Maps::new(material, stem).with_colors(colors);
     // Clamps pictures that do not repeat. Those of an atlas need no clamp, because the charts lie inside.

@@ -1,15 +1,18 @@
 //! Materials as the picture set of a program, with a script that sets them up if the program runs scripts.
 use super::bundle::{Bundle, ChannelSource, ExportContext, Map, Maps, Samples, samples};
+use super::decl::{FieldDecl, MATERIAL, Takes};
 use super::directions::vectors;
 use super::names::quoted;
 use super::network::number;
+use super::target::{ExportTarget, Files, Options, Plan, Source, Variant};
+use crate::diagnostics::{Code, Problem};
 use crate::value::{Channel, Field, Halo, Material, Tile, Type};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use std::io;
+use std::sync::Arc;
 
 /// A program that reads picture sets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Program {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Program {
     /// Unreal Engine: occlusion, roughness and metallic packed into one picture, normals with y down.
     Unreal,
     /// Unity: a mask map of metallic, occlusion and smoothness.
@@ -26,7 +29,7 @@ pub enum Program {
 
 impl Program {
     /// All of them, by name.
-    pub const ALL: [(&'static str, Self); 6] = [
+    const ALL: [(&'static str, Self); 6] = [
         ("Unreal", Self::Unreal),
         ("Unity", Self::Unity),
         ("Godot", Self::Godot),
@@ -34,6 +37,71 @@ impl Program {
         ("Arnold", Self::Arnold),
         ("RenderMan", Self::RenderMan),
     ];
+}
+
+/// The pictures that a program expects.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Preset(Program);
+
+impl Preset {
+    pub(super) const DEFAULT: Self = Self(Program::Unreal);
+}
+
+impl ExportTarget for Preset {
+    fn name(&self) -> &'static str {
+        "Preset"
+    }
+
+    fn title(&self) -> &'static str {
+        "this target"
+    }
+
+    fn doc(&self) -> &'static str {
+        "A material as the pictures that a program expects."
+    }
+
+    fn fields(&self) -> &'static [FieldDecl] {
+        const TARGET: FieldDecl = FieldDecl::new(
+            "target",
+            "The program whose pictures are written.",
+            Takes::Words(|| Program::ALL.map(|(name, _)| name).to_vec()),
+        );
+        &[MATERIAL, TARGET]
+    }
+
+    fn with(&self, options: &Options) -> Result<Arc<dyn ExportTarget>, Problem> {
+        match options.word("target", &Program::ALL) {
+            Some(program) => Ok(Arc::new(Self(program))),
+            None => {
+                let names = Program::ALL.map(|(name, _)| name).join(", ");
+                let error = Problem::new(Code::MissingInput, "`Preset` has no `target`");
+                Err(error.help(format!("write `target: Blender`; targets are {names}")))
+            }
+        }
+    }
+
+    fn variants(&self) -> Vec<Variant> {
+        vec![
+            Variant::new("unreal", "The pictures that Unreal Engine expects", Self(Program::Unreal)),
+            Variant::new("unity", "The pictures that Unity expects", Self(Program::Unity)),
+            Variant::new("godot", "The pictures that Godot expects", Self(Program::Godot)),
+            Variant::new(
+                "blender",
+                "Pictures, and a script that builds the material in Blender",
+                Self(Program::Blender),
+            ),
+            Variant::new("arnold", "EXR pictures for Arnold", Self(Program::Arnold)),
+            Variant::new("renderman", "EXR pictures for `RenderMan`", Self(Program::RenderMan)),
+        ]
+    }
+
+    fn plan(&self) -> Plan {
+        Plan::several("png")
+    }
+
+    fn write(&self, source: &Source<'_>) -> io::Result<Files> {
+        Ok(Files::Bundle(preset(source.material, &source.place, self.0)))
+    }
 }
 
 fn gray(value: f32) -> Field {
@@ -55,7 +123,7 @@ pub fn y_down(normal: &Field) -> Field {
 }
 
 /// The pictures, and a script for some programs.
-pub fn preset(material: &Material, place: &ExportContext, program: Program) -> Bundle {
+fn preset(material: &Material, place: &ExportContext, program: Program) -> Bundle {
     let mut maps = Maps::new(material, &place.stem);
     match program {
         Program::Unreal => unreal(&mut maps),

@@ -4,14 +4,75 @@
 //! One unit is a metre, y is up. Texture coordinates have v up, as everywhere in USD.
 use super::bundle::{Bundle, ChannelSource, ExportContext, Maps};
 use super::colors::Colors;
+use super::decl::{FieldDecl, MATERIAL, MESH, Takes};
 use super::names::{identifier, unique};
 use super::network::{Input, InputValue, Network, Shading, network, number};
 use super::shape::Shape;
+use super::target::{ExportTarget, Files, Options, Plan, Source, Variant};
+use crate::diagnostics::Problem;
 use crate::value::{Channel, Material};
 use std::fmt::Write;
+use std::io;
+use std::sync::Arc;
+
+/// A USD file with its pictures.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Usd {
+    /// True for one file, a USDZ.
+    packed: bool,
+    /// Storage of colours.
+    colors: Colors,
+}
+
+impl Usd {
+    pub(super) const DEFAULT: Self = Self { packed: false, colors: Colors::Png };
+}
+
+impl ExportTarget for Usd {
+    fn name(&self) -> &'static str {
+        "Usd"
+    }
+
+    fn title(&self) -> &'static str {
+        "USD"
+    }
+
+    fn doc(&self) -> &'static str {
+        "A material on a mesh as USD."
+    }
+
+    fn fields(&self) -> &'static [FieldDecl] {
+        const PACKED: FieldDecl = FieldDecl::new(
+            "packed",
+            "Whether the file and its pictures are one `.usdz`; `false` if left out.",
+            Takes::Truth,
+        );
+        &[MATERIAL, MESH, Colors::FORMAT, Colors::OF_JPEG, PACKED]
+    }
+
+    fn with(&self, options: &Options) -> Result<Arc<dyn ExportTarget>, Problem> {
+        let packed = options.truth("packed").unwrap_or(self.packed);
+        Ok(Arc::new(Self { packed, colors: Colors::read(options)? }))
+    }
+
+    fn variants(&self) -> Vec<Variant> {
+        vec![
+            Variant::new("usd", "A USD file", *self),
+            Variant::new("usdz", "A USD file with its pictures in it", Self { packed: true, ..*self }),
+        ]
+    }
+
+    fn plan(&self) -> Plan {
+        if self.packed { Plan::one("usdz") } else { Plan::several("usda") }
+    }
+
+    fn write(&self, source: &Source<'_>) -> io::Result<Files> {
+        Ok(Files::Bundle(usd(source.material, source.shape, &source.place, self.packed, self.colors)))
+    }
+}
 
 /// The USD file and its pictures, in one archive if `packed`.
-pub fn usd(material: &Material, shape: &Shape, place: &ExportContext, packed: bool, colors: Colors) -> Bundle {
+fn usd(material: &Material, shape: &Shape, place: &ExportContext, packed: bool, colors: Colors) -> Bundle {
     let mut maps = Maps::new(material, &place.stem).with_colors(colors);
     let once = shape.repeats.is_none();
     let name = identifier(&place.stem);

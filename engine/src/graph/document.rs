@@ -6,6 +6,7 @@ use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use super::storage::{self, Storage};
 use crate::diagnostics::Code;
+use crate::export::{ExportTarget, TARGETS, target_named};
 use crate::picture::{Depth, Format};
 use crate::value::{Accepts, Type};
 use std::collections::BTreeMap;
@@ -89,7 +90,7 @@ pub(super) struct OutputDecl {
     pub(super) storage: Storage,
     /// The export written instead of pictures.
     pub(super) export: Option<ExportDecl>,
-    /// The mesh given in `Gltf`, `Obj` or `Usd`.
+    /// The mesh of the export, if the format has one.
     pub(super) mesh: Option<MeshDecl>,
 }
 
@@ -267,17 +268,18 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
             return decl;
         }
         (_, Some((word, Some(body)))) if word.str() == "File" => (word, body),
-        (_, Some((word, Some(body)))) if exports::KINDS.contains(&word.str()) => {
-            exports::read(&mut decl, &word, &body, report);
+        (_, Some((word, Some(body)))) if let Some(target) = target_named(word.str()) => {
+            exports::read(&mut decl, &word, target, &body, report);
             return decl;
         }
         _ => {
             let what = format!("output `{}`", entry.name);
-            let error = mismatch(
-                &entry.value,
-                &what,
-                "\"node\", \"node.port\", File(from: \"node\"), or for other programs Gltf, Obj, MaterialX, Usd, Preset or Pack",
-            );
+            let names = TARGETS.map(ExportTarget::name);
+            let (last, names) =
+                names.split_last().map_or(("", String::new()), |(last, names)| (*last, names.join(", ")));
+            let forms =
+                format!("\"node\", \"node.port\", File(from: \"node\"), or for other programs {names} or {last}");
+            let error = mismatch(&entry.value, &what, &forms);
             report.push(match entry.value.shape() {
                 Shape::Word(word) => error.help(format!("write `\"{}\"`", shorten(&word))),
                 _ => error,

@@ -4,6 +4,7 @@ use super::super::file::Section;
 use super::super::view::Value;
 use super::super::walk::{Visit, walk};
 use super::{Ask, Completion, Sort, Topic};
+use shibo_engine::export::{ExportTarget, TARGETS};
 use shibo_engine::node::{ParamType, parse_color};
 use shibo_engine::value::{Accepts, Type};
 use std::collections::BTreeMap;
@@ -209,21 +210,17 @@ impl<'a> Ask<'a> {
     }
 
     fn output_forms(&self) -> Vec<Completion> {
-        let forms = [
-            ("File", "File(from: \"$1\"$0)"),
-            ("Gltf", "Gltf(material: \"$1\"$0)"),
-            ("Obj", "Obj(material: \"$1\"$0)"),
-            ("MaterialX", "MaterialX(material: \"$1\"$0)"),
-            ("Usd", "Usd(material: \"$1\"$0)"),
-            ("Preset", "Preset(material: \"$1\", target: $0)"),
-            ("Pack", "Pack(r: \"$1\"$0)"),
-        ];
-        let form = |(label, insert): (&str, &str)| {
-            let offer = self.offer(label, Sort::Kind, "with settings of the file", Topic::Text(String::new()), 30.0);
+        let form = |label: &str, detail: &str, field: &str| {
+            let offer = self.offer(label, Sort::Kind, detail, Topic::Text(String::new()), 30.0);
             let bare = self.cx.file.text[self.replace.end..].trim_start().starts_with('(');
-            Completion { insert: if bare { label.to_owned() } else { insert.to_owned() }, snippet: !bare, ..offer }
+            let insert = if bare { label.to_owned() } else { format!("{label}({field}: \"$1\"$0)") };
+            Completion { insert, snippet: !bare, ..offer }
         };
-        forms.map(form).into()
+        let target = |target: &dyn ExportTarget| {
+            target.fields().first().map(|first| form(target.name(), target.doc(), first.name))
+        };
+        let file = form("File", "with settings of the file", "from");
+        [file].into_iter().chain(TARGETS.into_iter().filter_map(target)).collect()
     }
 
     fn bools(&self) -> Vec<Completion> {

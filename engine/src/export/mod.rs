@@ -27,6 +27,14 @@ pub use gltf::{Exported, Texture};
 pub use preset::y_down;
 pub use shape::Shape;
 pub use solids::SimpleShape;
-pub use target::{
-    ExportTarget, Files, FilesWriter, OptionValue, Options, Plan, Source, TARGETS, Variant, target_named,
-};
+pub use target::{ExportTarget, Files, FilesWriter, OptionValue, Options, Plan, Source, Variant, target_named};
+
+/// All targets.
+pub const TARGETS: &[&dyn ExportTarget] = &[
+    &gltf::Gltf::DEFAULT,
+    &obj::Obj::DEFAULT,
+    &materialx::MaterialX::DEFAULT,
+    &usd::Usd::DEFAULT,
+    &preset::Preset::DEFAULT,
+    &pack::Pack,
+];

@@ -1,13 +1,14 @@
 //! Targets: the formats of other programs that graphs are written in.
 //!
-//! A target is one file with an `impl ExportTarget`, and its entry in [`TARGETS`]. The loader, editors, the command line,
+//! A target is one file with an `impl ExportTarget`, and its entry in the table
+//! [`TARGETS`]. The loader, editors, the command line,
 //! the Python module, the planning of files and the writing follow from it.
+use super::TARGETS;
 use super::bundle::{Bundle, BundleWriter, ExportContext};
 use super::decl::{FieldDecl, Takes};
 use super::glb::GlbWriter;
-use super::gltf::{self, Exported};
+use super::gltf::Exported;
 use super::shape::Shape;
-use super::{materialx, obj, pack, preset, usd};
 use crate::diagnostics::Problem;
 use crate::picture::{Compression, WriteError, WriteStats};
 use crate::value::{Channel, Field, Material};
@@ -17,19 +18,9 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-/// All targets.
-pub const TARGETS: [&dyn ExportTarget; 6] = [
-    &gltf::Gltf::DEFAULT,
-    &obj::Obj::DEFAULT,
-    &materialx::MaterialX::DEFAULT,
-    &usd::Usd::DEFAULT,
-    &preset::Preset::DEFAULT,
-    &pack::Pack,
-];
-
 /// The target with this word in graph files.
 pub fn target_named(name: &str) -> Option<&'static dyn ExportTarget> {
-    TARGETS.into_iter().find(|target| target.name() == name)
+    TARGETS.iter().copied().find(|target| target.name() == name)
 }
 
 /// A format of another program, with its options. Its `Debug` text is part of the keys of its files, so that text must

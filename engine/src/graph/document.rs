@@ -6,7 +6,7 @@ use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use super::storage::{self, Storage};
 use crate::diagnostics::Code;
-use crate::export::{ExportTarget, TARGETS, target_named};
+use crate::export::{TARGETS, target_named};
 use crate::picture::{Depth, Format};
 use crate::value::{Accepts, Type};
 use std::collections::BTreeMap;
@@ -274,7 +274,7 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
         }
         _ => {
             let what = format!("output `{}`", entry.name);
-            let names = TARGETS.map(ExportTarget::name);
+            let names: Vec<_> = TARGETS.iter().map(|target| target.name()).collect();
             let (last, names) =
                 names.split_last().map_or(("", String::new()), |(last, names)| (*last, names.join(", ")));
             let forms =

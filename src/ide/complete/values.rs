@@ -216,11 +216,11 @@ impl<'a> Ask<'a> {
             let insert = if bare { label.to_owned() } else { format!("{label}({field}: \"$1\"$0)") };
             Completion { insert, snippet: !bare, ..offer }
         };
-        let target = |target: &dyn ExportTarget| {
+        let target = |target: &&dyn ExportTarget| {
             target.fields().first().map(|first| form(target.name(), target.doc(), first.name))
         };
         let file = form("File", "with settings of the file", "from");
-        [file].into_iter().chain(TARGETS.into_iter().filter_map(target)).collect()
+        [file].into_iter().chain(TARGETS.iter().filter_map(target)).collect()
     }
 
     fn bools(&self) -> Vec<Completion> {

@@ -2,15 +2,16 @@
 use crate::quit::Quit;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
-use shibo_engine::export::Variant;
+use shibo_engine::export::Chosen;
 use shibo_engine::graph::Graph;
 use std::sync::LazyLock;
 
 /// Format of the materials.
 #[derive(Clone, Debug)]
-pub(crate) struct Target(Variant);
+pub(crate) struct Target(&'static str, &'static str, Chosen);
 
-static ALL: LazyLock<Vec<Target>> = LazyLock::new(|| Variant::all().into_iter().map(Target).collect());
+static ALL: LazyLock<Vec<Target>> =
+    LazyLock::new(|| Chosen::variants().into_iter().map(|(name, doc, chosen)| Target(name, doc, chosen)).collect());
 
 impl ValueEnum for Target {
     fn value_variants<'a>() -> &'a [Self] {
@@ -18,13 +19,13 @@ impl ValueEnum for Target {
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(self.0.name).help(self.0.doc))
+        Some(PossibleValue::new(self.0).help(self.1))
     }
 }
 
 impl Target {
     /// Replaces the outputs of the graph by its materials in this format.
     pub(crate) fn replace_outputs(&self, graph: &mut Graph, named: bool) -> Result<(), Quit> {
-        graph.export_as(&self.0.target, named).map_err(Quit::Usage)
+        graph.export_as(&self.2, named).map_err(Quit::Usage)
     }
 }

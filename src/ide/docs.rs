@@ -61,7 +61,7 @@ pub(crate) fn plain_fields(inside: Expect<'_>) -> Vec<(&'static str, &'static st
             expect::USE.into_iter().filter(|(name, _)| each || !matches!(*name, "over" | "ids")).collect()
         }
         Expect::File(word, None) => match target_named(word) {
-            Some(target) => target.fields().iter().map(|field| (field.name, field.doc)).collect(),
+            Some(target) => target.info().fields.iter().map(|field| (field.name, field.doc)).collect(),
             None => expect::FILE.to_vec(),
         },
         Expect::Input(_, None) => expect::PARAM.into_iter().filter(|(n, _)| matches!(*n, "default" | "doc")).collect(),
@@ -103,7 +103,7 @@ pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
         Expect::File("File", Some("normal")) => plain(&shibo_engine::graph::Storage::NORMALS.map(|(name, _)| name)),
         Expect::File("File", Some("color_space")) => plain(&shibo_engine::graph::FileColors::ALL.map(|(name, _)| name)),
         Expect::File(word, Some(name)) => {
-            let fields = target_named(word).map(|target| target.fields()).unwrap_or_default();
+            let fields = target_named(word).map(|target| target.info().fields).unwrap_or_default();
             plain(&fields.iter().find(|field| field.name == name).map(|field| field.takes.words()).unwrap_or_default())
         }
         Expect::Param("Bool", Some("default")) => plain(&["true", "false"]),

@@ -187,7 +187,7 @@ impl<'a> Expect<'a> {
             Self::Entry(Section::Outputs, _) => Some(None),
             Self::File(_, Some("from")) => Some(None),
             Self::File(word, Some(name)) => {
-                let field = target_named(word)?.fields().iter().find(|field| field.name == name)?;
+                let field = target_named(word)?.info().fields.iter().find(|field| field.name == name)?;
                 field.takes.reference().map(|ty| Some(Accepts::One(ty)))
             }
             Self::Use(_, true, Some("ids")) => Some(Accepts::from_name("Ids")),

@@ -1,5 +1,6 @@
 //! Declarations of the fields that may stand in brackets of a graph file.
-
+use super::colors::Colors;
+use super::solids::SimpleShape;
 use crate::value::{Atlas, Carried, Type};
 
 /// A field in brackets, `(name: value)`.
@@ -23,17 +24,19 @@ impl FieldDecl {
 /// The values that a field takes.
 #[derive(Clone, Copy, Debug)]
 pub enum Takes {
-    /// `true` or `false`.
-    Truth,
-    /// One of these words.
+    /// `true` or `false`, with the value if it is left out.
+    Truth(bool),
+    /// One of these words; the first if it is left out.
     Words(fn() -> Vec<&'static str>),
-    /// A number between these two, ends included; it is rounded.
-    Whole(u8, u8),
+    /// One of these words, which must be written.
+    Word(fn() -> Vec<&'static str>),
+    /// The quality of JPEG, a number from 1 to 100 that is rounded; only beside `colors: Jpeg`.
+    Quality,
     /// The name of a node or an output that makes a material.
     Material,
     /// The name of an output that is one number per pixel.
     Gray,
-    /// A [`SimpleShape`](super::SimpleShape), or the name of an atlas whose mesh shows the material.
+    /// A [`SimpleShape`], or the name of an atlas whose mesh shows the material.
     Mesh,
 }
 
@@ -44,19 +47,24 @@ impl Takes {
             Self::Material => Some(Type::Material),
             Self::Gray => Some(Type::Gray),
             Self::Mesh => Some(Atlas::TYPE),
-            Self::Truth | Self::Words(_) | Self::Whole(..) => None,
+            _ => None,
         }
     }
 
     /// The words that may stand there; empty if words cannot.
     pub fn words(self) -> Vec<&'static str> {
         match self {
-            Self::Truth => vec!["true", "false"],
-            Self::Words(words) => words(),
-            Self::Mesh => super::SimpleShape::ALL.map(|(name, _)| name).to_vec(),
-            Self::Whole(..) | Self::Material | Self::Gray => Vec::new(),
+            Self::Truth(_) => vec!["true", "false"],
+            Self::Words(words) | Self::Word(words) => words(),
+            Self::Mesh => names(&SimpleShape::ALL),
+            _ => Vec::new(),
         }
     }
+}
+
+/// The names of a list of choices.
+pub fn names<T>(choices: &[(&'static str, T)]) -> Vec<&'static str> {
+    choices.iter().map(|(name, _)| *name).collect()
 }
 
 /// The material, for targets that take one.
@@ -68,3 +76,14 @@ pub(super) const MESH: FieldDecl = FieldDecl::new(
     "`Plane`, `Sphere`, `Cylinder`, `Cube`, or the name of an atlas whose mesh wears it.",
     Takes::Mesh,
 );
+
+/// The format of colours, see [`Options::colors`](super::Options::colors).
+pub(super) const COLORS: FieldDecl = FieldDecl::new(
+    "colors",
+    "How the base colour and the emission are stored: `Png`, or `Jpeg`, which is smaller and not exact.",
+    Takes::Words(|| names(&Colors::ALL)),
+);
+
+/// The quality of JPEG.
+pub(super) const QUALITY: FieldDecl =
+    FieldDecl::new("quality", "That of JPEG, from 1 to 100; 90 if left out.", Takes::Quality);

@@ -3,77 +3,57 @@
 //! Roughness, metallic and occlusion share one texture, as the format requires. A constant channel becomes a factor.
 //! Extensions are named only where the material has their channels.
 use super::colors::Colors;
-use super::decl::{FieldDecl, MATERIAL, MESH, Takes};
+use super::decl::{COLORS, FieldDecl, MATERIAL, MESH, QUALITY, Takes};
 use super::directions::{elongated, vectors};
-use super::target::{ExportTarget, Files, Options, Plan, Source, Variant};
-use crate::diagnostics::Problem;
+use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
 use crate::picture::{Depth, Format, Transfer};
 use crate::value::{Channel, Field, Material, Type};
 use serde_json::{Map, Value as Json, json};
 use std::io;
-use std::sync::Arc;
 
-/// A glTF file.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Gltf {
-    /// True for one binary file; false if mesh and pictures are written beside it.
-    embed: bool,
-    /// Storage of colours.
-    colors: Colors,
-}
-
-impl Gltf {
-    pub(super) const DEFAULT: Self = Self { embed: true, colors: Colors::Png };
-}
+/// The target.
+pub(super) struct Gltf;
 
 impl ExportTarget for Gltf {
-    fn name(&self) -> &'static str {
-        "Gltf"
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Gltf",
+                title: "glTF",
+                doc: "A material on a mesh as glTF 2.0.",
+                fields: &[
+                    MATERIAL,
+                    MESH,
+                    FieldDecl::new(
+                        "embed",
+                        "Whether all is in one `.glb`, or the mesh and the pictures lie beside a `.gltf`; `true` if left out.",
+                        Takes::Truth(true),
+                    ),
+                    COLORS,
+                    QUALITY,
+                ],
+                variants: &[
+                    ("gltf", "A binary glTF file", &[]),
+                    (
+                        "gltf-files",
+                        "A glTF file with its mesh and its pictures beside it",
+                        &[("embed", OptionValue::Truth(false))],
+                    ),
+                ],
+            }
+        }
     }
 
-    fn title(&self) -> &'static str {
-        "glTF"
-    }
-
-    fn doc(&self) -> &'static str {
-        "A material on a mesh as glTF 2.0."
-    }
-
-    fn fields(&self) -> &'static [FieldDecl] {
-        const EMBED: FieldDecl = FieldDecl::new(
-            "embed",
-            "Whether all is in one `.glb`, or the mesh and the pictures lie beside a `.gltf`; `true` if left out.",
-            Takes::Truth,
-        );
-        &[MATERIAL, MESH, Colors::FORMAT, Colors::OF_JPEG, EMBED]
-    }
-
-    fn with(&self, options: &Options) -> Result<Arc<dyn ExportTarget>, Problem> {
-        let embed = options.truth("embed").unwrap_or(self.embed);
-        Ok(Arc::new(Self { embed, colors: Colors::read(options)? }))
-    }
-
-    fn variants(&self) -> Vec<Variant> {
-        vec![
-            Variant::new("gltf", "A binary glTF file", *self),
-            Variant::new(
-                "gltf-files",
-                "A glTF file with its mesh and its pictures beside it",
-                Self { embed: false, ..*self },
-            ),
-        ]
-    }
-
-    fn plan(&self) -> Plan {
-        match self.embed {
+    fn plan(&self, options: &Options) -> Plan {
+        match options.is("embed") {
             true => Plan::one("glb"),
             false => Plan { also: const { &[Role::Surface.name()] }, ..Plan::several("gltf") },
         }
     }
 
-    fn write(&self, source: &Source<'_>) -> io::Result<Files> {
-        let apart = (!self.embed).then(|| source.place.stem.clone());
-        let exported = Exported::new(source.material.clone(), self.colors, apart);
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        let apart = (!options.is("embed")).then(|| source.place.stem.clone());
+        let exported = Exported::new(source.material.clone(), options.colors(), apart);
         Ok(Files::Glb(Box::new((exported, source.shape.clone()))))
     }
 }

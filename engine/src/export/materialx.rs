@@ -1,63 +1,47 @@
 //! Materials as MaterialX 1.39 documents.
 use super::bundle::{Bundle, ExportContext, Maps};
-use super::decl::{FieldDecl, MATERIAL, Takes};
+use super::decl::{FieldDecl, MATERIAL, Takes, names};
 use super::names::identifier;
 use super::network::{Input, InputValue, Network, Shading, network};
-use super::target::{ExportTarget, Files, Options, Plan, Source, Variant};
-use crate::diagnostics::Problem;
+use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
 use crate::value::Material;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, Event};
 use std::io;
-use std::sync::Arc;
 
-/// A MaterialX document with its pictures.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct MaterialX(Shading);
-
-impl MaterialX {
-    pub(super) const DEFAULT: Self = Self(Shading::OpenPbr);
-}
+/// The target.
+pub(super) struct MaterialX;
 
 impl ExportTarget for MaterialX {
-    fn name(&self) -> &'static str {
-        "MaterialX"
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "MaterialX",
+                title: "MaterialX",
+                doc: "A material as a MaterialX document.",
+                fields: &[
+                    MATERIAL,
+                    FieldDecl::new("shading", "The surface shader.", Takes::Words(|| names(&Shading::ALL))),
+                ],
+                variants: &[
+                    ("materialx", "A MaterialX document, `open_pbr_surface`", &[]),
+                    (
+                        "materialx-standard",
+                        "A MaterialX document, `standard_surface`",
+                        &[("shading", OptionValue::Word("StandardSurface"))],
+                    ),
+                ],
+            }
+        }
     }
 
-    fn doc(&self) -> &'static str {
-        "A material as a MaterialX document."
-    }
-
-    fn fields(&self) -> &'static [FieldDecl] {
-        const SHADING: FieldDecl = FieldDecl::new(
-            "shading",
-            "The surface shader.",
-            Takes::Words(|| Shading::ALL.map(|(name, _)| name).to_vec()),
-        );
-        &[MATERIAL, SHADING]
-    }
-
-    fn with(&self, options: &Options) -> Result<Arc<dyn ExportTarget>, Problem> {
-        Ok(Arc::new(options.word("shading", &Shading::ALL).map_or(*self, Self)))
-    }
-
-    fn variants(&self) -> Vec<Variant> {
-        vec![
-            Variant::new("materialx", "A MaterialX document, `open_pbr_surface`", Self(Shading::OpenPbr)),
-            Variant::new(
-                "materialx-standard",
-                "A MaterialX document, `standard_surface`",
-                Self(Shading::StandardSurface),
-            ),
-        ]
-    }
-
-    fn plan(&self) -> Plan {
+    fn plan(&self, _: &Options) -> Plan {
         Plan::several("mtlx")
     }
 
-    fn write(&self, source: &Source<'_>) -> io::Result<Files> {
-        Ok(Files::Bundle(materialx(source.material, &source.place, self.0)?))
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        let shading = options.word("shading", &Shading::ALL);
+        materialx(source.material, &source.place, shading).map(Files::Bundle)
     }
 }
 

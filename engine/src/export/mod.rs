@@ -21,20 +21,16 @@ mod usd;
 
 pub use bundle::{Bundle, BundleWriter, ExportContext, Map};
 pub use colors::Colors;
-pub use decl::{FieldDecl, Takes};
+pub use decl::{FieldDecl, Takes, names};
 pub use glb::GlbWriter;
 pub use gltf::{Exported, Texture};
 pub use preset::y_down;
 pub use shape::Shape;
 pub use solids::SimpleShape;
-pub use target::{ExportTarget, Files, FilesWriter, OptionValue, Options, Plan, Source, Variant, target_named};
+pub use target::{
+    Chosen, ExportTarget, Files, FilesWriter, OptionValue, Options, Plan, Source, TargetInfo, target_named,
+};
 
 /// All targets.
-pub const TARGETS: &[&dyn ExportTarget] = &[
-    &gltf::Gltf::DEFAULT,
-    &obj::Obj::DEFAULT,
-    &materialx::MaterialX::DEFAULT,
-    &usd::Usd::DEFAULT,
-    &preset::Preset::DEFAULT,
-    &pack::Pack,
-];
+pub const TARGETS: &[&dyn ExportTarget] =
+    &[&gltf::Gltf, &obj::Obj, &materialx::MaterialX, &usd::Usd, &preset::Preset, &pack::Pack];

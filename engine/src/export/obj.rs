@@ -4,19 +4,17 @@
 //! library uses the common ones for physically based materials (`Pr`, `Pm`, `Pc`, `norm` and so on).
 use super::bundle::{Bundle, ChannelSource, ExportContext, Maps};
 use super::colors::Colors;
-use super::decl::{FieldDecl, MATERIAL, MESH};
+use super::decl::{COLORS, MATERIAL, MESH, QUALITY};
 use super::directions::turns;
 use super::names::{unique, word};
 use super::network;
 use super::shape::Shape;
-use super::target::{ExportTarget, Files, Options, Plan, Source, Variant};
-use crate::diagnostics::Problem;
+use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
 use crate::value::{Channel, Material};
 use glam::{DVec2, Vec2, Vec3};
 use std::collections::HashMap;
 use std::fmt::Write;
 use std::io;
-use std::sync::Arc;
 
 /// The keywords of a channel: the one for a number, how many numbers it takes, and the one for a picture.
 const WORDS: [(Channel, &str, usize, &str); 14] = [
@@ -36,45 +34,28 @@ const WORDS: [(Channel, &str, usize, &str); 14] = [
     (Channel::Height, "", 1, "disp"),
 ];
 
-/// An OBJ file with its material library and its pictures, whose colours are stored so.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Obj(Colors);
-
-impl Obj {
-    pub(super) const DEFAULT: Self = Self(Colors::Png);
-}
+/// The target.
+pub(super) struct Obj;
 
 impl ExportTarget for Obj {
-    fn name(&self) -> &'static str {
-        "Obj"
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Obj",
+                title: "OBJ",
+                doc: "A material on a mesh as Wavefront OBJ.",
+                fields: &[MATERIAL, MESH, COLORS, QUALITY],
+                variants: &[("obj", "An OBJ file with its material library and its pictures", &[])],
+            }
+        }
     }
 
-    fn title(&self) -> &'static str {
-        "OBJ"
-    }
-
-    fn doc(&self) -> &'static str {
-        "A material on a mesh as Wavefront OBJ."
-    }
-
-    fn fields(&self) -> &'static [FieldDecl] {
-        &[MATERIAL, MESH, Colors::FORMAT, Colors::OF_JPEG]
-    }
-
-    fn with(&self, options: &Options) -> Result<Arc<dyn ExportTarget>, Problem> {
-        Ok(Arc::new(Self(Colors::read(options)?)))
-    }
-
-    fn variants(&self) -> Vec<Variant> {
-        vec![Variant::new("obj", "An OBJ file with its material library and its pictures", *self)]
-    }
-
-    fn plan(&self) -> Plan {
+    fn plan(&self, _: &Options) -> Plan {
         Plan::several("obj")
     }
 
-    fn write(&self, source: &Source<'_>) -> io::Result<Files> {
-        Ok(Files::Bundle(obj(source.material, source.shape, &source.place, self.0)))
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        Ok(Files::Bundle(obj(source.material, source.shape, &source.place, options.colors())))
     }
 }
 

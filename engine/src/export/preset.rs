@@ -1,14 +1,12 @@
 //! Materials as the picture set of a program, with a script that sets them up if the program runs scripts.
 use super::bundle::{Bundle, ChannelSource, ExportContext, Map, Maps, Samples, samples};
-use super::decl::{FieldDecl, MATERIAL, Takes};
+use super::decl::{FieldDecl, MATERIAL, Takes, names};
 use super::directions::vectors;
 use super::names::quoted;
 use super::network::number;
-use super::target::{ExportTarget, Files, Options, Plan, Source, Variant};
-use crate::diagnostics::{Code, Problem};
+use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
 use crate::value::{Channel, Field, Halo, Material, Tile, Type};
 use std::io;
-use std::sync::Arc;
 
 /// A program that reads picture sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,68 +37,46 @@ impl Program {
     ];
 }
 
-/// The pictures that a program expects.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Preset(Program);
-
-impl Preset {
-    pub(super) const DEFAULT: Self = Self(Program::Unreal);
-}
+/// The target.
+pub(super) struct Preset;
 
 impl ExportTarget for Preset {
-    fn name(&self) -> &'static str {
-        "Preset"
-    }
-
-    fn title(&self) -> &'static str {
-        "this target"
-    }
-
-    fn doc(&self) -> &'static str {
-        "A material as the pictures that a program expects."
-    }
-
-    fn fields(&self) -> &'static [FieldDecl] {
-        const TARGET: FieldDecl = FieldDecl::new(
-            "target",
-            "The program whose pictures are written.",
-            Takes::Words(|| Program::ALL.map(|(name, _)| name).to_vec()),
-        );
-        &[MATERIAL, TARGET]
-    }
-
-    fn with(&self, options: &Options) -> Result<Arc<dyn ExportTarget>, Problem> {
-        match options.word("target", &Program::ALL) {
-            Some(program) => Ok(Arc::new(Self(program))),
-            None => {
-                let names = Program::ALL.map(|(name, _)| name).join(", ");
-                let error = Problem::new(Code::MissingInput, "`Preset` has no `target`");
-                Err(error.help(format!("write `target: Blender`; targets are {names}")))
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Preset",
+                title: "this target",
+                doc: "A material as the pictures that a program expects.",
+                fields: &[
+                    MATERIAL,
+                    FieldDecl::new(
+                        "target",
+                        "The program whose pictures are written.",
+                        Takes::Word(|| names(&Program::ALL)),
+                    ),
+                ],
+                variants: &[
+                    ("unreal", "The pictures that Unreal Engine expects", &[("target", OptionValue::Word("Unreal"))]),
+                    ("unity", "The pictures that Unity expects", &[("target", OptionValue::Word("Unity"))]),
+                    ("godot", "The pictures that Godot expects", &[("target", OptionValue::Word("Godot"))]),
+                    (
+                        "blender",
+                        "Pictures, and a script that builds the material in Blender",
+                        &[("target", OptionValue::Word("Blender"))],
+                    ),
+                    ("arnold", "EXR pictures for Arnold", &[("target", OptionValue::Word("Arnold"))]),
+                    ("renderman", "EXR pictures for `RenderMan`", &[("target", OptionValue::Word("RenderMan"))]),
+                ],
             }
         }
     }
 
-    fn variants(&self) -> Vec<Variant> {
-        vec![
-            Variant::new("unreal", "The pictures that Unreal Engine expects", Self(Program::Unreal)),
-            Variant::new("unity", "The pictures that Unity expects", Self(Program::Unity)),
-            Variant::new("godot", "The pictures that Godot expects", Self(Program::Godot)),
-            Variant::new(
-                "blender",
-                "Pictures, and a script that builds the material in Blender",
-                Self(Program::Blender),
-            ),
-            Variant::new("arnold", "EXR pictures for Arnold", Self(Program::Arnold)),
-            Variant::new("renderman", "EXR pictures for `RenderMan`", Self(Program::RenderMan)),
-        ]
-    }
-
-    fn plan(&self) -> Plan {
+    fn plan(&self, _: &Options) -> Plan {
         Plan::several("png")
     }
 
-    fn write(&self, source: &Source<'_>) -> io::Result<Files> {
-        Ok(Files::Bundle(preset(source.material, &source.place, self.0)))
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        Ok(Files::Bundle(preset(source.material, &source.place, options.word("target", &Program::ALL))))
     }
 }
 

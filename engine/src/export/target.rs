@@ -5,85 +5,93 @@
 //! the Python module, the planning of files and the writing follow from it.
 use super::TARGETS;
 use super::bundle::{Bundle, BundleWriter, ExportContext};
+use super::colors::Colors;
 use super::decl::{FieldDecl, Takes};
 use super::glb::GlbWriter;
 use super::gltf::Exported;
 use super::shape::Shape;
-use crate::diagnostics::Problem;
 use crate::picture::{Compression, WriteError, WriteStats};
 use crate::value::{Channel, Field, Material};
 use glam::UVec2;
-use std::fmt::Debug;
+use std::fmt;
 use std::io;
 use std::path::Path;
-use std::sync::Arc;
 
 /// The target with this word in graph files.
 pub fn target_named(name: &str) -> Option<&'static dyn ExportTarget> {
-    TARGETS.iter().copied().find(|target| target.name() == name)
+    TARGETS.iter().copied().find(|target| target.info().name == name)
 }
 
-/// A format of another program, with its options. Its `Debug` text is part of the keys of its files, so that text must
-/// contain all options.
-pub trait ExportTarget: Debug + Send + Sync {
-    /// The word in graph files: `Gltf` in `Gltf(material: "node")`.
-    fn name(&self) -> &'static str;
-
-    /// The name in messages.
-    fn title(&self) -> &'static str {
-        self.name()
-    }
-
-    /// One sentence about the format, for editors.
-    fn doc(&self) -> &'static str;
-
-    /// The fields of its brackets in graph files. A target has a field that takes a [`Takes::Material`], which must be
-    /// written, or fields that take [`Takes::Gray`], of which one must be written. The others are options.
-    fn fields(&self) -> &'static [FieldDecl];
-
-    /// This target with the options of a graph file, which have the types that [`fields`](Self::fields) states.
-    ///
-    /// # Errors
-    /// An option is missing, or contradicts another one; at that field, or at the word if it has none.
-    fn with(&self, options: &Options) -> Result<Arc<dyn ExportTarget>, Problem>;
-
-    /// The choices for all materials of a graph, `shibo render --as NAME`.
-    fn variants(&self) -> Vec<Variant>;
+/// A format of another program.
+pub trait ExportTarget: Sync {
+    /// Its names and fields.
+    fn info(&self) -> &'static TargetInfo;
 
     /// The files that it makes.
-    fn plan(&self) -> Plan;
+    fn plan(&self, options: &Options) -> Plan;
 
     /// The pictures and documents of an output. Fields are not evaluated here.
     ///
     /// # Errors
     /// A document cannot be written.
-    fn write(&self, source: &Source<'_>) -> io::Result<Files>;
-
-    /// Returns true if its files contain a mesh.
-    fn has_mesh(&self) -> bool {
-        self.fields().iter().any(|field| matches!(field.takes, Takes::Mesh))
-    }
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files>;
 }
 
-/// A choice on the command line.
-#[derive(Clone, Debug)]
-pub struct Variant {
-    /// The word after `--as`.
+/// The names and the fields of a target.
+#[derive(Debug)]
+pub struct TargetInfo {
+    /// The word in graph files: `Gltf` in `Gltf(material: "node")`.
     pub name: &'static str,
-    /// One sentence about it.
+    /// The name in messages.
+    pub title: &'static str,
+    /// One sentence for editors.
     pub doc: &'static str,
-    /// The target with its options.
-    pub target: Arc<dyn ExportTarget>,
+    /// The fields of its brackets in graph files: one that takes a [`Takes::Material`], which must be written, or some
+    /// that take a [`Takes::Gray`], of which one must be written; and options.
+    pub fields: &'static [FieldDecl],
+    /// The choices for all materials of a graph, `shibo render --as NAME`: name, one sentence, and options.
+    pub variants: &'static [(&'static str, &'static str, &'static [(&'static str, OptionValue)])],
 }
 
-impl Variant {
-    pub(super) fn new(name: &'static str, doc: &'static str, target: impl ExportTarget + 'static) -> Self {
-        Self { name, doc, target: Arc::new(target) }
+impl TargetInfo {
+    /// Returns true if its files contain a mesh.
+    pub fn has_mesh(&self) -> bool {
+        self.fields.iter().any(|field| matches!(field.takes, Takes::Mesh))
+    }
+}
+
+/// A target with options.
+#[derive(Clone)]
+pub struct Chosen {
+    /// The target.
+    pub target: &'static dyn ExportTarget,
+    /// Its options.
+    pub options: Options,
+}
+
+impl Chosen {
+    /// The choices on the command line, in the order of [`TARGETS`]: name, one sentence, and the target.
+    pub fn variants() -> Vec<(&'static str, &'static str, Self)> {
+        let of = |target: &'static dyn ExportTarget| {
+            let info = target.info();
+            let chosen = move |options: &[_]| Self { target, options: Options::new(info.fields, options) };
+            info.variants.iter().map(move |(name, doc, options)| (*name, *doc, chosen(options)))
+        };
+        TARGETS.iter().copied().flat_map(of).collect()
     }
 
-    /// All choices, in the order of [`TARGETS`].
-    pub fn all() -> Vec<Self> {
-        TARGETS.iter().flat_map(|target| target.variants()).collect()
+    /// The files that it makes.
+    pub fn plan(&self) -> Plan {
+        self.target.plan(&self.options)
+    }
+}
+
+impl fmt::Debug for Chosen {
+    /// Formats the target with all options, as for keys.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut list = f.debug_struct(self.target.info().name);
+        self.options.0.iter().for_each(|(name, value)| drop(list.field(name, value)));
+        list.finish()
     }
 }
 
@@ -110,40 +118,68 @@ impl Plan {
     }
 }
 
-/// The options in a graph file, by name; those that were not written are missing.
-#[derive(Clone, Debug, Default)]
-pub struct Options(pub Vec<(&'static str, OptionValue)>);
+/// The options of a target by name, in the order of its fields. A quality that was not written is missing.
+#[derive(Clone, Debug)]
+pub struct Options(Vec<(&'static str, OptionValue)>);
 
 /// The value of an option.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub enum OptionValue {
     /// For [`Takes::Truth`].
     Truth(bool),
-    /// For [`Takes::Words`]: one of the words.
+    /// For [`Takes::Words`] and [`Takes::Word`]: one of the words.
     Word(&'static str),
-    /// For [`Takes::Whole`].
-    Whole(u8),
+    /// For [`Takes::Quality`], 1 to 100.
+    Quality(u8),
+}
+
+impl fmt::Debug for OptionValue {
+    /// Formats the value as in a graph file.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Truth(value) => value.fmt(f),
+            Self::Word(word) => f.write_str(word),
+            Self::Quality(value) => value.fmt(f),
+        }
+    }
 }
 
 impl Options {
+    /// The options that are given, and the defaults of the others.
+    pub fn new(fields: &[FieldDecl], given: &[(&str, OptionValue)]) -> Self {
+        let value = |field: &FieldDecl| {
+            let given = given.iter().find(|(name, _)| *name == field.name).map(|(_, value)| *value);
+            given.or_else(|| match field.takes {
+                Takes::Truth(value) => Some(OptionValue::Truth(value)),
+                Takes::Words(words) => words().first().map(|word| OptionValue::Word(word)),
+                _ => None,
+            })
+        };
+        Self(fields.iter().filter_map(|field| Some((field.name, value(field)?))).collect())
+    }
+
     fn get(&self, name: &str) -> Option<OptionValue> {
         self.0.iter().find(|(known, _)| *known == name).map(|(_, value)| *value)
     }
 
-    /// The value of an option that is true or false.
-    pub fn truth(&self, name: &str) -> Option<bool> {
-        if let Some(OptionValue::Truth(value)) = self.get(name) { Some(value) } else { None }
+    /// Returns true if an option is `true`.
+    pub fn is(&self, name: &str) -> bool {
+        self.get(name) == Some(OptionValue::Truth(true))
     }
 
-    /// The meaning of the word that an option has.
-    pub fn word<T: Copy>(&self, name: &str, words: &[(&str, T)]) -> Option<T> {
-        let Some(OptionValue::Word(value)) = self.get(name) else { return None };
-        words.iter().find(|(word, _)| *word == value).map(|(_, meaning)| *meaning)
+    /// The meaning of the word that an option has; the first choice if it has none.
+    pub fn word<T: Copy, const N: usize>(&self, name: &str, choices: &[(&'static str, T); N]) -> T {
+        let chosen = choices.iter().find(|(word, _)| self.get(name) == Some(OptionValue::Word(word)));
+        chosen.unwrap_or(&choices[0]).1
     }
 
-    /// The value of an option that is a whole number.
-    pub fn whole(&self, name: &str) -> Option<u8> {
-        if let Some(OptionValue::Whole(value)) = self.get(name) { Some(value) } else { None }
+    /// The format of colours, from the options `colors` and `quality`.
+    pub fn colors(&self) -> Colors {
+        match (self.word("colors", &Colors::ALL), self.get("quality")) {
+            (false, _) => Colors::Png,
+            (true, Some(OptionValue::Quality(quality))) => Colors::Jpeg(quality),
+            (true, _) => Colors::Jpeg(Colors::QUALITY),
+        }
     }
 }
 

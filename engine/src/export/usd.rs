@@ -4,70 +4,51 @@
 //! One unit is a metre, y is up. Texture coordinates have v up, as everywhere in USD.
 use super::bundle::{Bundle, ChannelSource, ExportContext, Maps};
 use super::colors::Colors;
-use super::decl::{FieldDecl, MATERIAL, MESH, Takes};
+use super::decl::{COLORS, FieldDecl, MATERIAL, MESH, QUALITY, Takes};
 use super::names::{identifier, unique};
 use super::network::{Input, InputValue, Network, Shading, network, number};
 use super::shape::Shape;
-use super::target::{ExportTarget, Files, Options, Plan, Source, Variant};
-use crate::diagnostics::Problem;
+use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
 use crate::value::{Channel, Material};
 use std::fmt::Write;
 use std::io;
-use std::sync::Arc;
 
-/// A USD file with its pictures.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Usd {
-    /// True for one file, a USDZ.
-    packed: bool,
-    /// Storage of colours.
-    colors: Colors,
-}
-
-impl Usd {
-    pub(super) const DEFAULT: Self = Self { packed: false, colors: Colors::Png };
-}
+/// The target.
+pub(super) struct Usd;
 
 impl ExportTarget for Usd {
-    fn name(&self) -> &'static str {
-        "Usd"
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Usd",
+                title: "USD",
+                doc: "A material on a mesh as USD.",
+                fields: &[
+                    MATERIAL,
+                    MESH,
+                    COLORS,
+                    QUALITY,
+                    FieldDecl::new(
+                        "packed",
+                        "Whether the file and its pictures are one `.usdz`; `false` if left out.",
+                        Takes::Truth(false),
+                    ),
+                ],
+                variants: &[
+                    ("usd", "A USD file", &[]),
+                    ("usdz", "A USD file with its pictures in it", &[("packed", OptionValue::Truth(true))]),
+                ],
+            }
+        }
     }
 
-    fn title(&self) -> &'static str {
-        "USD"
+    fn plan(&self, options: &Options) -> Plan {
+        if options.is("packed") { Plan::one("usdz") } else { Plan::several("usda") }
     }
 
-    fn doc(&self) -> &'static str {
-        "A material on a mesh as USD."
-    }
-
-    fn fields(&self) -> &'static [FieldDecl] {
-        const PACKED: FieldDecl = FieldDecl::new(
-            "packed",
-            "Whether the file and its pictures are one `.usdz`; `false` if left out.",
-            Takes::Truth,
-        );
-        &[MATERIAL, MESH, Colors::FORMAT, Colors::OF_JPEG, PACKED]
-    }
-
-    fn with(&self, options: &Options) -> Result<Arc<dyn ExportTarget>, Problem> {
-        let packed = options.truth("packed").unwrap_or(self.packed);
-        Ok(Arc::new(Self { packed, colors: Colors::read(options)? }))
-    }
-
-    fn variants(&self) -> Vec<Variant> {
-        vec![
-            Variant::new("usd", "A USD file", *self),
-            Variant::new("usdz", "A USD file with its pictures in it", Self { packed: true, ..*self }),
-        ]
-    }
-
-    fn plan(&self) -> Plan {
-        if self.packed { Plan::one("usdz") } else { Plan::several("usda") }
-    }
-
-    fn write(&self, source: &Source<'_>) -> io::Result<Files> {
-        Ok(Files::Bundle(usd(source.material, source.shape, &source.place, self.packed, self.colors)))
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        let bundle = usd(source.material, source.shape, &source.place, options.is("packed"), options.colors());
+        Ok(Files::Bundle(bundle))
     }
 }
 

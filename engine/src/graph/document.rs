@@ -274,7 +274,7 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
         }
         _ => {
             let what = format!("output `{}`", entry.name);
-            let names: Vec<_> = TARGETS.iter().map(|target| target.name()).collect();
+            let names: Vec<_> = TARGETS.iter().map(|target| target.info().name).collect();
             let (last, names) =
                 names.split_last().map_or(("", String::new()), |(last, names)| (*last, names.join(", ")));
             let forms =

@@ -1,25 +1,22 @@
 //! Outputs for other programs, as written and as checked.
-use super::args::at;
 use super::document::{OutputDecl, choice};
-use super::part::{Entry, Shape, SyntaxValue};
+use super::part::{Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::remedy::write_luminance;
 use super::report::Report;
 use super::scope::{Target, Unit};
 use crate::diagnostics::Code;
-use crate::export::{ExportTarget, FieldDecl, OptionValue, Options, SimpleShape, Takes};
+use crate::export::{Chosen, Colors, ExportTarget, FieldDecl, OptionValue, Options, SimpleShape, Takes};
 use crate::graph::{Export, ExportMesh};
 use crate::value::{Atlas, Carried, Type};
 use petgraph::graph::NodeIndex;
-use std::sync::Arc;
 
 /// The export of an output, as written.
 #[derive(Debug)]
 pub(super) struct ExportDecl {
-    /// The word.
-    kind: &'static str,
-    /// The target with its options; `None` after an error.
-    target: Option<Arc<dyn ExportTarget>>,
+    target: Chosen,
+    /// False after an error in an option.
+    good: bool,
     /// The references to single fields, by the names of the target's fields.
     fields: Vec<(&'static str, SyntaxValue)>,
 }
@@ -37,75 +34,69 @@ pub(super) enum MeshDecl {
 pub(super) fn read(
     decl: &mut OutputDecl,
     word: &SyntaxValue,
-    target: &dyn ExportTarget,
+    target: &'static dyn ExportTarget,
     body: &SyntaxValue,
     report: &mut Report,
 ) {
-    let (kind, declared) = (target.name(), target.fields());
+    let (kind, declared) = (target.info().name, target.info().fields);
     let known: Vec<&str> = declared.iter().map(|field| field.name).collect();
     let Some(fields) = read::fields(body, &format!("`{kind}`"), &known, report) else { return };
-    let (mut options, mut good) = (Options::default(), true);
-    let mut export = ExportDecl { kind, target: None, fields: Vec::new() };
-    decl.mesh = target.has_mesh().then_some(MeshDecl::Simple(SimpleShape::Plane));
+    let (mut options, mut sources, mut good) = (Vec::new(), Vec::new(), true);
+    decl.mesh = target.info().has_mesh().then_some(MeshDecl::Simple(SimpleShape::Plane));
     for FieldDecl { name, takes, .. } in declared {
-        let Some(part) = read::get(&fields, name) else { continue };
-        match takes {
-            Takes::Material | Takes::Gray => {
+        let part = read::get(&fields, name);
+        match (takes, part) {
+            (Takes::Material | Takes::Gray, Some(part)) => {
                 let Some(_) = read::text(part, name, report) else { continue };
                 decl.from.get_or_insert_with(|| part.clone());
                 if let Takes::Gray = takes {
-                    export.fields.push((name, part.clone()));
+                    sources.push((*name, part.clone()));
                 }
             }
-            Takes::Mesh => decl.mesh = mesh(part, report),
-            _ => match option(part, name, *takes, report) {
-                Some(value) => options.0.push((name, value)),
+            (Takes::Mesh, Some(part)) => decl.mesh = mesh(part, report),
+            (Takes::Material, None) => missing(word, name, "write `material: \"node\"`", report),
+            (Takes::Word(words), None) => {
+                let (first, all) = (words().first().copied().unwrap_or_default(), words().join(", "));
+                missing(word, name, &format!("write `{name}: {first}`; the choices are {all}"), report);
+                good = false;
+            }
+            (_, Some(part)) => match option(part, name, *takes, report) {
+                Some(value) => options.push((*name, value)),
                 None => good = false,
             },
+            (_, None) => {}
         }
     }
-    check_source(word, kind, declared, &fields, report);
-    // Consequences of an error are not reported.
-    match target.with(&options) {
-        _ if !good => {}
-        Ok(target) => export.target = Some(target),
-        Err(problem) => {
-            let place = problem.field.as_deref().and_then(|field| read::get(&fields, field)).unwrap_or(word);
-            report.push(at(place, &problem));
-        }
+    if fields.is_empty() && declared.iter().all(|field| matches!(field.takes, Takes::Gray)) {
+        let help = format!("write `{}: \"node\"`; fields are {}", known[0], known.join(", "));
+        report.push(word.error(Code::MissingInput, format!("`{kind}` has no field")).help(help));
     }
-    decl.export = Some(export);
+    let options = Options::new(declared, &options);
+    if let (Some(part), Colors::Png) = (read::get(&fields, "quality"), options.colors()) {
+        let error = part.error(Code::BadValue, "`quality` is that of JPEG, and `colors` are PNG");
+        report.push(error.help("write `colors: Jpeg`, or leave `quality` out"));
+    }
+    decl.export = Some(ExportDecl { target: Chosen { target, options }, good, fields: sources });
 }
 
-/// Checks that the material, or one of the fields, is given.
-fn check_source(word: &SyntaxValue, kind: &str, declared: &[FieldDecl], given: &[Entry], report: &mut Report) {
-    let sources = declared.iter().filter(|field| matches!(field.takes, Takes::Material | Takes::Gray));
-    let names: Vec<&str> = sources.map(|field| field.name).collect();
-    let Some((first, others)) =
-        names.split_first().filter(|_| !names.iter().any(|name| read::get(given, name).is_some()))
-    else {
-        return;
-    };
-    let (message, more) = match others {
-        [] => (format!("`{kind}` has no `{first}`"), String::new()),
-        _ => (format!("`{kind}` has no field"), format!(", `{}`, all or some of them", others.join("`, `"))),
-    };
-    report.push(word.error(Code::MissingInput, message).help(format!("write `{first}: \"node\"`{more}")));
+/// Reports that a field of `word` is not written.
+fn missing(word: &SyntaxValue, field: &str, help: &str, report: &mut Report) {
+    report.push(word.error(Code::MissingInput, format!("`{}` has no `{field}`", word.str())).help(help));
 }
 
 /// The value of an option; reports errors.
 fn option(part: &SyntaxValue, name: &str, takes: Takes, report: &mut Report) -> Option<OptionValue> {
     match takes {
-        Takes::Whole(least, most) => {
+        Takes::Quality => {
             let given = if let Shape::Number(given) = part.shape() { given } else { f64::NAN };
-            let whole = (least..=most).find(|whole| (given - f64::from(*whole)).abs() <= 0.5);
-            let whole = whole.filter(|_| (f64::from(least)..=f64::from(most)).contains(&given));
+            let near = |whole: &u8| (given - f64::from(*whole)).abs() <= 0.5 && (1.0..=100.0).contains(&given);
+            let whole = (1..=100).find(near);
             if whole.is_none() {
-                report.push(mismatch(part, &format!("`{name}`"), &format!("a number from {least} to {most}")));
+                report.push(mismatch(part, &format!("`{name}`"), "a number from 1 to 100"));
             }
-            whole.map(OptionValue::Whole)
+            whole.map(OptionValue::Quality)
         }
-        Takes::Truth => choice(part, name, &[("true", true), ("false", false)], report).map(OptionValue::Truth),
+        Takes::Truth(_) => choice(part, name, &[("true", true), ("false", false)], report).map(OptionValue::Truth),
         _ => {
             let words: Vec<_> = takes.words().into_iter().map(|word| (word, word)).collect();
             choice(part, name, &words, report).map(OptionValue::Word)
@@ -130,19 +121,21 @@ impl Unit<'_> {
     /// The export of an output of type `ty`, if any; reports errors.
     pub(super) fn export(&mut self, decl: &OutputDecl, from: &SyntaxValue, ty: Type) -> Result<Option<Export>, ()> {
         let Some(export) = &decl.export else { return Ok(None) };
+        let kind = export.target.target.info().name;
         let mut fields = Vec::new();
         for (name, part) in &export.fields {
-            fields.push((*name, self.packed(export.kind, part)?));
+            fields.push((*name, self.packed(kind, part)?));
         }
         if fields.is_empty() && ty != Type::Material {
-            let kind = export.kind;
             let message = format!("`{kind}` takes a material; `{}` is {ty}", shorten(from.str().trim_matches('"')));
             let help = "connect a `Material`, which names the fields that are its channels";
             self.report.push(from.error(Code::TypeMismatch, message).help(help));
             return Err(());
         }
-        let target = export.target.clone().ok_or(())?;
-        Ok(Some(Export { target, fields }))
+        if !export.good {
+            return Err(());
+        }
+        Ok(Some(Export { target: export.target.clone(), fields }))
     }
 
     /// A grey field of a packed picture.

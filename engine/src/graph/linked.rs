@@ -1,7 +1,7 @@
 //! A graph with resolved references, ready for evaluation.
 use super::storage::Storage;
 use crate::diagnostics::{Diagnostic, SourceMap, Span};
-use crate::export::{ExportTarget, SimpleShape};
+use crate::export::{Chosen, SimpleShape};
 use crate::node::DynNode;
 use crate::value::{Canvas, ChannelSet, Field, Type};
 use petgraph::Direction;
@@ -155,7 +155,7 @@ pub struct GraphOutput {
 #[derive(Clone, Debug)]
 pub struct Export {
     /// The format with its options.
-    pub target: Arc<dyn ExportTarget>,
+    pub target: Chosen,
     /// The fields that it takes besides the output's material, by the names of the target's fields: node, and index of
     /// the node's output.
     pub fields: Vec<(&'static str, (NodeIndex, usize))>,
@@ -167,10 +167,10 @@ impl Graph {
     ///
     /// # Errors
     /// A remedy if no output is a material.
-    pub fn export_as(&mut self, target: &Arc<dyn ExportTarget>, named: bool) -> Result<(), String> {
+    pub fn export_as(&mut self, target: &Chosen, named: bool) -> Result<(), String> {
         let plane = ExportMesh::Simple(SimpleShape::Plane);
         let mesh = self.outputs.iter().find_map(|output| output.mesh.filter(|mesh| *mesh != plane));
-        let mesh = target.has_mesh().then(|| mesh.unwrap_or(plane));
+        let mesh = target.target.info().has_mesh().then(|| mesh.unwrap_or(plane));
         self.outputs.retain(|output| output.ty == Type::Material);
         let mut seen = Vec::new();
         self.outputs.retain(|output| {

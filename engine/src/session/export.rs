@@ -5,7 +5,7 @@ use super::plan::{OutputPart, Planned};
 use super::render::{Job, Render, job};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Event;
-use crate::export::{ExportContext, Files, FilesWriter, Shape, SimpleShape, Source};
+use crate::export::{Chosen, ExportContext, Files, FilesWriter, Shape, SimpleShape, Source};
 use crate::graph::{Export, ExportMesh, GraphOutput};
 use crate::picture::{Compression, WriteStats, Writer};
 use crate::value::{Atlas, Carried, Channel, Field, Material, Tiling, Value};
@@ -48,7 +48,7 @@ impl Sink {
 impl Render<'_, '_> {
     /// The fields and files to compute for a planned file.
     pub(super) fn job<'g>(&self, planned: Planned<'g>, value: &Value) -> Result<Job<'g>, Failure> {
-        let OutputPart::Export(Export { target, fields: sources }) = &planned.part else {
+        let OutputPart::Export(Export { target: Chosen { target, options }, fields: sources }) = &planned.part else {
             return Ok(job(planned, value));
         };
         let output = planned.output;
@@ -63,8 +63,8 @@ impl Render<'_, '_> {
         let place =
             ExportContext { stem: self.planner.stem(output), size_mm: canvas.size_mm, wraps: self.wraps(output) };
         let source = Source { material: &material, shape: &shape, fields, place };
-        let files = target.write(&source).map_err(|error| Failure::File(error.to_string()))?;
-        self.warn_lost(output, target.title(), &files.lost());
+        let files = target.write(&source, options).map_err(|error| Failure::File(error.to_string()))?;
+        self.warn_lost(output, target.info().title, &files.lost());
         let fields = files.fields().into_iter().map(|field| (String::new(), field)).collect();
         Ok(Job { planned, fields, lines: None, beyond: 0, mips: Vec::new(), files: Some(files) })
     }

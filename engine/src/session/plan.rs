@@ -30,7 +30,7 @@ impl OutputPart {
             Self::Channel(channel) => channel.name().to_owned(),
             Self::All => "all channels".to_owned(),
             Self::Lines => "lines".to_owned(),
-            Self::Export(export) => export.target.name().to_ascii_lowercase(),
+            Self::Export(export) => export.target.target.info().name.to_ascii_lowercase(),
         }
     }
 }

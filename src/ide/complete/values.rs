@@ -217,7 +217,8 @@ impl<'a> Ask<'a> {
             Completion { insert, snippet: !bare, ..offer }
         };
         let target = |target: &&dyn ExportTarget| {
-            target.fields().first().map(|first| form(target.name(), target.doc(), first.name))
+            let info = target.info();
+            info.fields.first().map(|first| form(info.name, info.doc, first.name))
         };
         let file = form("File", "with settings of the file", "from");
         [file].into_iter().chain(TARGETS.iter().filter_map(target)).collect()

@@ -90,7 +90,9 @@ impl fmt::Debug for Chosen {
     /// Formats the target with all options, as for keys.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut list = f.debug_struct(self.target.info().name);
-        self.options.0.iter().for_each(|(name, value)| drop(list.field(name, value)));
+        for (name, value) in &self.options.0 {
+            list.field(name, value);
+        }
         list.finish()
     }
 }
@@ -151,7 +153,7 @@ impl Options {
             let given = given.iter().find(|(name, _)| *name == field.name).map(|(_, value)| *value);
             given.or_else(|| match field.takes {
                 Takes::Truth(value) => Some(OptionValue::Truth(value)),
-                Takes::Words(words) => words().first().map(|word| OptionValue::Word(word)),
+                Takes::Words(words) => words().first().copied().map(OptionValue::Word),
                 _ => None,
             })
         };

@@ -36,17 +36,25 @@ pub enum Takes {
     Material,
     /// The name of an output that is one number per pixel.
     Gray,
+    /// The name of an output of any type.
+    Output,
+    /// The name of an output that is ids.
+    Ids,
     /// A [`SimpleShape`], or the name of an atlas whose mesh shows the material.
     Mesh,
+    /// Values of a form of its own.
+    Value,
 }
 
 impl Takes {
-    /// The type of the nodes whose names may stand there; `None` if names cannot.
-    pub fn reference(self) -> Option<Type> {
+    /// The type of the outputs whose names may stand there, `Some(None)` for any; `None` if names cannot.
+    pub fn reference(self) -> Option<Option<Type>> {
         match self {
-            Self::Material => Some(Type::Material),
-            Self::Gray => Some(Type::Gray),
-            Self::Mesh => Some(Atlas::TYPE),
+            Self::Output => Some(None),
+            Self::Material => Some(Some(Type::Material)),
+            Self::Gray => Some(Some(Type::Gray)),
+            Self::Ids => Some(Some(Type::Ids)),
+            Self::Mesh => Some(Some(Atlas::TYPE)),
             _ => None,
         }
     }

@@ -39,8 +39,7 @@ pub(super) fn read(
     report: &mut Report,
 ) {
     let (kind, declared) = (target.info().name, target.info().fields);
-    let known: Vec<&str> = declared.iter().map(|field| field.name).collect();
-    let Some(fields) = read::fields(body, &format!("`{kind}`"), &known, report) else { return };
+    let Some(fields) = read::fields(body, &format!("`{kind}`"), declared, report) else { return };
     let (mut options, mut sources, mut good) = (Vec::new(), Vec::new(), true);
     decl.mesh = target.info().has_mesh().then_some(MeshDecl::Simple(SimpleShape::Plane));
     for FieldDecl { name, takes, .. } in declared {
@@ -68,6 +67,7 @@ pub(super) fn read(
         }
     }
     if fields.is_empty() && declared.iter().all(|field| matches!(field.takes, Takes::Gray)) {
+        let known: Vec<&str> = declared.iter().map(|field| field.name).collect();
         let help = format!("write `{}: \"node\"`; fields are {}", known[0], known.join(", "));
         report.push(word.error(Code::MissingInput, format!("`{kind}` has no field")).help(help));
     }

@@ -1,10 +1,11 @@
 //! Completion of values: after a colon, and between quotes.
-use super::super::expect::{Expect, PARAM_TYPES};
+use super::super::expect::Expect;
 use super::super::file::Section;
 use super::super::view::Value;
 use super::super::walk::{Visit, walk};
 use super::{Ask, Completion, Sort, Topic};
 use shibo_engine::export::{ExportTarget, TARGETS};
+use shibo_engine::graph::schema::PARAM_TYPES;
 use shibo_engine::node::{ParamType, parse_color};
 use shibo_engine::value::{Accepts, Type};
 use std::collections::BTreeMap;
@@ -21,7 +22,7 @@ impl<'a> Ask<'a> {
             found.extend(self.references(expect, fits));
         }
         match expect {
-            Expect::Entry(Section::Params, _) => found.extend(PARAM_TYPES.map(|ty| self.declaration(ty))),
+            Expect::Entry(Section::Params, _) => found.extend(PARAM_TYPES.map(|ty| self.declaration(ty.name()))),
             Expect::Entry(Section::Inputs, _) => found.extend(Accepts::all().map(|ty| self.declaration(ty.name()))),
             Expect::Entry(Section::Outputs, _) => found.extend(self.output_forms()),
             Expect::Value(_, param) => {

@@ -168,7 +168,7 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal, start: Instant) -> Res
         let mut graph = open::graph(open::load(&args.graph, &registry, &values, args.resolution), terminal)?;
         report::show(terminal, &graph.advice(), &graph.sources);
         show_nodes(&mut graph, args)?;
-        args.target.map_or(Ok(()), |target| target.replace_outputs(&mut graph, !args.output.is_empty()))?;
+        args.target.as_ref().map_or(Ok(()), |target| target.replace_outputs(&mut graph, !args.output.is_empty()))?;
         sets.push(Set { graph, preset });
     }
     if args.part.is_some() && sets.len() > 1 && !args.out.to_string_lossy().contains(PRESET) {

@@ -1,6 +1,7 @@
 //! The manual in Markdown for editors, from the doc comments of nodes.
-use super::expect::{self, Expect};
+use super::expect::Expect;
 use crate::nodes::{markdown, spelling, summary};
+use shibo_engine::export::Takes;
 use shibo_engine::node::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 use std::fmt::Write;
 
@@ -50,36 +51,6 @@ pub(crate) fn choice(choice: &Choice, of: &str) -> String {
     format!("`{choice}`, a choice of **{of}**\n\n{}\n", choice.doc.trim())
 }
 
-/// Names and manuals of the fields allowed in brackets, except brackets of a kind.
-pub(crate) fn plain_fields(inside: Expect<'_>) -> Vec<(&'static str, &'static str)> {
-    match inside {
-        Expect::Root => expect::ROOT.to_vec(),
-        Expect::Canvas(None) => expect::CANVAS.to_vec(),
-        Expect::Layout(None) => expect::LAYOUT.to_vec(),
-        Expect::Use(_, each, None) => {
-            expect::USE.into_iter().filter(|(name, _)| each || !matches!(*name, "over" | "ids")).collect()
-        }
-        Expect::File("Gltf", None) => expect::GLTF.to_vec(),
-        Expect::File("Obj", None) => expect::OBJ.to_vec(),
-        Expect::File("Usd", None) => expect::USD.to_vec(),
-        Expect::File("MaterialX", None) => expect::MATERIALX.to_vec(),
-        Expect::File("Preset", None) => expect::TARGET.to_vec(),
-        Expect::File("Pack", None) => expect::PACK.to_vec(),
-        Expect::File(_, None) => expect::FILE.to_vec(),
-        Expect::Input(_, None) => expect::PARAM.into_iter().filter(|(n, _)| matches!(*n, "default" | "doc")).collect(),
-        Expect::Param(word, None) => {
-            let number = matches!(word, "Number" | "Integer");
-            let known = move |name: &str| match name {
-                "range" | "unit" => number,
-                "options" => word == "Choice",
-                _ => true,
-            };
-            expect::PARAM.into_iter().filter(|(name, _)| known(name)).collect()
-        }
-        _ => Vec::new(),
-    }
-}
-
 /// Fields of a kind, or of a struct in a list.
 pub(crate) fn fields(inside: Expect<'_>) -> &[FieldInfo] {
     match inside {
@@ -91,32 +62,11 @@ pub(crate) fn fields(inside: Expect<'_>) -> &[FieldInfo] {
 
 /// Options allowed in a place, with their manuals.
 pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
-    let plain = |words: &[&str]| words.iter().map(|word| ((*word).to_owned(), String::new())).collect();
+    let plain = |words: Vec<&str>| words.into_iter().map(|word| (word.to_owned(), String::new())).collect();
     match expect {
         Expect::Value(_, param) => param.choices.iter().map(|c| (c.name.clone(), c.doc.clone())).collect(),
-        Expect::Canvas(Some("tile")) => plain(&["Both", "X", "Y", "None"]),
-        Expect::File("File", Some("format")) => {
-            plain(&shibo_engine::picture::Format::ALL.map(shibo_engine::picture::Format::name))
-        }
-        Expect::File("File", Some("depth")) => {
-            plain(&shibo_engine::picture::Depth::ALL.map(shibo_engine::picture::Depth::name))
-        }
-        Expect::File("File", Some("combined" | "mip" | "widen_roughness")) | Expect::File("Usd", Some("packed")) => {
-            plain(&["true", "false"])
-        }
-        Expect::File("File", Some("normal")) => plain(&shibo_engine::graph::Storage::NORMALS.map(|(name, _)| name)),
-        Expect::File("File", Some("color_space")) => plain(&shibo_engine::graph::FileColors::ALL.map(|(name, _)| name)),
-        Expect::File("Gltf" | "Obj" | "Usd", Some("mesh")) => {
-            plain(&shibo_engine::export::SimpleShape::ALL.map(|(name, _)| name))
-        }
-        Expect::File("Gltf" | "Obj" | "Usd", Some("colors")) => {
-            plain(&shibo_engine::export::Colors::ALL.map(|(name, _)| name))
-        }
-        Expect::File("Gltf", Some("embed")) => plain(&["true", "false"]),
-        Expect::File("MaterialX", Some("shading")) => plain(&shibo_engine::export::Shading::ALL.map(|(name, _)| name)),
-        Expect::File("Preset", Some("target")) => plain(&shibo_engine::export::Program::ALL.map(|(name, _)| name)),
-        Expect::Param("Bool", Some("default")) => plain(&["true", "false"]),
-        _ => Vec::new(),
+        Expect::Param("Bool", Some("default")) => plain(vec!["true", "false"]),
+        _ => plain(expect.takes().map(Takes::words).unwrap_or_default()),
     }
 }
 

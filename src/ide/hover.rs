@@ -77,8 +77,8 @@ fn key_text(cx: Cx<'_>, inside: Expect<'_>, name: &str, pictures: &dyn Pictures)
         let owner = if let Expect::Kind(info) = inside { info.kind.as_str() } else { "an entry of the list" };
         return Some(docs::field(owner, field));
     }
-    if let Some((_, doc)) = docs::plain_fields(inside).into_iter().find(|(n, _)| *n == name) {
-        return Some(format!("**{name}**: {doc}"));
+    if let Some(field) = inside.fields().into_iter().find(|field| field.name == name) {
+        return Some(format!("**{name}**: {}", field.doc));
     }
     match inside {
         Expect::Section(Section::Nodes | Section::Inputs) => node_text(cx, name, None, pictures),

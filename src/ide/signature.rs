@@ -58,8 +58,8 @@ pub(crate) fn signature(cx: Cx<'_>, at: usize) -> Option<Signature> {
 fn describe(inside: Expect<'_>) -> Vec<(String, String, String)> {
     let fields = docs::fields(inside);
     if fields.is_empty() {
-        let plain = docs::plain_fields(inside).into_iter();
-        return plain.map(|(name, doc)| (name.to_owned(), String::new(), doc.to_owned())).collect();
+        let plain = inside.fields().into_iter();
+        return plain.map(|field| (field.name.to_owned(), String::new(), field.doc.to_owned())).collect();
     }
     let short = |field: &shibo_engine::node::FieldInfo| match &field.role {
         shibo_engine::node::Role::Port(port) if port.list => format!("[{}]", port.ty),

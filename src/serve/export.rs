@@ -10,6 +10,7 @@ use axum::body::Bytes;
 use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Json, Response};
+use clap::ValueEnum;
 use serde::Deserialize;
 use serde_json::{Value as Data, json};
 use shibo_engine::eval::{CancelToken, Event, Observer};
@@ -163,7 +164,8 @@ fn render(
     let usage = |quit: crate::quit::Quit| Failure::Usage(quit.text());
     let mut outputs = Vec::new();
     if wish.gltf {
-        Target::Gltf.replace_outputs(&mut graph, false).map_err(usage)?;
+        let target = Target::from_str("gltf", false).map_err(Failure::Usage)?;
+        target.replace_outputs(&mut graph, false).map_err(usage)?;
     } else if let Some(target) = &wish.target {
         outputs.push(match target.strip_prefix('@') {
             Some(node) => add_node(&mut graph, &node.replacen(':', ".", 1)).map_err(usage)?,

@@ -122,7 +122,7 @@ fn graph(args: &RenderArgs, values: &[(&str, &str)], registry: &Registry, termin
         }
     };
     show_nodes(&mut graph, args)?;
-    args.target.map_or(Ok(()), |target| target.replace_outputs(&mut graph, !args.output.is_empty()))?;
+    args.target.as_ref().map_or(Ok(()), |target| target.replace_outputs(&mut graph, !args.output.is_empty()))?;
     Ok(graph)
 }
 

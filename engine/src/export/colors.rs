@@ -14,9 +14,9 @@ pub enum Colors {
 
 impl Colors {
     /// The default quality.
-    pub const QUALITY: u8 = 90;
+    pub(super) const QUALITY: u8 = 90;
     /// All names, and whether each is JPEG.
-    pub const ALL: [(&'static str, bool); 2] = [("Png", false), ("Jpeg", true)];
+    pub(super) const ALL: [(&'static str, bool); 2] = [("Png", false), ("Jpeg", true)];
 
     /// The format of a picture of 8 bits.
     pub(super) const fn format(self) -> Format {

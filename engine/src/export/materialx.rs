@@ -1,17 +1,55 @@
 //! Materials as MaterialX 1.39 documents.
 use super::bundle::{Bundle, ExportContext, Maps};
+use super::decl::{FieldDecl, MATERIAL, Takes, names};
 use super::names::identifier;
 use super::network::{Input, InputValue, Network, Shading, network};
+use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
 use crate::value::Material;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, Event};
 use std::io;
 
+/// The target.
+pub(super) struct MaterialX;
+
+impl ExportTarget for MaterialX {
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "MaterialX",
+                title: "MaterialX",
+                doc: "A material as a MaterialX document.",
+                fields: &[
+                    MATERIAL,
+                    FieldDecl::new("shading", "The surface shader.", Takes::Words(|| names(&Shading::ALL))),
+                ],
+                variants: &[
+                    ("materialx", "A MaterialX document, `open_pbr_surface`", &[]),
+                    (
+                        "materialx-standard",
+                        "A MaterialX document, `standard_surface`",
+                        &[("shading", OptionValue::Word("StandardSurface"))],
+                    ),
+                ],
+            }
+        }
+    }
+
+    fn plan(&self, _: &Options) -> Plan {
+        Plan::several("mtlx")
+    }
+
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        let shading = options.word("shading", &Shading::ALL);
+        materialx(source.material, &source.place, shading).map(Files::Bundle)
+    }
+}
+
 /// A document and its pictures. Heights in the document are mm, with a scale to metres.
 ///
 /// # Errors
 /// Cannot happen in practice: the document is written to memory.
-pub fn materialx(material: &Material, place: &ExportContext, shading: Shading) -> io::Result<Bundle> {
+fn materialx(material: &Material, place: &ExportContext, shading: Shading) -> io::Result<Bundle> {
     let mut maps = Maps::new(material, &place.stem);
     let network = network(&mut maps, place, false, shading);
     let text = document(&network, &identifier(&place.stem))?;

@@ -6,14 +6,11 @@
 use super::bundle::{ChannelSource, ExportContext, Maps};
 use super::directions::clockwise;
 use crate::value::Channel;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 /// The surface shader of a MaterialX document.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Shading {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shading {
     /// OpenPBR Surface.
-    #[default]
     OpenPbr,
     /// Autodesk Standard Surface.
     StandardSurface,
@@ -21,7 +18,8 @@ pub enum Shading {
 
 impl Shading {
     /// All of them, by name.
-    pub const ALL: [(&'static str, Self); 2] = [("OpenPbr", Self::OpenPbr), ("StandardSurface", Self::StandardSurface)];
+    pub(super) const ALL: [(&'static str, Self); 2] =
+        [("OpenPbr", Self::OpenPbr), ("StandardSurface", Self::StandardSurface)];
 
     pub(super) const fn category(self) -> &'static str {
         match self {

@@ -4,14 +4,17 @@
 //! library uses the common ones for physically based materials (`Pr`, `Pm`, `Pc`, `norm` and so on).
 use super::bundle::{Bundle, ChannelSource, ExportContext, Maps};
 use super::colors::Colors;
+use super::decl::{COLORS, MATERIAL, MESH, QUALITY};
 use super::directions::turns;
 use super::names::{unique, word};
 use super::network;
 use super::shape::Shape;
+use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
 use crate::value::{Channel, Material};
 use glam::{DVec2, Vec2, Vec3};
 use std::collections::HashMap;
 use std::fmt::Write;
+use std::io;
 
 /// The keywords of a channel: the one for a number, how many numbers it takes, and the one for a picture.
 const WORDS: [(Channel, &str, usize, &str); 14] = [
@@ -31,8 +34,33 @@ const WORDS: [(Channel, &str, usize, &str); 14] = [
     (Channel::Height, "", 1, "disp"),
 ];
 
+/// The target.
+pub(super) struct Obj;
+
+impl ExportTarget for Obj {
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Obj",
+                title: "OBJ",
+                doc: "A material on a mesh as Wavefront OBJ.",
+                fields: &[MATERIAL, MESH, COLORS, QUALITY],
+                variants: &[("obj", "An OBJ file with its material library and its pictures", &[])],
+            }
+        }
+    }
+
+    fn plan(&self, _: &Options) -> Plan {
+        Plan::several("obj")
+    }
+
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        Ok(Files::Bundle(obj(source.material, source.shape, &source.place, options.colors())))
+    }
+}
+
 /// The files of a material on a mesh.
-pub fn obj(material: &Material, shape: &Shape, place: &ExportContext, colors: Colors) -> Bundle {
+fn obj(material: &Material, shape: &Shape, place: &ExportContext, colors: Colors) -> Bundle {
     let stem = &place.stem;
     let mut maps = Maps::new(material, stem).with_colors(colors);
     // Clamps pictures that do not repeat. Those of an atlas need no clamp, because the charts lie inside.

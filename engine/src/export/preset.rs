@@ -1,15 +1,16 @@
 //! Materials as the picture set of a program, with a script that sets them up if the program runs scripts.
 use super::bundle::{Bundle, ChannelSource, ExportContext, Map, Maps, Samples, samples};
+use super::decl::{FieldDecl, MATERIAL, Takes, names};
 use super::directions::vectors;
 use super::names::quoted;
 use super::network::number;
+use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
 use crate::value::{Channel, Field, Halo, Material, Tile, Type};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use std::io;
 
 /// A program that reads picture sets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Program {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Program {
     /// Unreal Engine: occlusion, roughness and metallic packed into one picture, normals with y down.
     Unreal,
     /// Unity: a mask map of metallic, occlusion and smoothness.
@@ -26,7 +27,7 @@ pub enum Program {
 
 impl Program {
     /// All of them, by name.
-    pub const ALL: [(&'static str, Self); 6] = [
+    const ALL: [(&'static str, Self); 6] = [
         ("Unreal", Self::Unreal),
         ("Unity", Self::Unity),
         ("Godot", Self::Godot),
@@ -34,6 +35,49 @@ impl Program {
         ("Arnold", Self::Arnold),
         ("RenderMan", Self::RenderMan),
     ];
+}
+
+/// The target.
+pub(super) struct Preset;
+
+impl ExportTarget for Preset {
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Preset",
+                title: "this target",
+                doc: "A material as the pictures that a program expects.",
+                fields: &[
+                    MATERIAL,
+                    FieldDecl::new(
+                        "target",
+                        "The program whose pictures are written.",
+                        Takes::Word(|| names(&Program::ALL)),
+                    ),
+                ],
+                variants: &[
+                    ("unreal", "The pictures that Unreal Engine expects", &[("target", OptionValue::Word("Unreal"))]),
+                    ("unity", "The pictures that Unity expects", &[("target", OptionValue::Word("Unity"))]),
+                    ("godot", "The pictures that Godot expects", &[("target", OptionValue::Word("Godot"))]),
+                    (
+                        "blender",
+                        "Pictures, and a script that builds the material in Blender",
+                        &[("target", OptionValue::Word("Blender"))],
+                    ),
+                    ("arnold", "EXR pictures for Arnold", &[("target", OptionValue::Word("Arnold"))]),
+                    ("renderman", "EXR pictures for `RenderMan`", &[("target", OptionValue::Word("RenderMan"))]),
+                ],
+            }
+        }
+    }
+
+    fn plan(&self, _: &Options) -> Plan {
+        Plan::several("png")
+    }
+
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        Ok(Files::Bundle(preset(source.material, &source.place, options.word("target", &Program::ALL))))
+    }
 }
 
 fn gray(value: f32) -> Field {
@@ -55,7 +99,7 @@ pub fn y_down(normal: &Field) -> Field {
 }
 
 /// The pictures, and a script for some programs.
-pub fn preset(material: &Material, place: &ExportContext, program: Program) -> Bundle {
+fn preset(material: &Material, place: &ExportContext, program: Program) -> Bundle {
     let mut maps = Maps::new(material, &place.stem);
     match program {
         Program::Unreal => unreal(&mut maps),

@@ -4,14 +4,56 @@
 //! One unit is a metre, y is up. Texture coordinates have v up, as everywhere in USD.
 use super::bundle::{Bundle, ChannelSource, ExportContext, Maps};
 use super::colors::Colors;
+use super::decl::{COLORS, FieldDecl, MATERIAL, MESH, QUALITY, Takes};
 use super::names::{identifier, unique};
 use super::network::{Input, InputValue, Network, Shading, network, number};
 use super::shape::Shape;
+use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
 use crate::value::{Channel, Material};
 use std::fmt::Write;
+use std::io;
+
+/// The target.
+pub(super) struct Usd;
+
+impl ExportTarget for Usd {
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Usd",
+                title: "USD",
+                doc: "A material on a mesh as USD.",
+                fields: &[
+                    MATERIAL,
+                    MESH,
+                    COLORS,
+                    QUALITY,
+                    FieldDecl::new(
+                        "packed",
+                        "Whether the file and its pictures are one `.usdz`; `false` if left out.",
+                        Takes::Truth(false),
+                    ),
+                ],
+                variants: &[
+                    ("usd", "A USD file", &[]),
+                    ("usdz", "A USD file with its pictures in it", &[("packed", OptionValue::Truth(true))]),
+                ],
+            }
+        }
+    }
+
+    fn plan(&self, options: &Options) -> Plan {
+        if options.is("packed") { Plan::one("usdz") } else { Plan::several("usda") }
+    }
+
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        let bundle = usd(source.material, source.shape, &source.place, options.is("packed"), options.colors());
+        Ok(Files::Bundle(bundle))
+    }
+}
 
 /// The USD file and its pictures, in one archive if `packed`.
-pub fn usd(material: &Material, shape: &Shape, place: &ExportContext, packed: bool, colors: Colors) -> Bundle {
+fn usd(material: &Material, shape: &Shape, place: &ExportContext, packed: bool, colors: Colors) -> Bundle {
     let mut maps = Maps::new(material, &place.stem).with_colors(colors);
     let once = shape.repeats.is_none();
     let name = identifier(&place.stem);

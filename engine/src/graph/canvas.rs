@@ -3,6 +3,7 @@ use super::params::Params;
 use super::part::{Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
+use super::schema;
 use super::subst::substitute;
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::value::{Canvas, Resolution, TileMode};
@@ -23,8 +24,7 @@ pub(super) fn read(part: Option<&SyntaxValue>, params: &Params, report: &mut Rep
     let mut asked = Asked { resolution: Resolution::Longer(DEFAULT.resolution.x), span: None };
     let mut canvas = DEFAULT;
     let Some(part) = part else { return (canvas, asked) };
-    let known = ["size_mm", "resolution", "tile", "seed"];
-    let Some(fields) = read::fields(part, "`canvas`", &known, report) else { return (canvas, asked) };
+    let Some(fields) = read::fields(part, "`canvas`", schema::CANVAS, report) else { return (canvas, asked) };
     for field in fields {
         let Some(value) = substitute(&field.value, params, report).map(|s| s.part) else { continue };
         match field.name.as_str() {
@@ -118,8 +118,7 @@ pub(super) fn too_large(found: &str) -> String {
 }
 
 fn tile(part: &SyntaxValue, report: &mut Report) -> Option<TileMode> {
-    let modes = [("Both", TileMode::Both), ("X", TileMode::X), ("Y", TileMode::Y), ("None", TileMode::None)];
-    let names = modes.map(|(name, _)| name);
+    let (modes, names) = (TileMode::ALL, TileMode::ALL.map(|(name, _)| name));
     match part.shape() {
         Shape::Word(word) => {
             let found = modes.iter().find(|(name, _)| *name == word).map(|(_, mode)| *mode);

@@ -4,13 +4,13 @@ use super::params::{self, ParamDecl};
 use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
+use super::schema;
 use super::storage::{self, Storage};
 use crate::diagnostics::Code;
+use crate::export::{TARGETS, target_named};
 use crate::picture::{Depth, Format};
 use crate::value::{Accepts, Type};
 use std::collections::BTreeMap;
-
-const FIELDS: &[&str] = &["version", "canvas", "imports", "params", "presets", "inputs", "nodes", "outputs"];
 
 /// A graph file as written.
 #[derive(Debug, Default)]
@@ -89,14 +89,14 @@ pub(super) struct OutputDecl {
     pub(super) storage: Storage,
     /// The export written instead of pictures.
     pub(super) export: Option<ExportDecl>,
-    /// The mesh given in `Gltf`, `Obj` or `Usd`.
+    /// The mesh of the export, if the format has one.
     pub(super) mesh: Option<MeshDecl>,
 }
 
 impl Document {
     /// Reads a document from the value of a whole text.
     pub(super) fn read(whole: &SyntaxValue, report: &mut Report) -> Self {
-        let Some(fields) = read::fields(whole, "a graph file", FIELDS, report) else { return Self::default() };
+        let Some(fields) = read::fields(whole, "a graph file", schema::ROOT, report) else { return Self::default() };
         if let Some(version) = read::get(&fields, "version") {
             check_version(version, report);
         }
@@ -226,7 +226,7 @@ fn input(entry: &Entry, report: &mut Report) -> InputDecl {
         return decl;
     };
     let fields = match &body {
-        Some(body) => match read::fields(body, &format!("input `{}`", entry.name), &["default", "doc"], report) {
+        Some(body) => match read::fields(body, &format!("input `{}`", entry.name), schema::INPUT, report) {
             Some(fields) => fields,
             None => return decl,
         },
@@ -267,17 +267,18 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
             return decl;
         }
         (_, Some((word, Some(body)))) if word.str() == "File" => (word, body),
-        (_, Some((word, Some(body)))) if exports::KINDS.contains(&word.str()) => {
-            exports::read(&mut decl, &word, &body, report);
+        (_, Some((word, Some(body)))) if let Some(target) = target_named(word.str()) => {
+            exports::read(&mut decl, &word, target, &body, report);
             return decl;
         }
         _ => {
             let what = format!("output `{}`", entry.name);
-            let error = mismatch(
-                &entry.value,
-                &what,
-                "\"node\", \"node.port\", File(from: \"node\"), or for other programs Gltf, Obj, MaterialX, Usd, Preset or Pack",
-            );
+            let names: Vec<_> = TARGETS.iter().map(|target| target.info().name).collect();
+            let (last, names) =
+                names.split_last().map_or(("", String::new()), |(last, names)| (*last, names.join(", ")));
+            let forms =
+                format!("\"node\", \"node.port\", File(from: \"node\"), or for other programs {names} or {last}");
+            let error = mismatch(&entry.value, &what, &forms);
             report.push(match entry.value.shape() {
                 Shape::Word(word) => error.help(format!("write `\"{}\"`", shorten(&word))),
                 _ => error,
@@ -286,9 +287,7 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
         }
     };
     let (word, body) = body;
-    let known: Vec<&str> =
-        ["from", "format", "depth", "combined", "range"].into_iter().chain(storage::FIELDS).collect();
-    let Some(fields) = read::fields(&body, "`File`", &known, report) else { return decl };
+    let Some(fields) = read::fields(&body, "`File`", schema::output("File"), report) else { return decl };
     decl.from = read::get(&fields, "from").filter(|from| read::text(from, "from", report).is_some()).cloned();
     if read::get(&fields, "from").is_none() {
         let help = "write `from: \"node\"`";

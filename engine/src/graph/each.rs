@@ -18,8 +18,6 @@ use std::sync::Arc;
 
 /// The word used in graph files.
 pub(super) const KIND: &str = "Each";
-/// The fields that `Use` lacks.
-pub(super) const FIELDS: [&str; 2] = ["over", "ids"];
 /// The most instances of one `Each`.
 pub(super) const MOST: usize = 64;
 /// The parameter that receives the number of an instance.

@@ -15,9 +15,6 @@ use petgraph::graph::NodeIndex;
 use std::borrow::Cow;
 use std::cell::Cell;
 
-/// The fields of `Use`, in the order of suggestions.
-pub(super) const FIELDS: [&str; 6] = ["graph", "with", "preset", "seed", "canvas", "note"];
-
 /// A command-line value for a parameter of an instance.
 pub(super) struct Setting {
     /// The names of the enclosing `Use`s, each followed by a slash, as in [`Scope::prefix`](super::scope::Scope).

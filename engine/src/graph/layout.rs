@@ -3,6 +3,7 @@ use super::convert;
 use super::part::{Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
+use super::schema;
 use super::subst::number_text;
 use crate::diagnostics::Code;
 use crate::node::{Arg, DynNode};
@@ -98,7 +99,7 @@ impl Layout {
 
 /// Reads the `canvas` field of a `Use` on a canvas.
 pub(super) fn layout(part: &SyntaxValue, canvas: Canvas, report: &mut Report) -> Option<Layout> {
-    let fields = read::fields(part, "`canvas` of `Use`", &["scale", "angle", "offset", "size_mm"], report)?;
+    let fields = read::fields(part, "`canvas` of `Use`", schema::LAYOUT, report)?;
     let mut layout = Layout {
         part: part.clone(),
         canvas,

@@ -1,7 +1,7 @@
 //! A graph with resolved references, ready for evaluation.
 use super::storage::Storage;
 use crate::diagnostics::{Diagnostic, SourceMap, Span};
-use crate::export::{Colors, Program, Shading, SimpleShape};
+use crate::export::{Chosen, SimpleShape};
 use crate::node::DynNode;
 use crate::value::{Canvas, ChannelSet, Field, Type};
 use petgraph::Direction;
@@ -50,9 +50,8 @@ impl Graph {
             if let Some(ExportMesh::Atlas { node, .. }) = output.mesh {
                 waiting.push(node);
             }
-            if let Some(Export::Pack(sources)) = output.export {
-                waiting.extend(sources.into_iter().flatten().map(|(node, _)| node));
-            }
+            let fields = output.export.iter().flat_map(|export| &export.fields);
+            waiting.extend(fields.map(|(_, (node, _))| *node));
         }
         while let Some(index) = waiting.pop() {
             if !std::mem::replace(&mut needed[index.index()], true) {
@@ -146,74 +145,32 @@ pub struct GraphOutput {
     pub storage: Storage,
     /// The export, if the output is not written as pictures.
     pub export: Option<Export>,
-    /// The mesh of a material in a glTF, OBJ or USD file.
+    /// The mesh that shows the material in an export that has one.
     pub mesh: Option<ExportMesh>,
     /// The place in the text.
     pub span: Span,
 }
 
-/// Files for other programs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Export {
-    /// A glTF file.
-    Gltf {
-        /// True for one binary file; false if mesh and pictures are written beside it.
-        embed: bool,
-        /// Storage of colours.
-        colors: Colors,
-    },
-    /// An OBJ file with its material library and its pictures.
-    Obj(Colors),
-    /// A MaterialX document with its pictures.
-    MaterialX(Shading),
-    /// A USD file with its pictures.
-    Usd {
-        /// True for one file, a USDZ.
-        packed: bool,
-        /// Storage of colours.
-        colors: Colors,
-    },
-    /// The pictures that a program expects.
-    Preset(Program),
-    /// One packed picture: the nodes and outputs of up to four fields.
-    Pack([Option<(NodeIndex, usize)>; 4]),
-}
-
-impl Export {
-    /// The targets for a whole graph, by their names on the command line.
-    pub const TARGETS: [(&'static str, Self); 13] = [
-        ("gltf", Self::Gltf { embed: true, colors: Colors::Png }),
-        ("gltf-files", Self::Gltf { embed: false, colors: Colors::Png }),
-        ("obj", Self::Obj(Colors::Png)),
-        ("materialx", Self::MaterialX(Shading::OpenPbr)),
-        ("materialx-standard", Self::MaterialX(Shading::StandardSurface)),
-        ("usd", Self::Usd { packed: false, colors: Colors::Png }),
-        ("usdz", Self::Usd { packed: true, colors: Colors::Png }),
-        ("unreal", Self::Preset(Program::Unreal)),
-        ("unity", Self::Preset(Program::Unity)),
-        ("godot", Self::Preset(Program::Godot)),
-        ("blender", Self::Preset(Program::Blender)),
-        ("arnold", Self::Preset(Program::Arnold)),
-        ("renderman", Self::Preset(Program::RenderMan)),
-    ];
-
-    /// Returns true if the export is a single file.
-    pub const fn is_one_file(self) -> bool {
-        matches!(self, Self::Gltf { embed: true, .. } | Self::Usd { packed: true, .. } | Self::Pack(_))
-    }
+/// Files for another program.
+#[derive(Clone, Debug)]
+pub struct Export {
+    /// The format with its options.
+    pub target: Chosen,
+    /// The fields that it takes besides the output's material, by the names of the target's fields: node, and index of
+    /// the node's output.
+    pub fields: Vec<(&'static str, (NodeIndex, usize))>,
 }
 
 impl Graph {
     /// Exports the materials of all outputs and drops all other outputs. A material with two names is exported once,
-    /// unless outputs are `named`. The files use the mesh of the graph's own glTF, OBJ or USD outputs, if there is one.
+    /// unless outputs are `named`. The files use the mesh of the graph's own exports, if there is one.
     ///
     /// # Errors
     /// A remedy if no output is a material.
-    pub fn export_as(&mut self, export: Export, named: bool) -> Result<(), String> {
+    pub fn export_as(&mut self, target: &Chosen, named: bool) -> Result<(), String> {
         let plane = ExportMesh::Simple(SimpleShape::Plane);
         let mesh = self.outputs.iter().find_map(|output| output.mesh.filter(|mesh| *mesh != plane));
-        let mesh =
-            matches!(export, Export::Gltf { .. } | Export::Obj(_) | Export::Usd { .. }).then(|| mesh.unwrap_or(plane));
+        let mesh = target.target.info().has_mesh().then(|| mesh.unwrap_or(plane));
         self.outputs.retain(|output| output.ty == Type::Material);
         let mut seen = Vec::new();
         self.outputs.retain(|output| {
@@ -226,6 +183,7 @@ impl Graph {
             return Err("the graph has no output that is a material; connect a `Material` to an output".to_owned());
         }
         for output in &mut self.outputs {
+            let export = Export { target: target.clone(), fields: Vec::new() };
             (output.export, output.mesh, output.combined) = (Some(export), mesh, false);
         }
         Ok(())

@@ -36,6 +36,7 @@ mod read;
 mod remedy;
 mod report;
 mod room;
+pub mod schema;
 mod scope;
 mod spared;
 mod storage;

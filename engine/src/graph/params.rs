@@ -3,6 +3,7 @@ use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, mismatch, not_finite, shorten};
 use super::remedy::color_meant;
 use super::report::Report;
+use super::schema::{self, PARAM_TYPES};
 use super::subst::ron_string;
 use crate::diagnostics::{Code, Span};
 use crate::expression::{Meaning, Value};
@@ -13,17 +14,6 @@ use std::cell::Cell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// The types that a parameter of a graph may have.
-const DECLARED: [ParamType; 7] = [
-    ParamType::Number,
-    ParamType::Integer,
-    ParamType::Bool,
-    ParamType::Color,
-    ParamType::Text,
-    ParamType::Path,
-    ParamType::Choice,
-];
 
 /// A parameter as declared.
 #[derive(Debug)]
@@ -145,17 +135,12 @@ pub(super) fn declare(entry: &Entry, report: &mut Report) -> Option<ParamDecl> {
         report.push(mismatch(&entry.value, &format!("parameter `{}`", entry.name), "like `Number(default: 1)`"));
         return None;
     };
-    let Some(ty) = DECLARED.into_iter().find(|ty| ty.name() == word.str()) else {
+    let Some(ty) = PARAM_TYPES.into_iter().find(|ty| ty.name() == word.str()) else {
         let message = format!("there is no type of parameters `{}`", shorten(word.str()));
-        report.unknown(word.error(Code::UnknownVariant, message), word.str(), "type", DECLARED.map(ParamType::name));
+        report.unknown(word.error(Code::UnknownVariant, message), word.str(), "type", PARAM_TYPES.map(ParamType::name));
         return None;
     };
-    let known: &[&str] = match ty {
-        ParamType::Number | ParamType::Integer => &["default", "range", "unit", "doc"],
-        ParamType::Choice => &["default", "options", "doc"],
-        _ => &["default", "doc"],
-    };
-    let fields = read::fields(&body, &format!("`{}`", ty.name()), known, report)?;
+    let fields = read::fields(&body, &format!("`{}`", ty.name()), &schema::param(ty.name()), report)?;
     let Some(default) = read::get(&fields, "default") else {
         let message = format!("parameter `{}` has no `default`", entry.name);
         report.push(word.error(Code::MissingInput, message));

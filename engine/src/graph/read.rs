@@ -2,6 +2,7 @@
 use super::part::{Entry, Shape, SyntaxValue};
 use super::report::Report;
 use crate::diagnostics::{Code, Diagnostic};
+use crate::export::FieldDecl;
 use crate::syntax::is_name;
 
 /// The error for a value of the wrong form.
@@ -83,18 +84,19 @@ pub(super) fn map(part: &SyntaxValue, what: &str, report: &mut Report) -> Vec<En
 }
 
 /// The fields of `(name: value)` listed in `known`; reports the others.
-pub(super) fn fields(part: &SyntaxValue, owner: &str, known: &[&str], report: &mut Report) -> Option<Vec<Entry>> {
+pub(super) fn fields(part: &SyntaxValue, owner: &str, known: &[FieldDecl], report: &mut Report) -> Option<Vec<Entry>> {
     let Shape::Named(entries) = part.shape() else {
         report.push(mismatch(part, owner, "named fields in brackets, `(name: value)`"));
         return None;
     };
     let mut kept = Vec::new();
     for entry in unique(entries, "field", report) {
-        if known.contains(&entry.name.as_str()) {
+        if known.iter().any(|field| field.name == entry.name) {
             kept.push(entry);
         } else {
             let message = format!("{owner} has no field `{}`", shorten(&entry.name));
-            report.unknown(entry.key.error(Code::UnknownField, message), &entry.name, "field", known.iter().copied());
+            let names = known.iter().map(|field| field.name);
+            report.unknown(entry.key.error(Code::UnknownField, message), &entry.name, "field", names);
         }
     }
     Some(kept)

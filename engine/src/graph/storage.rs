@@ -47,9 +47,6 @@ impl Storage {
     pub const NORMALS: [(&'static str, bool); 2] = [("OpenGl", false), ("DirectX", true)];
 }
 
-/// The fields of `File` that this module reads.
-pub(super) const FIELDS: [&str; 4] = ["mip", "widen_roughness", "normal", "color_space"];
-
 /// Reads the storage options; faulty options keep their defaults.
 pub(super) fn read(fields: &[Entry], format: Option<Format>, report: &mut Report) -> Storage {
     let mut storage = Storage::default();

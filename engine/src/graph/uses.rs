@@ -1,13 +1,13 @@
 //! Instances of sub-graphs: the values that a `Use`, or each instance of an `Each`, gives to its graph.
 use super::defaults;
-use super::each;
-use super::instance::{self, Spread};
+use super::instance::Spread;
 use super::params::{Facts, Params};
 use super::part::{Entry, SyntaxValue};
 use super::ports::{self, Literal};
 use super::read;
 use super::remedy;
 use super::report::Report;
+use super::schema;
 use super::scope::{Bound, Flat, Port, Slot, Unit};
 use super::subst::substitute;
 use crate::diagnostics::Code;
@@ -24,8 +24,7 @@ impl Unit<'_> {
         args: &[Entry],
         spread: Option<Spread<'_>>,
     ) -> Option<usize> {
-        let of_each = if spread.is_some() { &each::FIELDS[..] } else { &[] };
-        let known: Vec<&str> = of_each.iter().copied().chain(instance::FIELDS).collect();
+        let known: Vec<&str> = schema::instance(spread.is_some()).iter().map(|field| field.name).collect();
         let what = kind.str();
         for arg in args.iter().filter(|arg| !known.contains(&arg.name.as_str())) {
             let message = format!("`{what}` has no field `{}`", read::shorten(&arg.name));

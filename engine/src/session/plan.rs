@@ -8,7 +8,7 @@ use crate::value::{Channel, Key, Renders, Type, Window};
 use std::path::PathBuf;
 
 /// The part of an output that a picture shows.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub(super) enum OutputPart {
     /// The field itself.
     Field,
@@ -24,25 +24,14 @@ pub(super) enum OutputPart {
 
 impl OutputPart {
     /// A distinct name for each part, used in keys.
-    const fn name(&self) -> &'static str {
+    fn name(&self) -> String {
         match self {
-            Self::Field => "field",
-            Self::Channel(channel) => channel.name(),
-            Self::All => "all channels",
-            Self::Lines => "lines",
-            Self::Export(export) => export_name(export),
+            Self::Field => "field".to_owned(),
+            Self::Channel(channel) => channel.name().to_owned(),
+            Self::All => "all channels".to_owned(),
+            Self::Lines => "lines".to_owned(),
+            Self::Export(export) => export.target.target.info().name.to_ascii_lowercase(),
         }
-    }
-}
-
-const fn export_name(export: &Export) -> &'static str {
-    match export {
-        Export::Gltf { .. } => "gltf",
-        Export::Obj(_) => "obj",
-        Export::MaterialX(_) => "materialx",
-        Export::Usd { .. } => "usd",
-        Export::Preset(_) => "preset",
-        Export::Pack(_) => "pack",
     }
 }
 
@@ -125,16 +114,7 @@ impl Planner<'_> {
         };
         let (extension, (format, depth)) = if let OutputPart::Export(export) = &part {
             self.check_whole(&stem)?;
-            let extension = match export {
-                Export::Gltf { embed: true, .. } => "glb",
-                Export::Gltf { embed: false, .. } => "gltf",
-                Export::Obj(_) => "obj",
-                Export::MaterialX(_) => "mtlx",
-                Export::Usd { packed: false, .. } => "usda",
-                Export::Usd { packed: true, .. } => "usdz",
-                Export::Preset(_) | Export::Pack(_) => "png",
-            };
-            (extension, (Format::Png, Depth::U8))
+            (export.target.plan().extension, (Format::Png, Depth::U8))
         } else {
             let encoding = self.encoding(output, ty, channel, &stem)?;
             (encoding.0.extension(), encoding)
@@ -249,7 +229,8 @@ impl Planner<'_> {
             [request.dither, request.best_compression, storage.mip, storage.widen_roughness, storage.normal_down];
         let how = [planned.depth as u8, storage.color_space.map_or(0, |space| space as u8 + 1)];
         let how: Vec<u8> = how.into_iter().chain(flags.map(u8::from)).collect();
-        let mut parts: Vec<&[u8]> = vec![planned.key.as_bytes(), planned.part.name().as_bytes(), ty.name().as_bytes()];
+        let part = planned.part.name();
+        let mut parts: Vec<&[u8]> = vec![planned.key.as_bytes(), part.as_bytes(), ty.name().as_bytes()];
         parts.extend([planned.format.extension().as_bytes(), range.as_flattened(), &pixels, &how]);
         parts.extend(planned.metadata.iter().flat_map(|(name, value)| [name.as_bytes(), value.as_bytes()]));
         Key::of("file", &parts)

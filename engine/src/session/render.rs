@@ -1,11 +1,11 @@
 //! Renders the outputs of a graph to picture files.
-use super::export::{Files, Sink, files};
+use super::export::{Sink, files};
 use super::plan::{OutputPart, Planned, Planner, Wanted, decode_channels, encode_channels, wanted};
 use super::storage::{self, channel_names, encoding, mips, stored};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{CancelToken, Event, Neighbor, NodeStats, Observer, Run, Shelf};
-use crate::export::SimpleShape;
+use crate::export::{Files, SimpleShape};
 use crate::graph::{ExportMesh, Graph, GraphOutput};
 use crate::picture::{
     AtomicFile, Compression, Depth, Drawing, Encoding, Format, MipFilter, PictureSpec, WriteError, WriteStats, Writer,
@@ -156,16 +156,19 @@ impl<'r> Render<'r, '_> {
     /// The pictures of an output, with keys that identify their content.
     fn parts(&self, output: &GraphOutput, channel: Option<Channel>) -> Result<Vec<(OutputPart, Key)>, Failure> {
         let key = self.planner.keys.output(output.node, output.output);
-        if let Some(export) = output.export.filter(|_| channel.is_none()) {
+        if let Some(export) = output.export.as_ref().filter(|_| channel.is_none()) {
             let mesh = match output.mesh {
                 None => Key::of(SimpleShape::Plane.name(), &[]),
                 Some(ExportMesh::Simple(shape)) => Key::of(shape.name(), &[]),
                 Some(ExportMesh::Atlas { node, output }) => self.planner.keys.output(node, output),
             };
             // A file contains the options of its export, and the names of packed files.
-            let (said, stem) = (format!("{export:?}"), self.planner.stem(output));
-            let parts = [key.as_bytes(), mesh.as_bytes(), said.as_bytes(), stem.as_bytes()];
-            return Ok(vec![(OutputPart::Export(export), Key::of("export", &parts))]);
+            let (said, stem) = (format!("{:?}", export.target), self.planner.stem(output));
+            let fields = export.fields.iter().map(|(name, (node, of))| (*name, self.planner.keys.output(*node, *of)));
+            let fields: Vec<_> = fields.collect();
+            let mut parts = vec![&key.as_bytes()[..], mesh.as_bytes(), said.as_bytes(), stem.as_bytes()];
+            parts.extend(fields.iter().flat_map(|(name, key)| [name.as_bytes(), key.as_bytes()]));
+            return Ok(vec![(OutputPart::Export(export.clone()), Key::of("export", &parts))]);
         }
         match output.ty.renders() {
             Some(Renders::Channels) => {}
@@ -220,8 +223,8 @@ impl<'r> Render<'r, '_> {
         let mut missing = Vec::new();
         for planned in pictures {
             // For an export of several files, the cache holds only the tiles of its textures.
-            let one = match planned.part {
-                OutputPart::Export(export) => export.is_one_file(),
+            let one = match &planned.part {
+                OutputPart::Export(export) => export.target.plan().one_file,
                 _ => true,
             };
             let copied = match &self.session.caches.store {
@@ -364,8 +367,8 @@ impl<'r> Render<'r, '_> {
     }
 
     fn keep(&self, job: &Job<'_>) {
-        let Some(store) = self.session.caches.store.as_ref().filter(|_| match job.planned.part {
-            OutputPart::Export(export) => export.is_one_file(),
+        let Some(store) = self.session.caches.store.as_ref().filter(|_| match &job.planned.part {
+            OutputPart::Export(export) => export.target.plan().one_file,
             _ => true,
         }) else {
             return;

@@ -44,6 +44,10 @@ pub enum TileMode {
 }
 
 impl TileMode {
+    /// All of them, by name.
+    pub const ALL: [(&'static str, Self); 4] =
+        [("Both", Self::Both), ("X", Self::X), ("Y", Self::Y), ("None", Self::None)];
+
     /// As directions.
     pub const fn tiling(self) -> Tiling {
         match self {

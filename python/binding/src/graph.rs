@@ -7,7 +7,8 @@ use numpy::{IxDyn, PyArray, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::{PyRuntimeWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use shibo_engine::graph::{self as engine, Export, LoadOptions};
+use shibo_engine::export::Chosen;
+use shibo_engine::graph::{self as engine, LoadOptions};
 use shibo_engine::picture::{Depth, Format};
 use shibo_engine::session::{RenderRequest, Session as Engine};
 use shibo_engine::value::{Canvas, Resolution, TileMode, Window};
@@ -247,9 +248,11 @@ impl Graph {
     ) -> PyResult<Vec<PathBuf>> {
         let mut graph = self.now(py, resolution, values)?;
         if let Some(name) = target {
-            let export = word(name, "target", &Export::TARGETS)?;
+            let all = Chosen::variants();
+            let known: Vec<_> = all.iter().map(|(name, _, target)| (*name, target)).collect();
+            let target = word(name, "target", &known)?;
             let named = !outputs.is_empty();
-            graph.export_as(export, named).map_err(|message| exception(py, message, Vec::new()))?;
+            graph.export_as(target, named).map_err(|message| exception(py, message, Vec::new()))?;
         }
         let request = RenderRequest {
             dir: out,

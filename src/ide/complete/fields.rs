@@ -27,7 +27,7 @@ impl<'a> Ask<'a> {
                 free.map(|(i, name)| self.key(name, Sort::Name, "a new output", named, i as f64)).collect()
             }
             _ => {
-                let fields = docs::plain_fields(inside).into_iter().enumerate();
+                let fields = inside.fields().into_iter().map(|field| (field.name, field.doc)).enumerate();
                 let near = |i: usize, name: &str| i as f64 + self.apart(body, &|n| plain_index(inside, n), name);
                 let free = fields.filter(|(_, (name, _))| named || body.get(name).is_none());
                 free.map(|(i, (name, doc))| {
@@ -184,7 +184,7 @@ fn contains(range: std::ops::Range<usize>, at: usize) -> bool {
 }
 
 fn plain_index(inside: Expect<'_>, name: &str) -> Option<usize> {
-    docs::plain_fields(inside).iter().position(|(n, _)| *n == name)
+    inside.fields().iter().position(|field| field.name == name)
 }
 
 /// Snippet of a field with the delimiters of its value.

@@ -1,9 +1,11 @@
 //! Completion of values: after a colon, and between quotes.
-use super::super::expect::{Expect, PARAM_TYPES};
+use super::super::expect::Expect;
 use super::super::file::Section;
 use super::super::view::Value;
 use super::super::walk::{Visit, walk};
 use super::{Ask, Completion, Sort, Topic};
+use shibo_engine::export::{ExportTarget, TARGETS};
+use shibo_engine::graph::schema::PARAM_TYPES;
 use shibo_engine::node::{ParamType, parse_color};
 use shibo_engine::value::{Accepts, Type};
 use std::collections::BTreeMap;
@@ -20,7 +22,7 @@ impl<'a> Ask<'a> {
             found.extend(self.references(expect, fits));
         }
         match expect {
-            Expect::Entry(Section::Params, _) => found.extend(PARAM_TYPES.map(|ty| self.declaration(ty))),
+            Expect::Entry(Section::Params, _) => found.extend(PARAM_TYPES.map(|ty| self.declaration(ty.name()))),
             Expect::Entry(Section::Inputs, _) => found.extend(Accepts::all().map(|ty| self.declaration(ty.name()))),
             Expect::Entry(Section::Outputs, _) => found.extend(self.output_forms()),
             Expect::Value(_, param) => {
@@ -209,21 +211,18 @@ impl<'a> Ask<'a> {
     }
 
     fn output_forms(&self) -> Vec<Completion> {
-        let forms = [
-            ("File", "File(from: \"$1\"$0)"),
-            ("Gltf", "Gltf(material: \"$1\"$0)"),
-            ("Obj", "Obj(material: \"$1\"$0)"),
-            ("MaterialX", "MaterialX(material: \"$1\"$0)"),
-            ("Usd", "Usd(material: \"$1\"$0)"),
-            ("Preset", "Preset(material: \"$1\", target: $0)"),
-            ("Pack", "Pack(r: \"$1\"$0)"),
-        ];
-        let form = |(label, insert): (&str, &str)| {
-            let offer = self.offer(label, Sort::Kind, "with settings of the file", Topic::Text(String::new()), 30.0);
+        let form = |label: &str, detail: &str, field: &str| {
+            let offer = self.offer(label, Sort::Kind, detail, Topic::Text(String::new()), 30.0);
             let bare = self.cx.file.text[self.replace.end..].trim_start().starts_with('(');
-            Completion { insert: if bare { label.to_owned() } else { insert.to_owned() }, snippet: !bare, ..offer }
+            let insert = if bare { label.to_owned() } else { format!("{label}({field}: \"$1\"$0)") };
+            Completion { insert, snippet: !bare, ..offer }
         };
-        forms.map(form).into()
+        let target = |target: &&dyn ExportTarget| {
+            let info = target.info();
+            info.fields.first().map(|first| form(info.name, info.doc, first.name))
+        };
+        let file = form("File", "with settings of the file", "from");
+        [file].into_iter().chain(TARGETS.iter().filter_map(target)).collect()
     }
 
     fn bools(&self) -> Vec<Completion> {

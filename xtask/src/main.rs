@@ -4,6 +4,7 @@
 //! stable toolchain accepts only with `RUSTC_BOOTSTRAP=1` in the environment of the *test program*. This program therefore runs
 //! each of them as the *runner* of cargo, and sets the variable there. The compiler never sees it, so nothing is compiled a second time,
 //! and the command of cargo stays as it was written.
+mod lines;
 mod report;
 mod runner;
 
@@ -27,6 +28,7 @@ const USAGE: &str = "usage: cargo xtask LANE
   full             all tests of the workspace, by the command that README.md gives
   ci               everything that must hold: .ci/run, with a small case of each outside program
   ci --full        .ci/full, with all cases
+  lines            lines of code by crate, without blank lines, comments and tests
   time COMMAND…    a command of `cargo test`; prints how long its programs and tests took";
 
 fn main() -> ExitCode {
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         ["full"] => timed(&FULL.map(split)),
         ["ci"] => run(&mut Command::new(root().join(".ci/run"))),
         ["ci", "--full"] => run(&mut Command::new(root().join(".ci/full"))),
+        ["lines"] => lines::print().map(|()| ExitCode::SUCCESS).map_err(|error| format!("cannot count lines: {error}")),
         ["time", ref command @ ..] if !command.is_empty() => timed(&[command.to_vec()]),
         _ => Err(USAGE.to_owned()),
     };

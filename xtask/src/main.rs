@@ -85,8 +85,15 @@ fn timed(commands: &[Vec<&str>]) -> Result<ExitCode, String> {
     Ok(code)
 }
 
-/// Runs a command to its end.
+/// Runs a command to its end, without the variables that cargo sets for this program. Build scripts depend on some of them
+/// (`ring` on `CARGO_MANIFEST_DIR`), so cargo would compile with and without them in turn.
 fn run(command: &mut Command) -> Result<ExitCode, String> {
+    for (variable, _) in env::vars_os() {
+        let name = variable.to_string_lossy();
+        if name.starts_with("CARGO_PKG_") || ["CARGO_MANIFEST_DIR", "CARGO_MANIFEST_PATH"].contains(&&*name) {
+            command.env_remove(&variable);
+        }
+    }
     let name = command.get_program().to_string_lossy().into_owned();
     let status = command.status().map_err(|error| format!("{name}: {error}"))?;
     Ok(runner::code(status))

@@ -28,7 +28,7 @@ pub use preset::y_down;
 pub use shape::Shape;
 pub use solids::SimpleShape;
 pub use target::{
-    Chosen, ExportTarget, Files, FilesWriter, OptionValue, Options, Plan, Source, TargetInfo, target_named,
+    Chosen, ExportTarget, Files, FilesWriter, OptionValue, Options, Plan, Source, TargetInfo, Variant, target_named,
 };
 
 /// All targets.

@@ -37,6 +37,9 @@ pub trait ExportTarget: Sync {
     fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files>;
 }
 
+/// A choice for `--as`: its name, one sentence, and the options that it sets.
+pub type Variant = (&'static str, &'static str, &'static [(&'static str, OptionValue)]);
+
 /// The names and the fields of a target.
 #[derive(Debug)]
 pub struct TargetInfo {
@@ -50,7 +53,7 @@ pub struct TargetInfo {
     /// that take a [`Takes::Gray`], of which one must be written; and options.
     pub fields: &'static [FieldDecl],
     /// The choices for all materials of a graph, `shibo render --as NAME`: name, one sentence, and options.
-    pub variants: &'static [(&'static str, &'static str, &'static [(&'static str, OptionValue)])],
+    pub variants: &'static [Variant],
 }
 
 impl TargetInfo {

@@ -1,6 +1,5 @@
 //! Counts habits of English that make sentences hard to read, by folder. `tests/cli/structure/prose.txt` holds the allowed counts,
 //! which may only go down: `BLESS=1` lowers them.
-#[allow(dead_code, reason = "a part of it is used here")]
 #[path = "../../support/bless.rs"]
 mod bless;
 

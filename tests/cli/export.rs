@@ -152,6 +152,21 @@ fn fields_are_packed_into_one_picture() {
     assert!((r - 0.25).abs() < 0.01 && b > 0.98 && (a - 0.5).abs() < 0.01, "{r} {b} {a}");
 }
 
+/// The key of a pack depends on each of its fields: a cached picture is not used after a change of the last one.
+#[test]
+fn packs_are_made_again_after_a_change_of_any_field() {
+    let outputs = "{ \"p\": Pack(r: \"rough\", b: \"metal\") }";
+    let desk = desk("Both", outputs);
+    let blue = || {
+        desk.shibo("render a.ron -o out -q").expect(0);
+        pixel(&picture(&desk, "out/p.png"), 32, 15)[2]
+    };
+    assert!(blue() < 0.05);
+    let changed = GRAPH.replace("to: (1, 0)", "to: (0, 1)");
+    desk.write("a.ron", changed.replace("TILE", "Both").replace("OUTPUTS", outputs));
+    assert!(blue() > 0.95);
+}
+
 /// Every graph with a material can be exported without an edit.
 #[test]
 fn exports_materials_of_any_graph() {

@@ -1,8 +1,8 @@
-//! How long work goes on after it was told to stop: `cargo bench -p shibo --bench cancel`. `SHIBO_CASE=warp` takes the cases
-//! with that in their name.
+//! Time that work continues after a cancellation: `cargo bench -p shibo --bench cancel`. `SHIBO_CASE=warp` selects the
+//! cases with this word in their name.
 //!
-//! Each case is begun again and again and stopped a little later each time, until it is done before it is stopped. Of
-//! several tries the shortest counts: others may be at work on the machine.
+//! Each case is started again and again and cancelled a little later each time, until it ends before the cancellation.
+//! The shortest of several tries counts, since other processes may load the machine.
 #[path = "../tests/support/long_work.rs"]
 mod long_work;
 
@@ -13,13 +13,13 @@ use shibo_engine::graph::Graph;
 use shibo_engine::session::{Failure, Session};
 use std::time::{Duration, Instant};
 
-/// What is good: the page follows a save at once.
+/// Good enough: the page follows a save at once.
 const GOOD: Duration = Duration::from_millis(25);
-/// The most tries.
+/// Maximum number of tries.
 const TRIES: usize = 6;
 
-/// How long the work goes on after it was stopped `after` so long; nothing if it was done before. Work that others keep
-/// from the processor is not counted: the less of the time that went by and of the time at work, of all threads together.
+/// Time that the work continues after a cancellation `after` its start; `None` if it ended before. To exclude time that
+/// other processes take from the processor, the smaller of wall time and CPU time of all threads counts.
 fn stopped(session: &Session, graph: &Graph, after: Duration) -> Option<Duration> {
     let token = CancelToken::default();
     let stop = token.clone();
@@ -34,7 +34,7 @@ fn stopped(session: &Session, graph: &Graph, after: Duration) -> Option<Duration
     let at_work = worked.as_duration().saturating_sub(worked_before.as_duration());
     let time = end.saturating_duration_since(asked).min(at_work);
     match result {
-        // What does not ask at all is done some time.
+        // Work that never checks for cancellation ends normally.
         Ok(()) if end > asked + Duration::from_millis(1) => {
             session.caches().memory.clear();
             prepare(session, graph);

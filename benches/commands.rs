@@ -1,11 +1,11 @@
-//! Whole commands: `cargo bench -p shibo --bench commands`. Medians of several processes; what is compared runs in turn.
-//! Set `SHIBO_BENCH_LARGE=1` to render 16384² too (about a minute, 1 GB of disk).
+//! Whole commands: `cargo bench -p shibo --bench commands`. Medians of several processes; compared commands run
+//! alternately. Set `SHIBO_BENCH_LARGE=1` to render 16384² too (about a minute, 1 GB of disk).
 use std::fmt::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// What one process took.
+/// Resources used by one process.
 #[derive(Clone, Copy)]
 struct Taken {
     wall: f64,
@@ -54,7 +54,8 @@ fn calf(out: &Path, resolution: &str, more: &[&str]) -> Taken {
     run(&args)
 }
 
-/// What writing costs: six channels that cost next to nothing to compute, 4096², as pictures and as files for other programs.
+/// Cost of writing: six channels of 4096² that cost next to nothing to compute, as pictures and as files for other
+/// programs.
 const SIX: &str = r##"(
   canvas: (size_mm: 60, resolution: 4096),
   nodes: {

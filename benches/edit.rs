@@ -1,5 +1,5 @@
-//! From an edit to the picture: `cargo bench -p shibo --bench edit`. A parameter of a shipped graph changes, and the lit picture is made
-//! again from what the caches in memory hold, as `shibo watch` does. Medians of wall time.
+//! Latency from an edit to the picture: `cargo bench -p shibo --bench edit`. A parameter of a shipped graph changes,
+//! and the lit picture is computed again from the caches in memory, as in `shibo watch`. Medians of wall time.
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::graph::LoadOptions;
 use shibo_engine::session::{Session, Settings};
@@ -8,10 +8,10 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Pixels of a side.
+/// Side of the picture in pixels.
 const SIDE: u32 = 512;
 
-/// Loads the graph with one parameter changed, and makes the picture of its output `lit`.
+/// Loads the graph with one parameter changed, and computes the picture of its output `lit`.
 fn picture(session: &Session, path: &Path, set: &[(&str, f64)]) -> Duration {
     let start = Instant::now();
     let options = LoadOptions {

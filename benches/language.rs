@@ -1,5 +1,5 @@
-//! How long an editor waits: completion, hover and diagnostics of graphs of 60 and of 1,000 nodes, from the request to the answer,
-//! the pipes included. Prints the median and the 95th of 100.
+//! Latency of the language server: completion, hover and diagnostics of graphs of 60 and of 1,000 nodes, from the
+//! request to the answer, including the pipes. Prints the median and the 95th percentile.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a program for developers")]
 #[path = "../tests/live/language/mod.rs"]
 mod language;
@@ -9,10 +9,10 @@ use serde_json::json;
 use std::fmt::Write;
 use std::time::{Duration, Instant};
 
-/// How often each is measured.
+/// Number of measurements of each request.
 const ROUNDS: usize = 200;
 
-/// A graph of so many nodes, three in a group, as people write them.
+/// A graph with this number of nodes, in groups of three, as people write them.
 fn graph(nodes: usize) -> String {
     let mut text = String::from(
         "(\n  version: 1,\n  canvas: (size_mm: 60, resolution: 1024),\n  params: {\n    \"pitch\": Number(default: 0.6, range: (0.1, 2), unit: \"mm\", doc: \"Size\"),\n  },\n  nodes: {\n    \"start\": Perlin(size: 4),\n",

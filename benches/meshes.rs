@@ -1,6 +1,6 @@
-//! Meshes: `cargo bench -p shibo --bench meshes`. A torus of 100,000 triangles with UVs and normals is written as OBJ; then whole
-//! commands load it, lay it out, and bake from it. CPU time of nodes is what `--stats` says; that of pixels and rays is what a large
-//! picture takes more than a small one. The least of several runs.
+//! Meshes: `cargo bench -p shibo --bench meshes`. Writes a torus of 100,000 triangles with UVs and normals as OBJ;
+//! whole commands then load it, unwrap it, and bake from it. The CPU time of nodes is taken from `--stats`; that of
+//! pixels and rays is the difference between a large and a small picture. The minimum of several runs.
 #![allow(clippy::disallowed_methods, reason = "figures that are told")]
 use std::fmt::Write as _;
 use std::path::Path;
@@ -57,7 +57,7 @@ fn render(dir: &Path, graph: &str, resolution: u32) -> (f64, impl Fn(&str) -> f6
     (stats["cpu_s"].as_f64().unwrap_or(f64::NAN), node)
 }
 
-/// The least of several runs.
+/// The minimum of several runs.
 fn least(measure: impl Fn() -> f64) -> f64 {
     (0..RUNS).map(|_| measure()).fold(f64::INFINITY, f64::min)
 }
@@ -78,8 +78,8 @@ fn main() {
     println!("load an OBJ of 100,000 triangles                     cpu {:>8.1} ms", 1e3 * load);
     println!("its atlas                                            cpu {:>8.1} ms", 1e3 * lay_out);
     println!("both; no more than 150 ms                            cpu {:>8.1} ms", 1e3 * (load + lay_out));
-    // All of the canvas is covered: every pixel has an owner. What pixels of fields take is no node's own, so it is that of whole
-    // commands, of which the picture is the same everywhere and takes next to nothing to write.
+    // All of the canvas is covered: every pixel has an owner. The time of fields' pixels belongs to no node, so it is
+    // measured by whole commands; their picture is constant and takes next to nothing to write.
     let places = graph(
         "\"baked\": BakePosition(atlas: \"atlas\"),
          \"flat\": Expression(a: \"baked\", formula: \"step(-100000, a.r + a.g + a.b)\")",
@@ -120,8 +120,8 @@ fn main() {
     wood(dir);
 }
 
-/// Synthesis on a surface beside that of the plane along directions that vary from pixel to pixel: both in two passes a level,
-/// without mending, which surfaces do not know.
+/// Compares synthesis on a surface with synthesis in the plane along directions that vary from pixel to pixel: both
+/// with two passes per level, without mending, which surfaces do not support.
 fn growth(dir: &Path) {
     let graph = |nodes: &str, output: &str| {
         format!(
@@ -138,7 +138,7 @@ fn growth(dir: &Path) {
          \"in\": Synthesize(exemplar: \"sets\", jacobian: \"along\", size: (1024, 1024), preset: Fast, mend: 0),",
         "in",
     );
-    // All of the canvas is covered, so both have as many texels.
+    // All of the canvas is covered, so both have the same number of texels.
     let (mut on, mut within) = (f64::INFINITY, f64::INFINITY);
     for _ in 0..RUNS {
         on = on.min(render(dir, &surface, 64).1("on"));
@@ -151,7 +151,7 @@ fn growth(dir: &Path) {
     );
 }
 
-/// Walnut along a surface beside the same texels on a plane.
+/// Compares walnut along a surface with the same texels on a plane.
 fn wood(dir: &Path) {
     let graph = |nodes: &str| {
         format!(

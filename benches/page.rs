@@ -1,6 +1,6 @@
-//! How soon the page of `shibo watch` shows an edit in a real browser: `cargo bench -p shibo --bench page`. Seven edits late in `calf.ron` at
-//! 512², seven of its simulation, each from the save to the picture on the page; then how many pictures a second a slider shows while it
-//! is dragged.
+//! Latency of an edit on the page of `shibo watch` in a real browser: `cargo bench -p shibo --bench page`. Seven edits
+//! late in `calf.ron` at 512², seven of its simulation, each from the save to the picture on the page; then the number
+//! of pictures per second while a slider is dragged.
 #![allow(clippy::unwrap_used, reason = "benches fail by panicking")]
 #[path = "../tests/live/watching/mod.rs"]
 mod watching;
@@ -8,10 +8,10 @@ mod watching;
 use watching::browser::{Browser, Page};
 use watching::{Place, Watch};
 
-/// What the page says of itself.
+/// The state that the page publishes.
 const ROOT: &str = "document.documentElement.dataset";
 
-/// Waits until the page shows the file as it is now.
+/// Waits until the page shows the current file.
 fn wait_for_file(page: &mut Page, place: &Place) {
     let sha = watching::sha256(place.text().as_bytes());
     page.wait(&format!("{ROOT}.sha == '{sha}' && {ROOT}.final == 'true'"));
@@ -52,7 +52,7 @@ fn main() {
         times.sort_by(f64::total_cmp);
         println!("save of an edit {what} to its 512² picture on the page: {times:.0?} ms");
     }
-    // Dragging a slider: how many pictures a second are seen.
+    // Drag a slider and count the pictures per second.
     let seen = page.eval(&format!(
         "(async () => {{ const s = document.querySelector('[data-param=roughness] input[type=range]'); const seen = new Set(); const end = Date.now() + 3000; \
          for (let i = 0; Date.now() < end; i += 1) {{ s.value = 0.3 + (i % 200) * 0.001; s.dispatchEvent(new Event('input', {{ bubbles: true }})); \

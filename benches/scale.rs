@@ -1,24 +1,25 @@
-//! What pictures in parts, large pictures and sweeps cost: `cargo bench -p shibo --bench scale`. CPU time of whole processes, user and
-//! system, from what the system counts of those that have ended; so other work on the machine matters little.
+//! Cost of pictures in parts, large pictures and sweeps: `cargo bench -p shibo --bench scale`. CPU time of whole
+//! processes, user and system, as counted by the system for ended processes; so other load on the machine matters
+//! little.
 //!
 //! `SHIBO_BENCH_LARGE=1` takes 8192² in 16 parts, 16384², and 100 variants (about ten CPU minutes, 2 GB of disk), and
 //! `SHIBO_BENCH_HUGE=1` renders 65536² too (an hour, 40 GB).
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// Clock ticks of a second, on every Linux.
+/// Clock ticks per second, on every Linux.
 const TICKS: f64 = 100.0;
 
 /// CPU seconds of all processes that have ended.
 fn ended() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").expect("a system that counts");
     let numbers: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
-    // The 16th and the 17th field of the line; the first two stand before the bracket.
+    // The 16th and the 17th field of the line; the first two fields end at the bracket.
     let ticks: f64 = numbers[13..15].iter().filter_map(|n| n.parse::<f64>().ok()).sum();
     ticks / TICKS
 }
 
-/// The CPU seconds of a command, and the MiB that it took at its peak, if it tells.
+/// The CPU seconds of a command, and its peak memory in MiB, if reported.
 fn run(dir: &Path, line: &str) -> (f64, f64) {
     let before = ended();
     let output = Command::new(env!("CARGO_BIN_EXE_shibo"))
@@ -32,7 +33,7 @@ fn run(dir: &Path, line: &str) -> (f64, f64) {
     (ended() - before, stats["peak_rss_mib"].as_f64().unwrap_or(f64::NAN))
 }
 
-/// A picture by one process, and by one for each part, in an order that is not that of the rows.
+/// A picture by one process, and by one process per part, with the parts not in the order of the rows.
 fn parts(dir: &Path, graph: &str, (size, count): (u32, u32)) {
     let (whole, peak) = run(dir, &format!("render {graph} --resolution {size} --no-cache -o whole --stats json"));
     println!("{graph} {size}: {whole:.1} CPU s, {peak:.0} MiB");
@@ -74,7 +75,7 @@ fn height(dir: &Path, sizes: &[u32]) {
     }
 }
 
-/// Variants of calf: by seed nothing is shared, by colour and gloss all but the colour and the gloss.
+/// Variants of calf: by seed they share nothing, by colour and gloss everything else.
 fn sweeps(dir: &Path, count: u32) {
     let (one, _) = run(dir, "render shibo:calf --resolution 512 --no-cache -o one --stats json");
     let half = count / 2;

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Exemplar synthesis beside other programs: CPU seconds, peak memory and, with a scorer, quality.
+# Compares exemplar synthesis with other programs: CPU seconds, peak memory and, with a scorer, quality.
 # usage: benches/synthesis.sh OUT SIZE EXEMPLAR.png...
-#   Shibo renders with target/release/shibo (SHIBO=… for another), from nothing and without a cache, on one thread (THREADS=…),
+#   Shibo renders with target/release/shibo (SHIBO=… for another), from scratch and without a cache, on one thread (THREADS=…),
 #   with the seeds SEEDS ("1 2 3 4") and presets PRESETS ("Structured"); peak memory is above that of an empty graph.
-#   Others run where they are on PATH: texture-synthesis (crate texture-synthesis-cli), gmic (syntexturize_matchpatch).
-#   ANGLE=37 compares a synthesis turned by so many degrees, and the picture of one that is not, turned, with the turned exemplar.
-#   SCORER="python3 quality.py" is called with EXEMPLAR OUTPUT and prints one line of JSON; of the seeds the mean is shown.
+#   Other programs run if they are on PATH: texture-synthesis (crate texture-synthesis-cli), gmic (syntexturize_matchpatch).
+#   ANGLE=37 compares a synthesis rotated by 37 degrees, and the rotated picture of an unrotated synthesis, with the rotated exemplar.
+#   SCORER="python3 quality.py" is called with EXEMPLAR OUTPUT and prints one line of JSON; the mean over the seeds is shown.
 set -euo pipefail
 out=$1 size=$2; shift 2; mkdir -p "$out"
 shibo=${SHIBO:-target/release/shibo} threads=${THREADS:-1}
@@ -20,7 +20,7 @@ scores() { # EXEMPLAR PICTURE...
         part = substr($0, RSTART, RLENGTH); sub(/.*: /, "", part); sum[k] += part; n[k]++ } }
     END { for (k = 1; k <= 4; k++) printf "%6s ", n[k] ? sprintf("%.3f", sum[k] / n[k]) : "-"; print "" }'
 }
-# The least CPU seconds and peak KiB of three runs (one, for a program that takes long): RUNS COMMAND...
+# The minimum CPU seconds and peak KiB of RUNS runs (three; one for a slow program): RUNS COMMAND...
 measure() {
   local runs=$1 log least=999999 peak=99999999 user system kib; shift; log=$(mktemp)
   for _ in $(seq "$runs"); do
@@ -41,9 +41,9 @@ line() { # LABEL EXEMPLAR CPU KIB PICTURE...
   printf '%-22s %-12s %8.2f %9.1f %s\n' "$label" "$(basename "$exemplar" .png)" "$cpu" \
     "$(echo "$kib" | awk '{ print $1 * 1.024e-3 }')" "$(scores "$exemplar" "$@")"
 }
-# The middle of a picture, turned by ANGLE, of SIDE pixels: PICTURE WIDTH HEIGHT SIDE NAME
-# Read once, by the filter that shows a synthesis: a picture that was filtered twice or otherwise is softer or sharper, and has
-# other colours and detail.
+# Crops the middle of a picture rotated by ANGLE to SIDE pixels: PICTURE WIDTH HEIGHT SIDE NAME
+# Filters once, with the filter that renders a synthesis: filtering twice or with another filter changes sharpness, colours and
+# detail.
 turned() {
   local graph levels=0 doubled="" most=$(( $2 > $3 ? $2 : $3 )) n
   while [ $(( 1 << levels )) -lt "$most" ]; do
@@ -73,7 +73,7 @@ GRAPH
       { echo "shibo failed on $graph.ron" >&2; exit 1; }
   done
 }
-# The side of the largest square, of an even number of pixels, inside one of side N that is turned by ANGLE.
+# The side of the largest square, an even number of pixels, inside a square of side N that is rotated by ANGLE.
 inside() {
   awk -v n="$1" -v a="$ANGLE" 'BEGIN { r = a * atan2(0, -1) / 180; s = sin(r); c = cos(r); print 2 * int(n / ((s < 0 ? -s : s) + (c < 0 ? -c : c)) / 2) }'
 }

@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""A page that shows exemplars beside what Shibo and other programs make of them, with what was measured.
+"""Makes a page that compares exemplars with the results of Shibo and other programs, with measurements.
 
     benches/synthesis_page.py OUT SIZE EXEMPLAR.png…      -> OUT/index.html and its pictures
 
 Shibo renders with target/release/shibo (SHIBO=… for another), on one thread and without a cache, with the presets PRESETS
 ("Fast Structured Best") and the seeds SEEDS ("1 2 3 4"); the first seed is shown, and figures are means. Other programs take
-part where they are on PATH: gmic (syntexturize_matchpatch) and texture-synthesis (crate texture-synthesis-cli).
+part if they are on PATH: gmic (syntexturize_matchpatch) and texture-synthesis (crate texture-synthesis-cli).
 SCORER="python3 quality.py" is called with EXEMPLAR OUTPUT and prints a line of JSON with `score` and `rep`. Needs numpy and Pillow.
 
-torn: the share of patches of 7x7 pixels whose nearest patch of the exemplar is more than 0.45 of its deviation away: what looks
-broken. sharp: the energy of the gradients of patches over that of the patches nearest to them; below 1 is blurred. CPU: user
-and system seconds of the whole program, the least of its runs.
+torn: the share of patches of 7x7 pixels whose nearest patch of the exemplar is more than 0.45 of its deviation away; they look
+broken. sharp: the energy of the gradients of patches over that of their nearest patches; below 1 is blurred. CPU: user and
+system seconds of the whole program, the minimum of its runs.
 """
 import html
 import json
@@ -95,7 +95,7 @@ def others(out, exemplar, name, size):
 
 
 def measure(exemplar, pictures, cpus):
-    """The means of what was measured, by name."""
+    """The means of the measurements, by name."""
     values = [dict(zip(("torn", "sharp"), torn(load(exemplar), load(picture)))) for picture in pictures]
     if scorer := os.environ.get("SCORER"):
         for value, picture in zip(values, pictures):

@@ -1,6 +1,7 @@
-//! `shibo watch` over an afternoon: `cargo bench -p shibo --bench watch`. 2,100 saves of `calf.ron` at 512², each with another value of a
-//! late parameter, with `--memory 256`: the time from a save to its final picture, and the memory after every 100 saves. It may grow by
-//! 64 MiB after the first 100. `SHIBO_BENCH_SAVES=300` saves less often. Linux only: memory is read from `/proc`.
+//! A long session of `shibo watch`: `cargo bench -p shibo --bench watch`. 2,100 saves of `calf.ron` at 512², each with
+//! another value of a late parameter, with `--memory 256`: the time from a save to its final picture, and the memory
+//! after every 100 saves. It may grow by 64 MiB after the first 100. `SHIBO_BENCH_SAVES=300` saves less often. Linux
+//! only: memory is read from `/proc`.
 use serde_json::Value as Json;
 use sha2::{Digest, Sha256};
 use std::io::{BufRead, BufReader};
@@ -8,10 +9,10 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// How much memory may grow after the first 100 saves, in MiB.
+/// Allowed growth of memory after the first 100 saves, in MiB.
 const GROWTH: u64 = 64;
 
-/// A process that is ended with the bench.
+/// A process that is killed at the end of the benchmark.
 struct Watch(Child);
 
 impl Drop for Watch {
@@ -30,7 +31,7 @@ impl Watch {
     }
 }
 
-/// Waits until the lit picture of a content is final.
+/// Waits for the final lit picture of a content.
 fn shown(events: &mut impl Iterator<Item = String>, text: &str) {
     let sha: String = Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect();
     for line in events {

@@ -1,5 +1,5 @@
-//! A program that uses Shibo as a library: it loads a graph, sets a parameter, computes a window of an output into its own
-//! memory, shows progress, and stops a computation half way.
+//! A program that uses Shibo as a library: it loads a graph, sets a parameter, computes a window of an output into its
+//! own memory, shows progress, and stops a computation half way.
 //!
 //! `cargo run --release --example host` or `… --example host -- GRAPH.ron`
 use shibo_engine::eval::{CancelToken, Event, Observer, Silent};
@@ -9,7 +9,7 @@ use shibo_engine::value::{Resolution, Value, Window};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Prints how far the nodes are, and cancels when the first of them has begun, if it is asked to.
+/// Prints finished nodes and warnings, and cancels at the first event if `cancel` is given.
 struct Progress {
     events: AtomicU64,
     cancel: Option<CancelToken>,
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let Some(graph) = loaded.graph else { return Err("the graph has errors".into()) };
 
-    // The first channel of the first output, whatever it is.
+    // The first output, or its first channel if it is a material.
     let output = graph.outputs.first().ok_or("the graph has no output")?;
     println!("computing `{}` of {}", output.name, path.display());
     let cancel = CancelToken::default();
@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let field = field.ok_or("the output is no picture")?;
 
-    // A window of 256 pixels in the middle. Windows of any size have the same bits.
+    // A window of 256 pixels in the middle. The pixels of a window do not depend on its size.
     let size = graph.canvas.resolution;
     let corner = (size / 2).as_ivec2() - 128;
     let window = Window { x: corner.x, y: corner.y, width: 256, height: 256 };
@@ -66,7 +66,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("{} channels of {}×{} pixels, mean {mean:.4}", field.channels(), window.width, window.height);
     println!("{} nodes took part; {} events", stats.len(), progress.events.load(Ordering::Relaxed));
 
-    // A computation that is cancelled ends soon, and says so. A session without a cache has all to do again.
+    // A cancelled computation ends soon with an error. A new session without a cache computes everything again.
     let again = Session::new(shibo_nodes::registry(), &Settings::default())?;
     let cancel = CancelToken::default();
     let stopping = Progress { events: AtomicU64::new(0), cancel: Some(cancel.clone()) };

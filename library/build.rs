@@ -1,5 +1,5 @@
-//! Build script of the library: lists the graphs that we ship, with the pictures that they read, so that they are part of
-//! the program and are found by name wherever it is installed.
+//! Build script of the library: embeds the shipped graphs and their pictures in the program, so that graphs are found
+//! by name wherever it is installed.
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::{env, fs, io};
@@ -19,7 +19,8 @@ fn main() -> io::Result<()> {
     fs::write(PathBuf::from(env::var_os("OUT_DIR").unwrap_or_default()).join("library.rs"), code)
 }
 
-/// All files below a folder by their paths in it, with `/` on every system; not what editors leave beside them.
+/// Lists all files below a folder by their paths in it, with `/` on every system. Skips hidden files and backup files
+/// of editors.
 fn list(folder: &Path, prefix: &str, files: &mut Vec<(String, PathBuf)>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let entry = entry?;

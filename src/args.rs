@@ -19,15 +19,16 @@ Exit code: 0 when everything asked for was done, 1 for errors in your files, 2 f
 #[derive(Debug, Parser)]
 #[command(name = "shibo", version, about, max_term_width = 120, after_help = EXAMPLES)]
 pub(crate) struct Cli {
-    /// What to do.
+    /// Sub-command.
     #[command(subcommand)]
     pub(crate) command: Command,
-    /// Look for imports of graphs in this folder too, after that of the graph; may be repeated. $SHIBO_IMPORT_PATH names more.
+    /// Look for imports of graphs in this folder too, after that of the graph; may be repeated.
+    /// $SHIBO_IMPORT_PATH names more.
     #[arg(long, value_name = "DIR", global = true)]
     pub(crate) import_path: Vec<PathBuf>,
 }
 
-/// What can be done.
+/// Sub-commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Render the outputs of a graph to picture files.
@@ -73,7 +74,7 @@ pub(crate) struct ValueArgs {
     pub(crate) preset: Option<String>,
 }
 
-/// What a computation may take.
+/// Resources of a computation.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct EngineArgs {
     /// Threads to compute with; one per core if not given.
@@ -88,11 +89,11 @@ pub(crate) struct EngineArgs {
     /// The folder for results; $XDG_CACHE_HOME/shibo or ~/.cache/shibo if not given.
     #[arg(long, value_name = "DIR")]
     pub(crate) cache_dir: Option<PathBuf>,
-    /// Results that machines share: s3://BUCKET/PREFIX, gs://, az://, https:// or file:///FOLDER; $SHIBO_SHARED_CACHE if
-    /// not given.
+    /// Results that machines share: s3://BUCKET/PREFIX, gs://, az://, https:// or file:///FOLDER; $SHIBO_SHARED_CACHE
+    /// if not given.
     #[arg(long, value_name = "URL")]
     pub(crate) shared_cache: Option<String>,
-    /// The most that this folder may hold, in MiB.
+    /// Maximum size of this folder, in MiB.
     #[arg(long, value_name = "MIB", default_value_t = 4096, value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) cache_size: u32,
 }
@@ -104,7 +105,7 @@ pub(crate) fn assignment(text: &str) -> Result<(String, String), String> {
     }
 }
 
-/// Reads `WxH`, or `N` for the longer side.
+/// Parses `WxH`, or `N` for the longer side.
 pub(crate) fn resolution(text: &str) -> Result<Resolution, String> {
     let side = |text: &str| text.trim().parse::<u32>().ok().filter(|&n| n > 0);
     let read = match text.split_once(['x', 'X', '×']) {
@@ -114,33 +115,33 @@ pub(crate) fn resolution(text: &str) -> Result<Resolution, String> {
     read.ok_or_else(|| "write WIDTHxHEIGHT, or one number for the longer side, in pixels".to_owned())
 }
 
-/// Reads `I/N`, or `I-J/N` for several parts.
-pub(crate) fn parts(text: &str) -> Result<Parts, String> {
+/// Parses `I/N`, or `I-J/N` for several parts.
+pub(crate) fn parts(text: &str) -> Result<PartRange, String> {
     let read = |text: &str| text.trim().parse::<u32>().ok();
     let numbers = text.split_once('/').and_then(|(which, count)| {
         let (first, last) = which.split_once('-').unwrap_or((which, which));
-        Some(Parts { first: read(first)?, last: read(last)?, count: read(count)? })
+        Some(PartRange { first: read(first)?, last: read(last)?, count: read(count)? })
     });
     let known = numbers.filter(|parts| parts.first >= 1 && parts.first <= parts.last && parts.last <= parts.count);
     known.ok_or_else(|| "write NUMBER/COUNT: 1/16 is the first of 16 parts, 16/16 the last".to_owned())
 }
 
-/// Some of several parts.
+/// A range of parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Parts {
+pub(crate) struct PartRange {
     first: u32,
     last: u32,
     count: u32,
 }
 
-impl Parts {
-    /// One by one.
+impl PartRange {
+    /// The parts one by one.
     pub(crate) fn each(self) -> impl Iterator<Item = PartOf> {
         (self.first..=self.last).map(move |number| PartOf { number, count: self.count })
     }
 }
 
-/// Reads `X,Y,W,H`.
+/// Parses `X,Y,W,H`.
 pub(crate) fn region(text: &str) -> Result<[u32; 4], String> {
     let numbers: Option<Vec<u32>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
     numbers
@@ -154,19 +155,19 @@ mod tests {
     use glam::UVec2;
 
     #[test]
-    fn the_command_line_is_consistent() {
+    fn defines_valid_command_line() {
         use clap::CommandFactory;
         Cli::command().debug_assert();
     }
 
     #[test]
-    fn values_are_read() {
+    fn parses_argument_values() {
         assert_eq!(resolution("640x480"), Ok(Resolution::Exact(UVec2::new(640, 480))));
         assert_eq!(resolution("512"), Ok(Resolution::Longer(512)));
         assert!(["", "0", "1x", "-1x3", "1x2x3", "1e3"].iter().all(|text| resolution(text).is_err()));
         assert_eq!(region("0, 1,2,3"), Ok([0, 1, 2, 3]));
         assert!(["", "1,2,3", "1,2,3,4,5", "1,2,3,-4"].iter().all(|text| region(text).is_err()));
-        assert_eq!(parts("3/16"), Ok(Parts { first: 3, last: 3, count: 16 }));
+        assert_eq!(parts("3/16"), Ok(PartRange { first: 3, last: 3, count: 16 }));
         assert_eq!(parts("3-4/16").unwrap().each().map(|part| part.number).collect::<Vec<_>>(), [3, 4]);
         let wrong = ["", "3", "0/3", "4/3", "-1/3", "1/0", "a/b", "3-2/4", "1-5/4", "1-/4"];
         assert!(wrong.iter().all(|text| parts(text).is_err()));

@@ -23,14 +23,14 @@ pub(crate) struct CacheArgs {
     cache_dir: Option<PathBuf>,
 }
 
-/// What to do with it.
+/// Actions on the cache.
 #[derive(Debug, Subcommand)]
 enum Action {
     /// Print how much it holds, as JSON.
     Stat,
     /// Remove everything.
     Clear,
-    /// Check that every entry of a shared cache is what was written, with the same $SHIBO_CACHE_KEY if there is one.
+    /// Check that no entry of a shared cache was altered, with the same $SHIBO_CACHE_KEY if there is one.
     Verify,
 }
 
@@ -61,13 +61,13 @@ pub(crate) fn run(args: &CacheArgs, terminal: &Terminal) -> Result<(), Quit> {
     }
 }
 
-/// The same of a cache that machines share.
+/// Handles a cache that machines share.
 fn shared(url: &str, action: &Action, terminal: &Terminal) -> Result<(), Quit> {
     let address = Address::read(url).map_err(Quit::Usage)?;
     let entries = shared::entries(&address)?;
     let failed = |trouble: Trouble| Quit::failed(format!("the shared cache {address} {}", trouble.text()));
     let (mut count, mut bytes, mut foreign) = (0_u64, 0_u64, 0_u64);
-    // The tags of all builds are alike but for the secret.
+    // Tags of all builds differ only by the secret.
     let seal = shared::seal(Seal::new(Key::of("no build", &[])));
     let verify = matches!(action, Action::Verify);
     if matches!(action, Action::Clear) {
@@ -95,6 +95,6 @@ fn shared(url: &str, action: &Action, terminal: &Terminal) -> Result<(), Quit> {
 }
 
 fn open_cache(dir: &std::path::Path) -> Result<DiskCache, Quit> {
-    // The entries of all builds are counted and removed, whatever the seal.
+    // Entries of all builds are counted and removed, so the seal does not matter.
     DiskCache::open(dir, u64::MAX, Seal::new(Key::of("no build", &[]))).map_err(|e| Quit::Failed(e.into()))
 }

@@ -48,14 +48,14 @@ pub(crate) struct CheckArgs {
     engine: EngineArgs,
 }
 
-/// How to print.
+/// Output format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum FormatArg {
     Human,
     Json,
 }
 
-/// What was found in one file.
+/// Findings of one file.
 struct Found {
     diagnostics: Vec<Diagnostic>,
     sources: SourceMap,
@@ -95,7 +95,7 @@ fn check(path: &Path, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Qu
     Ok(Found { diagnostics, sources: loaded.sources })
 }
 
-/// Nodes of the graph file that no output needs, as editors show them.
+/// Nodes that no output needs, as in editors.
 fn unused(sources: &SourceMap, registry: Arc<Registry>) -> Vec<Diagnostic> {
     let Some(source) = sources.sources().first() else { return Vec::new() };
     let mut workspace = Workspace::new(registry, Vec::new());
@@ -111,7 +111,7 @@ fn unused(sources: &SourceMap, registry: Arc<Registry>) -> Vec<Diagnostic> {
     diagnose::unused(Cx { world: &workspace, file: &file }).into_iter().filter_map(warning).collect()
 }
 
-/// Nodes that give another result the second time. Only this starts threads and opens caches.
+/// Finds nodes whose result differs the second time. Only this step starts threads and opens caches.
 fn verify(graph: &Graph, args: &CheckArgs, terminal: &Terminal) -> Result<Vec<Diagnostic>, Quit> {
     let cancel = CancelToken::default();
     interrupt::cancel_on_signals(&cancel);
@@ -127,7 +127,7 @@ fn verify(graph: &Graph, args: &CheckArgs, terminal: &Terminal) -> Result<Vec<Di
     Ok(found)
 }
 
-/// The JSON of all files together. Warnings have a list of their own: only what is in `errors` fails the command.
+/// JSON of all files together. Warnings have a list of their own, because only entries of `errors` fail the command.
 fn json_of(found: &[Found]) -> Json {
     let mut all = json!({ "errors": [], "warnings": [] });
     for one in found {

@@ -1,12 +1,12 @@
-//! From `NODE`, `NODE.PORT`, `USE/NODE` or `USE.OUTPUT` to an output of a graph.
+//! Resolves `NODE`, `NODE.PORT`, `USE/NODE` or `USE.OUTPUT` to an output of a graph.
 use crate::quit::Quit;
 use petgraph::graph::NodeIndex;
 use shibo_engine::diagnostics::suggest;
 use shibo_engine::graph::Graph;
 use shibo_engine::node::Output;
 
-/// The output that is meant. Names of sub-graphs are followed by a slash or a dot; after a dot, an output of the sub-graph
-/// comes before a node of the same name.
+/// Finds an output by name. Names of sub-graphs are followed by a slash or a dot; after a dot, an output of the
+/// sub-graph takes precedence over a node of the same name.
 pub(crate) fn output(graph: &Graph, name: &str) -> Result<(NodeIndex, usize), Quit> {
     let path = name.replace('.', "/");
     if !name.contains('.')
@@ -38,8 +38,8 @@ pub(crate) fn output(graph: &Graph, name: &str) -> Result<(NodeIndex, usize), Qu
     })
 }
 
-/// A node without a name of its own, which is called after its place, `node.port`, and maybe one of its outputs. An output of
-/// that name comes first.
+/// Finds a node without a name, which is called by its position `node.port`, with an optional output. An output of that
+/// name takes precedence.
 fn inline(graph: &Graph, name: &str) -> Option<(NodeIndex, usize)> {
     let output = |owner: NodeIndex, last: &str| Output::position(graph.nodes[owner].node.outputs(), last);
     let (owner, last) = name.rsplit_once('.')?;
@@ -54,7 +54,7 @@ fn node(graph: &Graph, path: &str) -> Option<NodeIndex> {
     graph.nodes.node_indices().find(|&index| graph.nodes[index].name == path)
 }
 
-/// An output of a sub-graph; the main one if none is named.
+/// Finds an output of a sub-graph; the main one by default.
 fn of_use(graph: &Graph, path: &str, output: Option<&str>) -> Option<(NodeIndex, usize)> {
     let found = graph.uses.iter().find(|found| found.name == path)?;
     let mut outputs = found.outputs.iter();
@@ -66,7 +66,7 @@ fn of_use(graph: &Graph, path: &str, output: Option<&str>) -> Option<(NodeIndex,
 }
 
 fn unknown(graph: &Graph, name: &str) -> Quit {
-    // What is wrong is the last name of a path if the sub-graph before it is there.
+    // If the sub-graph exists, the error is in the last name of the path.
     let path = name.replace('.', "/");
     if let Some((owner, last)) = path.rsplit_once('/')
         && graph.uses.iter().any(|found| found.name == owner)
@@ -77,7 +77,7 @@ fn unknown(graph: &Graph, name: &str) -> Quit {
         let mut names: Vec<&str> = inside.filter(|name| !name.contains('/')).collect();
         names.extend(outputs.map(|(name, ..)| name.as_str()));
         let help = suggest(last, "node", &names);
-        // Those are made only where they are needed.
+        // Outputs of these sub-graphs are made only if something reads them.
         let note = "of `Each`, and of a `Use` with `canvas`, there are the outputs that something reads";
         return Quit::Usage(format!("`{owner}` is a sub-graph without `{last}`; {help} ({note})"));
     }

@@ -1,4 +1,4 @@
-//! `shibo fmt`: graph files in their usual layout.
+//! `shibo fmt`: formats graph files.
 use crate::quit::Quit;
 use crate::report;
 use crate::terminal::Terminal;
@@ -35,7 +35,7 @@ pub(crate) struct FmtArgs {
     stdin: bool,
 }
 
-/// What is to be laid out, and how it looks then.
+/// A text and its formatted version.
 struct Text {
     before: String,
     after: String,
@@ -54,7 +54,7 @@ pub(crate) fn run(args: &FmtArgs, terminal: &Terminal) -> Result<(), Quit> {
             Ok(text) => {
                 good &= written(&path, &text, terminal);
             }
-            // The others are laid out nevertheless.
+            // The remaining files are formatted nevertheless.
             Err(quit) => {
                 quit.code(terminal);
                 good = false;
@@ -65,7 +65,7 @@ pub(crate) fn run(args: &FmtArgs, terminal: &Terminal) -> Result<(), Quit> {
     if good && listed.is_empty() { Ok(()) } else { Err(Quit::Shown) }
 }
 
-/// Writes the layout of a file, unless another program saved it at the same time. Returns true if it was written.
+/// Writes the formatted text, unless another program saved the file at the same time. Returns true if it was written.
 fn written(path: &Path, text: &Text, terminal: &Terminal) -> bool {
     let name = path.display();
     let message = match write::change(path, &text.before, &text.after) {
@@ -93,7 +93,7 @@ fn stdin(args: &FmtArgs, terminal: &Terminal) -> Result<(), Quit> {
     }
 }
 
-/// The files that are meant, with those of folders.
+/// The given files, and the files of the given folders.
 fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Quit> {
     let mut files = Vec::new();
     for path in paths {
@@ -106,7 +106,7 @@ fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>, Quit> {
     Ok(files)
 }
 
-/// The graphs of a folder and of the folders in it, in order.
+/// Graphs of a folder and its sub-folders, in order.
 fn graphs_of(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
     let mut paths: Vec<_> = fs::read_dir(folder)?.map(|entry| Ok(entry?.path())).collect::<io::Result<_>>()?;
     paths.sort();
@@ -120,7 +120,7 @@ fn graphs_of(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
     Ok(())
 }
 
-/// Whether a file looks like a graph: it has nodes.
+/// Returns whether a file looks like a graph, that is, has nodes.
 fn is_graph(path: &Path) -> bool {
     let text = read(path).ok().and_then(|bytes| String::from_utf8(bytes).ok());
     text.is_some_and(|text| Tree::parse(text).value().is_some_and(|top| top.entry("nodes").is_some()))
@@ -138,7 +138,7 @@ fn read(path: &Path) -> Result<Vec<u8>, String> {
     fs::read(path).map_err(|e| format!("`{shown}` cannot be read: {e}"))
 }
 
-/// The text of a file and its layout; mistakes are shown.
+/// Formats the text of a file; shows syntax errors.
 fn lay_out(path: &Path, bytes: Vec<u8>, terminal: &Terminal) -> Result<Text, Quit> {
     let limit = Limits::default().max_file_bytes;
     if bytes.len() as u64 > limit {
@@ -159,5 +159,5 @@ fn lay_out(path: &Path, bytes: Vec<u8>, terminal: &Terminal) -> Result<Text, Qui
     }
 }
 
-/// The most mistakes of one file that are shown.
+/// Maximum number of syntax errors shown per file.
 const MOST: usize = 20;

@@ -1,4 +1,4 @@
-//! Ctrl-C and SIGTERM: the run ends cleanly; a second one ends it at once.
+//! Handles Ctrl-C and SIGTERM: the first signal ends the run cleanly, a second one at once.
 use shibo_engine::eval::CancelToken;
 
 /// Lets signals cancel `token`. If that is not possible, the run continues and can only be killed.
@@ -12,7 +12,7 @@ pub(crate) fn cancel_on_signals(token: &CancelToken) {
     std::thread::spawn(move || {
         for _ in signals.forever() {
             if token.is_cancelled() {
-                // The next run removes what this one leaves behind.
+                // The next run removes the files left behind.
                 std::process::exit(1);
             }
             token.cancel();
@@ -24,7 +24,7 @@ pub(crate) fn cancel_on_signals(token: &CancelToken) {
 #[cfg(not(unix))]
 pub(crate) fn cancel_on_signals(_token: &CancelToken) {}
 
-/// Does something at the first signal; a second one ends the process at once.
+/// Runs `first` at the first signal; a second one ends the process at once.
 #[cfg(unix)]
 pub(crate) fn on_signals(first: impl FnOnce() + Send + 'static) {
     use signal_hook::consts::{SIGINT, SIGTERM};

@@ -1,10 +1,20 @@
-//! The graphs that come with the program, and the kinds of nodes.
+//! The registry of this process: the kinds of nodes, and the graphs that can be imported by name.
 use crate::environment;
 use shibo_engine::registry::Registry;
+use std::path::PathBuf;
+use std::sync::OnceLock;
 
 pub(crate) use shibo_library::{EXAMPLE_FILES, graphs};
 
-/// All nodes, and the graphs that come with the program.
+/// Makes the registry. A process has one command and so one registry; unit tests take that of Shibo.
+static MAKE: OnceLock<fn(PathBuf) -> Registry> = OnceLock::new();
+
+/// Sets what makes the registry. The first call of a process counts.
+pub(crate) fn set(make: fn(PathBuf) -> Registry) {
+    MAKE.get_or_init(|| make);
+}
+
+/// Registry with all nodes and the graphs of the library.
 pub(crate) fn registry() -> Registry {
-    shibo_library::registry(environment::library_dir())
+    MAKE.get_or_init(|| shibo_library::registry)(environment::library_dir())
 }

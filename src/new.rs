@@ -49,7 +49,7 @@ pub(crate) fn run(args: &NewArgs, terminal: &Terminal) -> Result<(), Quit> {
     Ok(())
 }
 
-/// Lists the templates. If a name was given, but no template, it also says how to make that file.
+/// Lists the templates. If a name was given without a template, it also says how to make that file.
 fn list(args: &NewArgs, terminal: &Terminal) -> Result<(), Quit> {
     let mut page = terminal.page();
     for template in TEMPLATES {
@@ -62,7 +62,7 @@ fn list(args: &NewArgs, terminal: &Terminal) -> Result<(), Quit> {
     }
 }
 
-/// Lists all graphs that come with the program.
+/// Lists all graphs of the library.
 fn everything(terminal: &Terminal) -> Result<(), Quit> {
     let mut page = terminal.page();
     let graphs = library::graphs();
@@ -83,7 +83,7 @@ fn everything(terminal: &Terminal) -> Result<(), Quit> {
     terminal.print(&page)
 }
 
-/// The text of a template, or of a graph that comes with the program. A copy imports what lay beside the original by name.
+/// Text of a template or library graph. In a copy, imports of files beside the original are written by library name.
 fn text(from: &str) -> Result<String, Quit> {
     if let Some(template) = TEMPLATES.iter().find(|t| t.name == from) {
         return Ok(template.text.to_owned());
@@ -123,7 +123,7 @@ fn file(name: &Path) -> Option<PathBuf> {
 fn create(path: &Path, text: &str) -> std::io::Result<()> {
     let mut file = OpenOptions::new().write(true).create_new(true).open(path)?;
     file.write_all(text.as_bytes()).inspect_err(|_| {
-        // A file that could be written only in part is removed.
+        // A partly written file is removed.
         let _ = fs::remove_file(path);
     })
 }

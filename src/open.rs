@@ -1,4 +1,4 @@
-//! What several sub-commands need: a graph from a file, and a session for it.
+//! Helpers of several sub-commands: load a graph from a file, and open a session for it.
 use crate::args::{EngineArgs, ValueArgs};
 use crate::environment;
 use crate::quit::Quit;
@@ -19,7 +19,7 @@ pub(crate) fn load(path: &Path, registry: &Registry, values: &ValueArgs, resolut
         preset: values.preset.clone(),
         set: values.set.clone(),
         resolution,
-        // Without a known working folder, relative paths stay relative, which means the same.
+        // If the working folder is unknown, relative paths stay relative, which means the same.
         working_dir: std::env::current_dir().unwrap_or_default(),
         import_paths: environment::import_paths().to_vec(),
         ..LoadOptions::default()
@@ -27,7 +27,7 @@ pub(crate) fn load(path: &Path, registry: &Registry, values: &ValueArgs, resolut
     graph::load(path, registry, &options)
 }
 
-/// The graph of a file; its errors are shown, and its warnings too unless `quiet`.
+/// Returns the graph of a file; shows its errors and warnings.
 pub(crate) fn graph(loaded: Loaded, terminal: &Terminal) -> Result<Graph, Quit> {
     report::show(terminal, &loaded.diagnostics, &loaded.sources);
     match loaded.graph {
@@ -36,12 +36,12 @@ pub(crate) fn graph(loaded: Loaded, terminal: &Terminal) -> Result<Graph, Quit> 
     }
 }
 
-/// A session with all nodes. A cache that cannot be used is a warning.
+/// Opens a session with all nodes. An unusable cache causes a warning.
 pub(crate) fn session(registry: Registry, engine: &EngineArgs, terminal: &Terminal) -> Result<Session, Quit> {
     opened(registry, engine, terminal).map(|(session, _)| session)
 }
 
-/// The same with the shared cache, if there is one, which is to be [`closed`].
+/// Opens a session with the shared cache, if there is one; the cache must be [`closed`] later.
 pub(crate) fn opened(
     registry: Registry,
     engine: &EngineArgs,
@@ -69,14 +69,14 @@ pub(crate) fn opened(
     Ok((session, shared))
 }
 
-/// Ends the writing into the shared cache, and warns if it failed.
+/// Finishes writing to the shared cache; warns if that failed.
 pub(crate) fn closed(shared: Option<Shared>, terminal: &Terminal) {
     if let Some(warning) = shared.and_then(|shared| shared.finish()) {
         terminal.warning(&warning);
     }
 }
 
-/// The folder for results: the one given, or the user's.
+/// Folder for results: the given one, or the user's.
 pub(crate) fn cache_dir(given: Option<&Path>, terminal: &Terminal) -> Option<PathBuf> {
     let dir = given.map(Path::to_path_buf).or_else(usual_cache_dir);
     if dir.is_none() {
@@ -85,12 +85,12 @@ pub(crate) fn cache_dir(given: Option<&Path>, terminal: &Terminal) -> Option<Pat
     dir
 }
 
-/// The folder for results where none is named; one that an earlier version made is marked.
+/// Default folder for results; a folder made by an earlier version gets its marker.
 pub(crate) fn usual_cache_dir() -> Option<PathBuf> {
     environment::cache_dir().inspect(|dir| DiskCache::adopt(dir))
 }
 
-/// Says why there is no result.
+/// Reports a failure.
 pub(crate) fn failed(failure: Failure, sources: &SourceMap, terminal: &Terminal) -> Quit {
     match failure {
         Failure::Cancelled => Quit::failed("interrupted; files that were not complete are as they were before"),

@@ -1,4 +1,5 @@
-//! `shibo prepare` and `shibo join`: before and after the parts of a picture, which `shibo render --part` makes.
+//! `shibo prepare` and `shibo join`: the steps before and after `shibo render --part`, which makes the parts of a
+//! picture.
 use crate::args::{EngineArgs, ValueArgs, resolution};
 use crate::interrupt;
 use crate::library;
@@ -86,7 +87,7 @@ pub(crate) struct JoinArgs {
     /// The folder for the pictures; made if need be.
     #[arg(short, long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
-    /// Remove the parts when they are joined, and the cache beside them that jobs make.
+    /// Remove the parts after joining, and the cache that jobs make beside them.
     #[arg(long)]
     remove: bool,
     /// Threads to compress with; one per core if not given.
@@ -118,7 +119,7 @@ pub(crate) fn join(args: &JoinArgs, terminal: &Terminal) -> Result<(), Quit> {
     progress.finish();
     let joined = joined.map_err(|error| {
         if made_here {
-            // Only if it is empty.
+            // Succeeds only if the folder is empty.
             let _ = std::fs::remove_dir(&args.out);
         }
         refused(error, terminal)
@@ -136,8 +137,8 @@ pub(crate) fn join(args: &JoinArgs, terminal: &Terminal) -> Result<(), Quit> {
     Ok(())
 }
 
-/// Removes the parts that were joined, then the results that a job keeps beside them, then the folder if nothing else is in
-/// it. What cannot be removed stays: the pictures are there.
+/// Removes the joined parts, then the results that a job keeps beside them, then the folder if it is empty. Errors are
+/// ignored, since the pictures are complete.
 fn remove(dir: &Path, parts: &[JoinedPart]) {
     parts.iter().for_each(JoinedPart::remove);
     let cache = dir.join("cache");
@@ -147,7 +148,7 @@ fn remove(dir: &Path, parts: &[JoinedPart]) {
     {
         disk.remove_all();
     }
-    // Only if it is empty.
+    // Succeeds only if the folder is empty.
     let _ = std::fs::remove_dir(dir);
 }
 

@@ -1,4 +1,4 @@
-//! Progress bars.
+//! Progress bars and progress for programs.
 use crate::terminal::{Terminal, escape};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What is told while a command works.
+/// Messages while a command works.
 #[derive(Args, Clone, Debug, Default)]
 pub(crate) struct ProgressArgs {
     /// Print errors and warnings only.
@@ -19,14 +19,14 @@ pub(crate) struct ProgressArgs {
     progress: Option<Form>,
 }
 
-/// Who reads the progress.
+/// Format of the progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Form {
     /// Sessions of `OpenJobDescription`.
     Openjd,
 }
 
-/// Shows how far a run has come, and keeps its warnings.
+/// Shows the progress of a run, and collects its warnings.
 pub(crate) struct Progress<'t> {
     terminal: &'t Terminal,
     quiet: bool,
@@ -37,10 +37,10 @@ pub(crate) struct Progress<'t> {
 #[derive(Default)]
 struct State {
     nodes: BTreeMap<String, ProgressBar>,
-    /// Of the whole command.
+    /// Bar of the whole command.
     all: Option<ProgressBar>,
     warnings: Vec<Diagnostic>,
-    /// When something was printed last, and what.
+    /// Time and text of the last line printed.
     told: Option<(Instant, String)>,
 }
 
@@ -50,7 +50,7 @@ impl<'t> Progress<'t> {
         Self { terminal, quiet, form: None, state: Mutex::default() }
     }
 
-    /// Progress as the command line says.
+    /// Progress as set on the command line.
     pub(crate) fn with(terminal: &'t Terminal, args: &ProgressArgs) -> Self {
         Self { form: args.progress, ..Self::new(terminal, args.quiet) }
     }
@@ -59,7 +59,7 @@ impl<'t> Progress<'t> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Removes the bars and gives the warnings.
+    /// Removes the bars and returns the warnings.
     pub(crate) fn finish(&self) -> Vec<Diagnostic> {
         let mut state = self.lock();
         state.nodes.values().chain(&state.all).for_each(ProgressBar::finish_and_clear);
@@ -75,12 +75,12 @@ impl<'t> Progress<'t> {
             bar.set_style(style);
         }
         bar.set_prefix(escape(name));
-        // Work that is over at once gets no bar.
+        // The tick delays the bar, so that very short work shows none.
         bar.enable_steady_tick(Duration::from_millis(100));
         bar
     }
 
-    /// Prints how much is done, once a second and at the end: of a node as a status, of the rows as progress.
+    /// Prints the share done, once a second and at the end: of a node as a status, of the rows as progress.
     fn tell(&self, node: Option<&str>, done: u64, total: u64) {
         let percent = 100.0 * done as f64 / total.max(1) as f64;
         let line = match node {
@@ -97,7 +97,7 @@ impl<'t> Progress<'t> {
             state.told = Some((Instant::now(), line.clone()));
             let mut page = self.terminal.page();
             page.push(&line).end();
-            // Who has stopped reading misses nothing that it needs.
+            // Progress is optional, so a closed stdout is ignored.
             let _ = self.terminal.print(&page);
         }
     }
@@ -115,7 +115,7 @@ impl<'t> Progress<'t> {
         bar.set_position(done);
     }
 
-    /// How much of all is done, counted in `unit`.
+    /// Shows the progress of the whole command, counted in `unit`.
     pub(crate) fn of_all(&self, done: u64, total: u64, unit: &str) {
         if self.form.is_some() {
             return self.tell(None, done, total);

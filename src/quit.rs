@@ -1,13 +1,13 @@
-//! How a command ends when it fails.
+//! Failure of a command.
 use crate::terminal::Terminal;
 use std::process::ExitCode;
 
-/// Why a command ended early.
+/// Reason why a command failed.
 #[derive(Debug)]
 pub(crate) enum Quit {
-    /// Errors in the user's files, which have been shown.
+    /// Errors in the user's files, already shown.
     Shown,
-    /// Something that could not be done.
+    /// An operation failed.
     Failed(anyhow::Error),
     /// The arguments are wrong.
     Usage(String),
@@ -21,7 +21,7 @@ impl Quit {
         Self::Failed(anyhow::Error::msg(message.into()))
     }
 
-    /// What went wrong, for those who read it elsewhere.
+    /// Message of the failure, for use elsewhere.
     pub(crate) fn text(&self) -> String {
         match self {
             Self::Shown | Self::Closed => "it could not be done".to_owned(),
@@ -30,7 +30,7 @@ impl Quit {
         }
     }
 
-    /// Prints what was not printed yet, and gives the exit code.
+    /// Prints messages not yet printed, and returns the exit code.
     pub(crate) fn code(&self, terminal: &Terminal) -> ExitCode {
         match self {
             Self::Shown | Self::Closed => ExitCode::FAILURE,

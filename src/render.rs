@@ -1,5 +1,5 @@
-//! `shibo render`: the outputs of a graph as picture files.
-use crate::args::{EngineArgs, Parts, ValueArgs, assignment, parts, region, resolution};
+//! `shibo render`: renders the outputs of a graph to picture files.
+use crate::args::{EngineArgs, PartRange, ValueArgs, assignment, parts, region, resolution};
 use crate::find;
 use crate::interrupt;
 use crate::library;
@@ -38,7 +38,7 @@ Examples:
 
 A second run of the same graph only copies files; after an edit, nothing costly is computed that is not downstream of it.";
 
-/// What stands for the name of the preset in a path.
+/// Placeholder for the name of the preset in a path.
 const PRESET: &str = "{preset}";
 
 /// Render the outputs of a graph to picture files.
@@ -67,23 +67,23 @@ pub(crate) struct RenderArgs {
     region: Option<[u32; 4]>,
     /// Render only some rows, for `shibo join`: part I of N, or parts I to J; `--out` is the folder for the parts.
     #[arg(long, value_name = "I[-J]/N", value_parser = parts, conflicts_with_all = ["region", "target"])]
-    part: Option<Parts>,
+    part: Option<PartRange>,
     /// Give a parameter of the graph, or of a sub-graph (USE.PARAM), a value; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
     pub(crate) set: Vec<(String, String)>,
     /// Render a variant for each of these values of a parameter, of `seed` or of `preset`: 1..100, 0.6..1.2/4 or a,b,c.
-    /// Repeated, it renders all combinations. What an earlier run has made is left as it is.
+    /// Repeated, it renders all combinations. Files of an earlier run are left as they are.
     #[arg(long, value_name = "NAME=VALUES", value_parser = axis, conflicts_with_all = ["part", "stats"])]
     pub(crate) sweep: Vec<Axis>,
-    /// Render only these variants of the sweep, counted from 1, on one of several machines. The same command without it then
-    /// lists all of them, and renders what is missing.
+    /// Render only these variants of the sweep, counted from 1, on one of several machines. Afterwards the same
+    /// command without this option lists all variants, and renders missing ones.
     #[arg(long, value_name = "I[-J]", value_parser = variants, requires = "sweep", conflicts_with = "sheet")]
     pub(crate) variants: Option<Variants>,
     /// Draw all variants on one labelled picture.
     #[arg(long, value_name = "FILE.png", requires = "sweep")]
     pub(crate) sheet: Option<PathBuf>,
-    /// Use the values of a preset of the graph, or of several: `a+b`. Repeated, it makes one set of pictures each, whose
-    /// names begin with that of the preset unless `{preset}` is in `--out`.
+    /// Use the values of a preset of the graph, or of several: `a+b`. Repeated, it makes one set of pictures per
+    /// preset; file names begin with the name of the preset unless `{preset}` is in `--out`.
     #[arg(long, value_name = "NAME")]
     pub(crate) preset: Vec<String>,
     /// The format of all pictures, instead of the graph's.
@@ -95,10 +95,10 @@ pub(crate) struct RenderArgs {
     /// Write the channels of a material into one EXR file.
     #[arg(long)]
     combined: bool,
-    /// Dither what is rounded to integers.
+    /// Dither values that are rounded to integers.
     #[arg(long)]
     dither: bool,
-    /// Whether to compress quickly or well.
+    /// Compress quickly or well.
     #[arg(long, value_name = "HOW", default_value = "fast")]
     compress: CompressArg,
     #[command(flatten)]
@@ -110,7 +110,7 @@ pub(crate) struct RenderArgs {
     pub(crate) progress: ProgressArgs,
 }
 
-/// The formats of pictures.
+/// Formats of pictures.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum FormatArg {
     Png,
@@ -119,7 +119,7 @@ enum FormatArg {
     Svg,
 }
 
-/// The types of samples.
+/// Types of samples.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum DepthArg {
     #[value(name = "8", help = "8-bit integers")]
@@ -132,14 +132,14 @@ enum DepthArg {
     F32,
 }
 
-/// How to compress.
+/// Compression levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum CompressArg {
     Fast,
     Best,
 }
 
-/// How to print what a run did.
+/// Formats of statistics.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum StatsArg {
     /// One line of JSON for each set of pictures.
@@ -148,7 +148,7 @@ enum StatsArg {
     Human,
 }
 
-/// A set of pictures: the graph with a preset, or as it is.
+/// A set of pictures: the graph with or without a preset.
 struct Set {
     graph: Graph,
     preset: Option<String>,
@@ -168,7 +168,7 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal, start: Instant) -> Res
         let mut graph = open::graph(open::load(&args.graph, &registry, &values, args.resolution), terminal)?;
         report::show(terminal, &graph.advice(), &graph.sources);
         show_nodes(&mut graph, args)?;
-        args.target.map_or(Ok(()), |target| target.replace_outputs(&mut graph, !args.output.is_empty()))?;
+        args.target.as_ref().map_or(Ok(()), |target| target.replace_outputs(&mut graph, !args.output.is_empty()))?;
         sets.push(Set { graph, preset });
     }
     if args.part.is_some() && sets.len() > 1 && !args.out.to_string_lossy().contains(PRESET) {
@@ -200,12 +200,12 @@ fn one_set(
     finish(args, set, done, terminal, start)
 }
 
-/// Renders those parts that are not there.
+/// Renders the missing parts.
 fn some_parts(
     session: &Session,
     set: &Set,
     request: &RenderRequest,
-    (parts, stem): (Parts, &str),
+    (parts, stem): (PartRange, &str),
     (cancel, progress): (&CancelToken, &Progress<'_>),
 ) -> Result<Report, Failure> {
     let mut all = Report::default();
@@ -217,13 +217,13 @@ fn some_parts(
     Ok(all)
 }
 
-/// The name of a graph in file names.
+/// Name of a graph for use in file names.
 pub(crate) fn stem(graph: &Path) -> String {
     let name = graph.file_stem().map_or(String::new(), |name| name.to_string_lossy().into_owned());
     file_name(name.strip_prefix("shibo:").unwrap_or(&name))
 }
 
-/// The presets of the sets of pictures.
+/// Presets of the sets of pictures.
 fn presets(args: &RenderArgs) -> Result<Vec<Option<String>>, Quit> {
     let mut seen = BTreeSet::new();
     if let Some(twice) = args.preset.iter().find(|preset| !seen.insert(file_name(preset).to_lowercase())) {
@@ -236,13 +236,13 @@ fn presets(args: &RenderArgs) -> Result<Vec<Option<String>>, Quit> {
     Ok(args.preset.iter().cloned().map(Some).collect())
 }
 
-/// The name of a preset as a part of a file name.
+/// Name of a preset as a part of a file name.
 fn file_name(preset: &str) -> String {
     let allowed = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '+');
     preset.chars().map(|c| if allowed(c) { c } else { '_' }).collect()
 }
 
-/// Makes outputs of the nodes that are asked for; without `--output` there are no others.
+/// Adds outputs for the nodes of `--node`; without `--output` there are no others.
 pub(crate) fn show_nodes(graph: &mut Graph, args: &RenderArgs) -> Result<(), Quit> {
     if args.node.is_empty() {
         return Ok(());
@@ -253,7 +253,7 @@ pub(crate) fn show_nodes(graph: &mut Graph, args: &RenderArgs) -> Result<(), Qui
     args.node.iter().try_for_each(|name| add_node(graph, name).map(drop))
 }
 
-/// Makes an output of what a node makes; its name, which no other output has.
+/// Adds an output for a node; returns its name, which is unique.
 pub(crate) fn add_node(graph: &mut Graph, name: &str) -> Result<String, Quit> {
     let (index, output) = find::output(graph, name)?;
     let node = &graph.nodes[index];
@@ -296,14 +296,14 @@ fn request(args: &RenderArgs, set: &Set, sets: usize) -> RenderRequest {
     request_of(args, &set.graph, (&dir, prefix), sets == 1)
 }
 
-/// What to render of a graph, into which folder, and what the names of the files begin with. `once`: it is the only render.
+/// Request for a render: outputs of a graph, folder, and prefix of the file names. `once`: it is the only render.
 pub(crate) fn request_of(
     args: &RenderArgs,
     graph: &Graph,
     (dir, prefix): (&Path, String),
     once: bool,
 ) -> RenderRequest {
-    // The nodes that are asked for are the last of the outputs.
+    // The nodes of `--node` are the last outputs.
     let nodes = graph.outputs.iter().rev().take(args.node.len()).map(|output| output.name.clone());
     let mut outputs = args.output.clone();
     if !args.node.is_empty() {
@@ -333,7 +333,7 @@ pub(crate) fn request_of(
     }
 }
 
-/// Says what was done.
+/// Reports the result.
 fn finish(args: &RenderArgs, set: &Set, done: Report, terminal: &Terminal, start: Instant) -> Result<(), Quit> {
     let graph = &set.graph;
     if !args.progress.quiet {

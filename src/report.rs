@@ -1,4 +1,4 @@
-//! Diagnostics for people: the place, the lines around it, and what to do.
+//! Shows diagnostics to people: position, surrounding lines, and help.
 use crate::terminal::{Style, Terminal, Text, escape, is_unsafe};
 use miette::{
     Diagnostic as Report, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents,
@@ -9,15 +9,15 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::RangeInclusive;
 
-/// The number of reports that show the text; further ones take a line each.
+/// Number of reports that show source lines; further ones take one line each.
 const PICTURES: usize = 40;
 /// Longer lines are not shown, in bytes.
 const LONGEST_LINE: usize = 400;
 
-/// Places at most this many lines apart are drawn into one picture.
+/// Places at most this many lines apart are drawn together.
 const NEAR: usize = 3;
 
-/// A place, its message, and whether it is the main place of a diagnostic.
+/// A span, its message, and whether it is the primary one of its diagnostic.
 type Place = (Span, String, bool);
 
 /// Shows diagnostics, errors and warnings.
@@ -33,7 +33,7 @@ pub(crate) fn show(terminal: &Terminal, diagnostics: &[Diagnostic], sources: &So
     terminal.show(&text);
 }
 
-/// So many of something, in words: `1 file`, `2 files`, `2 entries`.
+/// A number with its noun: `1 file`, `2 files`, `2 entries`.
 pub(crate) fn count(number: u64, noun: &str) -> String {
     match noun.strip_suffix('y') {
         _ if number == 1 => format!("1 {noun}"),
@@ -66,7 +66,7 @@ fn one_line(message: &str) -> String {
     message.replace(['\n', '\r'], " ")
 }
 
-/// Places without the text around them.
+/// Places without source lines.
 fn plain(text: &mut Text, places: &[Place], sources: &SourceMap) {
     for (span, label, _) in places {
         let at = sources.position(span.file, span.start);
@@ -79,7 +79,7 @@ fn plain(text: &mut Text, places: &[Place], sources: &SourceMap) {
     }
 }
 
-/// The places drawn into their texts, those near each other into one picture; none if a text cannot be shown.
+/// Places drawn into their source lines, neighbours together; `None` if a text cannot be shown.
 fn pictures(places: &[Place], texts: &mut Texts<'_>, width: usize, color: bool) -> Option<Vec<String>> {
     let theme = if color { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
     let handler = GraphicalReportHandler::new_themed(theme).with_width(width.max(40)).without_syntax_highlighting();
@@ -91,14 +91,14 @@ fn pictures(places: &[Place], texts: &mut Texts<'_>, width: usize, color: bool) 
             let picture = Picture { source, labels: here.iter().map(|place| label(source, place)).collect() };
             let mut out = String::new();
             handler.render_report(&mut out, &picture).ok()?;
-            // The first lines hold the message, which is already printed above all files.
+            // The first lines repeat the message, which is already printed above all files.
             let start = out.find('╭').and_then(|at| out[..at].rfind('\n')).map_or(0, |at| at + 1);
             Some(out.split_off(start))
         })
         .collect()
 }
 
-/// The places that go into one picture each: all lines between two places of a picture are drawn.
+/// Groups places that are drawn together; all lines between them are shown.
 fn groups<'p>(places: &'p [Place], sources: &SourceMap) -> Vec<Vec<&'p Place>> {
     let mut groups: Vec<(FileId, RangeInclusive<usize>, Vec<&Place>)> = Vec::new();
     for place in places {
@@ -128,7 +128,7 @@ fn label(source: &Shown, (span, label, primary): &Place) -> LabeledSpan {
     }
 }
 
-/// The texts of a source map, ready to be shown.
+/// Texts of a source map, prepared for display.
 struct Texts<'a> {
     sources: &'a SourceMap,
     shown: BTreeMap<usize, Shown>,
@@ -144,7 +144,7 @@ impl Texts<'_> {
     }
 }
 
-/// A text whose control characters have been replaced by others of the same length, so that offsets still hold.
+/// A text whose control characters are replaced by others of the same length, so that offsets stay valid.
 #[derive(Debug)]
 struct Shown {
     name: String,
@@ -167,7 +167,7 @@ impl Shown {
         Self { name, text: safe, lines }
     }
 
-    /// A span cut to the text, and to the characters of its first lines.
+    /// Clips a span to the text and to the characters of its first lines.
     fn within(&self, span: &Span) -> (usize, usize) {
         let floor = |mut offset: usize| {
             while !self.text.is_char_boundary(offset) {
@@ -187,7 +187,7 @@ impl Shown {
         self.lines.get(line + 1).copied().unwrap_or(self.text.len())
     }
 
-    /// Whether the lines of a span, and those around it, are few and short enough to be looked at.
+    /// Returns whether the lines of a span and around it are few and short enough to show.
     fn is_readable(&self, span: &Span) -> bool {
         let (start, end) = self.within(span);
         let (first, last) = (self.line_of(start), self.line_of(end));
@@ -210,7 +210,8 @@ impl SourceCode for Shown {
             return Err(MietteError::OutOfBounds);
         }
         let line = self.line_of(span.offset());
-        // Context begins with a whole line; without context the span itself is wanted, with its column in characters.
+        // Context starts with a whole line; without context, the span itself is requested with its column in
+        // characters.
         let (from, first) = match before {
             0 => (span.offset(), line),
             n => (self.lines[line.saturating_sub(n)], line.saturating_sub(n)),
@@ -225,7 +226,7 @@ impl SourceCode for Shown {
     }
 }
 
-/// What the handler draws: places in one text.
+/// Input of the miette handler: places in one text.
 #[derive(Debug)]
 struct Picture<'a> {
     source: &'a Shown,
@@ -267,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_named_in_characters_and_never_broken() {
+    fn counts_columns_in_characters_and_never_wraps_locations() {
         let mut sources = SourceMap::default();
         let name = format!("{}/シボ.ron", "long".repeat(30));
         let file = sources.add(&name, "(\n  \"シボ\": Perlim(),\n)\n");
@@ -279,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn several_files_and_empty_ones() {
+    fn shows_several_and_empty_files() {
         let mut sources = SourceMap::default();
         let a = sources.add("a.ron", "one\ntwo\n");
         let b = sources.add("b.ron", "three");
@@ -290,7 +291,7 @@ mod tests {
         assert!(text.contains("a.ron:2:1") && text.contains("b.ron:1:1") && text.contains("which is there"), "{text}");
         let text = rendered(&Diagnostic::new(Code::FileNotFound, span(empty, 0, 0), "m"), &sources, 80);
         assert!(text.contains("none.ron:1:1"), "{text}");
-        // The end of a text is a place too.
+        // The end of a text is a valid position too.
         for start in 0..=8 {
             let text = rendered(&Diagnostic::new(Code::Syntax, span(a, start, start), "m"), &sources, 80);
             let at = sources.position(a, start);
@@ -309,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn places_far_apart_are_drawn_apart() {
+    fn draws_distant_places_separately() {
         let mut sources = SourceMap::default();
         let file = sources.add("a.ron", (0..1000).map(|i| format!("line{i}\n")).collect::<String>());
         let at = |line: usize| {
@@ -325,7 +326,7 @@ mod tests {
     }
 
     #[test]
-    fn very_long_lines_are_left_out() {
+    fn omits_very_long_lines() {
         let mut sources = SourceMap::default();
         let file = sources.add("a.ron", "x".repeat(100_000));
         let text = rendered(&Diagnostic::new(Code::Syntax, Span { file, start: 7, end: 9 }, "m"), &sources, 80);

@@ -1,4 +1,4 @@
-//! `--stats`: what a run took and did, for programs and for people.
+//! `--stats`: time, memory and work of a run, for programs and for people.
 use crate::terminal::{Style, Text};
 use cpu_time::ProcessTime;
 use serde::Serialize;
@@ -8,39 +8,39 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Rows that took less than this share of the time are counted only.
+/// Rows below this share of the time are only counted.
 const SHOWN: f64 = 0.001;
 
-/// What a run took and did.
+/// Statistics of a run.
 #[derive(Debug, Serialize)]
 pub(crate) struct Stats {
     #[serde(skip_serializing_if = "Option::is_none")]
     preset: Option<String>,
     wall_s: f64,
     cpu_s: f64,
-    /// Absent where the system does not tell.
+    /// Absent if the system does not report it.
     peak_rss_mib: Option<f64>,
     resolution: [u32; 2],
     nodes: Vec<NodeStats>,
-    /// The sub-graphs in use, those inside of others included, with the sums of what is in them.
+    /// Sub-graphs in use, including nested ones, with the sums of their nodes.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     uses: Vec<UseStats>,
     files: Vec<String>,
 }
 
-/// What was done for the nodes of a sub-graph.
+/// Statistics of a sub-graph.
 #[derive(Debug, PartialEq, Serialize)]
 pub(crate) struct UseStats {
     name: String,
     kind: String,
-    /// Of the states of its nodes the first of computed, disk, memory, folded and unused that there is.
+    /// First state that one of its nodes has, in the order computed, disk, memory, folded, unused.
     state: NodeState,
     seconds: f64,
     tiles: u64,
     nodes: usize,
 }
 
-/// The sub-graphs in use with the sums of their nodes.
+/// Sub-graphs in use with the sums of their nodes.
 pub(crate) fn uses(nodes: &[NodeStats], uses: &[GraphUse]) -> Vec<UseStats> {
     let rank = |state: NodeState| match state {
         NodeState::Computed => 0,
@@ -78,20 +78,20 @@ fn kind(found: &GraphUse) -> String {
     format!("Use {stem}")
 }
 
-/// A line of the table: a node, or a sub-graph with all that is in it.
+/// A row of the table: a node, or a sub-graph with its content.
 #[derive(Debug, Default, PartialEq)]
 struct Row {
     name: String,
     kind: String,
     seconds: f64,
     tiles: u64,
-    /// How many nodes, and how many of them were taken out of a cache or not needed.
+    /// Number of nodes, and how many of them were cached or not needed.
     nodes: usize,
     spared: usize,
 }
 
 impl Stats {
-    /// Of the process so far.
+    /// Statistics of the process so far.
     pub(crate) fn new(
         start: Instant,
         graph: &Graph,
@@ -111,7 +111,7 @@ impl Stats {
         }
     }
 
-    /// The same as a table, the most costly first.
+    /// Formats the statistics as a table, the most costly rows first.
     pub(crate) fn table(&self, page: &mut Text, graph: &Graph) {
         let kinds = graph.uses.iter().map(|found| (found.name.as_str(), kind(found)));
         let rows = rows(&self.nodes, &kinds.collect());
@@ -141,7 +141,7 @@ impl Stats {
     }
 }
 
-/// The nodes by cost, those of a sub-graph as one row.
+/// Rows by cost; the nodes of a sub-graph are one row.
 fn rows(nodes: &[NodeStats], uses: &BTreeMap<&str, String>) -> Vec<Row> {
     let mut rows: BTreeMap<&str, Row> = BTreeMap::new();
     for node in nodes {
@@ -161,7 +161,7 @@ fn rows(nodes: &[NodeStats], uses: &BTreeMap<&str, String>) -> Vec<Row> {
     rows
 }
 
-/// The most memory that the process ever held.
+/// Peak memory of the process.
 fn peak_rss_mib() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sub_graphs_are_summed() {
+    fn sums_nodes_of_sub_graphs() {
         let node = |name: &str, state, seconds| NodeStats {
             name: name.into(),
             kind: "K".into(),

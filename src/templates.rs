@@ -1,11 +1,11 @@
-//! The graph files that `shibo new` starts from; they are graphs that we ship.
+//! Templates of `shibo new`, which are graphs of the library.
 
-/// A graph file to start from.
+/// A template.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Template {
     /// The name.
     pub(crate) name: &'static str,
-    /// What it is, one line.
+    /// Description, one line.
     pub(crate) doc: &'static str,
     /// The file.
     pub(crate) text: &'static str,
@@ -35,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn templates_stand_alone() {
+    fn templates_import_no_files() {
         for template in TEMPLATES {
             // A copy has no folder `lib` beside it.
             assert!(!template.text.contains("imports:"), "{}", template.name);

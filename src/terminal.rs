@@ -1,4 +1,4 @@
-//! The one way for text to a terminal: control characters are escaped, since names and texts come from files.
+//! Output to the terminal. Control characters are escaped, since names and texts come from files.
 use crate::environment;
 use crate::quit::Quit;
 use indicatif::MultiProgress;
@@ -6,12 +6,12 @@ use std::fmt::Write as _;
 use std::io::{ErrorKind, IsTerminal, Write as _};
 use std::process::ExitCode;
 
-/// How a piece of text looks where colours are allowed.
+/// Style of a piece of text where colours are allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Style {
     /// A heading or a name.
     Bold,
-    /// Of lesser weight.
+    /// Less important text.
     Dim,
     /// An error.
     Error,
@@ -33,13 +33,13 @@ impl Style {
     }
 }
 
-/// Whether a character could change the state of a terminal or the order of what is shown.
+/// Returns whether a character could change the state of a terminal or the order of shown text.
 pub(crate) fn is_unsafe(c: char) -> bool {
     let reorders = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     c.is_control() || reorders || matches!(c, '\u{2028}' | '\u{2029}')
 }
 
-/// `text` on one line, with everything escaped that is not plain text.
+/// Escapes everything in `text` that is not plain text on one line.
 pub(crate) fn escape(text: &str) -> String {
     if !text.contains(is_unsafe) {
         return text.to_owned();
@@ -48,7 +48,7 @@ pub(crate) fn escape(text: &str) -> String {
     for c in text.chars() {
         if is_unsafe(c) { safe.extend(c.escape_debug()) } else { safe.push(c) }
     }
-    // `escape_debug` leaves some of them alone.
+    // `escape_debug` does not escape some of them.
     if safe.contains(is_unsafe) {
         safe =
             safe.chars().map(|c| if is_unsafe(c) { c.escape_unicode().to_string() } else { c.to_string() }).collect();
@@ -56,7 +56,7 @@ pub(crate) fn escape(text: &str) -> String {
     safe
 }
 
-/// Text that is safe to show: made of escaped pieces, ends of lines, and the styles that were asked for.
+/// Text that is safe to show: escaped pieces, line breaks, and the requested styles.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Text {
     color: bool,
@@ -64,12 +64,12 @@ pub(crate) struct Text {
 }
 
 impl Text {
-    /// No text yet; styles are ignored without `color`.
+    /// Creates an empty text; styles are ignored without `color`.
     pub(crate) fn new(color: bool) -> Self {
         Self { color, buffer: String::new() }
     }
 
-    /// Adds plain text; ends of lines are kept.
+    /// Adds plain text; line breaks are kept.
     pub(crate) fn push(&mut self, text: &str) -> &mut Self {
         for (i, line) in text.split('\n').enumerate() {
             if i > 0 {
@@ -80,7 +80,7 @@ impl Text {
         self
     }
 
-    /// Adds text of a style.
+    /// Adds text in a style.
     pub(crate) fn styled(&mut self, style: Style, text: &str) -> &mut Self {
         if !self.color {
             return self.push(text);
@@ -91,7 +91,7 @@ impl Text {
         self
     }
 
-    /// Adds text that has styles of its own (`ESC [ … m`), which are kept if there are colours; all else is escaped.
+    /// Adds text with styles of its own (`ESC [ … m`), which are kept if colours are allowed; all else is escaped.
     pub(crate) fn rendered(&mut self, text: &str) -> &mut Self {
         let mut rest = text;
         while let Some(at) = rest.find('\u{1b}') {
@@ -113,18 +113,18 @@ impl Text {
         self.push(rest)
     }
 
-    /// Whether it may have colours.
+    /// Returns whether colours are allowed.
     pub(crate) fn color(&self) -> bool {
         self.color
     }
 
-    /// The end of a line.
+    /// Adds a line break.
     pub(crate) fn end(&mut self) -> &mut Self {
         self.buffer.push('\n');
         self
     }
 
-    /// What was written so far.
+    /// The text so far.
     #[cfg(test)]
     pub(crate) fn as_str(&self) -> &str {
         &self.buffer
@@ -139,35 +139,35 @@ pub(crate) struct Terminal {
 }
 
 impl Terminal {
-    /// The terminal, if there is one.
+    /// Detects the properties of the terminal.
     pub(crate) fn new() -> Self {
         let color = std::io::stderr().is_terminal() && environment::colors();
         Self { color, width: width(), bars: MultiProgress::new() }
     }
 
-    /// Whether stderr may have colours.
+    /// Returns whether stderr may have colours.
     pub(crate) fn color(&self) -> bool {
         self.color
     }
 
-    /// Columns.
+    /// Number of columns.
     pub(crate) fn width(&self) -> usize {
         self.width
     }
 
-    /// Where progress bars go; hidden if stderr is no terminal.
+    /// Container of progress bars; hidden if stderr is no terminal.
     pub(crate) fn bars(&self) -> &MultiProgress {
         &self.bars
     }
 
-    /// Text for stdout, with colours if that is a terminal.
+    /// Starts a text for stdout, with colours if stdout is a terminal.
     pub(crate) fn page(&self) -> Text {
         Text::new(std::io::stdout().is_terminal() && environment::colors())
     }
 
     /// Writes to stderr.
     pub(crate) fn show(&self, text: &Text) {
-        // If stderr is closed, there is no other place to report that.
+        // If stderr is closed, the error cannot be reported anywhere.
         self.bars.suspend(|| drop(std::io::stderr().write_all(text.buffer.as_bytes())));
     }
 
@@ -177,17 +177,17 @@ impl Terminal {
         self.show(&text);
     }
 
-    /// Says that something went wrong.
+    /// Shows an error.
     pub(crate) fn error(&self, message: &str) {
         self.message(Style::Error, "error", message);
     }
 
-    /// Says that something is worth attention.
+    /// Shows a warning.
     pub(crate) fn warning(&self, message: &str) {
         self.message(Style::Warning, "warning", message);
     }
 
-    /// Says what was done.
+    /// Shows a message.
     pub(crate) fn say(&self, message: &str) {
         let mut text = Text::new(self.color);
         text.push(message).end();
@@ -199,7 +199,7 @@ impl Terminal {
         write_out(&text.buffer)
     }
 
-    /// Writes data to stdout: as it is into files and pipes, escaped where people look at it.
+    /// Writes data to stdout: unchanged to files and pipes, escaped for a terminal.
     pub(crate) fn data(&self, data: &str) -> Result<(), Quit> {
         if std::io::stdout().is_terminal() {
             let mut text = Text::new(false);
@@ -221,12 +221,13 @@ impl Terminal {
             .map_err(|e| unwritten(&e))
     }
 
-    /// Shows what clap has to say: help and versions on stdout, errors on stderr.
+    /// Shows clap's output: help and versions on stdout, errors on stderr.
     pub(crate) fn usage(&self, error: &clap::Error) -> ExitCode {
         let plain = std::env::args_os().any(|arg| arg.to_string_lossy().contains(is_unsafe));
         let (out, code) = if error.use_stderr() { (false, ExitCode::from(2)) } else { (true, ExitCode::SUCCESS) };
         let mut text = if out { self.page() } else { Text::new(self.color) };
-        // If arguments in the message hold escape sequences, these and the styles cannot be told apart.
+        // If arguments in the message contain escape sequences, these cannot be told from the styles, so styles are
+        // dropped.
         let rendered = if plain { error.render().to_string() } else { error.render().ansi().to_string() };
         if text.color {
             text.rendered(&rendered)
@@ -253,7 +254,7 @@ fn unwritten(error: &std::io::Error) -> Quit {
     }
 }
 
-/// JSON whose texts hold no character that a terminal could act on; it means the same.
+/// JSON without characters that a terminal could act on; the meaning stays the same.
 struct SafeJson;
 
 impl serde_json::ser::Formatter for SafeJson {
@@ -273,7 +274,7 @@ impl serde_json::ser::Formatter for SafeJson {
     }
 }
 
-/// The columns of the terminal, within what is readable.
+/// Number of columns, limited to a readable width.
 fn width() -> usize {
     let of = |size: Option<(terminal_size::Width, terminal_size::Height)>| size.map(|(w, _)| usize::from(w.0));
     of(terminal_size::terminal_size_of(std::io::stdout()))
@@ -287,13 +288,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn control_characters_are_escaped() {
+    fn escapes_control_characters() {
         assert_eq!(escape("a\u{1b}[31mb\n\t\u{9b}\u{202e}ü"), "a\\u{1b}[31mb\\n\\t\\u{9b}\\u{202e}ü");
         assert_eq!(escape("plain — text"), "plain — text");
     }
 
     #[test]
-    fn json_is_safe_and_means_the_same() {
+    fn json_is_safe_and_keeps_meaning() {
         let word = "a\u{7f}b\u{9b}\u{202e}\u{1b}\n\"é";
         let mut out = Vec::new();
         let mut serializer = serde_json::Serializer::with_formatter(&mut out, SafeJson);
@@ -304,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn only_styles_pass() {
+    fn passes_only_styles() {
         let mut text = Text::new(true);
         text.rendered("\u{1b}[1;31mred\u{1b}[0m\n\u{1b}]0;title\u{7}\u{1b}[2J\u{1b}");
         assert_eq!(text.as_str(), "\u{1b}[1;31mred\u{1b}[0m\n\\u{1b}]0;title\\u{7}\\u{1b}[2J\\u{1b}");

@@ -1,36 +1,36 @@
-//! Writing files: whole or not at all, and never over a text that another program saved at the same time.
+//! Writes files completely or not at all, and never over a text that another program saved at the same time.
 use shibo_engine::picture::AtomicFile;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// For so long another program may hold a lock on the file.
+/// Maximum wait for a lock on the file held by another program.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// A program that opened the file before the exchange has this time to write into it.
+/// Time in which a program that opened the file before the exchange can still write into it.
 const LINGER: Duration = Duration::from_millis(10);
-/// So often another program may save while a file is put back.
+/// Maximum number of saves by other programs while a file is put back.
 const TURNS: usize = 100;
 
-/// Writes a whole file. After a failure the old content is there.
+/// Writes a whole file. After a failure the old content remains.
 pub(crate) fn whole(path: &Path, content: &[u8]) -> io::Result<()> {
     let mut file = AtomicFile::create(path)?;
     file.write_all(content)?;
     file.commit()
 }
 
-/// The same, and makes the folders that it lies in if need be.
+/// Like [`whole`], and creates missing parent folders.
 pub(crate) fn whole_with_folders(path: &Path, content: &[u8]) -> io::Result<()> {
     path.parent().map_or(Ok(()), fs::create_dir_all)?;
     whole(path, content)
 }
 
-/// Why a file was not changed.
+/// Reason why a file was not changed.
 #[derive(Debug)]
 pub(crate) enum Refused {
-    /// The file has another content than the change is based on: another program has saved it.
+    /// The file has another content than the change is based on, because another program has saved it.
     Changed,
-    /// The system refuses.
+    /// A system error.
     Failed(io::Error),
 }
 
@@ -40,23 +40,24 @@ impl From<io::Error> for Refused {
     }
 }
 
-/// Changes the content of a file of the user, or of what a link to a file leads to, from `before` to `after`. It keeps its
-/// permissions. If it has another content by now, that stays.
+/// Changes the content of a user's file from `before` to `after`; follows symbolic links and keeps permissions. A file
+/// with another content is left alone.
 ///
-/// Where the system can, the two files change places in one step, and the old file is compared afterwards. A text that another program
-/// saves at any moment is either taken out and put back, or comes later and stays.
+/// Where the system supports it, the new and the old file are exchanged in one step and the old content is compared
+/// afterwards. A text that another program saves at any moment is either taken out and put back, or is written later
+/// and stays.
 pub(crate) fn change(path: &Path, before: &str, after: &str) -> Result<(), Refused> {
     changed(path, (before.as_bytes(), after.as_bytes()), AtomicFile::exchange, &mut |_| {})
 }
 
-/// Between which steps of a change another program may save.
+/// Moments during a change at which another program may save.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Moment {
     /// After the comparison, before the exchange.
     Compared,
     /// After the exchange.
     Exchanged,
-    /// Before the other content is put back.
+    /// Before the other program's content is put back.
     Returning,
 }
 
@@ -81,7 +82,7 @@ fn changed(
     }
     meanwhile(Moment::Compared);
     if exchange(&mut new).is_err() {
-        // A file system that cannot swap: there is a moment between the comparison and the renaming.
+        // The file system cannot exchange files: a save between the comparison and the renaming is lost.
         return if fs::read(&path)? == before { Ok(new.commit()?) } else { Err(Refused::Changed) };
     }
     meanwhile(Moment::Exchanged);
@@ -90,7 +91,7 @@ fn changed(
         put_back(&mut new, (&path, after), taken, exchange, meanwhile)?;
         return Err(Refused::Changed);
     }
-    // A program that opened the old file earlier writes into it, whatever its name is now.
+    // A program that opened the old file earlier still writes into it under its new name.
     std::thread::sleep(LINGER);
     let mut late = Vec::new();
     old.rewind().and_then(|()| old.read_to_end(&mut late))?;
@@ -101,7 +102,7 @@ fn changed(
     Ok(())
 }
 
-/// Swaps back what another program saved, `theirs`. A text that it saves at the same time is newer, and is put back in its turn.
+/// Puts back `theirs`, saved by another program. A text saved meanwhile is newer, and is put back in turn.
 fn put_back(
     file: &mut AtomicFile,
     (path, ours): (&Path, &[u8]),
@@ -117,17 +118,17 @@ fn put_back(
         if taken == here {
             return Ok(());
         }
-        // A still newer content is there; the one that was just put back is older.
+        // A newer content is there; the one just put back is older.
         (here, away) = (away, taken);
     }
-    // Nobody saves so often. The newest content is written over the older one.
+    // So many saves are not realistic. The newest content is written over the older one.
     whole(path, &away)
 }
 
-/// A lock on a file, which other runs of this program wait for; `None` where the system has none.
+/// Locks a file against other runs of this program; `None` where the system has no locks.
 fn lock(file: &File) -> io::Result<Option<File>> {
     if !cfg!(unix) {
-        // There, a lock would keep this program from reading, too.
+        // On such a system a lock would also block reading by this program.
         return Ok(None);
     }
     let Ok(file) = file.try_clone() else { return Ok(None) };
@@ -150,7 +151,7 @@ mod tests {
     use super::*;
     use std::path::PathBuf;
 
-    /// A system that cannot swap.
+    /// An exchange on a system that does not support it.
     fn unable(_: &mut AtomicFile) -> io::Result<()> {
         Err(io::ErrorKind::Unsupported.into())
     }
@@ -162,7 +163,8 @@ mod tests {
         (folder, path)
     }
 
-    /// The content of the file after a change from `before` to `after` during which `saves` happen; and true if it was made.
+    /// Changes a file from `before` to `after` while `saves` happen; returns its content, and true if the change was
+    /// made.
     fn during(exchange: Exchange, saves: &mut dyn FnMut(Moment, &Path)) -> (String, bool) {
         let (folder, path) = file("before");
         let made = changed(&path, (b"before", b"after"), exchange, &mut |moment| saves(moment, &path));
@@ -171,7 +173,7 @@ mod tests {
         (fs::read_to_string(&path).unwrap(), made.is_ok())
     }
 
-    /// As editors save: over the file, or beside it and then under its name.
+    /// Ways in which editors save: over the file, or to a new file that is renamed.
     const WAYS: [fn(&Path, &str); 2] = [
         |path, text| fs::write(path, text).unwrap(),
         |path, text| {
@@ -181,7 +183,7 @@ mod tests {
     ];
 
     #[test]
-    fn changes_what_nobody_else_saves() {
+    fn changes_file_without_other_saves() {
         for exchange in [AtomicFile::exchange as Exchange, unable] {
             assert_eq!(during(exchange, &mut |_, _| {}), ("after".to_owned(), true));
         }
@@ -224,7 +226,7 @@ mod tests {
     #[cfg(any(target_os = "linux", target_vendor = "apple"))]
     fn keeps_a_save_into_the_file_that_was_open_before() {
         let (_folder, path) = file("before");
-        // An editor has opened the file, and writes when it has another name.
+        // An editor has opened the file, and writes after the file was renamed.
         let mut open = Some(fs::OpenOptions::new().write(true).open(&path).unwrap());
         let made = changed(&path, (b"before", b"after"), AtomicFile::exchange, &mut |moment| {
             if moment == Moment::Exchanged {

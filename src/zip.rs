@@ -1,14 +1,14 @@
-//! ZIP archives whose entries are stored as they are. Texts and pictures are small or compressed already, and the same
-//! content gives the same archive: entries have no dates.
+//! ZIP archives with uncompressed entries, since texts are small and pictures compressed already. Entries have no
+//! dates, so equal content gives equal archives.
 use std::io::{Cursor, Write};
 use zip::result::ZipResult;
 use zip::{CompressionMethod, DateTime, ZipWriter, write::SimpleFileOptions};
 
-/// Why there is no archive.
+/// Error: the archive would be too large.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TooLarge;
 
-/// The archive of these files, names and contents.
+/// Archive of these files, names and contents.
 pub(crate) fn zip(files: &[(String, Vec<u8>)]) -> Result<Vec<u8>, TooLarge> {
     let headers = files.iter().map(|(name, content)| 128 + 2 * name.len() + content.len());
     if headers.sum::<usize>() > u32::MAX as usize || files.len() >= usize::from(u16::MAX) {
@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_archive_of_two_files() {
+    fn writes_archive_of_two_files() {
         let files = [("a.txt".to_owned(), b"abc".to_vec()), ("b/ü".to_owned(), Vec::new())];
         let archive = zip(&files).unwrap();
         assert_eq!(archive, zip(&files).unwrap());

@@ -1,7 +1,7 @@
-//! What went wrong, where, and what to do about it.
+//! Errors and warnings: their message, place and remedy.
 //!
-//! Code that does not know the text returns a [`Problem`]; the graph, which does, turns it into a [`Diagnostic`] by
-//! adding a [`Span`]. A [`SourceMap`] keeps the texts and turns spans into lines and columns.
+//! Code without access to the text returns a [`Problem`]; the graph turns it into a [`Diagnostic`] by adding a
+//! [`Span`]. A [`SourceMap`] keeps the texts and converts spans to lines and columns.
 mod source;
 mod suggest;
 
@@ -12,7 +12,7 @@ use std::fmt;
 
 macro_rules! codes {
     ($($(#[$doc:meta])* $name:ident = $text:literal,)*) => {
-        /// The stable, kebab-case word that names a class of errors.
+        /// A stable kebab-case word that names a class of errors.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[non_exhaustive]
         pub enum Code { $($(#[$doc])* $name,)* }
@@ -34,7 +34,7 @@ codes! {
     Syntax = "syntax",
     /// A node kind that does not exist.
     UnknownKind = "unknown-kind",
-    /// A field (port or parameter) that its owner does not have.
+    /// A field (port or parameter) that the node or section does not have.
     UnknownField = "unknown-field",
     /// A reference to a node that does not exist.
     UnknownNode = "unknown-node",
@@ -46,15 +46,15 @@ codes! {
     UnknownParam = "unknown-param",
     /// An expression that cannot be evaluated.
     BadExpression = "bad-expression",
-    /// A value of another type than wanted.
+    /// A value of the wrong type.
     TypeMismatch = "type-mismatch",
-    /// A port that must be connected is not.
+    /// A required port that is not connected.
     MissingInput = "missing-input",
-    /// The same key twice in one map or node.
+    /// A key that occurs twice in one map or node.
     DuplicateKey = "duplicate-key",
-    /// Nodes, or files, that need themselves.
+    /// Nodes or files that depend on themselves.
     Cycle = "cycle",
-    /// A number outside what is allowed.
+    /// A number outside the allowed range.
     OutOfRange = "out-of-range",
     /// A number that is infinite or not a number.
     NotFinite = "not-finite",
@@ -62,7 +62,7 @@ codes! {
     FileNotFound = "file-not-found",
     /// A file that cannot be used: a folder, unreadable, corrupt, of the wrong format.
     BadFile = "bad-file",
-    /// More than a limit or the memory budget allows.
+    /// A size beyond a limit or the memory budget.
     TooLarge = "too-large",
     /// A file version that this program does not know.
     UnknownVersion = "unknown-version",
@@ -72,7 +72,7 @@ codes! {
     BadValue = "bad-value",
     /// A simulation or computation that left the range of numbers.
     Diverged = "diverged",
-    /// Worth knowing, not an error: used by warnings.
+    /// Useful advice, not an error; used by warnings.
     Advice = "advice",
 }
 
@@ -82,18 +82,18 @@ impl fmt::Display for Code {
     }
 }
 
-/// Something wrong in a node or a value, reported by code that does not know its place in the text.
+/// An error in a node or a value, reported by code that does not know its place in the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// The class of the error.
     pub code: Code,
-    /// The port or parameter at fault; the node itself if `None`.
+    /// The faulty port or parameter; `None` for the node itself.
     pub field: Option<String>,
-    /// Which bytes of the field, if that is a text and a part of it is at fault.
+    /// The faulty bytes of the field, if it is a text and only a part of it is wrong.
     pub within: Option<std::ops::Range<usize>>,
-    /// What is wrong and what must be, one line, lower case.
+    /// The fault and the requirement in one line, lower case.
     pub message: String,
-    /// What to do about it.
+    /// How to fix it.
     pub help: Option<String>,
 }
 
@@ -103,21 +103,21 @@ impl Problem {
         Self { code, field: None, within: None, message: message.into(), help: None }
     }
 
-    /// The same at the port or parameter `field`.
+    /// Sets the port or parameter at fault.
     #[must_use]
     pub fn at(mut self, field: impl Into<String>) -> Self {
         self.field = Some(field.into());
         self
     }
 
-    /// The same at these bytes of the text that is its field.
+    /// Sets the faulty bytes of the field's text.
     #[must_use]
     pub fn within(mut self, range: std::ops::Range<usize>) -> Self {
         self.within = Some(range);
         self
     }
 
-    /// The same with advice.
+    /// Adds advice.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
@@ -133,31 +133,31 @@ impl fmt::Display for Problem {
 
 impl std::error::Error for Problem {}
 
-/// A second place that belongs to a diagnostic.
+/// Another place that belongs to a diagnostic.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Related {
-    /// Where.
+    /// The place.
     pub span: Span,
-    /// What is there.
+    /// Note about the place.
     pub message: String,
 }
 
-/// An error, or a warning, at its place.
+/// An error or a warning with its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
     /// The class of the error.
     pub code: Code,
-    /// Where; for a file that could not be read at all, an empty span in an empty text of that name.
+    /// The place; an empty span in an empty text of that name for a file that could not be read at all.
     pub span: Span,
-    /// What is wrong and what must be.
+    /// The fault and the requirement.
     pub message: String,
-    /// What to do about it.
+    /// How to fix it.
     pub help: Option<String>,
-    /// Other places that matter.
+    /// Other relevant places.
     pub related: Vec<Related>,
-    /// A warning does not fail a run.
+    /// True for a warning, which does not fail a run.
     pub warning: bool,
-    /// Whether the text ends where more should follow, as it does while a file is being written.
+    /// True if the text ends where more must follow, as it does while a file is being written.
     pub unfinished: bool,
 }
 
@@ -168,26 +168,26 @@ impl Diagnostic {
         Self { code, span, message: message.into(), help, related, warning: false, unfinished: false }
     }
 
-    /// The located form of a problem.
+    /// The problem with its place in a text.
     pub fn from_problem(problem: Problem, span: Span) -> Self {
         Self { help: problem.help, ..Self::new(problem.code, span, problem.message) }
     }
 
-    /// The same with advice.
+    /// Adds advice.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// The same with a second place.
+    /// Adds another place.
     #[must_use]
     pub fn related(mut self, span: Span, message: impl Into<String>) -> Self {
         self.related.push(Related { span, message: message.into() });
         self
     }
 
-    /// The same as a warning.
+    /// Turns the diagnostic into a warning.
     #[must_use]
     pub fn as_warning(mut self) -> Self {
         self.warning = true;
@@ -195,7 +195,7 @@ impl Diagnostic {
     }
 }
 
-/// Diagnostics as other programs read them: `{"errors": […], "warnings": […]}`.
+/// Diagnostics in the form that other programs read: `{"errors": […], "warnings": […]}`.
 pub fn to_json(diagnostics: &[Diagnostic], sources: &SourceMap) -> serde_json::Value {
     let entry = |diagnostic: &Diagnostic| {
         let span = diagnostic.span;
@@ -230,7 +230,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn json_has_the_contract_form() {
+    fn writes_the_documented_json_form() {
         let mut map = SourceMap::default();
         let file = map.add("a.ron", "(a: 1,\n b: 2)");
         let span = |start, end| Span { file, start, end };

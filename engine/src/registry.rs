@@ -1,4 +1,4 @@
-//! Which kinds of nodes there are.
+//! The registry of node kinds.
 use crate::node::Functions;
 use crate::node::{Arg, Built, KindInfo, Node};
 use crate::value::{Atlas, Field, Key, Type};
@@ -9,7 +9,7 @@ use std::sync::{Arc, OnceLock};
 /// The fingerprint of this crate's code and of the libraries that it uses.
 const CODE: &[u8] = env!("CODE_FINGERPRINT").as_bytes();
 
-/// A kind of node, as registered.
+/// A registered kind of node.
 pub struct Kind {
     name: String,
     functions: Functions,
@@ -22,11 +22,11 @@ impl Kind {
     }
 }
 
-/// Kinds that belong together.
+/// A family of related kinds.
 pub struct Family {
     /// The heading in the manual.
     pub name: &'static str,
-    /// What they have in common, one sentence.
+    /// A description of the family, one sentence.
     pub doc: &'static str,
     /// Its kinds, in the order of the manual.
     pub kinds: Vec<Kind>,
@@ -38,21 +38,21 @@ struct Entry {
     info: OnceLock<KindInfo>,
 }
 
-/// Texts and pictures that a program brings along: graphs that can be imported by name.
+/// Texts and pictures that a program ships: graphs that can be imported by name.
 pub trait Library: Send + Sync {
     /// The names of its graphs, without folder and extension.
     fn names(&self) -> Vec<&str>;
 
-    /// The path of the graph of that name within the library.
+    /// The path within the library of the graph with that name.
     fn find(&self, name: &str) -> Option<String>;
 
     /// The text of the graph at that path.
     fn text(&self, path: &str) -> Option<&str>;
 
-    /// A file on disk with the content of the file at that path, which a node reads.
+    /// A file on disk with the content of the library file at that path, for a node that reads it.
     ///
     /// # Errors
-    /// Why there is none, in words.
+    /// The reason why there is no such file, as a message.
     fn file(&self, path: &str) -> Result<PathBuf, String>;
 }
 
@@ -62,16 +62,16 @@ pub struct Registry {
     order: Vec<String>,
     entries: BTreeMap<String, Entry>,
     code: Key,
-    /// What lays out the fields and the materials of instances.
+    /// Kinds that lay out the fields, materials and ids of instances.
     layout: Option<[Kind; 3]>,
-    /// What chooses among the fields and the materials of several instances.
+    /// Kinds that choose among the fields and the materials of several instances.
     choice: Option<[Kind; 2]>,
-    /// What fills the texels around the charts of an atlas.
+    /// The function that fills the texels around the charts of an atlas.
     gutters: Option<Gutters>,
     library: Option<Arc<dyn Library>>,
 }
 
-/// Fills the texels around the charts of an atlas, so that programs that filter a texture find nothing strange there.
+/// Fills the texels around the charts of an atlas, so that texture filters read no foreign values there.
 pub type Gutters = fn(&Field, &Arc<Atlas>) -> Field;
 
 impl Default for Registry {
@@ -104,30 +104,30 @@ impl Registry {
         registry
     }
 
-    /// The same registry, with the fingerprint of the code of its kinds.
+    /// Adds the fingerprint of the code of its kinds.
     #[must_use]
     pub fn with_code(mut self, fingerprint: &str) -> Self {
         self.code = Key::of("code", &[self.code.as_bytes(), fingerprint.as_bytes()]);
         self
     }
 
-    /// The same registry, with the kinds that lay out fields, materials and the numbers of pieces that instances make. All have a
-    /// port `input` and the parameters `scale`, `angle`, `offset` and `pivot`.
+    /// Adds the kinds that lay out fields, materials and ids of instances. All have a port `input` and the parameters
+    /// `scale`, `angle`, `offset` and `pivot`.
     #[must_use]
     pub fn with_layout(mut self, field: Kind, material: Kind, ids: Kind) -> Self {
         self.layout = Some([field, material, ids]);
         self
     }
 
-    /// The same registry, with the kinds that choose among fields and materials of several instances. Both have the ports
-    /// `ids` and, a list, `inputs`.
+    /// Adds the kinds that choose among fields and materials of several instances. Both have the ports `ids` and
+    /// `inputs`, a list.
     #[must_use]
     pub fn with_choice(mut self, field: Kind, material: Kind) -> Self {
         self.choice = Some([field, material]);
         self
     }
 
-    /// The same registry, with what fills the texels around the charts of an atlas when it is exported.
+    /// Sets the function that fills the texels around the charts of an exported atlas.
     #[must_use]
     pub fn with_gutters(mut self, gutters: Gutters) -> Self {
         self.gutters = Some(gutters);
@@ -139,7 +139,7 @@ impl Registry {
         self.gutters.map_or_else(|| field.clone(), |gutters| gutters(field, atlas))
     }
 
-    /// The same registry, with graphs that can be imported by name.
+    /// Adds graphs that can be imported by name.
     #[must_use]
     pub fn with_library(mut self, library: Arc<dyn Library>) -> Self {
         self.library = Some(library);
@@ -151,7 +151,7 @@ impl Registry {
         self.library.as_deref()
     }
 
-    /// Makes the node that lays out a value of a type; and its kind.
+    /// Builds the node that lays out a value of a type; returns its kind too.
     pub(crate) fn lay_out(&self, ty: Type, args: &[(&str, Arg<'_>)]) -> Option<(&str, Built)> {
         let [field, material, ids] = self.layout.as_ref()?;
         let kind = match ty {
@@ -162,7 +162,7 @@ impl Registry {
         Some((&kind.name, (kind.functions.build)(args)))
     }
 
-    /// Makes the node that chooses among fields, or among materials; and its kind.
+    /// Builds the node that chooses among fields, or among materials; returns its kind too.
     pub(crate) fn choose(&self, material: bool, args: &[(&str, Arg<'_>)]) -> Option<(&str, Built)> {
         Self::one_of(self.choice.as_ref()?, material, args)
     }
@@ -176,7 +176,7 @@ impl Registry {
         Some((&kind.name, (kind.functions.build)(args)))
     }
 
-    /// A key for the code of the engine and of the kinds: other code may give other results.
+    /// A key for the code of the engine and of the kinds, because other code may give other results.
     pub fn code(&self) -> Key {
         self.code
     }
@@ -191,13 +191,13 @@ impl Registry {
         self.order.iter().map(String::as_str)
     }
 
-    /// What is known about a kind.
+    /// The facts about a kind.
     pub fn info(&self, kind: &str) -> Option<&KindInfo> {
         let entry = self.entries.get(kind)?;
         Some(entry.info.get_or_init(|| (entry.functions.info)(self.families[entry.family].0)))
     }
 
-    /// Makes a node of a kind; `None` if there is no such kind.
+    /// Builds a node of a kind; `None` if there is no such kind.
     pub fn build(&self, kind: &str, args: &[(&str, Arg<'_>)]) -> Option<Built> {
         self.entries.get(kind).map(|entry| (entry.functions.build)(args))
     }

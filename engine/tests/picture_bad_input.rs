@@ -1,5 +1,5 @@
-//! Files that are not what they should be: a clear error each, no panic, no more memory than the limits allow. A program of
-//! its own, because it measures the memory that it takes.
+//! Damaged picture files: each gives a clear error, no panic, and no more memory than the limits allow. A separate
+//! program, because it measures its own memory.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, its helpers too")]
 
@@ -33,7 +33,7 @@ fn every_truncation_is_an_error() {
             let reading = read_bytes(&bytes[..length], &LIMITS);
             let error = match reading {
                 Err(error) => error,
-                // What is missing may be text that ends a file.
+                // Only text at the end of the file may be missing.
                 Ok(picture) if picture == whole && length + 40 > bytes.len() => continue,
                 Ok(_) => panic!("sample {number}: half a picture from {length} of {} bytes", bytes.len()),
             };
@@ -50,13 +50,13 @@ fn peak() -> u64 {
     line.split_whitespace().nth(1).and_then(|number| number.parse::<u64>().ok()).unwrap_or(0) >> 10
 }
 
-/// Changes of a file: where, how far, what is put there, and how.
+/// A change of a file: position, length, new value, and kind of change.
 type Change = (Index, Index, u8, u8);
 
 fn changed(sample: &[u8], changes: &[Change]) -> Vec<u8> {
     let mut bytes = sample.to_vec();
     for (place, length, value, how) in changes {
-        // Headers are where it hurts.
+        // Headers are the sensitive part.
         let end = if how & 1 == 0 { bytes.len().min(400) } else { bytes.len() };
         let place = place.index(end.max(1)).min(bytes.len());
         let stop = (place + 1 + length.index(24)).min(bytes.len());
@@ -66,14 +66,14 @@ fn changed(sample: &[u8], changes: &[Change]) -> Vec<u8> {
             _ => bytes.iter_mut().skip(place).take(1).for_each(|byte| *byte = *value),
         }
     }
-    // The checksums of a PNG would hide most of what is changed in it.
+    // Wrong PNG checksums would hide most of the changes.
     if changes.len().is_multiple_of(2) && bytes.starts_with(b"\x89PNG") {
         mend_checksums(&mut bytes);
     }
     bytes
 }
 
-/// Checks and reads a file: what passes the check is read, unless its compressed samples are damaged.
+/// Checks and reads a file. A file that passes the check must be readable, unless its compressed samples are damaged.
 fn check_and_read(bytes: &[u8]) {
     let checked = check_bytes(bytes, &LIMITS);
     match (&checked, read_bytes(bytes, &LIMITS)) {
@@ -94,7 +94,7 @@ fn check_and_read(bytes: &[u8]) {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(400) })]
     #[test]
-    fn mutations_neither_panic_nor_eat_memory(
+    fn mutations_neither_panic_nor_exhaust_memory(
         changes in proptest::collection::vec((any::<Index>(), any::<Index>(), any::<u8>(), 0..12_u8), 1..12),
     ) {
         use std::sync::LazyLock;
@@ -139,7 +139,7 @@ fn a_png_of_80_bytes_and_11000_squared() {
 
 #[test]
 fn a_tiff_with_absurd_counts() {
-    // One entry a line: tag, type, count, value.
+    // One entry per line: tag, type, count, value.
     let tiff = |entries: &[(u16, u16, u32, u32)]| {
         let mut bytes = b"II\x2a\0\x08\0\0\0".to_vec();
         bytes.extend(u16::try_from(entries.len()).unwrap().to_le_bytes());
@@ -179,7 +179,7 @@ fn file_error(path: &Path) -> FileError {
 }
 
 #[test]
-fn what_is_no_file_is_not_opened() {
+fn does_not_open_special_files() {
     let folder = tempfile::tempdir().unwrap();
     let missing = file_error(&folder.path().join("none.png"));
     assert!(missing.reason.is_not_found());

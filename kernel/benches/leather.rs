@@ -1,7 +1,7 @@
-//! Speed of the leather kernels. `cargo bench -p shibo-nodes --bench leather` prints rates, for springs also the share
-//! of the memory bandwidth, and what a whole leather costs; `SHIBO_BENCH_REPORT=springs`, `strokes`, `points` or
-//! `whole` prints those alone. Times are CPU seconds of the whole process, so that other work on the machine matters
-//! less.
+//! Speed of the leather kernels. `cargo bench -p shibo-kernel --bench leather` prints rates, for springs also the share
+//! of the memory bandwidth, and the cost of a whole leather; `SHIBO_BENCH_REPORT=springs`, `strokes`, `points` or
+//! `whole` prints only one of them. Times are CPU seconds of the whole process, so that other work on the machine
+//! matters less.
 #![allow(clippy::disallowed_methods, reason = "figures that are told")]
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::springs::{Net, simulate};
@@ -52,7 +52,7 @@ fn strokes(bencher: divan::Bencher<'_, '_>) {
     bencher.bench_local(|| report::fill_all(&set, 256, 5));
 }
 
-/// Figures other than times: rates and shares of a limit measured in the same run.
+/// Figures other than times: rates, and shares of a limit measured in the same run.
 mod report {
     use super::interleaved::{Work, interleaved, quartiles};
     use cpu_time::ProcessTime;
@@ -67,16 +67,16 @@ mod report {
     use shibo_kernel::strokes::{Draw, Stroke, StrokeSet, StrokeStyle};
     use std::hint::black_box;
 
-    /// CPU seconds that `work` takes, of all threads together.
+    /// CPU seconds of `work`, of all threads together.
     pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
         let start = ProcessTime::now();
         let result = work();
         (result, start.elapsed().as_secs_f64())
     }
 
-    /// Numbers in an array that is far larger than the caches.
+    /// Length of an array that is far larger than the caches.
     const LARGE: usize = 1 << 24;
-    /// Bytes per number that [`triad`] moves: it reads three arrays and writes one.
+    /// Bytes per number moved by [`triad`]: it reads three arrays and writes one.
     const MOVED: f64 = 16.0;
 
     /// `a = b + s c` over large arrays, on `threads` threads at once.
@@ -173,7 +173,7 @@ mod report {
         }
     }
 
-    /// A net, and where its points are.
+    /// A net, and the positions of its points.
     struct Case<'a> {
         name: &'a str,
         net: Net<'a, f32>,
@@ -181,7 +181,7 @@ mod report {
     }
 
     impl Case<'_> {
-        /// Endless steps on threads of their own, so short that nothing moves noticeably.
+        /// Endless steps on separate threads, so short that nothing moves noticeably.
         fn work(&self, threads: usize) -> Work<'_> {
             Box::new(move |on| {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
@@ -196,7 +196,7 @@ mod report {
             (self.net.links.len() * threads) as f64 / seconds
         }
 
-        /// Seconds of a call that takes no steps.
+        /// Seconds of a call without steps.
         fn setup(&self, threads: usize) -> f64 {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
             let run = || pool.install(|| simulate(self.points, &self.net, &motion(0), &mut |_| true));
@@ -208,8 +208,8 @@ mod report {
     /// Slices of each case.
     const ROUNDS: usize = 40;
 
-    /// Prints the rate of the steps of a case, and what share that is of the rate at which memory could deliver
-    /// `bytes` bytes per point and step: alone, and as a call of 100 steps with its setup.
+    /// Prints the rate of the steps of a case, and its share of the rate at which memory could deliver `bytes` bytes
+    /// per point and step: alone, and as a call of 100 steps with its setup.
     fn run(case: &Case<'_>, bytes: f64, threads: usize) {
         let times = interleaved(vec![case.work(threads), triad(threads)], ROUNDS);
         let per_point = case.net.links.len() as f64 / case.points.len() as f64;
@@ -230,7 +230,7 @@ mod report {
         );
     }
 
-    /// Prints what share the rate of a list is of that of grids.
+    /// Prints the rate of a list as a share of that of grids.
     fn compare(list: &Case<'_>, grids: [&Case<'_>; 2], threads: usize) {
         let cases = [list, grids[0], grids[1]];
         let times = interleaved(cases.map(|case| case.work(threads)).into(), ROUNDS);
@@ -253,7 +253,7 @@ mod report {
         (0..count).map(|l| 2.0 + (l * 7919 % 1000) as f32 * 0.008).collect()
     }
 
-    /// A million points, 8 neighbours, or links of their own.
+    /// A million points with 8 neighbours, or with links of their own.
     pub(crate) fn springs() {
         println!("medians of {ROUNDS} slices of each, and quartiles; the memory limit is that of a = b + s c");
         for n in [1000, 150] {
@@ -262,7 +262,7 @@ mod report {
         }
     }
 
-    /// Springs of about n² points: what does not fit the caches, and what a leather has.
+    /// Springs of about n² points: larger than the caches, and as in a leather.
     fn springs_of(n: usize) {
         let size = Vec2::splat(n as f32);
         let shape = GridShape { nx: n, ny: n, eight: true, periodic: false };
@@ -278,7 +278,7 @@ mod report {
         let spread = shibo_kernel::leather::points::random(n * n, size, Hash::new(1));
         let delaunay = delaunay(&spread, size, true);
         let (hexagons, edges) = shibo_kernel::leather::points::hexagons(size, 0.877, true);
-        // Two springs a point, where Delaunay has three, hexagons one and a half, and the grid of 8 neighbours four.
+        // Two springs per point; Delaunay has three, hexagons one and a half, and the grid of 8 neighbours four.
         let four = GridShape { eight: false, ..shape };
         let four_links = grid_links(four);
         let four_rest = rest(&four_links.lengths(&places, Vec2::ZERO));
@@ -321,7 +321,7 @@ mod report {
     }
 }
 
-/// A leather of 60 x 60 mm from points to height and normal map, stage by stage, and how its cost grows.
+/// A leather of 60 x 60 mm from points to height and normal map, stage by stage, and the growth of its cost.
 mod whole {
     use super::report::{motion, random_strokes, timed};
     use glam::Vec2;
@@ -401,7 +401,7 @@ mod whole {
         ([lattice, simulated, sorted, filled, lit], links.pairs.len())
     }
 
-    /// The best of three, each stage by itself.
+    /// The best of three, for each stage separately.
     fn best(side: usize, steps: u32, resolution: usize) -> ([f64; 5], usize) {
         let runs = [(); 3].map(|()| leather(side, steps, resolution));
         let fastest = |stage: usize| runs.iter().map(|run| run.0[stage]).fold(f64::INFINITY, f64::min);

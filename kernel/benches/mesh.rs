@@ -1,10 +1,10 @@
-//! What meshes cost: `cargo bench -p shibo-kernel --bench mesh`, the least of several runs, in CPU time of one thread.
+//! Cost of meshes: `cargo bench -p shibo-kernel --bench mesh`, the minimum of several runs, in CPU time of one thread.
 use glam::{DVec2, DVec3, UVec2};
 use shibo_engine::value::{Grid, Window};
 use shibo_kernel::ground::stop::{NEVER, Watch};
 use shibo_kernel::mesh::bake::{Texels, normals, places};
 use shibo_kernel::mesh::field::{FieldSpec, Wish, tangent_field};
-use shibo_kernel::mesh::motion::Motion;
+use shibo_kernel::mesh::motion::RigidMotion;
 use shibo_kernel::mesh::{atlas, shapes, texels, topology};
 use std::hint::black_box;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use std::time::Instant;
 const SIDE: u32 = 4096;
 const TILE: u32 = 256;
 
-/// Seconds this thread has run, or wall time where the system does not tell.
+/// CPU seconds of this thread, or wall time if the system does not report them.
 fn cpu_seconds(start: Instant) -> f64 {
     std::fs::read_to_string("/proc/thread-self/schedstat")
         .ok()
@@ -70,7 +70,7 @@ fn main() {
             }
         })
     };
-    let position = bake(&|texels, out| places(texels, |_| Motion::NONE, out));
+    let position = bake(&|texels, out| places(texels, |_| RigidMotion::NONE, out));
     let normal = bake(&|texels, out| normals(texels, true, out));
     println!(
         "texels in charts at {SIDE}², Mpx/s: owners {:.0}, with gutters {:.0}, and places {:.0}, and normals {:.0}",

@@ -1,4 +1,4 @@
-//! What pieces of masks cost: `cargo bench -p shibo-kernel --bench region`, the least of several runs, in CPU time of
+//! Cost of pieces of masks: `cargo bench -p shibo-kernel --bench region`, the minimum of several runs, in CPU time of
 //! one thread.
 #![allow(clippy::disallowed_methods, reason = "figures that are told")]
 use shibo_kernel::region::axes::Picture;
@@ -9,7 +9,7 @@ use std::time::Instant;
 
 const SIDE: usize = 4096;
 
-/// Seconds this thread has run, or wall time where the system does not tell.
+/// CPU seconds of this thread, or wall time if the system does not report them.
 fn cpu_seconds(start: Instant) -> f64 {
     std::fs::read_to_string("/proc/thread-self/schedstat")
         .ok()
@@ -17,7 +17,7 @@ fn cpu_seconds(start: Instant) -> f64 {
         .map_or_else(|| start.elapsed().as_secs_f64(), |ns| ns * 1e-9)
 }
 
-/// Megapixels a CPU second, of the fastest of five runs.
+/// Megapixels per CPU second, of the fastest of five runs.
 fn rate(mut body: impl FnMut()) -> f64 {
     let start = Instant::now();
     let mut best = f64::INFINITY;

@@ -1,5 +1,5 @@
-//! What stamps cost, in processor seconds of one thread: a million stamps of 32² pixels on 4096², by tiles of 256², as `TileSampler` draws
-//! them.
+//! Cost of stamps, in CPU seconds of one thread: a million stamps of 32² pixels on 4096², by tiles of 256², as in
+//! `TileSampler`.
 #![allow(clippy::disallowed_methods, reason = "figures that are told")]
 #![expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small counts")]
 
@@ -14,7 +14,7 @@ use shibo_kernel::scatter::atlas::Layout;
 use shibo_kernel::scatter::paint::{Overlap, Source, Target, paint};
 use shibo_kernel::scatter::set::{Stamp, StampSet};
 
-/// Seconds this thread has run, or wall time where the system does not tell.
+/// CPU seconds of this thread, or wall time if the system does not report them.
 fn cpu_seconds(start: Instant) -> f64 {
     std::fs::read_to_string("/proc/thread-self/schedstat")
         .ok()
@@ -24,7 +24,7 @@ fn cpu_seconds(start: Instant) -> f64 {
 
 const SIDE: usize = 4096;
 const TILE: usize = 256;
-/// Pixels along the side of a stamp.
+/// Side of a stamp in pixels.
 const STAMP: usize = 32;
 
 /// Stamps in a jittered grid over a canvas of 4096 mm, a pixel being 1 mm.

@@ -1,8 +1,8 @@
-//! Speed of exemplar synthesis. `cargo bench -p shibo-nodes --bench synthesis` prints preparation, correction and
-//! sampling in CPU seconds of the whole process (wall time where the system is not Linux), on one thread and on two;
+//! Speed of exemplar synthesis. `cargo bench -p shibo-kernel --bench synthesis` prints preparation, correction and
+//! sampling in CPU seconds of the whole process (wall time if the system is not Linux), on one thread and on two;
 //! `SHIBO_BENCH_REPORT=1` prints only those. The comparison with other programs is `benches/synthesis.sh`.
 use shibo_kernel::ground::hash::Hash;
-use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::PixelPlane;
 use shibo_kernel::synthesis::analysis::{AnalysisSpec, Level, analyse, find_seconds, spacings};
 use shibo_kernel::synthesis::levels::image;
 use shibo_kernel::synthesis::texels::Texels;
@@ -17,7 +17,7 @@ fn main() {
 /// Curved stripes in three channels.
 fn exemplar(side: usize) -> Texels<f32> {
     let hash = Hash::new(7);
-    let plane = Plane { w: side, h: side, wrap: [false; 2] };
+    let plane = PixelPlane { w: side, h: side, wrap: [false; 2] };
     let noise = |n: u64, blur: usize| {
         let data = (0..(side * side) as u64).map(|k| hash.with(n).unit_f32(k) - 0.5).collect();
         Texels::new(plane, 1, data).blurred(blur)
@@ -53,7 +53,7 @@ mod report {
     use shibo_engine::value::Window;
     use shibo_kernel::ground::hash::Hash;
     use shibo_kernel::ground::window::WindowExt;
-    use shibo_kernel::synthesis::Plane;
+    use shibo_kernel::synthesis::PixelPlane;
     use shibo_kernel::synthesis::analysis::Level;
     use shibo_kernel::synthesis::aniso::{Jacobians, Position};
     use shibo_kernel::synthesis::coverage::EvenUse;
@@ -66,7 +66,7 @@ mod report {
     use std::hint::black_box;
     use std::time::Instant;
 
-    /// CPU seconds of the process, in steps of 1/100 s; elsewhere than on Linux the wall clock.
+    /// CPU seconds of the process, in steps of 1/100 s; wall time on other systems than Linux.
     fn cpu(start: Instant) -> f64 {
         let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
         let fields: Vec<f64> =
@@ -77,7 +77,7 @@ mod report {
         }
     }
 
-    /// CPU seconds that `work` takes: the best of three means over at least a quarter of a second.
+    /// CPU seconds of `work`: the best of three means over at least a quarter of a second.
     fn timed<T>(mut work: impl FnMut() -> T) -> f64 {
         let start = Instant::now();
         let mut best = f64::INFINITY;
@@ -178,7 +178,7 @@ mod report {
             let source = Source::new(fine.plane, &planes, [4.0, 4.0], fetch, false);
             let area = Area {
                 map: &map,
-                plane: Plane { w: 256, h: 256, wrap: [true; 2] },
+                plane: PixelPlane { w: 256, h: 256, wrap: [true; 2] },
                 spacing: 1.0,
                 origin: [0.0; 2],
                 step: [0.25; 2],

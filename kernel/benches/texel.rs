@@ -1,7 +1,7 @@
-//! Throughput of the texel kernels on one thread, in megapixels per second of processor time.
+//! Throughput of the texel kernels on one thread, in megapixels per CPU second.
 //!
-//! The table printed first reads the thread's own clock, so it also means something on a busy machine; divan's wall
-//! times follow.
+//! The table printed first reads the thread's own clock, so it is also meaningful on a busy machine; divan's wall times
+//! follow.
 
 #![expect(clippy::cast_possible_truncation, reason = "small counts")]
 
@@ -32,7 +32,7 @@ use shibo_kernel::surface::occlusion::{self, OcclusionSpec};
 use shibo_kernel::surface::poisson::Poisson;
 use shibo_kernel::surface::relief::{self, ReliefSpec, Surface};
 
-/// Seconds this thread has run, or wall time where the system does not tell.
+/// CPU seconds of this thread, or wall time if the system does not report them.
 fn cpu_seconds(start: Instant) -> f64 {
     std::fs::read_to_string("/proc/thread-self/schedstat")
         .ok()
@@ -40,7 +40,7 @@ fn cpu_seconds(start: Instant) -> f64 {
         .map_or_else(|| start.elapsed().as_secs_f64(), |ns| ns * 1e-9)
 }
 
-/// Best rate of several runs, pixels per CPU second divided by 10^6. A run repeats the work for a good while, for some
+/// Best rate of several runs, pixels per CPU second divided by 10^6. A run repeats the work for some time, since some
 /// systems advance the thread's clock in steps of milliseconds.
 fn rate(pixels: usize, mut work: impl FnMut()) -> f64 {
     let start = Instant::now();
@@ -134,8 +134,8 @@ fn distances(radius: f64) -> f64 {
     })
 }
 
-/// One material over another at 4096²: colour, normal and six more channels, by tiles; and the time as a multiple of that of copying
-/// both.
+/// One material over another at 4096²: colour, normal and six more channels, by tiles; and the time as a multiple of
+/// that of copying both.
 fn materials() -> (f64, f64) {
     const SIDE: usize = 4096;
     let plane = |k: usize| -> Vec<f32> { (0..SIDE * SIDE).map(|i| ((i * (k + 3)) % 1013) as f32 / 1013.0).collect() };
@@ -173,7 +173,7 @@ fn materials() -> (f64, f64) {
     (mixed, copied / mixed)
 }
 
-/// The median of a disk, and its greatest value, by tiles.
+/// The median of a disk, and its maximum, by tiles.
 fn disks(radius: f64) -> (f64, f64) {
     let disk = Disk::new(radius, [1.0; 2]);
     let big = WHOLE.with_halo(disk.halo());
@@ -193,7 +193,7 @@ fn disks(radius: f64) -> (f64, f64) {
     (middle, greatest)
 }
 
-/// A height from slopes that repeat, with all that belongs to it, on one thread.
+/// Height from slopes that repeat, including setup, on one thread.
 fn heights(side: usize) -> f64 {
     let data = picture(WHOLE);
     let row = |y: usize, d: usize| -> Vec<f32> {
@@ -242,7 +242,7 @@ fn normals() -> (f64, f64) {
             *x = y + 3.0 * z;
         }
     });
-    // A plane that is written is fetched first: a triad moves four planes, and normals seven.
+    // A plane is fetched before it is written: a triad moves four planes, and normals seven.
     (own, triad * 4.0 / 7.0)
 }
 
@@ -291,7 +291,7 @@ fn points() -> (f64, f64, f64) {
     (power, blended, warped)
 }
 
-/// The planes that the names in a formula stand for: `a`, `b` and `x`.
+/// The planes for the names in a formula: `a`, `b` and `x`.
 struct Planes;
 
 impl Names for Planes {
@@ -317,7 +317,7 @@ impl Names for Planes {
     }
 }
 
-/// A formula on tiles; and how many operations it has.
+/// The rate of a formula on tiles, and its number of operations.
 fn formula(text: &str) -> (f64, usize) {
     let compiled = expression::compile(text, &mut Planes).expect("a formula");
     let program = compiled.program(&[], [false; 2]).expect("a short one");

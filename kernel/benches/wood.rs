@@ -1,6 +1,6 @@
 //! Speed of single wood kernels, 256 × 256 points as in a tile of the engine: `cargo bench -p shibo-kernel --bench
-//! wood`. CPU time of one thread, the least of several runs. What graphs cost is measured by `cargo bench -p
-//! shibo-nodes`.
+//! wood`. CPU time of one thread, the minimum of several runs. `cargo bench -p shibo-nodes` measures the cost of
+//! graphs.
 #![allow(clippy::disallowed_methods, reason = "figures that are told")]
 use cpu_time::ThreadTime;
 use glam::DVec3;
@@ -13,10 +13,10 @@ use shibo_kernel::wood::trunk::{Growth, Places, Rows, Trunk};
 use shibo_kernel::wood::year_table::{Variation, YearTable, late_share};
 use std::hint::black_box;
 
-/// Points of a side.
+/// Points along a side.
 const SIDE: u16 = 256;
 
-/// Prints what `work` costs a point.
+/// Prints the cost of `work` per point.
 fn timed(name: &str, mut work: impl FnMut()) {
     let mut best = f64::INFINITY;
     for _ in 0..20 {

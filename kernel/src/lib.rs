@@ -1,13 +1,13 @@
-//! The numeric kernels of Shibo: functions on slices and `glam` types; no node, no graph, no files. What a graph can choose
-//! between is an enum here, which the nodes take as a parameter as it is: its doc comments are the manual's.
+//! The numeric kernels of Shibo: functions on slices and `glam` types; no node, no graph, no files. Choices in a graph
+//! are enums here, which nodes use directly as parameters: their doc comments are the manual.
 //!
-//! Rules for all of them: results never depend on the number of threads or on how a picture is cut into tiles;
+//! Rules for all kernels: results never depend on the number of threads or on the division of a picture into tiles;
 //! random numbers are hashed from a seed and an index; reductions have a fixed order; transcendental functions come
 //! from [`ground::math`], never from the system. Pictures are planar `f32`, rows from y = 0.
 //!
-//! Each folder is a room and uses only rooms that are named before it:
-//! [`ground`], [`noise`], [`filter`], [`pointwise`], [`surface`], [`strokes`], [`shape`], [`path`], [`pattern`], [`scatter`],
-//! [`mesh`], [`leather`], [`springs`], [`wood`], [`synthesis`]. Of the engine they know `shibo_engine::value` alone.
+//! Each folder is a module that uses only modules listed before it: [`ground`], [`noise`], [`filter`], [`pointwise`],
+//! [`surface`], [`strokes`], [`shape`], [`path`], [`pattern`], [`scatter`], [`mesh`], [`leather`], [`springs`],
+//! [`wood`], [`synthesis`]. From the engine they use `shibo_engine::value` alone.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions"))]
 
 pub mod filter;
@@ -27,5 +27,5 @@ pub mod surface;
 pub mod synthesis;
 pub mod wood;
 
-/// The fingerprint of this crate's code and of the libraries that it stands on.
+/// Fingerprint of this crate's code and of its libraries.
 pub const CODE: &str = env!("CODE_FINGERPRINT");

@@ -1,8 +1,8 @@
-//! The graphs that come with Shibo, and the kinds of nodes: what graph files may refer to by name. Programs that load graphs
-//! begin with [`registry`].
+//! The graphs that ship with Shibo, and the kinds of nodes: what graph files may refer to by name. Programs that load
+//! graphs begin with [`registry`].
 use sha2::{Digest, Sha256};
 use shibo_engine::picture::AtomicFile;
-use shibo_engine::registry::{Library, Registry};
+use shibo_engine::registry::{Family, Library, Registry};
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -11,48 +11,55 @@ use std::sync::Arc;
 /// All files of the folder `graphs`, by their paths in it.
 static FILES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/library.rs"));
 
-/// What the examples of nodes' manuals read, by name: a picture, a drawing and a mesh. They lie beside an example's graph.
+/// Files that the examples in the manuals of nodes read, by name: a picture, a drawing and a mesh. They are put beside
+/// the graph of the example.
 pub static EXAMPLE_FILES: [(&str, &[u8]); 3] = [
     ("cube.obj", include_bytes!("../examples/cube.obj")),
     ("leaf.svg", include_bytes!("../examples/leaf.svg")),
     ("ramp.png", include_bytes!("../examples/ramp.png")),
 ];
 
-/// The folder of sub-graphs for others to use.
+/// Folder of the sub-graphs that other graphs may use.
 const PARTS: &str = "lib/";
 const EXTENSION: &str = ".ron";
 
-/// All nodes, and the graphs that come along. Pictures and meshes that these read are unpacked into `folder`, made if need
-/// be, which several programs may share.
+/// All nodes, and the graphs that ship with the program. Pictures and meshes that these graphs read are unpacked into
+/// `folder`. It is created if missing, and several programs may share it.
 pub fn registry(folder: PathBuf) -> Registry {
-    shibo_nodes::registry().with_library(Arc::new(Shipped { folder }))
+    registry_with(folder, [])
 }
 
-/// A graph that comes along.
+/// The same with families of nodes from other crates. Give the result a fingerprint of their code ([`Registry::with_code`]),
+/// so that a cache never returns results of another version.
+pub fn registry_with(folder: PathBuf, more: impl IntoIterator<Item = Family>) -> Registry {
+    shibo_nodes::registry_with(more).with_library(Arc::new(Shipped { folder }))
+}
+
+/// A graph that ships with the program.
 #[derive(Clone, Copy, Debug)]
 pub struct Graph {
     /// The name after `shibo:`.
     pub name: &'static str,
-    /// Its path within the library.
+    /// Path within the library.
     pub path: &'static str,
-    /// The text.
+    /// Text of the graph file.
     pub text: &'static str,
 }
 
 impl Graph {
-    /// Whether it is a part for other graphs.
+    /// True for a sub-graph that other graphs use.
     pub fn is_part(&self) -> bool {
         self.path.starts_with(PARTS)
     }
 
-    /// What it is: the first sentence of its first comment.
+    /// Description: the first sentence of the first comment.
     pub fn doc(&self) -> &'static str {
         let line = self.text.lines().next().and_then(|line| line.strip_prefix("//")).unwrap_or_default().trim();
         line.split_once(". ").map_or(line, |(first, _)| first).trim_end_matches('.')
     }
 }
 
-/// All graphs that come along, those to be rendered first.
+/// All graphs that ship with the program; graphs to render come before sub-graphs.
 pub fn graphs() -> Vec<Graph> {
     let graph = |(path, bytes): &(&'static str, &'static [u8])| {
         let name = path.strip_prefix(PARTS).unwrap_or(path).strip_suffix(EXTENSION)?;
@@ -68,7 +75,7 @@ fn content(path: &str) -> Option<&'static [u8]> {
     FILES.iter().find(|(name, _)| *name == path).map(|(_, bytes)| *bytes)
 }
 
-/// The files that come along, and where they are unpacked.
+/// The files that ship with the program, and the folder where they are unpacked.
 struct Shipped {
     folder: PathBuf,
 }
@@ -93,8 +100,8 @@ impl Library for Shipped {
     }
 }
 
-/// Writes a file of the library into `folder`, unless it is there already. Its name tells its content, so that several
-/// versions of the program can share the folder.
+/// Writes a file of the library into `folder`, unless it exists there. Its name holds a hash of its content, so that
+/// several versions of the program can share the folder.
 fn unpack(folder: &Path, path: &str, bytes: &[u8]) -> Result<PathBuf, String> {
     let hash: String = Sha256::digest(bytes).iter().take(8).map(|byte| format!("{byte:02x}")).collect();
     let name = path.rsplit('/').next().unwrap_or(path);
@@ -102,7 +109,7 @@ fn unpack(folder: &Path, path: &str, bytes: &[u8]) -> Result<PathBuf, String> {
     if fs::read(&file).is_ok_and(|found| found == bytes) {
         return Ok(file);
     }
-    // Another process, also of another machine, may do the same at the same time.
+    // Another process, perhaps on another machine, may write the same file at the same time.
     let write = || {
         fs::create_dir_all(folder)?;
         let mut part = AtomicFile::create(&file)?;

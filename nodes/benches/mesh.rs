@@ -1,5 +1,5 @@
-//! What it costs to read meshes: `cargo bench -p shibo-nodes --bench mesh -- FILE…`, the least of several runs, in CPU time of
-//! one thread.
+//! Cost of reading meshes: `cargo bench -p shibo-nodes --bench mesh -- FILE…`, the minimum of several runs, in CPU time
+//! of one thread.
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{Call, DynNode};
 use shibo_engine::value::{Canvas, Evaluator, Field, Grid, Stop, Tile, Tiling, Value, Window};
@@ -28,7 +28,7 @@ impl Evaluator for Bare {
     fn warn(&self, _problem: Problem) {}
 }
 
-/// Seconds this thread has run, or wall time where the system does not tell.
+/// Seconds this thread has run, or wall time where the system does not report it.
 fn cpu_seconds(start: Instant) -> f64 {
     std::fs::read_to_string("/proc/thread-self/schedstat")
         .ok()

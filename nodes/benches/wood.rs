@@ -1,5 +1,5 @@
-//! What wood costs in graphs: `cargo bench -p shibo-nodes --bench wood`. Everything is rendered by a session of one thread,
-//! the least of several runs counts. `cargo bench -p shibo-kernel --bench wood` measures single kernels.
+//! Cost of wood in graphs: `cargo bench -p shibo-nodes --bench wood`. A session of one thread renders every graph
+//! several times; the minimum counts. `cargo bench -p shibo-kernel --bench wood` measures single kernels.
 #![allow(clippy::disallowed_methods, reason = "figures that are told")]
 use cpu_time::ProcessTime;
 use shibo_engine::eval::{CancelToken, Silent};
@@ -19,11 +19,11 @@ const RUNS: usize = 5;
 /// A board through a tree, by the origin and the sides of its plane.
 #[derive(Clone, Copy)]
 enum Cut {
-    /// Rows are level: z is constant along them.
+    /// Level rows: z is constant along them.
     Level,
-    /// Rows run along the trunk.
+    /// Rows along the trunk.
     Along,
-    /// Rows rise.
+    /// Rising rows.
     Oblique,
 }
 
@@ -37,7 +37,7 @@ impl Cut {
     }
 }
 
-/// A graph of one picture: the growth time of a trunk of some nodes, with branches, in a cut.
+/// A graph of one picture: the growth time of a trunk of `nodes` nodes, with branches, in a cut.
 fn graph(nodes: usize, branches: usize, straight: bool, cut: Cut) -> String {
     let mut list = String::new();
     for i in 0..branches {
@@ -76,14 +76,14 @@ fn graph(nodes: usize, branches: usize, straight: bool, cut: Cut) -> String {
     )
 }
 
-/// What a graph costs.
+/// Costs of rendering a graph.
 #[derive(Clone, Copy)]
 struct Costs {
-    /// CPU seconds of its nodes.
+    /// CPU seconds of the nodes.
     nodes: f64,
     /// CPU seconds of the process, with the picture written as an EXR file of half floats.
     all: f64,
-    /// Pages of memory that the system had to provide meanwhile.
+    /// Page faults during the run.
     faults: f64,
 }
 
@@ -92,7 +92,7 @@ fn session() -> Session {
     Session::new(shibo_nodes::registry(), &settings).expect("a session")
 }
 
-/// Renders a graph several times, each time in a session of its own; the least of each cost.
+/// Renders a graph several times, each time in a new session; returns the minimum of each cost.
 fn costs(graph: &str) -> Costs {
     let dir = tempfile::tempdir().expect("room for a folder");
     let path = dir.path().join("graph.ron");
@@ -117,7 +117,7 @@ fn costs(graph: &str) -> Costs {
     best
 }
 
-/// Page faults of the process so far that needed no disk; 0 where the system does not tell.
+/// Page faults of the process so far that needed no disk; 0 where the system does not report them.
 fn faults() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let field = stat.rsplit(')').next().unwrap_or("").split_whitespace().nth(7);
@@ -181,8 +181,8 @@ fn boards() {
     }
 }
 
-/// Boards of a parquet, each from another place of a walnut tree, against one board of the same area: the colour and all else that
-/// a material needs.
+/// Boards of a parquet, each from another part of a walnut tree, against one board of the same area: the colour and all
+/// other channels that a material needs.
 fn pieces() {
     let wood = Path::new(env!("CARGO_MANIFEST_DIR")).join("../graphs/walnut.ron");
     let channels = ["", "_height", "_roughness", "_anisotropy", "_angle"];

@@ -1,16 +1,16 @@
-//! Bounds that parameters of several families have in common.
+//! Bounds that parameters of several families share.
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::CanvasFacts;
 
-/// The rounding that computed numbers and bounds may have, as a share of the bound.
+/// Rounding error that is tolerated in computed numbers and bounds, as a share of the bound.
 const ROUNDING: f64 = 1e-9;
 
-/// True if a number is more than a bound; either may be computed.
+/// True if `value` exceeds the bound `most` by more than rounding; either may be computed.
 pub(crate) fn exceeds(value: f64, most: f64) -> bool {
     value > most * (1.0 + ROUNDING)
 }
 
-/// A computed number as messages tell it: with six digits.
+/// Rounds a computed number to six digits, for messages.
 pub(crate) fn told(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
@@ -31,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn computed_numbers_are_told_as_people_write_them() {
+    fn rounds_numbers_in_messages_to_six_digits() {
         assert_eq!(told(1.5 * 0.7), 1.05);
         assert_eq!(told(-1.0 / 3.0).to_string(), "-0.333333");
         assert_eq!((told(0.0), told(123_456_789.0)), (0.0, 123_457_000.0));

@@ -1,14 +1,16 @@
-//! One of several fields at every pixel, by the value of another one there: what `Each`, [`Switch`](crate::combine::Switch) and the
-//! pieces of [`CutPlane`](crate::wood::CutPlane) do. Of an input only the part is computed that shows in a tile.
+//! One of several fields at every pixel, selected by the value of another field: the core of `Each`,
+//! [`Switch`](crate::combine::Switch) and the pieces of [`CutPlane`](crate::wood::CutPlane). Of each input a tile
+//! computes only the part that shows in it.
 use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Type, Window};
 
-/// Which input shows where the field that decides has a value.
+/// Index of the input that shows where the selecting field has a value.
 type Choice = Box<dyn Fn(f32) -> usize + Send + Sync>;
 
-/// The smallest window of those pixels of a tile of ids where each of `count` inputs shows; an empty one where it does not.
+/// For each of `count` inputs, the smallest window of the pixels of a tile of ids where that input shows; empty where
+/// it does not show.
 fn shown(ids: &Tile, at: Window, count: usize, choice: &Choice) -> Vec<Window> {
     let mut found: Vec<Option<[i32; 4]>> = vec![None; count];
-    // Pieces are larger than pixels: most have the number of the one before.
+    // Pieces are larger than pixels, so most pixels have the id of the one before.
     let mut last = (f32::NAN, 0);
     for (y, row) in (at.y..at.bottom()).enumerate() {
         for (x, id) in (at.x..at.right()).zip(ids.row(0, y)) {
@@ -29,7 +31,7 @@ fn shown(ids: &Tile, at: Window, count: usize, choice: &Choice) -> Vec<Window> {
     found.into_iter().map(|found| found.map_or(empty, window)).collect()
 }
 
-/// What is chosen, pixel by pixel.
+/// The selected field, pixel by pixel.
 pub(crate) struct Chosen {
     ids: Field,
     inputs: Vec<Field>,
@@ -37,7 +39,7 @@ pub(crate) struct Chosen {
 }
 
 impl Chosen {
-    /// Fields of one type, of which one shows at each pixel, by the value of another there.
+    /// Fields of one type, of which one shows at each pixel, selected by the value of the field of ids there.
     pub(crate) fn field(
         ids: &Field,
         inputs: Vec<Field>,
@@ -99,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_input_is_read_where_it_shows() {
+    fn reads_each_input_only_where_it_shows() {
         let window = Window { x: 10, y: 20, width: 4, height: 2 };
         let mut ids = Tile::new(crate::testing::canvas().grid(glam::UVec2::splat(64)), window, 1);
         // Two numbers that choose different inputs of three.

@@ -1,9 +1,9 @@
-//! What must hold for every field of every node, for use in unit tests.
+//! Checks that must hold for every field of every node, for use in unit tests.
 use crate::testing::{OnCanvas, Plain, canvas, outputs};
 use shibo_engine::node::Node;
 use shibo_engine::value::{Canvas, Evaluator, Field, Tile, Tiling, Type, Value, Window};
 
-/// The part of a field in `window` of the canvas' grid.
+/// Renders a window of a field on the grid of the canvas.
 pub(crate) fn part(field: &Field, canvas: &Canvas, x: i32, y: i32, width: u32, height: u32) -> Tile {
     Plain.raster(field, &canvas.grid(canvas.resolution), Window { x, y, width, height }).unwrap()
 }
@@ -16,8 +16,8 @@ pub(crate) fn field<N: Node>(node: &N, inputs: &[Value], output: &str) -> Field 
     field
 }
 
-/// Checks that a node's fields are finite, are the same in all windows, and repeat in the directions that they state;
-/// and that these are at least those that the node states.
+/// Checks that a node's fields are finite, do not depend on the window, and repeat in the directions that they state;
+/// and that a field states at least the directions that the node states.
 pub(crate) fn conforms<N: Node>(node: &N, inputs: &[Value]) {
     let canvas = canvas();
     assert!(node.check_on(&canvas).is_empty());
@@ -46,8 +46,8 @@ fn bits(tile: &Tile) -> Vec<u32> {
     tile.data().iter().map(|v| v.to_bits()).collect()
 }
 
-/// Checks that a field repeats. Positions are rounded, so one pixel in two hundred may lie on the other side of an
-/// edge.
+/// Checks that a field repeats. Because positions are rounded, up to one pixel in two hundred may lie on the other side
+/// of an edge.
 fn repeats(field: &Field, canvas: &Canvas, name: &str) {
     let here = part(field, canvas, 0, 0, 64, 64);
     let there = part(field, canvas, 64, -64, 64, 64);
@@ -61,7 +61,7 @@ pub(crate) fn gray() -> Field {
     pattern(Type::Gray)
 }
 
-/// The same with three different channels.
+/// The same field with three different channels.
 pub(crate) fn rgb() -> Field {
     pattern(Type::Rgb)
 }
@@ -81,7 +81,7 @@ fn pattern(ty: Type) -> Field {
     })
 }
 
-/// The values of a field that does not depend on any other and of one computed from it, side by side.
+/// Pairs of values, pixel by pixel, of a field that reads no other field and of a field computed from it.
 pub(crate) fn pairs(input: &Field, output: &Field) -> Vec<(f32, f32)> {
     let canvas = canvas();
     let values = |field: &Field| part(field, &canvas, 0, 0, 64, 64).data().to_vec();

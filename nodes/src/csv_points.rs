@@ -3,11 +3,11 @@ use shibo_engine::diagnostics::{Code, Problem};
 use std::path::Path;
 use std::str::FromStr;
 
-/// The largest coordinate that is accepted, in files as in graphs.
+/// The largest coordinate that files and graphs may contain.
 pub(crate) const FARTHEST: f64 = 1e7;
 
-/// Reads a file of at most `most` lines, each with N finite numbers as `form` says. `field` is the parameter that names
-/// the file.
+/// Reads a file of at most `most` lines with N finite numbers each, in the format that `form` describes. `field` is the
+/// parameter that names the file.
 pub(crate) fn read<T: FromStr + Copy + Into<f64>, const N: usize>(
     path: &Path,
     (field, form): (&str, &str),
@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_text_is_refused() {
+    fn refuses_files_that_are_not_text() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("points.csv");
         std::fs::write(&path, [0xff, 0xfe, 0x00]).unwrap();
@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_read_or_named() {
+    fn reads_lines_or_names_the_faulty_one() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("points.csv");
         let read = |text: &str| {

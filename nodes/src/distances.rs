@@ -1,10 +1,10 @@
-//! Distances to the edge of a shape, which several families measure.
+//! Distances to the edge of a shape, shared by several families.
 use shibo_engine::value::{Field, Halo, Key, Tile, Type};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
 
-/// Distance in mm, up to `radius`, to the edge of the shape where `input` is above `threshold`: from outside of it and 0
-/// within, or the other way round.
+/// Distance in mm, up to `radius`, to the edge of the shape where `input` is above `threshold`: measured outside the
+/// shape and 0 inside, or inside and 0 outside if `inside`.
 pub(crate) fn to_edge(input: &Field, threshold: f64, radius: f64, inside: bool) -> Field {
     let threshold = narrow(threshold);
     if !inside {

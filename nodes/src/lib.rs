@@ -1,6 +1,6 @@
 //! The nodes of Shibo, a folder per family.
 //!
-//! A node is one file, plus one line in its family's list. Families do not know each other; what two of them need is in
+//! A node is one file, plus one line in the list of its family. Families do not depend on each other; shared code is in
 //! [`shibo_kernel`] or in the engine's `value`. Rows such as A12, B7 or C3 in module docs are those of the tables in
 //! `docs/leather.md`, `docs/wood.md` and `docs/synthesis.md`, which list what a source says and where it is done.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions"))]
@@ -65,7 +65,7 @@ pub fn families() -> Vec<Family> {
     ]
 }
 
-/// The fingerprint of this crate's code and of the libraries that it stands on.
+/// The fingerprint of this crate's code and of the libraries that it uses.
 pub const CODE: &str = env!("CODE_FINGERPRINT");
 
 /// All nodes.
@@ -73,8 +73,8 @@ pub fn registry() -> Registry {
     registry_with([])
 }
 
-/// All nodes, and families of other crates. Give the result a fingerprint of their code ([`Registry::with_code`]), so that results
-/// of another version are not taken from a cache.
+/// All nodes, and families of other crates. Give the result a fingerprint of their code ([`Registry::with_code`]), so
+/// that a cache never supplies results of another version.
 pub fn registry_with(more: impl IntoIterator<Item = Family>) -> Registry {
     let layout = (Kind::of::<space::Transform>(), Kind::of::<space::LaidMaterial>(), Kind::of::<space::LaidIds>());
     let choice = (Kind::of::<combine::Choose>(), Kind::of::<combine::ChooseMaterial>());

@@ -1,13 +1,13 @@
-//! Fields that steer what is laid on the canvas: read at its places before anything is drawn.
+//! Fields that control objects drawn on the canvas; they are sampled before drawing starts.
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{Context, In, PortType};
 use shibo_engine::value::{Field, Stop, Tiling, Window};
 
-/// The most columns or rows at which a field is read.
+/// Maximum number of columns and rows of samples.
 const MOST: f64 = 2048.0;
 
-/// A field over the canvas.
+/// Samples of a field over the canvas.
 pub(crate) struct Map {
     size: UVec2,
     values: Vec<f32>,
@@ -16,7 +16,7 @@ pub(crate) struct Map {
 }
 
 impl Map {
-    /// Reads what is connected to `port`, with about four samples per `pitch` mm.
+    /// Samples the field that is connected to `port`, with about four samples per `pitch` mm.
     pub(crate) fn read<T: PortType<Got = Field>>(
         cx: &Context<'_>,
         (port, name): (&Option<In<T>>, &'static str),
@@ -45,7 +45,7 @@ impl Map {
         Ok(Self { size, values: tile.plane(0).to_vec(), size_mm: cx.size_mm(), tiling: field.tiling() })
     }
 
-    /// The four samples around a place, and how much each counts.
+    /// The four samples around a place, and their weights.
     pub(crate) fn around(&self, place: DVec2) -> [(f32, f64); 4] {
         let step = self.size_mm / self.size.as_dvec2();
         let at = place / step - 0.5;

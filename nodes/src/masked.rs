@@ -1,23 +1,25 @@
-//! A field made of two others by a weight. What the weight hides in a window is not computed there.
+//! A mix of two fields by a weight. Where the weight hides one of them in a whole window, that field is not computed
+//! there.
 use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::tile::channel;
 use shibo_kernel::surface::layers::bounds;
 
 /// The tiles of one side of a blend.
-pub(crate) type Side<'a> = &'a [&'a Tile];
+pub(crate) type SideTiles<'a> = &'a [&'a Tile];
 
-/// What to do with the two sides: fills the tile from the weights, the base and the top. Where the weight is 0 or 1, the
-/// result must have the bits of the side that shows, as if the other had not been there.
-pub(crate) type Mix = Box<dyn Fn(&mut Tile, &[f32], Side<'_>, Side<'_>) + Send + Sync>;
+/// Fills the tile from the weights, the base and the top. Where the weight is 0 or 1, the result must have exactly the
+/// bits of the side that shows, as if the other side did not exist.
+pub(crate) type Mix = Box<dyn Fn(&mut Tile, &[f32], SideTiles<'_>, SideTiles<'_>) + Send + Sync>;
 
 /// Two sides, mixed by a weight from 0 (the base) to 1 (the top).
 pub(crate) struct Masked {
     pub(crate) weight: Field,
-    /// The fields below; the first is what shows where the weight is 0.
+    /// The fields below; the first one shows where the weight is 0.
     pub(crate) base: Vec<Field>,
     /// The fields above.
     pub(crate) top: Vec<Field>,
-    /// Where the weight is 1 the first field of the top shows, with this added to it; `None` if the base shows even there.
+    /// If given, the first field of the top plus this number shows where the weight is 1; with `None` the base shows
+    /// through even there.
     pub(crate) covering: Option<f32>,
     pub(crate) mix: Mix,
 }
@@ -30,7 +32,7 @@ impl Masked {
         Field::new(ty, tiling, self)
     }
 
-    /// Whether the base and the top show anywhere.
+    /// Tells for the base and for the top if they show anywhere.
     fn shown(&self, weight: &Tile) -> (bool, bool) {
         let (low, high) = bounds(weight.data());
         (self.covering.is_none() || low < 1.0, high > 0.0)

@@ -1,7 +1,7 @@
-//! Fields that follow from statistics of whole pictures.
+//! Fields that depend on statistics of whole pictures.
 //!
-//! Statistics are taken of the canvas at one resolution of their own, whatever the resolution of the result: so a preview
-//! looks like the final picture, and the cost does not grow with it.
+//! Statistics are taken of the canvas at a fixed resolution, independent of that of the result. So a preview looks like
+//! the final picture, and the cost does not grow with the resolution.
 use glam::DVec2;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Pictures, Read, Resolution, Stop, Tile, Window};
@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 /// Pixels along the longer side of the canvas.
 const SIDE: u32 = 512;
 
-/// The grid on which a canvas of that size is measured, and all of its pixels.
+/// The grid on which a canvas of this size is measured, and the window of the whole canvas.
 pub(crate) fn grid(size: DVec2) -> (Grid, Window) {
     let pixels = Resolution::Longer(SIDE).of(size);
     (
@@ -19,7 +19,7 @@ pub(crate) fn grid(size: DVec2) -> (Grid, Window) {
     )
 }
 
-/// What was measured, or the error of who forgot to.
+/// Returns the measurement, or an error if the field was read before it was prepared.
 pub(crate) fn known<T>(made: &OnceLock<T>) -> Result<&T, Stop> {
     made.get().ok_or_else(|| {
         let problem = Problem::new(Code::BadValue, "a picture was not measured before it was filled");
@@ -27,17 +27,17 @@ pub(crate) fn known<T>(made: &OnceLock<T>) -> Result<&T, Stop> {
     })
 }
 
-/// A field that changes each value of its first input by itself, as follows from whole pictures of all of them.
+/// A field that maps each value of its first input, by a mapping that depends on statistics of all inputs.
 pub(crate) struct Measured<T, M, F> {
-    /// What is measured; the first is also what is changed.
+    /// Fields to measure; the first one is also the one that is mapped.
     pub(crate) fields: Vec<Field>,
     /// The canvas, mm.
     pub(crate) size: DVec2,
-    /// What is taken of the pictures.
+    /// Computes the statistics from the pictures.
     pub(crate) measure: M,
-    /// Fills a tile from that and the first input.
+    /// Fills a tile from the statistics and the first input.
     pub(crate) fill: F,
-    /// Once it is known.
+    /// The statistics, once they are known.
     pub(crate) made: OnceLock<T>,
 }
 

@@ -1,17 +1,17 @@
-//! A field as it looks through an affine map: what [`Transform`](crate::space::Transform) and
-//! [`TransformMaterial`](crate::material::TransformMaterial) make.
+//! A field seen through an affine map: the core of [`Transform`](crate::space::Transform) and
+//! [`TransformMaterial`](crate::material::TransformMaterial).
 mod plan;
 #[cfg(test)]
 mod tests;
 
 use glam::{DMat2, DVec2};
-use plan::Plan;
+use plan::ReadPlan;
 use shibo_engine::node::Xy;
 use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
-use shibo_kernel::filter::resample::{self, Places};
+use shibo_kernel::filter::resample::{self, SamplePositions};
 use shibo_kernel::ground::tile;
 
-/// How features are laid out anew: scaled, then rotated about the pivot, then moved.
+/// The affine map: features are scaled, then rotated about the pivot, then moved.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Placement {
     /// mm.
@@ -45,8 +45,8 @@ impl Placement {
         DMat2::from_cols(DVec2::new(cos * x, -sin * y), DVec2::new(sin * x, cos * y))
     }
 
-    /// The directions in which the result repeats if the input repeats in those of `input`: where a side of the canvas
-    /// leads to a whole number of sides in the input.
+    /// The directions in which the result repeats if the input repeats in those of `input`: those where a side of the
+    /// canvas maps to a whole number of sides of the input.
     pub(crate) fn repeats(&self, size: DVec2, input: Tiling) -> Tiling {
         let whole = |side: DVec2| {
             let sides = self.inverse() * side / size;
@@ -56,13 +56,13 @@ impl Placement {
         Tiling { x: whole(DVec2::new(size.x, 0.0)), y: whole(DVec2::new(0.0, size.y)) }
     }
 
-    /// Whether everything stays where it is.
+    /// True if the map moves nothing.
     pub(crate) fn is_identity(&self) -> bool {
         let Self { offset, angle, scale, .. } = self;
         *offset == Xy::new(0.0, 0.0) && angle % 360.0 == 0.0 && *scale == Xy::new(1.0, 1.0)
     }
 
-    /// `input` laid out anew on a canvas of that size; normals are rotated with it.
+    /// `input` transformed on a canvas of this size; normals are rotated with it.
     pub(crate) fn place(&self, input: &Field, size: DVec2) -> Field {
         let turned = input.ty() == Type::Normal && self.angle % 360.0 != 0.0;
         if self.is_identity() || (input.as_constant().is_some() && !turned) {
@@ -83,15 +83,15 @@ impl Placement {
 
 /// A field moved by an affine map.
 struct Moved {
-    /// What is moved.
+    /// The input.
     input: Field,
-    /// From the result to the input, without its shift.
+    /// The map from the result to the input, without its shift.
     inverse: DMat2,
     /// Sine and cosine of the angle.
     turn: (f64, f64),
-    /// Where the pivot goes.
+    /// Where the pivot is moved to.
     shift: DVec2,
-    /// The point of the input that goes there.
+    /// The pivot: the point of the input that is moved to `shift`.
     pivot: DVec2,
     /// The canvas.
     size: DVec2,
@@ -102,8 +102,8 @@ impl Moved {
         self.pivot + self.inverse * (point - self.shift)
     }
 
-    /// The pixels of the picture that is moved, if they are as large as `step`, and where `point` lies among them. On
-    /// any other pixels of that size the picture would be filtered twice: once to resample it to them, and once to
+    /// The grid of the picture's own pixels, if they are as large as `step`, and the position of `point` on it. On any
+    /// other grid with that step the picture would be filtered twice: once to resample it to the grid, and once to
     /// rotate it.
     fn native(&self, step: DVec2, point: DVec2) -> Option<(Grid, DVec2)> {
         let grid = self.input.native()?;
@@ -112,8 +112,9 @@ impl Moved {
         (same && start.abs().max_element() < 1e8).then_some((grid, start))
     }
 
-    /// The nearest pixels: those that pixels are mapped to, and between numbers of pieces nothing lies.
-    fn nearest(input: &Tile, plan: &Plan, out: &mut Tile) {
+    /// Takes the nearest pixel: for maps from pixels to pixels, and for numbers of pieces, which must not be
+    /// interpolated.
+    fn nearest(input: &Tile, plan: &ReadPlan, out: &mut Tile) {
         let (window, wraps) = (out.window, plan.wraps(out.window));
         for channel in 0..out.channels() {
             let view = tile::view(input, channel);
@@ -128,7 +129,7 @@ impl Moved {
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "f32 for what lies between pixels")]
-    fn resample(input: &Tile, plan: &Plan, out: &mut Tile) {
+    fn resample(input: &Tile, plan: &ReadPlan, out: &mut Tile) {
         let (window, wraps) = (out.window, plan.wraps(out.window));
         let views: Vec<_> = (0..out.channels()).map(|channel| tile::view(input, channel)).collect();
         let mut planes = out.planes_mut();
@@ -137,7 +138,7 @@ impl Moved {
             window,
             &mut planes,
             #[inline(always)]
-            |x, y, places: &mut Places| {
+            |x, y, places: &mut SamplePositions| {
                 let row = plan.row(y);
                 for (k, x) in (x..).take(resample::BLOCK).enumerate() {
                     let at = DVec2::new(plan.map.x_axis.x * f64::from(x), plan.map.x_axis.y * f64::from(x)) + row;
@@ -152,12 +153,12 @@ impl Moved {
 
 impl FieldSource for Moved {
     fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
-        let plan = Plan::new(self, grid);
+        let plan = ReadPlan::new(self, grid);
         vec![Read::new(&self.input, &plan.grid, plan.reads(window, self.input.ty()))]
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
-        let (input, plan) = (given.tile(0), Plan::new(self, &out.grid));
+        let (input, plan) = (given.tile(0), ReadPlan::new(self, &out.grid));
         if plan.copies(out.window) {
             out.data_mut().copy_from_slice(input.data());
         } else if plan.whole || self.input.ty() == Type::Ids {
@@ -172,7 +173,7 @@ impl FieldSource for Moved {
     }
 
     fn cost(&self) -> Cost {
-        // Where axes lead to axes, pixels are copied.
+        // A map that sends axes to axes copies pixels.
         let DMat2 { x_axis: x, y_axis: y } = self.inverse;
         if x.y == 0.0 && y.x == 0.0 || x.x == 0.0 && y.y == 0.0 { Cost::Pointwise } else { Cost::Local }
     }

@@ -1,9 +1,9 @@
-//! The normals of a height, for nodes that make a material's height.
+//! Normals of a height, for nodes that make the height of a material.
 use shibo_engine::value::{Field, Halo, Type};
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
 
-/// Those of a height in mm, as `HeightToNormal` makes them by default.
+/// Normals of a height in mm, with the defaults of `HeightToNormal`.
 pub(crate) fn normals(height: &Field) -> Field {
     Field::map(Type::Normal, [height.clone()], Halo::px(normal::HALO), |out, [height]| {
         let (step, slope) = (tile::step(&out.grid), SlopeFilter::default());

@@ -1,4 +1,4 @@
-//! Heights on a surface: what lies beyond the borders of charts, and normals relative to the axes of the atlas.
+//! Heights on a surface: continuation beyond the borders of charts, and normals relative to the axes of the atlas.
 use glam::DVec2;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::value::{
@@ -6,33 +6,34 @@ use shibo_engine::value::{
 };
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::tile;
-use shibo_kernel::mesh::across::{Holds, Sheet, normal_of};
+use shibo_kernel::mesh::across::{AtlasPicture, Holds, normal_of};
 use shibo_kernel::mesh::texels;
 use shibo_kernel::surface::normal::{self, NormalSpec};
 use std::sync::Arc;
 
-/// A field whose charts are carried on beyond their borders by what lies there on the surface. It needs the whole picture.
+/// A field whose charts are continued beyond their borders by the values that lie there on the surface. Needs the whole
+/// picture.
 pub(crate) struct Carried {
     pub(crate) input: Field,
     pub(crate) atlas: Arc<Atlas>,
-    /// How far.
+    /// Distance over which charts are continued.
     pub(crate) reach: Reach,
 }
 
-/// How far charts are carried on.
+/// Distance over which charts are continued beyond their borders.
 #[derive(Clone, Copy)]
 pub(crate) enum Reach {
-    /// By that many pixels.
+    /// A number of pixels.
     Pixels(u32),
-    /// By that many mm of the canvas, at most [`MOST`] pixels.
+    /// A length in mm of the canvas, at most [`MOST`] pixels.
     Mm(f64),
 }
 
-/// The most pixels over which a filter reads beyond a border.
+/// Maximum number of pixels that a filter reads beyond a border.
 const MOST: f64 = 64.0;
 
 impl Carried {
-    /// How many pixels of a grid.
+    /// The distance in pixels of a grid.
     fn width(&self, grid: &Grid) -> Result<usize, Problem> {
         match self.reach {
             Reach::Pixels(pixels) => Ok(pixels as usize),
@@ -81,7 +82,7 @@ impl FieldSource for Carried {
             Type::Ids => Holds::Ids,
             _ => Holds::Values,
         };
-        Sheet { atlas: &self.atlas, grid, window }.carry(self.width(grid)?, holds, &mut planes);
+        AtlasPicture { atlas: &self.atlas, grid, window }.carry(self.width(grid)?, holds, &mut planes);
         planes.iter().enumerate().for_each(|(c, plane)| tile.plane_mut(c).copy_from_slice(plane));
         Ok(Some(tile))
     }
@@ -120,7 +121,7 @@ impl FieldSource for Carried {
     }
 }
 
-/// The normals of a height on a surface. `spec` tells the strength, the direction of y and how slopes are measured.
+/// The normals of a height on a surface. `spec` sets the strength, the direction of y and how slopes are measured.
 pub(crate) fn normals(height: Field, atlas: Arc<Atlas>, spec: NormalSpec) -> Field {
     let carried = Field::new(
         Type::Gray,
@@ -150,9 +151,9 @@ pub(crate) fn normals(height: Field, atlas: Arc<Atlas>, spec: NormalSpec) -> Fie
     })
 }
 
-/// A field softened by a Gaussian of `sigma` mm on the surface, which reads on across borders of charts.
+/// A field blurred by a Gaussian of `sigma` mm on the surface, which reads across borders of charts.
 pub(crate) fn blurred(input: Field, atlas: Arc<Atlas>, sigma: f64) -> Field {
-    // Wide enough for all that counts of a Gaussian.
+    // Three σ: the Gaussian is negligible beyond.
     let (ty, size, sigma) = (input.ty(), atlas.size_mm, sigma / atlas.scale());
     let carried = Field::new(ty, Tiling::NONE, Carried { input, atlas, reach: Reach::Mm(3.0 * sigma) });
     fields::blurred(&carried, sigma, size)
@@ -193,7 +194,7 @@ mod tests {
         ));
     }
 
-    /// On the surface a radius of 2 mm is less on the canvas, on which the cube is smaller.
+    /// The cube is smaller on the canvas than in space, so a radius of 2 mm on the surface is less on the canvas.
     #[test]
     fn radii_are_measured_on_the_surface() {
         let inputs = inputs();

@@ -1,4 +1,4 @@
-//! Evaluating single nodes in unit tests, without a graph.
+//! Evaluates single nodes in unit tests, without a graph.
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{Call, DynNode, Node, Outputs};
 use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
@@ -36,10 +36,10 @@ pub(crate) fn write_tiff(path: &std::path::Path, width: u32, channels: &[&str], 
     writer.finish().expect("room");
 }
 
-/// An engine that computes whatever it is asked for, every time anew.
+/// An engine without a cache: it computes every request again.
 pub(crate) struct Plain;
 
-/// A window that another field reads: of a field that repeats, the pixels of the first repeat, as in the engine.
+/// A window of another field that a field reads; like the engine, it reads the first repeat of a field that repeats.
 fn read(read: &Read<'_>) -> Result<Tile, Stop> {
     let Read { field, grid, window } = *read;
     let blocks = field.domain().blocks(&grid, window);
@@ -79,7 +79,7 @@ fn fill(field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
     Ok(tile)
 }
 
-/// What [`Plain`] lends to a field's code that reads whole pictures.
+/// The pictures that [`Plain`] gives to fields that read whole pictures.
 pub(crate) struct PlainPictures<'f>(pub(crate) Vec<Read<'f>>);
 
 impl Pictures for PlainPictures<'_> {
@@ -112,13 +112,13 @@ impl Evaluator for Plain {
     fn warn(&self, _problem: Problem) {}
 }
 
-/// A node's outputs, its ports being the slots 0, 1, … of `inputs` as they were connected by `port`.
+/// A node's outputs; its ports were connected by `port` to the slots 0, 1, … of `inputs`.
 pub(crate) fn outputs<N: Node>(node: &N, inputs: &[Value], canvas: &Canvas) -> Result<Outputs, Stop> {
     let kind = N::schema_name();
     DynNode::evaluate(node, &Call { kind: &kind, canvas, inputs, files: &[], evaluator: &Plain })
 }
 
-/// What a node says of a canvas, of which it sees the facts that it declares.
+/// Calls the methods of a node that depend on the canvas, with the facts that the node declares.
 pub(crate) trait OnCanvas: DynNode {
     /// [`Node::check`].
     fn check_on(&self, canvas: &Canvas) -> Vec<Problem> {
@@ -167,8 +167,8 @@ pub(crate) fn raster(field: &Field, canvas: &Canvas) -> Tile {
     fill(field, &canvas.grid(canvas.resolution), Window::full(canvas.resolution)).unwrap()
 }
 
-/// By how much the first channel of a field on [`canvas`] differs from the average of the same at twice the resolution: the
-/// root of the mean square of the difference, divided by the deviation of the average from its mean.
+/// Compares the first channel of a field on [`canvas`] with its rendering at twice the resolution, averaged to the same
+/// pixels: the RMS difference, divided by the standard deviation of the average.
 pub(crate) fn unlike_average(field: &Field) -> f64 {
     let small = raster(field, &canvas());
     let large = raster(field, &Canvas { resolution: glam::UVec2::splat(128), ..canvas() });
@@ -196,7 +196,7 @@ pub(crate) fn field<N: Node>(node: &N, inputs: &[Value]) -> Field {
     }
 }
 
-/// A picture to filter: round lumps with hard edges, periodic with [`canvas`].
+/// A test picture for filters: round lumps with hard edges, periodic with [`canvas`].
 pub(crate) fn lumps() -> Field {
     Field::generate(shibo_engine::value::Type::Gray, Tiling::BOTH, |out, _| {
         let (grid, window) = (out.grid, out.window);
@@ -210,8 +210,8 @@ pub(crate) fn lumps() -> Field {
     })
 }
 
-/// Checks what holds for every field: finite values; any window is the same bits as that part of a larger one; and
-/// values repeat with [`canvas`] where the field says so.
+/// Checks that hold for every field: values are finite; any window has the same bits as that part of a larger one; and
+/// values repeat with [`canvas`] in the directions that the field states.
 pub(crate) fn check_field(field: &Field) {
     let canvas = canvas();
     let whole = crop(field, &canvas, Window { x: -9, y: -5, width: 80, height: 76 });

@@ -1,12 +1,12 @@
-//! A field as it is on the canvas, repeated.
+//! A field on the canvas, repeated.
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Window};
 
-/// A field as it is on the canvas, repeated in some directions, whatever it is beyond the edge.
+/// A field on the canvas, repeated in some directions. Its values beyond the edge of the canvas are not read there.
 pub(crate) struct Torus {
     pub(crate) input: Field,
     /// The canvas, mm.
     pub(crate) size: glam::DVec2,
-    /// Where it repeats.
+    /// Directions in which it repeats.
     pub(crate) wrap: Tiling,
 }
 
@@ -16,13 +16,13 @@ struct Axis {
     origin: f64,
     step: f64,
     size: f64,
-    /// Pixels that make the canvas.
+    /// Pixels per canvas.
     pixels: i32,
     wrap: bool,
 }
 
 impl Axis {
-    /// The pixel that is shown by `at`.
+    /// The pixel of the canvas that shows at pixel `at`.
     #[expect(clippy::cast_possible_truncation, reason = "the cast saturates; windows are small")]
     fn on_canvas(self, at: i32) -> i32 {
         if !self.wrap {
@@ -32,21 +32,21 @@ impl Axis {
         at.wrapping_sub(self.pixels.wrapping_mul(place.floor() as i32))
     }
 
-    /// The pixels that are read for `count` of them from `start` on: the first, and how many.
+    /// The pixels to read for `count` pixels from `start` on: the first, and their number.
     #[expect(clippy::cast_possible_truncation, reason = "the cast saturates; windows are small")]
     fn reads(self, start: i32, count: u32) -> (i32, u32) {
         let (first, last) = (self.on_canvas(start), self.on_canvas(start + count.cast_signed() - 1));
         if first.wrapping_add(count.cast_signed() - 1) == last && count.cast_signed() <= self.pixels || !self.wrap {
             return (first, count);
         }
-        // All of the canvas, with a pixel more for rounding.
+        // All of the canvas, plus one pixel for rounding.
         let edge = (-self.origin / self.step - 0.5).ceil() as i32;
         (edge - 1, self.pixels.unsigned_abs() + 2)
     }
 }
 
 impl Torus {
-    /// How many pixels of a grid make the canvas.
+    /// Number of pixels of a grid per canvas.
     #[expect(clippy::cast_possible_truncation, reason = "limited to the pixels of a canvas")]
     pub(crate) fn pixels(size: glam::DVec2, grid: &Grid) -> [i32; 2] {
         (size / grid.step).round().to_array().map(|n| n.clamp(1.0, 1e9) as i32)
@@ -95,7 +95,7 @@ mod tests {
     use shibo_engine::value::Type;
 
     #[test]
-    fn shows_the_canvas_again_and_again() {
+    fn repeats_the_canvas() {
         let ramp = Field::generate(Type::Gray, Tiling::NONE, |out, _| {
             let (window, width) = (out.window, out.window.width.cast_signed());
             for (k, v) in (0..).zip(out.plane_mut(0)) {

@@ -1,4 +1,4 @@
-//! A field seen through displacements: what [`Warp`](crate::space::Warp) makes.
+//! A field seen through displacements: the core of [`Warp`](crate::space::Warp).
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Window};
 use shibo_kernel::filter::warp::{self, WarpSpec};
 use shibo_kernel::ground::tile;

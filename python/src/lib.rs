@@ -1,45 +1,8 @@
-//! The extension module behind the Python package `shibo`, which documents it (`package/shibo/__init__.pyi`).
-mod diagnostics;
-mod graph;
-mod session;
-mod values;
-mod wait;
-
+//! The extension module of the Python package `shibo`, with the nodes of Shibo.
 use pyo3::prelude::*;
-use std::path::PathBuf;
 
-/// What the package is made of.
+/// The package's extension module.
 #[pymodule]
-mod _shibo {
-    #[pymodule_export]
-    use crate::diagnostics::{Diagnostic, ShiboError};
-    #[pymodule_export]
-    use crate::graph::Graph;
-    #[pymodule_export]
-    use crate::session::Session;
-    #[pymodule_export]
-    use crate::{check, graphs};
-
-    #[pymodule_export]
-    const VERSION: &str = env!("CARGO_PKG_VERSION");
-}
-
-/// The names of the graphs that come along, to be loaded as `shibo:NAME`; parts for other graphs are not among them.
-#[pyfunction]
-fn graphs() -> Vec<&'static str> {
-    shibo_library::graphs().iter().filter(|graph| !graph.is_part()).map(|graph| graph.name).collect()
-}
-
-/// The errors and warnings of a graph file, without computing anything.
-#[pyfunction]
-fn check(path: PathBuf, session: &Bound<'_, session::Session>) -> Vec<diagnostics::Diagnostic> {
-    let options = shibo_engine::graph::LoadOptions {
-        working_dir: std::env::current_dir().unwrap_or_default(),
-        import_paths: session.get().import_paths.clone(),
-        ..shibo_engine::graph::LoadOptions::default()
-    };
-    let loaded = session.get().inner.load(&path, &options);
-    let mut found = loaded.diagnostics;
-    found.extend(loaded.graph.iter().flat_map(|graph| graph.advice()));
-    diagnostics::all(&found, &loaded.sources)
+fn _shibo(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    shibo_python_binding::fill(module, shibo_library::registry)
 }

@@ -1,4 +1,4 @@
-"""The Python package, as a program uses it."""
+"""Tests of the Python package, as a program uses it."""
 
 import os
 import pathlib
@@ -73,7 +73,7 @@ def test_a_region_is_a_crop(file, session):
             graph.render("normal", region=wrong)
 
 
-def test_arrays_are_the_programs_own(file, session):
+def test_arrays_are_independent_copies(file, session):
     graph = shibo.load(file, session=session)
     first = graph.render("lumps")
     kept = first.copy()
@@ -155,7 +155,7 @@ def test_errors_carry_diagnostics(file, session, tmp_path):
         graph.render("lumps")
 
 
-def test_imports_are_looked_for_in_named_folders(tmp_path, monkeypatch):
+def test_imports_are_searched_in_named_folders(tmp_path, monkeypatch):
     monkeypatch.delenv("SHIBO_IMPORT_PATH", raising=False)
     (tmp_path / "lib").mkdir()
     (tmp_path / "lib" / "part.ron").write_text(GRAPH)
@@ -171,14 +171,14 @@ def test_imports_are_looked_for_in_named_folders(tmp_path, monkeypatch):
     assert shibo.load(main, session=shibo.Session(cache=False)).outputs == ["o"]
 
 
-def test_an_edit_counts(file, session):
+def test_edits_take_effect(file, session):
     graph = shibo.load(file, session=session)
     before = graph.render("lumps")
     file.write_text(file.read_text().replace("seed: 3", "seed: 4"))
     assert not np.array_equal(graph.render("lumps"), before)
 
 
-def test_files_are_those_of_the_command(file, session, tmp_path):
+def test_files_equal_those_of_the_command(file, session, tmp_path):
     graph = shibo.load(file, session=session)
     files = graph.write(tmp_path / "out", outputs=["skin.height", "lumps"], format="exr", depth="f32")
     assert [f.name for f in files] == ["skin_height.exr", "lumps.exr"] and all(f.exists() for f in files)
@@ -193,13 +193,13 @@ def test_files_are_those_of_the_command(file, session, tmp_path):
         assert (tmp_path / "command" / "skin_height.exr").read_bytes() == files[0].read_bytes()
 
 
-def test_graphs_that_come_along(session):
+def test_lists_and_loads_shipped_graphs(session):
     assert {"calf", "walnut", "inlay"} <= set(shibo.graphs()) and "wrinkles" not in shibo.graphs()
     graph = shibo.load("shibo:noise_basics", session=session)
     assert graph.render(graph.outputs[0], resolution=16).shape[0] == 16
 
 
-def test_progress_is_told_and_may_stop(session):
+def test_progress_is_reported_and_can_stop(session):
     seen = []
     graph = shibo.load("shibo:calf", session=session)
     graph.render("height", resolution=600, progress=lambda *step: seen.append(step))
@@ -245,7 +245,7 @@ except KeyboardInterrupt:
 
 
 def test_an_interrupt_stops_a_render():
-    # A shell starts what runs in its background with interrupts ignored, and children inherit that.
+    # Shells start background jobs with SIGINT ignored, and child processes inherit that.
     def heed_interrupts():
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
@@ -256,7 +256,7 @@ def test_an_interrupt_stops_a_render():
     time.sleep(1.5)
     start = time.monotonic()
     process.send_signal(signal.SIGINT)
-    # Far beyond what it takes, far below what the renders would take.
+    # Much longer than stopping takes, and much shorter than the renders would take.
     assert process.wait(timeout=30) == 7, process.stdout.read()
     print(f"stopped after {time.monotonic() - start:.2f} s")
     assert process.stdout.read() == "interrupted\n"

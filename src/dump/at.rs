@@ -1,10 +1,10 @@
-//! Points from a file: one `x,y` on the canvas or `x,y,z` in space, in mm, a line.
+//! Points from a file with one point per line, in mm: `x,y` on the canvas or `x,y,z` in space.
 use crate::quit::Quit;
 use anyhow::{Context, bail};
 use glam::{DVec2, DVec3};
 use std::path::Path;
 
-/// The largest file, in bytes.
+/// Maximum file size in bytes.
 const MOST: u64 = 8 << 20;
 
 /// Points in mm.
@@ -14,7 +14,7 @@ pub(super) enum Points {
     Space(Vec<DVec3>),
 }
 
-/// Reads the points of a file, each with two numbers or each with three.
+/// Reads the points of a file; either all have two numbers or all have three.
 pub(super) fn read(path: &Path) -> Result<Points, Quit> {
     Ok(text(path)
         .and_then(|text| parse(&text))
@@ -23,7 +23,7 @@ pub(super) fn read(path: &Path) -> Result<Points, Quit> {
 
 fn text(path: &Path) -> anyhow::Result<String> {
     let meta = std::fs::metadata(path)?;
-    // Opening a pipe would wait for somebody to write.
+    // Opening a pipe would block until another program writes to it.
     if !meta.is_file() {
         bail!("it is not a regular file");
     }
@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn points_are_read() {
+    fn reads_points() {
         let points = parse("\u{feff}1,2\r\n\n -0.5 , 1e-3\n").unwrap();
         assert_eq!(points, Points::Canvas(vec![DVec2::new(1.0, 2.0), DVec2::new(-0.5, 0.001)]));
         assert_eq!(parse("1,2,3").unwrap(), Points::Space(vec![DVec3::new(1.0, 2.0, 3.0)]));

@@ -1,9 +1,9 @@
-//! What is printed, as JSON.
+//! JSON output.
 use serde::Serialize;
 use shibo_engine::value::{Number, ObjectData, Solid};
 use std::collections::BTreeMap;
 
-/// What is printed.
+/// The printed data.
 #[derive(Serialize)]
 #[serde(untagged)]
 pub(super) enum Data {
@@ -41,12 +41,12 @@ pub(super) struct SolidData {
 }
 
 impl Data {
-    /// A material, by the names of its channels.
+    /// A material, by channel name.
     pub(super) fn material(fields: BTreeMap<&'static str, FieldData>) -> Self {
         Self::Material(MaterialData { ty: "Material", fields })
     }
 
-    /// A solid's values at points, given one channel after another.
+    /// Values of a solid at points; `values` has one channel after another.
     pub(super) fn solid(solid: &Solid, values: &[f64]) -> Self {
         let (channels, points) = (solid.channels(), values.len() / solid.channels());
         let value = |i: usize| Number(values[i % channels * points + i / channels]);

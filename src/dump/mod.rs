@@ -1,4 +1,4 @@
-//! `shibo dump`: what a node makes, as JSON.
+//! `shibo dump`: prints the result of a node as JSON.
 mod at;
 mod data;
 
@@ -43,14 +43,15 @@ pub(crate) struct DumpArgs {
     /// The node, or one of its outputs; nodes inside a sub-graph are USE/NODE.
     #[arg(value_name = "NODE[.PORT]")]
     node: String,
-    /// How to print.
+    /// Output format.
     #[arg(long, default_value = "json")]
     format: FormatArg,
     /// The pixels at which fields are taken, instead of the graph's: of the longer side, or width and height.
     #[arg(long, value_name = "N|WxH", value_parser = resolution)]
     resolution: Option<Resolution>,
-    /// Take a field or a solid at the points of a file, one in mm a line: `x,y` on the canvas, `x,y,z` in space for a solid or
-    /// a field of a mesh. A field that follows from whole pictures, or from far around, has the value of the pixel there.
+    /// Evaluate a field or a solid at the points of a file, one per line in mm: `x,y` on the canvas, `x,y,z` in space
+    /// for a solid or a field of a mesh. A field that depends on whole pictures, or on distant pixels, has the value
+    /// of the pixel there.
     #[arg(long, value_name = "FILE")]
     at: Option<PathBuf>,
     #[command(flatten)]
@@ -59,13 +60,13 @@ pub(crate) struct DumpArgs {
     engine: EngineArgs,
 }
 
-/// How to print.
+/// Output format.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum FormatArg {
     Json,
 }
 
-/// What is needed to evaluate a field.
+/// Context for evaluating a field.
 struct Source<'a> {
     session: &'a Session,
     graph: &'a Graph,
@@ -129,7 +130,8 @@ impl Source<'_> {
         })
     }
 
-    /// The values of what a node makes at points; of a field each stands for a pixel around it, see [`Session::at_points`].
+    /// Values of a result at points; a value of a field stands for the pixel around the point, see
+    /// [`Session::at_points`].
     fn at(&self, (value, node): (&Value, NodeIndex), points: &Points) -> Result<Data, Failure> {
         if let Value::Solid(solid) = value {
             return match points {
@@ -160,7 +162,7 @@ impl Source<'_> {
         Ok(Data::Field(FieldData { ty: value.ty().name(), size: None, channels: field.channels(), values }))
     }
 
-    /// The one atlas that a node rests on.
+    /// The one atlas on which a node depends.
     fn atlas(&self, node: NodeIndex) -> Result<Arc<Atlas>, Failure> {
         let nodes = &self.graph.nodes;
         let is_atlas = |index: &NodeIndex| nodes[*index].outputs.first() == Some(&Atlas::TYPE);
@@ -179,7 +181,7 @@ impl Source<'_> {
     }
 }
 
-/// The values of a tile, channels innermost.
+/// Values of a tile, channels innermost.
 fn interleaved(tile: &Tile) -> impl Iterator<Item = Number> {
     let pixels = tile.window.len();
     (0..pixels).flat_map(move |i| (0..tile.channels()).map(move |c| Number(tile.plane(c)[i])))

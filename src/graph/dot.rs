@@ -1,4 +1,4 @@
-//! A graph for Graphviz.
+//! Draws a graph for Graphviz.
 use super::{Drawing, Shape};
 use std::fmt::Write;
 
@@ -27,7 +27,7 @@ pub(super) fn dot(drawing: &Drawing) -> String {
     out
 }
 
-/// A text in quotes.
+/// Puts a text in quotes.
 fn quoted(text: &str) -> String {
     let mut out = String::from("\"");
     for c in text.chars() {

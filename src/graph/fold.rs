@@ -1,4 +1,4 @@
-//! Sub-graphs drawn as one box each.
+//! Folds each sub-graph of a drawing to one box.
 use super::{Drawing, Item, Shape, Wire};
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
@@ -7,7 +7,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The drawing of a graph with its sub-graphs as boxes.
 pub(super) fn folded(graph: &Graph, drawing: Drawing) -> Drawing {
-    // Sub-graphs that feed back into themselves through other nodes are drawn with their nodes: boxes must not form circles.
+    // Boxes must not form cycles, so sub-graphs that feed back into themselves through other nodes are drawn node by
+    // node.
     let mut open = BTreeSet::new();
     loop {
         let boxes = Boxes::of(graph, &drawing, &open);
@@ -19,11 +20,11 @@ pub(super) fn folded(graph: &Graph, drawing: Drawing) -> Drawing {
     }
 }
 
-/// Which box each item of a drawing goes into.
+/// Assignment of the items of a drawing to boxes.
 struct Boxes {
-    /// For each item, the number of its box.
+    /// For each item, the index of its box.
     of_item: Vec<usize>,
-    /// For each box, the sub-graph, if it is one.
+    /// For each box, the sub-graph that it stands for, if any.
     names: Vec<Option<String>>,
 }
 
@@ -46,13 +47,13 @@ impl Boxes {
         boxes
     }
 
-    /// The wires between boxes.
+    /// Boxes at the ends of a wire; `None` within one box.
     fn ends(&self, wire: &Wire) -> Option<(usize, usize)> {
         let (from, to) = (self.of_item[wire.from], self.of_item[wire.to]);
         (from != to).then_some((from, to))
     }
 
-    /// The sub-graphs that lie on a circle.
+    /// Names of the sub-graphs on a cycle.
     fn circles(&self, drawing: &Drawing) -> Vec<String> {
         let mut net: DiGraph<usize, ()> = DiGraph::new();
         let nodes: Vec<_> = (0..self.names.len()).map(|number| net.add_node(number)).collect();
@@ -64,7 +65,7 @@ impl Boxes {
     }
 
     fn draw(&self, graph: &Graph, drawing: Drawing) -> Drawing {
-        // What a node inside of a sub-graph is outside: an input of it, or the output that it makes.
+        // Names of all nodes; a wire into a folded box ends at a port named after its inner node.
         let inner: Vec<String> = drawing.items.iter().map(|item| item.name.clone()).collect();
         let mut items: Vec<Option<Item>> = self.names.iter().map(|_| None).collect();
         for (item, number) in drawing.items.into_iter().zip(&self.of_item) {
@@ -93,14 +94,14 @@ impl Boxes {
     }
 }
 
-/// What is written for a sub-graph below its name.
+/// Text below the name of a sub-graph.
 fn kind(graph: &Graph, name: &str) -> String {
     let path = graph.uses.iter().find(|found| found.name == name).map(|found| &found.path);
     let stem = path.and_then(|path| path.file_stem()).map_or(String::new(), |stem| stem.to_string_lossy().into_owned());
     format!("Use {stem}")
 }
 
-/// The name of the output of a sub-graph that a node inside of it makes; none for the main one.
+/// Name of the sub-graph output made by an inner node; `None` for the main output.
 fn output(graph: &Graph, name: &str, node: usize, port: Option<&str>) -> Option<String> {
     let found = graph.uses.iter().find(|found| found.name == name)?;
     let is = |(_, index, output): &(String, petgraph::graph::NodeIndex, usize)| {

@@ -1,41 +1,42 @@
-//! Where the boxes of a drawing go: in columns, by the longest path to them, so that wires run from left to right and rarely
+//! Places the boxes of a drawing in columns by their longest path, so that wires run from left to right and rarely
 //! cross.
 
-/// The number of bends above which long wires are drawn straight.
+/// Number of bends above which long wires are drawn straight.
 const MOST_BENDS: usize = 100_000;
-/// Sweeps that put boxes near those they are connected to.
+/// Number of sweeps that move boxes near the boxes they are connected to.
 const SWEEPS: usize = 12;
 
-/// The place of a box or of a bend.
+/// Position of a box or a bend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Place {
-    /// The column, from the left.
+pub(crate) struct LayoutPosition {
+    /// Column from the left.
     pub(crate) column: usize,
-    /// The distance from the top, in rows.
+    /// Distance from the top, in rows.
     pub(crate) row: f64,
 }
 
-/// Where everything goes.
+/// Layout of a drawing.
 #[derive(Debug)]
 pub(crate) struct Layout {
-    /// The places of the boxes.
-    pub(crate) places: Vec<Place>,
-    /// For each wire, its bends between its ends.
-    pub(crate) bends: Vec<Vec<Place>>,
-    /// Columns.
+    /// Positions of the boxes.
+    pub(crate) places: Vec<LayoutPosition>,
+    /// For each wire, its inner bends.
+    pub(crate) bends: Vec<Vec<LayoutPosition>>,
+    /// Number of columns.
     pub(crate) columns: usize,
     /// The lowest row.
     pub(crate) rows: f64,
 }
 
-/// Lays out `count` boxes connected by `wires`, which form no cycle; `last` are drawn in the last column.
+/// Lays out `count` boxes connected by `wires`, which form no cycle; the boxes for which `last` is true go into the
+/// last column.
 pub(crate) fn layout(count: usize, wires: &[(usize, usize)], last: impl Fn(usize) -> bool) -> Layout {
     let columns = columns(count, wires, last);
     let rightmost = columns.iter().copied().max().unwrap_or(0);
     let mut net = Net::new(columns, wires);
     net.order();
     net.straighten();
-    let place = |i: usize| Place { column: net.columns[i], row: net.rows[i] };
+    let place = |i: usize| LayoutPosition { column: net.columns[i], row: net.rows[i] };
     Layout {
         places: (0..count).map(place).collect(),
         bends: net.chains.iter().map(|chain| chain.iter().map(|&i| place(i)).collect()).collect(),
@@ -44,8 +45,8 @@ pub(crate) fn layout(count: usize, wires: &[(usize, usize)], last: impl Fn(usize
     }
 }
 
-/// The column of each box: as far to the right as its readers allow, which keeps wires short. The longest path decides how
-/// many columns there are.
+/// Column of each box: as far to the right as its readers allow, which keeps wires short. The longest path gives the
+/// number of columns.
 fn columns(count: usize, wires: &[(usize, usize)], last: impl Fn(usize) -> bool) -> Vec<usize> {
     let mut readers = vec![Vec::new(); count];
     let mut waiting = vec![0_usize; count];
@@ -81,11 +82,11 @@ fn columns(count: usize, wires: &[(usize, usize)], last: impl Fn(usize) -> bool)
 struct Net {
     columns: Vec<usize>,
     rows: Vec<f64>,
-    /// For each wire, the bends it was given.
+    /// For each wire, its bends.
     chains: Vec<Vec<usize>>,
     left: Vec<Vec<usize>>,
     right: Vec<Vec<usize>>,
-    /// The items of each column, from the top.
+    /// Items of each column, from the top.
     layers: Vec<Vec<usize>>,
 }
 
@@ -125,7 +126,7 @@ impl Net {
         net
     }
 
-    /// Puts the items of each column one below the other.
+    /// Stacks the items of each column.
     fn stack(&mut self) {
         for layer in &self.layers {
             for (row, &i) in layer.iter().enumerate() {
@@ -139,7 +140,7 @@ impl Net {
         (!near.is_empty()).then(|| near.iter().map(|&j| self.rows[j]).sum::<f64>() / near.len() as f64)
     }
 
-    /// Orders each column by the mean place of what its items are connected to, from left to right and back again.
+    /// Orders each column by the mean position of connected items, from left to right and back.
     fn order(&mut self) {
         for sweep in 0..SWEEPS {
             let forth = sweep % 2 == 0;
@@ -160,7 +161,7 @@ impl Net {
         }
     }
 
-    /// Moves items towards what they are connected to, as far as their neighbours in the column let them.
+    /// Moves items towards the items they are connected to, as far as their neighbours in the column allow.
     fn straighten(&mut self) {
         for sweep in 0..2 * SWEEPS {
             let forth = sweep % 2 == 0;
@@ -183,10 +184,10 @@ impl Net {
     }
 }
 
-/// The rows nearest to `wishes` that keep their order and are at least one apart (least squares: groups that touch are
-/// moved together).
+/// Rows nearest to `wishes` (least squares) that keep their order and a distance of at least one. Touching groups are
+/// moved together.
 fn spread(wishes: &[f64]) -> Vec<f64> {
-    // Each group: the sum of what its members wish for its first row, and how many they are.
+    // Groups, each with the sum of the wishes for its first row and the number of members.
     let mut groups: Vec<(f64, usize)> = Vec::new();
     for &wish in wishes {
         groups.push((wish, 1));
@@ -207,7 +208,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_are_apart_and_near_their_wishes() {
+    fn spreads_rows_near_their_wishes() {
         assert_eq!(spread(&[0.0, 5.0]), [0.0, 5.0]);
         assert_eq!(spread(&[2.0, 2.0]), [1.5, 2.5]);
         assert_eq!(spread(&[0.0, 0.0, 0.0]), [-1.0, 0.0, 1.0]);
@@ -221,13 +222,14 @@ mod tests {
         assert!(wires.iter().all(|&(a, b)| layout.places[a].column < layout.places[b].column));
         assert_eq!(layout.places[3].column, 1);
         assert_eq!(layout.bends.iter().map(Vec::len).collect::<Vec<_>>(), [0, 0, 2, 0, 0]);
-        let mut taken: Vec<Place> = layout.places.iter().chain(layout.bends.iter().flatten()).copied().collect();
+        let mut taken: Vec<LayoutPosition> =
+            layout.places.iter().chain(layout.bends.iter().flatten()).copied().collect();
         taken.sort_by(|a, b| (a.column, a.row).partial_cmp(&(b.column, b.row)).unwrap());
         assert!(taken.windows(2).all(|w| w[0].column < w[1].column || w[1].row - w[0].row > 0.999), "{taken:?}");
     }
 
     #[test]
-    fn nothing_is_laid_out_too() {
+    fn lays_out_empty_graph() {
         assert_eq!(layout(0, &[], |_| false).columns, 1);
     }
 }

@@ -1,4 +1,4 @@
-//! `shibo graph`: a drawing of a graph.
+//! `shibo graph`: draws a graph.
 mod dot;
 mod fold;
 pub(crate) mod layout;
@@ -27,7 +27,7 @@ Examples:
 pub(crate) struct GraphArgs {
     /// The graph file.
     graph: PathBuf,
-    /// What to draw it in.
+    /// Format of the drawing.
     #[arg(long)]
     format: FormatArg,
     /// The file to write; stdout if not given.
@@ -40,7 +40,7 @@ pub(crate) struct GraphArgs {
     values: ValueArgs,
 }
 
-/// What to draw in.
+/// Output format.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum FormatArg {
     Dot,
@@ -66,16 +66,16 @@ pub(crate) fn run(args: &GraphArgs, terminal: &Terminal) -> Result<(), Quit> {
 /// A box: a node, or an output of the graph.
 struct Item {
     name: String,
-    /// The kind of a node; of an output, what it carries.
+    /// Kind of a node; for an output, its type.
     kind: String,
     shape: Shape,
 }
 
-/// What a box stands for.
+/// Shape of a box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Shape {
     Node,
-    /// A sub-graph with all that is in it.
+    /// A sub-graph with its content.
     Use,
     /// An output of the graph.
     Output,
@@ -85,14 +85,14 @@ enum Shape {
 struct Wire {
     from: usize,
     to: usize,
-    /// The output it leaves, unless that is the main one.
+    /// Output at which it starts, unless that is the main one.
     output: Option<String>,
-    /// The port it goes into; empty for outputs of the graph.
+    /// Port at which it ends; empty for outputs of the graph.
     port: String,
     ty: Type,
 }
 
-/// What is drawn.
+/// A drawing.
 struct Drawing {
     title: String,
     items: Vec<Item>,

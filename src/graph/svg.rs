@@ -1,5 +1,5 @@
-//! A graph as a picture.
-use super::layout::{Layout, Place, layout};
+//! Draws a graph as SVG.
+use super::layout::{Layout, LayoutPosition, layout};
 use super::{Drawing, Item, Shape, Wire};
 use std::fmt::Write;
 
@@ -7,10 +7,10 @@ const MARGIN: f64 = 24.0;
 const BOX_HEIGHT: f64 = 40.0;
 const ROW: f64 = 62.0;
 const GAP: f64 = 76.0;
-/// The mean width of a character, in pixels.
+/// Mean width of a character in pixels.
 const LETTER: f64 = 7.4;
 
-/// Where columns begin, and how wide they are.
+/// Positions and widths of the columns.
 struct Columns {
     starts: Vec<f64>,
     widths: Vec<f64>,
@@ -35,11 +35,11 @@ fn width(item: &Item) -> f64 {
     (letters as f64 * LETTER + 26.0).max(84.0)
 }
 
-fn middle(place: Place) -> f64 {
+fn middle(place: LayoutPosition) -> f64 {
     MARGIN + place.row * ROW + BOX_HEIGHT / 2.0
 }
 
-/// The graph in SVG.
+/// The drawing in SVG.
 pub(super) fn svg(drawing: &Drawing) -> String {
     let pairs: Vec<(usize, usize)> = drawing.wires.iter().map(|w| (w.from, w.to)).collect();
     let layout = layout(drawing.items.len(), &pairs, |i| drawing.items[i].shape == Shape::Output);
@@ -65,7 +65,7 @@ pub(super) fn svg(drawing: &Drawing) -> String {
     out
 }
 
-/// How far from a box's middle each wire arrives, so that the wires into a box do not lie on each other.
+/// Vertical offset from a box's middle at which each wire arrives, so that wires into a box do not overlap.
 fn arrivals(drawing: &Drawing, layout: &Layout) -> Vec<f64> {
     let mut into: Vec<Vec<usize>> = vec![Vec::new(); drawing.items.len()];
     for (i, wire) in drawing.wires.iter().enumerate() {
@@ -83,12 +83,19 @@ fn arrivals(drawing: &Drawing, layout: &Layout) -> Vec<f64> {
     arrivals
 }
 
-/// The way of a wire: curves from box to bend to box, level through the columns between.
-fn path(wire: &Wire, bends: &[Place], layout: &Layout, columns: &Columns, arrival: f64, drawing: &Drawing) -> String {
+/// Path of a wire: curves from box to bend to box, level through the columns between.
+fn path(
+    wire: &Wire,
+    bends: &[LayoutPosition],
+    layout: &Layout,
+    columns: &Columns,
+    arrival: f64,
+    drawing: &Drawing,
+) -> String {
     let (from, to) = (layout.places[wire.from], layout.places[wire.to]);
     let (mut x, mut y) = (columns.starts[from.column] + width(&drawing.items[wire.from]), middle(from));
     let mut d = format!("M{x:.1} {y:.1}");
-    // A narrow box leaves some of its column free.
+    // A narrow box leaves a part of its column free.
     let edge = columns.starts[from.column] + columns.widths[from.column];
     if edge > x {
         let _ = write!(d, "H{edge:.1}");
@@ -142,7 +149,7 @@ fn item(out: &mut String, item: &Item, x: f64, middle: f64) {
     );
 }
 
-/// Text within XML.
+/// Escapes text for XML.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

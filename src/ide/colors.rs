@@ -1,4 +1,4 @@
-//! Colours: the swatches of a file, and how a colour that was picked is written.
+//! Colour swatches of a file, and the text of a picked colour.
 use super::expect::Expect;
 use super::file::Section;
 use super::view::{Item, Shape, Value};
@@ -8,7 +8,7 @@ use shibo_engine::node::{ParamType, parse_color};
 use shibo_engine::value::{Accepts, Type, linear_to_srgb, srgb_to_linear};
 use std::ops::Range;
 
-/// A colour in a file: where, and its components as a screen shows them.
+/// A colour in a file: its range and its sRGB components.
 pub(crate) type Swatch = (Range<usize>, [f32; 3]);
 
 /// All colours of a file.
@@ -18,7 +18,7 @@ pub(crate) fn swatches(cx: Cx<'_>) -> Vec<Swatch> {
     colors.found
 }
 
-/// How a colour is written in a place, in the notation that is there.
+/// Formats a colour in the notation used at `range`.
 pub(crate) fn written(cx: Cx<'_>, range: &Range<usize>, srgb: [f32; 3]) -> String {
     let srgb = srgb.map(|v| v.clamp(0.0, 1.0));
     if cx.file.at(range).starts_with('(') {
@@ -34,12 +34,12 @@ fn byte(v: f32) -> u8 {
     (v * 255.0).round() as u8
 }
 
-/// A number with four significant digits.
+/// Formats a number with four significant digits.
 fn significant(v: f32) -> String {
     if v == 0.0 {
         return "0.0".to_owned();
     }
-    // One digit more after the point for each zero in front.
+    // Each zero after the point adds one digit.
     let zeros = (1..6).take_while(|n| v.abs() < 0.1_f32.powi(*n)).count();
     let text = format!("{v:.*}", 4 + zeros - usize::from(v.abs() >= 1.0));
     let short = text.trim_end_matches('0');
@@ -78,7 +78,7 @@ impl<'a> Visit<'a> for Colors<'a> {
     }
 }
 
-/// Whether three numbers in a place are a colour.
+/// Returns whether three numbers are a colour here.
 fn takes_color(cx: Cx<'_>, expect: Expect<'_>) -> bool {
     match expect {
         Expect::Port(_, port, _) => matches!(port.ty, Accepts::One(Type::Rgb) | Accepts::Field | Accepts::EveryField),

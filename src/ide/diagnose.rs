@@ -1,4 +1,4 @@
-//! What is wrong in a graph, and what is only worth a hint.
+//! Diagnostics of a graph: errors, warnings and hints.
 use super::docs;
 use super::expect::Expect;
 use super::file::Section;
@@ -11,39 +11,39 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// How bad something is.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) enum Severity {
     /// The graph cannot be rendered.
     Error,
-    /// It can, but something is probably not meant.
+    /// The graph can be rendered, but is probably not as intended.
     Warning,
-    /// Nothing is needed here, see [`Finding::unneeded`] and [`Finding::deprecated`].
+    /// Nothing needs fixing, see [`Finding::unneeded`] and [`Finding::deprecated`].
     Hint,
 }
 
-/// Something to be shown at a place.
+/// A diagnostic for a range of the text.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Finding {
-    /// Where.
+    /// Its bytes.
     pub(crate) range: Range<usize>,
-    /// How bad it is.
+    /// Its severity.
     pub(crate) severity: Severity,
-    /// The class, as `check` prints it.
+    /// Its code, as `check` prints it.
     pub(crate) code: String,
-    /// What is wrong.
+    /// Description of the problem.
     pub(crate) message: String,
-    /// What to do.
+    /// Suggested fix.
     pub(crate) help: Option<String>,
-    /// Other places: the file, where, and what is there.
+    /// Related places: file, range and message.
     pub(crate) related: Vec<(PathBuf, Range<usize>, String)>,
-    /// Whether what is there could be left out.
+    /// True if the text could be removed.
     pub(crate) unneeded: bool,
-    /// Whether it should no longer be used.
+    /// True if the text uses something deprecated.
     pub(crate) deprecated: bool,
 }
 
-/// What was found in each file of a run of the checks.
+/// Findings of one run of the checks, by file.
 pub(crate) fn by_file(diagnostics: &[Diagnostic], sources: &SourceMap) -> BTreeMap<PathBuf, Vec<Finding>> {
     let path = |span: Span| sources.path(span.file).to_owned();
     let mut found: BTreeMap<PathBuf, Vec<Finding>> = BTreeMap::new();
@@ -63,7 +63,7 @@ pub(crate) fn by_file(diagnostics: &[Diagnostic], sources: &SourceMap) -> BTreeM
     found
 }
 
-/// Hints: nodes that no output needs, and what should no longer be used.
+/// Hints: nodes that no output needs, and uses of deprecated things.
 pub(crate) fn hints(cx: Cx<'_>) -> Vec<Finding> {
     let mut hints = Vec::new();
     let entries = cx.file.entries(Section::Nodes);
@@ -91,7 +91,8 @@ fn hint(range: Range<usize>, code: &str, message: String) -> Finding {
     }
 }
 
-/// The entries of `nodes` that no output needs; none where there are no outputs. Those whose name begins with `_` are meant to stay.
+/// Entries of `nodes` that no output needs; none if the file has no outputs. Nodes whose name begins with `_` are
+/// exempt.
 pub(crate) fn unused(cx: Cx<'_>) -> Vec<usize> {
     let entries = cx.file.entries(Section::Nodes);
     if cx.file.entries(Section::Outputs).is_empty() {

@@ -1,23 +1,24 @@
-//! The manual, as editors show it: Markdown from the doc comments of nodes.
-use super::expect::{self, Expect};
+//! The manual in Markdown for editors, from the doc comments of nodes.
+use super::expect::Expect;
 use crate::nodes::{markdown, spelling, summary};
+use shibo_engine::export::Takes;
 use shibo_engine::node::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 use std::fmt::Write;
 
-/// The manual of a kind; `picture` is the address of its picture.
+/// Manual of a kind; `picture` is the address of its picture.
 pub(crate) fn kind(info: &KindInfo, picture: Option<&str>) -> String {
     let manual = markdown::node(info);
     let line = format!("![{0}](nodes/{0}.png)\n\n", info.kind);
     manual.replacen(&line, &picture.map(|url| format!("![{}]({url})\n\n", info.kind)).unwrap_or_default(), 1)
 }
 
-/// The first sentence of the manual of a kind, of `Use` and `Each` too.
+/// First sentence of a kind's manual, including `Use` and `Each`.
 pub(crate) fn first_sentence(kind: &str, info: Option<&KindInfo>) -> String {
     let doc = info.map(|info| info.doc.as_str()).or_else(|| crate::nodes::composition_doc(kind));
     summary(doc.unwrap_or_default())
 }
 
-/// What a field takes, in a few words.
+/// Short description of the values that a field takes.
 pub(crate) fn takes(field: &FieldInfo) -> String {
     match &field.role {
         Role::Port(port) => spelling::port(port),
@@ -31,7 +32,7 @@ fn param_takes(param: &ParamInfo) -> String {
     format!("{}{range}, {}", param.ty, spelling::default(param))
 }
 
-/// The manual of a field of `owner`.
+/// Manual of a field of `owner`.
 pub(crate) fn field(owner: &str, field: &FieldInfo) -> String {
     let mut text = format!("**{}** of `{owner}`: {}\n\n{}\n", field.name, takes(field), field.doc.trim());
     if let Role::Param(param) = &field.role {
@@ -45,42 +46,12 @@ pub(crate) fn field(owner: &str, field: &FieldInfo) -> String {
     text
 }
 
-/// The manual of a word to choose.
+/// Manual of an option.
 pub(crate) fn choice(choice: &Choice, of: &str) -> String {
     format!("`{choice}`, a choice of **{of}**\n\n{}\n", choice.doc.trim())
 }
 
-/// The names and the manuals of the fields that may be written in brackets in which this is expected, if they are no kind's.
-pub(crate) fn plain_fields(inside: Expect<'_>) -> Vec<(&'static str, &'static str)> {
-    match inside {
-        Expect::Root => expect::ROOT.to_vec(),
-        Expect::Canvas(None) => expect::CANVAS.to_vec(),
-        Expect::Layout(None) => expect::LAYOUT.to_vec(),
-        Expect::Use(_, each, None) => {
-            expect::USE.into_iter().filter(|(name, _)| each || !matches!(*name, "over" | "ids")).collect()
-        }
-        Expect::File("Gltf", None) => expect::GLTF.to_vec(),
-        Expect::File("Obj", None) => expect::OBJ.to_vec(),
-        Expect::File("Usd", None) => expect::USD.to_vec(),
-        Expect::File("MaterialX", None) => expect::MATERIALX.to_vec(),
-        Expect::File("Preset", None) => expect::TARGET.to_vec(),
-        Expect::File("Pack", None) => expect::PACK.to_vec(),
-        Expect::File(_, None) => expect::FILE.to_vec(),
-        Expect::Input(_, None) => expect::PARAM.into_iter().filter(|(n, _)| matches!(*n, "default" | "doc")).collect(),
-        Expect::Param(word, None) => {
-            let number = matches!(word, "Number" | "Integer");
-            let known = move |name: &str| match name {
-                "range" | "unit" => number,
-                "options" => word == "Choice",
-                _ => true,
-            };
-            expect::PARAM.into_iter().filter(|(name, _)| known(name)).collect()
-        }
-        _ => Vec::new(),
-    }
-}
-
-/// The fields of a kind, or of a struct in a list.
+/// Fields of a kind, or of a struct in a list.
 pub(crate) fn fields(inside: Expect<'_>) -> &[FieldInfo] {
     match inside {
         Expect::Kind(info) => &info.fields,
@@ -89,44 +60,23 @@ pub(crate) fn fields(inside: Expect<'_>) -> &[FieldInfo] {
     }
 }
 
-/// The words that may be chosen in a place, with their manuals.
+/// Options allowed in a place, with their manuals.
 pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
-    let plain = |words: &[&str]| words.iter().map(|word| ((*word).to_owned(), String::new())).collect();
+    let plain = |words: Vec<&str>| words.into_iter().map(|word| (word.to_owned(), String::new())).collect();
     match expect {
         Expect::Value(_, param) => param.choices.iter().map(|c| (c.name.clone(), c.doc.clone())).collect(),
-        Expect::Canvas(Some("tile")) => plain(&["Both", "X", "Y", "None"]),
-        Expect::File("File", Some("format")) => {
-            plain(&shibo_engine::picture::Format::ALL.map(shibo_engine::picture::Format::name))
-        }
-        Expect::File("File", Some("depth")) => {
-            plain(&shibo_engine::picture::Depth::ALL.map(shibo_engine::picture::Depth::name))
-        }
-        Expect::File("File", Some("combined" | "mip" | "widen_roughness")) | Expect::File("Usd", Some("packed")) => {
-            plain(&["true", "false"])
-        }
-        Expect::File("File", Some("normal")) => plain(&shibo_engine::graph::Storage::NORMALS.map(|(name, _)| name)),
-        Expect::File("File", Some("color_space")) => plain(&shibo_engine::graph::FileColors::ALL.map(|(name, _)| name)),
-        Expect::File("Gltf" | "Obj" | "Usd", Some("mesh")) => {
-            plain(&shibo_engine::export::SimpleShape::ALL.map(|(name, _)| name))
-        }
-        Expect::File("Gltf" | "Obj" | "Usd", Some("colors")) => {
-            plain(&shibo_engine::export::Colors::ALL.map(|(name, _)| name))
-        }
-        Expect::File("Gltf", Some("embed")) => plain(&["true", "false"]),
-        Expect::File("MaterialX", Some("shading")) => plain(&shibo_engine::export::Shading::ALL.map(|(name, _)| name)),
-        Expect::File("Preset", Some("target")) => plain(&shibo_engine::export::Program::ALL.map(|(name, _)| name)),
-        Expect::Param("Bool", Some("default")) => plain(&["true", "false"]),
-        _ => Vec::new(),
+        Expect::Param("Bool", Some("default")) => plain(vec!["true", "false"]),
+        _ => plain(expect.takes().map(Takes::words).unwrap_or_default()),
     }
 }
 
-/// Whether a port takes nothing but wires of one type that no literal can be.
+/// Returns whether a port takes only wires, of one type without literals.
 pub(crate) fn only_wires(port: &PortInfo) -> bool {
     use shibo_engine::value::{Accepts, Type};
     !matches!(port.ty, Accepts::One(Type::Gray | Type::Rgb) | Accepts::Field | Accepts::EveryField | Accepts::Direction)
 }
 
-/// Whether a manual says that something should no longer be used.
+/// Returns whether a manual marks its subject as deprecated.
 pub(crate) fn deprecated(doc: &str) -> bool {
     doc.trim_start().starts_with("Deprecated")
 }

@@ -1,4 +1,4 @@
-//! The values of parameters and expressions as a file stands, with the defaults of its parameters.
+//! Values of parameters and expressions in a file, using the defaults of its parameters.
 use super::file::Section;
 use super::view::{Shape, Value as Written};
 use super::world::Cx;
@@ -6,21 +6,21 @@ use shibo_engine::expression::{self, Meaning, Names, Value};
 use shibo_engine::node::{parse_color, spell_number};
 use std::cell::Cell;
 
-/// How many defaults may refer to others in a row.
+/// Maximum depth of defaults that refer to other parameters.
 const DEEPEST: u32 = 16;
 
-/// The value of `"$name"` or `"= …"`.
+/// Value of `"$name"` or `"= …"`.
 pub(crate) fn value(cx: Cx<'_>, text: &str) -> Option<Value> {
     let depth = Cell::new(0);
     of_text(cx, text, &depth)
 }
 
-/// The value of a parameter of the graph.
+/// Value of a parameter of the graph.
 pub(crate) fn param(cx: Cx<'_>, name: &str) -> Option<Value> {
     known(of_param(cx, name, &Cell::new(0)))
 }
 
-/// A value in words.
+/// Formats a value for display.
 pub(crate) fn spell(value: &Value) -> String {
     match value {
         Value::Number(number) => spell(&Value::Vector(vec![*number])).trim_matches(['(', ')']).to_owned(),
@@ -52,7 +52,7 @@ fn of_text(cx: Cx<'_>, text: &str, depth: &Cell<u32>) -> Option<Value> {
     expression::evaluate(formula, &mut InFile { cx, depth }).ok()
 }
 
-/// What a parameter stands for.
+/// Meaning of a parameter.
 fn of_param(cx: Cx<'_>, name: &str, depth: &Cell<u32>) -> Option<Meaning> {
     let item = cx.file.entry(Section::Params, name)?;
     let default = item.value.as_ref()?.body()?.value("default")?;
@@ -65,7 +65,7 @@ fn of_param(cx: Cx<'_>, name: &str, depth: &Cell<u32>) -> Option<Meaning> {
     found
 }
 
-/// The value of a literal, a reference to a parameter, or an expression.
+/// Value of a literal, a reference to a parameter, or an expression.
 pub(crate) fn of_value(cx: Cx<'_>, value: &Written, depth: &Cell<u32>) -> Option<Value> {
     match &value.shape {
         Shape::Number(number) => Some(Value::Number(*number)),
@@ -94,7 +94,7 @@ struct InFile<'a, 'd> {
 }
 
 impl InFile<'_, '_> {
-    /// A field of the canvas, or its default.
+    /// Value of a field of the canvas, or its default.
     fn canvas(&self, field: &str, default: Value) -> Value {
         let written = self.cx.file.body().and_then(|body| body.value("canvas")?.body()?.value(field));
         written.and_then(|value| of_value(self.cx, value, self.depth)).unwrap_or(default)

@@ -1,143 +1,53 @@
-//! What may be written in each place of a graph file.
+//! Describes the values allowed in each place of a graph file.
 use super::file::Section;
 use super::view::{Body, Item, Shape, Value};
 use super::world::{Cx, is_use};
+use shibo_engine::export::{FieldDecl, Takes};
+use shibo_engine::graph::schema;
 use shibo_engine::node::{FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 use shibo_engine::value::Accepts;
 
-/// The fields of a graph file, and what they are.
-pub(crate) const ROOT: [(&str, &str); 8] = [
-    ("version", "The version of the format: 1."),
-    ("canvas", "Size in mm, resolution, tiling and seed."),
-    ("imports", "Graphs to be used as sub-graphs: `{ \"name\": \"path\" }`."),
-    ("params", "What others may change: `\"pitch\": Number(default: 0.8)`."),
-    ("presets", "Sets of values for the parameters."),
-    ("inputs", "What a sub-graph takes: `\"field\": Gray(default: 0.5)`."),
-    ("nodes", "The nodes: `\"name\": Kind(port: \"node\", parameter: value)`."),
-    ("outputs", "What is rendered: `\"height\": \"node.port\"`."),
-];
-/// The fields of the canvas.
-pub(crate) const CANVAS: [(&str, &str); 4] = [
-    ("size_mm", "Width and height in mm: one number, or a pair. Default 100."),
-    ("resolution", "Pixels of the longer side, or a pair. Default 1024."),
-    ("tile", "The directions in which it repeats: `Both`, `X`, `Y` or `None`. Default `Both`."),
-    ("seed", "Another number gives other random numbers everywhere. Default 0."),
-];
-/// The fields of `Use`, and of `Each`.
-pub(crate) const USE: [(&str, &str); 8] = [
-    ("graph", "A name from `imports`."),
-    ("over", "How many instances there are, 1 to 64."),
-    ("ids", "The numbers of the pieces."),
-    ("with", "Values for parameters and inputs of the sub-graph: `{ \"name\": value }`."),
-    ("preset", "A preset of the sub-graph, or several: `\"a+b\"`."),
-    ("seed", "Another number gives another instance."),
-    ("canvas", "How the outputs of the instance lie: `scale`, `angle`, `offset` and `size_mm`."),
-    ("note", "A text for readers."),
-];
-/// The fields of the layout of an instance.
-pub(crate) const LAYOUT: [(&str, &str); 4] = [
-    ("scale", "2 is twice as large; one number or a pair."),
-    ("angle", "Degrees from +x towards +y."),
-    ("offset", "To the right and down, in mm."),
-    ("size_mm", "The canvas on which its graph is made, in mm; only where the canvas does not tile."),
-];
-/// The fields of `File`.
-pub(crate) const FILE: [(&str, &str); 9] = [
-    ("from", "The node, or `\"node.port\"`."),
-    ("format", "The file format."),
-    ("depth", "The type of the samples."),
-    ("combined", "Whether the channels of a material go into one file; only in `Exr`."),
-    ("range", "The values that become the smallest and the largest integer."),
-    ("mip", "Whether an `Exr` or a `Tiff` is written in tiles with mip levels, as renderers read textures."),
-    (
-        "widen_roughness",
-        "Whether mip levels of a roughness grow by the normals that they average away; `true` if left out.",
-    ),
-    ("normal", "Which way `y` of a normal map points: up, `OpenGl`, or down, `DirectX`."),
-    ("color_space", "What colours are stored as."),
-];
-/// The fields of `Gltf`.
-pub(crate) const GLTF: [(&str, &str); 5] = [
-    ("material", "The material."),
-    ("mesh", "`Plane`, `Sphere`, `Cylinder`, `Cube`, or the name of an atlas whose mesh wears it."),
-    ("colors", "How the base colour and the emission are stored: `Png`, or `Jpeg`, which is smaller and not exact."),
-    ("quality", "That of JPEG, from 1 to 100; 90 if left out."),
-    ("embed", "Whether all is in one `.glb`, or the mesh and the pictures lie beside a `.gltf`; `true` if left out."),
-];
-/// The fields of `Obj`.
-pub(crate) const OBJ: [(&str, &str); 4] = [GLTF[0], GLTF[1], GLTF[2], GLTF[3]];
-/// The fields of `Usd`.
-pub(crate) const USD: [(&str, &str); 5] = [
-    GLTF[0],
-    GLTF[1],
-    GLTF[2],
-    GLTF[3],
-    ("packed", "Whether the file and its pictures are one `.usdz`; `false` if left out."),
-];
-/// The fields of `MaterialX`.
-pub(crate) const MATERIALX: [(&str, &str); 2] = [("material", "The material."), ("shading", "The surface shader.")];
-/// The fields of `Preset`.
-pub(crate) const TARGET: [(&str, &str); 2] =
-    [("material", "The material."), ("target", "The program whose pictures are written.")];
-/// The fields of `Pack`.
-pub(crate) const PACK: [(&str, &str); 4] = [
-    ("r", "The field that becomes red."),
-    ("g", "The field that becomes green."),
-    ("b", "The field that becomes blue."),
-    ("a", "The field that becomes opacity."),
-];
-/// The fields of the declaration of a parameter.
-pub(crate) const PARAM: [(&str, &str); 5] = [
-    ("default", "The value if nothing else is given."),
-    ("range", "The smallest and the largest value: `(0, 1)`."),
-    ("unit", "The unit, for people."),
-    ("options", "The words to choose from."),
-    ("doc", "What it does."),
-];
-/// The types of parameters of a graph.
-pub(crate) const PARAM_TYPES: [&str; 7] = ["Number", "Integer", "Bool", "Color", "Text", "Path", "Choice"];
-
-/// What is expected of a value, or, once inside of its brackets, of what is in them.
+/// The kind of value expected in a place. Applied to brackets, it describes their contents.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Expect<'a> {
-    /// The file.
+    /// The whole file.
     Root,
     /// A section.
     Section(Section),
     /// An entry of a section.
     Entry(Section, &'a str),
-    /// `canvas`, and a field of it.
+    /// `canvas` or a field of it.
     Canvas(Option<&'a str>),
-    /// The declaration of a parameter of that type, and a field of it.
+    /// Declaration of a parameter of this type, or a field of it.
     Param(&'a str, Option<&'a str>),
-    /// The declaration of an input of that type, and a field of it.
+    /// Declaration of an input of this type, or a field of it.
     Input(&'a str, Option<&'a str>),
     /// A value for a parameter in a preset.
     Preset(&'a str),
-    /// The fields of a kind.
+    /// Fields of a kind.
     Kind(&'a KindInfo),
-    /// The fields of a `Use` or an `Each`, with all arguments; and one of them.
+    /// Fields of a `Use` or an `Each` (true), with all arguments; or one of these fields.
     Use(&'a Body, bool, Option<&'a str>),
-    /// Values for the graph of that import; and one of them.
+    /// Values for the imported graph, or one of them.
     With(&'a str, Option<&'a str>),
     /// The layout of an instance.
     Layout(Option<&'a str>),
-    /// A port; whether it is one of a list.
+    /// A port; true for a port in a list.
     Port(&'a FieldInfo, &'a PortInfo, bool),
     /// A parameter of a node.
     Value(&'a FieldInfo, &'a ParamInfo),
     /// A struct in a list.
     Struct(&'a ParamInfo),
-    /// `File`, `Gltf` or another form of an output, and a field of it.
+    /// `File`, `Gltf` or another form of an output, or a field of it.
     File(&'a str, Option<&'a str>),
-    /// A text for readers.
+    /// A note for readers.
     Note,
-    /// Anything.
+    /// Any value.
     Any,
 }
 
 impl<'a> Expect<'a> {
-    /// What is expected in the brackets of a value, of which this is expected.
+    /// Expectation for the contents of the brackets of `value`.
     pub(crate) fn inside(self, value: &'a Value, cx: Cx<'a>) -> Self {
         let (word, body) = match &value.shape {
             Shape::Call { word, body } => (cx.file.at(word), body),
@@ -157,7 +67,7 @@ impl<'a> Expect<'a> {
         }
     }
 
-    /// What is expected of an item of brackets in which this is expected.
+    /// Expectation for an item of brackets.
     pub(crate) fn item(self, item: &'a Item) -> Self {
         let name = item.name();
         match (self, name) {
@@ -191,7 +101,34 @@ impl<'a> Expect<'a> {
         }
     }
 
-    /// What is expected of a field.
+    /// Fields allowed in brackets, except brackets of a kind; and the name of the field that is expected, if the place is
+    /// its value.
+    fn declared(self) -> (Vec<FieldDecl>, Option<&'a str>) {
+        match self {
+            Self::Root => (schema::ROOT.to_vec(), None),
+            Self::Canvas(name) => (schema::CANVAS.to_vec(), name),
+            Self::Layout(name) => (schema::LAYOUT.to_vec(), name),
+            Self::Use(_, each, name) => (schema::instance(each), name),
+            Self::File(word, name) => (schema::output(word).to_vec(), name),
+            Self::Input(_, name) => (schema::INPUT.to_vec(), name),
+            Self::Param(word, name) => (schema::param(word), name),
+            _ => (Vec::new(), None),
+        }
+    }
+
+    /// Fields allowed in brackets, except brackets of a kind.
+    pub(crate) fn fields(self) -> Vec<FieldDecl> {
+        let (fields, name) = self.declared();
+        if name.is_none() { fields } else { Vec::new() }
+    }
+
+    /// Values allowed for a field, except a field of a kind.
+    pub(crate) fn takes(self) -> Option<Takes> {
+        let (fields, name) = self.declared();
+        fields.into_iter().find(|field| Some(field.name) == name).map(|field| field.takes)
+    }
+
+    /// Expectation for a field.
     pub(crate) fn field(field: &'a FieldInfo) -> Self {
         match &field.role {
             Role::Port(port) => Self::Port(field, port, false),
@@ -199,7 +136,7 @@ impl<'a> Expect<'a> {
         }
     }
 
-    /// Whether a node may be written here.
+    /// Returns whether a node is allowed here.
     pub(crate) fn takes_nodes(self) -> bool {
         match self {
             Self::Entry(Section::Nodes, _) | Self::Port(..) | Self::With(_, Some(_)) => true,
@@ -209,22 +146,18 @@ impl<'a> Expect<'a> {
         }
     }
 
-    /// What a reference in this place must fit, if references may stand here; the types are not limited if `None` is inside.
+    /// Type that a reference must fit here, if references are allowed; `Some(None)` allows any type.
     pub(crate) fn reference(self, cx: Cx<'_>) -> Option<Option<Accepts>> {
         match self {
             Self::Port(_, port, _) => Some(Some(port.ty)),
             Self::Entry(Section::Outputs, _) => Some(None),
-            Self::File(_, Some("from")) => Some(None),
-            Self::File(_, Some("material")) => Some(Accepts::from_name("Material")),
-            Self::File(_, Some("mesh")) => Some(Accepts::from_name("Atlas")),
-            Self::Use(_, true, Some("ids")) => Some(Accepts::from_name("Ids")),
             Self::Input(word, Some("default")) => Some(Accepts::from_name(word)),
             Self::With(import, Some(name)) => {
                 let file = cx.imported(import)?;
                 let item = file.entry(Section::Inputs, name)?;
                 Some(file.head(item).and_then(Accepts::from_name))
             }
-            _ => None,
+            _ => Some(self.takes()?.reference()?.map(Accepts::One)),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! A graph file as it is being written: its sections and the names in them.
+//! A graph file while it is edited: its sections and the names in them.
 use super::view::{self, Body, Item, Shape, Value};
 use shibo_engine::syntax::Tree;
 use std::collections::HashMap;
@@ -27,7 +27,7 @@ impl Section {
     pub(crate) const ALL: [Self; 6] =
         [Self::Imports, Self::Params, Self::Presets, Self::Inputs, Self::Nodes, Self::Outputs];
 
-    /// The key in the file.
+    /// Key of the section in the file.
     pub(crate) const fn key(self) -> &'static str {
         match self {
             Self::Imports => "imports",
@@ -43,20 +43,20 @@ impl Section {
 /// A graph file.
 #[derive(Debug)]
 pub(crate) struct File {
-    /// Its path.
+    /// Path of the file.
     pub(crate) path: PathBuf,
-    /// The text.
+    /// Text of the file.
     pub(crate) text: Arc<str>,
-    /// Its tree, with comments.
+    /// Syntax tree, with comments.
     pub(crate) tree: Tree,
-    /// The value that the text is.
+    /// The text as a value.
     pub(crate) root: Option<Value>,
-    /// Where each name stands in its section; of equal names, the first.
+    /// Index of each name in its section; the first of equal names.
     names: HashMap<Section, HashMap<String, usize>>,
 }
 
 impl File {
-    /// Reads a text.
+    /// Parses a text.
     pub(crate) fn new(path: impl Into<PathBuf>, text: impl Into<Arc<str>>) -> Self {
         let text = text.into();
         let tree = Tree::parse(text.clone());
@@ -74,42 +74,42 @@ impl File {
         file
     }
 
-    /// The brackets around everything.
+    /// The outermost brackets.
     pub(crate) fn body(&self) -> Option<&Body> {
         self.root.as_ref()?.body()
     }
 
-    /// Whether it is a graph: whether its top level has `nodes`.
+    /// Returns whether the top level has `nodes`, which makes it a graph.
     pub(crate) fn is_graph(&self) -> bool {
         self.body().is_some_and(|body| body.get(Section::Nodes.key()).is_some())
     }
 
-    /// The brackets of a section.
+    /// Brackets of a section.
     pub(crate) fn section(&self, section: Section) -> Option<&Body> {
         self.body()?.value(section.key())?.body()
     }
 
-    /// What a section holds.
+    /// Entries of a section.
     pub(crate) fn entries(&self, section: Section) -> &[Item] {
         self.section(section).map_or(&[], |body| &body.items)
     }
 
-    /// The place of a name in its section.
+    /// Index of a name in its section.
     pub(crate) fn position(&self, section: Section, name: &str) -> Option<usize> {
         self.names.get(&section)?.get(name).copied()
     }
 
-    /// What a section says of a name.
+    /// Entry of a name in a section.
     pub(crate) fn entry(&self, section: Section, name: &str) -> Option<&Item> {
         self.entries(section).get(self.position(section, name)?)
     }
 
-    /// The names of a section.
+    /// Names of a section.
     pub(crate) fn names(&self, section: Section) -> impl Iterator<Item = &str> {
         self.entries(section).iter().filter_map(Item::name)
     }
 
-    /// What stands in a place.
+    /// Text of a range.
     pub(crate) fn at(&self, range: &std::ops::Range<usize>) -> &str {
         self.text.get(range.clone()).unwrap_or_default()
     }
@@ -119,22 +119,22 @@ impl File {
         value.word().map(|range| self.at(&range))
     }
 
-    /// The kind of an entry of `nodes`, or the type of a parameter or an input.
+    /// Kind of an entry of `nodes`, or type of a parameter or input.
     pub(crate) fn head(&self, item: &Item) -> Option<&str> {
         self.word(item.value.as_ref()?)
     }
 
-    /// The folder that paths in it are relative to.
+    /// Folder of the file, to which its paths are relative.
     pub(crate) fn folder(&self) -> &Path {
         self.path.parent().unwrap_or(Path::new(""))
     }
 
-    /// A text among the arguments of a value.
+    /// The text argument `field` of a value.
     pub(crate) fn text_of<'a>(&'a self, value: &'a Value, field: &str) -> Option<&'a str> {
         value.body()?.value(field)?.text()
     }
 
-    /// The words that a parameter may be, if it is a choice.
+    /// Options of a choice parameter.
     pub(crate) fn options(&self, param: &str) -> Vec<String> {
         let declared = self.entry(Section::Params, param).and_then(|item| item.value.as_ref()?.body());
         let list = declared.and_then(|body| body.value("options")?.body());
@@ -145,7 +145,7 @@ impl File {
         list.map_or(Vec::new(), |list| list.items.iter().filter_map(word).collect())
     }
 
-    /// The arguments of an entry.
+    /// Arguments of an entry.
     pub(crate) fn args(item: &Item) -> &[Item] {
         match item.value.as_ref().map(|value| &value.shape) {
             Some(Shape::Call { body, .. }) => &body.items,

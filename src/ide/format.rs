@@ -1,21 +1,21 @@
-//! The form of a text, as the smallest change that gives it.
+//! Formats a text with the smallest possible change.
 use super::rename::Edit;
 use shibo_engine::syntax;
 use std::ops::Range;
 
-/// The edits that bring a text into its form; nothing if there are mistakes in its syntax.
+/// Edits that format a text; `None` if it has syntax errors.
 pub(crate) fn format_all(text: &str) -> Option<Vec<Edit>> {
     let formatted = syntax::format(text).ok()?;
     Some(change(text, &(0..text.len()), &formatted).into_iter().collect())
 }
 
-/// The same for a part of a text, and what must change with it.
+/// Edits that format a part of a text, and lines that must change with it.
 pub(crate) fn format_part(text: &str, part: Range<usize>) -> Option<Vec<Edit>> {
     let formatted = syntax::format_range(text, part).ok()?;
     Some(formatted.and_then(|(range, formatted)| change(text, &range, &formatted)).into_iter().collect())
 }
 
-/// The lines that differ, so that the cursor stays where it is in all others.
+/// Replaces only lines that differ, so that the cursor stays in place on all others.
 fn change(text: &str, range: &Range<usize>, new: &str) -> Option<Edit> {
     let old = text.get(range.clone())?;
     if old == new {
@@ -35,7 +35,7 @@ fn change(text: &str, range: &Range<usize>, new: &str) -> Option<Edit> {
         .take_while(|(a, b)| a == b)
         .map(|(line, _)| line.len())
         .sum();
-    // Blank lines may count from both sides.
+    // A blank line may be counted from both ends, so the count is limited.
     let after = after.min(rest_old.len()).min(rest_new.len());
     let start = range.start + before;
     let text = rest_new[..rest_new.len() - after].to_owned();
@@ -47,7 +47,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_lines_that_differ_are_changed() {
+    fn changes_only_differing_lines() {
         let edit = |old: &str, new: &str| {
             let edit = change(old, &(0..old.len()), new);
             if let Some(edit) = &edit {

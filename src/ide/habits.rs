@@ -1,5 +1,5 @@
-//! What graphs usually look like: how often a kind, a field, a choice or a connection is used in the graphs that come with the
-//! program. Completion puts what is usual first.
+//! Statistics of the library graphs: frequencies of kinds, fields, choices and connections. Completion ranks common
+//! ones first.
 use super::expect::Expect;
 use super::file::{File, Section};
 use super::view::{Item, Shape, Value};
@@ -10,12 +10,12 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Counts of what was seen.
+/// Counts of observations.
 #[derive(Debug, Default)]
 pub(crate) struct Habits(HashMap<String, u32>);
 
 impl Habits {
-    /// Those of some graphs.
+    /// Collects the statistics of some graphs.
     pub(crate) fn of<'f>(registry: &Registry, files: impl IntoIterator<Item = &'f File>) -> Self {
         let mut habits = Self::default();
         for file in files {
@@ -34,49 +34,49 @@ impl Habits {
         f64::from(self.0.get(&parts.join("|")).copied().unwrap_or_default())
     }
 
-    /// How usual a kind is.
+    /// Frequency of a kind.
     pub(crate) fn kind(&self, kind: &str) -> f64 {
         self.get(&["kind", kind])
     }
 
-    /// How usual a kind is for nodes of that name.
+    /// Frequency of a kind among nodes of this name.
     pub(crate) fn named(&self, name: &str, kind: &str) -> f64 {
         4.0 * self.get(&["name", name, kind]) + self.get(&["stem", stem(name), kind])
     }
 
-    /// How usual a field is, as a share of the nodes of its kind.
+    /// Share of the nodes of a kind that have a field.
     pub(crate) fn field(&self, kind: &str, field: &str) -> f64 {
         self.get(&["field", kind, field]) / self.kind(kind).max(1.0)
     }
 
-    /// How often a field comes right after another one.
+    /// Frequency with which a field directly follows another one.
     pub(crate) fn next(&self, kind: &str, before: &str, field: &str) -> f64 {
         self.get(&["next", kind, before, field])
     }
 
-    /// How usual a choice is, in nodes with these fields and in all.
+    /// Frequency of an option, in nodes with these fields and in all nodes.
     pub(crate) fn choice(&self, kind: &str, field: &str, with: &str, word: &str) -> f64 {
         20.0 * self.get(&["with", kind, field, with, word]) + self.get(&["choice", kind, field, word])
     }
 
-    /// How usual it is that a kind feeds a port.
+    /// Frequency with which an output of a kind feeds a port.
     pub(crate) fn source(&self, kind: &str, port: &str, from: &str) -> f64 {
         self.get(&["source", kind, port, from])
     }
 
-    /// How usual it is that a parameter of that name is given to a field.
+    /// Frequency with which a parameter of this name is used for a field.
     pub(crate) fn param(&self, field: &str, name: &str) -> f64 {
         self.get(&["param", field, name])
     }
 }
 
-/// The last word of a name, without a number.
+/// Last word of a name, without a number.
 fn stem(name: &str) -> &str {
     let name = name.trim_end_matches(|c: char| c.is_ascii_digit() || c == '_');
     name.rsplit('_').next().unwrap_or(name)
 }
 
-/// The fields of a node, as one text.
+/// Fields of a node joined to one text.
 pub(crate) fn signature(args: &[Item], without: &str) -> String {
     let mut names: Vec<&str> = args.iter().filter_map(Item::name).filter(|n| *n != without && *n != "seed").collect();
     names.sort_unstable();
@@ -86,7 +86,7 @@ pub(crate) fn signature(args: &[Item], without: &str) -> String {
 struct Counter<'a, 'h> {
     cx: Cx<'a>,
     habits: &'h mut Habits,
-    /// The node that comes next, if it has a name.
+    /// Name of the next node, if it has one.
     name: Option<&'a str>,
 }
 
@@ -133,12 +133,12 @@ impl<'a> Visit<'a> for Counter<'a, '_> {
     }
 }
 
-/// The name of an output of a kind in the counts.
+/// Name of an output of a kind in the counts.
 pub(crate) fn source(kind: &str, port: &str) -> String {
     if port.is_empty() { kind.to_owned() } else { format!("{kind}.{port}") }
 }
 
-/// A file by itself.
+/// A world of a single file.
 struct Alone<'r>(&'r Registry, Habits);
 
 impl World for Alone<'_> {

@@ -1,4 +1,4 @@
-//! What is told about the place under the cursor.
+//! Information about the place under the cursor.
 use super::docs;
 use super::evaluate;
 use super::expect::Expect;
@@ -16,37 +16,37 @@ use std::fmt::Write;
 use std::ops::Range;
 use std::path::Path;
 
-/// What is told, as Markdown.
+/// Hover text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Hover {
-    /// What it is about.
+    /// Range it is about.
     pub(crate) range: Range<usize>,
-    /// The text.
+    /// Markdown text.
     pub(crate) markdown: String,
 }
 
-/// What is known of a node that was evaluated.
+/// Preview and statistics of an evaluated node.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Evaluated {
-    /// The address of its picture.
+    /// Address of its picture.
     pub(crate) picture: Option<String>,
-    /// The size of its data, and the time that it took.
+    /// Size of its data, and its run time.
     pub(crate) about: String,
 }
 
-/// Pictures that exist already. What does not may be made for the next time, but nobody waits for it.
+/// Looks up existing pictures. A missing picture may be made for the next request, but the hover does not wait for it.
 pub(crate) trait Pictures {
-    /// The address of the picture of a kind.
+    /// Address of the picture of a kind.
     fn kind(&self, kind: &str) -> Option<String>;
 
-    /// What is known of a node of a file.
+    /// Preview and statistics of a node of a file.
     fn node(&self, path: &Path, node: &str) -> Option<Evaluated>;
 
-    /// The address of a small form of a picture file.
+    /// Address of a thumbnail of a picture file.
     fn file(&self, path: &Path) -> Option<String>;
 }
 
-/// What is told about a place.
+/// Hover text for a position.
 pub(crate) fn hover(cx: Cx<'_>, at: usize, pictures: &dyn Pictures) -> Option<Hover> {
     let trail = trail(cx, at);
     let level = trail.last()?;
@@ -71,14 +71,14 @@ pub(crate) fn hover(cx: Cx<'_>, at: usize, pictures: &dyn Pictures) -> Option<Ho
     }
 }
 
-/// About a key.
+/// Text for a key.
 fn key_text(cx: Cx<'_>, inside: Expect<'_>, name: &str, pictures: &dyn Pictures) -> Option<String> {
     if let Some(field) = docs::fields(inside).iter().find(|field| field.name == name) {
         let owner = if let Expect::Kind(info) = inside { info.kind.as_str() } else { "an entry of the list" };
         return Some(docs::field(owner, field));
     }
-    if let Some((_, doc)) = docs::plain_fields(inside).into_iter().find(|(n, _)| *n == name) {
-        return Some(format!("**{name}**: {doc}"));
+    if let Some(field) = inside.fields().into_iter().find(|field| field.name == name) {
+        return Some(format!("**{name}**: {}", field.doc));
     }
     match inside {
         Expect::Section(Section::Nodes | Section::Inputs) => node_text(cx, name, None, pictures),
@@ -99,7 +99,7 @@ fn key_text(cx: Cx<'_>, inside: Expect<'_>, name: &str, pictures: &dyn Pictures)
     }
 }
 
-/// About a word: a kind or a choice.
+/// Text for a word, a kind or a choice.
 fn word_text(cx: Cx<'_>, expect: Expect<'_>, word: &str, pictures: &dyn Pictures) -> Option<String> {
     if expect.takes_nodes() {
         if let Some(info) = cx.kind(word) {
@@ -120,7 +120,7 @@ fn word_text(cx: Cx<'_>, expect: Expect<'_>, word: &str, pictures: &dyn Pictures
     }
 }
 
-/// About a number: the field that it is given to.
+/// Text for a number: the manual of its field.
 fn number_text(expect: Expect<'_>) -> Option<String> {
     match expect {
         Expect::Value(field, _) | Expect::Port(field, ..) => {
@@ -130,7 +130,7 @@ fn number_text(expect: Expect<'_>) -> Option<String> {
     }
 }
 
-/// About something between quotes.
+/// Hover text for a place between quotes.
 fn in_text(
     cx: Cx<'_>,
     expect: Expect<'_>,
@@ -177,7 +177,7 @@ fn in_text(
     Some(Hover { range, markdown })
 }
 
-/// The value of an expression with its unit.
+/// Value of an expression with its unit.
 fn result(cx: Cx<'_>, expect: Expect<'_>, text: &str) -> String {
     let unit = match expect {
         Expect::Value(_, param) => param.bounds.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}")),
@@ -186,7 +186,7 @@ fn result(cx: Cx<'_>, expect: Expect<'_>, text: &str) -> String {
     evaluate::value(cx, text).map_or(String::new(), |v| format!("\n\n`{text}` is **{}{unit}**", evaluate::spell(&v)))
 }
 
-/// About a function of an expression, or about the whole of it between its names.
+/// Text for a function of an expression, or for the whole expression outside its names.
 fn function(cx: Cx<'_>, value: &Value, text: &str, at: usize) -> Option<Hover> {
     let trail = trail(cx, at);
     let Spot::Value(expect, _) = trail.spot else { return None };
@@ -211,7 +211,7 @@ fn function(cx: Cx<'_>, value: &Value, text: &str, at: usize) -> Option<Hover> {
     (!shown.is_empty()).then(|| Hover { range: value.range.clone(), markdown: shown.trim().to_owned() })
 }
 
-/// About a node or an input.
+/// Text for a node or an input.
 pub(crate) fn node_text(cx: Cx<'_>, name: &str, port: Option<&str>, pictures: &dyn Pictures) -> Option<String> {
     let types = Types::new(cx);
     if let Some(item) = cx.file.entry(Section::Inputs, name) {
@@ -251,7 +251,7 @@ pub(crate) fn node_text(cx: Cx<'_>, name: &str, port: Option<&str>, pictures: &d
     Some(text)
 }
 
-/// About a parameter of the graph.
+/// Text for a parameter of the graph.
 fn param_text(cx: Cx<'_>, name: &str) -> Option<String> {
     let item = cx.file.entry(Section::Params, name)?;
     let value = item.value.as_ref()?;
@@ -270,7 +270,7 @@ fn param_text(cx: Cx<'_>, name: &str) -> Option<String> {
     Some(text)
 }
 
-/// About the graph that an import means.
+/// Text for the graph of an import.
 fn graph_text(cx: Cx<'_>, import: &str) -> Option<String> {
     let path = cx.import_path(import)?;
     let file = cx.world.file(&path)?;
@@ -290,13 +290,13 @@ fn graph_text(cx: Cx<'_>, import: &str) -> Option<String> {
     Some(text)
 }
 
-/// The comment at the beginning of a file.
+/// Comment at the beginning of a file.
 fn comment(text: &str) -> String {
     let lines = text.lines().map_while(|line| line.strip_prefix("//"));
     lines.map(str::trim).filter(|line| !line.contains("shibo ")).collect::<Vec<_>>().join(" ")
 }
 
-/// About a picture file.
+/// Text for a picture file.
 fn picture_text(path: &Path, pictures: &dyn Pictures) -> Option<String> {
     let bytes = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?.len();
     let mut text = format!("`{}`", path.display());

@@ -1,4 +1,4 @@
-//! What stands between the words without being written: units, values of expressions, types of nodes.
+//! Inlay hints, shown between the words of the text: units, values of expressions, types of nodes.
 use super::evaluate;
 use super::expect::Expect;
 use super::file::Section;
@@ -11,37 +11,37 @@ use shibo_engine::node::ParamType;
 use shibo_engine::value::Accepts;
 use std::ops::Range;
 
-/// Which of them are shown.
+/// Kinds of hints to show.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-pub(crate) struct Shown {
+pub(crate) struct InlayKinds {
     /// Units after numbers.
     pub(crate) units: bool,
-    /// The values of expressions and parameters.
+    /// Values of expressions and parameters.
     pub(crate) values: bool,
-    /// The types of nodes.
+    /// Types of nodes.
     pub(crate) types: bool,
 }
 
-impl Default for Shown {
+impl Default for InlayKinds {
     fn default() -> Self {
         Self { units: true, values: true, types: true }
     }
 }
 
-/// A text that is shown after a place.
+/// An inlay hint.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Inlay {
-    /// Where.
+    /// Position after which it is shown.
     pub(crate) at: usize,
-    /// What.
+    /// Text of the hint.
     pub(crate) text: String,
-    /// Whether it is a type.
+    /// True for a type.
     pub(crate) is_type: bool,
 }
 
-/// What is shown in a part of a file.
-pub(crate) fn inlays(cx: Cx<'_>, part: &Range<usize>, shown: Shown) -> Vec<Inlay> {
+/// Hints for a part of a file.
+pub(crate) fn inlays(cx: Cx<'_>, part: &Range<usize>, shown: InlayKinds) -> Vec<Inlay> {
     let mut found = Found { cx, types: Types::new(cx), part: part.clone(), shown, inlays: Vec::new() };
     walk(cx, &mut found);
     found.inlays
@@ -51,7 +51,7 @@ struct Found<'a> {
     cx: Cx<'a>,
     types: Types<'a>,
     part: Range<usize>,
-    shown: Shown,
+    shown: InlayKinds,
     inlays: Vec<Inlay>,
 }
 
@@ -105,14 +105,14 @@ impl<'a> Visit<'a> for Found<'a> {
     }
 }
 
-/// The default of the parameter that a text stands for, if that is a text itself, such as a colour.
+/// Default of the parameter in a text, if the default is a text such as a colour.
 fn default_text<'a>(cx: Cx<'a>, text: &str) -> Option<&'a str> {
     let item = cx.file.entry(Section::Params, text.strip_prefix('$')?)?;
     let default = item.value.as_ref()?.body()?.value("default")?.text()?;
     (!default.starts_with(['$', '='])).then_some(default)
 }
 
-/// The unit of a value in a place.
+/// Unit of a value in a place.
 fn unit(cx: Cx<'_>, expect: Expect<'_>) -> Option<String> {
     let declared = |file: &super::File, name: &str| {
         let value = file.entry(Section::Params, name)?.value.as_ref()?;

@@ -1,9 +1,9 @@
-//! What can be done with an output or a node, above its line.
+//! Code lenses: actions shown above the line of an output or node.
 use super::file::Section;
 use super::world::Cx;
 use std::ops::Range;
 
-/// What a lens does.
+/// Action of a lens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Act {
     /// Writes the pictures of an output.
@@ -14,14 +14,14 @@ pub(crate) enum Act {
     Show,
 }
 
-/// A lens.
+/// A code lens.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Lens {
-    /// Where the name is.
+    /// Range of the name.
     pub(crate) range: Range<usize>,
-    /// What it does.
+    /// Action.
     pub(crate) act: Act,
-    /// The name of the output or of the node.
+    /// Name of the output or node.
     pub(crate) name: String,
 }
 
@@ -35,7 +35,7 @@ pub(crate) fn lenses(cx: Cx<'_>) -> Vec<Lens> {
     of(Section::Nodes, &[Act::Show]).chain(of(Section::Outputs, &[Act::Render, Act::Preview])).collect()
 }
 
-/// The node of the entry that a place is in; of an output, the one that it shows.
+/// Node of the entry at a position; for an output, the node that it shows.
 pub(crate) fn node_at(cx: Cx<'_>, at: usize) -> Option<String> {
     match super::walk::trail(cx, at).entry()? {
         (Section::Nodes, item) => item.name().map(str::to_owned),

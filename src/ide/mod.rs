@@ -1,7 +1,8 @@
-//! What an editor must know of graph files: text and place in, answer out. Nothing here knows how editors ask.
+//! Editor features for graph files, as functions from a text and a position to an answer, independent of any protocol.
 //!
-//! [`view`] gives the values of any text their places, [`mod@file`] finds sections and names in it, [`expect`] says what may be written
-//! in each place, and [`walk`] brings the two together; everything else is built on that. Nothing here evaluates a picture.
+//! [`view`] locates the values of any text, [`mod@file`] finds sections and names in it, [`expect`] describes the
+//! values allowed in each place, and [`walk`] combines the two. All other modules build on these. Nothing here
+//! evaluates a picture.
 pub(crate) mod actions;
 pub(crate) mod colors;
 mod complete;

@@ -1,4 +1,4 @@
-//! Where the names of a file are declared and used.
+//! Declarations and uses of the names of a file.
 use super::expect::Expect;
 use super::file::Section;
 use super::view::{Item, Shape, Value, plain};
@@ -7,10 +7,10 @@ use super::world::Cx;
 use shibo_engine::node::ParamType;
 use std::ops::Range;
 
-/// What a name stands for.
+/// Meaning of a name.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) enum Symbol {
-    /// A node or an input, which share their names.
+    /// A node or an input; both share one set of names.
     Node(String),
     /// A parameter.
     Param(String),
@@ -20,11 +20,11 @@ pub(crate) enum Symbol {
     Output(String),
     /// A preset.
     Preset(String),
-    /// An output of the node or input of that name.
+    /// An output of the node or input with the first name.
     Port(String, String),
-    /// A parameter or an input of the graph of that import.
+    /// A parameter or an input of the imported graph.
     Given(String, String),
-    /// A preset of the graph of that import.
+    /// A preset of the imported graph.
     GivenPreset(String, String),
     /// The path of an import.
     Graph(String),
@@ -32,29 +32,29 @@ pub(crate) enum Symbol {
     File(String),
 }
 
-/// One place of a name.
+/// An occurrence of a name.
 #[derive(Clone, Debug)]
 pub(crate) struct Occurrence {
-    /// What it stands for.
+    /// Meaning of the name.
     pub(crate) symbol: Symbol,
-    /// Whether it is declared here.
+    /// True if the name is declared here.
     pub(crate) declares: bool,
-    /// The name itself; the whole text in quotes, if that is written with escapes.
+    /// Range of the name, or of the whole text in quotes if the text has escapes.
     pub(crate) range: Range<usize>,
-    /// The whole text in quotes, and what it says.
+    /// Range of the whole text in quotes, and its content without escapes.
     pub(crate) literal: (Range<usize>, String),
-    /// Where the name is in what it says.
+    /// Range of the name in this content.
     pub(crate) within: Range<usize>,
 }
 
 impl Occurrence {
-    /// Whether it stands in a text with escapes, so that its range is the whole of that.
+    /// True if the text has escapes, so that `range` covers the whole text.
     pub(crate) fn is_escaped(&self) -> bool {
         self.range == self.literal.0
     }
 }
 
-/// A text in quotes.
+/// Puts a text in quotes.
 pub(crate) fn quote(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
@@ -66,7 +66,7 @@ pub(crate) fn occurrences(cx: Cx<'_>) -> Vec<Occurrence> {
     names.found
 }
 
-/// The names at a place, the smallest first.
+/// The smallest name at a position.
 pub(crate) fn at(cx: Cx<'_>, at: usize) -> Option<Occurrence> {
     let touched = occurrences(cx).into_iter().filter(|o| o.range.start <= at && at <= o.range.end);
     touched.min_by_key(|o| o.range.len())
@@ -118,18 +118,18 @@ impl<'a> Visit<'a> for Names<'a> {
             _ if says.starts_with("$$") || says.starts_with("==") => {}
             _ if says.starts_with(['$', '=']) => self.params(literal),
             _ if expect.reference(self.cx).is_some() => self.reference(literal),
-            // A value that is given to a graph that cannot be read may be a node.
+            // If the imported graph cannot be read, a value given to it may be a node.
             Expect::With(import, Some(_)) if self.cx.imported(import).is_none() && self.is_node(says) => {
                 self.reference(literal);
             }
-            // Below a kind that is misspelt, what has the name of a node is most likely one.
+            // Below a misspelt kind, a text with the name of a node most likely refers to it.
             Expect::Any if self.is_node(says) => self.reference(literal),
             _ => {}
         }
     }
 }
 
-/// The names of presets in a text, and where they begin.
+/// Names of presets in a text, with their offsets.
 fn parts(says: &str) -> impl Iterator<Item = (usize, &str)> {
     says.split('+').map(move |part| {
         let trimmed = part.trim();
@@ -150,13 +150,13 @@ impl Names<'_> {
         });
     }
 
-    /// Whether a text begins with the name of a node.
+    /// Returns whether a text begins with the name of a node.
     fn is_node(&self, says: &str) -> bool {
         let name = says.split('.').next().unwrap_or_default();
         self.cx.file.entry(Section::Nodes, name).is_some()
     }
 
-    /// `node` or `node.port`.
+    /// Adds a reference, `node` or `node.port`.
     fn reference(&mut self, literal: (&Range<usize>, &str)) {
         let says = literal.1;
         if says.starts_with('#') || says.is_empty() {
@@ -169,7 +169,7 @@ impl Names<'_> {
         self.add(Symbol::Port(name.to_owned(), port.to_owned()), false, literal, end + 1..says.len());
     }
 
-    /// All `$name` of a text.
+    /// Adds all `$name` of a text.
     fn params(&mut self, literal: (&Range<usize>, &str)) {
         for range in params_in(literal.1) {
             let name = literal.1[range.clone()].to_owned();
@@ -178,7 +178,7 @@ impl Names<'_> {
     }
 }
 
-/// Where the names of parameters are in a text, without their `$`.
+/// Ranges of parameter names in a text, without the `$`.
 pub(crate) fn params_in(text: &str) -> Vec<Range<usize>> {
     let mut found = Vec::new();
     for (at, _) in text.match_indices('$') {

@@ -1,4 +1,4 @@
-//! From a name to where it is declared and used, in this file and in others.
+//! Navigation from a name to its declaration and uses, in this file and in others.
 use super::file::{File, Section};
 use super::names::{self, Occurrence, Symbol, occurrences};
 use super::world::Cx;
@@ -6,34 +6,34 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A place in a file.
+/// A range in a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Place {
-    /// The file.
+pub(crate) struct FileRange {
+    /// Path of the file.
     pub(crate) path: PathBuf,
-    /// Where in it.
+    /// Range of bytes.
     pub(crate) range: Range<usize>,
-    /// Whether something is declared there.
+    /// True if the range declares something.
     pub(crate) declares: bool,
 }
 
-/// Something with a name, in the file that declares it.
+/// A named thing and the file that declares it.
 #[derive(Clone, Debug)]
 pub(crate) struct Thing {
     /// The file.
     pub(crate) file: Arc<File>,
-    /// What it is: a node, a parameter, an import, an output or a preset of that file.
+    /// A node, parameter, import, output or preset of that file.
     pub(crate) symbol: Symbol,
 }
 
-/// What the name at a place stands for; of a name after a dot, the output of the sub-graph.
+/// Meaning of the name at a position; for a name after a dot, the output of the sub-graph.
 pub(crate) fn thing(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Option<(Occurrence, Thing)> {
     let found = names::at(cx, at)?;
     let thing = meaning(cx, file, &found.symbol)?;
     Some((found, thing))
 }
 
-/// What a symbol of a file stands for.
+/// Meaning of a symbol of a file.
 pub(crate) fn meaning(cx: Cx<'_>, file: &Arc<File>, symbol: &Symbol) -> Option<Thing> {
     let here = |symbol| Some(Thing { file: file.clone(), symbol });
     match symbol {
@@ -52,8 +52,8 @@ pub(crate) fn meaning(cx: Cx<'_>, file: &Arc<File>, symbol: &Symbol) -> Option<T
     }
 }
 
-/// Where the name at a place is declared; an import leads to its file.
-pub(crate) fn definition(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Option<(Range<usize>, Place)> {
+/// Declaration of the name at a position; an import leads to its file.
+pub(crate) fn definition(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Option<(Range<usize>, FileRange)> {
     let found = names::at(cx, at)?;
     let path = match &found.symbol {
         Symbol::Graph(name) => cx.world.import(&cx.file.path, name),
@@ -61,23 +61,23 @@ pub(crate) fn definition(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Option<(Ran
         Symbol::Import(name) if !found.declares => {
             let item = cx.file.entry(Section::Imports, name)?;
             let range = item.key.as_ref()?.range.clone();
-            return Some((found.range, Place { path: cx.file.path.clone(), range, declares: true }));
+            return Some((found.range, FileRange { path: cx.file.path.clone(), range, declares: true }));
         }
         _ => None,
     };
     if let Some(path) = path {
-        return Some((found.range, Place { path, range: 0..0, declares: true }));
+        return Some((found.range, FileRange { path, range: 0..0, declares: true }));
     }
-    // The output of a node of a kind is declared by the node itself.
+    // Outputs of library kinds have no declaration in a file, so the node itself is used.
     let thing = meaning(cx, file, &found.symbol).or_else(|| match &found.symbol {
         Symbol::Port(node, _) => Some(Thing { file: file.clone(), symbol: Symbol::Node(node.clone()) }),
         _ => None,
     })?;
     let range = declaration(&thing)?;
-    Some((found.range, Place { path: thing.file.path.clone(), range, declares: true }))
+    Some((found.range, FileRange { path: thing.file.path.clone(), range, declares: true }))
 }
 
-/// Where something is declared.
+/// Range of a declaration.
 pub(crate) fn declaration(thing: &Thing) -> Option<Range<usize>> {
     let (sections, name): (&[Section], &str) = match &thing.symbol {
         Symbol::Node(name) => (&[Section::Nodes, Section::Inputs], name),
@@ -91,24 +91,24 @@ pub(crate) fn declaration(thing: &Thing) -> Option<Range<usize>> {
     Some(item.key.as_ref()?.range.clone())
 }
 
-/// All places of the name at a place: in this file, and in all graphs of the workspace that import the file that declares it.
-pub(crate) fn references(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Vec<Place> {
+/// All occurrences of the name at a position: in this file, and in all workspace graphs that import the declaring file.
+pub(crate) fn references(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Vec<FileRange> {
     let Some((_, thing)) = thing(cx, file, at) else { return Vec::new() };
     let mut places = Vec::new();
     for (file, found) in everywhere(cx, &thing) {
-        places.push(Place { path: file.path.clone(), range: found.range, declares: found.declares });
+        places.push(FileRange { path: file.path.clone(), range: found.range, declares: found.declares });
     }
     places
 }
 
-/// The places of the name at a place in this file.
+/// Occurrences of the name at a position in this file.
 pub(crate) fn highlight(cx: Cx<'_>, at: usize) -> Vec<(Range<usize>, bool)> {
     let Some(found) = names::at(cx, at) else { return Vec::new() };
     let same = occurrences(cx).into_iter().filter(|o| o.symbol == found.symbol);
     same.map(|o| (o.range, o.declares)).collect()
 }
 
-/// All places where something is named: in its own file, and in the graphs of the workspace that import that.
+/// All occurrences of a thing: in its own file, and in the workspace graphs that import it.
 pub(crate) fn everywhere(cx: Cx<'_>, thing: &Thing) -> Vec<(Arc<File>, Occurrence)> {
     let mut found = Vec::new();
     let mut files = vec![thing.file.clone()];
@@ -137,7 +137,7 @@ pub(crate) fn everywhere(cx: Cx<'_>, thing: &Thing) -> Vec<(Arc<File>, Occurrenc
     found
 }
 
-/// The graphs of the workspace that import a file.
+/// Workspace graphs that import a file.
 fn importers(cx: Cx<'_>, file: &Arc<File>) -> Vec<Arc<File>> {
     let imports = |other: &Arc<File>| {
         other.path != file.path

@@ -1,4 +1,4 @@
-//! Other names for nodes, parameters, inputs, outputs, imports and presets, everywhere they are used.
+//! Renames nodes, parameters, inputs, outputs, imports and presets at all their uses.
 use super::file::{File, Section};
 use super::names::{Occurrence, Symbol, quote};
 use super::navigate::{Thing, everywhere, thing};
@@ -8,16 +8,16 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A piece of text in the place of another one.
+/// Replacement of a range of text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Edit {
-    /// What is replaced.
+    /// Bytes to replace.
     pub(crate) range: Range<usize>,
-    /// By what.
+    /// New text.
     pub(crate) text: String,
 }
 
-/// Brings edits into the order of the text; those at one place stay as they are.
+/// Sorts edits by position; edits at one position keep their order.
 pub(crate) fn sort(edits: &mut [Edit]) {
     edits.sort_by_key(|edit| (edit.range.start, edit.range.end));
 }
@@ -25,7 +25,7 @@ pub(crate) fn sort(edits: &mut [Edit]) {
 /// Edits of several files.
 pub(crate) type Edits = BTreeMap<PathBuf, Vec<Edit>>;
 
-/// What can be renamed at a place, and its name.
+/// Range and name of the symbol that can be renamed at a position.
 pub(crate) fn prepare(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Result<(Range<usize>, String), String> {
     let Some((found, thing)) = thing(cx, file, at) else {
         return Err("there is no name of a node, parameter, input, output, preset or import here".to_owned());
@@ -35,7 +35,7 @@ pub(crate) fn prepare(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Result<(Range<
     Ok((found.range, name))
 }
 
-/// The edits that give the name at a place another form everywhere.
+/// Edits that rename the symbol at a position everywhere.
 pub(crate) fn rename(cx: Cx<'_>, file: &Arc<File>, at: usize, name: &str) -> Result<Edits, String> {
     prepare(cx, file, at)?;
     let Some((_, thing)) = thing(cx, file, at) else { return Ok(Edits::new()) };
@@ -47,7 +47,7 @@ pub(crate) fn rename(cx: Cx<'_>, file: &Arc<File>, at: usize, name: &str) -> Res
         return Err(clash);
     }
     let mut edits = Edits::new();
-    // Several names in one text that is written with escapes make one edit.
+    // Several names in one text with escapes are replaced by one edit.
     let mut escaped: BTreeMap<(PathBuf, usize), Vec<Occurrence>> = BTreeMap::new();
     for (file, found) in everywhere(cx, &thing) {
         let path = file.path.clone();
@@ -82,7 +82,7 @@ fn name_of(symbol: &Symbol) -> &str {
     }
 }
 
-/// Graphs that come with the program cannot be changed, and what is not declared has no name to change.
+/// Rejects symbols of library graphs, which are read-only, and names without a declaration.
 fn check_place(thing: &Thing) -> Result<(), String> {
     let name = name_of(&thing.symbol);
     if thing.file.path.to_string_lossy().starts_with("shibo:") {
@@ -104,10 +104,10 @@ fn check_name(thing: &Thing, name: &str) -> Result<(), String> {
     Err(format!("`{name}` cannot be a name: a name is letters, digits and `_`, and does not begin with a digit"))
 }
 
-/// Why something cannot have that name.
+/// Reason why a name is not possible for a symbol, if any.
 fn clash(thing: &Thing, name: &str) -> Option<String> {
     let sections: &[(Section, &str)] = match &thing.symbol {
-        // Inputs share their names with nodes and with parameters.
+        // Inputs share their names with nodes and parameters.
         Symbol::Node(own) if thing.file.entry(Section::Inputs, own).is_some() => {
             &[(Section::Nodes, "a node"), (Section::Inputs, "an input"), (Section::Params, "a parameter")]
         }

@@ -1,4 +1,4 @@
-//! The fields of the node that is being written.
+//! Signature help: the fields of the node at the cursor.
 use super::docs;
 use super::expect::Expect;
 use super::names::quote;
@@ -6,20 +6,20 @@ use super::walk::trail;
 use super::world::Cx;
 use std::ops::Range;
 
-/// The fields of what is being written.
+/// Fields of a node or other brackets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Signature {
-    /// All of them in one line.
+    /// All fields in one line.
     pub(crate) label: String,
-    /// What it is, one sentence.
+    /// Description, one sentence.
     pub(crate) doc: String,
-    /// Where each field is in the line, in bytes, and what it is.
+    /// Byte range of each field in the line, and its description.
     pub(crate) fields: Vec<(Range<usize>, String)>,
-    /// The field at the cursor.
+    /// Index of the field at the cursor.
     pub(crate) active: Option<usize>,
 }
 
-/// The fields of the brackets around a place.
+/// Signature of the brackets around a position.
 pub(crate) fn signature(cx: Cx<'_>, at: usize) -> Option<Signature> {
     let trail = trail(cx, at);
     let level = trail.levels.iter().rev().find(|level| !describe(level.inside).is_empty())?;
@@ -48,18 +48,18 @@ pub(crate) fn signature(cx: Cx<'_>, at: usize) -> Option<Signature> {
         let exact = fields.iter().position(|(field, ..)| field == name || quote(field) == name);
         exact.or_else(|| fields.iter().position(|(field, ..)| field.starts_with(name)))
     });
-    // Before the next field is named, the first one that is missing is shown.
+    // Before the next field is named, the first missing one is active.
     let free = || fields.iter().position(|(field, ..)| level.body.get(field).is_none());
     let doc = docs::first_sentence(word, cx.kind(word));
     Some(Signature { label, doc, fields: places, active: active.or_else(free) })
 }
 
-/// Names, types and manuals of the fields that brackets take.
+/// Names, types and manuals of the fields of brackets.
 fn describe(inside: Expect<'_>) -> Vec<(String, String, String)> {
     let fields = docs::fields(inside);
     if fields.is_empty() {
-        let plain = docs::plain_fields(inside).into_iter();
-        return plain.map(|(name, doc)| (name.to_owned(), String::new(), doc.to_owned())).collect();
+        let plain = inside.fields().into_iter();
+        return plain.map(|field| (field.name.to_owned(), String::new(), field.doc.to_owned())).collect();
     }
     let short = |field: &shibo_engine::node::FieldInfo| match &field.role {
         shibo_engine::node::Role::Port(port) if port.list => format!("[{}]", port.ty),

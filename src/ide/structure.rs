@@ -1,4 +1,4 @@
-//! The structure of a file: its outline, what can be folded, what is selected next, and links.
+//! Structure of a file: outline, folding ranges, selection ranges, and links.
 use super::file::Section;
 use super::names::{Symbol, occurrences};
 use super::types::Types;
@@ -12,19 +12,19 @@ use std::path::PathBuf;
 /// An entry of the outline.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Entry {
-    /// The name.
+    /// Name.
     pub(crate) name: String,
-    /// A few words: the kind, the type.
+    /// Kind or type, a few words.
     pub(crate) detail: String,
-    /// The section that it is in; none for sections themselves.
+    /// Section of the entry; `None` for a section itself.
     pub(crate) section: Option<Section>,
-    /// Whether it is the use of another graph.
+    /// True if it uses another graph.
     pub(crate) uses: bool,
-    /// Where all of it is.
+    /// Range of the whole entry.
     pub(crate) range: Range<usize>,
-    /// Where its name is.
+    /// Range of its name.
     pub(crate) name_range: Range<usize>,
-    /// What is in it.
+    /// Entries inside it.
     pub(crate) children: Vec<Entry>,
 }
 
@@ -80,7 +80,7 @@ fn child(cx: Cx<'_>, types: &Types<'_>, section: Section, item: &Item) -> Option
     })
 }
 
-/// What can be folded: the bytes, and whether it is a comment.
+/// Folding ranges, each with whether it is a comment.
 pub(crate) fn folds(cx: Cx<'_>) -> Vec<(Range<usize>, bool)> {
     let text = &cx.file.text;
     let mut folds = Vec::new();
@@ -106,7 +106,7 @@ fn brackets(text: &str, value: &Value, folds: &mut Vec<(Range<usize>, bool)>) {
     }
 }
 
-/// Runs of comments on lines of their own.
+/// Folds of consecutive whole-line comments.
 fn comments(cx: Cx<'_>, folds: &mut Vec<(Range<usize>, bool)>) {
     let text = &cx.file.text;
     let mut run: Option<Range<usize>> = None;
@@ -125,7 +125,7 @@ fn comments(cx: Cx<'_>, folds: &mut Vec<(Range<usize>, bool)>) {
     folds.retain(|(range, _)| text[range.clone()].contains('\n'));
 }
 
-/// Nodes below a comment, up to the next comment that a blank line or another node comes before.
+/// Folds of nodes below a comment, up to the next comment that follows a blank line or a node.
 fn groups(text: &str, inside: &Range<usize>, items: &[Item], folds: &mut Vec<(Range<usize>, bool)>) {
     let in_item = |at: usize| {
         let index = items.partition_point(|item| item.range.start <= at).checked_sub(1);
@@ -158,7 +158,7 @@ fn lines_of(text: &str) -> impl Iterator<Item = (usize, &str)> {
     })
 }
 
-/// What is selected around a place, the smallest first.
+/// Selection ranges around a position, the smallest first.
 pub(crate) fn selections(cx: Cx<'_>, at: usize) -> Vec<Range<usize>> {
     let mut found: Vec<Range<usize>> = Vec::new();
     let text = &cx.file.text;
@@ -169,7 +169,7 @@ pub(crate) fn selections(cx: Cx<'_>, at: usize) -> Vec<Range<usize>> {
     }
     let trail = trail(cx, at);
     if let super::walk::Spot::Value(_, value) = trail.spot {
-        // A text that is still being typed has no quote at its end.
+        // A text that is still being typed has no closing quote.
         let inner = value.range.start + 1..value.range.end.saturating_sub(1);
         if value.text().is_some() && text.get(inner.clone()).is_some() {
             found.push(inner);
@@ -186,7 +186,7 @@ pub(crate) fn selections(cx: Cx<'_>, at: usize) -> Vec<Range<usize>> {
         found.push(level.value.range.clone());
     }
     found.push(0..text.len());
-    // Each holds the one before it.
+    // Keeps only ranges that contain the previous one.
     let mut nested: Vec<Range<usize>> = Vec::new();
     for range in found {
         let fits =
@@ -198,7 +198,7 @@ pub(crate) fn selections(cx: Cx<'_>, at: usize) -> Vec<Range<usize>> {
     nested
 }
 
-/// Paths of files, and where they lead.
+/// Links from file paths to their files.
 pub(crate) fn links(cx: Cx<'_>) -> Vec<(Range<usize>, PathBuf)> {
     let target = |symbol: &Symbol| match symbol {
         Symbol::Graph(name) => cx.world.import(&cx.file.path, name),

@@ -1,4 +1,4 @@
-//! What the words of a file are, for colouring.
+//! Semantic tokens: classifies the words of a file for colouring.
 use super::expect::Expect;
 use super::file::Section;
 use super::names::params_in;
@@ -9,7 +9,7 @@ use shibo_engine::expression::described;
 use shibo_engine::node::ParamType;
 use std::ops::Range;
 
-/// What a word is.
+/// Class of a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Token {
     /// A section of the file.
@@ -18,15 +18,15 @@ pub(crate) enum Token {
     Kind,
     /// A field.
     Field,
-    /// A node where it is declared.
+    /// A node at its declaration.
     Node,
     /// A reference to a node.
     Reference,
-    /// The output after a dot.
+    /// The output name after a dot.
     Port,
     /// A parameter.
     Param,
-    /// A word to choose.
+    /// An option of a choice.
     Choice,
     /// A function in an expression.
     Function,
@@ -35,7 +35,7 @@ pub(crate) enum Token {
 }
 
 impl Token {
-    /// All of them.
+    /// All classes.
     pub(crate) const ALL: [Self; 10] = [
         Self::Section,
         Self::Kind,
@@ -50,7 +50,7 @@ impl Token {
     ];
 }
 
-/// The words of a file, in the order of the text; none lies in another one.
+/// Tokens of a file in the order of the text, without overlaps.
 pub(crate) fn tokens(cx: Cx<'_>) -> Vec<(Range<usize>, Token)> {
     let mut found = Found { cx, tokens: Vec::new() };
     walk(cx, &mut found);
@@ -114,14 +114,14 @@ impl<'a> Visit<'a> for Found<'a> {
 }
 
 impl Found<'_> {
-    /// Whether a text is the unit of a parameter: whether `unit:` comes before it.
+    /// Returns whether a text follows `unit:` and so is the unit of a parameter.
     fn is_unit(&self, value: &Value) -> bool {
         let before = self.cx.file.text[..value.range.start].trim_end();
         before.strip_suffix(':').is_some_and(|before| before.trim_end().ends_with("unit"))
     }
 }
 
-/// Where functions and constants are in an expression.
+/// Ranges of functions and constants in an expression.
 fn functions(text: &str) -> Vec<Range<usize>> {
     let part = |c: char| c == '_' || c == '$' || c == '.' || c.is_ascii_alphanumeric();
     let mut found = Vec::new();

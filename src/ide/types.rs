@@ -1,4 +1,4 @@
-//! What the wires of a file carry, as far as that can be told while it is being written.
+//! Types of the wires of a file, as far as they are known while it is edited.
 use super::file::{File, Section};
 use super::view::{Body, Shape, Value};
 use super::world::{Cx, is_use};
@@ -8,32 +8,32 @@ use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// How many references are followed in a row.
+/// Maximum number of references followed in a row.
 const DEEPEST: usize = 64;
 
 /// An output of a node.
 #[derive(Clone, Debug)]
 pub(crate) struct Port {
-    /// The name after the dot.
+    /// Name after the dot.
     pub(crate) name: String,
-    /// What it carries; `None` if that is not known.
+    /// Type, or `None` if unknown.
     pub(crate) ty: Option<Accepts>,
-    /// What it is.
+    /// Description.
     pub(crate) doc: String,
-    /// The unit of its values.
+    /// Unit of its values.
     pub(crate) unit: Option<&'static str>,
-    /// The name that it had before.
+    /// Former name.
     former: Option<&'static str>,
 }
 
 impl Port {
-    /// True if it has a name, or had it before.
+    /// Returns whether `name` is the present or the former name.
     pub(crate) fn is_called(&self, name: &str) -> bool {
         self.name == name || self.former == Some(name)
     }
 }
 
-/// The types of a file. What was found is remembered.
+/// Types of a file, cached.
 pub(crate) struct Types<'a> {
     cx: Cx<'a>,
     depth: Cell<usize>,
@@ -41,12 +41,12 @@ pub(crate) struct Types<'a> {
 }
 
 impl<'a> Types<'a> {
-    /// Nothing is known yet.
+    /// Starts with an empty cache.
     pub(crate) fn new(cx: Cx<'a>) -> Self {
         Self { cx, depth: Cell::new(0), ports: RefCell::default() }
     }
 
-    /// What a reference carries.
+    /// Type of a reference.
     pub(crate) fn of(&self, reference: &str) -> Option<Accepts> {
         let (name, port) = match reference.split_once('.') {
             Some((name, port)) => (name, Some(port)),
@@ -59,7 +59,7 @@ impl<'a> Types<'a> {
         }
     }
 
-    /// The outputs of a node or an input, the main one first.
+    /// Outputs of a node or an input, the main one first.
     pub(crate) fn ports(&self, name: &str) -> Arc<Vec<Port>> {
         if let Some(known) = self.ports.borrow().get(name) {
             return known.clone();
@@ -68,7 +68,7 @@ impl<'a> Types<'a> {
             return Arc::default();
         }
         self.depth.set(self.depth.get() + 1);
-        // A circle finds nothing.
+        // References in a cycle find this empty entry.
         self.ports.borrow_mut().insert(name.to_owned(), Arc::default());
         let found = Arc::new(self.find(name).unwrap_or_default());
         self.ports.borrow_mut().insert(name.to_owned(), found.clone());
@@ -92,7 +92,7 @@ impl<'a> Types<'a> {
         self.of_node(value)
     }
 
-    /// The outputs of a node as it is written.
+    /// Outputs of a node as written.
     fn of_node(&self, value: &'a Value) -> Option<Vec<Port>> {
         let word = self.cx.file.word(value)?;
         if is_use(word) {
@@ -111,7 +111,7 @@ impl<'a> Types<'a> {
         Some(info.outputs.iter().map(port).collect())
     }
 
-    /// The outputs of another graph.
+    /// Outputs of another graph.
     fn of_graph(&self, file: &File) -> Vec<Port> {
         let inner = Types::new(Cx { world: self.cx.world, file });
         inner.depth.set(self.depth.get() + 1);
@@ -137,7 +137,7 @@ impl<'a> Types<'a> {
             OutputType::Fixed(ty) => Some(Accepts::One(ty)),
             OutputType::Told => None,
             OutputType::Like(ports) => {
-                // As long as one of them is not known, the widest is not.
+                // If one of them is unknown, so is the widest type.
                 let found: Option<Vec<Accepts>> = ports.iter().flat_map(|port| at(port)).collect();
                 widest(&found?, info, ports)
             }
@@ -148,7 +148,7 @@ impl<'a> Types<'a> {
         }
     }
 
-    /// What a value at a port carries: a reference, a literal or a node without a name.
+    /// Type of a value at a port: a reference, a literal or a node without a name.
     pub(crate) fn of_value(&self, value: &'a Value) -> Option<Accepts> {
         match &value.shape {
             Shape::Text(text) if text.starts_with('#') => parse_color(text).map(|_| Accepts::One(Type::Rgb)),
@@ -167,7 +167,7 @@ impl<'a> Types<'a> {
     }
 }
 
-/// The widest of some types, as outputs take it that follow their inputs.
+/// Widest of some types, which is the type of outputs that follow their inputs.
 fn widest(found: &[Accepts], info: &KindInfo, ports: &[&str]) -> Option<Accepts> {
     let mut rank = 0;
     for ty in found {
@@ -178,7 +178,7 @@ fn widest(found: &[Accepts], info: &KindInfo, ports: &[&str]) -> Option<Accepts>
             other => return Some(*other),
         });
     }
-    // A required port that is not connected yet may become anything.
+    // A required port that is not connected yet may get any type.
     let open = |port: &str| info.ports().any(|(field, p)| field.name == port && p.required);
     if found.is_empty() && ports.iter().any(|port| open(port)) {
         return None;

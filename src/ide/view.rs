@@ -1,55 +1,55 @@
-//! The values of a graph file with their places, for any text: what is missing or broken costs the smallest part of it.
+//! Values of a graph file with their ranges, for any text; each syntax error affects the smallest possible part.
 use shibo_engine::syntax::{MAX_NESTING, Node, NodeKind, Tree, number};
 use std::ops::Range;
 
-/// A value and where it is written.
+/// A value and its range.
 #[derive(Clone, Debug)]
 pub(crate) struct Value {
     /// Its bytes in the text.
     pub(crate) range: Range<usize>,
-    /// What it is.
+    /// Its shape.
     pub(crate) shape: Shape,
 }
 
-/// What a value is.
+/// Shape of a value.
 #[derive(Clone, Debug)]
 pub(crate) enum Shape {
-    /// A text: what it says, without quotes and escapes.
+    /// A text, without quotes and escapes.
     Text(String),
     /// A number.
     Number(f64),
     /// A word by itself.
     Word,
-    /// A word and what follows it in brackets.
+    /// A word followed by brackets.
     Call {
-        /// Where the word is.
+        /// Range of the word.
         word: Range<usize>,
         /// The brackets.
         body: Body,
     },
-    /// Brackets.
+    /// Brackets without a word.
     Body(Body),
-    /// Something else.
+    /// Anything else.
     Other,
 }
 
-/// Brackets and what is in them.
+/// Brackets and their items.
 #[derive(Clone, Debug)]
 pub(crate) struct Body {
-    /// From the opening bracket to the closing one, both included.
+    /// From the opening to the closing bracket, both included.
     pub(crate) range: Range<usize>,
     /// The opening bracket.
     pub(crate) bracket: u8,
-    /// Whether there is a closing bracket.
+    /// True if there is a closing bracket.
     pub(crate) closed: bool,
-    /// What is in them.
+    /// Items in the brackets.
     pub(crate) items: Vec<Item>,
 }
 
-/// One thing in brackets: a value, with a key or without.
+/// An item of brackets: a value, with or without a key.
 #[derive(Clone, Debug)]
 pub(crate) struct Item {
-    /// The key with the value.
+    /// Range of key and value.
     pub(crate) range: Range<usize>,
     /// The key, if a colon follows it.
     pub(crate) key: Option<Key>,
@@ -57,17 +57,17 @@ pub(crate) struct Item {
     pub(crate) value: Option<Value>,
 }
 
-/// What stands before a colon.
+/// The key before a colon.
 #[derive(Clone, Debug)]
 pub(crate) struct Key {
-    /// Where it is, quotes included.
+    /// Range, quotes included.
     pub(crate) range: Range<usize>,
-    /// What it says.
+    /// Name without quotes.
     pub(crate) name: String,
 }
 
 impl Value {
-    /// The brackets of it, if it has some.
+    /// Brackets of the value, if any.
     pub(crate) fn body(&self) -> Option<&Body> {
         match &self.shape {
             Shape::Call { body, .. } | Shape::Body(body) => Some(body),
@@ -75,12 +75,12 @@ impl Value {
         }
     }
 
-    /// What a text says.
+    /// Content of a text.
     pub(crate) fn text(&self) -> Option<&str> {
         if let Shape::Text(text) = &self.shape { Some(text) } else { None }
     }
 
-    /// Where its word is, with brackets behind it or without.
+    /// Range of the word, with or without brackets after it.
     pub(crate) fn word(&self) -> Option<Range<usize>> {
         match &self.shape {
             Shape::Call { word, .. } => Some(word.clone()),
@@ -91,22 +91,22 @@ impl Value {
 }
 
 impl Body {
-    /// Between the brackets.
+    /// Range between the brackets.
     pub(crate) fn inside(&self) -> Range<usize> {
         self.range.start + 1..if self.closed { self.range.end - 1 } else { self.range.end }
     }
 
-    /// The first item with that key.
+    /// First item with this key.
     pub(crate) fn get(&self, name: &str) -> Option<&Item> {
         self.items.iter().find(|item| item.name() == Some(name))
     }
 
-    /// The value with that key.
+    /// Value of this key.
     pub(crate) fn value(&self, name: &str) -> Option<&Value> {
         self.get(name)?.value.as_ref()
     }
 
-    /// The item whose key or value touches a place.
+    /// Index of the item whose key or value touches a position.
     pub(crate) fn item_at(&self, at: usize) -> Option<usize> {
         // Items are in the order of the text.
         let after = self.items.partition_point(|item| item.range.start <= at);
@@ -116,19 +116,19 @@ impl Body {
 }
 
 impl Item {
-    /// The name before the colon.
+    /// Name before the colon.
     pub(crate) fn name(&self) -> Option<&str> {
         self.key.as_ref().map(|key| key.name.as_str())
     }
 }
 
-/// The value of a whole text.
+/// Reads the value of a whole text.
 pub(crate) fn read(tree: &Tree) -> Option<Value> {
     value(tree.value()?, 0)
 }
 
 fn value(node: Node<'_>, depth: usize) -> Option<Value> {
-    // Mistakes may add levels of their own to those of brackets.
+    // Syntax errors may add nesting levels to those of brackets.
     if depth > 3 * MAX_NESTING {
         return None;
     }
@@ -145,7 +145,7 @@ fn value(node: Node<'_>, depth: usize) -> Option<Value> {
             let word = node.tokens().first()?.range();
             Shape::Call { word, body: body(node.body()?, depth) }
         }
-        // The value is among what could not be read.
+        // The value is inside an error node.
         NodeKind::Error => return node.children().find_map(|child| value(child, depth + 1)),
         NodeKind::Char | NodeKind::Range => Shape::Other,
         NodeKind::Root | NodeKind::Attribute | NodeKind::Entry | NodeKind::Missing => return None,
@@ -166,7 +166,7 @@ fn body(node: Node<'_>, depth: usize) -> Body {
     };
     let closed = node.tokens().len() > 1 && node.text().ends_with(close);
     if !closed {
-        // Whatever is written next belongs into it: up to the next thing that is there.
+        // Text typed next belongs to the body, so its range extends to the next token.
         let next = node.tree().tokens().get(node.token_range().end);
         range.end = next.map_or(node.tree().text().len(), |token| token.start());
     }
@@ -186,7 +186,7 @@ fn item(node: Node<'_>, depth: usize, items: &mut Vec<Item>) {
             let range = key.range.start..if value.is_some() { end } else { colon };
             items.push(Item { range, key: Some(key), value });
         }
-        // What could not be read may hold things that can.
+        // An error node may contain values.
         NodeKind::Error if depth <= 3 * MAX_NESTING => {
             node.children().for_each(|child| item(child, depth + 1, items));
         }
@@ -198,7 +198,7 @@ fn item(node: Node<'_>, depth: usize, items: &mut Vec<Item>) {
     }
 }
 
-/// Where what a text says stands between its quotes, if it is written without escapes.
+/// Range of a text's content between its quotes, if it has no escapes.
 pub(crate) fn plain(text: &str, range: &Range<usize>, says: &str) -> Option<Range<usize>> {
     let inside = range.start + 1..range.start + 1 + says.len();
     (text[range.start..].starts_with('"') && text.get(inside.clone()) == Some(says)).then_some(inside)

@@ -1,19 +1,19 @@
-//! Goes through a file, and finds what is at a place of it.
+//! Visits the keys and values of a file, and locates a position in it.
 use super::expect::Expect;
 use super::file::Section;
 use super::view::{Body, Item, Value};
 use super::world::Cx;
 
-/// Takes what a walk comes by.
+/// Visitor of a walk.
 pub(crate) trait Visit<'a> {
-    /// The key of an item of brackets in which `inside` is expected.
+    /// Visits the key of an item; `inside` is the expectation of the brackets.
     fn key(&mut self, inside: Expect<'a>, item: &'a Item);
 
-    /// A value, and what is expected of it.
+    /// Visits a value.
     fn value(&mut self, expect: Expect<'a>, value: &'a Value);
 }
 
-/// Goes through all keys and values of a file, in the order of the text.
+/// Visits all keys and values of a file, in the order of the text.
 pub(crate) fn walk<'a>(cx: Cx<'a>, visit: &mut dyn Visit<'a>) {
     if let Some(root) = &cx.file.root {
         value(cx, Expect::Root, root, visit);
@@ -34,37 +34,37 @@ fn value<'a>(cx: Cx<'a>, expect: Expect<'a>, value: &'a Value, visit: &mut dyn V
     }
 }
 
-/// One pair of brackets around a place.
+/// One pair of brackets around a position.
 #[derive(Clone, Copy)]
 pub(crate) struct Level<'a> {
-    /// What is expected in the brackets.
+    /// Expectation of the brackets.
     pub(crate) inside: Expect<'a>,
-    /// The value that has the brackets.
+    /// The value with the brackets.
     pub(crate) value: &'a Value,
     /// The brackets.
     pub(crate) body: &'a Body,
-    /// The item at the place.
+    /// The item at the position.
     pub(crate) item: Option<&'a Item>,
 }
 
-/// What is at a place.
+/// Element at a position.
 #[derive(Clone, Copy)]
 pub(crate) enum Spot<'a> {
     /// On a key.
     Key(&'a Item),
     /// On a value.
     Value(Expect<'a>, &'a Value),
-    /// After a colon, where a value is missing.
+    /// After a colon without a value.
     Missing(Expect<'a>),
     /// Between items.
     Between,
 }
 
-/// The brackets around a place, the outermost first, and what is there.
+/// Brackets around a position, the outermost first, and the element there.
 pub(crate) struct Trail<'a> {
     /// The brackets.
     pub(crate) levels: Vec<Level<'a>>,
-    /// What is there.
+    /// The element there.
     pub(crate) spot: Spot<'a>,
 }
 
@@ -74,7 +74,7 @@ impl<'a> Trail<'a> {
         self.levels.last().copied()
     }
 
-    /// The entry of a section that the place is in.
+    /// The section entry at the position.
     pub(crate) fn entry(&self) -> Option<(Section, &'a Item)> {
         self.levels.iter().find_map(|level| match level.inside {
             Expect::Section(section) => Some((section, level.item?)),
@@ -82,13 +82,13 @@ impl<'a> Trail<'a> {
         })
     }
 
-    /// The innermost node around the place: what is expected inside of it, and its brackets.
+    /// The innermost node around the position.
     pub(crate) fn node(&self) -> Option<Level<'a>> {
         self.levels.iter().rev().find(|l| matches!(l.inside, Expect::Kind(_) | Expect::Use(_, _, None))).copied()
     }
 }
 
-/// What is at a place of a file.
+/// Locates a position of a file.
 pub(crate) fn trail<'a>(cx: Cx<'a>, at: usize) -> Trail<'a> {
     let mut trail = Trail { levels: Vec::new(), spot: Spot::Between };
     let Some(root) = &cx.file.root else { return trail };
@@ -125,7 +125,7 @@ pub(crate) fn trail<'a>(cx: Cx<'a>, at: usize) -> Trail<'a> {
     }
 }
 
-/// The item whose value is missing, if the place is after its colon and blanks.
+/// The item without a value, if the position is after its colon and blanks.
 fn after_colon<'a>(cx: Cx<'a>, body: &'a Body, at: usize) -> Option<&'a Item> {
     let item = &body.items[body.items.partition_point(|item| item.range.start <= at).checked_sub(1)?];
     let blank = || cx.file.text.get(item.range.end..at).is_some_and(|text| text.chars().all(char::is_whitespace));

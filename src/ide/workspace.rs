@@ -1,4 +1,4 @@
-//! The files that an editor works on: texts that are open there, and everything else as it is on disk.
+//! Files of the editor: open texts, and all other files as they are on disk.
 use super::file::File;
 use super::habits::Habits;
 use super::world::World;
@@ -11,16 +11,16 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::SystemTime;
 
-/// Larger files are no graphs, in bytes.
+/// Files larger than this number of bytes are not read as graphs.
 const LARGEST: u64 = 8 << 20;
-/// The most files of a workspace that are looked at.
+/// Maximum number of files in a workspace.
 const FILES: usize = 20_000;
-/// Folders that hold no graphs.
+/// Folders that contain no graphs of the user.
 const SKIPPED: [&str; 3] = ["target", "node_modules", "shibo-library"];
-/// What begins the path of a graph that comes with the program.
+/// Prefix of the paths of library graphs.
 const LIBRARY: &str = "shibo:";
 
-/// What was last seen of a file on disk.
+/// State of a file on disk when it was last read.
 struct Seen {
     modified: Option<SystemTime>,
     len: u64,
@@ -29,17 +29,17 @@ struct Seen {
 
 #[derive(Default)]
 struct Known {
-    /// Where imports lead, by the file and the name.
+    /// Resolved imports, by file and name.
     imports: HashMap<(PathBuf, String), Option<PathBuf>>,
-    /// Files whose state on disk was looked at since the last change.
+    /// Files checked on disk since the last change.
     current: HashMap<PathBuf, Option<Arc<File>>>,
-    /// Files as they were read.
+    /// Files as read.
     files: HashMap<PathBuf, Seen>,
-    /// The files of the workspace.
+    /// Files of the workspace.
     all: Option<Arc<Vec<PathBuf>>>,
 }
 
-/// The files and the kinds.
+/// The files and the node kinds.
 pub(crate) struct Workspace {
     registry: Arc<Registry>,
     roots: Vec<PathBuf>,
@@ -49,19 +49,19 @@ pub(crate) struct Workspace {
 }
 
 impl Workspace {
-    /// A workspace of folders.
+    /// Creates a workspace of folders.
     pub(crate) fn new(registry: Arc<Registry>, roots: Vec<PathBuf>) -> Self {
         let habits = Arc::new(OnceLock::new());
         Self { registry, roots, open: HashMap::new(), known: Mutex::default(), habits }
     }
 
-    /// The same with other habits than those of the graphs that come with the program.
+    /// Replaces the statistics of the library graphs by others.
     #[cfg(test)]
     pub(crate) fn with_habits(self, habits: Habits) -> Self {
         Self { habits: Arc::new(OnceLock::from(habits)), ..self }
     }
 
-    /// A file is open, with this text.
+    /// Opens a file with this text.
     pub(crate) fn open(&mut self, path: &Path, text: impl Into<Arc<str>>) -> Arc<File> {
         let path = identity(path);
         let file = Arc::new(File::new(path.clone(), text));
@@ -70,31 +70,31 @@ impl Workspace {
         file
     }
 
-    /// A file is open, as it was read.
+    /// Opens a parsed file.
     pub(crate) fn insert(&mut self, file: Arc<File>) {
         self.open.insert(file.path.clone(), file);
         self.refresh();
     }
 
-    /// A file is no longer open.
+    /// Closes a file.
     pub(crate) fn close(&mut self, path: &Path) {
         self.open.remove(&identity(path));
         self.refresh();
     }
 
-    /// The texts of the files that are open.
+    /// Texts of open files.
     pub(crate) fn texts(&self) -> BTreeMap<PathBuf, Arc<str>> {
         self.open.values().map(|file| (file.path.clone(), file.text.clone())).collect()
     }
 
-    /// Something may have changed on disk.
+    /// Marks the state on disk as outdated.
     pub(crate) fn refresh(&self) {
         let mut known = self.known();
         known.imports.clear();
         known.current.clear();
     }
 
-    /// Files were made or removed.
+    /// Marks the list of files as outdated.
     pub(crate) fn rescan(&self) {
         self.known().all = None;
         self.refresh();
@@ -105,7 +105,7 @@ impl Workspace {
         &self.roots
     }
 
-    /// Other folders.
+    /// Replaces the folders.
     pub(crate) fn set_roots(&mut self, roots: Vec<PathBuf>) {
         self.roots = roots;
         self.rescan();
@@ -133,7 +133,7 @@ impl Workspace {
         Some(file)
     }
 
-    /// The graph files in the folders.
+    /// Graph files in the folders.
     fn all(&self) -> Arc<Vec<PathBuf>> {
         if let Some(all) = &self.known().all {
             return all.clone();
@@ -217,7 +217,7 @@ impl World for Workspace {
     }
 }
 
-/// A path by which files can be told apart: without links, `.` and `..`.
+/// Canonical path, without links, `.` and `..`, so that equal paths mean the same file.
 pub(crate) fn identity(path: &Path) -> PathBuf {
     if path.starts_with(LIBRARY) || path.to_str().is_some_and(|path| path.starts_with(LIBRARY)) {
         return lexical(path);

@@ -1,4 +1,4 @@
-//! `shibo job`: a graph as a job for the machines of a render farm. Existing schedulers run it; its tasks are commands of this
+//! `shibo job`: writes a graph as a job for a render farm. Existing schedulers run it; its tasks are commands of this
 //! program.
 mod openjd;
 mod slurm;
@@ -29,7 +29,7 @@ Examples:
 The job prepares what all parts need, renders the parts, and joins them; or it renders the variants of a sweep, and lists them.
 A task that failed is simply run again.";
 
-/// Who runs a job.
+/// Schedulers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Scheduler {
     /// Engines for `OpenJobDescription`, as AWS Deadline Cloud.
@@ -47,14 +47,14 @@ pub(crate) struct JobArgs {
     /// The folder for the job; made if need be.
     #[arg(short, long, value_name = "DIR")]
     out: PathBuf,
-    /// Who runs it.
+    /// The scheduler that runs the job.
     #[arg(long = "for", value_name = "SCHEDULER", default_value = "openjd")]
     scheduler: Scheduler,
-    /// In how many parts; 16, or one for each row of tiles, if not given.
+    /// Number of parts; 16, or one for each row of tiles, if not given.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     parts: Option<u32>,
-    /// Render a variant for each of these values of a parameter, of `seed` or of `preset`, as `shibo render` does: 1..100,
-    /// 0.6..1.2/4 or a,b,c. Repeated, it renders all combinations.
+    /// Render a variant for each of these values of a parameter, of `seed` or of `preset`, as `shibo render` does:
+    /// 1..100, 0.6..1.2/4 or a,b,c. Repeated, it renders all combinations.
     #[arg(long, value_name = "NAME=VALUES", conflicts_with = "parts")]
     sweep: Vec<String>,
     /// Render only this output, or this channel of a material (NAME.CHANNEL); may be repeated.
@@ -63,7 +63,7 @@ pub(crate) struct JobArgs {
     /// The pixels of the pictures, instead of the graph's: of the longer side, or width and height.
     #[arg(long, value_name = "N|WxH", value_parser = resolution)]
     resolution: Option<Resolution>,
-    /// Dither what is rounded to integers.
+    /// Dither values that are rounded to integers.
     #[arg(long)]
     dither: bool,
     #[command(flatten)]
@@ -72,22 +72,22 @@ pub(crate) struct JobArgs {
     engine: EngineArgs,
 }
 
-/// What both kinds of jobs have in common.
+/// Settings shared by both kinds of jobs.
 struct Job {
     name: String,
-    /// The graph within the folder of the job.
+    /// Path of the graph in the folder of the job.
     graph: String,
-    /// The parts of the pictures, or the variants of a sweep.
+    /// Number of parts of the pictures, or of variants of a sweep.
     tasks: u32,
-    /// What is swept; nothing for a job of parts.
+    /// Axes of the sweep; empty for a job of parts.
     sweep: Vec<String>,
-    /// MiB for results; a task takes some more.
+    /// Memory for results in MiB; a task needs somewhat more.
     memory: u32,
-    /// The cores of a task; 0 if nothing is said.
+    /// Cores per task; 0 if unspecified.
     threads: u16,
-    /// What follows the graph in `prepare` and in `render`.
+    /// Arguments after the graph, for `prepare` and `render`.
     common: Vec<String>,
-    /// What else follows it in `render`.
+    /// Further arguments for `render`.
     rendering: Vec<String>,
 }
 
@@ -128,7 +128,7 @@ pub(crate) fn run(args: &JobArgs, terminal: &Terminal) -> Result<(), Quit> {
     Ok(())
 }
 
-/// How many parts there are.
+/// Number of parts.
 fn parts(args: &JobArgs, graph: &Graph) -> Result<u32, Quit> {
     if let Some(export) = graph.outputs.iter().find(|o| o.export.is_some() && args.output.is_empty()) {
         let message = format!("`{}` is made for another program, with whole pictures", export.name);
@@ -144,7 +144,7 @@ fn parts(args: &JobArgs, graph: &Graph) -> Result<u32, Quit> {
     Ok(parts)
 }
 
-/// How many variants a sweep has.
+/// Number of variants of a sweep.
 fn variants(args: &JobArgs) -> Result<u32, Quit> {
     let axes: Result<Vec<_>, String> = args.sweep.iter().map(|text| sweep::axis(text)).collect();
     let axes = axes.map_err(Quit::Usage)?;
@@ -155,7 +155,7 @@ fn variants(args: &JobArgs) -> Result<u32, Quit> {
     Ok(u32::try_from(count).unwrap_or(u32::MAX))
 }
 
-/// The arguments that `prepare` and `render` share.
+/// Arguments shared by `prepare` and `render`.
 fn common(args: &JobArgs) -> Vec<String> {
     let mut words = Vec::new();
     let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
@@ -170,7 +170,7 @@ fn common(args: &JobArgs) -> Vec<String> {
     args.values.set.iter().for_each(|(name, value)| add("--set", format!("{name}={value}")));
     args.values.preset.iter().for_each(|name| add("--preset", name.clone()));
     add("--memory", args.engine.memory.to_string());
-    // Slurm says how many cores a task has.
+    // Slurm determines the cores of a task itself.
     if args.engine.threads > 0 && args.scheduler == Scheduler::Openjd {
         add("--threads", args.engine.threads.to_string());
     }

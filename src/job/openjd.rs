@@ -1,16 +1,16 @@
-//! A job bundle of `OpenJobDescription` 2023-09.
+//! Writes a job bundle of `OpenJobDescription` 2023-09.
 use super::Job;
 use serde_json::{Value as Json, json};
 use std::fmt::Write;
 
-/// Where the parts lie until they are joined, and what is prepared.
+/// Folder of the parts until they are joined, and of the prepared results.
 const PARTS: &str = "{{Param.OutDir}}/parts";
 const CACHE: &str = "{{Param.OutDir}}/parts/cache";
 
-/// In about so many chunks a sweep begins.
+/// Approximate number of chunks at the start of a sweep.
 const CHUNKS: u32 = 100;
 
-/// The template. JSON is YAML, but people read this one.
+/// The job template, in YAML so that people can read it.
 pub(super) fn template(job: &Job) -> String {
     let mut page = String::new();
     let memory = u64::from(job.memory) * 5 / 4 + 512;
@@ -77,8 +77,8 @@ parameterDefinitions:
     page
 }
 
-/// The same job in which no word holds what a scheduler would replace, and the definitions of the parameters that stand for such words:
-/// their values are taken as they are. There is no other way to write two braces in a template.
+/// Replaces words that contain a scheduler's placeholder by parameters, whose values are used verbatim; returns the job
+/// and the definitions of the parameters. A template has no escape for two braces.
 fn plain(job: &Job) -> (Job, String) {
     let mut texts = String::new();
     let mut count = 0;
@@ -111,7 +111,7 @@ fn plain(job: &Job) -> (Job, String) {
     (plain, texts)
 }
 
-/// The steps of a sweep: chunks of variants, and the list of all of them.
+/// Steps of a sweep: chunks of variants, and the list of all variants.
 fn variants(job: &Job, needs: &str, graph: &[String], told: &[String]) -> String {
     let space = format!(
         "    parameterSpace:
@@ -150,14 +150,14 @@ fn step(name: &str, after: Option<&str>, space: &str, needs: &str, words: &[Stri
     )
 }
 
-/// The values that a scheduler takes if it is not told others.
+/// Default parameter values for the scheduler.
 pub(super) fn values(job: &Job) -> String {
     let of = |name: &str, value: &str| json!({ "name": name, "value": value });
     let values = Json::Array(vec![of("Graph", &job.graph), of("OutDir", "out"), of("Shibo", "shibo")]);
     lines("parameterValues", &values)
 }
 
-/// What must be copied to where the tasks run.
+/// Files to copy to the machines.
 pub(super) fn assets() -> String {
     "assetReferences:
   inputs:
@@ -178,7 +178,7 @@ fn lines(name: &str, list: &Json) -> String {
     format!("{name}:\n{items}")
 }
 
-/// A text in YAML, in which nothing has another meaning.
+/// Quotes a text for YAML.
 fn quoted(text: &str) -> String {
     Json::from(text).to_string()
 }

@@ -1,16 +1,16 @@
-//! A job for Slurm: one script, which submits itself three times.
+//! Writes a job for Slurm: one script that submits itself three times.
 use super::Job;
 
-/// The most tasks of an array: fewer than Slurm takes where nobody has changed it.
+/// Maximum number of tasks of an array: below the default limit of Slurm.
 const MOST: u32 = 1000;
 
-/// The cores of a task where nothing else is said.
+/// Default number of cores per task.
 const CORES: u16 = 2;
 
-/// As many threads as the task was given cores.
+/// Uses as many threads as the task has cores.
 const THREADS: &str = " --threads \"${SLURM_CPUS_PER_TASK:-0}\"";
 
-/// What hands the script over to Slurm for a task. In the names of logs `%` stands for something, unless it is doubled.
+/// Command that submits the script for a task. `%` in names of logs is a placeholder and is doubled.
 fn submit(job: &Job) -> String {
     let (name, memory) = (quoted(&job.name), u64::from(job.memory) * 5 / 4 + 512);
     let cores = if job.threads > 0 { job.threads } else { CORES };
@@ -68,7 +68,7 @@ echo "submitted: prepare ${{prepare%%;*}}, render ${{render%%;*}} ({parts} tasks
     )
 }
 
-/// The script of a sweep.
+/// Script of a sweep.
 fn sweep(job: &Job) -> String {
     let words = |words: &[String]| words.iter().map(|word| format!(" {}", quoted(word))).collect::<String>();
     let graph = quoted(&job.graph);
@@ -109,7 +109,7 @@ echo "submitted: render ${{render%%;*}} ({variants} variants in {tasks} tasks), 
     )
 }
 
-/// A word that a shell takes as it is.
+/// Quotes a word for a shell.
 fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', r"'\''"))
 }
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_are_taken_as_they_are() {
+    fn quotes_words_for_shell() {
         for word in ["a b", "it's", "$(rm -rf /)", "`x`", "\"", "a\nb", "", "*", "\\"] {
             let output =
                 std::process::Command::new("bash").args(["-c", &format!("printf %s {}", quoted(word))]).output();

@@ -1,4 +1,4 @@
-//! Changes that are offered at a place.
+//! Code actions at a selection.
 use super::convert;
 use super::server::{Answer, Refusal, Server};
 use crate::ide::actions::{Action, ActionKind, actions as offered};
@@ -7,7 +7,7 @@ use lsp_server::ErrorCode;
 use lsp_types::{CodeAction, CodeActionKind, CodeActionParams, Diagnostic, NumberOrString};
 use serde_json::Value as Json;
 
-/// What is offered for a selection.
+/// Answers a request for code actions.
 pub(super) fn actions(server: &Server, params: &CodeActionParams) -> Answer {
     let document = server.document(&params.text_document.uri)?;
     let selected = document.lines.range(params.range);
@@ -49,12 +49,12 @@ fn kind(kind: ActionKind) -> CodeActionKind {
     }
 }
 
-/// What was found, from what the editor was told of it.
+/// Restores a finding from the diagnostic that the editor sends back.
 fn finding(server: &Server, params: &CodeActionParams, told: &Diagnostic) -> Result<Finding, Refusal> {
     let document = server.document(&params.text_document.uri)?;
     let data = told.data.clone().unwrap_or_default();
     let text = |key: &str| data[key].as_str().map(str::to_owned);
-    // Editors that keep no data still have the message, whose second line is what to do.
+    // Some editors drop the data; the message then has the help on its second line.
     let (message, help) = match told.message.split_once('\n') {
         Some((message, help)) => (message.to_owned(), Some(help.to_owned())),
         None => (told.message.clone(), None),

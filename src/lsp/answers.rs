@@ -20,10 +20,10 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value as Json, json};
 use std::sync::Arc;
 
-/// The most symbols of a workspace that are told at once.
+/// Maximum number of workspace symbols in one answer.
 const SYMBOLS: usize = 500;
 
-/// The answer to a request.
+/// Answers a request.
 pub(super) fn answer(server: &mut Server, method: &str, params: Json) -> Answer {
     match method {
         "textDocument/completion" => completion(server, wanted(params)?),
@@ -62,7 +62,7 @@ fn json(value: impl Serialize) -> Answer {
     serde_json::to_value(value).map_err(|error| Refusal(ErrorCode::InternalError, error.to_string()))
 }
 
-/// The file of a request, and the byte that it is about.
+/// Document of a request, and the byte offset of its position.
 fn place<'s>(server: &'s Server, at: &TextDocumentPositionParams) -> Result<(&'s Document, usize), Refusal> {
     let document = server.document(&at.text_document.uri)?;
     Ok((document, document.lines.offset(at.position)))
@@ -79,7 +79,7 @@ fn completion(server: &Server, params: CompletionParams) -> Answer {
     let offers = ide::complete(server.cx(document), at);
     let item = |(i, one)| convert::completion(one, i, &document.lines, uri, snippets);
     let items = offers.iter().enumerate().map(item).collect();
-    // What is typed next is ranked anew.
+    // Incomplete, so that the editor asks again and the ranking follows each typed letter.
     json(CompletionList { is_incomplete: true, items })
 }
 
@@ -109,7 +109,7 @@ fn signature(server: &Server, params: SignatureHelpParams) -> Answer {
     let (document, at) = place(server, &params.text_document_position_params)?;
     let Some(found) = ide::signature(server.cx(document), at) else { return json(Json::Null) };
     let active = found.active.and_then(|i| u32::try_from(i).ok());
-    // Offsets in labels count units of UTF-16.
+    // Offsets in labels count UTF-16 units.
     let units = |at: usize| {
         let count = found.label.get(..at).map_or(0, |text| text.encode_utf16().count());
         u32::try_from(count).unwrap_or(u32::MAX)
@@ -127,7 +127,7 @@ fn signature(server: &Server, params: SignatureHelpParams) -> Answer {
     json(SignatureHelp { signatures: vec![signature], active_signature: Some(0), active_parameter: active })
 }
 
-fn location(server: &Server, place: &navigate::Place) -> Option<Location> {
+fn location(server: &Server, place: &navigate::FileRange) -> Option<Location> {
     let (uri, _) = server.address(&place.path)?;
     if place.range.is_empty() {
         return Some(Location::new(uri, lsp_types::Range::default()));
@@ -238,7 +238,7 @@ fn folds(server: &Server, params: FoldingRangeParams) -> Answer {
     let document = server.document(&params.text_document.uri)?;
     let folds = structure::folds(server.cx(document)).into_iter().filter_map(|(range, comment)| {
         let span = document.lines.span(&range);
-        // The line of a closing bracket stays.
+        // The fold keeps the line of a closing bracket visible.
         let closes = document.file.text[..range.end].ends_with([')', ']', '}']);
         let end_line = if closes && !comment { span.end.line.saturating_sub(1) } else { span.end.line };
         (end_line > span.start.line).then_some(FoldingRange {
@@ -321,13 +321,13 @@ fn formatted_part(server: &Server, params: DocumentRangeFormattingParams) -> Ans
 }
 
 impl Server {
-    /// The same place in a file that the editor can open: a graph that comes with the program is written to disk first.
-    fn unpacked(&self, place: navigate::Place) -> navigate::Place {
+    /// Replaces a library graph, which the editor cannot open, by a copy written to disk.
+    fn unpacked(&self, place: navigate::FileRange) -> navigate::FileRange {
         let inside = place.path.to_str().and_then(|path| path.strip_prefix("shibo:"));
         let library = self.workspace.registry().library();
         let Some((inside, library)) = inside.zip(library) else { return place };
         match library.file(inside.trim_start_matches('/')) {
-            Ok(path) => navigate::Place { path, ..place },
+            Ok(path) => navigate::FileRange { path, ..place },
             Err(_) => place,
         }
     }

@@ -1,4 +1,5 @@
-//! Diagnostics: a thread that checks the newest texts and tells the editor, so that nothing waits for it.
+//! Diagnostics: a thread checks the newest texts and sends the findings to the editor, so that no answer waits for a
+//! check.
 use super::text::{Encoding, Lines};
 use super::uris;
 use crate::environment;
@@ -20,18 +21,18 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant, SystemTime};
 
-/// How often files on disk are looked at.
+/// Interval between checks of the files on disk.
 const LOOK: Duration = Duration::from_millis(400);
 
-/// What the thread is told.
+/// Message to the checker.
 pub(super) enum Job {
-    /// A file has this text.
+    /// A file has a new text.
     Text {
-        /// How the editor calls the file.
+        /// The editor's address of the file.
         uri: Uri,
         /// The version of the text.
         version: i32,
-        /// The text, read.
+        /// The parsed text.
         file: Arc<File>,
     },
     /// A file was closed.
@@ -40,22 +41,22 @@ pub(super) enum Job {
     Roots(Vec<PathBuf>),
 }
 
-/// A file that is open.
+/// An open file.
 struct Open {
     uri: Uri,
     version: i32,
     file: Arc<File>,
 }
 
-/// What was found when a file was checked.
+/// Result of checking a file.
 struct Checked {
-    /// By the file that it is in; with the text that the places are of.
+    /// Findings by file, each with the text to which their ranges refer.
     found: BTreeMap<PathBuf, (Arc<str>, Vec<Finding>)>,
-    /// The files that were looked at, as they were.
+    /// Files that the check read, with their state then.
     seen: Vec<(PathBuf, Option<(SystemTime, u64)>)>,
 }
 
-/// The thread.
+/// The checker.
 pub(super) struct Checker {
     registry: Arc<Registry>,
     workspace: Workspace,
@@ -63,12 +64,12 @@ pub(super) struct Checker {
     send: Box<dyn Fn(Message) + Send>,
     open: BTreeMap<PathBuf, Open>,
     checked: BTreeMap<PathBuf, Checked>,
-    /// Files that the editor was told something about.
+    /// Files with published diagnostics.
     told: BTreeSet<PathBuf>,
 }
 
 impl Checker {
-    /// A checker that tells the editor through `send`.
+    /// Creates a checker that sends messages to the editor through `send`.
     pub(super) fn new(
         registry: Arc<Registry>,
         roots: Vec<PathBuf>,
@@ -86,7 +87,7 @@ impl Checker {
         }
     }
 
-    /// Works until nobody can tell it anything more.
+    /// Runs until all senders of jobs are gone.
     pub(super) fn run(mut self, jobs: &Receiver<Job>) {
         let mut looked = Instant::now();
         let mut due: BTreeSet<PathBuf> = BTreeSet::new();
@@ -109,7 +110,7 @@ impl Checker {
         }
     }
 
-    /// Does a step. A defect in it, which the editor finds in the log, leaves the next text to be checked.
+    /// Runs a step. A panic is logged in the editor, and the next text is still checked.
     fn safely(&mut self, step: impl FnOnce(&mut Self)) {
         let _ = catch_unwind(AssertUnwindSafe(|| step(self)));
     }
@@ -137,14 +138,14 @@ impl Checker {
         }
     }
 
-    /// The open files whose check looked at a file.
+    /// Open files whose check read `path`.
     fn readers(&self, path: &Path) -> Vec<PathBuf> {
         let reads = |checked: &Checked| checked.seen.iter().any(|(seen, _)| seen == path);
         let readers = self.checked.iter().filter(|(own, checked)| *own != path && reads(checked));
         readers.map(|(path, _)| path.clone()).filter(|path| self.open.contains_key(path)).collect()
     }
 
-    /// The open files of which something on disk has changed.
+    /// Open files whose check read a file that has changed on disk.
     fn changed_on_disk(&mut self) -> BTreeSet<PathBuf> {
         let changed = |checked: &Checked| {
             checked.seen.iter().any(|(path, state)| !self.open.contains_key(path) && state_of(path) != *state)
@@ -199,7 +200,7 @@ impl Checker {
         }
     }
 
-    /// Tells the editor everything that was found in a file, by whichever check.
+    /// Publishes all findings in a file, from all checks.
     fn publish(&mut self, path: &Path) {
         let mut lists: Vec<&(Arc<str>, Vec<Finding>)> = Vec::new();
         lists.extend(self.checked.get(path).and_then(|checked| checked.found.get(path)));
@@ -211,7 +212,7 @@ impl Checker {
         let mut diagnostics = Vec::new();
         let mut lines: Option<Lines> = None;
         for (text, findings) in lists {
-            // A check of an older text tells nothing about the places of this one.
+            // Ranges from a check of an older text do not fit this one.
             if open.is_some_and(|open| open.file.text != *text) {
                 continue;
             }
@@ -269,7 +270,7 @@ impl Checker {
     }
 }
 
-/// What the system says of a file.
+/// Modification time and size of a file.
 fn state_of(path: &Path) -> Option<(SystemTime, u64)> {
     let metadata = fs::metadata(path).ok()?;
     Some((metadata.modified().ok()?, metadata.len()))

@@ -1,4 +1,4 @@
-//! What the server does for the editor besides answering: it renders, and it talks with the page of `shibo watch`.
+//! Commands of the editor: rendering, and communication with the page of `shibo watch`.
 use super::http;
 use super::server::{Answer, Event, Refusal, Server};
 use crate::environment;
@@ -19,24 +19,24 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// For so long a page may take to end.
+/// Time that a page gets to end.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// What threads report.
+/// Message from a thread.
 pub(super) enum Jump {
-    /// A node was clicked: the file, and line and column from 1, columns in characters.
+    /// A node was clicked: file, line and column from 1; columns count characters.
     To(PathBuf, u32, u32),
-    /// A page is to be opened.
+    /// A page is to be opened in the browser.
     Open(String),
-    /// Something is to be said.
+    /// A message for the user.
     Say(MessageType, String),
 }
 
 #[derive(Default)]
 struct Inner {
-    /// Pages that are listened to.
+    /// Pages with a listening thread.
     heard: HashSet<String>,
-    /// Those that were started here.
+    /// Pages started by this server.
     children: Vec<Child>,
 }
 
@@ -49,7 +49,7 @@ pub(super) struct Pages {
 }
 
 impl Pages {
-    /// None is known yet.
+    /// Starts without pages.
     pub(super) fn new(events: Sender<Event>, cache_dir: Option<PathBuf>) -> Self {
         Self { events, cache_dir, inner: Arc::default() }
     }
@@ -58,7 +58,7 @@ impl Pages {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Ends the pages that were started here.
+    /// Stops the pages that this server started.
     pub(super) fn stop(&self) {
         let mut children = std::mem::take(&mut self.lock().children);
         children.iter_mut().for_each(|child| drop(child.stdin.take()));
@@ -76,7 +76,7 @@ impl Pages {
         let _ = self.events.send(Event::Jump(Jump::Say(kind, text.into())));
     }
 
-    /// Shows a target on the page of a graph. A page is found or started; where nobody looks at it, it is opened.
+    /// Shows a target on the page of a graph; finds or starts the page, and opens it in a browser if none shows it.
     fn show(&self, path: &Path, target: &str) {
         let Some(url) = self.find(path).or_else(|| self.start(path)) else {
             self.say(MessageType::ERROR, format!("the page of `{}` cannot be started", path.display()));
@@ -91,7 +91,7 @@ impl Pages {
         }
     }
 
-    /// The page of a graph that is watched already.
+    /// Address of a page that already watches a graph.
     fn find(&self, path: &Path) -> Option<String> {
         let note = std::fs::read_to_string(environment::page_note(&identity(path))).ok()?;
         let note: Json = serde_json::from_str(&note).ok()?;
@@ -99,7 +99,7 @@ impl Pages {
         http::post(&url, "show", &json!({ "target": null })).map(|_| url)
     }
 
-    /// Watches a graph.
+    /// Starts watching a graph; returns the address of the page.
     fn start(&self, path: &Path) -> Option<String> {
         let mut command = Command::new(std::env::current_exe().ok()?);
         command.arg("watch").arg(path).args(["--no-open", "--log", "json", "--while-stdin"]);
@@ -107,20 +107,20 @@ impl Pages {
             command.arg("--cache-dir").arg(dir);
         }
         command.args(import_paths());
-        // The pipe to its stdin is closed with this process, however that ends, and then the child ends too.
+        // The pipe to the child's stdin closes when this process ends in any way, and then the child ends too.
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().ok()?;
         let mut lines = BufReader::new(child.stdout.take()?).lines();
         let heard = lines.by_ref().map_while(Result::ok).find_map(|line| {
             let event: Json = serde_json::from_str(&line).ok()?;
             event["url"].as_str().map(str::to_owned)
         });
-        // What it prints later is read, so that it never waits for that.
+        // Later output is read and dropped, so that the child never blocks on the pipe.
         thread::spawn(move || lines.for_each(drop));
         self.lock().children.push(child);
         heard
     }
 
-    /// Hears of clicks on a page.
+    /// Listens for clicks on a page.
     fn hear(&self, url: &str) {
         if !self.lock().heard.insert(url.to_owned()) {
             return;
@@ -141,7 +141,7 @@ impl Pages {
         });
     }
 
-    /// Renders an output of a graph into the folder `out` beside it.
+    /// Renders an output of a graph into the folder `out` beside the graph.
     fn render(&self, path: &Path, output: &str) {
         let out = path.parent().unwrap_or(Path::new("")).join("out");
         let made = std::env::current_exe().and_then(|program| {
@@ -165,13 +165,13 @@ impl Pages {
     }
 }
 
-/// The arguments that tell a child the folders of imports.
+/// Arguments that pass the import folders to a child.
 fn import_paths() -> impl Iterator<Item = OsString> {
     environment::import_paths().iter().flat_map(|folder| ["--import-path".into(), folder.clone().into_os_string()])
 }
 
 impl Server {
-    /// Runs a command. It answers at once; what takes time is done by a thread.
+    /// Runs a command. The answer is immediate; slow work is done by a thread.
     pub(super) fn execute(&self, params: ExecuteCommandParams) -> Answer {
         let bad = |text: &str| Refusal(ErrorCode::InvalidParams, text.to_owned());
         let uri = params.arguments.first().and_then(Json::as_str).and_then(|uri| Uri::from_str(uri).ok());
@@ -198,7 +198,7 @@ impl Server {
         Ok(Json::Null)
     }
 
-    /// The name that a command is given: as a text, or as the position of the cursor.
+    /// Name given to a command, as a text or as a cursor position.
     fn named(&self, uri: &Uri, argument: Option<&Json>) -> Option<String> {
         let argument = argument?;
         if let Some(name) = argument.as_str() {
@@ -210,12 +210,13 @@ impl Server {
         node_at(Cx { world: &self.workspace, file: &file }, at)
     }
 
-    /// Does what a thread reports.
+    /// Handles a message from a thread.
     pub(super) fn jump(&mut self, jump: &Jump) {
         match jump {
             Jump::To(path, line, column) => {
                 let Some((uri, _)) = self.address(&identity(path)) else { return };
-                // The page counts characters; only names come before a kind, so that these are the same in all encodings mostly.
+                // Columns count characters. Usually only names precede a kind, so columns are mostly the same in all
+                // encodings.
                 let at = Position::new(line.saturating_sub(1), column.saturating_sub(1));
                 let selection = Some(Range::new(at, at));
                 if self.client.shows {

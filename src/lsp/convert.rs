@@ -1,4 +1,4 @@
-//! Answers in the words of the protocol.
+//! Converts answers to the types of the protocol.
 use super::server::Server;
 use super::text::{Encoding, Lines};
 use crate::ide::rename::{Edit, Edits};
@@ -15,10 +15,10 @@ use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-/// The commands that the server runs.
+/// Commands that the server runs.
 pub(super) const COMMANDS: [&str; 3] = ["shibo.render", "shibo.preview", "shibo.show"];
 
-/// What the server can do.
+/// Capabilities of the server.
 pub(super) fn capabilities(encoding: Encoding) -> Json {
     let legend: Vec<SemanticTokenType> = Token::ALL.iter().map(|token| token_type(*token)).collect();
     json!({
@@ -58,7 +58,7 @@ pub(super) fn capabilities(encoding: Encoding) -> Json {
     })
 }
 
-/// The type of a token that editors have colours for.
+/// Standard token type, for which editors have colours.
 fn token_type(token: Token) -> SemanticTokenType {
     match token {
         Token::Section => SemanticTokenType::KEYWORD,
@@ -74,7 +74,7 @@ fn token_type(token: Token) -> SemanticTokenType {
     }
 }
 
-/// Tokens as differences from each to the next; one that goes over several lines is left out.
+/// Encodes tokens as differences to the previous token; tokens over several lines are left out.
 pub(super) fn tokens(tokens: &[(std::ops::Range<usize>, Token)], lines: &Lines) -> Vec<SemanticToken> {
     let (mut line, mut start) = (0, 0);
     let mut all = Vec::with_capacity(tokens.len());
@@ -98,7 +98,7 @@ pub(super) fn tokens(tokens: &[(std::ops::Range<usize>, Token)], lines: &Lines) 
     all
 }
 
-/// An offer; `index` is its place among all.
+/// Converts a completion; `index` is its rank.
 pub(super) fn completion(one: &Completion, index: usize, lines: &Lines, uri: &str, snippets: bool) -> CompletionItem {
     let kind = match one.sort {
         Sort::Kind => CompletionItemKind::CLASS,
@@ -134,12 +134,12 @@ pub(super) fn completion(one: &Completion, index: usize, lines: &Lines, uri: &st
     }
 }
 
-/// A few words of a line.
+/// Shortens a text to a few words.
 fn short(text: &str) -> String {
     if text.chars().count() > 48 { text.chars().take(47).chain(['…']).collect() } else { text.to_owned() }
 }
 
-/// A snippet without its places.
+/// Snippet text without placeholders.
 fn plain(snippet: &str) -> String {
     let mut out = String::new();
     let mut chars = snippet.chars().peekable();
@@ -149,7 +149,7 @@ fn plain(snippet: &str) -> String {
             continue;
         }
         if chars.next_if_eq(&'{').is_some() {
-            // `${1:text}` is `text`.
+            // `${1:text}` becomes `text`.
             let inner: String = chars.by_ref().take_while(|c| *c != '}').collect();
             out.push_str(inner.split_once(':').map_or("", |(_, text)| text));
         } else {
@@ -159,7 +159,7 @@ fn plain(snippet: &str) -> String {
     out
 }
 
-/// An entry of the outline.
+/// Converts an entry of the outline.
 #[expect(deprecated, reason = "the protocol still has the field")]
 pub(super) fn symbol(entry: &Entry, lines: &Lines) -> DocumentSymbol {
     let children: Vec<DocumentSymbol> = entry.children.iter().map(|child| symbol(child, lines)).collect();
@@ -175,7 +175,7 @@ pub(super) fn symbol(entry: &Entry, lines: &Lines) -> DocumentSymbol {
     }
 }
 
-/// What an entry of the outline is shown as.
+/// Symbol kind of an entry of the outline.
 pub(super) fn symbol_kind(entry: &Entry) -> SymbolKind {
     match entry.section {
         None => SymbolKind::NAMESPACE,
@@ -193,7 +193,7 @@ pub(super) fn text_edits(edits: &[Edit], lines: &Lines) -> Vec<TextEdit> {
     edits.iter().map(|edit| TextEdit::new(lines.span(&edit.range), edit.text.clone())).collect()
 }
 
-/// Changes of several files; files that are made come first. Nothing if a file cannot be addressed.
+/// Edits of several files, after the creation of new files. `None` if a file has no address.
 pub(super) fn workspace_edit(server: &Server, edits: &Edits, creates: &[(PathBuf, String)]) -> Option<WorkspaceEdit> {
     let mut operations = Vec::new();
     let mut changes = BTreeMap::new();
@@ -230,7 +230,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn snippets_become_plain_texts() {
+    fn converts_snippets_to_plain_text() {
         assert_eq!(plain("Blur(input: \"$1\"$0)"), "Blur(input: \"\")");
         assert_eq!(plain("Number(default: ${1:0.5}, doc: \"$2\")$0"), "Number(default: 0.5, doc: \"\")");
     }

@@ -1,24 +1,24 @@
-//! Messages on stdin and stdout. An unreadable message is reported and skipped, and the next one is found. Memory is taken for bytes
-//! that have arrived, not for lengths that are announced.
+//! Messages on stdin and stdout. An unreadable message is reported and skipped. Memory is allocated for bytes that have
+//! arrived, not for announced lengths.
 use lsp_server::{Connection, Message, Notification};
 use serde_json::json;
 use std::io::{self, BufWriter, Read, Write};
 use std::thread;
 
-/// The most bytes of a message; graph files have at most 8 MiB.
+/// Maximum size of a message in bytes; graph files have at most 8 MiB.
 const MOST: usize = 64 << 20;
-/// The most bytes before the content of a message.
+/// Maximum number of bytes before the content of a message.
 const HEAD: usize = 4 << 10;
-/// The begin of a message.
+/// Begin of a message.
 const BEGIN: &[u8] = b"Content-Length:";
-/// Bytes that are read at once.
+/// Number of bytes per read.
 const PART: usize = 64 << 10;
 
-/// The messages in a stream of bytes.
+/// Messages in a stream of bytes.
 struct Frames<R> {
     input: R,
     bytes: Vec<u8>,
-    /// Where in `bytes` the next message begins.
+    /// Offset in `bytes` of the next message.
     start: usize,
 }
 
@@ -27,7 +27,7 @@ impl<R: Read> Frames<R> {
         Self { input, bytes: Vec::new(), start: 0 }
     }
 
-    /// The bytes that were read and are not taken yet.
+    /// Bytes read and not yet consumed.
     fn rest(&self) -> &[u8] {
         &self.bytes[self.start..]
     }
@@ -36,7 +36,7 @@ impl<R: Read> Frames<R> {
         self.start = (self.start + count).min(self.bytes.len());
     }
 
-    /// Reads on; whether there was anything.
+    /// Reads more bytes; returns false at the end of the stream.
     fn more(&mut self) -> io::Result<bool> {
         self.bytes.drain(..self.start);
         self.start = 0;
@@ -52,7 +52,7 @@ impl<R: Read> Frames<R> {
         read.map(|read| read > 0)
     }
 
-    /// The next message, or the reason that it is unreadable; nothing at the end of the stream.
+    /// Returns the next message, or the reason why it is unreadable; `None` at the end of the stream.
     fn next(&mut self) -> io::Result<Option<Result<Message, String>>> {
         let end = loop {
             if let Some(end) = find(self.rest(), b"\r\n\r\n").filter(|end| *end <= HEAD) {
@@ -84,7 +84,7 @@ impl<R: Read> Frames<R> {
                 self.take(length);
                 Ok(Some(Ok(message)))
             }
-            // If it is JSON, the length is right; otherwise the next message may begin within it.
+            // For a JSON error the length was right; otherwise the next message may begin within this content.
             Err(error) if error.is_data() => {
                 self.take(length);
                 Ok(Some(Err(format!("a message is not one of the protocol: {error}"))))
@@ -96,8 +96,8 @@ impl<R: Read> Frames<R> {
         }
     }
 
-    /// Goes on to where the next message seems to begin. In JSON no line ends after what looks like a header, so none is found where
-    /// there is none.
+    /// Skips to the next probable message. JSON has no line that starts with a header, so content is not mistaken for
+    /// one.
     fn skip(&mut self) -> io::Result<()> {
         self.take(1);
         loop {
@@ -116,7 +116,7 @@ impl<R: Read> Frames<R> {
                 }
                 self.take(1);
             }
-            // The beginning of a header may be at the end.
+            // A header may begin in the last bytes, so these are kept.
             self.take(self.rest().len().saturating_sub(BEGIN.len()));
             if !self.more()? {
                 self.take(self.rest().len());
@@ -126,7 +126,7 @@ impl<R: Read> Frames<R> {
     }
 }
 
-/// The length that a header tells.
+/// Content length in a header.
 fn length(head: &[u8]) -> Result<usize, String> {
     let head = String::from_utf8_lossy(head);
     let lines = head.lines().filter_map(|line| line.split_once(':'));
@@ -154,12 +154,12 @@ impl Threads {
     }
 }
 
-/// The editor, on stdin and stdout.
+/// Connection to the editor on stdin and stdout.
 pub(super) fn stdio() -> (Connection, Threads) {
     let (server, editor) = Connection::memory();
     let Connection { sender, receiver } = editor;
     let (back, told) = (server.sender.clone(), sender);
-    // It ends with the process at the latest: nothing else wakes a thread that waits for stdin.
+    // Not joined, since nothing else wakes a thread that waits for stdin; it ends with the process.
     thread::spawn(move || {
         let mut frames = Frames::new(io::stdin());
         while let Ok(Some(message)) = frames.next() {
@@ -202,7 +202,7 @@ mod tests {
         framed(&json!({ "jsonrpc": "2.0", "method": method }).to_string())
     }
 
-    /// A stream that gives a few bytes at a time.
+    /// A stream that returns a few bytes per read.
     struct Slow<'a>(&'a [u8], usize);
 
     impl Read for Slow<'_> {
@@ -214,7 +214,7 @@ mod tests {
         }
     }
 
-    /// The methods of the messages in a stream, and `!` for each that cannot be read.
+    /// Methods of the messages in a stream, and `!` for each unreadable one.
     fn read(bytes: &[u8]) -> Vec<String> {
         let of = |step: usize| {
             let mut frames = Frames::new(Slow(bytes, step));
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn goes_on_after_messages_that_cannot_be_read() {
+    fn skips_unreadable_messages() {
         let bad: [Vec<u8>; 14] = [
             b"Content-Length: 99999999999999999999\r\n\r\n{}".to_vec(),
             b"Content-Length: 999999999999999999999999999999999999999999999999999999\r\n\r\n".to_vec(),
@@ -258,7 +258,7 @@ mod tests {
             framed("[]"),
             framed("{\"jsonrpc\":\"2.0\"}"),
             framed("\u{0}"),
-            // Too short, and too long: it reaches into the next message.
+            // Announced lengths that are too short and too long; the latter reach into the next message.
             b"Content-Length: 5\r\n\r\n{\"method\":\"lost\"}".to_vec(),
             b"Content-Length: 30\r\n\r\n{\"method\":\"lost\"}".to_vec(),
         ];
@@ -268,7 +268,7 @@ mod tests {
         }
         let long = [vec![b'x'; 3 * HEAD], note("a")].concat();
         assert_eq!(read(&long), ["!", "a"]);
-        // A text that looks like a header is none.
+        // A text that looks like a header is no header.
         let inside = framed("{\"method\":\"Content-Length: 3\\r\\n\\r\\n{}\" oops");
         assert_eq!(read(&[inside, note("a")].concat()), ["!", "a"]);
     }

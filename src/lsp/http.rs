@@ -1,15 +1,15 @@
-//! As much of HTTP as the page of `shibo watch` needs.
+//! Minimal HTTP client for the page of `shibo watch`.
 use serde_json::Value as Json;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
-/// How long an answer may take.
+/// Timeout of an answer.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// The most bytes of an answer.
+/// Maximum size of an answer in bytes.
 const LONGEST: u64 = 8 << 20;
 
-/// The address and the path of `http://127.0.0.1:PORT/TOKEN/`.
+/// Address and path of `http://127.0.0.1:PORT/TOKEN/`.
 fn parts(url: &str) -> Option<(SocketAddr, &str)> {
     let rest = url.strip_prefix("http://")?;
     let slash = rest.find('/')?;
@@ -41,22 +41,22 @@ fn open(url: &str, method: &str, path: &str, body: &str) -> Option<BufReader<Tcp
     }
 }
 
-/// Posts something, and reads the answer.
+/// Posts JSON and reads the answer.
 pub(super) fn post(url: &str, path: &str, body: &Json) -> Option<Json> {
     let mut text = String::new();
     open(url, "POST", path, &body.to_string())?.take(LONGEST).read_to_string(&mut text).ok()?;
-    // The answer may come in pieces, each after its length.
+    // The answer may be chunked, with a length before each chunk, so the JSON is cut out.
     let json = text.find('{').and_then(|start| text.rfind('}').map(|end| &text[start..=end]));
     Some(json.and_then(|json| serde_json::from_str(json).ok()).unwrap_or(Json::Null))
 }
 
-/// Hears the news of a page until it ends: their kinds, and what they say.
+/// Receives the news of a page, kind and content of each, until the page ends.
 pub(super) fn listen(url: &str, mut hear: impl FnMut(&str, &Json) -> bool) {
     let Some(mut reader) = open(url, "GET", "events?editor=yes", "") else { return };
     let mut kind = String::new();
     loop {
         let mut line = String::new();
-        // Every ten seconds there is at least a sign of life.
+        // The page sends at least a comment every ten seconds.
         match reader.get_ref().set_read_timeout(Some(PATIENCE * 6)).and_then(|()| reader.read_line(&mut line)) {
             Ok(0) | Err(_) => return,
             Ok(_) => {}

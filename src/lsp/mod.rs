@@ -1,5 +1,6 @@
-//! `shibo lsp`: the language server, on stdin and stdout. What it knows is in [`ide`](crate::ide); here are the protocol and the
-//! threads: one answers, one checks texts, one makes pictures for hovers. No answer waits for another thread.
+//! `shibo lsp`: the language server, on stdin and stdout. The answers come from [`ide`](crate::ide); this module has
+//! the protocol and three threads, which answer requests, check texts, and make pictures for hovers. No answer waits
+//! for another thread.
 mod actions;
 mod answers;
 mod checker;
@@ -21,7 +22,7 @@ use lsp_server::{Connection, Message, ProtocolError, RequestId};
 use lsp_types::{ClientCapabilities, InitializeParams};
 use pictures::Painter;
 use serde_json::{Value as Json, json};
-use server::{Cancelled, Event, Options, Parts, Server};
+use server::{Cancelled, Event, Options, Server, ServerParts};
 use std::path::PathBuf;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, PoisonError};
@@ -42,14 +43,14 @@ pub(crate) struct LspArgs {
     cache_dir: Option<PathBuf>,
 }
 
-/// What the editor can do.
+/// Capabilities of the editor.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Client {
-    /// It fills in snippets.
+    /// Supports snippets.
     snippets: bool,
-    /// It makes files in a change of several ones.
+    /// Can create files in a workspace edit.
     creates: bool,
-    /// It shows files and pages.
+    /// Can show files and pages.
     shows: bool,
 }
 
@@ -76,7 +77,7 @@ pub(crate) fn run(args: &LspArgs) -> Result<(), Quit> {
     if good { Ok(()) } else { Err(Quit::Shown) }
 }
 
-/// Talks with an editor until it ends; whether that was in good order.
+/// Serves an editor until it ends; returns whether it ended properly.
 fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Result<bool, ProtocolError> {
     let (id, params) = connection.initialize_start()?;
     let params: InitializeParams = serde_json::from_value(params).unwrap_or_default();
@@ -100,7 +101,7 @@ fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Result<bool, Pro
         let (events, cancelled) = (events.clone(), cancelled.clone());
         move || listen(&connection, &events, &cancelled)
     });
-    let parts = Parts {
+    let parts = ServerParts {
         workspace: Workspace::new(registry, roots),
         encoding,
         painter: Painter::new(cache_dir.clone(), options.pictures),
@@ -113,7 +114,7 @@ fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Result<bool, Pro
     let mut server = Server::new(parts, move |message| drop(out.send(message)));
     let good = server.run(&told);
     server.pages.stop();
-    // The threads end when nobody can tell them anything more.
+    // The threads end when their senders are dropped.
     drop(server);
     let _ = checking.join();
     drop(told);
@@ -121,7 +122,7 @@ fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Result<bool, Pro
     Ok(good)
 }
 
-/// The folders that the editor works on.
+/// Workspace folders of the editor.
 fn roots(params: &InitializeParams) -> Vec<PathBuf> {
     let folders = params.workspace_folders.as_deref().unwrap_or_default().iter().map(|folder| &folder.uri);
     #[expect(deprecated, reason = "older editors tell only this")]
@@ -132,7 +133,7 @@ fn roots(params: &InitializeParams) -> Vec<PathBuf> {
     roots
 }
 
-/// Hands on what the editor says, so that what it no longer wants is known before that is answered.
+/// Forwards messages, and records cancellations before the cancelled requests are answered.
 fn listen(connection: &Connection, events: &Sender<Event>, cancelled: &Cancelled) {
     for message in &connection.receiver {
         if let Message::Notification(note) = &message
@@ -140,7 +141,7 @@ fn listen(connection: &Connection, events: &Sender<Event>, cancelled: &Cancelled
         {
             if let Some(id) = request_id(&note.params["id"]) {
                 let mut all = cancelled.lock().unwrap_or_else(PoisonError::into_inner);
-                // Most of what is cancelled was answered before, and is never asked for again.
+                // Most cancelled requests were already answered, and their ids never occur again.
                 if all.len() > 1000 {
                     all.clear();
                 }

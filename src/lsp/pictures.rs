@@ -1,5 +1,5 @@
-//! Pictures for hovers: of kinds, of nodes and of picture files. A thread makes them when they are first asked for; the answer that
-//! asked does not wait, the next one shows them.
+//! Pictures for hovers: of kinds, nodes and picture files. A thread makes them when first requested; that request does
+//! not wait, and the next one shows the picture.
 mod draw;
 mod sketch;
 
@@ -20,21 +20,21 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::SystemTime;
 
-/// The most answers that are kept.
+/// Maximum number of pictures kept.
 const KEPT: usize = 400;
 
-/// What a picture is of.
+/// Subject of a picture.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) enum Subject {
     /// A kind.
     Kind(String),
     /// A node, or `node.port`, of a graph file.
     Node(PathBuf, String),
-    /// A picture file, as it was at a time.
+    /// A picture file with its modification time.
     File(PathBuf, Option<SystemTime>),
 }
 
-/// Something to be made: its subject, and for a node the text of its file and the other texts that are open.
+/// A request: its subject, and for a node the text of its file and of the other open files.
 pub(super) struct Wish {
     subject: Subject,
     text: Option<Arc<str>>,
@@ -42,20 +42,20 @@ pub(super) struct Wish {
 }
 
 impl Wish {
-    /// Something that no text is needed for.
+    /// A request that needs no text.
     fn new(subject: Subject) -> Self {
         Self { subject, text: None, open: BTreeMap::new() }
     }
 }
 
-/// What was made: a PNG, and a few words.
+/// Result: a PNG and a short description.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Made {
     png: Option<Vec<u8>>,
     about: String,
 }
 
-/// An answer for a text.
+/// Cached result for a text.
 struct Known {
     text: Option<Arc<str>>,
     shown: Evaluated,
@@ -64,10 +64,10 @@ struct Known {
 #[derive(Default)]
 struct Shared {
     known: HashMap<Subject, Known>,
-    /// What is wished for and not yet made.
+    /// Requests that wait.
     pending: HashMap<Subject, Option<Arc<str>>>,
     form: PictureForm,
-    /// Cancels what is being made for a node.
+    /// Cancels the node picture being made.
     current: Option<CancelToken>,
 }
 
@@ -83,26 +83,26 @@ fn lock(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {
 }
 
 impl Painter {
-    /// A painter that has made nothing yet.
+    /// Creates a painter without pictures.
     pub(super) fn new(cache_dir: Option<PathBuf>, form: PictureForm) -> Self {
         let shared = Shared { form, ..Shared::default() };
         let cache_dir = cache_dir.or_else(open::usual_cache_dir);
         Self { shared: Arc::new(Mutex::new(shared)), cache_dir, wishes: OnceLock::new() }
     }
 
-    /// The editor wants pictures in another form.
+    /// Sets the form in which the editor gets pictures.
     pub(super) fn set_form(&self, form: PictureForm) {
         let mut shared = lock(&self.shared);
         shared.form = form;
         shared.known.clear();
     }
 
-    /// The pictures of a workspace.
+    /// Pictures of a workspace.
     pub(super) fn of<'a>(&'a self, workspace: &'a Workspace) -> View<'a> {
         View { painter: self, workspace }
     }
 
-    /// What is known; if nothing is, it is made.
+    /// Returns the cached result; without one, requests it.
     fn ask(&self, wish: Wish) -> Option<Evaluated> {
         let mut shared = lock(&self.shared);
         if let Some(known) = shared.known.get(&wish.subject)
@@ -117,7 +117,7 @@ impl Painter {
             return None;
         }
         shared.pending.insert(wish.subject.clone(), wish.text.clone());
-        // The newest wish is what somebody looks at.
+        // The newest request is the one on screen, so the current one is cancelled.
         shared.current.iter().for_each(CancelToken::cancel);
         drop(shared);
         let wishes = self.wishes.get_or_init(|| {
@@ -131,7 +131,7 @@ impl Painter {
     }
 }
 
-/// Makes what is wished for, the newest first, until nobody wishes any more.
+/// Makes requested pictures, the newest first, until all senders are gone.
 fn work(shared: &Mutex<Shared>, cache_dir: Option<PathBuf>, wishes: &Receiver<Wish>) {
     let mut studio = Studio::new(cache_dir);
     let mut waiting: Vec<Wish> = Vec::new();
@@ -142,19 +142,19 @@ fn work(shared: &Mutex<Shared>, cache_dir: Option<PathBuf>, wishes: &Receiver<Wi
         }
         waiting.extend(wishes.try_iter());
         let Some(wish) = waiting.pop() else { continue };
-        // A newer text of the same file makes this wish needless.
+        // A request for a newer text of the same file has replaced this one.
         if lock(shared).pending.get(&wish.subject) != Some(&wish.text) {
             continue;
         }
         let cancel = CancelToken::default();
         lock(shared).current = Some(cancel.clone());
-        // A defect leaves this wish without a picture; the editor finds it in the log.
+        // After a panic the request has no picture; the panic is logged in the editor.
         let made = catch_unwind(AssertUnwindSafe(|| studio.make(&wish, &cancel))).unwrap_or_default();
         let cancelled = cancel.is_cancelled() && made.is_none();
         let mut now = lock(shared);
         now.current = None;
         if cancelled && waiting.len() < KEPT {
-            // It is made after what was wished for meanwhile.
+            // A cancelled request is tried again after the newer ones.
             waiting.insert(0, wish);
             drop(now);
             waiting.extend(wishes.try_iter());
@@ -171,7 +171,7 @@ fn work(shared: &Mutex<Shared>, cache_dir: Option<PathBuf>, wishes: &Receiver<Wi
     }
 }
 
-/// How a picture is put into a text.
+/// Address of a picture for use in Markdown.
 fn address(png: &[u8], form: PictureForm) -> Option<String> {
     match form {
         PictureForm::None => None,
@@ -202,7 +202,7 @@ fn base64(bytes: &[u8]) -> String {
     out
 }
 
-/// The pictures as hovers ask for them.
+/// Pictures of one workspace, as hovers request them.
 pub(super) struct View<'a> {
     painter: &'a Painter,
     workspace: &'a Workspace,
@@ -231,7 +231,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bytes_become_base64() {
+    fn encodes_base64() {
         assert_eq!(
             [b"".as_slice(), b"f", b"fo", b"foo", b"foob"].map(base64),
             ["", "Zg==", "Zm8=", "Zm9v", "Zm9vYg=="]

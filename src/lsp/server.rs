@@ -1,10 +1,10 @@
-//! The state of the server, and the order in which messages are answered.
+//! State of the server, and the order in which it handles messages.
 use super::checker::Job;
 use super::commands::Pages;
 use super::pictures::Painter;
 use super::text::{Encoding, Lines, changed};
 use super::{answers, uris};
-use crate::ide::inlay::Shown;
+use crate::ide::inlay::InlayKinds;
 use crate::ide::{Cx, File, Workspace, World, identity};
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::{
@@ -21,56 +21,56 @@ use std::sync::mpsc::{Receiver, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// For how long what was seen on disk is believed.
+/// Time for which the known state of the disk is trusted.
 const BELIEVED: Duration = Duration::from_millis(300);
 
-/// What the editor may set.
+/// Settings of the editor.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Options {
-    /// Which inlay hints are shown.
-    pub(super) inlay_hints: Shown,
-    /// How pictures are put into hovers.
+    /// Inlay hints to show.
+    pub(super) inlay_hints: InlayKinds,
+    /// Form of pictures in hovers.
     pub(super) pictures: PictureForm,
-    /// Whether actions are shown above outputs and nodes.
+    /// Shows actions above outputs and nodes.
     pub(super) code_lens: Option<bool>,
 }
 
-/// How pictures are put into hovers.
+/// Form of pictures in hovers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) enum PictureForm {
-    /// As the address of a file.
+    /// Address of a file.
     #[default]
     File,
-    /// In the text itself.
+    /// Data in the text itself.
     Data,
-    /// Not at all.
+    /// No pictures.
     None,
 }
 
-/// What the loop is told.
+/// Event for the main loop.
 pub(super) enum Event {
-    /// By the editor.
+    /// A message of the editor.
     Message(Message),
-    /// By a page: a node was clicked.
+    /// A message of a thread, such as a click on a node of a page.
     Jump(super::commands::Jump),
-    /// The editor is gone.
+    /// The connection to the editor is closed.
     Gone,
 }
 
-/// A text that is open in the editor.
+/// A text open in the editor.
 pub(super) struct Document {
-    /// How the editor calls the file.
+    /// The editor's address of the file.
     pub(super) uri: Uri,
     version: i32,
-    /// The text, read.
+    /// The parsed text.
     pub(super) file: Arc<File>,
     /// Its lines.
     pub(super) lines: Lines,
 }
 
-/// Requests that the editor no longer waits for.
+/// Requests that the editor has cancelled.
 pub(super) type Cancelled = Arc<Mutex<HashSet<RequestId>>>;
 
 /// The server.
@@ -90,21 +90,21 @@ pub(super) struct Server {
     next: i32,
 }
 
-/// Why there is no answer.
+/// Reason why a request has no answer: code and message.
 pub(super) struct Refusal(pub(super) ErrorCode, pub(super) String);
 
 impl Refusal {
-    /// Something cannot be done, for a reason that people read.
+    /// A failure with a reason for the user.
     pub(super) fn because(reason: impl Into<String>) -> Self {
         Self(ErrorCode::RequestFailed, reason.into())
     }
 }
 
-/// The answer to a request.
+/// Answer to a request.
 pub(super) type Answer = Result<Json, Refusal>;
 
-/// What a server is made of.
-pub(super) struct Parts {
+/// Dependencies of a server.
+pub(super) struct ServerParts {
     pub(super) workspace: Workspace,
     pub(super) encoding: Encoding,
     pub(super) options: Options,
@@ -116,9 +116,9 @@ pub(super) struct Parts {
 }
 
 impl Server {
-    /// A server that has not heard anything yet, and answers through `out`.
-    pub(super) fn new(parts: Parts, out: impl Fn(Message) + 'static) -> Self {
-        let Parts { workspace, encoding, options, painter, pages, client, checker, cancelled } = parts;
+    /// Creates a server that answers through `out`.
+    pub(super) fn new(parts: ServerParts, out: impl Fn(Message) + 'static) -> Self {
+        let ServerParts { workspace, encoding, options, painter, pages, client, checker, cancelled } = parts;
         Self {
             workspace,
             encoding,
@@ -136,7 +136,7 @@ impl Server {
         }
     }
 
-    /// Answers until the editor ends it; whether that was in good order.
+    /// Answers until the editor ends the session; returns whether it ended properly.
     pub(super) fn run(&mut self, events: &Receiver<Event>) -> bool {
         for event in events {
             match event {
@@ -151,19 +151,19 @@ impl Server {
         self.stopping
     }
 
-    /// Does something that has no answer. A defect in it, which the editor finds in the log, takes nothing else with it.
+    /// Does work without an answer. A panic is logged in the editor and affects nothing else.
     fn safely(&mut self, work: impl FnOnce(&mut Self)) {
         let _ = catch_unwind(AssertUnwindSafe(|| work(self)));
     }
 
-    /// Sends a request of its own, whose answer does not matter.
+    /// Sends a request whose answer is ignored.
     pub(super) fn ask(&mut self, method: &str, params: impl serde::Serialize) {
         self.next += 1;
         let request = Request::new(RequestId::from(self.next), method.to_owned(), params);
         (self.out)(Message::Request(request));
     }
 
-    /// Tells the editor something.
+    /// Sends a notification to the editor.
     pub(super) fn tell(&self, method: &str, params: impl serde::Serialize) {
         (self.out)(Message::Notification(Notification::new(method.to_owned(), params)));
     }
@@ -183,7 +183,7 @@ impl Server {
                 self.workspace.refresh();
                 self.refreshed = Instant::now();
             }
-            // A fault in one answer must not take the others with it.
+            // A panic in one answer must not affect other answers.
             let answer = catch_unwind(AssertUnwindSafe(|| answers::answer(self, &request.method, request.params)));
             match answer {
                 Ok(Ok(answer)) => Response::new_ok(id, answer),
@@ -207,7 +207,7 @@ impl Server {
             }
             "textDocument/didChange" => {
                 if let Some(DidChangeTextDocumentParams { text_document: doc, content_changes }) = read(params) {
-                    // A change of a text that is not open has no text to change.
+                    // A change of a text that is not open is ignored.
                     let Some(open) = self.documents.get(doc.uri.as_str()) else { return };
                     let text = changed(&open.file.text, content_changes, self.encoding);
                     self.set(open.uri.clone(), doc.version, text);
@@ -243,11 +243,11 @@ impl Server {
     }
 
     fn check(&self, job: Job) {
-        // Without the thread there are no diagnostics, and everything else still works.
+        // Without the checker thread there are no diagnostics, but everything else works.
         let _ = self.checker.send(job);
     }
 
-    /// A file is open with this text.
+    /// Stores the text of an open file.
     fn set(&mut self, uri: Uri, version: i32, text: String) {
         let file = self.workspace.open(&uris::path(&uri), text);
         let lines = Lines::new(file.text.clone(), self.encoding);
@@ -261,12 +261,12 @@ impl Server {
         self.documents.get(uri.as_str()).ok_or_else(missing)
     }
 
-    /// A file in its world.
+    /// A file and its world.
     pub(super) fn cx<'a>(&'a self, document: &'a Document) -> Cx<'a> {
         Cx { world: &self.workspace, file: &document.file }
     }
 
-    /// The address of a file, as the editor calls it if it is open there; and its version.
+    /// The editor's address of a file if it is open, else one derived from the path; and the version.
     pub(super) fn address(&self, path: &std::path::Path) -> Option<(Uri, Option<i32>)> {
         let open = self.documents.values().find(|document| document.file.path == path);
         match open {
@@ -275,13 +275,13 @@ impl Server {
         }
     }
 
-    /// The lines of a file, open or on disk.
+    /// Lines of a file, open or on disk.
     pub(super) fn lines(&self, path: &std::path::Path) -> Option<Lines> {
         Some(Lines::new(self.workspace.file(path)?.text.clone(), self.encoding))
     }
 }
 
-/// Reads what a message says; nothing if it is not what it must be.
+/// Parses the parameters of a message; `None` if they are malformed.
 pub(super) fn read<T: DeserializeOwned>(params: Json) -> Option<T> {
     serde_json::from_value(params).ok()
 }

@@ -1,26 +1,26 @@
-//! Places in texts as editors count them: lines, and characters in units of UTF-8 or UTF-16.
+//! Positions in texts as editors count them: lines, and characters in UTF-8 or UTF-16 units.
 use lsp_types::{Position, PositionEncodingKind, Range as Span, TextDocumentContentChangeEvent as Change};
 use std::cell::Cell;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// What a character of a line is counted in.
+/// Unit of columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     /// Bytes.
     Utf8,
-    /// Units of UTF-16.
+    /// UTF-16 units.
     Utf16,
 }
 
 impl Encoding {
-    /// The one that both sides know: UTF-8 if the editor does.
+    /// UTF-8 if the editor offers it, else UTF-16.
     pub(super) fn negotiate(offered: Option<&[PositionEncodingKind]>) -> Self {
         let utf8 = offered.is_some_and(|kinds| kinds.contains(&PositionEncodingKind::UTF8));
         if utf8 { Self::Utf8 } else { Self::Utf16 }
     }
 
-    /// Its name in the protocol.
+    /// Name in the protocol.
     pub(super) fn kind(self) -> PositionEncodingKind {
         match self {
             Self::Utf8 => PositionEncodingKind::UTF8,
@@ -36,18 +36,18 @@ impl Encoding {
     }
 }
 
-/// The lines of a text.
+/// Lines of a text.
 #[derive(Debug)]
 pub(super) struct Lines {
     text: Arc<str>,
     starts: Vec<usize>,
     encoding: Encoding,
-    /// The last place that was asked for, as bytes, line and character: the next one is often just behind it.
+    /// Last converted position as byte, line and character; the next one is often just after it.
     last: Cell<(usize, usize, usize)>,
 }
 
 impl Lines {
-    /// Those of a text.
+    /// Splits a text.
     pub(super) fn new(text: Arc<str>, encoding: Encoding) -> Self {
         let bytes = text.as_bytes();
         let ends = |i: &usize| bytes[*i] == b'\n' || (bytes[*i] == b'\r' && bytes.get(i + 1) != Some(&b'\n'));
@@ -55,14 +55,15 @@ impl Lines {
         Self { text, starts, encoding, last: Cell::new((0, 0, 0)) }
     }
 
-    /// The text without the end of a line, and where it starts.
+    /// A line without its line ending, and its offset.
     fn line(&self, line: usize) -> Option<(usize, &str)> {
         let start = *self.starts.get(line)?;
         let end = self.starts.get(line + 1).copied().unwrap_or(self.text.len());
         Some((start, self.text[start..end].trim_end_matches(['\n', '\r'])))
     }
 
-    /// The byte at a position. Positions behind the end of a line are its end, those inside of a character its start.
+    /// Byte offset of a position. Positions after the end of a line become its end, positions inside a character its
+    /// start.
     pub(super) fn offset(&self, position: Position) -> usize {
         let Some((start, line)) = self.line(position.line as usize) else { return self.text.len() };
         let mut left = position.character as usize;
@@ -82,13 +83,13 @@ impl Lines {
         start + line.len()
     }
 
-    /// The bytes of a range; one that is turned round counts as it is meant.
+    /// Byte range of a range; start and end may be swapped.
     pub(super) fn range(&self, span: Span) -> Range<usize> {
         let (a, b) = (self.offset(span.start), self.offset(span.end));
         a.min(b)..a.max(b)
     }
 
-    /// The position of a byte.
+    /// Position of a byte.
     pub(super) fn position(&self, offset: usize) -> Position {
         let mut offset = offset.min(self.text.len());
         while !self.text.is_char_boundary(offset) {
@@ -113,13 +114,13 @@ impl Lines {
         Position::new(count(line), count(character))
     }
 
-    /// The range of some bytes.
+    /// Range of some bytes.
     pub(super) fn span(&self, range: &Range<usize>) -> Span {
         Span::new(self.position(range.start), self.position(range.end))
     }
 }
 
-/// A text after some changes, one after the other.
+/// Applies changes to a text one after the other.
 pub(super) fn changed(text: &str, changes: Vec<Change>, encoding: Encoding) -> String {
     let mut text = text.to_owned();
     for change in changes {
@@ -143,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_counted_in_both_encodings() {
+    fn converts_positions_in_both_encodings() {
         for encoding in [Encoding::Utf8, Encoding::Utf16] {
             let lines = lines(encoding);
             let text = lines.text.clone();
@@ -158,9 +159,9 @@ mod tests {
     }
 
     #[test]
-    fn broken_places_are_mended() {
+    fn clamps_invalid_positions() {
         let lines = lines(Encoding::Utf16);
-        // Within the two halves of a character, behind the end of a line, behind the end of the text.
+        // Positions between the two halves of a character, after the end of a line, and after the end of the text.
         assert_eq!(lines.offset(Position::new(1, 2)), 5);
         assert_eq!(lines.offset(Position::new(1, 99)), 10);
         assert_eq!(lines.offset(Position::new(99, 0)), lines.text.len());
@@ -169,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn changes_follow_each_other() {
+    fn applies_changes_in_order() {
         let change = |line: u32, from: u32, to: u32, text: &str| Change {
             range: Some(Span::new(Position::new(line, from), Position::new(line, to))),
             range_length: None,

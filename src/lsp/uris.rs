@@ -3,19 +3,19 @@ use lsp_types::Uri;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// The path of a file: that of a `file:` address; of anything else a path that does not exist, so that texts without a file
-/// can be edited, too.
+/// Path of a `file:` address; for other addresses a path that does not exist, so that texts without a file can be
+/// edited too.
 pub(super) fn path(uri: &Uri) -> PathBuf {
     let text = uri.as_str();
     let Some(rest) = text.strip_prefix("file://") else { return PathBuf::from(decode(text)) };
-    // After a host, as in `file://host/path`.
+    // After the host, as in `file://host/path`.
     let path = decode(&rest[rest.find('/').unwrap_or(0)..]);
-    // On Windows `/c:/x` is `c:/x`.
+    // On Windows `/c:/x` means `c:/x`.
     let drive = path.strip_prefix('/').filter(|path| path.as_bytes().get(1) == Some(&b':'));
     PathBuf::from(drive.unwrap_or(&path))
 }
 
-/// The address of a file; one of the library has none.
+/// Address of a file; `None` for a library graph.
 pub(super) fn uri(path: &Path) -> Option<Uri> {
     let text = path.to_str()?;
     if text.starts_with("shibo:") {
@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paths_survive() {
+    fn paths_round_trip() {
         for text in ["/a/b.ron", "/a b/シ%20.ron", "/x/#1?.ron"] {
             assert_eq!(path(&uri(Path::new(text)).unwrap()), PathBuf::from(text));
         }

@@ -1,15 +1,15 @@
-//! The manual of composition: `Use` and `Each` are no nodes, so what they take is written here.
+//! Manual of composition: `Use` and `Each` are no nodes, so their manual is written here.
 
-/// The heading of these words in lists.
+/// Heading of these words in lists.
 pub(super) const FAMILY: &str = "Composition";
 
-/// The summary below that heading.
+/// Summary below the heading.
 pub(super) const ABOUT: &str = "Graphs within graphs.";
 
-/// The words, with their manuals as the doc comments of nodes.
+/// The words with their manuals, in the form of doc comments of nodes.
 pub(super) const KINDS: [(&str, &str); 2] = [("Use", USE), ("Each", EACH)];
 
-/// The manual of a word.
+/// Manual of a word.
 pub(super) fn doc(kind: &str) -> Option<&'static str> {
     KINDS.iter().find(|(name, _)| *name == kind).map(|(_, doc)| *doc)
 }

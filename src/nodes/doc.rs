@@ -1,21 +1,21 @@
-//! Doc comments as blocks.
+//! Splits doc comments into blocks.
 
-/// A part of a doc comment.
+/// A block of a doc comment.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Block {
-    /// Text to be wrapped.
+pub(super) enum DocBlock {
+    /// Text to wrap.
     Paragraph(String),
-    /// A point of a list.
+    /// An item of a list.
     Item(String),
-    /// Lines as they are.
+    /// Verbatim lines.
     Code(Vec<String>),
 }
 
-/// Takes a doc comment apart.
-pub(super) fn blocks(doc: &str) -> Vec<Block> {
-    let mut blocks: Vec<Block> = Vec::new();
+/// Splits a doc comment.
+pub(super) fn blocks(doc: &str) -> Vec<DocBlock> {
+    let mut blocks: Vec<DocBlock> = Vec::new();
     let mut fenced = false;
-    // Whether the next line goes on with the last block.
+    // True if the next line continues the last block.
     let mut open = false;
     for line in doc.lines() {
         let trimmed = line.trim();
@@ -23,22 +23,22 @@ pub(super) fn blocks(doc: &str) -> Vec<Block> {
             fenced = !fenced;
             open = false;
             if fenced {
-                blocks.push(Block::Code(Vec::new()));
+                blocks.push(DocBlock::Code(Vec::new()));
             }
-        } else if let (true, Some(Block::Code(lines))) = (fenced, blocks.last_mut()) {
+        } else if let (true, Some(DocBlock::Code(lines))) = (fenced, blocks.last_mut()) {
             lines.push(line.to_owned());
         } else if trimmed.is_empty() {
             open = false;
         } else if let Some(item) = trimmed.strip_prefix("- ").or_else(|| trimmed.strip_prefix("* ")) {
-            blocks.push(Block::Item(item.to_owned()));
+            blocks.push(DocBlock::Item(item.to_owned()));
             open = true;
         } else {
             match blocks.last_mut() {
-                Some(Block::Paragraph(text) | Block::Item(text)) if open => {
+                Some(DocBlock::Paragraph(text) | DocBlock::Item(text)) if open => {
                     text.push(' ');
                     text.push_str(trimmed);
                 }
-                _ => blocks.push(Block::Paragraph(trimmed.to_owned())),
+                _ => blocks.push(DocBlock::Paragraph(trimmed.to_owned())),
             }
             open = true;
         }
@@ -46,10 +46,10 @@ pub(super) fn blocks(doc: &str) -> Vec<Block> {
     blocks
 }
 
-/// The first sentence, for lists.
+/// First sentence, for lists.
 pub(super) fn summary(doc: &str) -> String {
     let first = blocks(doc).into_iter().find_map(|block| match block {
-        Block::Paragraph(text) => Some(text),
+        DocBlock::Paragraph(text) => Some(text),
         _ => None,
     });
     let text = first.unwrap_or_default();
@@ -64,14 +64,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn docs_are_taken_apart() {
+    fn splits_docs_into_blocks() {
         let doc = "One\ntwo. Three\n\n- a\n  b\n- c\n\n```ron\n\"x\": Y(),\n\n  z\n```\nEnd";
         let expected = [
-            Block::Paragraph("One two. Three".into()),
-            Block::Item("a b".into()),
-            Block::Item("c".into()),
-            Block::Code(vec!["\"x\": Y(),".into(), String::new(), "  z".into()]),
-            Block::Paragraph("End".into()),
+            DocBlock::Paragraph("One two. Three".into()),
+            DocBlock::Item("a b".into()),
+            DocBlock::Item("c".into()),
+            DocBlock::Code(vec!["\"x\": Y(),".into(), String::new(), "  z".into()]),
+            DocBlock::Paragraph("End".into()),
         ];
         assert_eq!(blocks(doc), expected);
         assert_eq!(summary(doc), "One two.");

@@ -1,13 +1,13 @@
-//! The manual for people.
+//! The manual as text for people.
 use super::composition;
-use super::doc::{Block, blocks, summary};
+use super::doc::{DocBlock, blocks, summary};
 use super::search::Found;
 use super::spelling;
 use crate::terminal::{Style, Text};
 use shibo_engine::node::{FieldInfo, KindInfo, ParamInfo, Role};
 use shibo_engine::registry::Registry;
 
-/// The list of all kinds, by family.
+/// List of all kinds by family.
 pub(super) fn families(page: &mut Text, registry: &Registry, width: usize) {
     let widest = registry.kinds().map(str::len).max().unwrap_or(0);
     for (name, doc) in registry.families() {
@@ -32,7 +32,7 @@ pub(super) fn families(page: &mut Text, registry: &Registry, width: usize) {
     page.push("programs.").end();
 }
 
-/// A kind and what it does.
+/// A kind and its summary.
 fn row(page: &mut Text, kind: &str, text: &str, widest: usize, width: usize) {
     let indent = " ".repeat(widest + 6);
     let room = width.max(widest + 26);
@@ -42,7 +42,7 @@ fn row(page: &mut Text, kind: &str, text: &str, widest: usize, width: usize) {
     page.push(lines.get(widest + 6..).unwrap_or_default()).end();
 }
 
-/// The kinds that a search found.
+/// Results of a search.
 pub(super) fn found(page: &mut Text, found: &[Found<'_>], width: usize) {
     let widest = found.iter().map(|found| found.kind.len()).max().unwrap_or(0);
     for one in found {
@@ -51,13 +51,13 @@ pub(super) fn found(page: &mut Text, found: &[Found<'_>], width: usize) {
     }
 }
 
-/// A manual that is no kind's.
+/// A manual that belongs to no kind.
 pub(super) fn text(page: &mut Text, name: &str, family: &str, doc: &str, width: usize) {
     page.styled(Style::Bold, name).styled(Style::Dim, &format!("  {family}")).end().end();
     document(page, doc, "  ", width);
 }
 
-/// The manual of one kind.
+/// Manual of a kind.
 pub(super) fn node(page: &mut Text, info: &KindInfo, width: usize) {
     page.styled(Style::Bold, &info.kind).styled(Style::Dim, &format!("  {}", info.family)).end().end();
     document(page, &info.doc, "  ", width);
@@ -84,7 +84,7 @@ pub(super) fn node(page: &mut Text, info: &KindInfo, width: usize) {
     }
 }
 
-/// The node as one would write it, with its defaults.
+/// The node as written in a graph, with its defaults.
 fn signature(page: &mut Text, info: &KindInfo, width: usize) {
     let arguments: Vec<String> = info
         .fields
@@ -109,7 +109,7 @@ fn signature(page: &mut Text, info: &KindInfo, width: usize) {
     page.push("  )").end();
 }
 
-/// A parameter, what there is to choose from, and of a list of structs the fields of each.
+/// A parameter with its options; for a list of structs, the fields of a struct.
 fn parameter(page: &mut Text, field: &FieldInfo, param: &ParamInfo, indent: &str, width: usize) {
     let mut facts = vec![param.ty.to_string(), spelling::default(param)];
     let range = spelling::range(param);
@@ -138,22 +138,22 @@ fn entry(page: &mut Text, field: &FieldInfo, facts: &str, indent: &str, width: u
 fn document(page: &mut Text, doc: &str, indent: &str, width: usize) {
     let mut after_item = true;
     for (i, block) in blocks(doc).iter().enumerate() {
-        let item = matches!(block, Block::Item(_));
+        let item = matches!(block, DocBlock::Item(_));
         if i > 0 && !(item && after_item) {
             page.end();
         }
         after_item = item;
         match block {
-            Block::Paragraph(text) => paragraph(page, text, indent, width),
-            Block::Item(text) => point(page, text, indent, width),
-            Block::Code(lines) => lines.iter().for_each(|line| {
+            DocBlock::Paragraph(text) => paragraph(page, text, indent, width),
+            DocBlock::Item(text) => point(page, text, indent, width),
+            DocBlock::Code(lines) => lines.iter().for_each(|line| {
                 page.push(&format!("{indent}  {line}")).end();
             }),
         }
     }
 }
 
-/// A point of a list.
+/// An item of a list.
 fn point(page: &mut Text, text: &str, indent: &str, width: usize) {
     let (first, rest) = (format!("{indent}- "), format!("{indent}  "));
     let options = textwrap::Options::new(width.max(40)).initial_indent(&first).subsequent_indent(&rest);

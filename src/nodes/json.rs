@@ -1,4 +1,4 @@
-//! The manual for programs.
+//! The manual as JSON for programs.
 use serde_json::{Value as Json, json};
 use shibo_engine::node::{Bounds, FieldInfo, KindInfo, Output, OutputType, ParamInfo, PortInfo, Role};
 
@@ -31,7 +31,7 @@ fn port(field: &FieldInfo, port: &PortInfo) -> Json {
     })
 }
 
-/// The smallest and the largest number, if there is one.
+/// Minimum and maximum, if there are any.
 fn range(bounds: &Bounds) -> Option<Json> {
     (bounds.min.is_some() || bounds.max.is_some()).then(|| json!([bounds.min, bounds.max]))
 }
@@ -75,7 +75,7 @@ fn output(output: &Output) -> Json {
     })
 }
 
-/// The type of an output; one that follows its inputs may be any of the field types that go into them.
+/// Type of an output; an output that follows its inputs may have any field type that they accept.
 fn output_type(output: &Output) -> &'static str {
     match output.ty {
         OutputType::Fixed(ty) => ty.name(),

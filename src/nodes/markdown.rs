@@ -23,7 +23,7 @@ pub(super) fn reference(registry: &Registry) -> String {
     let mut page = String::from(HEAD);
     let mut anchors = Anchors::default();
     anchors.of("Nodes");
-    // Anchors are numbered by the order of the headings.
+    // Anchors of repeated headings are numbered in order.
     let mut contents = String::new();
     let mut body = String::new();
     for (family, doc) in registry.families() {
@@ -48,7 +48,7 @@ pub(super) fn reference(registry: &Registry) -> String {
     page
 }
 
-/// The section of one kind.
+/// Section of one kind.
 pub(crate) fn node(info: &KindInfo) -> String {
     let mut out = String::new();
     let kind = &info.kind;
@@ -73,7 +73,7 @@ pub(crate) fn node(info: &KindInfo) -> String {
     out
 }
 
-/// The row of a parameter, with what there is to choose from; of a list of structs a row for each field, too.
+/// Row of a parameter with its options; for a list of structs, also a row for each field.
 fn parameter(out: &mut String, name: &str, field: &FieldInfo, param: &ParamInfo) {
     let default = if param.required { "must be given".to_owned() } else { format!("`{}`", cell(&param.written)) };
     let mut doc = cell(&field.doc);
@@ -93,12 +93,12 @@ fn parameter(out: &mut String, name: &str, field: &FieldInfo, param: &ParamInfo)
     }
 }
 
-/// Text that stays within the cell of a table.
+/// Escapes text for a cell of a table.
 fn cell(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ").replace('|', "\\|")
 }
 
-/// The anchors that hosts make of headings: lower case, dashes, numbered where they repeat.
+/// Anchors that hosting sites make from headings: lower case, dashes, numbered if repeated.
 #[derive(Default)]
 struct Anchors(BTreeMap<String, usize>);
 

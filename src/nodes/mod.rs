@@ -33,12 +33,12 @@ pub(crate) struct NodesArgs {
     /// The kind to show, or words to look for.
     #[arg(value_name = "KIND|WORDS")]
     words: Vec<String>,
-    /// How to print.
+    /// Output format.
     #[arg(long, default_value = "human")]
     format: FormatArg,
 }
 
-/// How to print.
+/// Output format.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum FormatArg {
     Human,
@@ -46,12 +46,12 @@ enum FormatArg {
     Markdown,
 }
 
-/// The first sentence of a manual.
+/// First sentence of a manual.
 pub(crate) fn summary(manual: &str) -> String {
     doc::summary(manual)
 }
 
-/// The manual of a word of composition, `Use` or `Each`.
+/// Manual of a word of composition, `Use` or `Each`.
 pub(crate) fn composition_doc(kind: &str) -> Option<&'static str> {
     composition::doc(kind)
 }
@@ -94,7 +94,7 @@ fn one(info: &KindInfo, format: FormatArg, terminal: &Terminal) -> Result<(), Qu
     }
 }
 
-/// The manual of a word of composition.
+/// Shows the manual of a word of composition.
 fn composed(kind: &str, doc: &str, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
     match format {
         FormatArg::Json => terminal.json(&json!({ "nodes": [{ "kind": kind, "doc": doc }] })),
@@ -107,7 +107,7 @@ fn composed(kind: &str, doc: &str, format: FormatArg, terminal: &Terminal) -> Re
     }
 }
 
-/// The kinds that fit some words.
+/// Shows the kinds that match some words.
 fn found(registry: &Registry, words: &str, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
     let found = search::search(registry, words);
     if found.is_empty() {

@@ -1,12 +1,12 @@
-//! Finding a node by what it does, or by what another program calls it.
-use super::doc::{Block, blocks, summary};
+//! Searches nodes by description, or by their names in other programs.
+use super::doc::{DocBlock, blocks, summary};
 use shibo_engine::node::KindInfo;
 use shibo_engine::registry::Registry;
 
-/// How the paragraph of a manual begins that names the nodes of other programs.
+/// Start of the manual's paragraph that names the equivalent nodes of other programs.
 const ELSEWHERE: &str = "Elsewhere:";
 
-/// A kind that was found, its first sentence, and what other programs call it, if that is why.
+/// A kind that was found, its first sentence, and its names in other programs if they are the reason.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Found<'r> {
     pub(super) kind: &'r str,
@@ -14,22 +14,23 @@ pub(super) struct Found<'r> {
     pub(super) elsewhere: Option<String>,
 }
 
-/// The names that other programs have for a kind, as its manual tells them.
+/// Names of a kind in other programs, from its manual.
 fn elsewhere(doc: &str) -> String {
     let paragraph = blocks(doc).into_iter().find_map(|block| match block {
-        Block::Paragraph(text) => text.strip_prefix(ELSEWHERE).map(|names| names.trim().replace('*', "")),
+        DocBlock::Paragraph(text) => text.strip_prefix(ELSEWHERE).map(|names| names.trim().replace('*', "")),
         _ => None,
     });
     paragraph.unwrap_or_default()
 }
 
-/// Letters and digits only, in lower case: `ColorRamp`, `color ramp` and `colour_ramp` differ by one letter at most.
+/// Keeps letters and digits, in lower case: `ColorRamp`, `color ramp` and `colour_ramp` then differ by at most one
+/// letter.
 fn squash(text: &str) -> String {
     let plain: String = text.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
     plain.replace("colour", "color").replace("grey", "gray")
 }
 
-/// How well a kind fits, the smallest being the best.
+/// Rank of a kind for a query, lower is better; `None` if it does not match.
 fn rank(query: &str, kind: &str, summary: &str, elsewhere: &str) -> Option<(u8, usize)> {
     let (whole, name) = (squash(query), squash(kind));
     let words: Vec<String> = query.split_whitespace().map(squash).filter(|word| !word.is_empty()).collect();
@@ -53,7 +54,7 @@ fn rank(query: &str, kind: &str, summary: &str, elsewhere: &str) -> Option<(u8, 
     Some((rank, name.len()))
 }
 
-/// The kinds that fit a query, the best first.
+/// Kinds that match a query, the best first.
 pub(super) fn search<'r>(registry: &'r Registry, query: &str) -> Vec<Found<'r>> {
     let kinds =
         registry.kinds().filter_map(|kind| registry.info(kind)).map(|info: &KindInfo| (&*info.kind, &*info.doc));
@@ -74,14 +75,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_of_other_programs_are_found() {
+    fn finds_names_of_other_programs() {
         let doc = "Does a thing.\n\nElsewhere: Substance Designer *Tile Sampler*, Material Maker *Tiler*.";
         assert_eq!(elsewhere(doc), "Substance Designer Tile Sampler, Material Maker Tiler.");
         assert_eq!(elsewhere("Nothing."), "");
     }
 
     #[test]
-    fn manuals_tell_what_other_programs_call_a_node() {
+    fn manuals_list_names_in_other_programs() {
         let registry = shibo_nodes::registry();
         let pairs = [
             ("ColorRamp", "GradientMap"),
@@ -99,7 +100,7 @@ mod tests {
         }
     }
 
-    /// Stages of the methods for leather, wood and synthesis, which no other program has as a node.
+    /// Stages of the methods for leather, wood and synthesis, which no other program has as nodes.
     const WITHOUT: [&str; 35] = [
         "AppearanceSpace",
         "BlendTimes",
@@ -139,12 +140,12 @@ mod tests {
     ];
 
     #[test]
-    fn every_kind_is_found_by_the_names_that_its_manual_tells() {
+    fn finds_every_kind_by_its_listed_names() {
         let registry = shibo_nodes::registry();
         for kind in registry.kinds() {
             let doc = registry.info(kind).unwrap().doc.clone();
             let paragraph = blocks(&doc).into_iter().find_map(|block| match block {
-                Block::Paragraph(text) => text.strip_prefix(ELSEWHERE).map(str::to_owned),
+                DocBlock::Paragraph(text) => text.strip_prefix(ELSEWHERE).map(str::to_owned),
                 _ => None,
             });
             let Some(paragraph) = paragraph else {
@@ -162,14 +163,14 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_comes_first() {
+    fn ranks_nearest_match_first() {
         let rank = |query: &str| rank(query, "GradientMap", "Colours by value.", "Blender ColorRamp, Houdini Ramp.");
         assert_eq!(rank("gradient").map(|r| r.0), Some(0));
         assert_eq!(rank("Map").map(|r| r.0), Some(1));
         assert_eq!(rank("colour ramp").map(|r| r.0), Some(2));
         assert_eq!(rank("colors by").map(|r| r.0), Some(3));
         assert_eq!(rank("value ramp").map(|r| r.0), Some(4));
-        // Across the names of two nodes it comes last.
+        // A match across the names of two nodes comes last.
         assert_eq!(rank("ramp hou").map(|r| r.0), Some(4));
         assert_eq!(rank("spring"), None);
         assert_eq!(rank(" "), None);

@@ -1,12 +1,12 @@
 //! Types, ranges and defaults in words.
 use shibo_engine::node::{Bounds, Output, OutputType, ParamInfo, PortInfo, spell_number};
 
-/// What a parameter is when it is left out, in words.
+/// Default of a parameter in words.
 pub(crate) fn default(param: &ParamInfo) -> String {
     if param.required { "must be given".to_owned() } else { format!("default {}", param.written) }
 }
 
-/// The type of an output, in words; one that follows its inputs names their ports through `name`.
+/// Type of an output in words. An output that follows its inputs names their ports, formatted by `name`.
 pub(crate) fn output(output: &Output, name: impl Fn(&str) -> String) -> String {
     let ty = match output.ty {
         OutputType::Fixed(ty) => ty.name().to_owned(),
@@ -18,7 +18,7 @@ pub(crate) fn output(output: &Output, name: impl Fn(&str) -> String) -> String {
     output.unit.map_or(ty.clone(), |unit| format!("{ty}, {unit}"))
 }
 
-/// What numbers a parameter may have, in words; empty if any.
+/// Range of a parameter in words; empty if unlimited.
 pub(crate) fn range(param: &ParamInfo) -> String {
     bounds(&param.bounds, if param.infinite { ", or inf" } else { "" })
 }
@@ -37,7 +37,7 @@ fn bounds(bounds: &Bounds, infinite: &str) -> String {
     }
 }
 
-/// What goes into a port, in words.
+/// Type of a port in words.
 pub(crate) fn port(port: &PortInfo) -> String {
     let ty = if port.list { format!("[{}…]", port.ty) } else { port.ty.to_string() };
     let range = Some(bounds(&port.bounds, "")).filter(|range| !range.is_empty());

@@ -1,4 +1,4 @@
-//! The files of a package: their names in it, and imports that are rewritten for it.
+//! Files of a package: their names in it, and rewritten imports.
 use super::{Files, plain};
 use shibo_engine::diagnostics::{Code, Diagnostic, Origin, Span};
 use shibo_engine::graph::Graph;
@@ -7,20 +7,20 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The begin of paths of graphs that come with the program.
+/// Prefix of paths of library graphs.
 const LIBRARY: &str = "shibo:";
-/// Settings lie in the package if they lie among its files. Imports do not need them there.
+/// Settings file. It is packed if it lies among the packed files; imports do not depend on it there.
 const SETTINGS: &str = "shibo.toml";
 
-/// Places of a text, and the words that replace them.
+/// Spans of a text, and their replacements.
 type Edits = BTreeMap<(usize, usize), String>;
 
-/// A package that is being put together.
+/// A package under construction.
 #[derive(Default)]
 pub(super) struct Content {
-    /// The files, by absolute paths.
+    /// Absolute paths of the files.
     paths: BTreeSet<PathBuf>,
-    /// Imports by the text that they are in: the place, and the absolute path of the file that is meant.
+    /// Imports by file: the span of the text, and the absolute path of the imported file.
     imports: BTreeMap<PathBuf, BTreeMap<(usize, usize), PathBuf>>,
 }
 
@@ -37,18 +37,18 @@ impl Content {
         }
     }
 
-    /// Adds a picture or another file that a node reads.
+    /// Adds a file that a node reads, such as a picture.
     pub(super) fn add_file(&mut self, path: &Path) {
         self.paths.insert(plain(path));
     }
 
-    /// Returns true if a file is packed.
+    /// Returns true if a file is in the package.
     pub(super) fn holds(&self, path: &Path) -> bool {
         let identity = |path: &Path| path.canonicalize().unwrap_or_else(|_| plain(path));
         self.paths.iter().any(|own| identity(own) == identity(path))
     }
 
-    /// The innermost folder that holds all files but settings.
+    /// Innermost folder that contains all files except settings.
     fn folder(&self) -> PathBuf {
         let mut folders = self.paths.iter().filter(|path| !path.ends_with(SETTINGS)).filter_map(|path| path.parent());
         let mut common = folders.next().unwrap_or(Path::new("")).to_owned();
@@ -58,18 +58,18 @@ impl Content {
         common
     }
 
-    /// The name that a file has in the package.
+    /// Name of a file in the package.
     pub(super) fn name(&self, path: &Path) -> String {
         name(path, &self.folder())
     }
 
-    /// The names of all files.
+    /// Names of all files.
     pub(super) fn names(&self) -> Vec<String> {
         let folder = self.folder();
         self.paths.iter().filter(|path| path.starts_with(&folder)).map(|path| name(path, &folder)).collect()
     }
 
-    /// An error if the path `written`, in the text at `span`, leads out of the package.
+    /// Returns an error if the path `written`, in the text at `span`, leads out of the package.
     pub(super) fn climbs(&self, graph: &Graph, span: Span, written: &str) -> Option<Diagnostic> {
         let text = graph.sources.path(span.file);
         let is_file = graph.sources.sources().iter().any(|source| source.path == text && source.origin == Origin::File);
@@ -84,8 +84,8 @@ impl Content {
         )
     }
 
-    /// The files, and the imports that are rewritten because they would not find their files in the package: the text and the
-    /// new word of each.
+    /// Reads the files. Imports that would not find their files in the package are rewritten; each is returned with its
+    /// text and its new path.
     pub(super) fn read(&self) -> io::Result<(Files, Vec<(String, String)>)> {
         let folder = self.folder();
         let (mut files, mut rewritten) = (Vec::new(), Vec::new());
@@ -103,7 +103,7 @@ impl Content {
         Ok((files, rewritten))
     }
 
-    /// The imports of a text that are rewritten.
+    /// Imports of a text to rewrite.
     fn edits(&self, path: &Path, own: &str, folder: &Path, content: &[u8]) -> Edits {
         let mut edits = Edits::new();
         for ((start, end), meant) in self.imports.get(path).into_iter().flatten() {
@@ -125,13 +125,13 @@ fn is_own(path: &Path) -> bool {
     !path.starts_with(LIBRARY)
 }
 
-/// The name of a file in a folder, with slashes.
+/// Name of a file relative to a folder, with slashes.
 fn name(path: &Path, folder: &Path) -> String {
     let inside = path.strip_prefix(folder).unwrap_or(path);
     inside.components().map(|part| part.as_os_str().to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
-/// Where a path that is written in the file `from` of a package leads; nothing if that is out of it.
+/// Resolves a path written in the file `from` of a package; `None` if it leads out of the package.
 fn follow(from: &str, written: &str) -> Option<String> {
     if Path::new(written).is_absolute() {
         return None;
@@ -148,7 +148,7 @@ fn follow(from: &str, written: &str) -> Option<String> {
     Some(parts.join("/"))
 }
 
-/// How the file `to` of a package is written in the file `from`.
+/// Path from the file `from` to the file `to` of a package.
 fn relative(from: &str, to: &str) -> String {
     let (mut from, to): (Vec<&str>, Vec<&str>) = (from.split('/').collect(), to.split('/').collect());
     from.pop();
@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn paths_within_a_package_are_followed_and_written() {
+    fn resolves_and_writes_paths_in_package() {
         for (from, written, to) in [
             ("a.ron", "b.ron", Some("b.ron")),
             ("x/a.ron", "../y/./b.ron", Some("y/b.ron")),

@@ -1,4 +1,4 @@
-//! `shibo pack`: a graph and all that it reads in one file.
+//! `shibo pack`: packs a graph and all files that it reads into one archive.
 mod content;
 
 use crate::args::ValueArgs;
@@ -62,7 +62,7 @@ pub(crate) fn run(args: &PackArgs, terminal: &Terminal) -> Result<(), Quit> {
     Ok(())
 }
 
-/// What a graph with these values reads, and which of the files is the graph's own.
+/// Files that a graph with these values reads, and the name of the graph's own file.
 pub(crate) fn gather(path: &Path, values: &ValueArgs, terminal: &Terminal) -> Result<(Files, String), Quit> {
     if path.starts_with("shibo:") || path.to_string_lossy().starts_with("shibo:") {
         let message = "a graph that comes with the program has no file";
@@ -89,7 +89,7 @@ fn load(path: &Path, values: ValueArgs, terminal: &Terminal) -> Result<Graph, Qu
     open::graph(open::load(path, &library::registry(), &values, None), terminal)
 }
 
-/// Adds all files of a graph but those that come with the program.
+/// Adds all files of a graph except library graphs.
 fn collect(graph: &Graph, content: &mut Content, terminal: &Terminal) -> Result<(), Quit> {
     content.add(graph);
     let unpacked = environment::library_dir();
@@ -116,7 +116,7 @@ fn collect(graph: &Graph, content: &mut Content, terminal: &Terminal) -> Result<
     Err(Quit::Shown)
 }
 
-/// An absolute path without `.` and `..`.
+/// Makes a path absolute, without `.` and `..`.
 fn plain(path: &Path) -> PathBuf {
     let whole = std::env::current_dir().unwrap_or_default().join(path);
     let mut plain = PathBuf::new();

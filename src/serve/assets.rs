@@ -1,4 +1,4 @@
-//! The files of the page.
+//! Static files of the page.
 use axum::http::header;
 use axum::response::{IntoResponse, Response};
 
@@ -48,7 +48,7 @@ assets! {
     "viewer.js" "text/javascript; charset=utf-8",
 }
 
-/// The file of that name.
+/// Returns the static file `name`.
 pub(super) fn asset(name: &str) -> Option<Response> {
     let name = if name.is_empty() { "index.html" } else { name };
     let (_, kind, text) = ASSETS.iter().find(|(n, ..)| *n == name)?;

@@ -1,6 +1,7 @@
-//! Changes of the graph file that a page asks for: each is based on a content, and refused if the file has another one by now.
-//! Comments, line endings and everything else that is not meant stays as it is.
-use super::handlers::{App, No, aside};
+//! Changes of the graph file that a page requests. Each change names the content it is based on and is refused if the
+//! file has another content by now. Everything outside the changed ranges, comments and line endings included, stays as
+//! it is.
+use super::handlers::{ApiError, App, aside};
 use super::scene::{Scene, lock};
 use super::stage::{Stage, Values};
 use super::texts::sha256;
@@ -19,7 +20,7 @@ use std::fs;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A change, what it is based on, and the values that are to be in force after it.
+/// Request: a change, the hash of the content it is based on, and the parameter values to set afterwards.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Wish {
@@ -28,25 +29,26 @@ struct Wish {
     then: Option<Values>,
 }
 
-/// What is to be changed.
+/// Kinds of changes.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 enum Change {
-    /// Values of parameters: in a preset, or their defaults.
+    /// Sets values of parameters, in a preset or as defaults.
     Values { set: Vec<(String, String)>, preset: Option<String> },
-    /// A new preset of these values.
+    /// Adds a preset with these values.
     Preset { name: String, set: Vec<(String, String)> },
-    /// A constant of a node becomes a parameter.
+    /// Turns a constant of a node into a parameter.
     Promote { node: String, field: String },
-    /// A constant of a node.
+    /// Sets a constant of a node.
     Field { node: String, field: String, value: String },
-    /// An earlier content.
+    /// Restores an earlier content, named by its hash.
     Restore { to: String },
 }
 
-/// Changes the graph file.
-pub(super) async fn change(State(app): State<App>, body: Bytes) -> Result<Json<Data>, No> {
-    let Wish { base, change, then } = serde_json::from_slice(&body).map_err(|error| No::Bad(error.to_string()))?;
+/// Handles a request to change the graph file.
+pub(super) async fn change(State(app): State<App>, body: Bytes) -> Result<Json<Data>, ApiError> {
+    let Wish { base, change, then } =
+        serde_json::from_slice(&body).map_err(|error| ApiError::Bad(error.to_string()))?;
     let stage = app.stage.clone();
     let sha = aside(move || written(&stage, &base, &change)).await??;
     if let Some(values) = then {
@@ -55,21 +57,23 @@ pub(super) async fn change(State(app): State<App>, body: Bytes) -> Result<Json<D
     Ok(Json(json!({ "sha256": sha })))
 }
 
-/// Makes a change; the hash of the new content.
-fn written(stage: &Stage, base: &str, change: &Change) -> Result<String, No> {
-    // One change at a time.
+/// Makes a change and returns the hash of the new content.
+fn written(stage: &Stage, base: &str, change: &Change) -> Result<String, ApiError> {
+    // Only one change runs at a time.
     let _writing = lock(&stage.writing);
     let name = stage.path.display();
-    let bytes = fs::read(&stage.path).map_err(|error| No::Failed(format!("cannot read `{name}`: {error}")))?;
-    let before = String::from_utf8(bytes).map_err(|_| No::Conflict(format!("`{name}` is not UTF-8 text")))?;
+    let bytes = fs::read(&stage.path).map_err(|error| ApiError::Failed(format!("cannot read `{name}`: {error}")))?;
+    let before = String::from_utf8(bytes).map_err(|_| ApiError::Conflict(format!("`{name}` is not UTF-8 text")))?;
     if sha256(&before) != base {
         return Err(changed(stage));
     }
     stage.texts.keep(base, &before);
     let after = match change {
-        Change::Restore { to } => {
-            stage.texts.get(to).ok_or_else(|| No::Failed("that content is no longer known".to_owned()))?.to_string()
-        }
+        Change::Restore { to } => stage
+            .texts
+            .get(to)
+            .ok_or_else(|| ApiError::Failed("that content is no longer known".to_owned()))?
+            .to_string(),
         change => edited(stage, base, &before, change)?,
     };
     if !matches!(change, Change::Restore { .. }) {
@@ -83,20 +87,20 @@ fn written(stage: &Stage, base: &str, change: &Change) -> Result<String, No> {
             *lock(&stage.own) = None;
             return Err(match refused {
                 Refused::Changed => changed(stage),
-                Refused::Failed(error) => No::Failed(format!("cannot write `{name}`: {error}")),
+                Refused::Failed(error) => ApiError::Failed(format!("cannot write `{name}`: {error}")),
             });
         }
     }
     Ok(sha)
 }
 
-/// Somebody else has saved the file.
-fn changed(stage: &Stage) -> No {
-    No::Conflict(format!("`{}` has changed meanwhile; nothing was written", stage.path.display()))
+/// Error: another program has saved the file.
+fn changed(stage: &Stage) -> ApiError {
+    ApiError::Conflict(format!("`{}` has changed meanwhile; nothing was written", stage.path.display()))
 }
 
-/// The text with a change in it.
-fn edited(stage: &Stage, base: &str, before: &str, change: &Change) -> Result<String, No> {
+/// Returns the text after the change.
+fn edited(stage: &Stage, base: &str, before: &str, change: &Change) -> Result<String, ApiError> {
     let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new());
     let file = workspace.open(&stage.path, before);
     let cx = Cx { world: &workspace, file: &file };
@@ -115,36 +119,36 @@ fn edited(stage: &Stage, base: &str, before: &str, change: &Change) -> Result<St
         }
         Change::Restore { .. } => Ok(Vec::new()),
     };
-    let edits = edits.map_err(No::Failed)?;
-    // New lines end like those that are there.
+    let edits = edits.map_err(ApiError::Failed)?;
+    // Inserted lines use the line ending of the file.
     let ends = |edit: Edit| Edit { text: edit.text.replace('\n', "\r\n"), ..edit };
     let edits: Vec<Edit> = if before.contains("\r\n") { edits.into_iter().map(ends).collect() } else { edits };
     Ok(apply(before, &edits))
 }
 
-/// Where the value of a field of a node is written in the graph file.
-fn place(stage: &Stage, base: &str, node: &str, field: &str) -> Result<Range<usize>, No> {
+/// Byte range of the value of a node's field in the graph file.
+fn place(stage: &Stage, base: &str, node: &str, field: &str) -> Result<Range<usize>, ApiError> {
     let scene = stage.scene().filter(|scene| scene.sha256 == base);
-    let scene = scene.ok_or_else(|| No::Conflict("the file is being read; try again in a moment".to_owned()))?;
-    let target = scene.target(&format!("@{node}")).ok_or(No::Unknown)?;
+    let scene = scene.ok_or_else(|| ApiError::Conflict("the file is being read; try again in a moment".to_owned()))?;
+    let target = scene.target(&format!("@{node}")).ok_or(ApiError::Unknown)?;
     let fields = &scene.graph.nodes[target.node].fields;
-    let span = fields.iter().find(|(name, _)| name == field).map(|(_, span)| *span).ok_or(No::Unknown)?;
+    let span = fields.iter().find(|(name, _)| name == field).map(|(_, span)| *span).ok_or(ApiError::Unknown)?;
     if !is_own(&scene, span) {
-        return Err(No::Failed(format!("`{node}` belongs to another file")));
+        return Err(ApiError::Failed(format!("`{node}` belongs to another file")));
     }
     Ok(span.start..span.end)
 }
 
-/// Whether a place is in the graph file itself.
+/// Returns whether `span` lies in the graph file itself.
 pub(super) fn is_own(scene: &Scene, span: Span) -> bool {
     scene.graph.sources.path(span.file) == scene.graph.path
 }
 
-/// Refuses a text that would not load.
-fn check(stage: &Stage, text: &str) -> Result<(), No> {
+/// Rejects a text that does not load.
+fn check(stage: &Stage, text: &str) -> Result<(), ApiError> {
     let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &Values::default().options());
     match loaded.diagnostics.iter().find(|found| !found.warning) {
-        Some(error) => Err(No::Failed(format!("nothing was written: {}", error.message))),
+        Some(error) => Err(ApiError::Failed(format!("nothing was written: {}", error.message))),
         None => Ok(()),
     }
 }

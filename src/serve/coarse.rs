@@ -1,28 +1,28 @@
-//! Meshes of too many triangles for the page, made coarser: vertices that are near each other become one.
+//! Simplifies meshes that have too many triangles for the page, by merging vertices that are close together.
 use shibo_engine::export::Shape;
 use shibo_engine::value::Atlas;
 use std::collections::HashMap;
 
-/// The most triangles that are sent.
+/// Maximum number of triangles sent.
 const MOST: usize = 500_000;
 
-/// A mesh as the page gets it.
+/// A mesh as it is sent to the page.
 pub(super) struct Sent {
-    /// For each vertex place, normal, direction of +u and coordinates. The mesh lies around the origin, y up, its farthest
-    /// point at a distance of 1.
+    /// Position, normal, direction of +u and texture coordinates of each vertex. The mesh is centred on the origin, y
+    /// up, and its farthest point is at a distance of 1.
     pub(super) vertices: Vec<[f32; 11]>,
-    /// The vertices of all triangles.
+    /// Vertex indices of all triangles.
     pub(super) indices: Vec<u32>,
-    /// For each triangle its number in the mesh.
+    /// For each triangle, its index in the original mesh.
     pub(super) triangles: Vec<u32>,
-    /// How long a mm is.
+    /// Length of one mm in page units.
     pub(super) per_mm: f32,
-    /// Where the origin lies in mm, z up.
+    /// Position of the page's origin in mm, z up.
     pub(super) middle: [f32; 3],
 }
 
 impl Sent {
-    /// The mesh of an atlas, by parts; clustered if it is large.
+    /// Converts the mesh of an atlas, ordered by parts, and clusters it if it is large.
     pub(super) fn of(atlas: &Atlas) -> Self {
         let (vertices, indices, per_mm, middle) = Shape::atlas(atlas).around_the_origin();
         let count = u32::try_from(atlas.mesh.triangles.len()).unwrap_or(u32::MAX);
@@ -31,11 +31,11 @@ impl Sent {
         Self { vertices, indices, triangles, per_mm, middle }.at_most(MOST, &atlas.charts)
     }
 
-    /// With so many triangles at most: within each chart the vertices of a cell become the first of them, and triangles that
-    /// have no area then are left out.
+    /// Reduces the mesh to at most `most` triangles: within each chart, all vertices in a grid cell become the first of
+    /// them, and triangles without area are dropped.
     fn at_most(self, most: usize, charts: &[u16]) -> Self {
         let area = self.indices.as_chunks::<3>().0.iter().map(|t| self.area(*t)).sum::<f32>();
-        // About two triangles lie in a cell.
+        // The first cell size corresponds to about two triangles per cell.
         let mut cell = (2.0 * area / most as f32).sqrt();
         let mut made = None;
         while made.as_ref().unwrap_or(&self).triangles.len() > most {
@@ -79,7 +79,7 @@ impl Sent {
 mod tests {
     use super::*;
 
-    /// A square of n × n quads, its left half one chart and its right half another.
+    /// A square of n × n quads; its left half is one chart, its right half another.
     fn square(n: u32) -> (Sent, Vec<u16>) {
         let share = |k: u32| k as f32 / n as f32;
         let at =
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn large_meshes_become_coarser_and_keep_their_charts() {
+    fn simplifies_large_meshes_within_charts() {
         let (whole, charts) = square(100);
         let area = |sent: &Sent| sent.indices.as_chunks::<3>().0.iter().map(|t| sent.area(*t)).sum::<f32>();
         assert!((area(&whole) - 1.0).abs() < 1e-3);
@@ -105,7 +105,7 @@ mod tests {
         let sent = whole.at_most(2000, &charts);
         assert!((400..=2000).contains(&sent.triangles.len()), "{}", sent.triangles.len());
         assert_eq!(sent.indices.len(), 3 * sent.triangles.len());
-        // Nothing is missing but a rim of a cell, and no triangle has vertices of two charts.
+        // At most a rim one cell wide is missing, and no triangle has vertices of two charts.
         assert!((area(&sent) - 1.0).abs() < 0.12, "{}", area(&sent));
         for (corners, triangle) in sent.indices.as_chunks::<3>().0.iter().zip(&sent.triangles) {
             let right = charts[*triangle as usize] == 1;

@@ -1,5 +1,5 @@
-//! Connections to the page. Those that have not shown the token yet are few, and the oldest of them makes room for a new one, so
-//! strangers never keep anybody from the page.
+//! Accepts connections to the page. The number of connections that have not yet shown the token is bounded; a new one
+//! replaces the oldest, so other programs cannot lock the user out of the page.
 use axum::{Extension, Router};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
@@ -10,24 +10,24 @@ use std::time::{Duration, Instant};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::AbortHandle;
 
-/// The most connections at a time that have shown the token; further ones are closed.
+/// Maximum number of open connections that have shown the token; further ones are closed.
 const KNOWN: usize = 256;
-/// The most that have not, and how many of them may be older than `HELLO`.
+/// Maximum number of connections without the token, and how many of these may be older than `HELLO`.
 const STRANGERS: usize = 320;
 const SILENT: usize = 32;
-/// The time after which a connection without a request with the token is suspicious.
+/// Age at which a connection that has not sent the token is suspicious.
 const HELLO: Duration = Duration::from_millis(500);
-/// The most bytes of the head of a request.
+/// Maximum size of a request head in bytes.
 const HEAD: usize = 32 << 10;
-/// How long a request may take to arrive, and an idle connection may stay.
+/// Timeout for a request to arrive, and for an idle connection.
 const ARRIVAL: Duration = Duration::from_secs(15);
 
-/// Whether a request with the token came by a connection. All its requests share it.
+/// Records whether any request on this connection had the token; shared by all its requests.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Acquaintance(Arc<AtomicBool>);
 
 impl Acquaintance {
-    /// A request had the token.
+    /// Records that a request had the token.
     pub(super) fn make(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
@@ -37,7 +37,7 @@ impl Acquaintance {
     }
 }
 
-/// The connections at work.
+/// Open connections.
 #[derive(Default)]
 struct Open {
     strangers: VecDeque<(Acquaintance, AbortHandle, Instant)>,
@@ -45,7 +45,7 @@ struct Open {
 }
 
 impl Open {
-    /// Makes room for one more; whether there is some.
+    /// Makes room for one more connection; returns whether there is room.
     fn make_room(&mut self) -> bool {
         self.known.retain(|handle| !handle.is_finished());
         let known = &mut self.known;
@@ -55,7 +55,7 @@ impl Open {
             }
             !acquaintance.is_made() && !handle.is_finished()
         });
-        // The oldest are in front.
+        // The oldest connections are at the front.
         let mut silent = self.strangers.iter().take_while(|(_, _, since)| since.elapsed() > HELLO).count();
         while silent > SILENT || self.strangers.len() >= STRANGERS {
             if let Some((_, oldest, _)) = self.strangers.pop_front() {
@@ -67,14 +67,14 @@ impl Open {
     }
 }
 
-/// Answers what comes to `listener`, for ever.
+/// Serves the connections of `listener` for ever.
 pub(super) async fn accept(listener: TcpListener, app: Router) {
     let mut open = Open::default();
     loop {
         let stream = match listener.accept().await {
             Ok((stream, _)) => stream,
             Err(_) => {
-                // Out of file handles, most likely: some will be closed.
+                // The process has most likely no file handles left; closing connections frees some.
                 open.make_room();
                 tokio::time::sleep(Duration::from_millis(50)).await;
                 continue;
@@ -96,6 +96,6 @@ async fn answer(stream: TcpStream, app: Router) {
         .header_read_timeout(ARRIVAL)
         .max_buf_size(HEAD)
         .serve_connection(TokioIo::new(stream), TowerToHyperService::new(app));
-    // The browser may close the connection at any time.
+    // The browser may close the connection at any time, so errors are ignored.
     let _ = connection.await;
 }

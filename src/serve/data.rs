@@ -1,9 +1,9 @@
-//! Answers about one target: its picture, a tile of it, its value at a place, its data.
-use super::handlers::{AboutQuery, App, No, Of, aside, png};
+//! Requests about one target: picture, tile, value of a pixel, data of an object.
+use super::handlers::{AboutQuery, ApiError, App, Of, aside, png};
 use super::levels;
 use super::object;
 use super::paint::Painter;
-use super::scene::{Scene, Sight, Target, lock};
+use super::scene::{Preview, Scene, Target, lock};
 use super::stage::Stage;
 use super::wiring;
 use axum::extract::rejection::QueryRejection;
@@ -15,26 +15,26 @@ use serde_json::{Value as Data, json};
 use shibo_engine::session::{Failure, Look};
 use shibo_engine::value::{Type, Value, Window, linear_to_srgb};
 
-/// The width and height of a tile of a picture that is not sent whole.
+/// Width and height of the tiles of pictures that are too large to be sent whole.
 const TILE: u32 = 512;
 
 pub(super) type Query2<T> = Result<Query<T>, QueryRejection>;
 
-/// What a query about a target, and a size, says.
+/// Query: a target and a size.
 #[derive(Debug, Deserialize)]
 pub(super) struct Sized {
     g: u64,
     t: String,
-    /// The longest side.
+    /// Longest side in pixels.
     s: u32,
 }
 
-/// The picture of a target: where it is, and what it shows. Objects have none.
-pub(super) async fn look(State(app): State<App>, query: Query2<Sized>) -> Result<Response, No> {
+/// Describes the picture of a target: its address and content. Objects have no picture.
+pub(super) async fn look(State(app): State<App>, query: Query2<Sized>) -> Result<Response, ApiError> {
     let Query(Sized { g, t, s }) = query?;
     let scene = app.scene(g)?;
-    // A node may be gone from the file while somebody looks at it.
-    let target = scene.target(&t).ok_or(No::Nothing)?;
+    // The node may have been deleted from the file while the page still shows it.
+    let target = scene.target(&t).ok_or(ApiError::Nothing)?;
     app.stage.set_focus(&t);
     let longest = s.clamp(1, super::WHOLE);
     let answer = app.look(&scene, move |look, stage, scene| describe(look, stage, scene, &target, longest)).await?;
@@ -58,48 +58,50 @@ fn describe(look: &Look<'_>, stage: &Stage, scene: &Scene, target: &Target, long
         about["channel"] = target.channel.or(material.channels().first().map(|c| c.0)).map(|c| c.name()).into();
     }
     match scene.sight(look, target)? {
-        Some(Sight::Field(field, manner)) => {
+        Some(Preview::Field(field, manner)) => {
             let stored = scene.picture(look, &stage.store, target, (&field, manner), scene.size(longest))?;
             about["shown"] = json!(scene.shown(target, manner.unit, stored));
         }
-        Some(Sight::Pixels(pixels)) => {
+        Some(Preview::Pixels(pixels)) => {
             let stored = scene.pixels(&stage.store, target, &pixels, super::WHOLE);
             about["shown"] = json!(scene.shown_pixels(target, stored));
         }
-        Some(Sight::Object(ty, _)) => about["object"] = ty.name().into(),
+        Some(Preview::Object(ty, _)) => about["object"] = ty.name().into(),
         None => {}
     }
     Ok(about)
 }
 
-/// What a query about a tile says.
+/// Query: a tile.
 #[derive(Debug, Deserialize)]
 pub(super) struct Place {
     g: u64,
     t: String,
-    /// How often the picture is halved.
+    /// Number of times the picture is halved.
     l: u32,
     x: u32,
     y: u32,
 }
 
-/// A tile of 512² pixels of the picture at its full size halved `l` times.
-pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result<Response, No> {
+/// Returns a tile of 512² pixels of the full-size picture, halved `l` times.
+pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result<Response, ApiError> {
     let Query(place) = query?;
     let scene = app.scene(place.g)?;
-    let target = scene.target(&place.t).ok_or(No::Unknown)?;
+    let target = scene.target(&place.t).ok_or(ApiError::Unknown)?;
     let full = scene.graph.canvas.resolution;
     let size = UVec2::new(full.x.div_ceil(1 << place.l.min(16)), full.y.div_ceil(1 << place.l.min(16)));
-    let (Some(x), Some(y)) = (place.x.checked_mul(TILE), place.y.checked_mul(TILE)) else { return Err(No::Unknown) };
+    let (Some(x), Some(y)) = (place.x.checked_mul(TILE), place.y.checked_mul(TILE)) else {
+        return Err(ApiError::Unknown);
+    };
     if x >= size.x || y >= size.y {
-        return Err(No::Unknown);
+        return Err(ApiError::Unknown);
     }
     let window =
         Window { x: x.cast_signed(), y: y.cast_signed(), width: TILE.min(size.x - x), height: TILE.min(size.y - y) };
     let bytes = app
         .look(&scene, move |look, stage, scene| {
-            let Some(Sight::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
-            // Black and white are those of the whole picture.
+            let Some(Preview::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
+            // Tiles use the same black and white values as the whole picture.
             let known = lock(&scene.shown).get(&target.name).map(|shown| shown.range);
             let range = match known {
                 Some(range) => range,
@@ -109,10 +111,10 @@ pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result
             Ok(Painter::new(manner.ty, range).png(&tile, &|| look.is_over()))
         })
         .await?;
-    bytes.map(|bytes| png(bytes.into())).ok_or(No::Nothing)
+    bytes.map(|bytes| png(bytes.into())).ok_or(ApiError::Nothing)
 }
 
-/// What a query about a pixel says.
+/// Query: a pixel.
 #[derive(Debug, Deserialize)]
 pub(super) struct Pixel {
     g: u64,
@@ -121,18 +123,18 @@ pub(super) struct Pixel {
     y: u32,
 }
 
-/// The values of a field at a pixel of its full size.
-pub(super) async fn probe(State(app): State<App>, query: Query2<Pixel>) -> Result<Response, No> {
+/// Returns the values of a field at a pixel of the full-size picture.
+pub(super) async fn probe(State(app): State<App>, query: Query2<Pixel>) -> Result<Response, ApiError> {
     let Query(Pixel { g, t, x, y }) = query?;
     let scene = app.scene(g)?;
-    let target = scene.target(&t).ok_or(No::Unknown)?;
+    let target = scene.target(&t).ok_or(ApiError::Unknown)?;
     let size = scene.graph.canvas.resolution;
     if x >= size.x || y >= size.y {
-        return Err(No::Unknown);
+        return Err(ApiError::Unknown);
     }
     let answer = app
         .look(&scene, move |look, _, scene| {
-            let Some(Sight::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
+            let Some(Preview::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
             let grid = scene.graph.canvas.grid(size);
             let (x, y) = (x.cast_signed(), y.cast_signed());
             let tile = look.raster(&field, &grid, Window { x, y, width: 1, height: 1 })?;
@@ -149,41 +151,41 @@ pub(super) async fn probe(State(app): State<App>, query: Query2<Pixel>) -> Resul
             Ok(Some(answer))
         })
         .await?;
-    answer.map(|answer| Json(answer).into_response()).ok_or(No::Nothing)
+    answer.map(|answer| Json(answer).into_response()).ok_or(ApiError::Nothing)
 }
 
-/// The data of an object, thinned out for drawing.
-pub(super) async fn object(State(app): State<App>, query: AboutQuery) -> Result<Response, No> {
+/// Returns the data of an object, thinned out for drawing.
+pub(super) async fn object(State(app): State<App>, query: AboutQuery) -> Result<Response, ApiError> {
     let Query(about) = query?;
     let (scene, target) = app.about(&about)?;
     let data = app
         .look(&scene, move |look, _, scene| {
-            let Some(Sight::Object(ty, Some(sketch))) = scene.sight(look, &target)? else { return Ok(None) };
+            let Some(Preview::Object(ty, Some(sketch))) = scene.sight(look, &target)? else { return Ok(None) };
             Ok(object::object(ty, &sketch, &scene.graph.canvas))
         })
         .await?;
-    data.map(|data| Json(data).into_response()).ok_or(No::Nothing)
+    data.map(|data| Json(data).into_response()).ok_or(ApiError::Nothing)
 }
 
-/// What a query about a level of the graph says.
+/// Query: a level of the graph.
 #[derive(Debug, Deserialize)]
 pub(super) struct Level {
     g: u64,
-    /// The sub-graph; the graph itself without.
+    /// Name of the sub-graph; empty for the whole graph.
     #[serde(default)]
     u: String,
 }
 
-/// The boxes and wires of the graph, or of a sub-graph of it.
-pub(super) async fn graph(State(app): State<App>, query: Query2<Level>) -> Result<Response, No> {
+/// Returns the boxes and wires of the graph or of one of its sub-graphs.
+pub(super) async fn graph(State(app): State<App>, query: Query2<Level>) -> Result<Response, ApiError> {
     let Query(Level { g, u }) = query?;
     let scene = app.scene(g)?;
     let drawn = aside(move || levels::level(&scene.graph, &u)).await?;
-    drawn.map(|drawn| Json(drawn).into_response()).ok_or(No::Nothing)
+    drawn.map(|drawn| Json(drawn).into_response()).ok_or(ApiError::Nothing)
 }
 
-/// What was done for each node.
-pub(super) async fn stats(State(app): State<App>, query: Query2<Of>) -> Result<Response, No> {
+/// Returns the statistics of all nodes.
+pub(super) async fn stats(State(app): State<App>, query: Query2<Of>) -> Result<Response, ApiError> {
     let scene = app.scene(query?.g)?;
     let stats = lock(&scene.stats).clone();
     Ok(Json(stats).into_response())

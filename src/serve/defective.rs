@@ -1,4 +1,4 @@
-//! For tests: a node whose code panics, and a stage for graphs with it.
+//! Test helpers: a node that panics, and a stage for graphs that contain it.
 use super::stage::Stage;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use shibo_engine::value::{Field, Stop, Tile, Tiling, Type};
 use std::path::Path;
 use std::sync::Arc;
 
-/// A grey picture, or none because of a defect.
+/// Makes a grey picture, or panics.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 struct Panics {
@@ -30,25 +30,25 @@ impl Node for Panics {
     }
 }
 
-/// Its kind alone.
+/// A registry with this node only.
 pub(crate) fn registry() -> Registry {
     Registry::new([Family { name: "Test", doc: "For tests.", kinds: vec![Kind::of::<Panics>()] }])
 }
 
-/// A graph with the node.
+/// The text of a graph with the node.
 pub(crate) fn text(bad: bool) -> String {
     format!(
         "(canvas: (size_mm: 8, resolution: 8), nodes: {{ \"it\": Panics(bad: {bad}) }}, outputs: {{ \"out\": \"it\" }})"
     )
 }
 
-/// The same, loaded.
+/// The loaded graph of [`text`].
 pub(crate) fn graph(bad: bool) -> Graph {
     let loaded = load_text(Path::new("a.ron"), &text(bad), &registry(), &LoadOptions::default());
     loaded.graph.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics))
 }
 
-/// A stage for such graphs.
+/// A stage for graphs with the node.
 pub(crate) fn stage() -> Arc<Stage> {
     let settings = Settings { threads: 2, memory: 64 << 20, ..Settings::default() };
     let session = Session::new(registry(), &settings).unwrap();

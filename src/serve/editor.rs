@@ -1,5 +1,6 @@
-//! The editor and the page: the editor shows a node on the page, and a click on the page shows the node's line in the editor.
-use super::handlers::{App, No};
+//! Connects the editor and the page: the editor can show a node on the page, and a click on the page shows the node's
+//! line in the editor.
+use super::handlers::{ApiError, App};
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -11,29 +12,26 @@ use shibo_engine::graph::Graph;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// The query of an editor that listens, and is no page.
+/// Query that marks a listener as an editor rather than a page.
 pub(super) const EDITOR: &str = "editor=yes";
 
-/// Takes the places of nodes that are clicked.
-pub(super) type Jumps = Arc<dyn Fn(&Place) + Send + Sync>;
+/// Callback that receives the source positions of clicked nodes.
+pub(super) type Jumps = Arc<dyn Fn(&SourcePosition) + Send + Sync>;
 
-/// A place in a file, as people count: from 1, columns in characters.
+/// A position in a file for display: line and column count from 1, columns in characters.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct Place {
-    /// The file.
+pub(crate) struct SourcePosition {
     pub(crate) file: PathBuf,
-    /// The line.
     pub(crate) line: usize,
-    /// The column.
     pub(crate) column: usize,
 }
 
-impl Place {
-    /// Where the kind of a node is written; nowhere, if that is in a graph that comes with the program.
+impl SourcePosition {
+    /// Position of the kind of a node; `None` if the node is in a graph of the library.
     fn of(graph: &Graph, node: NodeIndex) -> Option<Self> {
         let span = graph.nodes[node].span;
         let at = graph.sources.position(span.file, span.start);
-        // A graph of the library is no file, and an argument of the command line neither.
+        // Library graphs and command-line arguments have no file.
         let file = graph.sources.path(span.file).canonicalize().ok()?;
         Some(Self { file, line: at.line, column: at.column })
     }
@@ -49,12 +47,12 @@ struct Click {
     node: String,
 }
 
-fn read<'b, T: Deserialize<'b>>(body: &'b Bytes) -> Result<T, No> {
-    serde_json::from_slice(body).map_err(|error| No::Bad(error.to_string()))
+fn read<'b, T: Deserialize<'b>>(body: &'b Bytes) -> Result<T, ApiError> {
+    serde_json::from_slice(body).map_err(|error| ApiError::Bad(error.to_string()))
 }
 
-/// An editor shows a target; how many pages are open is answered. Without a target nothing is shown.
-pub(super) async fn show(State(app): State<App>, body: Bytes) -> Result<Json<Data>, No> {
+/// Shows a target that the editor chose, or nothing without one; returns the number of open pages.
+pub(super) async fn show(State(app): State<App>, body: Bytes) -> Result<Json<Data>, ApiError> {
     let Show { target } = read(&body)?;
     if let Some(target) = target.filter(|target| !target.is_empty()) {
         app.stage.set_focus(&target);
@@ -63,12 +61,12 @@ pub(super) async fn show(State(app): State<App>, body: Bytes) -> Result<Json<Dat
     Ok(Json(json!({ "pages": app.pages.load(std::sync::atomic::Ordering::Relaxed) })))
 }
 
-/// A node was clicked on a page.
-pub(super) async fn jump(State(app): State<App>, body: Bytes) -> Result<StatusCode, No> {
+/// Handles a click on a node of the page.
+pub(super) async fn jump(State(app): State<App>, body: Bytes) -> Result<StatusCode, ApiError> {
     let Click { node } = read(&body)?;
-    let scene = app.stage.scene().ok_or(No::Unknown)?;
-    let target = scene.target(&format!("@{node}")).ok_or(No::Unknown)?;
-    let Some(place) = Place::of(&scene.graph, target.node) else { return Ok(StatusCode::NO_CONTENT) };
+    let scene = app.stage.scene().ok_or(ApiError::Unknown)?;
+    let target = scene.target(&format!("@{node}")).ok_or(ApiError::Unknown)?;
+    let Some(place) = SourcePosition::of(&scene.graph, target.node) else { return Ok(StatusCode::NO_CONTENT) };
     app.stage.tell("jump", &json!(place));
     (app.jumps)(&place);
     Ok(StatusCode::ACCEPTED)

@@ -1,6 +1,6 @@
-//! An environment of the user's own for the lit view: an EXR panorama that a page sends, answered as light. It is kept for this
-//! run only, so that a page that is loaded again has it; nothing is written.
-use super::handlers::{App, No};
+//! The user's own environment for the lit view: a page sends an EXR panorama and gets back its light. The light is kept
+//! in memory for this run, so a reloaded page can fetch it again; nothing is written to disk.
+use super::handlers::{ApiError, App};
 use super::scene::lock;
 use super::sky::Sky;
 use axum::body::{Bytes, to_bytes};
@@ -11,16 +11,16 @@ use shibo_engine::picture::{Conversion, ReadLimits, header_bytes, read_bytes};
 use std::sync::Mutex;
 use tokio::sync::Semaphore;
 
-/// The most bytes of a file: enough for 8192 × 4096 pixels with 16 bits a channel.
+/// Maximum file size in bytes: 8192 × 4096 pixels with 16 bits per channel fit.
 const MOST: usize = 256 << 20;
-/// What the decoding may cost.
+/// Limits for decoding.
 const LIMITS: ReadLimits =
     ReadLimits { max_file_bytes: MOST as u64, max_pixels: 1 << 26, max_bytes_decoded: 768 << 20 };
 
-/// The environment of a run.
+/// The environment of this run.
 pub(crate) struct Environment {
     bytes: Mutex<Option<Bytes>>,
-    /// One panorama is read at a time.
+    /// Only one panorama is read at a time.
     turn: Semaphore,
 }
 
@@ -34,20 +34,21 @@ fn answer(bytes: Bytes) -> Response {
     ([(header::CONTENT_TYPE, "application/octet-stream")], bytes).into_response()
 }
 
-/// Takes a panorama; its light is answered, see [`Sky::bytes`].
+/// Reads a panorama and returns its light in the format of [`Sky::bytes`].
 pub(super) async fn take(State(app): State<App>, request: Request) -> Result<Response, Response> {
     if request.headers().get(header::CONTENT_TYPE).is_none_or(|kind| kind != "application/octet-stream") {
         return Err(StatusCode::UNSUPPORTED_MEDIA_TYPE.into_response());
     }
     let environment = &app.stage.environment;
-    let _turn = environment.turn.try_acquire().map_err(|_| No::Busy.into_response())?;
+    let _turn = environment.turn.try_acquire().map_err(|_| ApiError::Busy.into_response())?;
     let large = format!("the file has more than {} MiB; scale it down", MOST >> 20);
     let large = |_| (StatusCode::PAYLOAD_TOO_LARGE, large).into_response();
     let file = to_bytes(request.into_body(), MOST).await.map_err(large)?;
-    // On the threads of the engine, as all that is computed for pages.
-    let scene = app.stage.scene().ok_or_else(|| No::Failed("no graph is shown yet".to_owned()).into_response())?;
+    // Runs on the engine's threads, like all computations for pages.
+    let scene =
+        app.stage.scene().ok_or_else(|| ApiError::Failed("no graph is shown yet".to_owned()).into_response())?;
     let made = app.look(&scene, move |_, _, _| Ok(light(&file))).await.map_err(IntoResponse::into_response)?;
-    let bytes = made.map_err(|why| No::Failed(why).into_response())?;
+    let bytes = made.map_err(|why| ApiError::Failed(why).into_response())?;
     *lock(&environment.bytes) = Some(bytes.clone());
     Ok(answer(bytes))
 }
@@ -62,8 +63,8 @@ fn light(file: &[u8]) -> Result<Bytes, String> {
     Ok(Sky::of(&picture)?.bytes().into())
 }
 
-/// The environment that was last taken in this run.
-pub(super) async fn last(State(app): State<App>) -> Result<Response, No> {
+/// Returns the last environment taken in this run.
+pub(super) async fn last(State(app): State<App>) -> Result<Response, ApiError> {
     let bytes = lock(&app.stage.environment.bytes).clone();
-    bytes.map(answer).ok_or(No::Nothing)
+    bytes.map(answer).ok_or(ApiError::Nothing)
 }

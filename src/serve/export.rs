@@ -1,5 +1,6 @@
-//! Files that a page exports: rendered into a temporary folder with progress, and fetched when they are done.
-use super::handlers::{App, No};
+//! Exports that a page requests: files are rendered into a temporary folder with progress reports, and fetched when
+//! finished.
+use super::handlers::{ApiError, App};
 use super::scene::lock;
 use super::stage::{Stage, Values};
 use crate::render::add_node;
@@ -9,6 +10,7 @@ use axum::body::Bytes;
 use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Json, Response};
+use clap::ValueEnum;
 use serde::Deserialize;
 use serde_json::{Value as Data, json};
 use shibo_engine::eval::{CancelToken, Event, Observer};
@@ -21,36 +23,36 @@ use std::fs;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// The most exports at work.
+/// Maximum number of exports running at once.
 const AT_ONCE: usize = 2;
-/// Finished exports that are kept until they are fetched.
+/// Number of finished exports kept until they are fetched.
 const KEPT: usize = 4;
-/// The time between two reports of progress.
+/// Minimum time between two progress reports.
 const PROGRESS: Duration = Duration::from_millis(150);
 
-/// What is to be exported.
+/// Request: the files to export.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Wish {
     g: u64,
-    /// A target; all outputs without.
+    /// Target; all outputs if absent.
     target: Option<String>,
-    /// Whether to write the materials as glTF files instead.
+    /// Writes the materials as glTF files instead.
     #[serde(default)]
     gltf: bool,
-    /// The pixels of the longer side; those of the graph without.
+    /// Longer side in pixels; by default the resolution of the graph.
     resolution: Option<u32>,
-    /// `png`, `tiff` or `exr`; as the graph says without.
+    /// `png`, `tiff` or `exr`; by default the format of the graph.
     format: Option<String>,
 }
 
-/// An export: what stops it, and what it made.
+/// An export: its cancel token and its result.
 struct Export {
     cancel: CancelToken,
     made: Option<(String, Bytes)>,
 }
 
-/// The exports of a run, by number.
+/// The exports of this run by number.
 #[derive(Default)]
 pub(crate) struct Exports(Mutex<(u64, BTreeMap<u64, Export>)>);
 
@@ -80,7 +82,7 @@ impl Exports {
     }
 }
 
-/// Tells pages how far an export has come.
+/// Sends the progress of an export to the pages.
 struct Telling<'a> {
     stage: &'a Stage,
     id: u64,
@@ -98,22 +100,22 @@ impl Observer for Telling<'_> {
     }
 }
 
-/// Starts an export; its number is answered.
-pub(super) async fn export(State(app): State<App>, body: Bytes) -> Result<Json<Data>, No> {
-    let wish: Wish = serde_json::from_slice(&body).map_err(|error| No::Bad(error.to_string()))?;
+/// Starts an export and returns its number.
+pub(super) async fn export(State(app): State<App>, body: Bytes) -> Result<Json<Data>, ApiError> {
+    let wish: Wish = serde_json::from_slice(&body).map_err(|error| ApiError::Bad(error.to_string()))?;
     let scene = app.scene(wish.g)?;
     let stage = app.stage.clone();
     let values = stage.values();
-    let text = stage.texts.get(&scene.sha256).ok_or(No::Nothing)?;
-    let (id, cancel) = stage.exports.begin().ok_or(No::Busy)?;
+    let text = stage.texts.get(&scene.sha256).ok_or(ApiError::Nothing)?;
+    let (id, cancel) = stage.exports.begin().ok_or(ApiError::Busy)?;
     tokio::task::spawn_blocking(move || work(&stage, (&text, values), &wish, (id, &cancel)));
     Ok(Json(json!({ "id": id })))
 }
 
-/// Makes an export, and tells the pages how it ended.
+/// Runs an export and tells the pages its result.
 fn work(stage: &Stage, (text, values): (&Arc<str>, Values), wish: &Wish, (id, cancel): (u64, &CancelToken)) {
     let made = || load(stage, text, wish, values).and_then(|graph| render(stage, graph, wish, id, cancel));
-    // A defect is told like any other failure, and frees the place.
+    // A panic is reported like any other failure and frees the slot.
     let result = contained(made).unwrap_or_else(|said| Err(Failure::File(format!("there is a defect: {said}"))));
     let news = match &result {
         Ok((name, bytes)) => json!({ "id": id, "state": "done", "name": name, "bytes": bytes.len() }),
@@ -132,10 +134,10 @@ pub(super) async fn stop(State(app): State<App>, Path((_, id)): Path<(String, u6
     StatusCode::ACCEPTED
 }
 
-/// The file that an export made.
-pub(super) async fn fetch(State(app): State<App>, Path((_, id)): Path<(String, u64)>) -> Result<Response, No> {
+/// Returns the file that an export made.
+pub(super) async fn fetch(State(app): State<App>, Path((_, id)): Path<(String, u64)>) -> Result<Response, ApiError> {
     let made = lock(&app.stage.exports.0).1.get(&id).and_then(|export| export.made.clone());
-    let (name, bytes) = made.ok_or(No::Unknown)?;
+    let (name, bytes) = made.ok_or(ApiError::Unknown)?;
     let plain: String = name.chars().filter(|c| c.is_ascii_alphanumeric() || matches!(c, '.' | '_' | '-')).collect();
     let head = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
@@ -144,14 +146,14 @@ pub(super) async fn fetch(State(app): State<App>, Path((_, id)): Path<(String, u
     Ok((head, bytes).into_response())
 }
 
-/// The graph as it is shown, with the resolution and the outputs that are wished.
+/// Loads the shown graph with the requested resolution and outputs.
 fn load(stage: &Stage, text: &Arc<str>, wish: &Wish, values: Values) -> Result<Graph, Failure> {
     let options = LoadOptions { resolution: wish.resolution.map(Resolution::Longer), ..values.options() };
     let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &options);
     loaded.graph.ok_or_else(|| Failure::from(loaded.diagnostics))
 }
 
-/// Renders it: the name of the file, and its bytes.
+/// Renders the export; returns the name and the bytes of the file.
 fn render(
     stage: &Stage,
     mut graph: Graph,
@@ -162,7 +164,8 @@ fn render(
     let usage = |quit: crate::quit::Quit| Failure::Usage(quit.text());
     let mut outputs = Vec::new();
     if wish.gltf {
-        Target::Gltf.replace_outputs(&mut graph, false).map_err(usage)?;
+        let target = Target::from_str("gltf", false).map_err(Failure::Usage)?;
+        target.replace_outputs(&mut graph, false).map_err(usage)?;
     } else if let Some(target) = &wish.target {
         outputs.push(match target.strip_prefix('@') {
             Some(node) => add_node(&mut graph, &node.replacen(':', ".", 1)).map_err(usage)?,
@@ -196,7 +199,7 @@ mod tests {
     use super::*;
     use crate::serve::defective;
 
-    /// Exports a graph: what the pages are told.
+    /// Exports a graph and returns the news that the pages receive.
     fn exported(stage: &Stage, bad: bool) -> Data {
         let mut news = stage.listen();
         let (id, cancel) = stage.exports.begin().expect("a place is free");
@@ -208,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn exports_that_panic_free_their_place() {
+    fn panicking_export_frees_its_slot() {
         let stage = defective::stage();
         for _ in 0..=AT_ONCE {
             let news = exported(&stage, true);

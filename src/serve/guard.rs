@@ -1,4 +1,4 @@
-//! Which requests are answered, and what browsers may do with the answers.
+//! Decides which requests are answered, and sets the security headers of the answers.
 use super::connections::Acquaintance;
 use axum::body::Body;
 use axum::extract::{Request, State};
@@ -8,7 +8,7 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use std::sync::Arc;
 
-/// What the answers allow a browser: this page's own files, and nothing inline.
+/// Content Security Policy: only the page's own files, nothing inline.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; \
     worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
@@ -22,7 +22,7 @@ const HEADERS: [(HeaderName, &str); 7] = [
     (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
 ];
 
-/// What a request must say.
+/// Expected host, origin and token of a request.
 #[derive(Clone, Debug)]
 pub(super) struct Guard {
     host: String,
@@ -31,13 +31,13 @@ pub(super) struct Guard {
 }
 
 impl Guard {
-    /// For the page at `port` whose address holds `token`.
+    /// Creates the guard of the page at `port` with `token` in its address.
     pub(super) fn new(port: u16, token: &str) -> Self {
         let host = format!("127.0.0.1:{port}");
         Self { origin: format!("http://{host}"), host, token: token.to_owned() }
     }
 
-    /// Why a request is refused, if it is.
+    /// Returns the status with which a request is refused, if it is.
     fn refusal(&self, method: &Method, path: &str, authority: Option<&str>, headers: &HeaderMap) -> Option<StatusCode> {
         let is = |name: HeaderName, wanted: &str| {
             let mut values = headers.get_all(name).iter();
@@ -58,19 +58,19 @@ impl Guard {
         (!known).then_some(StatusCode::NOT_FOUND)
     }
 
-    /// Compares in a time that does not depend on how much is right.
+    /// Compares in constant time: the duration does not depend on the number of matching bytes.
     fn is_token(&self, given: &str) -> bool {
         let (a, b) = (self.token.as_bytes(), given.as_bytes());
         a.len() == b.len() && a.iter().zip(b).fold(0, |all, (a, b)| all | (a ^ b)) == 0
     }
 }
 
-/// Lets only those requests pass that may, and puts the headers on all answers.
+/// Passes permitted requests on, and adds the headers to all answers.
 pub(super) async fn guard(State(guard): State<Arc<Guard>>, request: Request<Body>, next: Next) -> Response {
     let uri = request.uri();
     let authority = uri.authority().map(ToString::to_string);
     let mut response = match guard.refusal(request.method(), uri.path(), authority.as_deref(), request.headers()) {
-        // A stranger must not keep the connection.
+        // A client without the token must not keep its connection.
         Some(status) => (status, [(header::CONNECTION, "close")]).into_response(),
         None => {
             request.extensions().get::<Acquaintance>().into_iter().for_each(Acquaintance::make);
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn only_our_own_page_may_ask() {
+    fn accepts_requests_of_own_page_only() {
         let host = ("host", "127.0.0.1:80");
         let origin = ("origin", "http://127.0.0.1:80");
         let get = |path, list: &[_]| refused(&Method::GET, path, list);

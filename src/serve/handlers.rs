@@ -1,4 +1,4 @@
-//! The requests that the server answers.
+//! Routes of the server and handlers of its requests.
 use super::assets::asset;
 use super::guard::{Guard, guard};
 use super::scene::{Scene, Target, View};
@@ -25,34 +25,34 @@ use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-/// The most bytes that a page may send.
+/// Maximum size of a request body in bytes.
 const BODY: usize = 64 << 10;
-/// Pages that can listen at a time; further ones must poll.
+/// Maximum number of listening pages; further ones must poll.
 const LISTENERS: usize = 128;
-/// Looks that run at a time.
+/// Maximum number of looks running at once.
 const LOOKS: usize = 3;
-/// Looks that may wait.
+/// Maximum number of waiting looks.
 const WAITING: usize = 512;
-/// The time after which a stream without news sends a comment, so that it is not taken for dead.
+/// After this time without news, a stream sends a comment so that it is not taken for dead.
 const ALIVE: Duration = Duration::from_secs(10);
 
-/// Takes the values that pages ask for; whether the loop that reads the files has received them.
+/// Callback that receives the parameter values set by pages; returns whether the watch loop has accepted them.
 type Wishes = Arc<dyn Fn(Values) -> bool + Send + Sync>;
 
-/// What the handlers share.
+/// State shared by all handlers.
 #[derive(Clone)]
 pub(super) struct App {
     pub(super) stage: Arc<Stage>,
     wishes: Wishes,
     pub(super) jumps: editor::Jumps,
-    /// Pages that are open.
+    /// Number of open pages.
     pub(super) pages: Arc<AtomicUsize>,
     listeners: Arc<Semaphore>,
     looks: Arc<Semaphore>,
     waiting: Arc<Semaphore>,
 }
 
-/// The routes of the server.
+/// Builds the routes of the server.
 pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, editor::Jumps), who: Guard) -> Router {
     let app = App {
         stage,
@@ -64,7 +64,7 @@ pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, editor::Jumps)
         waiting: Arc::new(Semaphore::new(WAITING)),
     };
     Router::new()
-        .route("/{token}/", get(|| async { asset("").ok_or(No::Unknown) }))
+        .route("/{token}/", get(|| async { asset("").ok_or(ApiError::Unknown) }))
         .route("/{token}/{file}", get(file))
         .route("/{token}/events", get(events))
         .route("/{token}/state", get(state))
@@ -94,25 +94,25 @@ pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, editor::Jumps)
         .with_state(app)
 }
 
-/// Why there is no answer.
-pub(super) enum No {
+/// Reason why a request fails.
+pub(super) enum ApiError {
     /// The request is malformed.
     Bad(String),
-    /// There is no such thing.
+    /// The requested thing does not exist.
     Unknown,
-    /// What is asked for has no answer of that kind: an object has no picture.
+    /// The target has no answer of this kind; an object, for example, has no picture.
     Nothing,
-    /// The request is about a graph that is no longer shown. That is nothing to complain of: pages cannot know it yet.
+    /// The request is about a graph that is no longer shown. The page shows no error, because it cannot know yet.
     Superseded,
-    /// The file is not what the request is based on.
+    /// The file has another content than the one the request is based on.
     Conflict(String),
-    /// There are too many requests at once.
+    /// Too many requests at once.
     Busy,
-    /// It cannot be made; the reason is among the errors that are shown.
+    /// The computation failed; the reason is among the errors shown.
     Failed(String),
 }
 
-impl IntoResponse for No {
+impl IntoResponse for ApiError {
     fn into_response(self) -> Response {
         let (status, text) = match self {
             Self::Bad(text) => (StatusCode::BAD_REQUEST, text),
@@ -126,7 +126,7 @@ impl IntoResponse for No {
     }
 }
 
-impl From<Failure> for No {
+impl From<Failure> for ApiError {
     fn from(failure: Failure) -> Self {
         match failure {
             Failure::Cancelled => Self::Superseded,
@@ -138,59 +138,59 @@ impl From<Failure> for No {
     }
 }
 
-impl From<QueryRejection> for No {
+impl From<QueryRejection> for ApiError {
     fn from(rejection: QueryRejection) -> Self {
         Self::Bad(rejection.body_text())
     }
 }
 
-/// Which graph a request is about.
+/// Query: a generation of the graph.
 #[derive(Debug, Deserialize)]
 pub(super) struct Of {
-    /// The generation.
+    /// Generation.
     pub(super) g: u64,
 }
 
-/// A request about a target.
+/// Query: a generation and a target.
 #[derive(Debug, Deserialize)]
 pub(super) struct About {
-    /// The generation.
+    /// Generation.
     g: u64,
-    /// The name of the target.
+    /// Name of the target.
     t: String,
 }
 
 impl App {
-    /// Other values of parameters are wished; whether somebody took note.
+    /// Passes on parameter values set by a page; returns whether they were accepted.
     pub(super) fn wish(&self, values: Values) -> bool {
         (self.wishes)(values)
     }
 
-    /// The scene of that generation.
-    pub(super) fn scene(&self, generation: u64) -> Result<Arc<Scene>, No> {
-        let scene = self.stage.scene().ok_or(No::Unknown)?;
-        if scene.generation == generation { Ok(scene) } else { Err(No::Superseded) }
+    /// Returns the scene if it has this generation.
+    pub(super) fn scene(&self, generation: u64) -> Result<Arc<Scene>, ApiError> {
+        let scene = self.stage.scene().ok_or(ApiError::Unknown)?;
+        if scene.generation == generation { Ok(scene) } else { Err(ApiError::Superseded) }
     }
 
-    /// The scene and the target that a request is about.
-    pub(super) fn about(&self, about: &About) -> Result<(Arc<Scene>, Target), No> {
+    /// Returns the scene and the target of a request.
+    pub(super) fn about(&self, about: &About) -> Result<(Arc<Scene>, Target), ApiError> {
         let scene = self.scene(about.g)?;
-        let target = scene.target(&about.t).ok_or(No::Unknown)?;
+        let target = scene.target(&about.t).ok_or(ApiError::Unknown)?;
         Ok((scene, target))
     }
 
-    /// A place in the queue for what is computed for pages.
-    async fn queue(&self) -> Result<OwnedSemaphorePermit, No> {
-        let _waiting = self.waiting.clone().try_acquire_owned().map_err(|_| No::Busy)?;
-        self.looks.clone().acquire_owned().await.map_err(|_| No::Busy)
+    /// Waits for a slot in the queue of computations for pages.
+    async fn queue(&self) -> Result<OwnedSemaphorePermit, ApiError> {
+        let _waiting = self.waiting.clone().try_acquire_owned().map_err(|_| ApiError::Busy)?;
+        self.looks.clone().acquire_owned().await.map_err(|_| ApiError::Busy)
     }
 
-    /// Lets `work` look into a scene, as long as the page waits for it and the scene is the one being shown.
+    /// Queues and runs `work` with a look into the scene, as long as the page waits and the scene is current.
     pub(super) async fn look<T: Send + 'static>(
         &self,
         scene: &Arc<Scene>,
         work: impl FnOnce(&Look<'_>, &Stage, &Scene) -> Result<T, Failure> + Send + 'static,
-    ) -> Result<T, No> {
+    ) -> Result<T, ApiError> {
         let of = scene.clone();
         let look = move |stage: &Stage, token: &CancelToken| {
             stage.session.look(&of.graph, &of.keys, token, &Silent, |look| work(look, stage, &of))
@@ -198,12 +198,12 @@ impl App {
         self.apart(scene, look).await
     }
 
-    /// Lets `work` run as long as the page waits for it and the scene is the one being shown.
+    /// Queues and runs `work` without a look, as long as the page waits and the scene is current.
     pub(super) async fn apart<T: Send + 'static>(
         &self,
         scene: &Arc<Scene>,
         work: impl FnOnce(&Stage, &CancelToken) -> Result<T, Failure> + Send + 'static,
-    ) -> Result<T, No> {
+    ) -> Result<T, ApiError> {
         let view = View::new(scene);
         let place = self.queue().await?;
         let (stage, token) = (self.stage.clone(), view.token());
@@ -217,36 +217,37 @@ impl App {
     }
 }
 
-/// Lets `work` run on a thread of its own. A defect in it is answered, and takes nothing else with it.
-pub(super) async fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, No> {
-    let failed = |said: &str| No::Failed(format!("it could not be made: {said}"));
+/// Runs `work` on a thread of its own. A panic becomes an error of this request only.
+pub(super) async fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, ApiError> {
+    let failed = |said: &str| ApiError::Failed(format!("it could not be made: {said}"));
     let done = tokio::task::spawn_blocking(move || contained(work)).await;
     done.map_err(|_| failed("the server ends"))?.map_err(|said| failed(&format!("there is a defect: {said}")))
 }
 
-async fn file(Path((_, name)): Path<(String, String)>) -> Result<Response, No> {
-    asset(&name).ok_or(No::Unknown)
+async fn file(Path((_, name)): Path<(String, String)>) -> Result<Response, ApiError> {
+    asset(&name).ok_or(ApiError::Unknown)
 }
 
 async fn state(State(app): State<App>) -> Response {
     Json(app.stage.state()).into_response()
 }
 
-async fn picture(State(app): State<App>, Path((_, file)): Path<(String, String)>) -> Result<Response, No> {
-    let id = file.strip_suffix(".png").ok_or(No::Unknown)?;
-    let id = Some(id).filter(|id| id.len() == 32 && id.bytes().all(|b| b.is_ascii_hexdigit())).ok_or(No::Unknown)?;
-    let stored = app.stage.picture(id).ok_or(No::Nothing)?;
+async fn picture(State(app): State<App>, Path((_, file)): Path<(String, String)>) -> Result<Response, ApiError> {
+    let id = file.strip_suffix(".png").ok_or(ApiError::Unknown)?;
+    let id =
+        Some(id).filter(|id| id.len() == 32 && id.bytes().all(|b| b.is_ascii_hexdigit())).ok_or(ApiError::Unknown)?;
+    let stored = app.stage.picture(id).ok_or(ApiError::Nothing)?;
     Ok(png(stored.png.clone()))
 }
 
-/// A picture as an answer.
+/// Builds the response for a PNG picture.
 pub(super) fn png(bytes: Bytes) -> Response {
     ([(header::CONTENT_TYPE, "image/png")], bytes).into_response()
 }
 
-/// What a page hears: the state, and then all news.
-async fn events(State(app): State<App>, uri: Uri) -> Result<Response, No> {
-    let place = app.listeners.clone().try_acquire_owned().map_err(|_| No::Busy)?;
+/// Streams events to a page: first the state, then all news.
+async fn events(State(app): State<App>, uri: Uri) -> Result<Response, ApiError> {
+    let place = app.listeners.clone().try_acquire_owned().map_err(|_| ApiError::Busy)?;
     let page = uri.query() != Some(editor::EDITOR);
     app.pages.fetch_add(usize::from(page), Ordering::Relaxed);
     let listener = Listener { app: app.clone(), news: app.stage.listen(), begun: false, page, _place: place };
@@ -261,7 +262,7 @@ struct Listener {
     app: App,
     news: Receiver<News>,
     begun: bool,
-    /// Whether it is a page, and not an editor.
+    /// True for a page, false for an editor.
     page: bool,
     _place: OwnedSemaphorePermit,
 }
@@ -280,7 +281,7 @@ impl Listener {
         }
         match tokio::time::timeout(ALIVE, self.news.recv()).await {
             Ok(Ok((kind, what))) => Some(event(kind, &what)),
-            // The page has missed too much: it is sent everything again.
+            // The page has missed too much news, so the whole state is sent again.
             Ok(Err(RecvError::Lagged(_))) => {
                 self.news = self.news.resubscribe();
                 Some(event("state", &self.app.stage.state().to_string()))
@@ -295,7 +296,7 @@ fn event(kind: &str, what: &str) -> Bytes {
     format!("event: {kind}\ndata: {what}\n\n").into()
 }
 
-/// Other values of parameters.
+/// Sets values of parameters.
 async fn values(
     State(app): State<App>,
     headers: HeaderMap,
@@ -305,9 +306,9 @@ async fn values(
     if headers.get(header::CONTENT_TYPE).is_none_or(|kind| kind != "application/json") {
         return Err(StatusCode::UNSUPPORTED_MEDIA_TYPE.into_response());
     }
-    let values: Values = serde_json::from_slice(&body).map_err(|e| No::Bad(e.to_string()).into_response())?;
-    if app.wish(values) { Ok(StatusCode::ACCEPTED) } else { Err(No::Busy.into_response()) }
+    let values: Values = serde_json::from_slice(&body).map_err(|e| ApiError::Bad(e.to_string()).into_response())?;
+    if app.wish(values) { Ok(StatusCode::ACCEPTED) } else { Err(ApiError::Busy.into_response()) }
 }
 
-/// The query of a request about a target.
+/// Extracted query of a request about a target.
 pub(super) type AboutQuery = Result<Query<About>, QueryRejection>;

@@ -1,4 +1,4 @@
-//! What an output would be with other values in the place of some outputs before it.
+//! Evaluates an output with some of its upstream outputs replaced by other values.
 use petgraph::graph::NodeIndex;
 use shibo_engine::diagnostics::{Code, Diagnostic, Problem};
 use shibo_engine::graph::{Graph, GraphNode, Input};
@@ -8,10 +8,10 @@ use shibo_engine::value::{Evaluator, Field, Grid, Key, Material, Stop, Tile, Val
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-/// Bytes that a node may take for what it computes.
+/// Memory that a node may use, in bytes.
 const MEMORY: u64 = 256 << 20;
 
-/// The engine as a node sees it that is evaluated here.
+/// The engine as seen by a node that is evaluated here.
 struct Through<'a, 'r> {
     look: &'a Look<'r>,
     key: Key,
@@ -42,11 +42,11 @@ impl Evaluator for Through<'_, '_> {
     fn warn(&self, _problem: Problem) {}
 }
 
-/// The value of an output with `others` in the place of outputs before it; `None` if it reads none of them. `name` identifies
-/// the other values, and `keys` tells the key of each output of a node as it is.
+/// Returns the value of an output when upstream outputs are replaced by `others`; `None` if it depends on none of them.
+/// `name` identifies the replacement values, and `keys` returns the original key of a node's output.
 ///
 /// # Errors
-/// What goes wrong on the way.
+/// Fails if evaluating a node fails.
 pub(super) fn instead(
     look: &Look<'_>,
     graph: &Graph,
@@ -99,7 +99,7 @@ fn failed(node: &GraphNode, stop: Stop) -> Failure {
     }
 }
 
-/// Fields with keys, so that equal ones are computed once.
+/// Gives fields a key, so that equal fields are computed once.
 fn keyed(value: &Value, key: Key) -> Value {
     match value {
         Value::Field(field) => Value::Field(field.clone().keyed(key)),
@@ -112,7 +112,7 @@ fn keyed(value: &Value, key: Key) -> Value {
     }
 }
 
-/// A node and all that it reads, each after those that it reads itself.
+/// A node and all its upstream nodes in topological order, inputs first.
 fn before(graph: &Graph, node: NodeIndex) -> Vec<NodeIndex> {
     let (mut order, mut seen) = (Vec::new(), HashSet::new());
     let mut stack = vec![(node, false)];

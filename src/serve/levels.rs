@@ -1,4 +1,4 @@
-//! The graph as pages draw it, level by level: a sub-graph is one box, which opens into a level of its own.
+//! The graph as pages draw it, level by level: a sub-graph is one box that opens into a level of its own.
 use crate::graph::layout::layout;
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
@@ -6,18 +6,18 @@ use serde_json::{Value as Json, json};
 use shibo_engine::graph::{Graph, GraphUse, Input};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a box stands for.
+/// Content of a box.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum What {
     /// A node.
     Node(usize),
     /// A sub-graph, by its name.
     Use(String),
-    /// Something outside of this level: a node or a sub-graph, by its name.
+    /// A node or sub-graph outside this level, by its name.
     Outside(String),
 }
 
-/// Boxes of a level, and which box each node of the graph goes into.
+/// The boxes of a level, and the box of each graph node.
 struct Level<'g> {
     graph: &'g Graph,
     path: &'g str,
@@ -26,12 +26,14 @@ struct Level<'g> {
     of_node: Vec<Option<usize>>,
 }
 
-/// The level of the sub-graph `path`, or of the whole graph if that is empty; nothing, if there is no such sub-graph.
+/// Draws the level of the sub-graph `path`, or of the whole graph if `path` is empty; `None` if there is no such
+/// sub-graph.
 pub(super) fn level(graph: &Graph, path: &str) -> Option<Json> {
     if !path.is_empty() && !graph.uses.iter().any(|found| found.name == path) {
         return None;
     }
-    // Sub-graphs that feed back into themselves through other nodes are drawn with their nodes: boxes must not form circles.
+    // Boxes must not form cycles, so sub-graphs that feed back into themselves through other nodes are drawn node by
+    // node.
     let mut open = BTreeSet::new();
     loop {
         let level = Level::of(graph, path, &open);
@@ -53,7 +55,7 @@ impl<'g> Level<'g> {
         for (node, what) in inside.iter().enumerate() {
             level.of_node[node] = what.clone().map(|what| level.number(&mut known, what));
         }
-        // What is outside is drawn where a wire comes from there, or leads there.
+        // An outside node or sub-graph gets a box if a wire connects it with this level.
         for (from, to, ..) in wires(graph) {
             for (outer, inner) in [(from, to), (to, from)] {
                 if inside[outer].is_none() && inside[inner].is_some() {
@@ -72,7 +74,7 @@ impl<'g> Level<'g> {
         })
     }
 
-    /// The box of a node that is in this level.
+    /// Returns the box of a node if the node is in this level.
     fn inside(&self, node: usize, open: &BTreeSet<String>) -> Option<What> {
         let name = self.graph.nodes[NodeIndex::new(node)].name.as_str();
         let start = match self.path {
@@ -80,7 +82,7 @@ impl<'g> Level<'g> {
             path if name.strip_prefix(path)?.starts_with(['/', '.']) => path.len() + 1,
             _ => return None,
         };
-        // The outermost sub-graph that is not drawn with its nodes.
+        // Finds the outermost sub-graph that is drawn as one box.
         for (at, _) in name.match_indices(['/', '.']).filter(|(at, _)| *at > start) {
             let outer = &name[..at];
             if self.uses.contains_key(outer) && !open.contains(outer) {
@@ -90,7 +92,7 @@ impl<'g> Level<'g> {
         Some(What::Node(node))
     }
 
-    /// The box of a node that is not, as it is called in the level that both share.
+    /// Returns the box of a node outside this level, named as in the closest level that contains both.
     fn outside(&self, node: usize) -> What {
         let name = &self.graph.nodes[NodeIndex::new(node)].name;
         let shared = name.split('/').zip(self.path.split('/')).take_while(|(a, b)| a == b).count();
@@ -106,7 +108,7 @@ impl<'g> Level<'g> {
         })
     }
 
-    /// The sub-graphs that lie on a circle. What is outside may lie on one, and is left out.
+    /// Names of the sub-graphs on a cycle. Outside boxes on a cycle are skipped.
     fn circles(&self) -> Vec<String> {
         let mut net: DiGraph<usize, ()> = DiGraph::new();
         let nodes: Vec<_> = (0..self.boxes.len()).map(|number| net.add_node(number)).collect();
@@ -122,7 +124,7 @@ impl<'g> Level<'g> {
     }
 
     fn draw(&self) -> Json {
-        // Something outside that both feeds this level and reads it would close a circle.
+        // An outside box that both feeds this level and reads from it would close a cycle.
         let feeds: BTreeSet<usize> = self.ends().map(|(from, ..)| from).collect();
         let is_back = |to: usize| matches!(self.boxes[to], What::Outside(_)) && feeds.contains(&to);
         let mut seen = BTreeSet::new();
@@ -220,12 +222,12 @@ impl<'g> Level<'g> {
     }
 }
 
-/// What a node is called within a level.
+/// Name of a node relative to the level `path`.
 fn label<'n>(name: &'n str, path: &str) -> &'n str {
     if path.is_empty() { name } else { name.get(path.len() + 1..).unwrap_or(name) }
 }
 
-/// From which node to which, from which of its outputs into which slot.
+/// All wires, as source node, target node, output of the source and slot of the target.
 fn wires(graph: &Graph) -> impl Iterator<Item = (usize, usize, usize, usize)> {
     graph.nodes.node_indices().flat_map(move |index| {
         graph.nodes[index].inputs.iter().enumerate().filter_map(move |(slot, input)| match input {

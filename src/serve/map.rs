@@ -1,6 +1,6 @@
-//! Fields as textures for the lit view: plain samples without a file around them.
-use super::handlers::{App, No};
-use super::scene::{Manner, Sight};
+//! Sends fields as textures for the lit view: raw samples without a file format.
+use super::handlers::{ApiError, App};
+use super::scene::{DisplayStyle, Preview};
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::HeaderName;
@@ -11,38 +11,41 @@ use serde::Deserialize;
 use shibo_engine::picture::SrgbEncoder;
 use shibo_engine::value::{Channel, Tile, Type, Window};
 
-/// The longest side of a texture.
+/// Longest side of a texture in pixels.
 const LONGEST: u32 = 2048;
 
-/// What a query about a texture says.
+/// Query: a texture.
 #[derive(Debug, Deserialize)]
 pub(super) struct Texture {
     g: u64,
     t: String,
-    /// The longest side.
+    /// Longest side in pixels.
     s: u32,
-    /// Whether to send the numbers as they are, for measuring.
+    /// Sends unconverted values, for measuring.
     #[serde(default)]
     exact: bool,
 }
 
-/// A field by rows from the top. The header `x-map` says `WIDTH HEIGHT FORM`: `rgba8` for colours (sRGB-encoded) and
-/// normals, `r16f` for everything that has one channel. For light, which may be brighter than white, a number follows by which the
-/// colours are to be multiplied. Exact numbers have the form `f32x1` to `f32x4`, by rows and not by planes,
-/// and the header ends in the unit of the values if they have one.
-pub(super) async fn map(State(app): State<App>, query: Result<Query<Texture>, QueryRejection>) -> Result<Response, No> {
+/// Returns a field row by row from the top. The header `x-map` says `WIDTH HEIGHT FORM`: `rgba8` for colours
+/// (sRGB-encoded) and normals, `r16f` for all types with one channel. For light, which may be brighter than white, a
+/// factor follows by which the colours are multiplied. Exact values have the form `f32x1` to `f32x4`, interleaved by
+/// pixel, and the header ends with the unit of the values if they have one.
+pub(super) async fn map(
+    State(app): State<App>,
+    query: Result<Query<Texture>, QueryRejection>,
+) -> Result<Response, ApiError> {
     let Query(Texture { g, t, s, exact }) = query?;
     let scene = app.scene(g)?;
-    let target = scene.target(&t).ok_or(No::Unknown)?;
+    let target = scene.target(&t).ok_or(ApiError::Unknown)?;
     let size = scene.size(s.clamp(1, LONGEST));
     let samples = app
         .look(&scene, move |look, _, scene| {
-            let Some(Sight::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
+            let Some(Preview::Field(field, manner)) = scene.sight(look, &target)? else { return Ok(None) };
             let tile = look.raster(&field, &scene.graph.canvas.grid(size), Window::full(size))?;
             Ok(Some(if exact { numbers(manner, &tile) } else { samples(field.ty(), target.channel, &tile) }))
         })
         .await?;
-    let (form, bytes) = samples.ok_or(No::Nothing)?;
+    let (form, bytes) = samples.ok_or(ApiError::Nothing)?;
     let head = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
         (HeaderName::from_static("x-map"), format!("{} {} {form}", size.x, size.y)),
@@ -50,7 +53,7 @@ pub(super) async fn map(State(app): State<App>, query: Result<Query<Texture>, Qu
     Ok((head, bytes).into_response())
 }
 
-fn numbers(manner: Manner, tile: &Tile) -> (String, Vec<u8>) {
+fn numbers(manner: DisplayStyle, tile: &Tile) -> (String, Vec<u8>) {
     let channels = tile.channels();
     let mut bytes = vec![0; tile.window.len() * channels * 4];
     for c in 0..channels {
@@ -61,7 +64,7 @@ fn numbers(manner: Manner, tile: &Tile) -> (String, Vec<u8>) {
     (format!("f32x{channels} {} {unit}", manner.ty), bytes)
 }
 
-/// The samples of a tile in the form of a texture.
+/// Converts the samples of a tile to a texture; returns the form and the bytes.
 pub(super) fn samples(ty: Type, channel: Option<Channel>, tile: &Tile) -> (String, Vec<u8>) {
     if tile.channels() == 1 {
         let bytes = tile.plane(0).iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()).collect();
@@ -96,13 +99,13 @@ mod tests {
     use shibo_engine::value::Grid;
 
     #[test]
-    fn light_brighter_than_white_is_kept() {
+    fn keeps_light_brighter_than_white() {
         let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: None, shown: None };
         let mut tile = Tile::new(grid, Window::full(UVec2::new(2, 1)), 3);
         tile.data_mut().copy_from_slice(&[4.0, 0.0, 2.0, 0.0, f32::INFINITY, 1.0]);
         let (form, bytes) = samples(Type::Rgb, Some(Channel::Emission), &tile);
         assert_eq!(form, "rgba8 4");
-        // A quarter and a half in sRGB; infinities are as bright as can be.
+        // A quarter and a half in sRGB; an infinite value becomes the brightest one.
         assert_eq!(bytes, [255, 188, 255, 255, 0, 0, 137, 255]);
         let (form, bytes) = samples(Type::Rgb, Some(Channel::BaseColor), &tile);
         assert_eq!((form.as_str(), &bytes[..3]), ("rgba8", &[255, 255, 255][..]));

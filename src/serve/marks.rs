@@ -1,6 +1,7 @@
-//! What is known of the mesh of the lit view: charts and parts of its triangles, borders of charts, and directions on it.
+//! Overlays for the mesh of the lit view: charts and parts of its triangles, chart borders, and directions on the
+//! surface.
 use super::coarse::Sent;
-use super::handlers::{App, No, Of};
+use super::handlers::{ApiError, App, Of};
 use super::scene::Scene;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
@@ -11,10 +12,10 @@ use shibo_engine::session::{Failure, Look};
 use shibo_engine::value::{Atlas, Carried, Frames, Mesh, Shapes};
 use std::sync::Arc;
 
-/// How far lines float above the surface, whose farthest point is at a distance of 1.
+/// Height of lines above the surface, in page units (the farthest point of the mesh is at distance 1).
 const LIFT: f64 = 0.003;
 
-/// From a mesh in mm to the page, as [`mesh`](super::mesh::mesh) sends it.
+/// Transforms positions in mm to the page units used by [`mesh`](super::mesh::mesh).
 struct Page<'a> {
     mesh: &'a Mesh,
     atlas: &'a Atlas,
@@ -23,20 +24,20 @@ struct Page<'a> {
 }
 
 impl Page<'_> {
-    /// A place, as the numbers of a JSON list.
+    /// Appends a position as three numbers of a JSON list.
     fn put(&self, place: DVec3, out: &mut Vec<f32>) {
         let DVec3 { x, y, z } = (place - self.middle) * self.per_mm;
         #[expect(clippy::cast_possible_truncation, reason = "for the screen")]
         out.extend([x, z, -y].map(|v| v as f32));
     }
 
-    /// The place of a vertex, a little above the surface.
+    /// Position of a vertex, raised a little above the surface.
     fn lifted(&self, vertex: u32) -> DVec3 {
         let vertex = vertex as usize;
         self.mesh.positions[vertex].as_dvec3() + self.atlas.smooth[vertex].as_dvec3() * (LIFT / self.per_mm)
     }
 
-    /// The edges of triangles as lines, each once.
+    /// Edges of triangles as lines, each edge once.
     fn edges(&self, edges: impl Iterator<Item = (usize, usize)>) -> Vec<f32> {
         let mut pairs: Vec<[u32; 2]> = edges
             .map(|(triangle, k)| {
@@ -52,7 +53,7 @@ impl Page<'_> {
         out
     }
 
-    /// Directions at vertices, as lines.
+    /// Directions at vertices as lines.
     fn strokes(&self, frames: &Frames) -> Vec<f32> {
         let count = frames.t.len();
         let length = 0.35 * (self.mesh.area() / Shapes::<DVec3>::thinned(count).len().max(1) as f64).sqrt();
@@ -66,9 +67,13 @@ impl Page<'_> {
     }
 }
 
-/// The marks of a scene's mesh, or null if it has none: the page may ask while another graph takes its place. Triangles are those
-/// of the page, which are ordered by parts; lines are the numbers of their ends, points their numbers.
-pub(super) async fn marks(State(app): State<App>, query: Result<Query<Of>, QueryRejection>) -> Result<Response, No> {
+/// Returns the overlays of the scene's mesh, or null if it has none, since the page may ask just as another graph
+/// replaces this one. Triangles are in the page's order, by parts; lines list the coordinates of their ends, points
+/// their coordinates.
+pub(super) async fn marks(
+    State(app): State<App>,
+    query: Result<Query<Of>, QueryRejection>,
+) -> Result<Response, ApiError> {
     let scene = app.scene(query?.g)?;
     let found = app.look(&scene, move |look, _, scene| found(look, scene)).await?;
     Ok(Json(found).into_response())
@@ -105,7 +110,7 @@ fn found(look: &Look<'_>, scene: &Scene) -> Result<Option<Data>, Failure> {
     })))
 }
 
-/// The first directions of the graph on this mesh. What cannot be made has none.
+/// The graph's first field of directions on this mesh; `None` if it cannot be made.
 fn frames(look: &Look<'_>, scene: &Scene, atlas: &Atlas) -> Option<Arc<Frames>> {
     let nodes = &scene.graph.nodes;
     let all = nodes

@@ -1,20 +1,24 @@
-//! The mesh that wears the material, for the lit view.
+//! The mesh of the lit view, which shows the material.
 use super::coarse::Sent;
-use super::handlers::{App, No, Of};
+use super::handlers::{ApiError, App, Of};
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::{HeaderName, header};
 use axum::response::{IntoResponse, Response};
 use shibo_engine::value::{Atlas, Carried};
 
-/// The mesh of a scene: for each vertex place, normal, direction of +u and coordinates, as 11 floats, and then the numbers of the
-/// vertices of all triangles. The header `x-mesh` says `VERTICES INDICES SCALE X Y Z`: it lies around the origin, y up, its
-/// farthest point at a distance of 1; a mm is as long as the scale, and the origin lies there in mm, z up.
-pub(super) async fn mesh(State(app): State<App>, query: Result<Query<Of>, QueryRejection>) -> Result<Response, No> {
+/// Returns the mesh of a scene: 11 floats per vertex (position, normal, direction of +u, texture coordinates), then the
+/// vertex indices of all triangles. The header `x-mesh` says `VERTICES INDICES SCALE X Y Z`: the mesh is centred on the
+/// origin, y up, its farthest point at distance 1; SCALE is the length of one mm, and X Y Z the position of the origin
+/// in mm, z up.
+pub(super) async fn mesh(
+    State(app): State<App>,
+    query: Result<Query<Of>, QueryRejection>,
+) -> Result<Response, ApiError> {
     let scene = app.scene(query?.g)?;
-    let (node, output) = scene.mesh().ok_or(No::Unknown)?;
+    let (node, output) = scene.mesh().ok_or(ApiError::Unknown)?;
     let atlas = app.look(&scene, move |look, _, _| Ok(look.value(node, output)?.and_then(Atlas::unwrap))).await?;
-    let atlas = atlas.ok_or(No::Unknown)?;
+    let atlas = atlas.ok_or(ApiError::Unknown)?;
     let Sent { vertices, indices, per_mm, middle: [x, y, z], .. } = Sent::of(&atlas);
     let head = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),

@@ -1,8 +1,8 @@
 //! The page of `shibo watch`: a small server on the loopback interface.
 //!
-//! A request must hold the token of the run, and must have been sent to exactly this address: the Host header, and Origin
-//! if there is one, are compared. Nothing in a request is ever used as a path on disk. Everything is read-only except the
-//! values of parameters, and the graph file itself, which is changed only as long as its content is what the page has seen.
+//! A request must contain the token of the run and must have been sent to exactly this address: Host, and Origin if
+//! present, are compared. Requests never supply a path on disk. All is read-only except parameter values and the graph
+//! file, which is changed only while its content is the one the page has seen.
 mod assets;
 mod change;
 mod coarse;
@@ -22,8 +22,8 @@ mod marks;
 mod mesh;
 mod object;
 mod paint;
+mod previews;
 mod scene;
-mod sights;
 mod sky;
 mod stage;
 mod store;
@@ -32,8 +32,8 @@ mod thumb;
 mod wear;
 mod wiring;
 
-pub(crate) use editor::Place;
-pub(crate) use scene::{COARSE, Scene, Shown, Sight, Target, WHOLE};
+pub(crate) use editor::SourcePosition;
+pub(crate) use scene::{COARSE, PictureInfo, Preview, Scene, Target, WHOLE};
 pub(crate) use stage::{Stage, Values};
 pub(crate) use store::Store;
 
@@ -45,27 +45,27 @@ use std::sync::Arc;
 use tokio::net::TcpListener;
 use tokio::runtime::Runtime;
 
-/// A server at work.
+/// A running server.
 pub(crate) struct Server {
-    /// The address of the page.
+    /// Address of the page.
     pub(crate) url: String,
     runtime: Runtime,
 }
 
 impl Server {
-    /// Ends it.
+    /// Stops the server.
     pub(crate) fn stop(self) {
         self.runtime.shutdown_background();
     }
 }
 
-/// Serves `stage` on a port. `wishes` takes the values that pages ask for, whether they were received; `jump` the places of nodes
-/// that are clicked.
+/// Serves `stage` on a port. `wishes` receives the parameter values set by pages and returns whether they were
+/// accepted; `jump` receives the source positions of clicked nodes.
 pub(crate) fn start(
     port: u16,
     stage: Arc<Stage>,
     wishes: impl Fn(Values) -> bool + Send + Sync + 'static,
-    jump: impl Fn(&Place) + Send + Sync + 'static,
+    jump: impl Fn(&SourcePosition) + Send + Sync + 'static,
 ) -> Result<Server, Quit> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(2)
@@ -91,14 +91,14 @@ pub(crate) fn start(
     Ok(Server { url, runtime })
 }
 
-/// 128 random bits.
+/// Returns a token of 128 random bits.
 fn token() -> Result<String, Quit> {
     let mut bytes = [0_u8; 16];
     getrandom::fill(&mut bytes).map_err(|e| Quit::failed(format!("the system has no random numbers: {e}")))?;
     Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
 }
 
-/// Asks the system to show a page. Where there is no browser, the address is on the terminal.
+/// Asks the system to open a page in the browser. Without a browser, the user finds the address on the terminal.
 pub(crate) fn open_browser(url: &str) {
     let (program, args): (&str, &[&str]) = if cfg!(target_os = "macos") {
         ("open", &[])
@@ -115,7 +115,7 @@ pub(crate) fn open_browser(url: &str) {
         .stderr(Stdio::null())
         .spawn();
     if let Ok(mut child) = child {
-        // Without waiting for it, the ended process would stay in the system's table.
+        // Waiting for the child process keeps it from becoming a zombie.
         std::thread::spawn(move || child.wait());
     }
 }

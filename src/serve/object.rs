@@ -1,12 +1,13 @@
-//! Objects as pages draw them: points and lines, from the sketches of the engine.
+//! Drawings of objects for pages: points and lines from the engine's sketches.
 use glam::{DVec2, DVec3, Vec2};
 use serde_json::{Value as Data, json};
 use shibo_engine::value::{Canvas, Shapes, Sketch, Type};
 
-/// Objects in space are drawn at most this many times as tall as wide; otherwise the bends of a trunk could not be seen.
+/// Maximum ratio of height to width of drawings of objects in space; more slender objects are widened so that the bends
+/// of a trunk stay visible.
 const SLENDER: f64 = 4.0;
 
-/// The drawing of an object of type `ty`; nothing for a picture, which is sent as such.
+/// Returns the drawing of an object of type `ty`; `None` for pixels, which are sent as a picture.
 pub(super) fn object(ty: Type, sketch: &Sketch, canvas: &Canvas) -> Option<Data> {
     match sketch {
         Sketch::Canvas(shapes) => Some(flat(ty, shapes, canvas.size_mm)),
@@ -15,7 +16,7 @@ pub(super) fn object(ty: Type, sketch: &Sketch, canvas: &Canvas) -> Option<Data>
     }
 }
 
-/// Points and lines on the canvas; lines of what may break have a number that says how they are: 1 intact, 0 broken.
+/// Points and lines on the canvas. Lines that may break carry a number: 1 intact, 0 broken.
 fn flat(ty: Type, shapes: &Shapes<Vec2>, size_mm: DVec2) -> Data {
     let (count, unit) = shapes.counts.first().copied().unwrap_or_default();
     let mut data = json!({ "type": ty.name(), "count": count, "unit": unit, "size_mm": size_mm.to_array() });
@@ -33,8 +34,8 @@ fn flat(ty: Type, shapes: &Shapes<Vec2>, size_mm: DVec2) -> Data {
     data
 }
 
-/// Points and lines in space from the front, x to the right, and beside it from the side, y to the right; z points up. Very
-/// slender objects are drawn wider.
+/// Points and lines in space in two views, z up: the front with x to the right, and beside it the side with y to the
+/// right. Very slender objects are widened.
 fn views(ty: Type, shapes: &Shapes<DVec3>) -> Data {
     let counts: Vec<String> = shapes.counts.iter().map(|(count, unit)| format!("{count} {unit}")).collect();
     let note = counts.join(" · ");
@@ -49,7 +50,7 @@ fn views(ty: Type, shapes: &Shapes<DVec3>) -> Data {
         let across = if side { gap + breadth.x + gap + (p.y - low.y) * wider } else { gap + (p.x - low.x) * wider };
         [across, gap + high.z - p.z]
     };
-    // Both views together have as many shapes as one may have.
+    // The two views together have the maximum number of shapes of one drawing.
     let both = |count: usize| Shapes::<DVec3>::thinned(2 * count).map(move |n| (n % count, n >= count));
     let lines = both(shapes.lines.len()).map(|(n, side)| {
         let [[x0, y0], [x1, y1]] = shapes.lines[n].map(|p| place(p, side));
@@ -84,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_on_the_canvas_is_sent_in_mm() {
+    fn sends_canvas_objects_in_mm() {
         let points = Arc::new(Points { positions: vec![Vec2::ZERO, Vec2::new(0.5, 2.0)], ..Points::default() });
         let dots = json!({
             "type": "Points", "count": 2, "unit": "points", "size_mm": [8.0, 4.0], "points": [[0.0, 0.0], [0.5, 2.0]],
@@ -97,10 +98,10 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_in_space_is_seen_from_two_sides() {
+    fn draws_space_objects_in_two_views() {
         let curve = Curve { points: vec![DVec3::ZERO, DVec3::new(1.0, 2.0, 100.0)] };
         let curve = drawn(curve);
-        // Drawn 12.5 times as wide, a quarter as wide as tall.
+        // The drawing is 12.5 times as wide as the object, which makes it a quarter as wide as tall.
         let lines = json!([[8.0, 108.0, 20.5, 8.0], [28.5, 108.0, 53.5, 8.0]]);
         assert_eq!((&curve["lines"], &curve["size_mm"]), (&lines, &json!([61.5, 116.0])));
         let note = "2 nodes · 100 mm tall · from the front, and from the side · drawn 12 times as wide";

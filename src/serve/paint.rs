@@ -1,15 +1,15 @@
-//! Fields as pictures for a screen: how numbers become colours, and the file that a browser takes.
+//! Fields as pictures for a screen: mapping of values to colours, and PNG encoding.
 use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter};
 use rayon::prelude::*;
 use shibo_engine::picture::SrgbEncoder;
 use shibo_engine::value::{Tile, Type};
 use std::io::Write;
 
-/// How far a value may be outside of 0..1 to be taken for a fraction.
+/// Tolerance within which a value outside 0..1 still counts as a fraction.
 const SLACK: f32 = 1e-3;
 
-/// The values of a tile that are shown as black and as white: 0 and 1 where all lie between, else the least and the
-/// greatest; for vectors and matrices the same distance to both sides of 0.
+/// Values of a tile shown as black and white: 0 and 1 if all values lie between, else minimum and maximum. For vectors
+/// and matrices the range is symmetric about 0.
 pub(crate) fn range(ty: Type, tile: &Tile) -> [f32; 2] {
     let fold = |f: fn(f32, f32) -> f32, start| tile.data().iter().copied().filter(|v| v.is_finite()).fold(start, f);
     let (least, greatest) = (fold(f32::min, f32::INFINITY), fold(f32::max, f32::NEG_INFINITY));
@@ -24,7 +24,7 @@ pub(crate) fn range(ty: Type, tile: &Tile) -> [f32; 2] {
     }
 }
 
-/// Turns values into colours.
+/// Maps values to colours.
 pub(crate) struct Painter {
     ty: Type,
     range: [f32; 2],
@@ -32,24 +32,24 @@ pub(crate) struct Painter {
 }
 
 impl Painter {
-    /// For values of type `ty`, those of `range` becoming black and white.
+    /// Creates a painter for values of type `ty`; the ends of `range` become black and white.
     pub(crate) fn new(ty: Type, range: [f32; 2]) -> Self {
         Self { ty, range, srgb: (ty == Type::Rgb).then(SrgbEncoder::new) }
     }
 
-    /// A tile as PNG; nothing if it was stopped.
+    /// Encodes a tile as PNG; `None` if it was stopped.
     pub(crate) fn png(&self, tile: &Tile, until: &(dyn Fn() -> bool + Sync)) -> Option<Vec<u8>> {
         let (bytes, channels) = self.bytes(tile, until);
         encode(&bytes, tile.window.width, tile.window.height, channels, until)
     }
 
-    /// The same as a small picture, at most `longest` pixels wide and high: the large one, shrunk.
+    /// Encodes a tile as PNG, shrunk to at most `longest` pixels per side.
     pub(crate) fn small(&self, tile: &Tile, longest: u32) -> (Vec<u8>, [u32; 2]) {
         let (bytes, channels) = self.bytes(tile, &|| false);
         small(&bytes, [tile.window.width, tile.window.height], channels, longest)
     }
 
-    /// The pixels, by rows, and how many channels they have.
+    /// Pixels by rows, and their number of channels.
     fn bytes(&self, tile: &Tile, until: &(dyn Fn() -> bool + Sync)) -> (Vec<u8>, usize) {
         let channels = if self.ty == Type::Gray { 1 } else { 3 };
         let width = tile.width();
@@ -95,7 +95,7 @@ impl Painter {
     }
 }
 
-/// Pixels as a picture that is at most `longest` pixels wide and high, each the mean of those that it covers, as PNG.
+/// Shrinks pixels to at most `longest` per side, each the mean of the pixels it covers, and encodes them as PNG.
 pub(crate) fn small(bytes: &[u8], [width, height]: [u32; 2], channels: usize, longest: u32) -> (Vec<u8>, [u32; 2]) {
     let side = u64::from(width.max(height)).max(1);
     let scaled = |n: u32| match u64::from(n) * u64::from(longest) {
@@ -120,7 +120,7 @@ pub(crate) fn small(bytes: &[u8], [width, height]: [u32; 2], channels: usize, lo
     (encode(&out, size[0], size[1], channels, &|| false).unwrap_or_default(), size)
 }
 
-/// A colour for a region: neighbours by number are far apart in hue.
+/// Colour of a region; consecutive ids have very different hues.
 #[expect(clippy::cast_possible_truncation, reason = "region numbers are whole and below 2^24")]
 #[expect(clippy::cast_sign_loss, reason = "region numbers are not negative")]
 fn region(id: f32) -> [u8; 3] {
@@ -128,10 +128,10 @@ fn region(id: f32) -> [u8; 3] {
     [8, 16, 24].map(|shift| 56 + ((hash >> shift) & 0xff) as u8 / 4 * 3)
 }
 
-/// Bytes that are packed before checking again whether to stop: about a millisecond's work.
+/// Number of bytes packed between two checks whether to stop: about a millisecond of work.
 const STEP: usize = 1 << 18;
 
-/// Bytes of pixels as PNG, quickly; nothing if it was stopped.
+/// Encodes pixels as PNG with fast compression; `None` if it was stopped.
 fn encode(bytes: &[u8], width: u32, height: u32, channels: usize, until: &dyn Fn() -> bool) -> Option<Vec<u8>> {
     let mut out = Vec::with_capacity(bytes.len() / 2 + 1024);
     let mut encoder = Encoder::new(&mut out, width, height);
@@ -151,7 +151,7 @@ fn encode(bytes: &[u8], width: u32, height: u32, channels: usize, until: &dyn Fn
         }
         stream.finish()
     });
-    // Writing into memory does not fail; only a picture without pixels has no file.
+    // Writing into memory does not fail; encoding fails only for a picture without pixels.
     if written.is_err() {
         out.clear();
     }
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_suit_what_is_shown() {
+    fn chooses_range_by_type_and_values() {
         assert_eq!(range(Type::Gray, &tile(1, &[0.2, 0.7])), [0.0, 1.0]);
         assert_eq!(range(Type::Gray, &tile(1, &[-0.25, 0.5])), [-0.25, 0.5]);
         assert_eq!(range(Type::Vec2, &tile(2, &[-3.0, 1.0, 0.0, 2.0])), [-3.0, 3.0]);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn small_pictures_are_means() {
+    fn shrinks_pictures_by_means() {
         let bytes: Vec<u8> = (0..6 * 4).map(|i| if i % 6 < 3 { 0 } else { 200 }).collect();
         let decoded = |(png, size): (Vec<u8>, [u32; 2])| {
             let image = image::load_from_memory(&png).unwrap();
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn values_become_colours() {
+    fn maps_values_to_colours() {
         let mut row = [0; 2];
         Painter::new(Type::Gray, [-1.0, 1.0]).row(&tile(1, &[-1.0, 0.0]), 0, &mut row);
         assert_eq!(row, [0, 128]);

@@ -1,6 +1,6 @@
-//! A graph as it is shown: what can be looked at in it, and the pictures of it.
+//! A displayed graph: its targets and their pictures.
 use super::paint::{Painter, range};
-use super::sights;
+use super::previews;
 use super::store::{Store, Stored};
 use glam::UVec2;
 use petgraph::graph::NodeIndex;
@@ -13,103 +13,103 @@ use shibo_engine::value::{Atlas, Carried, Channel, Field, Grid, Key, Pixels, Ske
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The longest side of a picture that is sent whole; pages ask for tiles of what is larger.
+/// Longest side of a picture that is sent whole; pages request tiles of larger ones.
 pub(crate) const WHOLE: u32 = 2048;
-/// The longest side of the first, coarse picture.
+/// Longest side of the first, coarse picture.
 pub(crate) const COARSE: u32 = 512;
 
-/// Locks a mutex whose content is valid at any time, even after a panic.
+/// Locks a mutex whose content is always valid, even after a panic.
 pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Something in a graph that can be looked at.
+/// Something in a graph that a page can show.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Target {
-    /// Its name: `OUTPUT`, `OUTPUT.CHANNEL`, `@NODE`, `@NODE:PORT`, and either of these with `.CHANNEL`.
+    /// `OUTPUT`, `OUTPUT.CHANNEL`, `@NODE`, `@NODE:PORT`, and the last two with `.CHANNEL`.
     pub(crate) name: String,
-    /// The node that makes it.
+    /// Node that makes the target.
     pub(crate) node: NodeIndex,
-    /// Which of the node's outputs.
+    /// Index of the node's output.
     pub(crate) output: usize,
-    /// Which channel of a material.
+    /// Channel of a material.
     pub(crate) channel: Option<Channel>,
 }
 
-/// How the values of a field are shown.
+/// Style in which the values of a field are displayed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Manner {
-    /// Their unit.
+pub(crate) struct DisplayStyle {
+    /// Unit of the values.
     pub(crate) unit: &'static str,
-    /// What they are painted as.
+    /// Type as which the values are painted.
     pub(crate) ty: Type,
-    /// Whether some may not be finite, and are shown as black or white.
+    /// True if values may be non-finite; these are painted black or white.
     pub(crate) holes: bool,
 }
 
-impl Manner {
-    /// As its type says.
+impl DisplayStyle {
+    /// The default style of a field, by its type.
     fn of(field: &Field) -> Self {
         Self { unit: "", ty: field.ty(), holes: false }
     }
 }
 
-/// What is shown for a target.
-pub(crate) enum Sight {
-    /// A picture of it.
-    Field(Field, Manner),
-    /// A picture with pixels of its own, which has no place on the canvas.
+/// Preview of a target.
+pub(crate) enum Preview {
+    /// A field, painted as a picture.
+    Field(Field, DisplayStyle),
+    /// Pixels of an object, without a position on the canvas.
     Pixels(Pixels),
-    /// An object of this type, and the shapes that are drawn for it, if there are any.
+    /// An object of this type, and its sketch if it has one.
     Object(Type, Option<Sketch>),
 }
 
-/// A picture of a target, as pages are told of it.
+/// Description of a target's picture for pages.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Shown {
-    /// The target.
+pub(crate) struct PictureInfo {
+    /// Name of the target.
     pub(crate) target: String,
-    /// Where the picture is, relative to the page.
+    /// Address of the picture, relative to the page.
     pub(crate) picture: String,
     /// Width and height.
     pub(crate) size: [u32; 2],
-    /// Whether no sharper one will follow.
+    /// False if a sharper picture will follow.
     #[serde(rename = "final")]
     pub(crate) is_final: bool,
-    /// The values shown as black and white.
+    /// Values shown as black and white.
     pub(crate) range: [f32; 2],
-    /// The type of the field.
+    /// Type of the field.
     #[serde(rename = "type")]
     pub(crate) ty: String,
-    /// The unit of its values; empty without.
+    /// Unit of the values, or empty.
     pub(crate) unit: &'static str,
-    /// Whether its pixels are not places on the canvas.
+    /// True if its pixels have no position on the canvas.
     pub(crate) own: bool,
-    /// Keeps the picture while it is being shown.
+    /// Keeps the picture in memory while it is shown.
     #[serde(skip)]
     pub(crate) stored: Arc<Stored>,
 }
 
-/// A graph as it is shown.
+/// A displayed graph.
 pub(crate) struct Scene {
-    /// Counts the graphs of a run.
+    /// Number of the graph, counted within a run.
     pub(crate) generation: u64,
-    /// The hash of the graph file.
+    /// Hash of the graph file.
     pub(crate) sha256: String,
     /// The graph.
     pub(crate) graph: Graph,
-    /// Its keys.
+    /// Keys of the graph.
     pub(crate) keys: Keys,
-    /// The pictures of outputs made so far.
-    pub(crate) shown: Mutex<BTreeMap<String, Shown>>,
-    /// What was done for each node so far.
+    /// Pictures of outputs made so far.
+    pub(crate) shown: Mutex<BTreeMap<String, PictureInfo>>,
+    /// Statistics of the nodes so far.
     pub(crate) stats: Mutex<Vec<NodeStats>>,
     names: HashMap<String, NodeIndex>,
-    /// A counter, and what cancels each look at work.
+    /// Last id, and the cancel token of each running view.
     views: Mutex<(u64, BTreeMap<u64, CancelToken>)>,
 }
 
-/// A look into a scene that a page waits for. It ends when the page no longer waits, or when there is a newer scene.
+/// A look into a scene that a page waits for. It is cancelled when the page stops waiting or a newer scene exists.
 pub(crate) struct View {
     scene: Arc<Scene>,
     id: u64,
@@ -117,7 +117,7 @@ pub(crate) struct View {
 }
 
 impl View {
-    /// A look into `scene` begins.
+    /// Begins a look into `scene`.
     pub(crate) fn new(scene: &Arc<Scene>) -> Self {
         let token = CancelToken::default();
         let mut views = lock(&scene.views);
@@ -128,7 +128,7 @@ impl View {
         Self { scene: scene.clone(), id, token }
     }
 
-    /// The token that cancels the work.
+    /// Token that cancels the work.
     pub(crate) fn token(&self) -> CancelToken {
         self.token.clone()
     }
@@ -142,7 +142,7 @@ impl Drop for View {
 }
 
 impl Scene {
-    /// The atlas whose mesh wears the material: that of an exported file, or the first of the graph.
+    /// The atlas whose mesh shows the material: that of an exported file, or else the first of the graph.
     pub(crate) fn mesh(&self) -> Option<(NodeIndex, usize)> {
         let exported = self.graph.outputs.iter().find_map(|output| match output.mesh {
             Some(ExportMesh::Atlas { node, output }) => Some((node, output)),
@@ -155,7 +155,7 @@ impl Scene {
         exported.or_else(|| self.graph.nodes.node_indices().find_map(of))
     }
 
-    /// Nothing is shown yet.
+    /// Creates a scene without pictures.
     pub(crate) fn new(generation: u64, sha256: String, graph: Graph, keys: Keys) -> Self {
         let names = graph.nodes.node_indices().map(|index| (graph.nodes[index].name.clone(), index)).collect();
         Self {
@@ -170,22 +170,22 @@ impl Scene {
         }
     }
 
-    /// The first picture is there.
-    pub(crate) fn begin(&self, shown: &Shown) {
+    /// Records the first picture of a target.
+    pub(crate) fn begin(&self, shown: &PictureInfo) {
         lock(&self.shown).insert(shown.target.clone(), shown.clone());
     }
 
-    /// Ends all looks that have begun.
+    /// Cancels all running looks.
     pub(crate) fn cancel_views(&self) {
         lock(&self.views).1.values().for_each(CancelToken::cancel);
     }
 
-    /// The target of that name.
+    /// Finds the target `name`.
     pub(crate) fn target(&self, name: &str) -> Option<Target> {
         let target = |node, output, channel| Some(Target { name: name.to_owned(), node, output, channel });
         let split = |name| str::rsplit_once(name, '.').and_then(|(rest, c)| Some((rest, Channel::from_name(c)?)));
         if let Some(name) = name.strip_prefix('@') {
-            // A node without a name of its own is called after its place, `node.port`.
+            // A node without a name is called by its position, `node.port`.
             if let Some(node) = self.names.get(name) {
                 return target(*node, 0, None);
             }
@@ -203,45 +203,45 @@ impl Scene {
         }
     }
 
-    /// What is shown for a target; for a material without a channel, its first channel.
+    /// Returns the preview of a target; for a material without a channel, that of its first channel.
     ///
     /// # Errors
-    /// What goes wrong while it is made.
-    pub(crate) fn sight(&self, look: &Look<'_>, target: &Target) -> Result<Option<Sight>, Failure> {
+    /// Fails if the value cannot be made.
+    pub(crate) fn sight(&self, look: &Look<'_>, target: &Target) -> Result<Option<Preview>, Failure> {
         let Some(value) = look.value(target.node, target.output)? else { return Ok(None) };
         Ok(match value {
             Value::Material(material) => {
                 let channel = target.channel.or_else(|| material.channels().first().map(|c| c.0));
                 channel.and_then(|c| {
                     let field = material.get(c)?.clone();
-                    let manner = Manner { unit: unit_of(c), ..Manner::of(&field) };
-                    Some(Sight::Field(field, manner))
+                    let manner = DisplayStyle { unit: unit_of(c), ..DisplayStyle::of(&field) };
+                    Some(Preview::Field(field, manner))
                 })
             }
             Value::Field(field) => {
-                let manner = Manner { unit: self.unit(target), ..Manner::of(&field) };
-                Some(Sight::Field(field, manner))
+                let manner = DisplayStyle { unit: self.unit(target), ..DisplayStyle::of(&field) };
+                Some(Preview::Field(field, manner))
             }
-            Value::Picture(picture) => Some(Sight::Field(picture.rgb.clone(), Manner::of(&picture.rgb))),
+            Value::Picture(picture) => Some(Preview::Field(picture.rgb.clone(), DisplayStyle::of(&picture.rgb))),
             Value::Solid(solid) => {
-                let field = sights::cut(look, &self.graph, (target.node, target.output), &solid)?;
+                let field = previews::cut(look, &self.graph, (target.node, target.output), &solid)?;
                 let ty = if solid.ty() == Type::SolidVector { Type::Vec2 } else { field.ty() };
-                Some(Sight::Field(field, Manner { unit: self.unit(target), ty, holes: true }))
+                Some(Preview::Field(field, DisplayStyle { unit: self.unit(target), ty, holes: true }))
             }
             value => Some(match value.sketch() {
-                Some(Sketch::Pixels(pixels)) => Sight::Pixels(pixels),
-                sketch => Sight::Object(value.ty(), sketch),
+                Some(Sketch::Pixels(pixels)) => Preview::Pixels(pixels),
+                sketch => Preview::Object(value.ty(), sketch),
             }),
         })
     }
 
-    /// The unit that the values of a target have by its node; empty without.
+    /// Unit of a target's values as its node declares it, or empty.
     fn unit(&self, target: &Target) -> &'static str {
         let node = &self.graph.nodes[target.node].node;
         node.outputs().get(target.output).and_then(|output| node.unit(output)).unwrap_or_default()
     }
 
-    /// The size of a picture whose longest side is at most `longest`.
+    /// Size of a picture whose longest side is at most `longest`.
     pub(crate) fn size(&self, longest: u32) -> UVec2 {
         let full = self.graph.canvas.resolution;
         let side = full.max_element();
@@ -252,21 +252,21 @@ impl Scene {
         UVec2::new(scaled(full.x).try_into().unwrap_or(1), scaled(full.y).try_into().unwrap_or(1)).max(UVec2::ONE)
     }
 
-    /// The picture of a field in a size, if it was made before.
+    /// Returns the picture of a field in a size from the store, if it is there.
     pub(crate) fn known(&self, store: &Store, target: &Target, field: &Field, size: UVec2) -> Option<Arc<Stored>> {
         store.get(&self.id(target, field, &self.graph.canvas.grid(size)))
     }
 
-    /// The picture of a field in a size, from the store if it was made before.
+    /// Returns the picture of a field in a size, from the store if it is there.
     ///
     /// # Errors
-    /// What goes wrong while it is made, and values that are not finite.
+    /// Fails if the picture cannot be made or has values that are not finite.
     pub(crate) fn picture(
         &self,
         look: &Look<'_>,
         store: &Store,
         target: &Target,
-        (field, manner): (&Field, Manner),
+        (field, manner): (&Field, DisplayStyle),
         size: UVec2,
     ) -> Result<Arc<Stored>, Failure> {
         let grid = self.graph.canvas.grid(size);
@@ -287,12 +287,12 @@ impl Scene {
         Ok(stored)
     }
 
-    /// A picture without a place on the canvas, at most `longest` pixels wide and high.
+    /// Returns a picture without a position on the canvas, at most `longest` pixels per side.
     pub(crate) fn pixels(&self, store: &Store, target: &Target, pixels: &Pixels, longest: u32) -> Arc<Stored> {
         let key = self.keys.output(target.node, target.output);
         let id = Key::of("flat preview", &[key.as_bytes(), &longest.to_le_bytes()]).to_string();
         store.get(&id).unwrap_or_else(|| {
-            let (ty, tile) = (pixels.ty(), sights::tile(pixels, longest));
+            let (ty, tile) = (pixels.ty(), previews::tile(pixels, longest));
             let range = range(ty, &tile);
             let png = Painter::new(ty, range).png(&tile, &|| false).unwrap_or_default().into();
             let size = [tile.window.width, tile.window.height];
@@ -302,7 +302,7 @@ impl Scene {
         })
     }
 
-    /// The name of the picture of a field on a grid.
+    /// Name of the picture of a field on a grid.
     pub(super) fn id(&self, target: &Target, field: &Field, grid: &Grid) -> String {
         let key = field.key().unwrap_or_else(|| {
             let channel = target.channel.map_or("", Channel::name);
@@ -323,9 +323,9 @@ impl Scene {
         Failure::Errors(vec![Diagnostic::new(Code::NotFinite, span, message).help(help)])
     }
 
-    /// How pages are told of a picture.
-    pub(crate) fn shown(&self, target: &Target, unit: &'static str, stored: Arc<Stored>) -> Shown {
-        Shown {
+    /// Describes a picture for pages.
+    pub(crate) fn shown(&self, target: &Target, unit: &'static str, stored: Arc<Stored>) -> PictureInfo {
+        PictureInfo {
             target: target.name.clone(),
             picture: format!("picture/{}.png", stored.id),
             size: stored.size,
@@ -338,9 +338,9 @@ impl Scene {
         }
     }
 
-    /// How pages are told of a picture without a place on the canvas.
-    pub(crate) fn shown_pixels(&self, target: &Target, stored: Arc<Stored>) -> Shown {
-        Shown { own: true, is_final: true, ..self.shown(target, "", stored) }
+    /// Describes a picture without a position on the canvas for pages.
+    pub(crate) fn shown_pixels(&self, target: &Target, stored: Arc<Stored>) -> PictureInfo {
+        PictureInfo { own: true, is_final: true, ..self.shown(target, "", stored) }
     }
 }
 

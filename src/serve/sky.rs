@@ -1,34 +1,36 @@
-//! A panorama as light for the lit view: blurred as surfaces of several roughnesses reflect it, and its sun as a light by itself.
+//! Turns a panorama into light for the lit view: blurred by the reflection of surfaces of several roughnesses, with its
+//! sun as a separate light.
 //!
-//! After B. Karis, "Real Shading in Unreal Engine 4" (2013), the split sum with the eye at the normal; the samples read the mip
-//! level that suits their density, after J. Křivánek and M. Colbert, "Real-time Shading with Filtered Importance Sampling"
-//! (2008). Diffuse light by spherical harmonics, after R. Ramamoorthi and P. Hanrahan, "An Efficient Representation for Irradiance
-//! Environment Maps" (2001). Directions: y up; the middle of the panorama lies at -z, and +x is to the right of it.
+//! After B. Karis, "Real Shading in Unreal Engine 4" (2013): the split sum with the eye at the normal. The samples read
+//! the mip level that suits their density, after J. Křivánek and M. Colbert, "Real-time Shading with Filtered
+//! Importance Sampling" (2008). Diffuse light by spherical harmonics, after R. Ramamoorthi and P. Hanrahan, "An
+//! Efficient Representation for Irradiance Environment Maps" (2001). Directions: y up; the middle of the panorama is at
+//! -z, and +x is to the right of it.
 use glam::Vec3;
 use rayon::prelude::*;
 use shibo_engine::picture::Picture;
 use std::f32::consts::{PI, TAU};
 
-/// The width of the sharpest level; the height is half of it.
+/// Width of the sharpest level in texels; the height is half of it.
 const WIDTH: usize = 1024;
-/// The least width that it has, of a small panorama.
+/// Minimum width of the sharpest level, for small panoramas.
 const LEAST: usize = 64;
-/// Levels: for roughness 0, 0.2 … 1, each half as wide as the one before it.
+/// Number of levels: for roughness 0, 0.2 … 1, each half as wide as the one before.
 pub(super) const LEVELS: usize = 6;
-/// Samples of a texel of each level but the first.
+/// Samples per texel of each level but the first.
 const SAMPLES: [u32; LEVELS - 1] = [64, 128, 256, 512, 512];
-/// The mean brightness that panoramas are brought to: about that of the studio.
+/// Mean brightness to which panoramas are scaled: about that of the studio.
 const BRIGHTNESS: f32 = 0.9;
-/// How far from the brightest place the sun reaches, as the cosine of the angle, and how many times brighter than the rest it is.
+/// Cosine of the angular radius of the sun around the brightest texel.
 const SUN_COS: f32 = 0.9976;
-/// See above.
+/// Texels near the sun that exceed this multiple of the mean brightness belong to it.
 const SUN: f32 = 8.0;
-/// The least share of all light that is worth a light by itself.
+/// Minimum share of all light for the sun to become a separate light.
 const WORTH: f32 = 0.05;
-/// The greatest value that is taken as it is: that of half precision.
+/// Greatest value that is not clamped: the maximum of half precision.
 const GREATEST: f32 = 65504.0;
 
-/// Light from everywhere, by latitude and longitude.
+/// Light by direction, by latitude and longitude.
 #[derive(Clone, Debug)]
 pub(super) struct Map {
     pub(super) width: usize,
@@ -37,13 +39,13 @@ pub(super) struct Map {
 
 /// A panorama as light.
 pub(super) struct Sky {
-    /// The levels, the sharpest first.
+    /// Levels, the sharpest first.
     pub(super) levels: Vec<Map>,
-    /// The light on a white surface by its normal: coefficients of spherical harmonics.
+    /// Light on a white surface by its normal, as coefficients of spherical harmonics.
     pub(super) diffuse: [Vec3; 9],
-    /// Where the sun stands.
+    /// Direction of the sun.
     pub(super) sun: Vec3,
-    /// The light that it throws on a surface that faces it; black without one.
+    /// Light of the sun on a surface that faces it; black without a sun.
     pub(super) sun_light: Vec3,
 }
 
@@ -52,20 +54,20 @@ impl Map {
         self.width / 2
     }
 
-    /// The direction of the middle of a texel.
+    /// Direction of the middle of a texel.
     fn direction(&self, x: usize, y: usize) -> Vec3 {
         let (sin, cos) = (TAU * ((x as f32 + 0.5) / self.width as f32 - 0.5)).sin_cos();
         let (flat, up) = (PI * (y as f32 + 0.5) / self.height() as f32).sin_cos();
         Vec3::new(flat * sin, up, -flat * cos)
     }
 
-    /// The solid angle of the texels of a row.
+    /// Solid angle of a texel of row `y`.
     fn angle(&self, y: usize) -> f32 {
         let edge = |y: usize| (PI * y as f32 / self.height() as f32).cos();
         (TAU / self.width as f32) * (edge(y) - edge(y + 1))
     }
 
-    /// The value in a direction, between the texels.
+    /// Value in a direction, interpolated between texels.
     fn at(&self, d: Vec3) -> Vec3 {
         let (w, h) = (self.width, self.height());
         let u = (0.5 + d.x.atan2(-d.z) / TAU) * w as f32 - 0.5;
@@ -79,7 +81,7 @@ impl Map {
         row(top).lerp(row(top + 1), t)
     }
 
-    /// Half as wide and half as high.
+    /// Map of half the width and height.
     fn halved(&self) -> Self {
         let width = self.width / 2;
         let texel = |i: usize| {
@@ -90,7 +92,7 @@ impl Map {
         Self { width, texels: (0..width * width / 2).map(texel).collect() }
     }
 
-    /// The sum over all directions of `f` of a texel's direction and value, by solid angle.
+    /// Sums `f` over all texels, given direction, value and solid angle of each.
     fn sum<T: std::ops::AddAssign>(&self, mut sum: T, f: impl Fn(Vec3, Vec3, f32) -> T) -> T {
         for y in 0..self.height() {
             let angle = self.angle(y);
@@ -102,7 +104,7 @@ impl Map {
     }
 }
 
-/// A number that is not negative as a whole one and the rest.
+/// Integer and fractional part of a number that is not negative.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "places in a map, not negative")]
 fn whole(v: f32) -> (usize, f32) {
     let floor = v.max(0.0).floor();
@@ -114,15 +116,15 @@ fn luma(c: Vec3) -> f32 {
 }
 
 impl Sky {
-    /// The light of a panorama. Nothing if it was stopped.
+    /// Computes the light of a panorama.
     ///
     /// # Errors
-    /// What is no panorama.
+    /// Fails if the picture is no panorama.
     pub(super) fn of(picture: &Picture) -> Result<Self, String> {
         let mut map = panorama(picture)?;
         let sphere = 4.0 * PI;
         let (sun, mut sun_light) = take_sun(&mut map);
-        // The light of a white ball as it is seen: its sunny side counts.
+        // Brightness of a white ball as seen by a camera, hence with the sun on it.
         let bright = map.sum(0.0, |_, c, angle| luma(c) * angle) / sphere + 2.0 * luma(sun_light) / sphere;
         if bright <= 0.0 {
             return Err("it is black everywhere".to_owned());
@@ -136,8 +138,9 @@ impl Sky {
         Ok(Self { levels, diffuse, sun, sun_light })
     }
 
-    /// As pages get it: width, height and the number of levels as whole numbers; the nine coefficients, the place and the light of
-    /// the sun, as three floats each; the levels, by rows, with nine bits a colour and five for their common exponent.
+    /// Encodes the light for pages: width, height and number of levels as integers; the nine coefficients, the
+    /// direction and the light of the sun as three floats each; then the levels by rows, with nine bits per colour and
+    /// a shared exponent of five bits.
     pub(super) fn bytes(&self) -> Vec<u8> {
         let first = &self.levels[0];
         let head = [first.width, first.height(), self.levels.len()].map(|n| u32::try_from(n).unwrap_or(0));
@@ -148,7 +151,7 @@ impl Sky {
     }
 }
 
-/// A picture as a panorama: each texel the mean of the pixels under it.
+/// Resamples a picture to a panorama: each texel is the mean of the pixels under it.
 fn panorama(picture: &Picture) -> Result<Map, String> {
     let (width, height) = (picture.width as usize, picture.height as usize);
     if width < 8 || width.abs_diff(2 * height) > width / 50 + 1 {
@@ -159,7 +162,7 @@ fn panorama(picture: &Picture) -> Result<Map, String> {
     let sound = |v: f32| if v.is_nan() { 0.0 } else { v.clamp(0.0, GREATEST) };
     let wide = WIDTH.min(1 << width.ilog2()).max(LEAST);
     let high = wide / 2;
-    // The pixels under the texel `n` of `count`, and how much of each lies there.
+    // Pixels under texel `n` of `count`, and the share of each that lies there.
     let under = |n: usize, count: usize, pixels: usize| {
         let (from, to) = (n as f32 * pixels as f32 / count as f32, (n + 1) as f32 * pixels as f32 / count as f32);
         let (first, last) = (whole(from).0, whole(to.ceil()).0.clamp(whole(from).0 + 1, pixels));
@@ -186,8 +189,8 @@ fn panorama(picture: &Picture) -> Result<Map, String> {
     Ok(Map { width: wide, texels })
 }
 
-/// Takes the sun out of a panorama: where it stands, and the light that it throws on a surface that faces it. What is left there is
-/// as bright as other bright places. Without a sun nothing changes.
+/// Removes the sun from a panorama; returns its direction and its light on a surface that faces it. The remaining
+/// texels there are as bright as other bright texels. Without a sun nothing changes.
 fn take_sun(map: &mut Map) -> (Vec3, Vec3) {
     let brightest = (0..map.texels.len()).max_by(|a, b| luma(map.texels[*a]).total_cmp(&luma(map.texels[*b])));
     let at = brightest.unwrap_or(0);
@@ -211,7 +214,7 @@ fn take_sun(map: &mut Map) -> (Vec3, Vec3) {
     (way.normalize_or(peak), light)
 }
 
-/// The light on a white surface by its normal, divided by π, as a map's values are.
+/// Light on a white surface by its normal, divided by π like the values of a map.
 fn harmonics(map: &Map) -> [Vec3; 9] {
     let mut sums = [Vec3::ZERO; 9];
     for y in 0..map.height() {
@@ -222,7 +225,8 @@ fn harmonics(map: &Map) -> [Vec3; 9] {
             sums.iter_mut().zip(basis).for_each(|(sum, b)| *sum += light * b);
         }
     }
-    // A cosine lobe keeps 1, 2/3 and 1/4 of the bands; the page multiplies by the same polynomials without their factors.
+    // A cosine lobe scales the bands by 1, 2/3 and 1/4; the page multiplies by the same polynomials without their
+    // factors.
     let bands = [1.0, 2.0 / 3.0, 2.0 / 3.0, 2.0 / 3.0, 0.25, 0.25, 0.25, 0.25, 0.25];
     let mut out = [Vec3::ZERO; 9];
     for (i, sum) in sums.into_iter().enumerate() {
@@ -231,11 +235,11 @@ fn harmonics(map: &Map) -> [Vec3; 9] {
     out
 }
 
-/// The factors of the real spherical harmonics of the first three bands.
+/// Factors of the real spherical harmonics of the first three bands.
 const FACTORS: [f32; 9] =
     [0.282_095, 0.488_603, 0.488_603, 0.488_603, 1.092_548, 1.092_548, 0.315_392, 1.092_548, 0.546_274];
 
-/// The real spherical harmonics of a direction.
+/// Real spherical harmonics of a direction.
 fn basis(d: Vec3) -> [f32; 9] {
     let Vec3 { x, y, z } = d;
     let plain = [1.0, y, z, x, x * y, y * z, 3.0 * z * z - 1.0, x * z, x * x - y * y];
@@ -246,14 +250,15 @@ fn basis(d: Vec3) -> [f32; 9] {
     out
 }
 
-/// What surfaces of the roughness of a level reflect, by the direction that is reflected.
+/// Reflection of a surface with the roughness of `level`, by the reflected direction.
 fn blurred(pyramid: &[Map], level: usize) -> Map {
     let Some(count) = level.checked_sub(1).map(|n| SAMPLES[n]) else { return pyramid[0].clone() };
     let size = Map { width: (pyramid[0].width >> level).max(2), texels: Vec::new() };
     let (width, source) = (size.width, &pyramid[0]);
     let roughness = level as f32 / (LEVELS - 1) as f32;
     let alpha2 = roughness.powi(4);
-    // Directions around +z by which light comes, their weights, and the logarithm of the solid angle that each stands for.
+    // Directions around +z from which light arrives, their weights, and the binary logarithm of the solid angle each
+    // represents.
     let mut lobe = Vec::new();
     for i in 0..count {
         let (a, b) = ((i as f32 + 0.5) / count as f32, f32::from_bits(0x3f80_0000 | (i.reverse_bits() >> 9)) - 1.0);
@@ -263,7 +268,7 @@ fn blurred(pyramid: &[Map], level: usize) -> Map {
         let light = 2.0 * cos * half - Vec3::Z;
         if light.z > 0.0 {
             let d = alpha2 / (PI * (cos2 * (alpha2 - 1.0) + 1.0).powi(2));
-            // The density of directions is d · n·h / (4 v·h), and both are the same here.
+            // The density of directions is d · n·h / (4 v·h); here n·h = v·h.
             lobe.push((light, light.z, -(count as f32 * d / 4.0).log2()));
         }
     }
@@ -297,13 +302,13 @@ fn blurred(pyramid: &[Map], level: usize) -> Map {
     Map { width, texels }
 }
 
-/// A colour in 32 bits: nine for each channel, and five for the exponent that they share.
+/// Packs a colour into 32 bits: nine bits per channel and a shared exponent of five.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "numbers from 0 to 511")]
 fn shared_exponent(c: Vec3) -> u32 {
     const MOST: f32 = 65408.0;
     let c = c.clamp(Vec3::ZERO, Vec3::splat(MOST));
     let most = c.max_element();
-    // The exponent of the next power of two; small numbers have the least one.
+    // Exponent of the next power of two; small values get the minimum.
     let mut exponent = (((most.to_bits() >> 23) & 255).cast_signed() - 126).max(-15);
     let step = |exponent: i32| 2.0_f32.powi(exponent - 9);
     if (most / step(exponent) + 0.5).floor() >= 512.0 {
@@ -318,7 +323,7 @@ mod tests {
     use super::*;
     use shibo_engine::picture::SampleKind;
 
-    /// A panorama of a function of the direction.
+    /// Makes a panorama from a function of the direction.
     fn picture(width: u32, f: impl Fn(Vec3) -> Vec3) -> Picture {
         let map = Map { width: width as usize, texels: Vec::new() };
         let colours: Vec<Vec3> = (0..map.height())
@@ -336,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn an_even_sky_is_even_light() {
+    fn even_sky_gives_even_light() {
         let sky = Sky::of(&picture(256, |_| Vec3::new(2.0, 4.0, 2.0))).unwrap();
         let even = Vec3::new(2.0, 4.0, 2.0) * BRIGHTNESS / luma(Vec3::new(2.0, 4.0, 2.0));
         assert_eq!(sky.levels.iter().map(|level| level.width).collect::<Vec<_>>(), [256, 128, 64, 32, 16, 8]);
@@ -351,14 +356,14 @@ mod tests {
     }
 
     #[test]
-    fn half_a_sky_lights_from_its_side() {
+    fn half_sky_lights_from_its_side() {
         let sky = Sky::of(&picture(256, |d| Vec3::splat(if d.x > 0.0 { 1.0 } else { 0.0 }))).unwrap();
-        // A surface that faces it has all of its light, one beside it half, one behind it none.
+        // A surface facing the half gets all its light, one at right angles half, one facing away none.
         let full = 2.0 * BRIGHTNESS;
         for (n, share) in [(Vec3::X, 1.0), (Vec3::Z, 0.5), (Vec3::Y, 0.5), (Vec3::NEG_X, 0.0)] {
             assert!((light(&sky, n).x / full - share).abs() < 0.04, "{n}: {}", light(&sky, n).x / full);
         }
-        // A mirror sees the edge sharp, and rough surfaces see it soft.
+        // A mirror shows the edge sharp, rough surfaces show it blurred.
         let beside = Vec3::new(0.2, 0.0, 1.0).normalize();
         let seen = sky.levels.iter().map(|level| level.at(beside).x / full).collect::<Vec<_>>();
         assert!(seen[0] > 0.999 && seen.is_sorted_by(|a, b| a >= b) && seen[5] < 0.7, "{seen:?}");
@@ -368,22 +373,22 @@ mod tests {
     }
 
     #[test]
-    fn the_sun_is_a_light_by_itself() {
+    fn extracts_sun_as_separate_light() {
         let toward = Vec3::new(0.4, 0.5, -0.6).normalize();
         let radius = 0.02_f32;
         let with =
             |sun: f32| picture(1024, move |d| if d.dot(toward) > radius.cos() { Vec3::splat(sun) } else { Vec3::ONE });
         let sky = Sky::of(&with(20_000.0)).unwrap();
         assert!(sky.sun.dot(toward) > 0.9999, "{}", sky.sun);
-        // Its light is that of its disk; what is left is nearly even.
+        // The sun's light is that of its disk; the remaining panorama is nearly even.
         let disk = 20_000.0 * PI * radius * radius;
         let even = sky.levels[0].at(Vec3::NEG_Y).x;
         let share = sky.sun_light.x / even / disk;
         assert!((share - 1.0).abs() < 0.05, "{share}");
         assert!(sky.levels[0].texels.iter().all(|c| c.x < 8.5 * even));
-        // What is hardly brighter is none.
+        // A spot that is hardly brighter is no sun.
         assert_eq!(Sky::of(&with(12.0)).unwrap().sun_light, Vec3::ZERO);
-        // Numbers that are none do no harm.
+        // Values that are not finite do no harm.
         let mut odd = with(1.0);
         odd.planes[7] = f32::NAN;
         odd.planes[8] = f32::INFINITY;
@@ -398,7 +403,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_panorama_is_told() {
+    fn rejects_pictures_that_are_no_panoramas() {
         let mut wide = picture(256, |_| Vec3::ONE);
         wide.height = 64;
         wide.planes.truncate(3 * 256 * 64);
@@ -407,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_share_an_exponent() {
+    fn packs_colours_with_shared_exponent() {
         let back = |code: u32| {
             let step = 2.0_f32.powi((code >> 27).cast_signed() - 24);
             Vec3::new((code & 511) as f32, (code >> 9 & 511) as f32, (code >> 18 & 511) as f32) * step

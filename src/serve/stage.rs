@@ -1,8 +1,8 @@
-//! What the loop that follows the files, the evaluation and the pages share: the last good scene, the current errors, and
-//! the news for pages.
+//! State shared by the watch loop, the evaluation and the pages: the last good scene, the current errors, and the news
+//! for pages.
 use super::environment::Environment;
 use super::export::Exports;
-use super::scene::{Scene, Shown, lock};
+use super::scene::{PictureInfo, Scene, lock};
 use super::store::{Store, Stored};
 use super::texts::Texts;
 use super::wear;
@@ -19,22 +19,22 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use tokio::sync::broadcast;
 
-/// How many pieces of news a page may miss before it is sent everything again.
+/// Number of news items a page may miss before the whole state is sent again.
 const BACKLOG: usize = 256;
-/// How many results are remembered as made.
+/// Maximum number of results remembered as made.
 const MADE: usize = 200_000;
-/// Errors that pages are told of.
+/// Maximum number of errors sent to pages.
 const ERRORS: usize = 100;
-/// How long work takes before its progress is reported, and the time between two reports.
+/// Delay before progress of some work is reported, and the time between two reports.
 const PROGRESS: Duration = Duration::from_millis(200);
-/// Longer lines of a source are cut, in characters.
+/// Longer source lines are cut, in characters.
 const LINE: usize = 240;
 
-/// The values of parameters that a page asked for.
+/// Parameter values set by a page.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Values {
-    /// The preset.
+    /// Name of the preset.
     #[serde(default)]
     pub(crate) preset: Option<String>,
     /// Names and values, as RON.
@@ -43,7 +43,7 @@ pub(crate) struct Values {
 }
 
 impl Values {
-    /// How a graph is loaded with them.
+    /// Options to load a graph with these values.
     pub(crate) fn options(self) -> LoadOptions {
         LoadOptions {
             preset: self.preset,
@@ -55,52 +55,52 @@ impl Values {
     }
 }
 
-/// A piece of news: its kind, and what it says.
+/// A news item: its kind and its content.
 pub(crate) type News = (&'static str, Arc<str>);
 
 #[derive(Default)]
 struct Present {
     scene: Option<Arc<Scene>>,
     errors: Vec<Json>,
-    /// Which graph they are of.
+    /// Generation of the graph that has the errors.
     failed: u64,
     warnings: Vec<Json>,
     busy: bool,
     progress: Option<Json>,
     values: Values,
-    /// What was last done, in words and numbers.
+    /// Summary of the last evaluation.
     done: Option<Json>,
 }
 
-/// The state that all share.
+/// The shared state.
 pub(crate) struct Stage {
     /// The engine.
     pub(crate) session: Session,
     /// The pictures.
     pub(crate) store: Store,
-    /// The graph file.
+    /// Path of the graph file.
     pub(super) path: PathBuf,
-    /// The texts that it had.
+    /// Earlier texts of the graph file.
     pub(crate) texts: Texts,
-    /// What pages export.
+    /// Exports requested by pages.
     pub(super) exports: Exports,
-    /// The environment that a page brought.
+    /// Environment sent by a page.
     pub(super) environment: Environment,
     /// Held while a page changes the file.
     pub(super) writing: Mutex<()>,
-    /// The content that a page wrote last.
+    /// Hash of the content that a page wrote last.
     pub(super) own: Mutex<Option<String>>,
     present: Mutex<Present>,
     news: broadcast::Sender<News>,
     focus: Mutex<Option<String>>,
-    /// When progress was last reported, or the work began.
+    /// Time of the last progress report, or of the start of the work.
     progressed: Mutex<Option<Instant>>,
-    /// What was made in this run, and the seconds it took.
+    /// Results made in this run, and the seconds they took.
     made: Mutex<HashMap<Key, f64>>,
 }
 
 impl Stage {
-    /// An empty stage for that graph file.
+    /// Creates an empty stage for a graph file.
     pub(crate) fn new(session: Session, path: PathBuf) -> Self {
         Self {
             store: Store::new(session.memory()),
@@ -124,28 +124,28 @@ impl Stage {
         lock(&self.present).scene.clone()
     }
 
-    /// News from now on.
+    /// Subscribes to the news from now on.
     pub(crate) fn listen(&self) -> broadcast::Receiver<News> {
         self.news.subscribe()
     }
 
-    /// Tells all pages something.
+    /// Sends a news item to all pages.
     pub(super) fn tell(&self, kind: &'static str, what: &Json) {
-        // Without a page, nobody receives it.
+        // Without a page there is no receiver, so the error is ignored.
         let _ = self.news.send((kind, what.to_string().into()));
     }
 
-    /// The target that was last looked at: to be made first.
+    /// The target shown last, which is made first.
     pub(crate) fn focus(&self) -> Option<String> {
         lock(&self.focus).clone()
     }
 
-    /// Somebody looks at a target.
+    /// Records the target that a page shows.
     pub(crate) fn set_focus(&self, target: &str) {
         *lock(&self.focus) = Some(target.to_owned());
     }
 
-    /// The picture of that name, if it is still known.
+    /// Returns the picture `id` if it is still stored.
     pub(crate) fn picture(&self, id: &str) -> Option<Arc<Stored>> {
         self.store.get(id).or_else(|| {
             let scene = self.scene()?;
@@ -154,11 +154,11 @@ impl Stage {
         })
     }
 
-    /// A scene takes the place of the last good one.
+    /// Replaces the last good scene.
     pub(crate) fn adopt(&self, scene: &Arc<Scene>) {
         let old = {
             let mut present = lock(&self.present);
-            // The errors of a newer graph stay.
+            // Errors of a newer graph stay.
             if present.failed <= scene.generation {
                 present.errors.clear();
             }
@@ -171,8 +171,8 @@ impl Stage {
         self.tell("state", &self.state());
     }
 
-    /// A picture of a scene is there.
-    pub(crate) fn show(&self, scene: &Scene, output: &str, shown: &Shown) {
+    /// Announces a picture of a scene.
+    pub(crate) fn show(&self, scene: &Scene, output: &str, shown: &PictureInfo) {
         lock(&scene.shown).insert(shown.target.clone(), shown.clone());
         let mut news = json!(shown);
         news["generation"] = scene.generation.into();
@@ -199,7 +199,7 @@ impl Stage {
         lock(&self.present).errors.clone()
     }
 
-    /// Advice that came up while the scene was evaluated.
+    /// Adds warnings found while the scene was evaluated.
     pub(crate) fn advise(&self, warnings: &[Diagnostic], sources: &SourceMap) {
         let mut present = lock(&self.present);
         present.warnings.extend(diagnostics(warnings, sources));
@@ -208,7 +208,7 @@ impl Stage {
         self.tell("warnings", &json!({ "warnings": all }));
     }
 
-    /// An evaluation begins, or ends.
+    /// Records the beginning or end of an evaluation.
     pub(crate) fn set_busy(&self, busy: bool) {
         let mut present = lock(&self.present);
         present.busy = busy;
@@ -218,7 +218,7 @@ impl Stage {
         self.tell("busy", &json!({ "busy": busy }));
     }
 
-    /// How far an evaluation has come.
+    /// Reports the progress of an evaluation.
     pub(crate) fn progress(&self, node: &str, done: u64, total: u64) {
         let now = Instant::now();
         let mut last = lock(&self.progressed);
@@ -232,7 +232,8 @@ impl Stage {
         self.tell("progress", &progress);
     }
 
-    /// An evaluation is over: how long it took, in ms, until something was shown and until all was.
+    /// Records the end of an evaluation; `first` and `all` are the ms until the first picture and until all pictures
+    /// were shown.
     pub(crate) fn done(&self, scene: &Scene, mut stats: Vec<NodeStats>, first: f64, all: f64) {
         let ran = stats.iter().filter(|s| s.state == NodeState::Computed).count();
         self.remember(scene, &mut stats);
@@ -242,7 +243,7 @@ impl Stage {
         self.tell("done", &done);
     }
 
-    /// Marks a node as taken from memory if it did not run because the pictures that need it were known already.
+    /// Marks a node as taken from memory if it did not run because the pictures that need it already existed.
     fn remember(&self, scene: &Scene, stats: &mut [NodeStats]) {
         let mut made = lock(&self.made);
         if made.len() > MADE {
@@ -258,22 +259,22 @@ impl Stage {
         }
     }
 
-    /// Whether a page wrote that content.
+    /// Returns whether a page wrote the content with this hash.
     pub(crate) fn is_own(&self, sha256: &str) -> bool {
         lock(&self.own).as_deref() == Some(sha256)
     }
 
-    /// The values of parameters in force.
+    /// The current values of parameters.
     pub(super) fn values(&self) -> Values {
         lock(&self.present).values.clone()
     }
 
-    /// Sets them.
+    /// Sets the values of parameters.
     pub(crate) fn set_values(&self, values: &Values) {
         lock(&self.present).values.clone_from(values);
     }
 
-    /// Everything that a page needs to begin with.
+    /// The whole state, as sent to a page that connects.
     pub(crate) fn state(&self) -> Json {
         let present = lock(&self.present);
         let mut state = json!({
@@ -315,13 +316,13 @@ fn describe(scene: &Scene) -> Json {
             "seed": canvas.seed.to_string(),
         },
         "nodes": graph.nodes.node_count(),
-        // Why it does not repeat although the canvas asks for it.
+        // Reasons why nodes do not tile although the canvas does.
         "breaks": graph.breaks_in_tiling().into_iter().map(|(node, why)| json!({
             "node": graph.nodes[node].name, "message": why.message, "help": why.help,
         })).collect::<Vec<_>>(),
-        // Whether shapes can be cut out of something.
+        // True if the lit view can cut shapes from a solid.
         "solid": wear::has_solid(scene),
-        // Equal names are the same mesh.
+        // Equal names mean the same mesh.
         "mesh": scene.mesh().map(|(node, output)| scene.keys.output(node, output).to_string()),
         "outputs": outputs.collect::<Vec<_>>(),
         "params": params.collect::<Vec<_>>(),
@@ -330,7 +331,7 @@ fn describe(scene: &Scene) -> Json {
     })
 }
 
-/// What stands on the line of a default before and after it.
+/// Text before and after a default on its line.
 fn around(sources: &SourceMap, span: shibo_engine::diagnostics::Span) -> (String, String) {
     let text = sources.text(span.file);
     let before = text.get(..span.start).and_then(|t| t.rsplit('\n').next()).unwrap_or("").trim_start();
@@ -338,7 +339,7 @@ fn around(sources: &SourceMap, span: shibo_engine::diagnostics::Span) -> (String
     (before.to_owned(), after.to_owned())
 }
 
-/// Diagnostics with the lines around them.
+/// Diagnostics with the source lines around them.
 fn diagnostics(list: &[Diagnostic], sources: &SourceMap) -> Vec<Json> {
     let list = &list[..list.len().min(ERRORS)];
     let plain = |d: &Diagnostic| Diagnostic { warning: false, ..d.clone() };

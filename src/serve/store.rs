@@ -1,25 +1,24 @@
-//! Encoded pictures by name, bounded in bytes: what pages show, and what they may come back to.
+//! Stores encoded pictures by name, bounded in bytes: those shown by pages, and recent ones.
 use shibo_engine::value::Type;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// The bytes of pictures that are kept: an eighth of what the engine may use, and at least and at most so many.
+/// Bounds of the store's size in bytes; the size is an eighth of the engine's memory.
 const LEAST: usize = 16 << 20;
-/// See above.
 const MOST: usize = 192 << 20;
 
-/// A picture as pages get it.
+/// An encoded picture.
 #[derive(Debug)]
 pub(crate) struct Stored {
-    /// The name, which identifies the content.
+    /// Name, which identifies the content.
     pub(crate) id: String,
-    /// The file.
+    /// The PNG file.
     pub(crate) png: axum::body::Bytes,
     /// Width and height in pixels.
     pub(crate) size: [u32; 2],
-    /// The values shown as black and as white.
+    /// Values shown as black and white.
     pub(crate) range: [f32; 2],
-    /// What it shows.
+    /// Type of the values.
     pub(crate) ty: Type,
 }
 
@@ -35,7 +34,7 @@ struct Inner {
 pub(crate) struct Store(Mutex<Inner>);
 
 impl Store {
-    /// Without pictures, for an engine that may use `memory` bytes.
+    /// Creates an empty store for an engine that may use `memory` bytes.
     pub(crate) fn new(memory: u64) -> Self {
         let budget = usize::try_from(memory / 8).unwrap_or(MOST).clamp(LEAST, MOST);
         Self(Mutex::new(Inner { budget, ..Inner::default() }))
@@ -45,7 +44,7 @@ impl Store {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The picture of that name.
+    /// Returns the picture `id`.
     pub(crate) fn get(&self, id: &str) -> Option<Arc<Stored>> {
         let mut inner = self.lock();
         inner.clock += 1;
@@ -55,7 +54,7 @@ impl Store {
         Some(picture.clone())
     }
 
-    /// Keeps a picture; those that were not used for the longest time are dropped.
+    /// Stores a picture and drops the least recently used ones beyond the limit.
     pub(crate) fn put(&self, picture: Arc<Stored>) {
         let mut inner = self.lock();
         inner.clock += 1;
@@ -81,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_not_used_for_long_is_dropped() {
+    fn drops_least_recently_used_pictures() {
         let store = Store::new(64 << 20);
         let picture = |k: usize| {
             let png = axum::body::Bytes::from(vec![0; 3 << 20]);
@@ -89,7 +88,7 @@ mod tests {
         };
         for k in 0..40 {
             store.put(picture(k));
-            // The first one stays in use.
+            // The lookup keeps the first picture in use.
             assert!(store.get("0").is_some());
         }
         let kept = (0..40).filter(|k| store.get(&k.to_string()).is_some()).count();

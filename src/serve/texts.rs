@@ -1,17 +1,17 @@
-//! The texts that the graph file had, by their hashes: what a page can go back to.
+//! Earlier texts of the graph file by hash, so that a page can restore them.
 use super::scene::lock;
 use sha2::{Digest, Sha256};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 
-/// The most bytes that are kept; the oldest texts go first.
+/// Maximum number of bytes kept; the oldest texts are dropped first.
 const BUDGET: usize = 8 << 20;
 
 /// The texts, the newest last.
 #[derive(Default)]
 pub(crate) struct Texts(Mutex<VecDeque<(String, Arc<str>)>>);
 
-/// The name of a content.
+/// Hash that names a content.
 pub(super) fn sha256(text: &str) -> String {
     Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
 }
@@ -28,7 +28,7 @@ impl Texts {
         }
     }
 
-    /// The text of that hash.
+    /// Returns the text with this hash.
     pub(super) fn get(&self, sha: &str) -> Option<Arc<str>> {
         lock(&self.0).iter().find(|(known, _)| known == sha).map(|(_, text)| text.clone())
     }

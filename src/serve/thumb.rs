@@ -1,8 +1,9 @@
-//! Thumbnails: what stands for a node is its picture, shrunk. The graph evaluated with so few pixels would look different.
+//! Thumbnails. The preview of a node is its full picture, shrunk, because a graph evaluated with so few pixels would
+//! look different.
 use super::data::Query2;
-use super::handlers::{App, No, png};
+use super::handlers::{ApiError, App, png};
 use super::paint::{Painter, small};
-use super::scene::{COARSE, Manner, Scene, Sight, Target, WHOLE};
+use super::scene::{COARSE, DisplayStyle, Preview, Scene, Target, WHOLE};
 use super::stage::{Stage, Values};
 use super::store::{Store, Stored};
 use axum::extract::{Query, State};
@@ -15,46 +16,49 @@ use shibo_engine::session::{Failure, Look};
 use shibo_engine::value::{Field, Key, Window};
 use std::sync::Arc;
 
-/// The longest side.
+/// Longest side of a thumbnail in pixels.
 const LONGEST: u32 = 96;
-/// The longest side of a variation.
+/// Longest side of a variation in pixels.
 const VARIATION: u32 = 240;
 
-/// What a query about a node says.
+/// Query: an output of a node.
 #[derive(Debug, Deserialize)]
 pub(super) struct Node {
     g: u64,
-    /// The node's number.
+    /// Index of the node.
     n: usize,
-    /// Which of its outputs.
+    /// Index of the output.
     #[serde(default)]
     o: usize,
 }
 
-/// A small picture of an output of a node.
-pub(super) async fn thumb(State(app): State<App>, query: Query2<Node>) -> Result<Response, No> {
+/// Returns a thumbnail of an output of a node.
+pub(super) async fn thumb(State(app): State<App>, query: Query2<Node>) -> Result<Response, ApiError> {
     let Query(Node { g, n, o }) = query?;
     let scene = app.scene(g)?;
     let node = NodeIndex::new(n);
-    let found = scene.graph.nodes.node_weight(node).filter(|node| o < node.outputs.len()).ok_or(No::Unknown)?;
+    let found = scene.graph.nodes.node_weight(node).filter(|node| o < node.outputs.len()).ok_or(ApiError::Unknown)?;
     let target = Target { name: format!("@{}", found.name), node, output: o, channel: None };
     let stored = app
         .look(&scene, move |look, stage, scene| match scene.sight(look, &target)? {
-            Some(Sight::Field(field, manner)) => shrunk(look, &stage.store, scene, &target, (&field, manner)).map(Some),
-            Some(Sight::Pixels(pixels)) => Ok(Some(scene.pixels(&stage.store, &target, &pixels, LONGEST))),
+            Some(Preview::Field(field, manner)) => {
+                shrunk(look, &stage.store, scene, &target, (&field, manner)).map(Some)
+            }
+            Some(Preview::Pixels(pixels)) => Ok(Some(scene.pixels(&stage.store, &target, &pixels, LONGEST))),
             _ => Ok(None),
         })
         .await?;
-    stored.map(|stored| png(stored.png.clone())).ok_or(No::Nothing)
+    stored.map(|stored| png(stored.png.clone())).ok_or(ApiError::Nothing)
 }
 
-/// The sharp picture of a field, shrunk. Outputs have been made as large, so most of what it needs is in memory.
+/// Shrinks the sharp picture of a field. Outputs are computed at this size anyway, so most of the tiles needed are in
+/// memory.
 fn shrunk(
     look: &Look<'_>,
     store: &Store,
     scene: &Scene,
     target: &Target,
-    (field, manner): (&Field, Manner),
+    (field, manner): (&Field, DisplayStyle),
 ) -> Result<Arc<Stored>, Failure> {
     let size = scene.size(WHOLE);
     let sharp = scene.known(store, target, field, size);
@@ -77,27 +81,27 @@ fn shrunk(
     Ok(stored)
 }
 
-/// What a query about a variation says.
+/// Query: a variation.
 #[derive(Debug, Deserialize)]
 pub(super) struct Variation {
     g: u64,
     t: String,
-    /// The values of parameters, as JSON.
+    /// Values of parameters as JSON.
     v: String,
-    /// What is black.
+    /// Value shown as black.
     lo: Option<f32>,
-    /// What is white.
+    /// Value shown as white.
     hi: Option<f32>,
 }
 
-/// A small picture of a target as it would be with other values of the parameters.
-pub(super) async fn vary(State(app): State<App>, query: Query2<Variation>) -> Result<Response, No> {
+/// Returns a small picture of a target with other values of the parameters.
+pub(super) async fn vary(State(app): State<App>, query: Query2<Variation>) -> Result<Response, ApiError> {
     let Query(Variation { g, t, v, lo, hi }) = query?;
-    let values: Values = serde_json::from_str(&v).map_err(|error| No::Bad(error.to_string()))?;
+    let values: Values = serde_json::from_str(&v).map_err(|error| ApiError::Bad(error.to_string()))?;
     let scene = app.scene(g)?;
-    let text = app.stage.texts.get(&scene.sha256).ok_or(No::Nothing)?;
+    let text = app.stage.texts.get(&scene.sha256).ok_or(ApiError::Nothing)?;
     let made = app.apart(&scene, move |stage, cancel| varied(stage, cancel, &text, values, (&t, lo.zip(hi)))).await?;
-    made.map(|bytes| png(bytes.into())).ok_or(No::Nothing)
+    made.map(|bytes| png(bytes.into())).ok_or(ApiError::Nothing)
 }
 
 fn varied(
@@ -113,7 +117,7 @@ fn varied(
     let scene = Scene::new(0, String::new(), graph, keys);
     let Some(target) = scene.target(target) else { return Ok(None) };
     stage.session.look(&scene.graph, &scene.keys, cancel, &Silent, |look| match scene.sight(look, &target)? {
-        Some(Sight::Field(field, manner)) => {
+        Some(Preview::Field(field, manner)) => {
             let size = scene.size(COARSE);
             let tile = look.raster(&field, &scene.graph.canvas.grid(size), Window::full(size))?;
             let range = given.map_or_else(|| super::paint::range(manner.ty, &tile), |(lo, hi)| [lo, hi]);
@@ -123,7 +127,7 @@ fn varied(
     })
 }
 
-/// A picture that was made before, shrunk.
+/// Decodes and shrinks an earlier picture.
 fn decoded(bytes: &[u8]) -> Option<(Vec<u8>, [u32; 2])> {
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().ok()?;
     let mut pixels = vec![0; reader.output_buffer_size()?];

@@ -1,11 +1,11 @@
-//! Solids on shapes: a material whose cuts are those of the shape itself instead of a board's, so that rings go through it, and
-//! pores open where its surface meets them.
+//! Textures that cut solids along a shape: the material's cuts follow the surface of the shape instead of a board, so
+//! that rings run through the shape and pores open where its surface meets them.
 use super::data::Query2;
-use super::handlers::{App, No};
+use super::handlers::{ApiError, App};
 use super::instead::instead;
 use super::map::samples;
+use super::previews::single;
 use super::scene::{Scene, Target};
-use super::sights::single;
 use axum::extract::{Query, State};
 use axum::http::{HeaderName, header};
 use axum::response::{IntoResponse, Response};
@@ -19,14 +19,14 @@ use shibo_engine::value::{Channel, Cut, Field, Grid, Key, PictureFields, Solid, 
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::f64::consts::{PI, TAU};
 
-/// The longest side of a texture.
+/// Longest side of a texture in pixels.
 const LONGEST: u32 = 2048;
-/// Faces of the cube have an even number of pixels, so that no 2×2 of them lie on two.
+/// Cube faces have an even number of pixels, so that no 2×2 block lies on two faces.
 const FACES: u32 = 12;
-/// Where the middle of a shape lies beside the pith if the graph cuts no board, as a share of its radius.
+/// Distance of a shape's middle from the pith if the graph cuts no board, as a share of its radius.
 const BESIDE: f64 = 0.7;
 
-/// A shape, around the origin, of about radius 1, y up. Texture coordinates go once around each.
+/// A shape around the origin, of about radius 1, y up. Texture coordinates go once around each shape.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Shape {
@@ -37,7 +37,7 @@ enum Shape {
     Leg,
 }
 
-/// What a query says.
+/// Query: a texture of a shape.
 #[derive(Debug, Deserialize)]
 pub(super) struct Worn {
     g: u64,
@@ -47,7 +47,7 @@ pub(super) struct Worn {
 }
 
 impl Shape {
-    /// The place of a point of the texture.
+    /// Position of a point of the texture.
     fn at(self, u: f64, v: f64) -> DVec3 {
         let (sin, cos) = (TAU * u).sin_cos();
         match self {
@@ -77,7 +77,7 @@ impl Shape {
     }
 }
 
-/// Where a shape lies in the trunk: how many mm a length of 1 is, and its middle.
+/// Position of a shape in the trunk: mm per unit length, and its middle.
 #[derive(Clone, Copy, Debug)]
 struct Placed {
     shape: Shape,
@@ -86,7 +86,7 @@ struct Placed {
 }
 
 impl Placed {
-    /// The width and the height of its texture in mm, where it is not stretched.
+    /// Width and height of the texture in mm, where it is not stretched.
     fn size(self) -> DVec2 {
         self.radius
             * match self.shape {
@@ -96,7 +96,7 @@ impl Placed {
             }
     }
 
-    /// The pixels of a texture whose longer side has about `side`, and the grid that covers them.
+    /// Number of texture pixels for a longer side of about `side`, and the grid that covers them.
     fn grid(self, side: u32) -> (UVec2, Grid) {
         let size = self.size();
         let wide = (side.clamp(FACES, LONGEST) / FACES * FACES).max(FACES);
@@ -111,7 +111,7 @@ impl Placed {
         (pixels, Grid { origin: DVec2::ZERO, step: size / pixels.as_dvec2(), period: None, shown: None })
     }
 
-    /// The cut that shows its surface.
+    /// The cut along the surface of the shape.
     fn cut(self) -> Cut {
         let size = self.size();
         let place = Field::generate(Type::Rgb, Tiling::NONE, move |out: &mut Tile, _| {
@@ -127,7 +127,7 @@ impl Placed {
             }
             Ok(())
         });
-        // The turns of a leg are wider than it is on average.
+        // The turned parts of a leg are wider than its average.
         let stretch = if matches!(self.shape, Shape::Leg) { 1.35 } else { 1.0 };
         let cut = Cut::new(self.key(), place, move |grid: &Grid| stretch * grid.step.max_element());
         cut.with_level_rows(!matches!(self.shape, Shape::Cube))
@@ -140,19 +140,20 @@ impl Placed {
     }
 }
 
-/// Whether the graph has solids that have a colour.
+/// Returns whether the graph has a coloured solid.
 pub(super) fn has_solid(scene: &Scene) -> bool {
     scene.graph.nodes.node_weights().any(|node| node.outputs.contains(&Type::SolidColor))
 }
 
-/// A texture of a shape, as `map` gives it: a target, or a channel of it, with all solids cut along the shape. What is cut from
-/// nothing is answered with the colour of the nearest solid, and only as a colour.
-pub(super) async fn wear(State(app): State<App>, query: Query2<Worn>) -> Result<Response, No> {
+/// Returns a texture of a shape in the format of `map`: a target or a channel of it, with all solids cut along the
+/// shape. For a target that uses no cut, the texture is the colour of the nearest solid, and there are no other
+/// channels.
+pub(super) async fn wear(State(app): State<App>, query: Query2<Worn>) -> Result<Response, ApiError> {
     let Query(Worn { g, t, shape, s }) = query?;
     let scene = app.scene(g)?;
-    let target = scene.target(&t).ok_or(No::Nothing)?;
+    let target = scene.target(&t).ok_or(ApiError::Nothing)?;
     let made = app.look(&scene, move |look, _, scene| worn(look, scene, &target, shape, s)).await?;
-    let (size, form, bytes) = made.ok_or(No::Nothing)?;
+    let (size, form, bytes) = made.ok_or(ApiError::Nothing)?;
     let head = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
         (HeaderName::from_static("x-map"), format!("{} {} {form}", size.x, size.y)),
@@ -160,10 +161,10 @@ pub(super) async fn wear(State(app): State<App>, query: Query2<Worn>) -> Result<
     Ok((head, bytes).into_response())
 }
 
-/// A node that cuts a solid, and the slot of the solid.
+/// A node that cuts a solid, and its slot for the solid.
 type Cutter = (NodeIndex, usize);
 
-/// The nodes before this one that make a picture of a solid, the nearest first.
+/// Upstream nodes that make a picture of a solid, the nearest first.
 fn cutters(scene: &Scene, from: NodeIndex) -> Vec<Cutter> {
     let nodes = &scene.graph.nodes;
     let solid = |input: &Input| match input {
@@ -178,7 +179,7 @@ fn cutters(scene: &Scene, from: NodeIndex) -> Vec<Cutter> {
     upstream(scene, from).into_iter().filter_map(slot).collect()
 }
 
-/// A node and those before it, the nearest first.
+/// A node and its upstream nodes, the nearest first.
 fn upstream(scene: &Scene, from: NodeIndex) -> Vec<NodeIndex> {
     let mut queue = VecDeque::from([from]);
     let (mut found, mut seen) = (Vec::new(), HashSet::from([from]));
@@ -203,13 +204,14 @@ fn worn(look: &Look<'_>, scene: &Scene, target: &Target, shape: Shape, side: u32
     let drawn = |field: &Field| {
         let mut tile = look.raster(field, &grid, Window::full(size))?;
         if target.channel == Some(Channel::AnisotropyAngle) {
-            // Fibres stand upright, where angles jump from -90 to 90, and the page takes means of neighbours: here they jump at 0.
+            // Fibres are upright, where angles jump from -90 to 90; since the page averages neighbours, the jump is
+            // moved to 0.
             tile.data_mut().iter_mut().for_each(|angle| *angle = angle.rem_euclid(180.0));
         }
         let (form, bytes) = samples(field.ty(), target.channel, &tile);
         Ok(Some((size, form, bytes)))
     };
-    // Boards beside each other are a pattern of the canvas, which no shape has.
+    // Boards side by side are a pattern of the canvas, which a shape does not have.
     let board = |(index, _): &Cutter| {
         let node = &scene.graph.nodes[*index];
         let pieces = node.slots.iter().zip(&node.inputs);
@@ -247,7 +249,7 @@ fn worn(look: &Look<'_>, scene: &Scene, target: &Target, shape: Shape, side: u32
     }
 }
 
-/// The middle of the board that the graph cuts, or a place beside the pith.
+/// Middle of the board that the graph cuts, or else a position beside the pith.
 fn middle(look: &Look<'_>, scene: &Scene, cutters: &[Cutter], radius: f64) -> Result<DVec3, Failure> {
     let beside = DVec3::new(BESIDE * radius, 0.0, 1.05 * radius);
     let place = cutters.iter().find_map(|(index, _)| {
@@ -261,7 +263,7 @@ fn middle(look: &Look<'_>, scene: &Scene, cutters: &[Cutter], radius: f64) -> Re
     Ok(DVec3::from_array([0, 1, 2].map(|c| tile.plane(c).first().map_or(0.0, |v| f64::from(*v)))))
 }
 
-/// The nearest solid with a colour before a node, or else the last of the graph.
+/// The nearest upstream solid with a colour, or else the last solid of the graph.
 fn solid_of(look: &Look<'_>, scene: &Scene, from: NodeIndex) -> Result<Option<Solid>, Failure> {
     let graph = &scene.graph;
     let colored =
@@ -287,7 +289,7 @@ mod tests {
             let leg = Shape::Leg.at(u, v);
             assert!(leg.y.abs() < 1.0 && leg.x.hypot(leg.z) < 0.5, "{leg}");
         }
-        // Neighbouring faces of the cube meet.
+        // Adjacent faces of the cube meet.
         let near = |a: DVec3, b: DVec3| assert!(a.distance(b) < 1e-6, "{a} {b}");
         let e = 1e-9;
         near(Shape::Cube.at(1.0 / 3.0 - e, 0.25), DVec3::new(0.8, 0.0, 0.8));

@@ -1,4 +1,4 @@
-//! The text of a node, and the constants in it.
+//! Source text of a node and its constants.
 use super::change::is_own;
 use super::scene::Scene;
 use serde_json::{Value as Json, json};
@@ -7,12 +7,12 @@ use shibo_engine::graph::GraphNode;
 use shibo_engine::node::{ParamInfo, ParamType, Role};
 use shibo_engine::registry::Registry;
 
-/// Longer texts of nodes are cut, in bytes.
+/// Longer source texts of nodes are cut, in bytes.
 const TEXT: usize = 2000;
-/// Longer values of fields are no constants to be edited, in bytes.
+/// Longer values of fields cannot be edited as constants, in bytes.
 const FIELD: usize = 80;
 
-/// The text of a node in its file, from its kind to the bracket that ends it.
+/// Source text of a node, from its kind to its closing bracket.
 pub(super) fn text(node: &GraphNode, sources: &SourceMap) -> String {
     let Span { file, start, .. } = node.span;
     let text = sources.text(file);
@@ -23,7 +23,7 @@ pub(super) fn text(node: &GraphNode, sources: &SourceMap) -> String {
     if shown.len() > TEXT { node.kind.clone() } else { shown.to_owned() }
 }
 
-/// The fields of a node that are written in the graph file itself: the text, and what is known of the parameter.
+/// Fields of a node written in the graph file itself: the text, and the description of the parameter.
 pub(super) fn constants(scene: &Scene, node: &GraphNode, registry: &Registry) -> Json {
     let info = registry.info(&node.kind);
     let field = |(name, span): &(String, Span)| {

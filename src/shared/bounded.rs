@@ -1,4 +1,4 @@
-//! Answers of servers, of which no more is read than an answer may have: an endless one takes no memory.
+//! Bounds the size of server answers: reading stops at a limit, so an endless answer uses no memory.
 use axum::body::Bytes;
 use hyper::body::{Body, Frame, SizeHint};
 use object_store::ClientOptions;
@@ -11,10 +11,10 @@ use std::future::Future;
 use std::pin::Pin;
 use std::task::{Context, Poll};
 
-/// The most bytes of an answer that only says what went wrong.
+/// Maximum size in bytes of an answer that only reports an error.
 const REASON: u64 = 64 << 10;
 
-/// Makes clients that bound answers.
+/// Factory for clients that bound answers.
 #[derive(Debug)]
 pub(super) struct Bounded;
 
@@ -45,7 +45,7 @@ impl HttpService for Service {
     }
 }
 
-/// The content of an answer, and how many more bytes it may have.
+/// Body of an answer, and the number of bytes still allowed.
 struct Answer<B> {
     body: B,
     left: u64,
@@ -72,12 +72,12 @@ impl<B: Body<Data = Bytes, Error = HttpError> + Unpin> Body for Answer<B> {
     }
 
     fn size_hint(&self) -> SizeHint {
-        // No memory is taken for a length that a server announces.
+        // No memory is reserved for a length announced by a server.
         SizeHint::default()
     }
 }
 
-/// An answer is longer than any that is expected.
+/// Error: an answer exceeds the limit.
 #[derive(Debug)]
 struct TooLong;
 
@@ -93,7 +93,7 @@ impl std::error::Error for TooLong {}
 mod tests {
     use super::*;
 
-    /// A body of chunks of a kilobyte.
+    /// A body of one-kilobyte chunks.
     struct Chunks(u64);
 
     impl Body for Chunks {
@@ -106,7 +106,7 @@ mod tests {
         }
     }
 
-    /// The bytes that pass of hundred kilobytes, and true if all do.
+    /// Reads a body of a hundred kilobytes; returns the bytes passed on, and true if that was all.
     fn read(left: u64) -> (usize, bool) {
         let mut answer = Answer { body: Chunks(0), left };
         let mut cx = Context::from_waker(std::task::Waker::noop());
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn reads_no_more_than_an_answer_may_have() {
+    fn stops_reading_at_limit() {
         assert_eq!(read(100 << 10), (100 << 10, true));
         assert_eq!(read((100 << 10) - 1), (99 << 10, false));
         assert_eq!(read(0), (0, false));

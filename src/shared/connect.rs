@@ -1,4 +1,4 @@
-//! From an address to a client. Credentials are those of each store's usual environment.
+//! Creates the client for an address. Credentials come from the usual environment variables of each store.
 use super::bounded::Bounded;
 use super::url::{Address, Kind};
 use crate::quit::Quit;
@@ -12,12 +12,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A client for an address. Nothing is asked of it yet.
+/// Creates a client for an address, without sending a request.
 pub(super) fn connect(address: &Address) -> Result<Arc<dyn ObjectStore>, Quit> {
-    // Fails if there is one already, which serves as well.
+    // Fails if a provider is installed already, which is fine too.
     let _ = rustls::crypto::ring::default_provider().install_default();
     built(address).map_err(|error| {
-        // The error might quote what is secret; its kind does not.
+        // The error text might quote a secret, so only its kind is shown.
         let kind = match error {
             object_store::Error::NotFound { .. } => "it does not exist",
             object_store::Error::PermissionDenied { .. } => "it may not be used",
@@ -27,7 +27,7 @@ pub(super) fn connect(address: &Address) -> Result<Arc<dyn ObjectStore>, Quit> {
     })
 }
 
-/// The engine decides itself what is worth another try.
+/// The engine decides itself which requests are retried.
 fn never_again() -> RetryConfig {
     RetryConfig { max_retries: 0, retry_timeout: Duration::from_secs(1), ..RetryConfig::default() }
 }

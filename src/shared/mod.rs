@@ -21,33 +21,33 @@ pub(crate) struct Shared {
 
 /// The entries of a shared cache.
 pub(crate) trait Entries {
-    /// Calls `visit` with the name, the size and, if `whole`, the bytes of every entry.
+    /// Calls `visit` with name, size and, if `whole`, bytes of every entry.
     fn each(&self, whole: bool, visit: &mut dyn FnMut(&str, u64, &[u8])) -> Result<(), Trouble>;
 
-    /// Removes every entry, and gives their number and size.
+    /// Removes every entry; returns their number and size.
     fn clear(&self) -> Result<(u64, u64), Trouble>;
 }
 
-/// The seal of entries that are shared: with the secret of the environment, if there is one.
+/// Seal of shared entries: includes the secret of the environment, if there is one.
 pub(crate) fn seal(seal: Seal) -> Seal {
     environment::cache_key().map_or(seal, |secret| seal.keyed(&secret))
 }
 
-/// The shared cache of the command line or else of the environment, if there is one. Nothing is asked of it yet.
+/// Opens the shared cache of the command line or else of the environment, if there is one; sends no request.
 pub(crate) fn open(given: Option<&str>, build: Seal) -> Result<Option<Shared>, Quit> {
     let Some(address) = address(given)? else { return Ok(None) };
     let store = Arc::new(SharedStore::new(remote(&address)?, seal(build)));
     Ok(Some(Shared { store, address }))
 }
 
-/// Where the shared cache is.
+/// Address of the shared cache.
 pub(crate) fn address(given: Option<&str>) -> Result<Option<Address>, Quit> {
     let Some(url) = given.map(str::to_owned).or_else(environment::shared_cache) else { return Ok(None) };
     Address::read(&url).map(Some).map_err(Quit::Usage)
 }
 
 impl Shared {
-    /// Ends what happens in the background, and says what went wrong, if anything did.
+    /// Finishes background work; returns a message if something failed.
     pub(crate) fn finish(&self) -> Option<String> {
         self.store.finish();
         let (trouble, times) = self.store.trouble()?;
@@ -62,7 +62,7 @@ fn remote(address: &Address) -> Result<Box<dyn shibo_engine::eval::Remote>, Quit
     Ok(Box::new(remote::Objects::new(connect::connect(address)?, address)?))
 }
 
-/// The entries of the shared cache at an address.
+/// Opens the entries of the shared cache at an address.
 #[cfg(feature = "shared-cache")]
 pub(crate) fn entries(address: &Address) -> Result<Box<dyn Entries>, Quit> {
     Ok(Box::new(remote::Objects::new(connect::connect(address)?, address)?))
@@ -73,7 +73,7 @@ fn remote(_address: &Address) -> Result<Box<dyn shibo_engine::eval::Remote>, Qui
     Err(without())
 }
 
-/// The entries of the shared cache at an address.
+/// Opens the entries of the shared cache at an address.
 #[cfg(not(feature = "shared-cache"))]
 pub(crate) fn entries(_address: &Address) -> Result<Box<dyn Entries>, Quit> {
     Err(without())
@@ -81,5 +81,9 @@ pub(crate) fn entries(_address: &Address) -> Result<Box<dyn Entries>, Quit> {
 
 #[cfg(not(feature = "shared-cache"))]
 fn without() -> Quit {
-    Quit::Usage("this program was built without shared caches; build it with the feature `shared-cache`".into())
+    Quit::Usage(
+        "this program was built without shared caches: build it with `cargo build --release --features shared-cache`, or leave \
+         out `--shared-cache` and the variable SHIBO_SHARED_CACHE"
+            .into(),
+    )
 }

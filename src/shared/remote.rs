@@ -1,4 +1,4 @@
-//! An object store as the engine sees it: calls that wait no longer than they are told.
+//! An object store behind the engine's interface: all calls have a timeout.
 use super::Entries;
 use super::url::{Address, Kind};
 use crate::quit::Quit;
@@ -13,18 +13,18 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::runtime::Runtime;
 
-/// What is below the user's prefix, so that nothing else is ever touched.
+/// Folder below the user's prefix; nothing outside it is ever touched.
 const FOLDER: &str = "shibo-cache-1";
-/// The longest that `shibo cache` waits for one answer.
+/// Timeout of `shibo cache` for one answer.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// An object store.
 pub(super) struct Objects {
     store: Arc<dyn ObjectStore>,
     prefix: Path,
-    /// Where the store is, if that is a folder.
+    /// Path of the store if it is a folder.
     folder: Option<PathBuf>,
-    /// Taken when it is dropped: a call that hangs must not hold up the end of the command.
+    /// Removed on drop: a hanging call must not delay the end of the command.
     runtime: Option<Runtime>,
 }
 
@@ -32,7 +32,7 @@ impl Objects {
     pub(super) fn new(store: Arc<dyn ObjectStore>, address: &Address) -> Result<Self, Quit> {
         let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
         let runtime = runtime.map_err(|error| Quit::failed(format!("cannot start a thread: {error}")))?;
-        // A folder is the root of its store already.
+        // For a folder, the store is already rooted there.
         let path = if address.kind == Kind::Folder { "" } else { &address.path };
         let prefix = path.split('/').filter(|part| !part.is_empty()).chain([FOLDER]).collect();
         let folder = (address.kind == Kind::Folder).then(|| PathBuf::from(format!("/{}", address.path)));
@@ -52,7 +52,7 @@ impl Objects {
         name.split('/').fold(self.prefix.clone(), |path, part| path.join(part))
     }
 
-    /// Returns true if no folder or file on the path of an entry is a link, which would lead to files of the user.
+    /// Returns true if no part of an entry's path is a symbolic link, which could lead to files of the user.
     fn is_inside(&self, location: &Path) -> bool {
         let mut at = self.folder.clone();
         location.parts().all(|part| {
@@ -63,7 +63,7 @@ impl Objects {
         })
     }
 
-    /// The names and sizes of all entries. Files with other names are not listed.
+    /// Names and sizes of all entries; other files are skipped.
     fn list(&self) -> Result<Vec<(String, u64)>, Trouble> {
         let mut found = Vec::new();
         for shelf in Shelf::ALL {
@@ -135,7 +135,7 @@ impl Entries for Objects {
     }
 }
 
-/// The bytes of a stream that says that it has so many: no more are read, whatever follows.
+/// Collects a stream of announced length; stops reading beyond that length.
 async fn collected<E>(
     mut stream: impl Stream<Item = Result<Bytes, E>> + Unpin,
     size: u64,
@@ -151,7 +151,7 @@ async fn collected<E>(
     Ok(Ok(bytes))
 }
 
-/// What an error means. Its text is not shown, since it could quote what is secret.
+/// Classifies an error. Its text is not shown, since it could quote a secret.
 fn trouble(error: &Error) -> Trouble {
     let mut text = String::new();
     let mut cause = Some(error as &dyn std::error::Error);
@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_told_by_their_kind() {
+    fn classifies_errors_by_kind() {
         let error = |text: &str| Error::Generic { store: "S3", source: text.into() };
         let cases = [
             ("Server returned non-2xx status code: 503 Service Unavailable", Trouble::Failed),

@@ -1,7 +1,7 @@
-//! The address of a shared cache.
+//! Address of a shared cache.
 use std::fmt;
 
-/// The kinds of stores.
+/// Kinds of stores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     S3,
@@ -21,19 +21,19 @@ const KINDS: [(&str, Kind); 6] = [
     ("file", Kind::Folder),
 ];
 
-/// An address without anything secret in it.
+/// A parsed address, without secrets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Address {
     pub(crate) kind: Kind,
     scheme: &'static str,
-    /// The bucket, the container, or the server.
+    /// Bucket, container or server.
     pub(crate) host: String,
-    /// What follows, without slashes around it.
+    /// Remaining path, without slashes around it.
     pub(crate) path: String,
 }
 
 impl Address {
-    /// Reads an address. What is said of a wrong one does not repeat what might be secret.
+    /// Parses an address. Error messages do not quote parts that might be secret.
     pub(crate) fn read(url: &str) -> Result<Self, String> {
         let forms = "s3://BUCKET/PREFIX, gs://, az://, https:// or file:///FOLDER";
         let Some((scheme, rest)) = url.split_once("://") else {
@@ -64,7 +64,7 @@ impl Address {
         Ok(Self { kind, scheme, host: host.to_owned(), path: path.to_owned() })
     }
 
-    /// The address of the server, for those that have no bucket.
+    /// Address of the server, for stores without buckets.
     #[cfg_attr(not(feature = "shared-cache"), expect(dead_code, reason = "only a connection needs it"))]
     pub(crate) fn server(&self) -> String {
         format!("{}://{}", self.scheme, self.host)
@@ -83,7 +83,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn addresses_are_read() {
+    fn parses_addresses() {
         let address =
             |kind, scheme, host: &str, path: &str| Address { kind, scheme, host: host.into(), path: path.into() };
         assert_eq!(Address::read("s3://b/a/c/"), Ok(address(Kind::S3, "s3", "b", "a/c")));
@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn secrets_are_refused_and_not_repeated() {
+    fn rejects_secrets_without_repeating_them() {
         for url in ["s3://key:hunter2@b/p", "https://hunter2@h/", "https://h/p?sig=hunter2", "s3://b/p#hunter2"] {
             let message = Address::read(url).unwrap_err();
             assert!(!message.contains("hunter2") && message.contains("environment"), "{message}");

@@ -1,17 +1,17 @@
-//! What a sweep runs through: names with values, and all their combinations.
+//! Axes of a sweep: names with values, and all their combinations.
 use crate::args::assignment;
 
-/// The most combinations.
+/// Maximum number of combinations.
 pub(crate) const MOST: usize = 100_000;
 
-/// A name and the values that it takes.
+/// A parameter name and its values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Axis {
     pub(crate) name: String,
     pub(crate) values: Vec<String>,
 }
 
-/// Reads `NAME=1..100`, `NAME=0.6..1.2/4` or `NAME=one,other`.
+/// Parses `NAME=1..100`, `NAME=0.6..1.2/4` or `NAME=one,other`.
 pub(crate) fn axis(text: &str) -> Result<Axis, String> {
     let (name, values) = assignment(text).map_err(|_| "write NAME=VALUES: seed=1..100, pitch=0.6..1.2/4 or a,b,c")?;
     let values = match values.split_once("..") {
@@ -53,13 +53,13 @@ fn range(from: &str, to: &str) -> Result<Vec<String>, String> {
     }
 }
 
-/// A number as people write it: of twelve digits.
+/// Interpolates, and formats with at most twelve digits.
 fn between(from: f64, to: f64, part: f64) -> String {
     let value = from * (1.0 - part) + to * part;
     format!("{value:.11e}").parse().unwrap_or(value).to_string()
 }
 
-/// Values between commas, of which those in brackets and quotes are parts of values.
+/// Splits values at commas outside brackets and quotes.
 fn list(text: &str) -> Result<Vec<String>, String> {
     let mut values = vec![String::new()];
     let (mut depth, mut quoted) = (0_i32, false);
@@ -79,14 +79,14 @@ fn list(text: &str) -> Result<Vec<String>, String> {
     if values.iter().any(String::is_empty) { Err("a value is missing between commas".into()) } else { Ok(values) }
 }
 
-/// Some of the variants of a sweep, counted from 1: the first and the last.
+/// A range of variants, counted from 1: the first and the last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Variants {
     pub(crate) first: usize,
     pub(crate) last: usize,
 }
 
-/// Reads `7` or `5-8`.
+/// Parses `7` or `5-8`.
 pub(crate) fn variants(text: &str) -> Result<Variants, String> {
     let number = |text: &str| text.parse().ok().filter(|n| *n > 0);
     let (first, last) = text.split_once('-').unwrap_or((text, text));
@@ -96,7 +96,7 @@ pub(crate) fn variants(text: &str) -> Result<Variants, String> {
     }
 }
 
-/// The values of a variant, one for each name.
+/// Values of a variant, one for each name.
 pub(crate) fn variant(axes: &[Axis], mut number: usize) -> Vec<(&str, &str)> {
     let mut values = Vec::with_capacity(axes.len());
     for axis in axes.iter().rev() {
@@ -107,7 +107,7 @@ pub(crate) fn variant(axes: &[Axis], mut number: usize) -> Vec<(&str, &str)> {
     values
 }
 
-/// How many variants there are.
+/// Number of variants.
 pub(crate) fn count(axes: &[Axis]) -> Result<usize, String> {
     for (i, axis) in axes.iter().enumerate() {
         if axes[..i].iter().any(|other| other.name == axis.name) {
@@ -119,8 +119,8 @@ pub(crate) fn count(axes: &[Axis]) -> Result<usize, String> {
     most.ok_or_else(|| format!("these are more than {MOST} variants; sweep fewer values, or in several runs"))
 }
 
-/// What the names of a variant's files begin with. Different variants have different names, also where case does not count:
-/// a value that does not stand in it as it is, or could be read as a part of the next one, is told by a hash.
+/// Prefix of the file names of a variant. Different variants get different prefixes, even if case is ignored: a hash
+/// replaces a value that cannot be written verbatim or could run into the next one.
 pub(crate) fn prefix(values: &[(&str, &str)]) -> String {
     let one = |(name, value): &(&str, &str)| format!("{}-{}", word(name), word(value));
     values.iter().map(|pair| one(pair) + "_").collect()
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_read() {
+    fn parses_axis_values() {
         assert_eq!(values("seed=1..4"), ["1", "2", "3", "4"]);
         assert_eq!(values("seed=-1..1"), ["-1", "0", "1"]);
         assert_eq!(values("pitch=0.6..1.2/4"), ["0.6", "0.8", "1", "1.2"]);
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn all_combinations_come_once() {
+    fn visits_each_combination_once() {
         let axes = [axis("a=1..3").unwrap(), axis("b=x,y").unwrap()];
         assert_eq!(count(&axes), Ok(6));
         let all: Vec<_> = (0..6).map(|i| variant(&axes, i)).collect();

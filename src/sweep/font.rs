@@ -1,10 +1,10 @@
-//! Letters of 5 × 7 pixels for labels. Nothing else in the program writes on pictures.
+//! Bitmap font of 5 × 7 pixels for labels, the only text on pictures.
 
-/// From one letter to the next, and from one line to the next.
+/// Advance to the next letter, and to the next line.
 pub(super) const WIDTH: usize = 6;
 pub(super) const HEIGHT: usize = 9;
 
-/// The columns of a letter, the lowest bit on top; of one that has no picture those of a question mark.
+/// Columns of a letter, with the lowest bit on top; an unknown letter becomes a question mark.
 pub(super) fn columns(letter: char) -> [u8; 5] {
     let known = u32::from(letter).checked_sub(32).and_then(|i| GLYPHS.get(i as usize));
     *known.unwrap_or(&GLYPHS['?' as usize - 32])
@@ -42,7 +42,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_letter_has_a_picture_of_its_own() {
+    fn letters_have_distinct_glyphs() {
         let all: std::collections::BTreeSet<[u8; 5]> = (' '..='~').map(columns).collect();
         assert_eq!(all.len(), 95);
         assert_eq!(columns('ä'), columns('?'));

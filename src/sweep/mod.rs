@@ -1,5 +1,5 @@
-//! `render --sweep`: the variants of a graph, which share what they have in common. What an earlier run has made is left as it
-//! is.
+//! `render --sweep`: renders the variants of a graph, which share common results. Files of an earlier run are left as
+//! they are.
 mod axis;
 mod font;
 mod sheet;
@@ -30,22 +30,22 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 use table::Table;
 
-/// So many values of each name are tried before anything is rendered.
+/// Maximum number of values per name that are tried before rendering.
 const TRIED: usize = 16;
 
-/// One run through all variants.
+/// A run through all variants.
 struct Sweep<'a> {
     args: &'a RenderArgs,
     terminal: &'a Terminal,
     session: Session,
     cancel: CancelToken,
     count: usize,
-    /// The variants to render, counted from 0.
+    /// Variants to render, counted from 0.
     wanted: Range<usize>,
     told: Told<'a>,
 }
 
-/// Warnings, each of which is shown once although many variants give it.
+/// Shows each warning once, although many variants cause it.
 struct Told<'a> {
     terminal: &'a Terminal,
     warnings: Mutex<Vec<Diagnostic>>,
@@ -64,7 +64,7 @@ impl Told<'_> {
     fn show(&self, graph: &Graph) {
         let mut seen = self.seen.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let mut warnings = self.warnings.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        // The same place of the graph with other values is the same warning.
+        // The same source range with other values is the same warning.
         let new = |warning: &Diagnostic| seen.insert(format!("{:?} {:?}", warning.code, warning.span));
         let shown: Vec<Diagnostic> = warnings.drain(..).filter(new).collect();
         report::show(self.terminal, &shown, &graph.sources);
@@ -102,7 +102,7 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal) -> Result<(), Quit> {
     done
 }
 
-/// The graph with the values of a variant.
+/// Loads the graph with the values of a variant.
 fn graph(args: &RenderArgs, values: &[(&str, &str)], registry: &Registry, terminal: &Terminal) -> Result<Graph, Quit> {
     let mut set = args.set.clone();
     let mut preset = args.preset.first().cloned();
@@ -122,12 +122,12 @@ fn graph(args: &RenderArgs, values: &[(&str, &str)], registry: &Registry, termin
         }
     };
     show_nodes(&mut graph, args)?;
-    args.target.map_or(Ok(()), |target| target.replace_outputs(&mut graph, !args.output.is_empty()))?;
+    args.target.as_ref().map_or(Ok(()), |target| target.replace_outputs(&mut graph, !args.output.is_empty()))?;
     Ok(graph)
 }
 
-/// Tells of wrong names and values before hours of work: some values of each name are tried, the first and the last among
-/// them. Warnings are shown of the first variant only.
+/// Reports wrong names and values before hours of work: tries some values of each name, including the first and the
+/// last. Shows warnings of the first variant only.
 fn try_values(args: &RenderArgs, terminal: &Terminal, registry: &Registry) -> Result<(), Quit> {
     let first = axis::variant(&args.sweep, 0);
     let found = graph(args, &first, registry, terminal)?;
@@ -190,7 +190,7 @@ impl Sweep<'_> {
         }
     }
 
-    /// The files of a variant, and the keys of what they hold.
+    /// Files of a variant, and the keys of their content.
     fn files(&self, graph: &Graph, values: &[(&str, &str)]) -> Result<Vec<(PathBuf, String)>, Quit> {
         let request = request_of(self.args, graph, (&self.args.out, axis::prefix(values)), false);
         let files = self.session.files(graph, &request, &self.cancel, &Silent);
@@ -198,7 +198,7 @@ impl Sweep<'_> {
         Ok(files.into_iter().map(|(path, key)| (path, key.to_string())).collect())
     }
 
-    /// Renders a variant, and gives the seconds that it took.
+    /// Renders a variant; returns the seconds taken.
     fn render(&self, graph: &Graph, values: &[(&str, &str)]) -> Result<f64, Quit> {
         let request = request_of(self.args, graph, (&self.args.out, axis::prefix(values)), false);
         let start = Instant::now();
@@ -215,7 +215,7 @@ impl Sweep<'_> {
         open::failed(failure, &graph.sources, self.terminal)
     }
 
-    /// Makes the contact sheet, unless it is there.
+    /// Makes the contact sheet unless it exists.
     fn sheet(&self, path: &std::path::Path, key: &str) -> Result<(), Quit> {
         let path = sheet::path(path, &self.args.out);
         if sheet::is_there(&path, key) {
@@ -228,7 +228,7 @@ impl Sweep<'_> {
             let values = axis::variant(&self.args.sweep, number);
             let graph = graph(self.args, &values, self.session.registry(), self.terminal)?;
             let tile = self.small(&graph).map_err(|failure| self.failed(failure, &graph))?;
-            // In a matrix, the labels of its row and column tell its values.
+            // In a matrix, the labels of row and column give the values.
             sheet.add(tile, if matrix { String::new() } else { label(&values) })?;
         }
         sheet.finish()?;
@@ -238,7 +238,7 @@ impl Sweep<'_> {
         Ok(())
     }
 
-    /// A small picture of a variant: of the first coloured output, or of a material's colour.
+    /// Small picture of a variant: the first coloured output, or the colour of a material.
     fn small(&self, graph: &Graph) -> Result<Option<Tile>, Failure> {
         let named = |name: &str| {
             self.args.output.iter().any(|wanted| wanted == name || wanted.starts_with(&format!("{name}.")))
@@ -261,7 +261,7 @@ impl Sweep<'_> {
     }
 }
 
-/// A variant as people read it.
+/// Label of a variant.
 fn label(values: &[(&str, &str)]) -> String {
     values.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(" ")
 }

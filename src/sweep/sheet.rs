@@ -1,6 +1,6 @@
-//! A contact sheet: a small picture of every variant with its values below. One of two names is a matrix: a row for each value
-//! of the first, a column for each value of the second, with the values beside and above them. Written a row of pictures at a time, so
-//! that a sheet of any length needs little memory.
+//! A contact sheet: a small picture of every variant with its values below. A sweep of two names becomes a matrix: a
+//! row for each value of the first and a column for each value of the second, with the values beside and above. The
+//! sheet is written one row of pictures at a time, so its length needs little memory.
 use super::axis::{Axis, variant};
 use super::font;
 use crate::quit::Quit;
@@ -9,30 +9,30 @@ use shibo_engine::value::Tile;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// The longer side of a small picture, pixels.
+/// Longer side of a small picture in pixels.
 pub(crate) const SIDE: u32 = 128;
-/// Between pictures.
+/// Gap between pictures.
 const GAP: u32 = 8;
-/// The most pictures side by side.
+/// Maximum number of pictures side by side.
 const MOST: usize = 64;
-/// The same in a matrix.
+/// Maximum number of columns of a matrix.
 const MOST_COLUMNS: usize = 400;
-/// The most lines of a label.
+/// Maximum number of lines of a label.
 const LINES: usize = 4;
-/// The grey of the paper and of the letters, linear.
+/// Grey of paper and letters, linear.
 const PAPER: f32 = 0.03;
 const INK: f32 = 0.6;
 
-/// The arrangement of a sheet.
+/// Arrangement of a sheet.
 pub(crate) enum Layout {
-    /// Pictures with labels of at most so many letters.
+    /// Pictures with labels of at most `longest` letters.
     List { count: usize, longest: usize },
     /// Rows and columns with labels.
     Matrix { rows: Vec<String>, columns: Vec<String> },
 }
 
 impl Layout {
-    /// The arrangement for the variants of a sweep; `label` makes the text for values.
+    /// Arrangement for the variants of a sweep; `label` formats values.
     pub(crate) fn of(axes: &[Axis], count: usize, label: impl Fn(&[(&str, &str)]) -> String) -> Self {
         if let [rows, columns] = axes
             && columns.values.len() <= MOST_COLUMNS
@@ -52,7 +52,7 @@ impl Layout {
         }
     }
 
-    /// The pictures side by side.
+    /// Number of pictures side by side.
     fn across(&self) -> usize {
         match self {
             Self::List { count, .. } => (1..MOST).find(|n| n * n >= *count).unwrap_or(MOST),
@@ -60,7 +60,7 @@ impl Layout {
         }
     }
 
-    /// The lines of labels below pictures, and above all of them.
+    /// Lines of labels below pictures, and above all of them.
     fn lines(&self) -> (u32, u32) {
         let lines = |longest: usize| u32::try_from(longest.div_ceil(letters()).clamp(1, LINES)).unwrap_or(1);
         match self {
@@ -69,7 +69,7 @@ impl Layout {
         }
     }
 
-    /// The pixels left of the pictures.
+    /// Pixels left of the pictures.
     fn left(&self) -> u32 {
         match self {
             Self::List { .. } => GAP,
@@ -95,7 +95,7 @@ pub(crate) struct Sheet {
 }
 
 impl Sheet {
-    /// Starts a sheet; `key` names all that is on it.
+    /// Starts a sheet; `key` identifies its whole content.
     pub(crate) fn create(path: &Path, layout: Layout, key: &str) -> Result<Self, Quit> {
         let across = layout.across();
         let (below, above) = layout.lines();
@@ -120,7 +120,7 @@ impl Sheet {
         Ok(sheet)
     }
 
-    /// Adds the next picture, of three channels, and its label.
+    /// Adds the next picture, with three channels, and its label.
     pub(crate) fn add(&mut self, tile: Option<Tile>, label: String) -> Result<(), Quit> {
         self.row.push((tile, label));
         self.done += 1;
@@ -131,12 +131,12 @@ impl Sheet {
         }
     }
 
-    /// The left edge of a picture.
+    /// Left edge of a column of pictures.
     fn x(&self, column: usize) -> usize {
         self.layout.left() as usize + column * (SIDE + GAP) as usize
     }
 
-    /// Writes the labels of columns.
+    /// Writes the labels of the columns.
     fn write_head(&mut self, lines: u32) -> Result<(), Quit> {
         let Layout::Matrix { columns, .. } = &self.layout else { return Ok(()) };
         let mut band = Band::new(self.width, head(lines));
@@ -179,15 +179,15 @@ impl Sheet {
     }
 }
 
-/// Whether the sheet with this key is there.
+/// Returns whether the sheet with this key exists.
 pub(crate) fn is_there(path: &Path, key: &str) -> bool {
-    // The key stands before the pixels.
+    // The key is stored before the pixels.
     let mut start = Vec::new();
     let read = std::fs::File::open(path).and_then(|file| file.take(4096).read_to_end(&mut start));
     read.is_ok() && start.windows(key.len()).any(|window| window == key.as_bytes())
 }
 
-/// The path of a sheet: in the folder of the pictures, unless it names a folder itself.
+/// Path of a sheet: in the folder of the pictures, unless it names a folder itself.
 pub(crate) fn path(given: &Path, out: &Path) -> PathBuf {
     if given.components().count() > 1 { given.to_path_buf() } else { out.join(given) }
 }
@@ -196,17 +196,17 @@ fn failed(error: WriteError) -> Quit {
     Quit::failed(error.to_string())
 }
 
-/// The letters of a line.
+/// Letters per line.
 fn letters() -> usize {
     SIDE as usize / font::WIDTH
 }
 
-/// The rows that a row of pictures takes with its labels.
+/// Height of a row of pictures with its labels.
 fn height(lines: u32) -> u32 {
     GAP + SIDE + 4 + lines * u32::try_from(font::HEIGHT).unwrap_or(0)
 }
 
-/// The rows that the labels of columns take.
+/// Height of the labels of columns.
 fn head(lines: u32) -> u32 {
     if lines == 0 { 0 } else { GAP + lines * u32::try_from(font::HEIGHT).unwrap_or(0) }
 }
@@ -223,7 +223,7 @@ impl Band {
         Self { width, planes: vec![vec![PAPER; width * rows as usize]; 3] }
     }
 
-    /// A label in so many lines.
+    /// Draws a label in at most `lines` lines.
     fn label(&mut self, label: &str, left: usize, top: usize, lines: u32) {
         let word: Vec<char> = label.chars().collect();
         for (line, part) in word.chunks(letters()).take(lines as usize).enumerate() {
@@ -259,7 +259,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sheets_have_room_for_all() {
+    fn sheet_size_fits_all_pictures() {
         let dir = tempfile::tempdir().unwrap();
         for (count, size) in [(1, [144_u32, 157]), (5, [416, 306]), (5000, [8712, 11_779])] {
             let path = dir.path().join("sheet.png");

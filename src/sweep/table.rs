@@ -1,5 +1,6 @@
-//! `sweep.csv`: a row for every file, so that a second run knows what is there. Runs that render only some variants, on several
-//! machines at once, have tables of their own, `sweep.5-8.csv`, which a run of all of them takes over.
+//! `sweep.csv`: a row for every file, so that a later run knows the existing files. Runs that render only some
+//! variants, on several machines at once, have their own tables such as `sweep.5-8.csv`; a run of all variants merges
+//! these.
 use super::Variants;
 use crate::quit::Quit;
 use crate::write;
@@ -8,22 +9,22 @@ use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The table in a folder.
+/// The table of a folder.
 pub(crate) struct Table {
     path: PathBuf,
     head: Vec<String>,
     known: HashMap<String, Vec<String>>,
-    /// Whether the file holds nothing but whole rows of this sweep.
+    /// True if the file contains only complete rows of this sweep.
     clean: bool,
-    /// The rows of this run, in its order.
+    /// Rows of this run, in its order.
     rows: Vec<Vec<String>>,
-    /// Tables of some variants, whose rows are taken over.
+    /// Tables of some variants to merge.
     parts: Vec<PathBuf>,
 }
 
 impl Table {
-    /// The table in `dir` for a sweep through `names`, or for some of its variants. Rows of another sweep are forgotten, and one
-    /// that was not written to its end, too.
+    /// Opens the table in `dir` for a sweep through `names`, or for some of its variants. Rows of another sweep and
+    /// incomplete rows are dropped.
     pub(crate) fn open(dir: &Path, names: &[&str], some: Option<Variants>) -> Self {
         let head: Vec<String> =
             ["file"].iter().chain(names).chain(&["key", "seconds"]).map(ToString::to_string).collect();
@@ -32,7 +33,7 @@ impl Table {
             Some(Variants { first, last }) => (dir.join(format!("sweep.{first}-{last}.csv")), Vec::new()),
             None => (whole.clone(), tables(dir)),
         };
-        // Other tables belong to other sweeps, or to the user.
+        // Other tables belong to other sweeps or to the user.
         let parts: Vec<PathBuf> = parts.into_iter().filter(|path| is_of(path, &head)).collect();
         let others = parts.iter().chain((path != whole).then_some(&whole));
         let others: Vec<_> = others.flat_map(|path| read(path, &head).0).collect();
@@ -41,23 +42,23 @@ impl Table {
         Self { path, head, known, clean, rows: Vec::new(), parts }
     }
 
-    /// The file.
+    /// Path of the file.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
-    /// Whether a file was made for this key and is still there; if so, its row stays.
+    /// Returns whether a file was made for this key and still exists.
     pub(crate) fn has(&self, file: &Path, key: &str) -> bool {
         let row = self.known.get(&name(file));
         row.is_some_and(|row| row[row.len() - 2] == key)
             && file.metadata().is_ok_and(|meta| meta.is_file() && meta.len() > 0)
     }
 
-    /// Takes over the row of a file that is there.
+    /// Adopts the earlier row of an existing file.
     pub(crate) fn keep(&mut self, file: &Path) {
         self.rows.extend(self.known.get(&name(file)).cloned());
     }
 
-    /// Adds the rows of files that were just written, so that a run that is killed later does not make them again.
+    /// Adds rows of files just written, so that these are not made again if the run is killed later.
     pub(crate) fn add(
         &mut self,
         files: &[(PathBuf, String)],
@@ -71,7 +72,7 @@ impl Table {
         };
         let rows: Vec<Vec<String>> = files.iter().map(row).collect();
         if !self.clean {
-            // What was known stays until it is made anew.
+            // Earlier rows stay until their files are made again.
             let mut all = vec![self.head.clone()];
             let mut known: Vec<_> = self.known.values().cloned().collect();
             known.sort();
@@ -86,7 +87,7 @@ impl Table {
         Ok(())
     }
 
-    /// Brings the rows into their order, unless they are.
+    /// Sorts the rows unless they are in order.
     pub(crate) fn finish(&self) -> Result<(), Quit> {
         let mut all = vec![self.head.clone()];
         all.extend(self.rows.iter().cloned());
@@ -94,7 +95,7 @@ impl Table {
         if !std::fs::read(&self.path).is_ok_and(|before| before == text) {
             self.replace(&text)?;
         }
-        // What they say stands in this one now; one that cannot be removed does no harm.
+        // The merged tables are no longer needed; failing to remove one does no harm.
         self.parts.iter().for_each(|part| drop(std::fs::remove_file(part)));
         Ok(())
     }
@@ -104,7 +105,7 @@ impl Table {
     }
 }
 
-/// The tables of some variants in a folder.
+/// Tables of some variants in a folder.
 fn tables(dir: &Path) -> Vec<PathBuf> {
     let is_table = |path: &PathBuf| {
         let name = name(path);
@@ -123,7 +124,7 @@ fn is_of(path: &Path, head: &[String]) -> bool {
     file && std::fs::read(path).is_ok_and(|text| text.starts_with(&lines(&[head.to_vec()])))
 }
 
-/// The rows of a table with this head, and whether there is nothing but whole ones in it.
+/// Complete rows of a table with this head, and true if the file contains nothing else.
 fn read(path: &Path, head: &[String]) -> (Vec<Vec<String>>, bool) {
     let text = std::fs::read_to_string(path).unwrap_or_default();
     let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(text.as_bytes());
@@ -150,7 +151,7 @@ fn name(file: &Path) -> String {
 fn lines(rows: &[Vec<String>]) -> Vec<u8> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
-        // Memory takes everything.
+        // Writing into memory does not fail.
         let _ = writer.write_record(row);
     }
     writer.into_inner().unwrap_or_default()
@@ -161,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn tables_of_some_variants_become_one() {
+    fn merges_tables_of_some_variants() {
         let dir = tempfile::tempdir().unwrap();
         let file = |name: &str| dir.path().join(name);
         for (first, seed) in [(1, "5"), (2, "6"), (3, "7")] {
@@ -172,7 +173,7 @@ mod tests {
             table.add(&[(file(&name), "k".into())], &[("seed", seed)], 0.5).unwrap();
             table.finish().unwrap();
         }
-        // One that was cut, and one of another sweep.
+        // A table that was cut, and a table of another sweep.
         std::fs::write(file("sweep.3-3.csv"), "file,seed,key,seconds\n7.png,7,k").unwrap();
         std::fs::write(file("sweep.4-9.csv"), "file,other,key,seconds\n9.png,7,k,1\n").unwrap();
         std::fs::write(file("sweep.mine.csv"), "").unwrap();
@@ -188,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_survives_being_torn() {
+    fn keeps_complete_rows_of_cut_table() {
         let dir = tempfile::tempdir().unwrap();
         let file = |name: &str| dir.path().join(name);
         std::fs::write(file("a,1.png"), "a").unwrap();

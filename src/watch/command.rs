@@ -1,8 +1,8 @@
-//! The command line of `shibo watch`, and how its parts are started.
+//! Command line of `shibo watch`, and start of its threads.
 use super::editor;
-use super::evaluate::{Desk, evaluate};
+use super::evaluate::{LatestJob, evaluate};
 use super::follow::{Signal, Watch};
-use super::tell::Teller;
+use super::status_reporter::StatusReporter;
 use crate::args::{EngineArgs, ValueArgs};
 use crate::interrupt;
 use crate::library;
@@ -39,13 +39,13 @@ pub(crate) struct WatchArgs {
     /// Look at the files regularly instead of asking the system for changes; for network folders.
     #[arg(long)]
     pub(super) poll: bool,
-    /// What shows a line in your editor when a node is clicked: `code -g {file}:{line}:{column}`.
+    /// Command that shows a line in your editor when a node is clicked: `code -g {file}:{line}:{column}`.
     #[arg(long, value_name = "COMMAND")]
     editor: Option<String>,
-    /// End when stdin does, as for programs that start this one and may be killed.
+    /// End when stdin is closed, for programs that start this one and may be killed.
     #[arg(long, hide = true)]
     while_stdin: bool,
-    /// Print what happens on stdout, for programs.
+    /// Print events on stdout, for programs.
     #[arg(long, value_name = "FORMAT")]
     log: Option<LogArg>,
     #[command(flatten)]
@@ -54,7 +54,7 @@ pub(crate) struct WatchArgs {
     engine: EngineArgs,
 }
 
-/// How to print what happens.
+/// Format of the events.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum LogArg {
     Json,
@@ -74,7 +74,7 @@ pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
         move |place| editor.iter().for_each(|command| editor::open(command, place)),
     )?;
     let _note = editor::Note::write(&args.graph, &server.url);
-    let teller = Teller { terminal, log: args.log.is_some() };
+    let teller = StatusReporter { terminal, log: args.log.is_some() };
     interrupt::on_signals({
         let sender = sender.clone();
         move || drop(sender.send(Signal::Stop))
@@ -90,7 +90,7 @@ pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
     if !args.no_open {
         serve::open_browser(&server.url);
     }
-    let desk = Desk::default();
+    let desk = LatestJob::default();
     std::thread::scope(|scope| {
         scope.spawn(|| evaluate(&desk, &stage, &teller));
         Watch::new(args, &stage, &desk, &teller, sender).run(&signals);

@@ -1,6 +1,6 @@
-//! What editors need: they find the page of a graph, and show the line of a node that is clicked.
+//! Support for editors: they find the page of a graph, and show the line of a clicked node.
 use crate::environment;
-use crate::serve::Place;
+use crate::serve::SourcePosition;
 use serde_json::json;
 use std::fs;
 use std::io::Write;
@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-/// Notes older than this are of pages that are gone.
+/// Older notes belong to pages that have ended.
 const OLD: Duration = Duration::from_secs(30 * 24 * 3600);
 
-/// Starts the user's editor at a place. The command is cut into words at blanks; a word may be in quotes.
-pub(super) fn open(command: &str, place: &Place) {
+/// Starts the user's editor at a source position. The command is split at blanks; words may be quoted.
+pub(super) fn open(command: &str, place: &SourcePosition) {
     let mut words = words(command).into_iter().map(|word| {
         let word = word.replace("{line}", &place.line.to_string()).replace("{column}", &place.column.to_string());
         word.replace("{file}", &place.file.to_string_lossy())
@@ -21,12 +21,12 @@ pub(super) fn open(command: &str, place: &Place) {
     let mut command = Command::new(program);
     command.args(words).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     if let Ok(mut child) = command.spawn() {
-        // Without waiting for it, the ended process would stay in the system's table.
+        // Waiting for the child process keeps it from becoming a zombie.
         std::thread::spawn(move || child.wait());
     }
 }
 
-/// The words of a command line.
+/// Words of a command line.
 fn words(command: &str) -> Vec<String> {
     let mut words = Vec::new();
     let mut word: Option<String> = None;
@@ -46,11 +46,12 @@ fn words(command: &str) -> Vec<String> {
     words
 }
 
-/// The note of the address of a page. It goes away with the page.
+/// File with the address of a page, deleted with the page.
 pub(super) struct Note(PathBuf);
 
 impl Note {
-    /// Notes the address of the page of a graph, for this user alone. Without a note editors start a page of their own.
+    /// Writes the address of the page of a graph to a file that only this user can read. Without it, editors start a
+    /// page of their own.
     pub(super) fn write(graph: &Path, url: &str) -> Option<Self> {
         let path = environment::page_note(&graph.canonicalize().ok()?);
         fs::create_dir_all(path.parent()?).ok()?;
@@ -66,7 +67,7 @@ impl Note {
     }
 }
 
-/// Removes notes that processes left behind which were killed.
+/// Removes old notes, left by processes that were killed.
 fn tidy(folder: &Path) {
     let old = |path: &Path| {
         let file = fs::symlink_metadata(path).ok().filter(fs::Metadata::is_file);
@@ -86,7 +87,7 @@ fn tidy(folder: &Path) {
 
 impl Drop for Note {
     fn drop(&mut self) {
-        // Another page of the same graph may have noted its own address meanwhile.
+        // Another page of the same graph may have replaced the note by its own.
         let own = format!("\"pid\":{}", std::process::id());
         if fs::read_to_string(&self.0).is_ok_and(|note| note.contains(&own)) {
             let _ = fs::remove_file(&self.0);
@@ -99,7 +100,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn commands_are_cut_into_words() {
+    fn splits_commands_into_words() {
         assert_eq!(words("code -g {file}:{line}"), ["code", "-g", "{file}:{line}"]);
         assert_eq!(words("  'a b'\"c\"  '' d"), ["a bc", "", "d"]);
         assert_eq!(words(""), Vec::<String>::new());

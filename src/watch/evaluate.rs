@@ -1,7 +1,7 @@
-//! The thread that evaluates: always the newest graph, a coarse picture of each output first and then a sharp one.
-use super::tell::Teller;
+//! The evaluation thread: makes the outputs of the newest graph, first as coarse and then as sharp pictures.
+use super::status_reporter::StatusReporter;
 use crate::report;
-use crate::serve::{COARSE, Scene, Shown, Sight, Stage, Target, WHOLE};
+use crate::serve::{COARSE, PictureInfo, Preview, Scene, Stage, Target, WHOLE};
 use shibo_engine::diagnostics::{Code, Diagnostic, SourceMap, Span};
 use shibo_engine::eval::{CancelToken, Event, NodeState, NodeStats, Observer};
 use shibo_engine::graph::Graph;
@@ -11,20 +11,20 @@ use shibo_engine::value::{Channel, Type, Value};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How often the disk cache is brought below its bound while anything is evaluated.
+/// Interval at which the disk cache is trimmed to its maximum size during evaluations.
 const TRIM: Duration = Duration::from_secs(20);
 
-/// A graph to be evaluated.
+/// A graph to evaluate.
 pub(super) struct Job {
-    /// Counts the graphs.
+    /// Number of the graph.
     pub(super) generation: u64,
-    /// The hash of the graph file.
+    /// Hash of the graph file.
     pub(super) sha256: String,
     /// The graph.
     pub(super) graph: Graph,
-    /// What changed, in words.
+    /// Description of the change.
     pub(super) cause: String,
-    /// When that was noticed.
+    /// Time at which the change was noticed.
     pub(super) since: Instant,
 }
 
@@ -37,17 +37,17 @@ struct Slot {
 
 /// Holds the next job; a newer one replaces it.
 #[derive(Default)]
-pub(super) struct Desk {
+pub(super) struct LatestJob {
     slot: Mutex<Slot>,
     changed: Condvar,
 }
 
-impl Desk {
+impl LatestJob {
     fn lock(&self) -> MutexGuard<'_, Slot> {
         self.slot.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Puts a job here. The one that runs is cancelled, and one that waits is dropped.
+    /// Puts a job; the running job is cancelled, and a waiting one is dropped.
     pub(super) fn put(&self, job: Job, stage: &Stage) {
         let mut slot = self.lock();
         if let Some(running) = &slot.running {
@@ -61,7 +61,7 @@ impl Desk {
         }
     }
 
-    /// No more jobs will come.
+    /// Closes: no more jobs follow.
     pub(super) fn close(&self) {
         let mut slot = self.lock();
         slot.closed = true;
@@ -88,15 +88,15 @@ impl Desk {
     }
 }
 
-/// Evaluates until the desk is closed.
-pub(super) fn evaluate(desk: &Desk, stage: &Arc<Stage>, teller: &Teller<'_>) {
+/// Evaluates jobs until `desk` is closed.
+pub(super) fn evaluate(desk: &LatestJob, stage: &Arc<Stage>, teller: &StatusReporter<'_>) {
     let mut trimmed = Instant::now();
     while let Some((job, cancel)) = desk.take() {
         stage.set_busy(true);
         let of = Of::new(&job);
         let evaluation = Evaluation { stage, teller, since: job.since, first: Mutex::default() };
         if let Err(said) = contained(|| evaluation.run(job, &of, &cancel)) {
-            // A defect takes only this graph with it.
+            // A panic fails only this graph.
             let error =
                 Diagnostic::new(Code::BadValue, of.span, format!("this cannot be shown, because of a defect: {said}"));
             evaluation.failed(Failure::Errors(vec![error.help("please report it with the graph")]), &of);
@@ -105,13 +105,13 @@ pub(super) fn evaluate(desk: &Desk, stage: &Arc<Stage>, teller: &Teller<'_>) {
         if trimmed.elapsed() > TRIM {
             trimmed = Instant::now();
             let stage = stage.clone();
-            // A large folder takes long, and nothing has to wait for this.
+            // Trimming a large folder is slow and runs in the background.
             std::thread::spawn(move || stage.session.trim());
         }
     }
 }
 
-/// The graph that a report is about.
+/// The graph of a report.
 struct Of {
     generation: u64,
     sha256: String,
@@ -129,13 +129,13 @@ impl Of {
 
 struct Evaluation<'a> {
     stage: &'a Stage,
-    teller: &'a Teller<'a>,
+    teller: &'a StatusReporter<'a>,
     since: Instant,
-    /// When the first, coarse pictures were there.
+    /// Time at which the first, coarse pictures were shown.
     first: Mutex<Option<Duration>>,
 }
 
-/// Keeps warnings and hands progress on.
+/// Collects warnings and forwards progress.
 struct Watching<'a> {
     stage: &'a Stage,
     warnings: Mutex<Vec<Diagnostic>>,
@@ -172,7 +172,7 @@ impl Evaluation<'_> {
         }
     }
 
-    /// Shows all outputs, coarse and then sharp; what was last looked at comes first.
+    /// Shows all outputs, coarse and then sharp; the target shown last comes first.
     fn outputs(&self, look: &Look<'_>, scene: &Arc<Scene>) -> Result<(), Failure> {
         let mut names: Vec<&str> = scene.graph.outputs.iter().map(|output| output.name.as_str()).collect();
         let focus = self.stage.focus();
@@ -200,7 +200,7 @@ impl Evaluation<'_> {
         Ok(())
     }
 
-    /// What of an output is shown: itself, or the channels of a material.
+    /// Targets shown for an output: itself, or the channels of a material.
     fn targets(&self, look: &Look<'_>, scene: &Scene, name: &str) -> Result<Vec<Target>, Failure> {
         let Some(whole) = scene.target(name) else { return Ok(Vec::new()) };
         let ty = scene.graph.outputs.iter().find(|o| o.name == *name).map(|o| o.ty);
@@ -221,12 +221,12 @@ impl Evaluation<'_> {
         longest: u32,
         adopted: &mut bool,
     ) -> Result<(), Failure> {
-        let is_sharp = |shown: &Shown| shown.is_final;
+        let is_sharp = |shown: &PictureInfo| shown.is_final;
         if scene.shown.lock().unwrap_or_else(PoisonError::into_inner).get(&target.name).is_some_and(is_sharp) {
             return Ok(());
         }
-        let Some(Sight::Field(field, manner)) = scene.sight(look, target)? else { return Ok(()) };
-        // A picture that has not changed is known already, at full size.
+        let Some(Preview::Field(field, manner)) = scene.sight(look, target)? else { return Ok(()) };
+        // An unchanged picture is already in the store, at full size.
         let stored = match scene.known(&self.stage.store, target, &field, scene.size(WHOLE)) {
             Some(sharp) => sharp,
             None => scene.picture(look, &self.stage.store, target, (&field, manner), scene.size(longest))?,
@@ -243,8 +243,8 @@ impl Evaluation<'_> {
         Ok(())
     }
 
-    /// Reports a material as a whole, with its first channel.
-    fn tell(&self, scene: &Scene, output: &str, target: &Target, shown: &Shown) {
+    /// Reports a material once, with its first channel.
+    fn tell(&self, scene: &Scene, output: &str, target: &Target, shown: &PictureInfo) {
         let whole = scene.target(output);
         if target.name != output && self.is_first_channel(scene, whole.as_ref(), target) {
             self.teller.shown(&scene.sha256, output, shown);
@@ -295,7 +295,7 @@ mod tests {
         Job { generation, sha256, graph, cause: "saved".into(), since: Instant::now() }
     }
 
-    /// Waits until something holds; whether it does.
+    /// Waits until a condition holds; returns false on timeout.
     fn soon(holds: impl Fn() -> bool) -> bool {
         let end = Instant::now() + Duration::from_secs(30);
         while !holds() && Instant::now() < end {
@@ -305,9 +305,9 @@ mod tests {
     }
 
     #[test]
-    fn a_save_after_a_panic_is_shown() {
-        let (stage, desk, terminal) = (defective::stage(), Desk::default(), Terminal::new());
-        let teller = Teller { terminal: &terminal, log: false };
+    fn shows_save_after_panic() {
+        let (stage, desk, terminal) = (defective::stage(), LatestJob::default(), Terminal::new());
+        let teller = StatusReporter { terminal: &terminal, log: false };
         let (told, shown) = std::thread::scope(|scope| {
             scope.spawn(|| evaluate(&desk, &stage, &teller));
             desk.put(job(1, true), &stage);

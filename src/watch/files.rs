@@ -1,4 +1,4 @@
-//! The files that a graph reads, and whether the content of any of them has changed.
+//! Files that a graph reads, and detection of changes of their content.
 use sha2::{Digest, Sha256};
 use shibo_engine::eval::Signature;
 use std::collections::BTreeMap;
@@ -10,14 +10,14 @@ use std::time::SystemTime;
 /// Larger files are not read again merely because their signature may hide a change.
 const READ_AGAIN: u64 = 4 << 20;
 
-/// What is at a path.
+/// State of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum State {
-    /// A file of that content.
+pub(super) enum FileState {
+    /// A file with this hash of its content.
     Content([u8; 32]),
-    /// Nothing.
+    /// No file.
     Missing,
-    /// Something that is no file, or one that cannot be read.
+    /// A directory or other non-file, or an unreadable file.
     Unreadable,
 }
 
@@ -25,7 +25,7 @@ pub(super) enum State {
 struct Print {
     signature: Option<Signature>,
     read: SystemTime,
-    state: State,
+    state: FileState,
 }
 
 impl Print {
@@ -34,26 +34,26 @@ impl Print {
         let metadata = fs::metadata(path);
         let signature = metadata.as_ref().ok().map(Signature::of);
         let state = match &metadata {
-            Ok(metadata) if metadata.is_file() => hash(path).map_or_else(|e| without(&e), State::Content),
-            Ok(_) => State::Unreadable,
+            Ok(metadata) if metadata.is_file() => hash(path).map_or_else(|e| without(&e), FileState::Content),
+            Ok(_) => FileState::Unreadable,
             Err(error) => without(error),
         };
         Self { signature, read, state }
     }
 
-    /// Whether the file has certainly not changed, as far as that can be known without reading it.
+    /// Returns whether the file has certainly not changed, judged without reading it.
     fn holds(&self, path: &Path) -> bool {
         let signature = fs::metadata(path).ok().as_ref().map(Signature::of);
-        let readable = matches!(self.state, State::Content(_) | State::Missing);
+        let readable = matches!(self.state, FileState::Content(_) | FileState::Missing);
         let tells = |signature: Signature| signature.length() > READ_AGAIN || !signature.may_hide_a_change(self.read);
         readable && signature == self.signature && signature.is_none_or(tells)
     }
 }
 
-fn without(error: &io::Error) -> State {
+fn without(error: &io::Error) -> FileState {
     match error.kind() {
-        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => State::Missing,
-        _ => State::Unreadable,
+        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => FileState::Missing,
+        _ => FileState::Unreadable,
     }
 }
 
@@ -63,24 +63,24 @@ fn hash(path: &Path) -> io::Result<[u8; 32]> {
     Ok(hasher.finalize().into())
 }
 
-/// The hash that names a content.
+/// Hash of a content.
 pub(super) fn sha256(bytes: &[u8]) -> [u8; 32] {
     Sha256::digest(bytes).into()
 }
 
-/// A hash in hexadecimal.
+/// Formats a hash in hexadecimal.
 pub(super) fn hex(hash: &[u8; 32]) -> String {
     hash.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Files and what they were when they were last looked at.
+/// Files and their last known states.
 #[derive(Debug, Default)]
 pub(super) struct Files {
     prints: BTreeMap<PathBuf, Print>,
 }
 
 impl Files {
-    /// Looks at exactly these files from now on. What is recorded of files that are known already stays.
+    /// Tracks exactly these files from now on; known states of remaining files are kept.
     pub(super) fn keep(&mut self, paths: &[PathBuf]) {
         self.prints.retain(|path, _| paths.contains(path));
         for path in paths {
@@ -94,12 +94,12 @@ impl Files {
     }
 
     /// Records the content of a file that was just read elsewhere.
-    pub(super) fn note(&mut self, path: &Path, before: Option<Metadata>, state: State) {
+    pub(super) fn note(&mut self, path: &Path, before: Option<Metadata>, state: FileState) {
         let signature = before.as_ref().map(Signature::of);
         self.prints.insert(path.to_owned(), Print { signature, read: SystemTime::now(), state });
     }
 
-    /// The files that have changed since they were last looked at; their content now is recorded.
+    /// Returns the files that have changed since the last call, and records their content.
     pub(super) fn changed(&mut self) -> Vec<PathBuf> {
         let mut changed = Vec::new();
         for (path, print) in &mut self.prints {
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_are_known_by_content() {
+    fn detects_changes_by_content() {
         let dir = tempfile::tempdir().unwrap();
         let (a, b) = (dir.path().join("a"), dir.path().join("b"));
         fs::write(&a, "one").unwrap();
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_change_within_the_grain_of_the_clock_is_seen() {
+    fn detects_change_within_timestamp_resolution() {
         let dir = tempfile::tempdir().unwrap();
         let a = dir.path().join("a");
         fs::write(&a, "0").unwrap();

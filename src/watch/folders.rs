@@ -1,5 +1,6 @@
-//! Hints that files may have changed. Folders are watched and not files, since an atomic save replaces the file; targets of
-//! symbolic links are in folders of their own. A hint may be missing or wrong; the contents decide (see [`super::files`]).
+//! Hints that files may have changed. Watches folders instead of files, since an atomic save replaces the file, and
+//! also the folders of symbolic link targets. Hints may be missing or wrong; the contents decide (see
+//! [`super::files`]).
 use super::follow::Signal;
 use notify::event::{AccessKind, AccessMode, EventKind, ModifyKind};
 use notify::{Event, RecommendedWatcher, RecursiveMode, Watcher};
@@ -8,21 +9,21 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 use std::sync::mpsc::Sender;
 
-/// The most links that are followed.
+/// Maximum number of links followed.
 const LINKS: usize = 16;
 
-/// The folders being watched.
+/// The watched folders.
 pub(super) struct Folders {
     watcher: RecommendedWatcher,
-    /// By path, with what the path meant when the watch was made.
+    /// Watched paths, each with the identity of its folder when the watch began.
     watched: BTreeMap<PathBuf, [u64; 2]>,
 }
 
 impl Folders {
-    /// Watches nothing yet; hints go to `signals`.
+    /// Creates a watcher without folders; hints go to `signals`.
     ///
     /// # Errors
-    /// A system that has no means, or none left, to watch folders.
+    /// Fails if the system cannot watch folders or has no resources left for it.
     pub(super) fn new(signals: Sender<Signal>) -> notify::Result<Self> {
         let watcher = notify::recommended_watcher(move |event: notify::Result<Event>| {
             // An error, such as lost events, is a hint too.
@@ -32,16 +33,16 @@ impl Folders {
                 Ok(EventKind::Modify(ModifyKind::Name(_))) => true,
                 _ => false,
             };
-            // The loop that listens ends with the program.
+            // The receiver lives until the program ends.
             let _ = signals.send(Signal::Touched { closed });
         })?;
         Ok(Self { watcher, watched: BTreeMap::new() })
     }
 
-    /// Watches the folders of these files and no others. A folder that cannot be watched is left to the regular looks.
+    /// Watches the folders of these files and no others. A folder that cannot be watched is covered by polling.
     ///
     /// # Errors
-    /// The last folder that could not be watched.
+    /// Returns the error of the last folder that could not be watched.
     pub(super) fn keep<'a>(&mut self, files: impl Iterator<Item = &'a Path>) -> notify::Result<()> {
         let mut wanted: BTreeMap<PathBuf, [u64; 2]> = BTreeMap::new();
         for folder in files.flat_map(folders) {
@@ -56,7 +57,7 @@ impl Folders {
             .map(|(path, _)| path.clone())
             .collect();
         for path in gone {
-            // The watch of a folder that was removed is gone already.
+            // The watch of a removed folder is gone already.
             let _ = self.watcher.unwatch(&path);
             self.watched.remove(&path);
         }
@@ -87,8 +88,8 @@ fn identity(path: &Path) -> Option<[u64; 2]> {
     path.is_dir().then_some([0; 2])
 }
 
-/// The folders whose changes can change what is at `path`: its own, or the nearest one that exists, and those of the
-/// links on the way.
+/// Folders in which a change can affect `path`: its own or the nearest existing one, and the folders of links on the
+/// way.
 fn folders(path: &Path) -> Vec<PathBuf> {
     let mut folders = Vec::new();
     let mut path = path.to_owned();
@@ -101,7 +102,7 @@ fn folders(path: &Path) -> Vec<PathBuf> {
         let existing = parent.ancestors().find(|folder| folder.is_dir() || folder.as_os_str().is_empty());
         let existing = existing.filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         folders.push(existing.to_owned());
-        // A folder on the way may be a link that is swapped.
+        // A folder on the way may be a link that is replaced.
         folders.extend(link_on_the_way(parent));
         let Ok(target) = fs::read_link(&path) else { break };
         path = parent.join(target);
@@ -109,7 +110,7 @@ fn folders(path: &Path) -> Vec<PathBuf> {
     folders
 }
 
-/// The folder that holds the last link in a path of folders.
+/// Folder that contains the last link in a path of folders.
 fn link_on_the_way(folder: &Path) -> Option<PathBuf> {
     let link = folder.ancestors().find(|a| a.is_symlink() && a.components().next_back() != Some(Component::CurDir))?;
     link.parent().map(|p| if p.as_os_str().is_empty() { PathBuf::from(".") } else { p.to_owned() })
@@ -120,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn folders_of_links_and_of_missing_files() {
+    fn finds_folders_of_links_and_missing_files() {
         let dir = tempfile::tempdir().unwrap();
         let at = |name: &str| dir.path().join(name);
         assert_eq!(folders(&at("a.ron")), [dir.path()]);

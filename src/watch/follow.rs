@@ -1,11 +1,11 @@
-//! The loop that follows the files: every save is read, and every graph without errors is put on the desk.
+//! The watch loop: reads every save and puts every graph without errors into [`LatestJob`].
 use super::command::WatchArgs;
-use super::evaluate::{Desk, Job};
+use super::evaluate::{Job, LatestJob};
 use super::files::Files;
 use super::folders::Folders;
 use super::load::{self, Reading};
 use super::settle::Settle;
-use super::tell::Teller;
+use super::status_reporter::StatusReporter;
 use crate::report;
 use crate::serve::{Stage, Values};
 use crate::terminal::Terminal;
@@ -15,40 +15,40 @@ use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
-/// The time after which the files are compared even if there is no hint that they changed.
+/// Interval at which the files are compared even without a hint.
 const IDLE: Duration = Duration::from_millis(250);
-/// The same where there are no hints.
+/// Interval without a watcher.
 const POLL: Duration = Duration::from_millis(100);
 
-/// A message to the loop.
+/// Message to the loop.
 pub(super) enum Signal {
-    /// Something happened in a folder; `closed`: it ended a save.
+    /// Something happened in a folder.
     Touched {
-        /// Whether it ended a save.
+        /// True if the event ended a save.
         closed: bool,
     },
-    /// A page wants other values of parameters.
+    /// A page sets parameter values.
     Values(Values),
     /// The program ends.
     Stop,
 }
 
-/// Errors that are not shown for a moment, since the file may be half written.
+/// Errors held back for a moment, since the file may be half written.
 struct Held {
     loaded: Loaded,
     generation: u64,
     sha256: Option<String>,
-    /// Whether the save has been reported.
+    /// True once the save has been reported.
     told: bool,
     due: Instant,
 }
 
-/// The loop and what it knows.
+/// The loop and its state.
 pub(super) struct Watch<'a> {
     path: &'a Path,
     stage: &'a Stage,
-    desk: &'a Desk,
-    teller: &'a Teller<'a>,
+    desk: &'a LatestJob,
+    teller: &'a StatusReporter<'a>,
     values: Values,
     files: Files,
     folders: Option<Folders>,
@@ -56,17 +56,17 @@ pub(super) struct Watch<'a> {
     held: Option<Held>,
     generation: u64,
     stopped: bool,
-    /// The advice that was last shown.
+    /// The warnings shown last.
     warned: Vec<String>,
 }
 
 impl<'a> Watch<'a> {
-    /// A loop that has not begun.
+    /// Creates a loop.
     pub(super) fn new(
         args: &'a WatchArgs,
         stage: &'a Stage,
-        desk: &'a Desk,
-        teller: &'a Teller<'a>,
+        desk: &'a LatestJob,
+        teller: &'a StatusReporter<'a>,
         signals: Sender<Signal>,
     ) -> Self {
         let folders = if args.poll { None } else { watcher(signals, teller.terminal) };
@@ -86,7 +86,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Follows the files until it is told to stop.
+    /// Follows the files until stopped.
     pub(super) fn run(&mut self, signals: &Receiver<Signal>) {
         self.stage.set_values(&self.values);
         let name = self.path.display().to_string();
@@ -114,14 +114,14 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Does a step. A defect in it is told, and the next save is read nevertheless.
+    /// Runs a step. A panic is reported, and the next save is still read.
     fn safely(&mut self, step: impl FnOnce(&mut Self)) {
         if let Err(said) = contained(|| step(self)) {
             self.teller.terminal.error(&format!("this save is not shown, because of a defect: {said}"));
         }
     }
 
-    /// Looks at the files.
+    /// Compares the files.
     fn look(&mut self, closed: bool) {
         let changed = self.files.changed();
         if !changed.is_empty() {
@@ -132,7 +132,7 @@ impl<'a> Watch<'a> {
         self.follow();
     }
 
-    /// A page wants other values; the newest request counts.
+    /// Sets parameter values for a page; the newest request counts.
     fn set(&mut self, mut values: Values, signals: &Receiver<Signal>) {
         while let Ok(signal) = signals.try_recv() {
             match signal {
@@ -155,7 +155,7 @@ impl<'a> Watch<'a> {
         self.load(&cause, true);
     }
 
-    /// Reads the graph and has it evaluated, or keeps its errors for a moment.
+    /// Reads the graph and passes it on for evaluation, or holds its errors back for a moment.
     fn load(&mut self, cause: &str, closed: bool) {
         let since = Instant::now();
         self.generation += 1;
@@ -196,7 +196,7 @@ impl<'a> Watch<'a> {
         self.follow();
     }
 
-    /// Shows the advice of a graph, but not the same again at every save.
+    /// Shows the warnings of a graph, unless they are the same as at the last save.
     fn warn(&mut self, graph: &Graph) {
         let warnings: Vec<String> = graph.warnings.iter().map(|w| w.message.clone()).collect();
         if warnings != self.warned {
@@ -205,7 +205,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Shows the errors of a file that has not changed for long enough.
+    /// Shows the errors of a file that has been unchanged for long enough.
     fn tell_held(&mut self) {
         let Some(held) = self.held.take() else { return };
         if !held.told {
@@ -216,7 +216,7 @@ impl<'a> Watch<'a> {
         self.teller.errors(held.sha256.as_deref(), &errors, &held.loaded.sources);
     }
 
-    /// Watches the folders that matter now.
+    /// Watches the folders of the current files.
     fn follow(&mut self) {
         if let Some(folders) = &mut self.folders
             && let Err(error) = folders.keep(self.files.paths().filter(|path| !is_far(path, self.path)))
@@ -228,13 +228,13 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Returns true for a missing `shibo.toml` in a folder above the graph. Such a folder is not watched, since many other files may change
-/// in it; the files are compared at regular times anyway.
+/// Returns true for a missing `shibo.toml` in a folder above the graph. Such a folder is not watched, since many other
+/// files may change in it; the files are compared at regular times anyway.
 fn is_far(path: &Path, graph: &Path) -> bool {
     path.ends_with("shibo.toml") && path.parent() != graph.parent() && !path.exists()
 }
 
-/// Hints from the system, if it gives any.
+/// Creates the watcher, if the system supports it.
 fn watcher(signals: Sender<Signal>, terminal: &Terminal) -> Option<Folders> {
     match Folders::new(signals) {
         Ok(folders) => Some(folders),

@@ -1,5 +1,5 @@
-//! Loading a graph file that somebody may be writing at this moment.
-use super::files::{State, hex, sha256};
+//! Loads a graph file that may be half written.
+use super::files::{FileState, hex, sha256};
 use crate::serve::Values;
 use shibo_engine::diagnostics::{Code, Diagnostic, Origin};
 use shibo_engine::graph::{self, Limits, LoadOptions, Loaded};
@@ -9,28 +9,28 @@ use std::io::Read;
 use std::path::Path;
 use std::time::Duration;
 
-/// For how long a file that ends too early, or is missing, is not reported: it is probably being written.
+/// Delay for errors of a file that is missing or ends too early, since it is probably being written.
 const UNFINISHED: Duration = Duration::from_millis(1000);
-/// The same once the program that wrote it has closed it.
+/// Shorter delay once the writing program has closed the file.
 const UNFINISHED_CLOSED: Duration = Duration::from_millis(500);
-/// For how long other errors are not reported: the file may be half old and half new.
+/// Delay for other errors: the file may be half old and half new.
 const DOUBTFUL: Duration = Duration::from_millis(120);
-/// The same once the program that wrote it has closed it.
+/// Shorter delay once the writing program has closed the file.
 const DOUBTFUL_CLOSED: Duration = Duration::from_millis(30);
 
-/// What became of a graph file.
+/// Result of reading a graph file.
 pub(super) struct Reading {
-    /// The hash of the file, if it could be read.
+    /// Hash of the file, if it could be read.
     pub(super) sha256: Option<String>,
-    /// The file as it was read.
-    pub(super) state: State,
-    /// What the system said of it just before.
+    /// State of the file when it was read.
+    pub(super) state: FileState,
+    /// Metadata just before reading.
     pub(super) before: Option<Metadata>,
-    /// The graph, or its errors.
+    /// The graph or its errors.
     pub(super) loaded: Loaded,
-    /// The text, if it is one.
+    /// The text, if the file is text.
     pub(super) text: Option<String>,
-    /// The values of parameters that were left out because the graph no longer takes them.
+    /// Names of parameter values that were dropped because the graph no longer accepts them.
     pub(super) refused: Vec<String>,
 }
 
@@ -40,9 +40,9 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
     let limits = Limits::default();
     let bytes = before.as_ref().filter(|m| m.is_file()).and_then(|_| read(path, limits.max_file_bytes).ok());
     let state = match (&bytes, &before) {
-        (Some(bytes), _) => State::Content(sha256(bytes)),
-        (None, Some(_)) => State::Unreadable,
-        (None, None) => State::Missing,
+        (Some(bytes), _) => FileState::Content(sha256(bytes)),
+        (None, Some(_)) => FileState::Unreadable,
+        (None, None) => FileState::Missing,
     };
     let text = bytes.filter(|b| b.len() as u64 <= limits.max_file_bytes).and_then(|b| String::from_utf8(b).ok());
     let mut options = LoadOptions { limits, ..values.clone().options() };
@@ -52,25 +52,25 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
             Some(text) => graph::load_text(path, text, registry, &options),
             None => graph::load(path, registry, &options),
         };
-        // Values that were set for an earlier text may no longer fit; then the text counts.
+        // Values set for an earlier text may no longer fit; they are dropped then.
         let before = options.set.len() + usize::from(options.preset.is_some());
         refused.extend(refuse(&loaded, &mut options));
         if options.set.len() + usize::from(options.preset.is_some()) == before {
             break loaded;
         }
     };
-    let sha256 = if let State::Content(hash) = &state { Some(hex(hash)) } else { None };
+    let sha256 = if let FileState::Content(hash) = &state { Some(hex(hash)) } else { None };
     Reading { sha256, state, before, loaded, text, refused }
 }
 
-/// Reads at most one byte more than is allowed.
+/// Reads at most one byte more than allowed.
 fn read(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     fs::File::open(path)?.take(limit + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
-/// Takes those values out of the options that are in error.
+/// Removes the erroneous values from the options.
 fn refuse(loaded: &Loaded, options: &mut LoadOptions) -> Vec<String> {
     let mut refused = Vec::new();
     for error in loaded.diagnostics.iter().filter(|d| !d.warning) {
@@ -88,7 +88,7 @@ fn refuse(loaded: &Loaded, options: &mut LoadOptions) -> Vec<String> {
 }
 
 impl Reading {
-    /// For how long errors are not reported, since the file may be half written. `closed`: the program that wrote it has closed
+    /// Delay before errors are reported, since the file may be half written; `closed`: the writing program has closed
     /// it.
     pub(super) fn hold(&self, closed: bool) -> Duration {
         if !self.loaded.has_errors() {
@@ -102,11 +102,11 @@ impl Reading {
         }
     }
 
-    /// Whether a file is missing, or ends where more should follow.
+    /// Returns whether a file is missing or ends too early.
     pub(super) fn is_unfinished(&self) -> bool {
         let ends_early = |error: &Diagnostic| error.unfinished || error.code == Code::FileNotFound;
         let errors = self.loaded.diagnostics.iter().filter(|d| !d.warning);
-        !matches!(self.state, State::Content(_)) || errors.into_iter().any(ends_early)
+        !matches!(self.state, FileState::Content(_)) || errors.into_iter().any(ends_early)
     }
 }
 
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn every_beginning_of_a_file_is_unfinished() {
+    fn treats_every_prefix_as_unfinished() {
         let whole = reading(GRAPH, &Values::default());
         assert!(!whole.loaded.has_errors(), "{:?}", whole.loaded.diagnostics);
         assert_eq!(whole.hold(false), Duration::ZERO);
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_in_the_middle_are_soon_told() {
+    fn reports_errors_in_the_middle_soon() {
         let part = reading(&GRAPH.replace("Perlin", "Perlim"), &Values::default());
         assert!(!part.is_unfinished());
         assert_eq!(part.hold(true), DOUBTFUL_CLOSED);
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn values_that_no_longer_fit_are_left_out() {
+    fn drops_values_that_no_longer_fit() {
         let set = |name: &str, value: &str| (name.to_owned(), value.to_owned());
         let values = Values { preset: Some("none".into()), set: vec![set("size", "9"), set("gone", "1")] };
         let part = reading(GRAPH, &values);

@@ -1,33 +1,33 @@
-//! When to look at files that somebody is writing: an event is a hint, and a save is many of them.
+//! Decides when to read files that are being written: an event is a hint, and one save causes many events.
 use std::time::{Duration, Instant};
 
-/// After this time without an event, the save is probably over.
+/// After this time without an event the save is probably complete.
 const QUIET: Duration = Duration::from_millis(15);
-/// The same when a file was closed or moved into place, which ends a save.
+/// Shorter wait after an event that ends a save: a file was closed or moved into place.
 const CLOSED: Duration = Duration::from_millis(3);
-/// The files are compared after this time even while events continue.
+/// The files are compared after this time even if events continue.
 const CAP: Duration = Duration::from_millis(200);
 
-/// What has happened to the files since they were looked at.
+/// Events since the files were last compared.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Settle {
-    /// The first and the last event, and whether the last one ended a save.
+    /// Times of the first and the last event, and whether the last one ended a save.
     touched: Option<(Instant, Instant, bool)>,
 }
 
 impl Settle {
-    /// Something happened; `closed`: it ended a save.
+    /// Records an event; `closed`: it ended a save.
     pub(super) fn touch(&mut self, now: Instant, closed: bool) {
         let first = self.touched.map_or(now, |(first, ..)| first);
         self.touched = Some((first, now, closed));
     }
 
-    /// When to look.
+    /// Time at which to compare the files.
     pub(super) fn due(&self) -> Option<Instant> {
         self.touched.map(|(first, last, closed)| (last + if closed { CLOSED } else { QUIET }).min(first + CAP))
     }
 
-    /// The files are being looked at. Gives whether the last event ended a save.
+    /// Resets when the files are compared; returns whether the last event ended a save.
     pub(super) fn clear(&mut self) -> bool {
         self.touched.take().is_some_and(|(.., closed)| closed)
     }
@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_save_is_looked_at_once_it_is_over() {
+    fn reads_save_after_it_ends() {
         let start = Instant::now();
         let at = |ms| start + Duration::from_millis(ms);
         let mut settle = Settle::default();
@@ -54,7 +54,7 @@ mod tests {
     }
 
     #[test]
-    fn a_writer_that_never_rests_is_looked_at_too() {
+    fn reads_file_despite_continuous_events() {
         let start = Instant::now();
         let at = |ms| start + Duration::from_millis(ms);
         let mut settle = Settle::default();

@@ -1,4 +1,4 @@
-//! Shipped graphs with random mistakes: nothing breaks, and what is told points into the texts.
+//! Shipped graphs with random mistakes: loading never panics, and reports point into the texts.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use proptest::prelude::*;
@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 
 static REGISTRY: LazyLock<Registry> = LazyLock::new(shibo_nodes::registry);
 
-/// Small graphs of different sorts, with their texts.
+/// Small graphs of different kinds, with their texts.
 static GRAPHS: LazyLock<Vec<(PathBuf, String)>> = LazyLock::new(|| {
     let names = ["starter", "noise_basics", "worn_strap", "inlay", "lib/wrinkles", "calf"];
     let path = |name| Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("graphs/{name}.ron"));
@@ -21,10 +21,10 @@ const PUT: [&str; 20] = [
     "", "\"", "(", ")", "[", "]", "{", "}", ",", ":", "//", "/*", "'", "\\", "$", "\n", "r#\"", "= (", "\u{FEFF}", "シ",
 ];
 
-/// Places in a text are told in such shares of it.
+/// Number of steps into which a text is divided to choose a place.
 const SHARES: usize = 100_000;
 
-/// An edit: where, how many bytes go, and what comes in their place.
+/// Replaces `len` bytes at a place by another text.
 fn edit(text: &mut String, (at, len, put): (usize, usize, usize)) {
     let at = text.floor_char_boundary(at * text.len() / SHARES);
     let end = text.floor_char_boundary((at + len).min(text.len())).max(at);
@@ -44,9 +44,9 @@ fn check(loaded: &Loaded) {
     }
 }
 
-/// What is told of the beginning of a text is told of whole letters.
+/// A report at the beginning of a text covers whole characters.
 #[test]
-fn a_text_may_begin_with_any_letter() {
+fn accepts_any_first_character() {
     for text in ["シ", "シ(nodes: {})", "(シ: 1)", "é"] {
         check(&load_text(Path::new("a.ron"), text, &REGISTRY, &LoadOptions::default()));
     }
@@ -56,7 +56,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn no_edit_breaks_anything(
+    fn loads_broken_texts_without_panic(
         which in 0..6_usize,
         edits in proptest::collection::vec((0..SHARES, 0..12_usize, 0..PUT.len()), 1..5),
     ) {
@@ -64,7 +64,7 @@ proptest! {
         let mut text = text.clone();
         edits.into_iter().for_each(|one| edit(&mut text, one));
         let tree = Tree::parse(text.as_str());
-        // A few edits are a few mistakes, whatever the length of the text.
+        // A few edits cause few errors, however long the text is.
         prop_assert!(tree.errors().len() <= 100, "{:#?}", tree.errors());
         let loaded = load_text(path, &text, &REGISTRY, &LoadOptions::default());
         check(&loaded);

@@ -1,17 +1,17 @@
-//! The cache folder as users have it: several runs at once, entries that got mixed up, disks that are full. The pictures are
-//! the same, and nobody is told.
+//! The cache folder in use: several runs at once, exchanged entries, full disks. The pictures are the same, and no
+//! warning is printed.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::{Desk, finish};
 use std::path::{Path, PathBuf};
 
-/// The small graph with the shipped leather's sort of outputs: a material too.
+/// The small graph with a material among its outputs, as the shipped leathers have.
 fn desk() -> Desk {
     let desk = Desk::with_graph();
     let graph = String::from_utf8(desk.read("a.ron")).unwrap();
     let nodes = "\"normal\": HeightToNormal(input: \"strokes\"),\n    \
                  \"leather\": Material(base_color: \"#7a4526\", height: \"strokes\", normal: \"normal\"),\n  },\n  outputs: {";
-    // Long enough that its result is kept.
+    // Makes the simulation long enough that its result is kept.
     let graph = graph.replace("steps: 20,", "steps: 4000,");
     let graph = graph.replace("},\n  outputs: {", &format!("{nodes} \"leather\": \"leather\","));
     desk.write("a.ron", graph);
@@ -36,7 +36,7 @@ fn same(desk: &Desk, one: &str, two: &str) {
     }
 }
 
-/// Gives every entry of a shelf the content of the next one.
+/// Gives every entry of a shelf the content of the next entry.
 fn turn(shelf: &Path) -> usize {
     let all = entries(shelf);
     let contents: Vec<Vec<u8>> = all.iter().map(|path| std::fs::read(path).unwrap()).collect();
@@ -55,10 +55,10 @@ fn exchanged_entries_never_reach_a_picture() {
         desk.shibo(&format!("render a.ron --cache-dir c{i} -o first")).expect(0);
         let cache = desk.path(format!("c{i}"));
         if shelf != "files" {
-            // Otherwise nothing but the files is read.
+            // Otherwise only the encoded files are read.
             std::fs::remove_dir_all(cache.join("files")).unwrap();
         }
-        // What is kept of tiles depends on the machine; of the others there is always something.
+        // The kept tiles depend on the machine; the other shelves always have entries.
         let exchanged = if cache.join(shelf).exists() { turn(&cache.join(shelf)) } else { 0 };
         assert!(exchanged > 0 || shelf == "tiles", "{shelf}");
         let ran = desk.shibo(&format!("render a.ron --cache-dir c{i} -o {out}")).expect(0);
@@ -81,17 +81,17 @@ fn runs_at_the_same_time_share_a_cache() {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
     outs.into_iter().for_each(|out| same(&desk, "right", out));
-    // What they left is whole: it serves a fourth run, which computes nothing.
+    // The shared cache is intact: a fourth run computes nothing.
     let stats = desk.shibo("render a.ron --cache-dir both -o d --stats json").expect(0).json();
     assert!(stats["nodes"].as_array().unwrap().iter().all(|node| node["state"] != "computed"), "{stats}");
     same(&desk, "right", "d");
     assert!(entries(&desk.path("both")).iter().all(|path| path.extension().is_none_or(|e| e != "tmp")));
 }
 
-/// Files may not grow beyond 8 kB: room for small objects, not for tiles; the pictures go to where there is room.
+/// Files are limited to 8 kB: small objects fit, tiles do not; the pictures fit as well.
 #[test]
 #[cfg(unix)]
-fn a_full_disk_costs_the_cache_only() {
+fn renders_without_cache_on_full_disk() {
     let desk = desk();
     desk.shibo("render a.ron -o right --no-cache --resolution 24").expect(0);
     let shibo = assert_cmd::cargo::cargo_bin!("shibo");

@@ -1,4 +1,4 @@
-//! What the command makes of the canvas: resolutions of canvases that are not square, and outputs that do not repeat.
+//! The canvas in the command: resolutions of canvases that are not square, and outputs that do not tile.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
@@ -58,7 +58,7 @@ fn a_node_that_breaks_the_tiling_is_shown_once_in_few_lines() {
 }
 
 #[test]
-fn what_is_only_an_exemplar_need_not_tile() {
+fn accepts_exemplar_that_does_not_tile() {
     let desk = Desk::new();
     desk.write(
         "a.ron",

@@ -24,7 +24,7 @@ fn a_good_graph_is_silent() {
 }
 
 #[test]
-fn all_errors_at_their_places_for_people() {
+fn prints_all_errors_with_places() {
     let desk = Desk::new();
     desk.write("bad.ron", BAD);
     let mut command = desk.command(["check", "bad.ron"]);
@@ -38,7 +38,7 @@ fn all_errors_at_their_places_for_people() {
 }
 
 #[test]
-fn all_errors_for_programs() {
+fn prints_all_errors_as_json() {
     let desk = Desk::with_graph();
     desk.write("bad.ron", BAD);
     let ran = desk.shibo("check a.ron bad.ron missing.ron --format json").expect(1);
@@ -82,7 +82,7 @@ fn values_of_the_command_line_are_checked_too() {
 }
 
 #[test]
-fn the_cache_is_proven_honest() {
+fn verifies_cached_results() {
     let desk = Desk::with_graph();
     desk.shibo("render a.ron").expect(0);
     let ran = desk.shibo("check a.ron --verify").expect(0);
@@ -97,7 +97,7 @@ fn a_plain_check_opens_no_cache() {
 }
 
 #[test]
-fn files_that_are_no_graphs() {
+fn refuses_files_that_are_no_graphs() {
     let desk = Desk::new();
     desk.write("empty.ron", "");
     desk.write("bom.ron", [b"\xef\xbb\xbf", GRAPH.as_bytes()].concat());
@@ -115,13 +115,13 @@ fn files_that_are_no_graphs() {
         desk.run(["render", &file]).expect(1);
         assert!(!desk.path("out").exists(), "{file}");
     }
-    // A byte order mark is passed over.
+    // A byte order mark is skipped.
     assert_eq!(desk.shibo("check bom.ron").expect(0).stderr, "");
 }
 
 #[test]
 #[cfg(unix)]
-fn pipes_and_devices_are_refused_not_waited_for() {
+fn refuses_pipes_and_devices_without_blocking() {
     let desk = Desk::new();
     let made = std::process::Command::new("mkfifo").arg(desk.path("pipe.ron")).status();
     if !made.is_ok_and(|status| status.success()) {
@@ -150,14 +150,15 @@ fn control_characters_never_reach_the_terminal() {
     let ran = desk.run(["check", name, "--format", "json"]).expect(1);
     assert!(!ran.stdout.trim_end().contains(|c: char| c.is_control()), "{:?}", ran.stdout);
     assert_eq!(ran.json()["errors"][0]["file"], name);
-    // Wrong usage shows what was typed.
+    // A usage error repeats the argument.
     let ran = desk.run(["check", "--\u{1b}]0;owned\u{7}"]).expect(2);
     assert!(!ran.stderr.contains(['\u{1b}', '\u{7}']), "{:?}", ran.stderr);
 }
 
-/// What needs memory for the whole picture is told beforehand, if it is too much; all else works in any memory.
+/// Nodes that need the whole picture in memory are reported beforehand if it does not fit; all other nodes work in any
+/// memory.
 #[test]
-fn whole_pictures_that_do_not_fit_are_told_beforehand() {
+fn warns_of_whole_pictures_that_exceed_memory() {
     let desk = Desk::new();
     desk.write(
         "w.ron",
@@ -179,7 +180,7 @@ fn whole_pictures_that_do_not_fit_are_told_beforehand() {
     // 10 bytes a pixel, 20 or more, 16 and 16.
     assert_eq!(told("--resolution 16384"), ["pieces", "height", "mean", "last"]);
     assert_eq!(told("--resolution 16384 --memory 4000"), ["height", "mean", "last"]);
-    // A render says the same.
+    // `render` prints the same.
     let ran = desk.shibo("render w.ron --memory 16 --resolution 4096 --no-cache").expect(1);
     let text = ran.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(text.contains("an operation on the whole picture needs") && text.contains("too-large"), "{text}");

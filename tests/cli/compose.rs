@@ -45,7 +45,7 @@ fn main(desk: &Desk, name: &str, canvas: &str, nodes: &str, outputs: &str) {
     );
 }
 
-/// The values of a node.
+/// The values that `dump` prints for a node.
 #[track_caller]
 fn values(desk: &Desk, node: &str, args: &[&str]) -> Vec<f64> {
     let mut line = vec!["dump", "main.ron", node];
@@ -54,7 +54,7 @@ fn values(desk: &Desk, node: &str, args: &[&str]) -> Vec<f64> {
     json["values"].as_array().unwrap_or_else(|| panic!("{json}")).iter().map(number).collect()
 }
 
-/// The first error or warning: its line, its text and its help.
+/// The first error or warning: line, message and help.
 #[track_caller]
 fn first(desk: &Desk, list: &str) -> (u64, String, String) {
     let json = desk.shibo("check main.ron --format json").json();
@@ -78,9 +78,9 @@ fn a_seed_makes_another_instance() {
             assert!(different[..i].iter().all(|other| other != one), "{output} {i}");
         }
     }
-    // Without a seed the nodes inside are the same as outside.
+    // Without a seed the nodes of an instance equal those outside.
     assert_eq!(values(&desk, "a.bumps", &[]), values(&desk, "plain", &[]));
-    // All instances follow the seed of the canvas.
+    // The seed of the canvas changes all instances.
     let before = values(&desk, "five.bumps", &[]);
     main(&desk, "main.ron", "tile: Both, seed: 2", nodes, "");
     assert_ne!(values(&desk, "five.bumps", &[]), before);
@@ -114,7 +114,7 @@ fn instances_inside_of_instances_have_seeds_of_their_own() {
 }
 
 #[test]
-fn set_comes_before_with_and_with_before_preset() {
+fn ranks_set_over_with_over_preset() {
     let nodes = r#""a": Use(graph: "part"), "p": Use(graph: "part", preset: "wide"), "w": Use(graph: "part", preset: "wide", with: { "gap": 3 }),
         "both": Use(graph: "part", preset: "wide+fine"), "plain": Perlin(size: 2)"#;
     let desk = desk("tile: Both, seed: 1", nodes, "");
@@ -170,11 +170,11 @@ fn an_instance_is_laid_out_as_transform_does() {
     assert_eq!(values(&desk, "n.rgb", &[]), values(&desk, "moved_n", &[]));
     assert_eq!(values(&desk, "same.bumps", &[]), values(&desk, "b.bumps", &[]));
     let warnings = desk.shibo("check main.ron --format json").expect(0).json()["warnings"].clone();
-    // The nodes to compare with are no outputs.
+    // The nodes for comparison are no outputs.
     let unused = |warning: &Json| warning["message"].as_str().unwrap().starts_with("no output needs");
     assert!(warnings.as_array().unwrap().iter().all(unused), "{warnings}");
     desk.shibo("check main.ron --verify").expect(0);
-    // The output of the graph is the moved one.
+    // The output of the graph is the transformed one.
     desk.shibo("render main.ron --output b --format exr").expect(0);
     main(
         &desk,
@@ -188,7 +188,7 @@ fn an_instance_is_laid_out_as_transform_does() {
 }
 
 #[test]
-fn numbers_of_pieces_are_laid_out_too() {
+fn transforms_ids_of_instances() {
     let desk = desk("tile: Both", "", "");
     let bricks = r#"(version: 1, canvas: (size_mm: 16, resolution: 16, tile: Both, seed: 1),
       nodes: { "floor": Brick(size: (7.5, 3.5), gap: 0.5), "all": Worley(size: 4) },
@@ -199,12 +199,12 @@ fn numbers_of_pieces_are_laid_out_too() {
         "of_moved": RegionRandom(ids: "a.ids"), "moved": Transform(input: "b.own", angle: 90, offset: (3, 1)),
         "chosen": Each(graph: "part", over: 3, ids: "a.cells"), "shown": Math(operation: Add, a: "chosen.bumps", b: 0)"#;
     main(&desk, "main.ron", "tile: Both", nodes, r#""of": "of_moved", "shown": "shown""#);
-    // By a quarter turn pixels lie on pixels: the numbers that are moved are those of the pieces that are moved.
+    // A quarter turn maps pixels to pixels: values by transformed id equal transformed values.
     let (numbers, colors) = (values(&desk, "of_moved", &[]), values(&desk, "moved", &[]));
     assert!(numbers.iter().zip(&colors).all(|(a, b)| (a - b).abs() < 1e-6), "{numbers:?} {colors:?}");
     assert!(numbers.iter().any(|v| *v != numbers[0]));
     desk.shibo("check main.ron --verify").expect(0);
-    // Turned by any angle no number lies between those of neighbours.
+    // At any other angle ids are not interpolated between neighbours.
     let turned = r#""a": Use(graph: "points", canvas: (angle: 31)), "b": Use(graph: "points"),
         "of_a": RegionRandom(ids: "a.ids"), "of_b": RegionRandom(ids: "b.ids")"#;
     main(&desk, "main.ron", "tile: None", turned, r#""a": "of_a", "b": "of_b""#);
@@ -214,7 +214,7 @@ fn numbers_of_pieces_are_laid_out_too() {
 }
 
 #[test]
-fn a_mask_where_a_distance_belongs_is_told() {
+fn warns_of_mask_in_place_of_distance() {
     let shapes = r#""panel": Shape(size: 6), "grown": ShapeMath(operation: Offset, a: "panel.distance", amount: 1)"#;
     let desk = desk("tile: Both", shapes, "");
     let said = |node: &str| {
@@ -227,7 +227,7 @@ fn a_mask_where_a_distance_belongs_is_told() {
         "{line}: {message}"
     );
     assert!(help.contains("`distance`"), "{help}");
-    // Of what fits nothing is said.
+    // Ports that fit give no warning.
     let through = r##""good": Blend(base: "#000000", top: "#ffffff", mask: "grown.mask"),
         "made": Perlin(size: 4), "also": ShapeMath(a: "made", b: "grown")"##;
     main(&desk, "main.ron", "tile: Both", &format!("{shapes},\n{through}"), "");
@@ -254,7 +254,7 @@ fn a_turned_instance_fills_a_canvas_that_does_not_tile() {
 }
 
 #[test]
-fn what_cannot_be_laid_out_is_refused_at_its_place() {
+fn refuses_layout_of_points_and_bad_layouts() {
     let desk = desk("tile: Both", "", "");
     let refused = |nodes: &str| {
         main(&desk, "main.ron", "tile: Both", nodes, "");
@@ -279,13 +279,13 @@ fn what_cannot_be_laid_out_is_refused_at_its_place() {
     }
     let (_, message, help) = refused("\"a\": Use(graph: \"part\", sed: 3)");
     assert!(message.contains("no field `sed`") && help.contains("`seed`"), "{message}; {help}");
-    // Points that nobody reads are no problem.
+    // Points without a reader are no error.
     main(&desk, "main.ron", "tile: Both", "\"a\": Use(graph: \"points\", canvas: (angle: 90))", "\"a\": \"a.bumps\"");
     desk.shibo("check main.ron").expect(0);
 }
 
 #[test]
-fn materials_go_into_sub_graphs() {
+fn passes_materials_to_sub_graphs() {
     let desk = desk("tile: Both", "", "");
     desk.write(
         "over.ron",
@@ -300,7 +300,7 @@ fn materials_go_into_sub_graphs() {
           },
           outputs: { "material": "made", "ground": "ground", "top": "top", "mixed": "mixed" })"##,
     );
-    // Alone it uses the default of a missing roughness, ½, and is not warned of.
+    // Rendered alone, the graph uses the default of the missing roughness, ½, without a warning.
     let json = desk.shibo("check over.ron --format json").expect(0).json();
     assert_eq!(
         (json["errors"].as_array().unwrap().len(), json["warnings"].as_array().unwrap().len()),
@@ -328,7 +328,7 @@ fn materials_go_into_sub_graphs() {
     assert_eq!(values(&desk, "u.mixed", &[])[0], 0.375);
     using(r#""ground": "one", "top": "one""#);
     assert_eq!(values(&desk, "u.mixed", &[])[0], 0.25);
-    // What is missing is said where the material is given.
+    // A missing channel is reported where the material is given.
     using(r#""ground": "bare""#);
     let (line, message, _) = first(&desk, "warnings");
     assert!(line == 3 && message.contains("no channel `roughness`"), "{line}: {message}");
@@ -361,20 +361,20 @@ fn the_library_is_found_by_name() {
         line == 2 && message.contains("no graph `walnt`") && help.contains("`walnut`"),
         "{line}: {message}; {help}"
     );
-    // Somebody who forgets the word is told.
+    // The message suggests the missing prefix `shibo:`.
     desk.write("main.ron", "(version: 1, imports: { \"w\": \"walnut.ron\" }, nodes: {})");
     assert!(first(&desk, "errors").2.contains("\"shibo:walnut\""));
-    // A copy of a graph that lay beside others is complete.
+    // A copy of a graph that imported its neighbours is complete.
     desk.shibo("new mine --from goat").expect(0);
     desk.shibo("check mine.ron").expect(0);
 }
 
 #[test]
-fn all_materials_can_be_exchanged() {
+fn shipped_materials_are_interchangeable() {
     let desk = Desk::new();
     let list = desk.shibo("new --list").expect(0).stdout;
     let section = list.split("\n\n").nth(1).unwrap();
-    // What lies on a mesh is looked at on it, not flat.
+    // Materials made on a mesh have no flat picture `lit`.
     let on_meshes = ["bound_handle", "chair_seat", "dressed_bust", "plank", "rope_on_torus", "turned_bowl"];
     let others = [&["noise_basics", "source_figures", "straight_vs_curved"], &on_meshes[..]].concat();
     let names: Vec<&str> = section.lines().skip(1).filter_map(|line| line.split_whitespace().next()).collect();
@@ -410,7 +410,7 @@ fn imports_are_found_without_extension_and_along_a_path() {
     assert!(ran.stderr.contains("shibo.toml"), "{}", ran.stderr);
     desk.write("work/shibo.toml", "# where parts are\n[imports]\npaths = [\"nowhere\", \"../shared/deep\"]\n");
     desk.shibo("check work/main.ron").expect(0);
-    // What lies beside the graph comes first.
+    // A graph in the same folder comes first.
     desk.write("work/part.ron", PART.replace("default: 1,", "default: 8,"));
     assert_eq!(number(&desk.shibo("dump work/main.ron a.number").expect(0).json()["values"][0]), 8.0);
     desk.write("work/shibo.toml", "[imports]\npath = \"lib\"\n");
@@ -421,7 +421,7 @@ fn imports_are_found_without_extension_and_along_a_path() {
 
 #[test]
 fn each_piece_shows_one_of_several_instances() {
-    // What an instance is asked for in the graph is there to be looked at.
+    // All outputs of the instances are in use, so nothing is reported as unused.
     const OUTPUTS: &str = r#""m": "four.material", "d": "four.dots", "b": "four.bumps", "n": "four.number", "o": "one.bumps", "s": "seeded.bumps""#;
     let nodes = r#""cells": Worley(size: 4), "four": Each(graph: "part", over: 4, ids: "cells.ids", with: { "gap": "= 1 + $index" }),
         "one": Each(graph: "part", over: 1, ids: "cells.ids"), "seeded": Each(graph: "part", over: "= 2 + 2", seed: 9, ids: "cells.ids"),
@@ -429,14 +429,14 @@ fn each_piece_shows_one_of_several_instances() {
     let desk = desk("tile: Both, seed: 1", nodes, OUTPUTS);
     let fine = |node: &str| values(&desk, node, &["--resolution", "64"]);
     let (ids, gaps) = (fine("cells.ids"), fine("four.number"));
-    // The same piece is always of the same instance, and all instances show.
+    // A piece always shows the same instance, and every instance shows somewhere.
     let mut of_piece = std::collections::BTreeMap::new();
     for (id, gap) in ids.iter().zip(&gaps) {
         assert_eq!(of_piece.entry(id.to_bits()).or_insert(*gap), gap);
     }
     let shown: std::collections::BTreeSet<u64> = gaps.iter().map(|gap| gap.to_bits()).collect();
     assert_eq!(shown, [1.0_f64, 2.0, 3.0, 4.0].map(f64::to_bits).into());
-    // Each instance has a seed of its own, and shows what it is by itself.
+    // Each instance has a seed of its own, and shows the same as rendered alone.
     let instances: Vec<Vec<f64>> = (0..4).map(|i| fine(&format!("four/{i}/bumps"))).collect();
     assert!((1..4).all(|i| !instances[..i].contains(&instances[i])));
     for (k, value) in fine("c").iter().enumerate() {
@@ -457,7 +457,7 @@ fn each_piece_shows_one_of_several_instances() {
 }
 
 #[test]
-fn what_each_cannot_do_is_refused_at_its_place() {
+fn refuses_invalid_use_of_each() {
     let desk = desk("tile: Both", "", "");
     for (each, wanted, help) in [
         ("over: 2, graph: \"part\"", "has no `ids`", "ids: \"node.ids\""),

@@ -1,10 +1,10 @@
-//! Graphs that are deep or wide beyond reason: each command evaluates them, or refuses with a reason; none overflows its stack.
+//! Extremely deep or wide graphs: each command evaluates them or refuses with a reason, and none overflows its stack.
 use crate::support::Desk;
 use std::fmt::Write;
 
 const COUNT: usize = 20_000;
 
-/// A graph of a chain of nodes: `first`, then `COUNT` times `next`, in which `IN` stands for the node before.
+/// A chain of nodes: `first`, then `COUNT` times `next`, in which `IN` is the node before.
 fn chain(first: &str, next: &str, last: &str) -> String {
     let mut nodes = format!("\"n0\": {first},\n");
     for i in 1..COUNT {
@@ -21,7 +21,7 @@ fn chains_of_every_kind_are_evaluated() {
     let desk = Desk::new();
     let fields = chain("Perlin(size: 4)", "Math(operation: Add, a: IN, b: 0.00001)", "Remap(input: IN)");
     let moved = chain("Perlin(size: 4)", "Warp(input: IN, x: \"n0\", amount: 0.001)", "Remap(input: IN)");
-    // Reading between pixels at the same places over and over makes values grow.
+    // Repeated cubic interpolation at the same places amplifies values.
     let bent = chain("Perlin(size: 4)", "Warp(input: IN, amount: 0.4)", "Remap(input: IN)");
     let formulas = chain("Perlin(size: 4)", "Expression(a: IN, formula: \"a * 1.0001\")", "Remap(input: IN)");
     let solids = chain("SolidNoise(size: 3)", "SolidMath(operation: Max, a: IN, b: \"n0\")", "CutPlane(solid: IN)");

@@ -43,13 +43,13 @@ fn fields_print_their_values_by_rows() {
     assert_eq!(count(&field, "values"), 32);
     let whole = desk.shibo("dump a.ron bumps").expect(0).json();
     assert_eq!(whole["size"], json!([96, 96]));
-    // The same on any number of threads, with and without a cache.
+    // Values are equal on any number of threads, with and without a cache.
     let one = desk.shibo("dump a.ron bumps --threads 1 --no-cache").expect(0).stdout;
     assert_eq!(one, desk.shibo("dump a.ron bumps --threads 8").expect(0).stdout);
 }
 
 #[test]
-fn fields_are_taken_at_points() {
+fn dumps_fields_at_points() {
     let desk = Desk::with_graph();
     let field = desk.shibo("dump a.ron bumps --resolution 40").expect(0).json();
     // The centres of pixels (0, 0), (3, 0) and (0, 2).
@@ -78,9 +78,9 @@ fn fields_are_taken_at_points() {
     assert!(ran.stderr.contains("not that of a mesh"), "{}", ran.stderr);
 }
 
-/// A field of a mesh is taken where the surface is nearest.
+/// A field of a mesh is read at the nearest point of the surface.
 #[test]
-fn fields_of_a_mesh_are_taken_at_places_in_space() {
+fn dumps_mesh_fields_at_points_in_space() {
     let desk = Desk::new();
     let graph = r#"( version: 1, canvas: (size_mm: 120, resolution: 2048, tile: None), nodes: {
         "box": MeshShape(shape: Cube, size: (60, 40, 20)), "atlas": MeshAtlas(mesh: "box", charts: New),
@@ -100,9 +100,9 @@ fn fields_of_a_mesh_are_taken_at_places_in_space() {
     assert!(ran.stderr.contains("several meshes") && ran.stderr.contains("`other`"), "{}", ran.stderr);
 }
 
-/// Fields that follow from whole pictures, or from far around, are told as the picture has them.
+/// A field that depends on whole pictures or wide halos has the value of the pixel at that point.
 #[test]
-fn fields_of_whole_pictures_are_taken_from_the_picture() {
+fn dumps_whole_picture_fields_from_their_pixels() {
     let desk = Desk::new();
     let graph = r#"( version: 1, canvas: (size_mm: 64, resolution: 64, tile: Both), nodes: {
         "noise": Perlin(size: 8), "wide": Blur(input: "noise", radius: 9),
@@ -120,7 +120,7 @@ fn fields_of_whole_pictures_are_taken_from_the_picture() {
             assert_eq!(*value, whole["values"][y * 64 + x], "{node} at {x}, {y}");
         }
     }
-    // From near around it is taken exactly: not in the middle of a pixel.
+    // A field with a small halo is evaluated exactly, not at the centre of the pixel.
     let whole = desk.shibo("dump a.ron noise").expect(0).json();
     let at = desk.shibo("dump a.ron noise --at p.csv").expect(0).json();
     assert_ne!(at["values"][0], whole["values"][0]);
@@ -137,7 +137,7 @@ fn unknown_nodes_and_ports_are_wrong_usage() {
 }
 
 #[test]
-fn nodes_inside_sub_graphs() {
+fn dumps_nodes_inside_sub_graphs() {
     let desk = Desk::with_graph();
     let outer = r#"( version: 1, imports: { "inner": "a.ron" },
         nodes: { "use": Use(graph: "inner", with: { "size": 3 }) }, outputs: { "o": "use.bumps" } )"#;
@@ -145,15 +145,15 @@ fn nodes_inside_sub_graphs() {
     let points = desk.shibo("dump outer.ron use/points").expect(0).json();
     assert_eq!(points["type"], "Points");
     let bumps = |name: &str| desk.run(["dump", "outer.ron", name]).expect(0).json();
-    // By itself, the name of a sub-graph means its main output.
+    // The name of a sub-graph alone means its main output.
     assert_eq!(bumps("use"), bumps("use/bumps"));
     assert_eq!((bumps("use.bumps"), bumps("use.mask")), (bumps("use"), bumps("use/strokes.mask")));
     let ran = desk.shibo("dump outer.ron use/nothing").expect(2);
     assert!(ran.stderr.contains("`use` is a sub-graph without `nothing`"), "{}", ran.stderr);
 }
 
-/// Pictures of one channel go as grey into ports for any field, pictures of more as colour; and what a node hands on
-/// unchanged as the one never stands for the other.
+/// A picture of one channel enters a port for any field as grey, a picture of more channels as colour. A node that
+/// passes its input on unchanged keeps that type.
 #[test]
 fn pictures_of_one_channel_stay_grey() {
     let desk = Desk::new();
@@ -184,11 +184,11 @@ fn pictures_of_one_channel_stay_grey() {
             assert_eq!((&dump["type"], &dump["channels"]), (&json!(ty), &json!(channels)), "{file}");
         }
         assert_eq!(tinted["type"], "Rgb");
-        // What was handed on is what a node makes that changes nothing either.
+        // A passed-on input equals the output of a node that changes nothing.
         let picture = desk.shibo(&format!("dump a.ron p.{}", ty.to_lowercase())).expect(0).json();
         assert_eq!(same["values"], picture["values"], "{file}");
     }
-    // The type is that of the layer that is used, and unknown where there is no file.
+    // The type is that of the chosen layer, and unknown if the file is missing.
     desk.write("a.ron", "(nodes: { \"p\": Image(path: \"rgb.png\", layer: \"G\"), \"s\": Blur(input: \"p\"), \"n\": HeightToNormal(input: \"s\") })");
     desk.shibo("check a.ron").expect(0);
     desk.write(

@@ -1,5 +1,5 @@
-//! Materials for other programs, end to end: documents, pictures, scripts. Whether these programs read them is tested by
-//! `tests/readers/run`.
+//! Materials for other programs, end to end: documents, pictures, scripts. `tests/readers/run` checks that the programs
+//! read them.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
@@ -58,7 +58,7 @@ fn a_document_of_materialx_names_its_pictures() {
     for file in ["m.mtlx", "s.mtlx", "m_roughness.png", "m_metallic.png", "m_normal.png", "m_height.exr"] {
         assert!(names.contains(file), "{file}: {names:?}");
     }
-    // What is the same everywhere is a number.
+    // A constant channel is a number.
     assert!(!names.contains("m_coat.png") && !names.contains("m_base_color.png"), "{names:?}");
     let document = text(&desk, "out/m.mtlx");
     for part in [
@@ -77,9 +77,9 @@ fn a_document_of_materialx_names_its_pictures() {
     assert!(standard.contains("name=\"specular_rotation\"") && !standard.contains("geometry_tangent"), "{standard}");
 }
 
-/// Where the canvas ends, so does the picture: coordinates are scaled, and its top left lies at theirs.
+/// A canvas that does not tile shows once: coordinates are scaled, and its top left corner keeps its place.
 #[test]
-fn a_canvas_that_ends_is_shown_once_in_its_size() {
+fn shows_non_tiling_canvas_once_at_real_size() {
     let desk = desk("None", "{ \"m\": MaterialX(material: \"skin\"), \"u\": Usd(material: \"skin\") }");
     desk.shibo("render a.ron -o out -q").expect(0);
     let document = text(&desk, "out/m.mtlx");
@@ -100,8 +100,8 @@ fn a_canvas_that_ends_is_shown_once_in_its_size() {
     }
 }
 
-/// The light falls on the right side: the slope above the middle of a bump leans up on the canvas, so its normal has a
-/// positive y, which Unreal stores turned over.
+/// Above the middle of a bump the slope leans towards the top of the canvas, so its normal has a positive y; Unreal
+/// stores y flipped.
 #[test]
 fn each_program_gets_its_own_normals_and_packing() {
     let targets = ["Unreal", "Unity", "Godot", "Blender", "Arnold", "RenderMan"];
@@ -120,8 +120,8 @@ fn each_program_gets_its_own_normals_and_packing() {
     let mask = pixel(&picture(&desk, "out/unity_MaskMap.png"), x, 15);
     let want = [metal, ao, 1.0, 1.0 - rough];
     assert!(mask.iter().zip(want).all(|(a, b)| (a - b).abs() < 0.005), "{mask:?} {want:?}");
-    // Godot reads the roughness of the coat from green, and the strength of anisotropy from opacity. Brush lines run nearly along x,
-    // so highlights are long upwards.
+    // Godot reads the roughness of the coat from green, and the strength of anisotropy from opacity. Brush lines run
+    // nearly along x, so highlights stretch along y.
     let coat = pixel(&picture(&desk, "out/godot_clearcoat.png"), x, 15);
     let flow = pixel(&picture(&desk, "out/godot_flow.png"), x, 15);
     assert!((coat[0] - 0.25).abs() < 0.01 && coat[1] < 0.1 && coat[3] > 0.99, "{coat:?}");
@@ -133,7 +133,7 @@ fn each_program_gets_its_own_normals_and_packing() {
     }
     let script = text(&desk, "out/blender_blender.py");
     assert!(script.contains("(16.666667, 33.333333, 1.0)") && !script.contains('@'), "{script}");
-    // Renderers take colours and normals as linear floats.
+    // Renderers read colours and normals as linear floats.
     let image = exr::prelude::read_first_flat_layer_from_file(desk.path("out/arnold_normal.exr")).unwrap();
     let channels = &image.layer_data.channel_data.list;
     let stored =
@@ -152,15 +152,30 @@ fn fields_are_packed_into_one_picture() {
     assert!((r - 0.25).abs() < 0.01 && b > 0.98 && (a - 0.5).abs() < 0.01, "{r} {b} {a}");
 }
 
-/// Any graph with a material can be exported without being edited.
+/// The key of a pack depends on each of its fields: a cached picture is not used after a change of the last one.
 #[test]
-fn as_writes_the_materials_of_any_graph() {
+fn packs_are_made_again_after_a_change_of_any_field() {
+    let outputs = "{ \"p\": Pack(r: \"rough\", b: \"metal\") }";
+    let desk = desk("Both", outputs);
+    let blue = || {
+        desk.shibo("render a.ron -o out -q").expect(0);
+        pixel(&picture(&desk, "out/p.png"), 32, 15)[2]
+    };
+    assert!(blue() < 0.05);
+    let changed = GRAPH.replace("to: (1, 0)", "to: (0, 1)");
+    desk.write("a.ron", changed.replace("TILE", "Both").replace("OUTPUTS", outputs));
+    assert!(blue() > 0.95);
+}
+
+/// Every graph with a material can be exported without an edit.
+#[test]
+fn exports_materials_of_any_graph() {
     let desk = desk("Both", "{ \"m\": \"skin\", \"same\": \"skin\", \"h\": \"height\" }");
     desk.shibo("render a.ron -o out -q --as usd").expect(0);
     let names = files(&desk, "out");
     assert!(names.contains("m.usda") && names.contains("m_roughness.png"), "{names:?}");
     assert!(!names.iter().any(|name| name.starts_with("same") || name.starts_with('h')), "{names:?}");
-    // Every file that was written is told, and a second run makes the same.
+    // Every written file is listed, and a second run writes the same files.
     let said = desk.shibo("render a.ron -o out --as usd").expect(0).stderr;
     assert_eq!(said.matches("wrote ").count(), names.len(), "{said}");
     desk.write("b.ron", "(canvas: (size_mm: 10), nodes: { \"n\": Perlin() }, outputs: { \"n\": \"n\" })");
@@ -195,7 +210,7 @@ fn mistakes_are_told_at_their_places() {
     assert!(!error.contains("`j_roughness` would"), "the pictures of a USDZ lie in it: {error}");
 }
 
-/// A name that is taken by a folder stops the export; no picture of it is there then.
+/// A folder in the place of the document stops the export, and no picture is left.
 #[test]
 fn an_export_that_fails_leaves_nothing() {
     let desk = desk("Both", "{ \"m\": MaterialX(material: \"skin\") }");
@@ -218,7 +233,7 @@ fn levels(desk: &Desk, file: &str, channel: &str) -> Vec<Vec<f32>> {
 }
 
 #[test]
-fn mip_levels_keep_what_a_surface_looks_like() {
+fn mip_levels_widen_roughness() {
     let outputs = r#"{
         "m": File(from: "skin", format: Exr, depth: F32, mip: true),
         "kept": File(from: "skin", format: Exr, depth: F32, mip: true, widen_roughness: false),
@@ -237,7 +252,7 @@ fn mip_levels_keep_what_a_surface_looks_like() {
     assert_eq!((&wide[0], &kept[0]), (&flat[0], &flat[0]), "the picture itself is the same");
     let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
     assert!((kept[6][0] - mean(&flat[0])).abs() < 1e-5);
-    // The slopes of the bump are averaged away: alpha² grows by half of their variance.
+    // Normals are averaged: alpha² grows by half the variance of the slopes.
     let normal: Vec<Vec<f32>> = ["R", "G", "B"].map(|c| levels(&desk, "out/flat_normal.exr", c).remove(0)).into();
     let slope =
         |c: usize| (0..2048).map(|i| (2.0 * normal[c][i] - 1.0) / (2.0 * normal[2][i] - 1.0)).collect::<Vec<f32>>();
@@ -246,7 +261,7 @@ fn mip_levels_keep_what_a_surface_looks_like() {
     let lost = square - mean(&x).powi(2) - mean(&y).powi(2);
     let expected = (mean(&flat[0].iter().map(|r| r.powi(4)).collect::<Vec<_>>()) + 0.5 * lost).powf(0.25).min(1.0);
     assert!((wide[6][0] - expected).abs() < 1e-4, "{} instead of {expected}", wide[6][0]);
-    // All channels in one file say the same.
+    // The combined file has the same channels.
     assert_eq!(levels(&desk, "out/one.exr", "roughness"), wide);
     let normals: Vec<Vec<Vec<f32>>> =
         ["X", "Y", "Z"].map(|c| levels(&desk, "out/one.exr", &format!("normal.{c}"))).into();
@@ -288,7 +303,7 @@ fn colours_and_normals_are_stored_as_asked_for() {
     let linear = [0.215_86, 0.051_27, 0.014_44];
     let light = pixel(&picture(&desk, "out/light_base_color.png"), 3, 3);
     assert!((0..3).all(|c| (light[c] - linear[c]).abs() < 1e-3), "{light:?}");
-    // The rows of the matrix of S-2014-004, by hand.
+    // The rows of the matrix of S-2014-004, multiplied by hand.
     let aces = ["R", "G", "B"].map(|c| levels(&desk, "out/aces_base_color.exr", c)[0][0]);
     let expected = [0.150_44, 0.062_33, 0.022_63];
     assert!((0..3).all(|c| (aces[c] - expected[c]).abs() < 2e-4), "{aces:?}");
@@ -297,7 +312,7 @@ fn colours_and_normals_are_stored_as_asked_for() {
     let primaries = meta.headers[0].shared_attributes.chromaticities.unwrap();
     assert_eq!((primaries.red.0, primaries.white.1), (0.713, 0.337_67));
 
-    // What was written is read back as it was.
+    // Reading the file gives the original values.
     desk.write("b.ron", r#"(canvas: (size_mm: 60, resolution: 8), nodes: { "i": Image(path: "out/aces_base_color.exr", color_space: AcesCg) },
         outputs: { "c": File(from: "i", format: Exr, depth: F32) })"#);
     desk.shibo("render b.ron -o out").expect(0);
@@ -305,7 +320,7 @@ fn colours_and_normals_are_stored_as_asked_for() {
     assert!((0..3).all(|c| (back[c] - linear[c]).abs() < 2e-4), "{back:?}");
 }
 
-/// The entries of a USDZ: names, where their contents begin, and these.
+/// The entries of a USDZ: name, offset of the content, and content.
 fn entries(desk: &Desk, file: &str) -> Vec<(String, u64, Vec<u8>)> {
     let mut package = zip::ZipArchive::new(std::fs::File::open(desk.path(file)).unwrap()).unwrap();
     let count = package.len();
@@ -343,7 +358,7 @@ fn a_usdz_holds_the_stage_and_its_pictures() {
             assert_eq!(*content, beside, "{name}");
         }
     }
-    // Another name, other texts: not the file of the cache.
+    // The name of the output is part of the document, so another name is no hit in the cache.
     desk.write("b.ron", text(&desk, "a.ron").replace("\"u\":", "\"w\":"));
     desk.shibo("render b.ron -o out --cache-dir cache --output w").expect(0);
     assert_eq!(self::entries(&desk, "out/w.usdz")[0].0, "w.usda");

@@ -1,4 +1,5 @@
-//! Directions of anisotropy in files for other programs: highlights are long across brush lines there too, in numbers and in pictures.
+//! Directions of anisotropy in files for other programs: highlights stretch across brush lines there too, for numbers
+//! and pictures.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::export::text;
@@ -6,7 +7,7 @@ use crate::support::Desk;
 use serde_json::Value as Json;
 use std::f32::consts::FRAC_PI_2;
 
-/// A material with `ANISOTROPY` on 60 pixels of a millimetre.
+/// A material with `ANISOTROPY` on 60 pixels of one millimetre.
 const GRAPH: &str = r#"(
   canvas: (size_mm: (60, 4), resolution: (60, 4), tile: None),
   nodes: {
@@ -27,13 +28,13 @@ fn written(anisotropy: &str) -> Desk {
     desk
 }
 
-/// What glTF says of the anisotropy.
+/// The anisotropy in the glTF file.
 fn gltf(desk: &Desk, file: &str) -> Json {
     let document: Json = serde_json::from_str(&text(desk, file)).unwrap();
     document["materials"][0]["extensions"]["KHR_materials_anisotropy"].clone()
 }
 
-/// The vector that is stored in red and green, and in what follows.
+/// The vector stored in red and green, and the other two channels.
 fn vector(desk: &Desk, file: &str, x: u32) -> [f32; 4] {
     let [r, g, b, a] = image::open(desk.path(file)).unwrap().to_rgba32f().get_pixel(x, 2).0;
     [2.0 * r - 1.0, 2.0 * g - 1.0, b, a]
@@ -46,7 +47,7 @@ fn has(text: &str, part: &str) {
 
 #[test]
 fn converts_an_angle_that_is_a_number() {
-    // Brush lines that fall to the right by 30°: highlights rise to the right by 60°.
+    // Brush lines fall to the right by 30°, so highlights rise to the right by 60°.
     let desk = written("anisotropy: 0.5, anisotropy_angle: 30");
     let said = gltf(&desk, "out/g.gltf");
     assert_eq!(said["anisotropyStrength"], 0.5);
@@ -71,7 +72,7 @@ fn converts_an_angle_that_is_a_picture() {
     let desk = written("anisotropy: 0.5, anisotropy_angle: \"angle\"");
     for x in [4, 30, 47] {
         let angle = (3.0 * (x as f32 + 0.5) - 90.0).to_radians();
-        // Across the lines, y up.
+        // Across the brush lines, y up.
         let [right, up] = [angle.sin(), angle.cos()];
         let [u, v, strength, _] = vector(&desk, "out/g_anisotropy.png", x);
         assert!((u - right).abs() < 0.01 && (v - up).abs() < 0.01 && (strength - 0.5).abs() < 0.01, "{x}: {u} {v}");
@@ -103,7 +104,7 @@ fn converts_an_angle_that_is_a_picture() {
     has(&text(&desk, "out/ue_unreal.py"), "(\"ue_Tangent.png\", \"normal\")");
 }
 
-/// A material without an angle has brush lines along x, which no other program takes for granted.
+/// Without an angle, brush lines run along x; other programs assume another direction.
 #[test]
 fn states_the_angle_of_a_material_without_one() {
     let desk = written("anisotropy: 0.5");
@@ -122,7 +123,7 @@ fn states_the_angle_of_a_material_without_one() {
     assert_eq!(gltf(&plain, "out/g.gltf"), Json::Null);
 }
 
-/// The shipped woods shine across their fibres.
+/// The shipped woods have highlights across their fibres.
 #[test]
 fn woods_shine_across_their_fibres() {
     let desk = Desk::new();
@@ -139,7 +140,7 @@ fn woods_shine_across_their_fibres() {
     let vectors = image::open(desk.path(format!("g/{vectors}"))).unwrap().to_rgba32f();
     assert_eq!(vectors.pixels().len(), angles.len());
     for (pixel, angle) in vectors.pixels().zip(angles) {
-        // How far the vector runs along the fibres, y up.
+        // Component of the vector along the fibres, y up.
         let (right, down) = (angle.to_radians().cos(), angle.to_radians().sin());
         let along = (2.0 * pixel.0[0] - 1.0) * right - (2.0 * pixel.0[1] - 1.0) * down;
         assert!(along.abs() < 0.02, "{pixel:?} along {angle}°");

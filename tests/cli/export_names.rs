@@ -1,11 +1,11 @@
-//! Names of parts of a mesh in files for other programs, and channels that share a picture with others.
+//! Names of mesh parts in files for other programs, and channels that share a picture.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::export::text;
 use crate::support::Desk;
 use std::collections::BTreeSet;
 
-/// Triangles beside each other, one a part.
+/// Adjacent triangles, each a part of its own.
 fn mesh(parts: &[&str]) -> String {
     let corners = "v 0 0 0\nv 10 0 0\nv 0 10 0\nv 20 0 0\nv 30 0 0\nv 20 10 0\nv 40 0 0\nv 50 0 0\nv 40 10 0\n";
     let uvs = "vt 0 0\nvt 0.3 0\nvt 0 0.3\nvt 0.4 0.4\nvt 0.6 0.4\nvt 0.4 0.6\nvt 0.7 0.7\nvt 1 0.7\nvt 0.7 1\n";
@@ -54,7 +54,7 @@ fn gives_each_part_a_name_of_its_own() {
                 && characters.all(|c| c.is_ascii_alphanumeric() || c == '_')
         };
         assert!(found.iter().all(valid) && found.iter().collect::<BTreeSet<_>>().len() == found.len(), "{found:?}");
-        // The name as it was is still there for people.
+        // The original name is kept as the display name.
         for (part, name) in parts.iter().zip(usd) {
             let said = stage.contains(&format!("def Mesh \"{name}\" (\n        displayName = \"{part}\"\n"));
             assert_eq!(said, *part != name, "{part}");
@@ -67,7 +67,7 @@ fn gives_each_part_a_name_of_its_own() {
     }
 }
 
-/// Godot reads the opacity of a surface from its colour's picture, as Unity does.
+/// Godot and Unity read opacity from the alpha of the colour picture.
 #[test]
 fn stores_opacity_with_the_colour_where_programs_read_it() {
     let graph = |channels: &str| {
@@ -92,7 +92,7 @@ fn stores_opacity_with_the_colour_where_programs_read_it() {
     for (albedo, opacity) in stored.to_rgba8().pixels().zip(opacity.pixels()) {
         assert_eq!(albedo.0, [255, 0, 0, opacity.0[0]]);
     }
-    // Opacity alone lies beside the colour of a material without one; colour alone has no opacity.
+    // Opacity alone stays beside a material without colour; colour alone has no opacity.
     assert!(image::open(graph("opacity: \"n\"").path("out/m_albedo.png")).unwrap().color().has_alpha());
     assert!(!image::open(graph("base_color: \"n\"").path("out/m_albedo.png")).unwrap().color().has_alpha());
 }

@@ -1,4 +1,4 @@
-//! Files that name others never name those of another run, even if the command is killed while they get their names.
+//! Documents never name files of another run, even if the command is killed while files get their final names.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
@@ -21,7 +21,7 @@ const GRAPH: &str = r##"(
   outputs: { "m": "m" },
 )"##;
 
-/// Targets with a document that names pictures, the ends of the documents, the first of which names the others.
+/// Targets whose documents name pictures, with their documents; the first document names the others.
 const TARGETS: [(&str, &[&str]); 5] = [
     ("gltf-files", &["m.gltf"]),
     ("obj", &["m.obj", "m.mtl"]),
@@ -38,7 +38,7 @@ fn set(folder: &Path) -> Set {
     files.into_iter().filter_map(|name| Some((name.clone(), std::fs::read(folder.join(&name)).ok()?))).collect()
 }
 
-/// What tells one file of a name from the next one.
+/// Inode numbers, which tell a new file from the old one of the same name.
 fn identities(folder: &Path, names: &Set) -> Vec<Option<u64>> {
     names.keys().map(|name| folder.join(name).metadata().ok().map(|data| data.ino())).collect()
 }
@@ -64,7 +64,7 @@ fn killed_exports_leave_no_mixed_set() {
             assert!(render(1, "out").status().unwrap().success());
             let before = identities(&out, &runs[0]);
             let mut child = render(2, "out").spawn().unwrap();
-            // As soon as the first file is another one, or a little later.
+            // From the first replaced file on, after a short delay.
             let start = Instant::now();
             while identities(&out, &runs[0]) == before && child.try_wait().unwrap().is_none() {
                 assert!(start.elapsed() < Duration::from_secs(60), "{target}: nothing is written");
@@ -73,7 +73,7 @@ fn killed_exports_leave_no_mixed_set() {
             let _ = child.kill();
             child.wait().unwrap();
             let now = set(&out);
-            // Documents of both runs may be the same: then the others tell which run it is.
+            // Documents of both runs may be equal: the other files then tell the run.
             let whole = |run: &Set| run.iter().all(|(name, content)| now.get(name) == Some(content));
             assert!(
                 !now.contains_key(documents[0]) || runs.iter().any(whole),

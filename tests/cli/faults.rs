@@ -1,4 +1,4 @@
-//! What goes wrong while files are written: full disks, folders that cannot be written, interruptions.
+//! Failures while files are written: full disks, folders without permission, interruptions.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::{Desk, WIDE, finish};
@@ -68,7 +68,7 @@ fn damaged_cache_entries_are_made_again() {
     assert_eq!(desk.names("two"), ["bumps.png", "mask.png"]);
 }
 
-/// Files may not grow beyond a few kB, which fails as a full disk does.
+/// A limit of a few kB for each file fails as a full disk does.
 #[test]
 #[cfg(unix)]
 fn a_full_disk_leaves_the_old_files() {
@@ -88,7 +88,7 @@ fn a_full_disk_leaves_the_old_files() {
     assert_eq!(desk.names("out"), ["bumps.png", "mask.png"]);
 }
 
-/// The same for a picture in strips: those that wait outgrow the disk before the picture does, and are removed.
+/// The same for a picture in strips: the waiting strips exceed the limit before the picture does, and are removed.
 #[test]
 #[cfg(unix)]
 fn a_full_disk_ends_strips_that_wait() {
@@ -97,7 +97,7 @@ fn a_full_disk_ends_strips_that_wait() {
     desk.shibo("render a.ron --resolution 16 --no-cache").expect(0);
     let before = desk.read("out/mask.png");
     let shibo = assert_cmd::cargo::cargo_bin!("shibo");
-    // Blocks of 512 bytes: room for the first strip of a picture, at most half as wide, not for all.
+    // Blocks of 512 bytes: the first strip fits, which is at most half the picture's width, but not all strips.
     let room = 2304 * 1700 * 4 / 512;
     let mut limited = std::process::Command::new("sh");
     limited.current_dir(desk.path(".")).arg("-c").arg(format!(
@@ -137,7 +137,7 @@ fn an_interrupted_run_leaves_nothing_behind() {
         let mut child = long_render(&desk);
         assert!(std::process::Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
         let code = child.wait().unwrap().code();
-        // That the run was not let finish is told by its code.
+        // The exit code tells that the run was interrupted.
         let mut stderr = String::new();
         std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut stderr).unwrap();
         assert_eq!(code, Some(1), "{signal}: {stderr}");
@@ -149,7 +149,7 @@ fn an_interrupted_run_leaves_nothing_behind() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn what_a_killed_run_leaves_the_next_removes() {
+fn removes_temporary_files_of_killed_run() {
     let desk = Desk::with_graph();
     desk.shibo("render a.ron").expect(0);
     let before = desk.read("out/bumps.png");
@@ -157,7 +157,7 @@ fn what_a_killed_run_leaves_the_next_removes() {
     child.kill().unwrap();
     child.wait().unwrap();
     assert_eq!(desk.read("out/bumps.png"), before);
-    // Another machine may be at work in the folder, so young files stay.
+    // Young temporary files stay, because another machine may be working in the folder.
     desk.shibo("render a.ron").expect(0);
     let left: Vec<String> = desk.names("out").into_iter().filter(|name| name.ends_with(".tmp")).collect();
     assert!(!left.is_empty());
@@ -183,7 +183,7 @@ fn a_full_device_behind_stdout_is_an_error() {
 }
 
 #[test]
-fn a_reader_that_leaves_is_no_accident() {
+fn stays_silent_when_stdout_closes() {
     let desk = Desk::with_graph();
     for args in [vec!["nodes", "--format", "markdown"], vec!["dump", "a.ron", "bumps", "--resolution", "512"]] {
         let mut command = desk.command(&args);

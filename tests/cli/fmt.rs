@@ -13,7 +13,7 @@ use std::process::Stdio;
 const BEFORE: &str = "(nodes:{\"a\":Perlin( size:4 )}, // why\noutputs:{\"a\":\"a\"})";
 const AFTER: &str = "(\n  nodes: {\n    \"a\": Perlin(size: 4),\n  }, // why\n  outputs: { \"a\": \"a\" },\n)\n";
 
-/// Gives the command a text on stdin.
+/// Runs the command with a text on stdin.
 fn piped(desk: &Desk, line: &str, text: &str) -> Ran {
     let mut command = desk.command(line.split_whitespace());
     let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -54,13 +54,13 @@ fn files_are_laid_out_in_place() {
 }
 
 #[test]
-fn a_broken_file_is_left_alone_and_the_others_are_not() {
+fn keeps_broken_file_and_formats_others() {
     let desk = Desk::new();
     let broken = "(nodes: { \"a\": Perlin(size: ) })";
     desk.write("a.ron", broken);
     desk.write("b.ron", BEFORE);
     desk.write("mark.ron", format!("\u{FEFF}{AFTER}"));
-    // Errors of meaning do not matter.
+    // Semantic errors do not matter.
     desk.write("c.ron", "(nodes:{\"a\":Nothing()})");
     let ran = desk.shibo("fmt a.ron nowhere.ron b.ron c.ron mark.ron").expect(1);
     assert!(ran.stderr.contains("expected a value") && ran.stderr.contains("nowhere.ron"), "{}", ran.stderr);
@@ -71,7 +71,7 @@ fn a_broken_file_is_left_alone_and_the_others_are_not() {
 }
 
 #[test]
-fn editors_use_stdin() {
+fn formats_stdin() {
     let desk = Desk::new();
     let ran = piped(&desk, "fmt --stdin", BEFORE).expect(0);
     assert_eq!((ran.stdout.as_str(), ran.stderr.as_str()), (AFTER, ""));
@@ -119,7 +119,7 @@ fn shipped_graphs_are_laid_out() {
     }
 }
 
-/// The text with other blanks, and commas behind last items or not, by a hashed choice for each token.
+/// The text with other blanks and optional trailing commas, chosen by a hash for each token.
 fn shaken(text: &str, seed: usize) -> String {
     let tree = Tree::parse(text);
     let pieces = tree.tokens();

@@ -1,4 +1,4 @@
-//! SVG and TIFF files of other programs, and the sizes that pictures state, end to end.
+//! SVG and TIFF files of other programs, and pixel sizes stated by pictures, end to end.
 use crate::support::{Desk, samples};
 use flate2::Compression;
 use flate2::write::GzEncoder;
@@ -12,7 +12,7 @@ fn graph(file: &str) -> String {
     )
 }
 
-/// A desk on which the file `a.svg` and a graph that shows it lie.
+/// A folder with `a.svg` and a graph that shows it.
 fn desk(file: &[u8]) -> Desk {
     let desk = Desk::new();
     desk.write("a.svg", file);
@@ -24,7 +24,7 @@ const HEAD: &str = r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 20 20
 const SQUARE: &str = r#"<rect width="10" height="20" fill="CornflowerBlue"/></svg>"#;
 
 #[test]
-fn draws_packed_files_and_those_in_latin_letters() {
+fn draws_compressed_and_latin1_svg() {
     let text = format!("{HEAD}<title>caf\u{e9}</title><text display='none'>x</text>{SQUARE}");
     let mut packed = GzEncoder::new(Vec::new(), Compression::fast());
     packed.write_all(text.as_bytes()).unwrap();
@@ -41,7 +41,7 @@ fn draws_packed_files_and_those_in_latin_letters() {
 }
 
 #[test]
-fn colors_that_cannot_be_known_are_told_with_their_place() {
+fn refuses_unknown_svg_colours_with_place() {
     let desk = desk(format!("{HEAD}\n  <rect width='5' height='5' fill='var(--brand)'/></svg>").as_bytes());
     let error = desk.shibo("check a.ron --format json").expect(1).json()["errors"][0].clone();
     let message = error["message"].as_str().unwrap();
@@ -55,7 +55,7 @@ fn colors_that_cannot_be_known_are_told_with_their_place() {
 }
 
 #[test]
-fn shows_the_picture_behind_a_thumbnail_upright() {
+fn reads_tiff_after_thumbnail_and_turns_it_upright() {
     use tiff::encoder::{TiffEncoder, colortype::Gray8};
     use tiff::tags::Tag;
     let mut bytes = std::io::Cursor::new(Vec::new());
@@ -84,7 +84,7 @@ fn shows_the_picture_behind_a_thumbnail_upright() {
 #[test]
 fn pictures_state_the_size_of_their_pixels() {
     let desk = Desk::new();
-    // Four pixels in a mm, and a part of the canvas.
+    // Four pixels per mm, for the whole canvas and for a region.
     desk.write(
         "a.ron",
         "(version: 1, canvas: (size_mm: (16, 8), resolution: 64, tile: None), nodes: { \"n\": Perlin(size: 3) }, \
@@ -97,7 +97,7 @@ fn pictures_state_the_size_of_their_pixels() {
         let dims = reader.info().pixel_dims.unwrap();
         assert_eq!((dims.xppu, dims.yppu, dims.unit), (4000, 4000, png::Unit::Meter), "{more}");
     }
-    // A file is kept by its size, too.
+    // Results are also kept by the size of the pixels.
     let size = |mm: u32| {
         let graph = format!(
             "(version: 1, canvas: (size_mm: {mm}, resolution: 64, tile: None), nodes: {{ \"n\": Constant(color: \"#808080\") }}, outputs: {{ \"n\": \"n\" }})"

@@ -4,7 +4,7 @@
 use crate::support::Desk;
 use serde_json::{Value as Json, json};
 
-/// A file in two parts: its document and its binary part.
+/// The JSON document and the binary part of a GLB.
 fn parts(glb: &[u8]) -> (Json, Vec<u8>) {
     let word = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().unwrap()) as usize;
     assert_eq!((&glb[..4], word(4), word(8)), (&b"glTF"[..], 2, glb.len()));
@@ -19,7 +19,7 @@ fn number(json: &Json) -> usize {
     usize::try_from(json.as_u64().unwrap()).unwrap()
 }
 
-/// The bytes of a view of the binary part.
+/// The bytes of a buffer view.
 fn view(document: &Json, binary: &[u8], index: &Json) -> Vec<u8> {
     let view = &document["bufferViews"][number(index)];
     let [from, length] = ["byteOffset", "byteLength"].map(|key| number(&view[key]));
@@ -30,7 +30,7 @@ fn floats(bytes: &[u8]) -> Vec<f32> {
     bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect()
 }
 
-/// The samples of the texture that a use of one in the document names.
+/// The picture of a texture reference in the document.
 fn picture(document: &Json, binary: &[u8], used: &Json) -> image::DynamicImage {
     let texture = &document["textures"][number(&used["index"])];
     let image = &document["images"][number(&texture["source"])];
@@ -64,7 +64,7 @@ fn a_material_becomes_a_file_with_its_textures() {
     let material = &document["materials"][0];
     assert_eq!(document["asset"]["version"], "2.0");
     let base = &material["pbrMetallicRoughness"];
-    // The pictures that an ordinary output writes, packed as the format wants it.
+    // The same pictures as from an ordinary output, packed as glTF requires.
     let [color, rough, normal] = ["base_color", "roughness", "normal"]
         .map(|channel| image::open(desk.path(format!("out/maps_{channel}.png"))).unwrap());
     assert_eq!(picture(&document, &binary, &base["baseColorTexture"]).to_rgb8(), color.to_rgb8());
@@ -76,10 +76,10 @@ fn a_material_becomes_a_file_with_its_textures() {
     assert_eq!(material["occlusionTexture"]["index"], base["metallicRoughnessTexture"]["index"]);
     let own = picture(&document, &binary, &material["normalTexture"]);
     assert_eq!(own.to_rgb16(), normal.to_rgb16());
-    // A channel that is the same everywhere is a number.
+    // A constant channel is a number.
     let coat = &material["extensions"]["KHR_materials_clearcoat"];
     assert_eq!(coat, &json!({ "clearcoatFactor": 0.25, "clearcoatRoughnessFactor": 0.0 }));
-    // The square is a metre wide, on which the canvas of 40 mm repeats 25 times; it repeats in x only.
+    // The plane is a metre wide: the canvas of 40 mm repeats 25 times, in x only.
     let transform = &base["baseColorTexture"]["extensions"]["KHR_texture_transform"];
     assert_eq!(transform, &json!({ "scale": [25.0, 50.0] }));
     let sampler = &document["samplers"][0];
@@ -101,7 +101,7 @@ fn a_material_becomes_a_file_with_its_textures() {
 }
 
 #[test]
-fn the_file_is_the_same_again_and_from_the_cache() {
+fn repeats_glb_with_equal_bytes() {
     let desk = desk("", r#"{ "skin": Gltf(material: "skin", mesh: Plane) }"#);
     let render = |how: &str| {
         desk.shibo(&format!("render a.ron -o out {how}")).expect(0);
@@ -115,7 +115,7 @@ fn the_file_is_the_same_again_and_from_the_cache() {
 }
 
 #[test]
-fn wrong_uses_are_told_at_their_places() {
+fn reports_wrong_gltf_arguments_with_places() {
     for (output, code, words) in [
         (r#"Gltf(material: "lumps")"#, "type-mismatch", "`Gltf` takes a material; `lumps` is Gray"),
         (r#"Gltf(material: "skin", mesh: "lumps")"#, "type-mismatch", "`mesh` must be an atlas; `lumps` is Gray"),
@@ -133,7 +133,7 @@ fn wrong_uses_are_told_at_their_places() {
     let desk = desk("", r#"{ "skin": Gltf(material: "skin") }"#);
     let refused = desk.shibo("render a.ron --region 0,0,16,16").expect(2);
     assert!(refused.stderr.contains("whole pictures"), "{}", refused.stderr);
-    // What the format has no word for is told.
+    // A channel without a place in the format is reported.
     let desk = self::desk("subsurface: 0.5", r#"{ "skin": Gltf(material: "skin") }"#);
     let told = desk.shibo("render a.ron -o out").expect(0);
     assert!(told.stderr.contains("no texture for the channel `subsurface`"), "{}", told.stderr);
@@ -150,7 +150,7 @@ fn names(desk: &Desk, folder: &str) -> Vec<String> {
 }
 
 #[test]
-fn the_mesh_and_the_pictures_may_lie_beside_the_document() {
+fn writes_gltf_with_separate_files() {
     let desk = desk("", r#"{ "skin": Gltf(material: "skin", embed: false), "one": Gltf(material: "skin") }"#);
     let told = desk.shibo("render a.ron -o out").expect(0).stderr;
     let files =
@@ -169,7 +169,7 @@ fn the_mesh_and_the_pictures_may_lie_beside_the_document() {
     let [apart, within] = [&document, &one].map(|document| &document["materials"][0]["pbrMetallicRoughness"]);
     assert_eq!(apart, within);
 
-    // All or nothing: a folder has the name of the mesh.
+    // All files are written or none: here a folder occupies the name of the mesh.
     let before = std::fs::read(desk.path("out/skin.gltf")).unwrap();
     std::fs::remove_file(desk.path("out/skin.bin")).unwrap();
     std::fs::create_dir(desk.path("out/skin.bin")).unwrap();
@@ -186,7 +186,7 @@ fn the_mesh_and_the_pictures_may_lie_beside_the_document() {
 }
 
 #[test]
-fn colours_may_be_jpeg_and_nothing_else() {
+fn stores_only_colours_as_jpeg() {
     let outputs = r#"{ "skin": Gltf(material: "skin", colors: Jpeg), "low": Gltf(material: "skin", colors: Jpeg, quality: 5),
         "exact": Gltf(material: "skin"), "apart": Gltf(material: "skin", colors: Jpeg, embed: false),
         "usd": Usd(material: "skin", colors: Jpeg, quality: 100) }"#;
@@ -220,7 +220,7 @@ fn colours_may_be_jpeg_and_nothing_else() {
     assert_eq!(usd.matches("colorSpace = \"srgb_texture\"").count(), 2, "{usd}");
     assert_eq!(usd.matches("sourceColorSpace = \"sRGB\"").count(), 2, "{usd}");
 
-    // A picture with opacity stays as it is.
+    // A picture with opacity stays PNG.
     let desk = self::desk("opacity: \"rough\"", r#"{ "skin": Gltf(material: "skin", colors: Jpeg) }"#);
     desk.shibo("render a.ron -o out -q").expect(0);
     let (document, _) = parts(&std::fs::read(desk.path("out/skin.glb")).unwrap());

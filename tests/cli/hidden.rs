@@ -1,4 +1,4 @@
-//! What a mask hides is not computed: the tiles of each layer are counted.
+//! Layers that a mask hides are not computed: the tiles of each layer are counted.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 
 use shibo_engine::eval::{CancelToken, Silent};
@@ -6,7 +6,7 @@ use shibo_engine::graph::{LoadOptions, load_text};
 use shibo_engine::session::{RenderRequest, Session, Settings};
 use std::path::Path;
 
-/// The tiles computed of each of these nodes, of a picture of 4 × 4 tiles.
+/// Tiles computed for each of the nodes `of`, in a picture of 4 × 4 tiles.
 fn tiles(nodes: &str, output: &str, of: &[&str]) -> Vec<u64> {
     let text = format!(
         "(version: 1, canvas: (size_mm: 64, resolution: 1024, tile: Both), nodes: {{ \
@@ -22,7 +22,7 @@ fn tiles(nodes: &str, output: &str, of: &[&str]) -> Vec<u64> {
     of.iter().map(|name| report.nodes.iter().find(|node| node.name == *name).unwrap().tiles).collect()
 }
 
-/// All tiles computed of the layers may be so many times those that show.
+/// Allowed ratio of the tiles computed for all layers to the visible ones.
 const MOST: f64 = 1.3;
 
 #[test]
@@ -47,8 +47,8 @@ fn materials_compute_the_tiles_that_show() {
 }
 
 #[test]
-fn heights_that_a_mask_decides_are_not_compared() {
-    // By height, the mask leaves nothing open: each height is asked for where it shows, and for the weight nowhere.
+fn skips_heights_where_mask_is_opaque_or_empty() {
+    // By height, the mask decides everywhere: each height is read only where its layer shows, and never for the weight.
     let nodes = "\"x\": Perlin(size: 3), \"a\": Blur(input: \"x\", radius: 0.05), \
         \"y\": Perlin(size: 4), \"b\": Blur(input: \"y\", radius: 0.05), \
         \"m\": Material(height: \"a\", roughness: 0.2), \"n\": Material(height: \"b\", roughness: 0.9), \

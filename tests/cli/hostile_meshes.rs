@@ -1,17 +1,19 @@
-//! Meshes that others made: broken, hostile, or such that no surface can be. Each gets an error, or advice, at its place, and
-//! nothing beside the named files is opened.
+//! Foreign meshes that are broken, hostile, or no valid surface. Each gives an error or advice at its place, and no
+//! file is opened except the named ones.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
-use crate::common::kinds::{bytes, load, needed, session, stand_in};
+
 use crate::support::Desk;
 use glam::UVec2;
+use shibo_contract::kinds::{STAND_INS, bytes, load, needed, session, stand_in};
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::node::KindInfo;
 use shibo_engine::registry::Registry;
 use shibo_engine::session::Failure;
 use shibo_engine::value::{Accepts, Type};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// The mesh in line 4, its atlas in line 5, and what is made of them in line 6.
+/// A graph with the mesh in line 4, its atlas in line 5, and nodes that read them from line 6 on.
 fn graph(atlas: &str, more: &str) -> String {
     format!(
         "(\n  canvas: (size_mm: 40, resolution: 64, tile: None),\n  nodes: {{\n    \"mesh\": LoadMesh(path: \"a.obj\", up: Z),\n    \
@@ -21,7 +23,7 @@ fn graph(atlas: &str, more: &str) -> String {
 
 const NORMAL: &str = "\"out\": BakeNormal(atlas: \"atlas\"),";
 
-/// What is said about a graph of this mesh, in one line of text.
+/// The messages about a graph with this mesh, in one line.
 fn said(desk: &Desk, mesh: &[u8], graph: &str, code: i32) -> String {
     desk.write("a.obj", mesh);
     desk.write("a.ron", graph);
@@ -60,7 +62,7 @@ fn files_that_are_no_meshes_are_refused_at_their_place() {
         assert!(told.contains(words) && told.contains("a.ron:4:") && told.contains("bad-file"), "{words}: {told}");
         assert!(!told.contains("a.ron:5:"), "{told}");
     }
-    // Of what is too large nothing is read.
+    // A file beyond the limit is not read.
     let file = std::fs::File::create(desk.path("a.obj")).unwrap();
     file.set_len((512 << 20) + 1).unwrap();
     let begun = Instant::now();
@@ -70,13 +72,13 @@ fn files_that_are_no_meshes_are_refused_at_their_place() {
 }
 
 #[test]
-fn surfaces_that_cannot_be_are_told_at_their_place() {
+fn reports_invalid_surfaces_with_places() {
     let desk = Desk::new();
     let advice = |mesh: &[u8], atlas: &str, words: &str, line: u32| {
         let told = said(&desk, mesh, &graph(atlas, NORMAL), 0);
         assert!(told.contains(words) && told.contains(&format!("a.ron:{line}:")), "{words}: {told}");
     };
-    // Without area, more than two triangles at an edge, one side only, the wrong unit.
+    // No area, more than two triangles at an edge, a Möbius strip, the wrong unit.
     advice(&sheet("f 1/1 1/1 2/2\nf 3/3 4/4 3/3\n"), "", "2 triangles have no area and are left out", 4);
     let fan = sheet("v 0 0 30\nvt .5 .5\nf 1/1 3/3 5/5\nf 1/1 3/3 2/2\n");
     advice(&fan, "", "1 edges have more than two triangles", 4);
@@ -86,7 +88,7 @@ fn surfaces_that_cannot_be_are_told_at_their_place() {
     advice(small.as_bytes(), "", "its largest side is 0.3000 mm", 4);
     let large = String::from_utf8(sheet("")).unwrap().replace("30", "30000");
     advice(large.as_bytes(), "", "is it in millimetres?", 4);
-    // UVs twice at one place, none, and beyond the square.
+    // Overlapping UVs, no UVs, and UVs outside the unit square.
     let twice = sheet("v 0 0 9\nv 30 0 9\nv 30 30 9\nf 5/1 6/2 7/3\n");
     advice(&twice, "", "of the texels belong to several triangles", 5);
     let error = |mesh: &[u8], atlas: &str, more: &str, words: &[&str]| {
@@ -99,7 +101,8 @@ fn surfaces_that_cannot_be_are_told_at_their_place() {
     assert!(!said(&desk, bare, &graph("", NORMAL), 0).contains("error"));
     let tiled = String::from_utf8(sheet("")).unwrap().replace("vt 1 1", "vt 4 1");
     error(tiled.as_bytes(), "", NORMAL, &["bad-value", "charts: Repack", "a.ron:5:"]);
-    // Directions need an outside; strokes lie on the surface; pixels of the exemplar are smaller than the mesh.
+    // Directions need an outside; strokes must lie on the surface; pixels of the exemplar must be smaller than the
+    // mesh.
     let flow = |more: &str| {
         format!(
             "\"flow\": TangentField(mesh: \"mesh\"{more}), \"out\": JacobianFromMesh(atlas: \"atlas\", frames: \"flow\"),"
@@ -115,10 +118,10 @@ fn surfaces_that_cannot_be_are_told_at_their_place() {
     error(&sheet(""), "", &grown, &["bad-value", "a pixel of the exemplar is", "a.ron:6:"]);
 }
 
-/// A pipe that nobody writes to stands where files point to: to open it would be to wait for ever.
+/// Paths in meshes point to a pipe without a writer: opening it would block for ever.
 #[cfg(unix)]
 #[test]
-fn nothing_beside_the_named_files_is_opened() {
+fn opens_only_named_files() {
     let desk = Desk::new();
     std::fs::create_dir(desk.path("in")).unwrap();
     for pipe in ["secret.bin", "in/secret.mtl", "in/secret.png"] {
@@ -132,7 +135,7 @@ fn nothing_beside_the_named_files_is_opened() {
  "textures": [{"source": 0}], "images": [{"uri": "secret.png"}],
  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
  "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri": "URI"}]}"#;
-    // The command, which must not wait.
+    // The command itself must not block.
     let run = |node: &str| {
         desk.write("a.ron", graph("", NORMAL).replace("path: \"a.obj\", up: Z", node));
         let mut child = desk.command(["render", "a.ron", "--no-cache", "--quiet"]);
@@ -166,19 +169,19 @@ fn nothing_beside_the_named_files_is_opened() {
     );
     let (code, told) = run("path: \"in/secret.obj\"");
     assert_eq!(code, Some(0), "{told}");
-    // A pipe that the graph names is told.
+    // A pipe that the graph names is an error.
     let (code, told) = run("path: \"in/secret.mtl\"");
     assert!(code == Some(1) && told.contains("not a regular file"), "{told}");
 }
 
-/// Kinds that are made of meshes, and of what follows from them.
+/// Kinds that read meshes or values made from them.
 fn is_of_meshes(info: &KindInfo) -> bool {
     let types = [Type::Mesh, Type::Atlas, Type::Frames, Type::IndirectionMap, Type::SurfaceNet];
     info.ports().any(|(_, port)| types.iter().any(|ty| port.ty == Accepts::One(*ty)))
 }
 
-/// A graph of a kind on another mesh than the one of the other tests.
-fn on_mesh(registry: &Registry, info: &KindInfo, mesh: &str) -> Result<String, String> {
+/// A graph of a kind that reads `mesh` in place of the usual one.
+fn on_mesh(registry: &Arc<Registry>, info: &KindInfo, mesh: &str) -> Result<String, String> {
     let mut args: Vec<String> = Vec::new();
     let mut nodes = String::new();
     for (field, port) in info.ports() {
@@ -196,18 +199,18 @@ fn on_mesh(registry: &Registry, info: &KindInfo, mesh: &str) -> Result<String, S
         }
     }
     if info.kind == "StartCoords" {
-        // On a surface it asks for the size of the exemplar's pixels.
+        // On a surface this kind needs the size of the exemplar's pixels.
         args.push("exemplar: \"exemplar\"".into());
     }
     args.extend(needed(&info.kind).map(|(field, text)| format!("{field}: {text}")));
-    let ours = crate::common::kinds::STAND_INS.lines().map(|line| match line.trim_start().starts_with("\"mesh\":") {
+    let ours = STAND_INS.lines().map(|line| match line.trim_start().starts_with("\"mesh\":") {
         true => format!("    \"mesh\": {mesh},\n"),
         false => format!("{line}\n"),
     });
     Ok(format!("{} {nodes} \"it\": {}({}),", ours.collect::<String>(), info.kind, args.join(", ")))
 }
 
-/// Every kind of node takes every shape and every odd mesh: it makes finite values of it, or says what is wrong.
+/// Every kind accepts every shape and odd mesh: its values are finite, or it gives an error.
 #[test]
 fn every_node_takes_odd_meshes() {
     let desk = Desk::new();
@@ -232,9 +235,9 @@ fn every_node_takes_odd_meshes() {
         ("two.obj", "v 0 0 0\nv 9 0 0\nv 0 9 2\nv -9 0 0\nv 0 -9 0\nf 1 2 3\nf 1 4 5\n".to_owned()),
         ("strip.obj", strip + &faces),
         ("pieces.obj", pieces),
-        // A chart of about one texel of 48, and one that no level has a pixel of.
+        // A chart of about one texel of 48, and one without a pixel at any level.
         ("texel.obj", uv(1.2 / 48.0)),
-        // Half of it without UVs.
+        // Half of the mesh has no UVs.
         ("bare.obj", uv(0.4).replace("f 1/1 3/3 4/4", "f 1 3 4")),
         ("nothing.obj", uv(1e-5)),
     ];
@@ -245,8 +248,8 @@ fn every_node_takes_odd_meshes() {
         desk.write(name, text);
         meshes.push((format!("LoadMesh(path: {:?}, up: Z)", desk.path(name)), false));
     }
-    let registry = shibo_nodes::registry();
-    let session = session(shibo_nodes::registry(), 1);
+    let registry = Arc::new(shibo_nodes::registry());
+    let session = session(&registry, 1);
     let infos: Vec<&KindInfo> =
         registry.kinds().filter_map(|kind| registry.info(kind)).filter(|i| is_of_meshes(i)).collect();
     assert!(infos.len() > 20, "{}", infos.len());
@@ -258,13 +261,13 @@ fn every_node_takes_odd_meshes() {
             match bytes(&session, &graph, 48) {
                 Ok(_) => made += 1,
                 Err(told) => {
-                    // The coordinates that stand in here are not those of a surface.
+                    // The stand-in coordinates are not those of a surface.
                     let plane = ["the size of the exemplar's pixels", "where the surface has"];
                     let plane = plane.iter().any(|words| told.contains(words));
                     refused += i32::from(!plane);
                     println!("{mesh}: {}: {told}", info.kind);
                     assert!(!right || plane, "{}: {mesh}: {told}", info.kind);
-                    // An error in words, of a node in the graph.
+                    // An error with a message, at a node of the graph.
                     let problem =
                         ["BadValue", "BadFile", "TooLarge", "MissingInput"].iter().any(|code| told.contains(code));
                     assert!(problem && !told.contains("panicked"), "{}: {mesh}: {told}", info.kind);
@@ -275,7 +278,7 @@ fn every_node_takes_odd_meshes() {
     assert!(made > 10 * refused, "{made} {refused}");
 }
 
-/// Large meshes are let go of at once, wherever their reading and laying out is: both ask all the time whether to go on.
+/// Work on large meshes stops at once: reading and laying out check for cancellation regularly.
 #[test]
 fn large_meshes_stop_when_asked() {
     let desk = Desk::new();
@@ -290,13 +293,13 @@ fn large_meshes_stop_when_asked() {
         text += &format!("f {a}/{a} {b}/{b} {c}/{c}\nf {a}/{a} {c}/{c} {d}/{d}\n");
     }
     desk.write("large.obj", text);
-    let registry = shibo_nodes::registry();
+    let registry = Arc::new(shibo_nodes::registry());
     let nodes = format!("\"m\": LoadMesh(path: {:?}, up: Z), \"it\": MeshAtlas(mesh: \"m\"),", desk.path("large.obj"));
     let graph = load(&registry, &nodes, UVec2::splat(16)).unwrap();
     let node = |name: &str| graph.nodes.node_indices().find(|i| graph.nodes[*i].name == name).unwrap();
-    // 180,000 triangles: a question about every 8,000 lines, triangles, edges and vertices.
+    // 180,000 triangles: one check every 8,000 lines, triangles, edges and vertices.
     for (name, least) in [("m", 150), ("it", 150)] {
-        let session = session(shibo_nodes::registry(), 1);
+        let session = session(&registry, 1);
         let prepare = || {
             session.caches().memory.clear();
             if name == "it" {

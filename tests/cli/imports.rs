@@ -1,4 +1,4 @@
-//! Where imports are looked for besides the folder of a graph.
+//! Search paths of imports besides the folder of the graph.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::support::{Desk, finish, number};
 
@@ -6,7 +6,7 @@ const PART: &str = r#"(version: 1, params: { "size": Number(default: 1, range: (
   nodes: { "number": Constant(value: "$size") }, outputs: { "number": "number" })"#;
 
 #[test]
-fn settings_are_looked_for_upwards_and_the_nearest_wins() {
+fn uses_nearest_settings_file_above() {
     let desk = Desk::new();
     for folder in ["work/deep/er", "far", "near"] {
         std::fs::create_dir_all(desk.path(folder)).unwrap();
@@ -31,10 +31,10 @@ fn settings_are_looked_for_upwards_and_the_nearest_wins() {
     assert_eq!(value(&[], ""), Some(2.0));
     desk.write("work/deep/shibo.toml", "[imports]\npaths = [\"../../near\"]\n");
     assert_eq!(value(&[], ""), Some(3.0), "the nearest");
-    // Its folders are not added to those of one farther up.
+    // Folders of a settings file farther up are not added.
     desk.write("work/deep/shibo.toml", "[imports]\npaths = []\n");
     assert_eq!(value(&[], ""), None);
-    // From within the folder, too, and by another way.
+    // Also when run within the folder, and with another path to the graph.
     std::fs::remove_file(desk.path("work/deep/shibo.toml")).unwrap();
     for (dir, graph) in
         [("work/deep/er", "main.ron"), ("work/deep", "./er/main.ron"), ("near", "../work/deep/er/main.ron")]
@@ -43,7 +43,7 @@ fn settings_are_looked_for_upwards_and_the_nearest_wins() {
         command.current_dir(desk.path(dir));
         finish(command).expect(0);
     }
-    // Flag and variable: after the folder of the graph, before those of the settings.
+    // The flag and the variable come after the folder of the graph, and before the settings.
     let (far, near) = (desk.path("far"), desk.path("near"));
     let [far, near] = [far.to_str().unwrap(), near.to_str().unwrap()];
     assert_eq!(value(&["--import-path", near], ""), Some(3.0));

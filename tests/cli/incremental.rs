@@ -1,4 +1,4 @@
-//! An edit recomputes only what is downstream of it: the nodes that ran are compared with the graph.
+//! An edit recomputes only the nodes downstream of it: the list of nodes that ran is compared with the graph.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 
 use petgraph::visit::Dfs;
@@ -35,7 +35,7 @@ fn computed(stats: &[NodeStats]) -> BTreeSet<String> {
     stats.iter().filter(|n| n.state == NodeState::Computed).map(|n| n.name.clone()).collect()
 }
 
-/// A node and all that reads it, directly or by way of others.
+/// A node and its direct and indirect readers.
 fn downstream(graph: &Graph, name: &str) -> BTreeSet<String> {
     let start = graph.nodes.node_indices().find(|i| graph.nodes[*i].name == name).unwrap();
     let mut search = Dfs::new(&graph.nodes, start);
@@ -46,7 +46,7 @@ fn downstream(graph: &Graph, name: &str) -> BTreeSet<String> {
     names
 }
 
-/// What ran, without the kinds that work on each pixel alone: those are made again sooner than they are kept.
+/// Computed nodes without the pointwise kinds, which are cheaper to recompute than to keep.
 fn dear(stats: &[NodeStats]) -> BTreeSet<String> {
     const POINTWISE: [&str; 4] = ["Math", "GradientMap", "Pillow", "AmbientOcclusion"];
     let dear = stats.iter().filter(|n| n.state == NodeState::Computed && !POINTWISE.contains(&n.kind.as_str()));
@@ -54,7 +54,7 @@ fn dear(stats: &[NodeStats]) -> BTreeSet<String> {
 }
 
 #[test]
-fn what_a_switch_does_not_take_is_not_made() {
+fn skips_unselected_switch_inputs() {
     let text = r#"(version: 1, canvas: (size_mm: 16, resolution: 64), params: { "which": Integer(default: 1, range: (0, 1)) }, nodes: {
         "points": PoissonPoints(pitch: 2),
         "links": ConnectNeighbors(points: "points"),
@@ -83,10 +83,10 @@ fn what_a_switch_does_not_take_is_not_made() {
     assert!(leather.is_disjoint(&run("1")), "{:?}", run("1"));
 }
 
-/// Kinds whose work takes many times as long as writing what it made, on any machine: that is always kept.
+/// Kinds that take much longer to compute than to write, on any machine: their results are always kept.
 const DEAR: [&str; 1] = ["SimulateSprings"];
 
-/// Edits of the starter graph: what is replaced, by what, and the node that this changes.
+/// Edits of the starter graph: old text, new text, and the node that changes.
 const EDITS: [(&str, &str, &str); 5] = [
     ("drag: 6", "drag: 5", "moved"),
     ("\"= $pitch * 0.45\")", "\"= $pitch * 0.5\")", "strokes"),
@@ -96,7 +96,7 @@ const EDITS: [(&str, &str, &str); 5] = [
 ];
 
 #[test]
-fn an_edit_runs_what_is_downstream_in_memory() {
+fn edit_recomputes_downstream_nodes_in_memory() {
     let original = std::fs::read_to_string(path()).unwrap();
     let out = tempfile::tempdir().unwrap();
     for (from, to, node) in EDITS {
@@ -112,7 +112,7 @@ fn an_edit_runs_what_is_downstream_in_memory() {
 }
 
 #[test]
-fn an_edit_runs_what_is_downstream_in_another_process() {
+fn edit_recomputes_downstream_nodes_in_another_process() {
     let original = std::fs::read_to_string(path()).unwrap().replacen("steps: 60", "steps: 1500", 1);
     let (out, cache) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let first = render(&session(Some(cache.path())), &graph(&original), out.path());
@@ -122,7 +122,7 @@ fn an_edit_runs_what_is_downstream_in_another_process() {
         let stats = render(&session(Some(cache.path())), &edited, out.path());
         let below = downstream(&edited, node);
         assert!(computed(&stats).contains(node));
-        // What is made sooner than it can be read may be made again; what these kinds make never is.
+        // Cheap results may be computed again; results of these kinds never are.
         for other in stats.iter().filter(|n| n.state == NodeState::Computed && !below.contains(&n.name)) {
             assert!(!DEAR.contains(&other.kind.as_str()), "after an edit of {node}, `{}` ran again", other.name);
         }
@@ -130,7 +130,7 @@ fn an_edit_runs_what_is_downstream_in_another_process() {
 }
 
 #[test]
-fn undo_finds_everything_in_memory() {
+fn reuses_results_after_undo() {
     let original = std::fs::read_to_string(path()).unwrap();
     let out = tempfile::tempdir().unwrap();
     let session = session(None);
@@ -151,7 +151,7 @@ fn comments_order_names_and_spelling_change_nothing() {
 }
 
 #[test]
-fn the_resolution_runs_no_simulation_again() {
+fn reuses_simulations_at_another_resolution() {
     let original = std::fs::read_to_string(path()).unwrap();
     let out = tempfile::tempdir().unwrap();
     let session = session(None);
@@ -165,9 +165,9 @@ fn the_resolution_runs_no_simulation_again() {
     assert!(ran.contains("strokes"));
 }
 
-/// Fields share the objects that they were made of. What is in memory of many graphs must not grow with their number.
+/// Fields share the objects they were made of. The memory of many graphs must not grow with their number.
 #[test]
-fn objects_of_many_graphs_stay_within_their_share() {
+fn bounds_memory_of_objects_of_many_graphs() {
     let text = |seed: u32| {
         format!(
             "(version: 1, canvas: (size_mm: 60, resolution: 32, seed: {seed}), nodes: {{
@@ -184,7 +184,7 @@ fn objects_of_many_graphs_stay_within_their_share() {
         render(&session, &graph(&text(seed)), out.path());
         alive.push(session.caches().memory.alive());
     }
-    // A quarter is for objects; beside that lie those of the graph that was rendered last.
+    // Objects get a quarter of the memory; the objects of the graph rendered last come on top.
     let most = memory / 4 + alive[0];
     assert!(alive[0] > 1 << 20 && alive.iter().all(|bytes| *bytes <= most), "{alive:?} of {most}");
 }

@@ -1,10 +1,10 @@
-//! Ctrl-C of the commands that work for long: they end at once with nothing half made, and a second run goes on to the right end.
+//! Ctrl-C of long commands: they end at once without partial files, and a second run completes the work.
 #![cfg(unix)]
 use crate::support::{Desk, Ran};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-/// Starts a command and interrupts it after a while; tells how it ended, and how long that took.
+/// Starts a command and interrupts it after a while; returns its result and how long it took to end.
 fn interrupted(desk: &Desk, line: &str, after: Duration) -> (Ran, Duration) {
     let mut child =
         desk.command(line.split_whitespace()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -13,7 +13,7 @@ fn interrupted(desk: &Desk, line: &str, after: Duration) -> (Ran, Duration) {
         std::thread::sleep(Duration::from_millis(2));
     }
     let start = Instant::now();
-    // It may have ended by itself a moment ago.
+    // The command may have ended by itself.
     let _ = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).stderr(Stdio::null()).status();
     let output = child.wait_with_output().unwrap();
     let ran = Ran {
@@ -24,7 +24,7 @@ fn interrupted(desk: &Desk, line: &str, after: Duration) -> (Ran, Duration) {
     (ran, start.elapsed())
 }
 
-/// Nothing that begins with a dot or ends as temporary files do, but what a part that is there leaves for the next one.
+/// The folder has no hidden or temporary files except halo files of complete parts.
 fn clean(desk: &Desk, folder: &str) {
     if desk.path(folder).exists() {
         let names = desk.names(folder);
@@ -46,7 +46,7 @@ const GRAPH: &str = r#"(
 )"#;
 
 #[test]
-fn every_long_command_can_be_interrupted_and_goes_on() {
+fn long_commands_resume_after_interrupt() {
     let desk = Desk::new();
     desk.write("a.ron", GRAPH);
     desk.shibo("render a.ron -o whole --cache-dir other").expect(0);
@@ -61,7 +61,7 @@ fn every_long_command_can_be_interrupted_and_goes_on() {
     for line in steps {
         for wait in [1, 40, 250] {
             let (ran, took) = interrupted(&desk, line, Duration::from_millis(wait));
-            // Before its handler is set the system ends it; then nothing was begun.
+            // Before the handler is set, the signal kills the process; nothing has begun then.
             assert!(matches!(ran.code, None | Some(0 | 1)), "{line}: {:?} {}", ran.code, ran.stderr);
             assert!(!ran.stderr.contains("panicked"), "{}", ran.stderr);
             assert!(took < Duration::from_secs(20), "{line} went on for {took:?}");

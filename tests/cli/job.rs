@@ -1,11 +1,12 @@
-//! Jobs for schedulers, without one: what is written, and that its commands make the files of a single run.
+//! Jobs for schedulers, run without a scheduler: the files of a job, and that its commands give the files of a single
+//! run.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
-/// A graph of two rows of tiles that reads a sub-graph, and whose folder has a name that shells take apart.
+/// A graph of two rows of tiles with a sub-graph, in a folder whose name must be quoted in shells.
 fn desk() -> Desk {
     let desk = Desk::new();
     std::fs::create_dir_all(desk.path("it's here/lib")).unwrap();
@@ -53,7 +54,7 @@ fn a_script_for_slurm_makes_the_files_of_a_single_run() {
     desk.run(["job", "it's here/a b.ron", "-o", "a $job", "--set", "r=2", "--parts", "2", "--for", "slurm"]).expect(0);
     let script = desk.path("a $job/submit.sh");
     assert!(script.metadata().unwrap().permissions().mode() & 0o111 == 0o111);
-    // As Slurm runs the tasks, one after another.
+    // Runs the tasks one after another, as Slurm does.
     let out = desk.path("out put");
     let task = |task: &str, number: &str| {
         let mut command = Command::new("bash");
@@ -63,7 +64,7 @@ fn a_script_for_slurm_makes_the_files_of_a_single_run() {
     };
     assert!(task("prepare", "").status.success());
     assert!(task("render", "2").status.success());
-    // Too early: it says what is missing, and another attempt makes it whole.
+    // Joining too early names the missing part; a later attempt succeeds.
     let early = task("join", "");
     assert!(!early.status.success() && String::from_utf8_lossy(&early.stderr).contains("part 1/2 is missing"));
     assert!(task("render", "1").status.success() && task("render", "2").status.success());
@@ -87,12 +88,12 @@ fn jobs_that_cannot_run_are_refused() {
 }
 
 #[test]
-fn a_sweep_is_spread_over_machines() {
+fn splits_sweep_into_tasks() {
     let desk = desk();
     let graph = "it's here/a b.ron";
     desk.run(["render", graph, "--sweep", "r=1..4", "--sweep", "seed=1,2", "-o", "whole", "--no-cache"]).expect(0);
     let sweep = ["--sweep", "r=1..4", "--sweep", "seed=1,2"];
-    // Tasks one by one and in any order, one of them twice; the last run lists them all.
+    // Tasks run one by one in any order, one of them twice; the last run lists all variants.
     for some in [Some("5-8"), Some("1"), Some("2-4"), Some("5-8"), None] {
         let mut args = vec!["render", graph, "-o", "many", "--no-cache"];
         args.extend(sweep);
@@ -115,7 +116,7 @@ fn a_sweep_is_spread_over_machines() {
         let ran = desk.run(["render", graph, "--sweep", "r=1..8", "--variants", some]).expect(2);
         assert!(ran.stderr.contains(said), "{}", ran.stderr);
     }
-    // The job of a farm says the same, for both kinds of schedulers.
+    // A job does the same, for both kinds of schedulers.
     desk.run(["job", graph, "-o", "x.job", "--set", "r=2", "--sweep", "seed=1..250"]).expect(0);
     let template = String::from_utf8(desk.read("x.job/template.yaml")).unwrap();
     for wanted in ["range: \"1-250\"", "defaultTaskCount: 3", "{{Task.Param.Variant}}", "name: list", "\"seed=1..250\""]
@@ -139,13 +140,13 @@ fn a_sweep_is_spread_over_machines() {
     assert!(refused.stderr.contains("both set and swept"), "{}", refused.stderr);
 }
 
-/// The value of a field of a template of the form that this program writes, at some depth, all of them in order.
+/// All values of a field in a template of Shibo, at any depth, in order.
 fn values<'t>(template: &'t str, field: &str) -> Vec<&'t str> {
     template.lines().filter_map(|line| line.trim().strip_prefix(field)).collect()
 }
 
 #[test]
-fn braces_reach_the_commands_as_they_are() {
+fn keeps_braces_in_job_arguments() {
     let desk = desk();
     let graph = "(version: 1, canvas: (size_mm: 40, resolution: 500), params: { \"t\": Text(default: \"a\") },
                   nodes: { \"b\": Perlin(size: 5) }, outputs: { \"b\": \"b\" })";
@@ -155,7 +156,7 @@ fn braces_reach_the_commands_as_they_are() {
         let args = [&["job", "{{Param.Shibo}}.ron", "-o", "x.job", "--set", set], sweep].concat();
         desk.run(args).expect(0);
         let template = String::from_utf8(desk.read("x.job/template.yaml")).unwrap();
-        // The scheduler replaces what stands in the name and in the arguments, and only knows these words.
+        // The scheduler replaces variables in names and arguments, and knows only these.
         let known = [
             "Param.Graph",
             "Param.OutDir",

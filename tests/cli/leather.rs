@@ -1,4 +1,4 @@
-//! Leather end to end: what users get wrong, each with its place, and segments as SVG.
+//! Leather end to end: mistakes of users with their places, and segments as SVG.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
@@ -17,7 +17,7 @@ const CHAIN: &str = r#"    "links": ConnectNeighbors(points: "points"),
     "wrinkles": PlaceWrinkles(lattice: "moved"),
     "height": DrawWrinkles(segments: "wrinkles"),"#;
 
-/// Renders a graph that must fail, and checks what is said of it: code, line, column, and a part of the message.
+/// Renders a graph that must fail, and checks code, line, column, and a part of the message.
 fn fails(nodes: &str, (code, line, column): (&str, u64, u64), words: &str) {
     let desk = Desk::new();
     desk.write("a.ron", graph(nodes, "height"));
@@ -68,7 +68,7 @@ fn ranges_links_and_fields_are_checked() {
 }
 
 #[test]
-fn lengths_with_zeros_too_many_are_refused() {
+fn refuses_excessive_lengths() {
     let with = |field: &str, springs: &str, draw: &str| {
         format!(
             "    \"points\": PoissonPoints(pitch: 1),\n    \"field\": {field},\n    \"links\": \
@@ -106,7 +106,7 @@ fn reversed_ranges_and_missing_pictures() {
 }
 
 #[test]
-fn a_picture_is_blamed_where_it_is_named() {
+fn reports_damaged_picture_at_its_node() {
     let desk = Desk::new();
     let ramp = std::fs::read("library/examples/ramp.png").unwrap();
     let chain = CHAIN.replace("lattice: \"links\"", "lattice: \"links\", field: \"photo\"");
@@ -116,7 +116,7 @@ fn a_picture_is_blamed_where_it_is_named() {
     let ran = desk.shibo("render a.ron --no-cache --stats json").expect(0);
     let photo = ran.json()["nodes"].as_array().unwrap().iter().find(|n| n["name"] == "photo").unwrap().clone();
     assert_eq!(photo["state"], "computed", "{photo}");
-    // Springs read it, but it is the picture that is at fault.
+    // `DefineSprings` reads the picture, but the error is reported at the `Image`.
     let mut broken = ramp.clone();
     let at = broken.len() - 20;
     broken[at] ^= 0x55;
@@ -126,7 +126,7 @@ fn a_picture_is_blamed_where_it_is_named() {
 }
 
 #[test]
-fn what_can_go_on_is_warned_of() {
+fn warns_of_springs_without_effect() {
     let desk = Desk::new();
     let chain = CHAIN.replace("points: \"points\"", "points: \"points\", neighbors: Radius(0.8)");
     desk.write("a.ron", graph(&format!("    \"points\": RandomPoints(count: 500),\n{chain}"), "height"));
@@ -168,7 +168,7 @@ fn grooves_without_a_width_are_warned_of() {
 }
 
 #[test]
-fn bands_far_apart_are_advised_against() {
+fn advises_against_wide_range_of_band_angles() {
     let desk = Desk::new();
     desk.write("a.ron", graph("    \"height\": BandPattern(angle: (10, 40)),", "height"));
     let ran = desk.shibo("check a.ron").expect(0);
@@ -201,7 +201,7 @@ fn segments_are_written_as_svg() {
             .collect::<Vec<_>>()
     });
     assert!(numbers.into_iter().all(|n| (0.0..=30.0).contains(&n)));
-    // By default, too; from the cache; and with the same bytes.
+    // The same bytes by default and from the cache.
     desk.shibo("render a.ron -o again").expect(0);
     assert_eq!(std::fs::read_to_string(desk.path("again/out.svg")).unwrap(), first);
     assert!(desk.path("again/picture.png").exists());

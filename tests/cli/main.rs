@@ -1,11 +1,11 @@
 //! The command, driven end to end, and rules of the whole.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 #![allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions")]
+mod bad;
 mod broken_graphs;
 mod cache;
 mod canvas;
 mod check;
-mod common;
 mod compose;
 mod contract;
 mod deep;

@@ -1,7 +1,7 @@
 //! Meshes from graph files.
 use crate::support::Desk;
 
-/// A check of a graph in which `atlas` is laid out like that.
+/// Checks a graph with these arguments of `MeshAtlas`, and gives the messages.
 fn check(atlas: &str, code: i32) -> String {
     let desk = Desk::new();
     desk.write(
@@ -29,7 +29,7 @@ fn seams_are_followed_or_refused_at_their_place() {
     assert!(check(half, 0).contains("`seams` does nothing"));
 }
 
-/// Where rings are thin beside texels, charts agree only in `Space`, and the user is told.
+/// Where rings are narrow in texels, charts agree only with `footprint: Space`, and a message advises that.
 #[test]
 fn thin_rings_on_a_surface_are_told() {
     let desk = Desk::new();

@@ -1,4 +1,4 @@
-//! Meshes as other programs write them, through the command.
+//! Meshes of other programs, end to end.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::support::Desk;
 
@@ -9,7 +9,7 @@ fn sheet(more: &str) -> String {
 
 const FACE: &str = "f 1/1 2/2 3/3 4/4\n";
 
-/// A graph of a mesh in line 3 and its atlas in line 4, with parameters of both.
+/// A graph with `LoadMesh` in line 3 and `MeshAtlas` in line 4, with extra parameters for both.
 fn graph(file: &str, mesh: &str, atlas: &str) -> String {
     format!(
         "(version: 1, canvas: (size_mm: 10, resolution: 8, tile: None),\n  nodes: {{\n    \"m\": LoadMesh(path: \"{file}\", up: Z{mesh}),\n    \
@@ -17,7 +17,7 @@ fn graph(file: &str, mesh: &str, atlas: &str) -> String {
     )
 }
 
-/// All words of a text, by single spaces.
+/// The words of a text, separated by single spaces.
 fn words(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
@@ -54,7 +54,7 @@ fn reads_obj_with_marks_joined_lines_and_latin1() {
 }
 
 #[test]
-fn tells_what_faces_lack() {
+fn warns_of_faces_without_uvs_or_normals() {
     let desk = Desk::new();
     desk.write("hole.obj", sheet("v 3 3 0\nv 3 7 0\nv 7 7 0\nv 7 3 0\nf 1 2 3 4 1 5 6 7 8 5\n"));
     assert_eq!(area(&desk, "hole.obj").0, 84.0);
@@ -63,7 +63,7 @@ fn tells_what_faces_lack() {
     assert_eq!(sum, 150.0);
     assert!(told.contains("1 of 2 faces have no UVs and get no place in the picture"), "{told}");
     assert!(told.contains("1 faces have fewer than three corners and are left out"), "{told}");
-    // The other face keeps its UVs, and so the whole picture.
+    // The other face keeps its UVs, which cover the whole picture.
     let mask = desk.shibo("dump g.ron at.mask --no-cache").expect(0).json();
     assert!(mask["values"].as_array().unwrap().iter().all(|v| v == 1.0), "{mask}");
     desk.write("normals.obj", "v 0 0 0\nv 10 0 0\nv 10 10 0\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1/1 2/2/2 3/3/3\n");
@@ -72,7 +72,7 @@ fn tells_what_faces_lack() {
     assert!(told.contains("faces refer to normals, as in line 7, and there are none"), "{told}");
 }
 
-/// A `.gltf` of a sheet of 10 by 10 mm, changed, and its `.bin`.
+/// Writes a sheet of 10 by 10 mm as `.gltf`, with replacements in its JSON, and `.bin`.
 fn gltf(desk: &Desk, changes: &[(&str, &str)]) {
     let mut bytes: Vec<u8> = Vec::new();
     let floats = |numbers: &[f32]| numbers.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
@@ -132,7 +132,7 @@ fn refuses_versions_and_extensions_by_name() {
 }
 
 #[test]
-fn takes_the_uvs_that_are_asked_for() {
+fn reads_chosen_uv_set() {
     let desk = Desk::new();
     let transform = "\"materials\": [{\"pbrMetallicRoughness\": {\"baseColorTexture\": {\"index\": 0, \"texCoord\": 1, \"extensions\": \
         {\"KHR_texture_transform\": {\"scale\": [0.0002442002442002442, 0.0002442002442002442]}}}}}]";
@@ -147,7 +147,7 @@ fn takes_the_uvs_that_are_asked_for() {
     assert!(told.contains("no UVs of set 2; take `uv_set: 0`, `uv_set: 1`") && told.contains("g.ron:3:"), "{told}");
 }
 
-/// Sheets of 10 by 10 mm, each in a UDIM tile and as high as the tile's number.
+/// Sheets of 10 by 10 mm, one in each UDIM tile; a sheet's z is the number of its tile.
 fn tiles(numbers: &[u32]) -> String {
     let mut text = String::new();
     for (n, number) in numbers.iter().enumerate() {
@@ -161,7 +161,7 @@ fn tiles(numbers: &[u32]) -> String {
     text
 }
 
-/// The numbers of the tiles in a picture of four by four pixels, row by row from the top; 0 for none.
+/// Tile numbers in a picture of four by four pixels, row by row from the top, and the messages.
 fn shown(desk: &Desk, atlas: &str) -> (Vec<u32>, String) {
     desk.write("g.ron", graph("a.obj", "", atlas).replace("resolution: 8", "resolution: 4"));
     let ran = desk.shibo("dump g.ron where --no-cache").expect(0);
@@ -177,7 +177,7 @@ fn lays_udim_tiles_beside_each_other() {
     desk.write("a.obj", tiles(&[1001, 1002, 1012]));
     let (all, told) = shown(&desk, "");
     let upper = [0, 0, 1012, 1012];
-    // Nothing lies in 1011 but the gutter of its neighbours, two pixels wide.
+    // Tile 1011 is empty except for the gutter of its neighbours, two pixels wide.
     assert_eq!(all[2..4], upper[2..], "{all:?}");
     assert_eq!(all[8..], [1001, 1001, 1002, 1002, 1001, 1001, 1002, 1002]);
     assert!(!told.contains("udim"), "{told}");
@@ -185,7 +185,7 @@ fn lays_udim_tiles_beside_each_other() {
     let (wide, told) = shown(&desk, ", udim: Tiles(4, 1)");
     assert_eq!(wide[..4], [1001, 1002, 0, 0].map(|n| if n == 0 { wide[2] } else { n }));
     assert!(told.contains("the UDIM tiles 1012 of the mesh are not on the canvas"), "{told}");
-    // One tile that is not the first, on a canvas that is not as wide as two.
+    // A single tile that is not the first, on a canvas only one tile wide.
     desk.write("a.obj", tiles(&[1002]));
     let (one, told) = shown(&desk, "");
     assert_eq!(one[2..4], [1002, 1002]);
@@ -196,7 +196,7 @@ fn lays_udim_tiles_beside_each_other() {
 }
 
 #[test]
-fn refuses_tiles_that_charts_cross_or_that_are_not_there() {
+fn refuses_crossed_and_missing_udim_tiles() {
     let desk = Desk::new();
     let refused = |mesh: &str, atlas: &str, told: &str| {
         desk.write("a.obj", mesh);

@@ -1,4 +1,4 @@
-//! Messages of `check` and other commands about small mistakes: the place, the words and the remedy.
+//! Messages of `check` and other commands about small mistakes: place, text and help.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::{Desk, GRAPH};
@@ -11,7 +11,7 @@ fn graph(nodes: &str) -> String {
     )
 }
 
-/// The reports of `check` about the second line of a graph of these nodes, by column: the code, the message and the help.
+/// Reports of `check` about the second line of a graph of these nodes: column, code, message and help.
 fn told(nodes: &str) -> Vec<(u64, String, String, String)> {
     let desk = Desk::new();
     desk.write("a.ron", graph(nodes));
@@ -25,7 +25,7 @@ fn told(nodes: &str) -> Vec<(u64, String, String, String)> {
     .collect()
 }
 
-/// Fails unless exactly this is told.
+/// Fails unless `check` reports exactly these.
 #[track_caller]
 fn tells(nodes: &str, expected: &[(u64, &str, &str, &str)]) {
     let found = told(nodes);
@@ -37,7 +37,7 @@ fn tells(nodes: &str, expected: &[(u64, &str, &str, &str)]) {
 }
 
 #[test]
-fn refuses_numbers_that_channels_do_not_have() {
+fn refuses_numbers_out_of_channel_range() {
     tells(
         r#""n": Material(roughness: 55, metallic: -3, height: 70, ior: 1.45, emission: (9, 2, 0))"#,
         &[
@@ -81,7 +81,7 @@ fn names_the_kinds_that_take_a_material() {
 }
 
 #[test]
-fn tells_what_each_value_of_a_list_must_be() {
+fn explains_wrong_values_in_lists() {
     tells(
         r##""n": GradientMap(input: 0.5, stops: ["#000", "#fff"])"##,
         &[(38, "type-mismatch", "each value of stops must be `(number, colour)`; found a text", "")],
@@ -100,7 +100,7 @@ fn tells_what_each_value_of_a_list_must_be() {
 }
 
 #[test]
-fn tells_numbers_as_people_write_them() {
+fn prints_short_numbers_with_units() {
     let path = r#""p": Path(points: [(0, 0), (9, 9)]), "n": "#;
     tells(
         &format!(r#"{path}Stitch(path: "p", pitch: 0.7, length: 3)"#),
@@ -110,7 +110,7 @@ fn tells_numbers_as_people_write_them() {
 }
 
 #[test]
-fn reads_numbers_with_a_type_and_values_in_some() {
+fn reads_typed_numbers_and_some() {
     tells(r#""n": Perlin(size: 3f32, seed: Some(2u64))"#, &[]);
     let desk = Desk::new();
     let text = "\u{FEFF}(version: 1, canvas: Some((size_mm: Some(10), tile: Some(Both))), nodes: { \"n\": Perlin(size: 4f64) }, \
@@ -124,7 +124,7 @@ fn reads_numbers_with_a_type_and_values_in_some() {
     desk.shibo("render some.ron -o one --resolution 16").expect(0);
     desk.shibo("render plain.ron -o two --resolution 16").expect(0);
     assert_eq!(desk.read("one/o.png"), desk.read("two/o.png"));
-    // The mark is no column, and `fmt` writes none.
+    // The byte order mark counts as no column, and `fmt` removes it.
     desk.write("wrong.ron", "\u{FEFF}(nods: {})");
     let json = desk.run(["check", "wrong.ron", "--format", "json"]).expect(1).json();
     let wrong = json["errors"].as_array().unwrap().iter().find(|error| error["code"] == "unknown-field").unwrap();
@@ -167,7 +167,7 @@ fn understands_the_former_name_of_gaps() {
 }
 
 #[test]
-fn tells_nodes_that_no_output_needs() {
+fn warns_of_unused_nodes() {
     tells(
         r#""a": Perlin(), "b": Invert(input: "a"), "_c": Perlin(), "n": Perlin()"#,
         &[
@@ -180,7 +180,7 @@ fn tells_nodes_that_no_output_needs() {
 }
 
 #[test]
-fn tells_only_nodes_of_other_outputs_as_unused() {
+fn reports_nodes_of_other_outputs_as_unused() {
     let desk = Desk::new();
     desk.write(
         "a.ron",
@@ -195,7 +195,7 @@ fn tells_only_nodes_of_other_outputs_as_unused() {
     };
     assert_eq!((state("strokes"), state("points")), ("unused".to_owned(), "unused".to_owned()), "{json}");
     assert_ne!(state("bumps"), "unused");
-    // The same when nothing is computed.
+    // The same holds when nothing is computed.
     let json = desk.shibo("render a.ron --output soft --stats json").expect(0).json();
     let states: Vec<_> = json["nodes"].as_array().unwrap().iter().map(|node| (&node["name"], &node["state"])).collect();
     assert!(states.contains(&(&"bumps".into(), &"folded".into())), "{states:?}");
@@ -203,7 +203,7 @@ fn tells_only_nodes_of_other_outputs_as_unused() {
 }
 
 #[test]
-fn advises_by_the_sort_of_values_that_are_clipped() {
+fn advice_on_clipping_depends_on_kind_of_value() {
     let advice = |nodes: &str| {
         let desk = Desk::new();
         desk.write("a.ron", graph(nodes));
@@ -241,13 +241,13 @@ fn counts_single_files_in_the_singular() {
 }
 
 #[test]
-fn lists_templates_where_one_is_unknown() {
+fn suggests_template_for_unknown_name() {
     let ran = Desk::new().shibo("new a --from lether").expect(2);
     assert!(ran.stderr.contains("did you mean `leather`?; `shibo new --list` shows all"), "{}", ran.stderr);
 }
 
 #[test]
-fn lists_the_words_of_composition_among_the_kinds() {
+fn lists_use_and_each_among_kinds() {
     let desk = Desk::new();
     let people = desk.shibo("nodes").expect(0).stdout;
     let page = desk.shibo("nodes --format markdown").expect(0).stdout;

@@ -1,4 +1,4 @@
-//! Mip levels in TIFF, end to end: the same as in EXR. Whether OpenImageIO reads them is tested by `tests/readers/run`.
+//! Mip levels in TIFF, end to end: the same as in EXR. `tests/readers/run` checks that OpenImageIO reads them.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
@@ -6,7 +6,7 @@ use std::fs::File;
 use tiff::decoder::{Decoder, DecodingResult};
 use tiff::tags::Tag;
 
-/// Sides that are no multiples of a tile, nor of two.
+/// Sides that are no multiple of a tile or of two.
 const GRAPH: &str = r##"(
   canvas: (size_mm: (60, 35), resolution: (150, 87), tile: X, seed: 3),
   nodes: {
@@ -27,7 +27,7 @@ const GRAPH: &str = r##"(
 /// A level: its width and height, and its samples, pixel after pixel.
 type Level = (u32, u32, Vec<f32>);
 
-/// The directories of a TIFF.
+/// The directories (levels) of a TIFF.
 fn directories(desk: &Desk, file: &str) -> Vec<Level> {
     let mut decoder = Decoder::new(File::open(desk.path(file)).unwrap()).unwrap();
     let mut levels = Vec::new();
@@ -79,7 +79,7 @@ fn a_tiff_has_the_levels_of_an_exr() {
                     levels[level].2.iter().skip(c).step_by(channels.len()).copied().collect()
                 };
                 assert_eq!(samples(&floats), *expected, "{name}.{channel}, level {level}");
-                // Light that is averaged, and then given the curve of integers.
+                // Linear light is averaged, then encoded with the sRGB curve.
                 let curve = |v: f32| if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
                 for (got, light) in samples(&integers).into_iter().zip(expected) {
                     let want = if name == "base_color" { curve(*light) } else { *light };
@@ -88,11 +88,11 @@ fn a_tiff_has_the_levels_of_an_exr() {
             }
         }
     }
-    // The same bytes, however many threads there are.
+    // The bytes are equal for any number of threads.
     let bytes = |folder: &str| std::fs::read(desk.path(format!("{folder}/u_normal.tiff"))).unwrap();
     desk.shibo("render a.ron -o one --no-cache --threads 1 --output u").expect(0);
     assert_eq!(bytes("out"), bytes("one"));
-    // The largest level is what is read back.
+    // The reader gets the largest level.
     desk.write(
         "b.ron",
         r#"(canvas: (size_mm: 60, resolution: (150, 87)), nodes: { "i": Image(path: "out/f_roughness.tiff") },

@@ -14,7 +14,7 @@ fn families_and_kinds_are_listed() {
 }
 
 #[test]
-fn one_kind_has_a_manual() {
+fn prints_manual_of_a_kind() {
     let ran = Desk::new().shibo("nodes DrawWrinkles").expect(0);
     for word in [
         "segments  Segments, required",
@@ -34,7 +34,7 @@ fn one_kind_has_a_manual() {
 }
 
 #[test]
-fn programs_read_the_manual() {
+fn prints_manual_as_json() {
     let json = Desk::new().shibo("nodes --format json").expect(0).json();
     let nodes = json["nodes"].as_array().unwrap();
     let draw = nodes.iter().find(|n| n["kind"] == "DrawWrinkles").unwrap();
@@ -68,7 +68,7 @@ fn programs_read_the_manual() {
 }
 
 #[test]
-fn the_reference_is_markdown() {
+fn prints_reference_as_markdown() {
     let page = Desk::new().shibo("nodes --format markdown").expect(0).stdout;
     assert!(page.starts_with("# Nodes\n"));
     for word in
@@ -76,7 +76,7 @@ fn the_reference_is_markdown() {
     {
         assert!(page.contains(word), "{word}");
     }
-    // Every default is printed as it is written, and every choice is explained.
+    // Every default is printed as written in a graph, and every choice is explained.
     let mut choices = 0;
     let registry = shibo_nodes::registry();
     for info in registry.kinds().filter_map(|kind| registry.info(kind)) {

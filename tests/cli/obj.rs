@@ -4,7 +4,7 @@
 use crate::export::{GRAPH, desk, files, text};
 use crate::support::Desk;
 
-/// The mesh as others read it, and what the library says of the material.
+/// Another reader gets the mesh, and the library describes the material.
 #[test]
 fn an_obj_names_its_library_and_its_pictures() {
     let desk =
@@ -26,12 +26,12 @@ fn an_obj_names_its_library_and_its_pictures() {
     assert_eq!(pictures.map(|(_, file)| files(&desk, "out").contains(file)).collect::<Vec<_>>(), [true; 5]);
     let mesh = text(&desk, "out/o.obj");
     let count = |word: &str| mesh.lines().filter(|line| line.split(' ').next() == Some(word)).count();
-    // Corners are shared: places, directions and coordinates are each listed once.
+    // Corners are shared: each position, normal and texture coordinate is listed once.
     assert_eq!((count("v"), count("vn"), count("f"), count("o")), (8, 6, 12, 1));
     assert!(mesh.contains("mtllib o.mtl\n") && mesh.contains("usemtl o\n"), "{mesh}");
     let heights = mesh.lines().filter_map(|line| line.strip_prefix("v ")?.split(' ').nth(1)?.parse::<f32>().ok());
     assert_eq!(heights.fold([0.0, 0.0], |[low, high]: [f32; 2], y| [low.min(y), high.max(y)]), [-500.0, 500.0]);
-    // Where the canvas ends, so do its pictures on a metre.
+    // A canvas that does not tile shows once on the square metre.
     let desk = self::desk("X", "{ \"p\": Obj(material: \"skin\", mesh: Plane), \"v\": \"skin\" }");
     desk.shibo("render a.ron -o out").expect(0);
     assert!(text(&desk, "out/p.mtl").contains("norm -clamp on p_normal.png"));
@@ -42,7 +42,7 @@ fn an_obj_names_its_library_and_its_pictures() {
     assert!(told.contains("`Obj` takes a material; `height` is Gray"), "{told}");
 }
 
-/// What is written is the mesh that was there, with the coordinates of its atlas.
+/// The file contains the original mesh, with the coordinates of its atlas.
 #[test]
 fn an_obj_is_read_back_as_the_same_mesh() {
     let desk = Desk::new();
@@ -81,7 +81,7 @@ fn an_obj_is_read_back_as_the_same_mesh() {
         assert!(far <= by, "{list}: {far}");
     };
     close("area", &first["area"], &second["area"], 1e-2);
-    // The triangles come in the same order, with the same coordinates.
+    // Triangles keep their order and their coordinates.
     close("uvs", &dumped("a.ron", "a")["uvs"], &dumped("b.ron", "a")["uvs"], 1e-7);
     assert_eq!(
         dumped("a.ron", "a")["charts"].as_array().map(Vec::len),

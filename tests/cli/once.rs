@@ -1,5 +1,5 @@
-//! A render that is the only one of its session lets go of tiles as it goes: it computes none of them twice for that,
-//! writes the same files and holds much less.
+//! A render with `once` frees tiles as it goes: it computes no tile twice, writes the same files and holds much less
+//! memory.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 
 use glam::UVec2;
@@ -9,7 +9,7 @@ use shibo_engine::session::{RenderRequest, Session, Settings};
 use shibo_engine::value::Resolution;
 use std::path::Path;
 
-/// What a render of a shipped graph computed, held at its end in bytes, and wrote.
+/// Tiles computed, bytes held at the end, and files written by a render of a shipped graph.
 fn render(name: &str, resolution: u32, once: bool) -> (u64, u64, Vec<Vec<u8>>) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs").join(name);
     let options =
@@ -24,7 +24,7 @@ fn render(name: &str, resolution: u32, once: bool) -> (u64, u64, Vec<Vec<u8>>) {
     (report.nodes.iter().map(|node| node.tiles).sum(), session.caches().memory.bytes(), files)
 }
 
-/// Both ways, and the bytes held at the end of each. The size is not one of whole tiles, and there are several bands.
+/// Bytes held at the end, without and with `once`. The size is no multiple of a tile, and there are several bands.
 fn compare(name: &str) -> (u64, u64) {
     let (kept, once) = (render(name, 1100, false), render(name, 1100, true));
     assert_eq!(kept.0, once.0, "{name} computes tiles again that were let go of");
@@ -33,8 +33,8 @@ fn compare(name: &str) -> (u64, u64) {
 }
 
 #[test]
-fn tiles_let_go_of_are_not_wanted_again() {
-    // One that repeats, with wide filters and warps; one with distances; one with cuts of solids.
+fn frees_tiles_without_recomputing_them() {
+    // A graph that tiles, with wide filters and warps; one with distances; one with cuts of solids.
     for name in ["calf.ron", "brick_wall.ron", "oak_cuts.ron"] {
         let (kept, once) = compare(name);
         assert!(once < kept, "{name}: {once} of {kept} bytes");
@@ -42,7 +42,7 @@ fn tiles_let_go_of_are_not_wanted_again() {
 }
 
 #[test]
-fn a_board_holds_a_few_rows_of_tiles_only() {
+fn frees_most_tiles_of_a_board() {
     let (kept, once) = compare("walnut.ron");
     assert!(once * 2 < kept, "{once} of {kept} bytes");
 }

@@ -1,4 +1,4 @@
-//! Files of the user: this program removes only files that it made, and does not overwrite a text that was saved at the same time.
+//! Files of the user: Shibo removes only files that it made, and never overwrites a text saved at the same time.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::support::{Desk, finish};
 use std::fs;
@@ -20,7 +20,7 @@ fn all(dir: &Path) -> Vec<(std::path::PathBuf, Vec<u8>)> {
     found
 }
 
-/// A folder as that of a version control: its objects have the names that entries of a cache have.
+/// A folder like that of a version control system: its objects are named like cache entries.
 fn repository(desk: &Desk, dir: &str) {
     let object = format!("{dir}/objects/ab/{}", "0123456789abcdef".repeat(2).split_at(30).0);
     for file in [object, format!("{dir}/tiles/cd/{}", "c".repeat(30)), format!("{dir}/HEAD")] {
@@ -38,7 +38,7 @@ fn folders_that_are_no_cache_are_refused_and_left_alone() {
         let ran = desk.shibo(line).expect(1);
         assert!(ran.stderr.contains("`.git`") && ran.stderr.contains("not marked as a cache"), "{}", ran.stderr);
     }
-    // The pictures are made nevertheless.
+    // The pictures are rendered nevertheless.
     let ran = desk.shibo("render a.ron --cache-dir .git --cache-size 1").expect(0);
     assert!(ran.stderr.contains("not marked as a cache"), "{}", ran.stderr);
     assert_eq!(desk.names("out"), ["bumps.png", "mask.png"]);
@@ -46,7 +46,7 @@ fn folders_that_are_no_cache_are_refused_and_left_alone() {
 }
 
 #[test]
-fn caches_are_marked_and_only_entries_go() {
+fn marks_caches_and_removes_only_entries() {
     let desk = Desk::with_graph();
     desk.shibo("render a.ron --cache-dir new/c -o one").expect(0);
     let tag = String::from_utf8(desk.read("new/c/CACHEDIR.TAG")).unwrap();
@@ -60,7 +60,7 @@ fn caches_are_marked_and_only_entries_go() {
 }
 
 #[test]
-fn the_usual_cache_of_an_earlier_version_is_marked_and_used() {
+fn adopts_default_cache_of_earlier_version() {
     let desk = Desk::with_graph();
     desk.shibo("render a.ron -o one").expect(0);
     let tag = desk.path("cache/shibo/CACHEDIR.TAG");
@@ -68,7 +68,7 @@ fn the_usual_cache_of_an_earlier_version_is_marked_and_used() {
     let ran = desk.shibo("render a.ron -o two --stats json").expect(0);
     assert!(!ran.stderr.contains("warning"), "{}", ran.stderr);
     assert!(tag.exists() && desk.shibo("cache stat").expect(0).json()["entries"].as_u64().unwrap() > 0);
-    // With anything else in it, it is not known whose folder that is.
+    // With any other file in it, the owner of the folder is unknown.
     fs::remove_file(&tag).unwrap();
     desk.write("cache/shibo/notes", "mine");
     let ran = desk.shibo("render a.ron -o three").expect(0);
@@ -76,7 +76,7 @@ fn the_usual_cache_of_an_earlier_version_is_marked_and_used() {
 }
 
 #[test]
-fn joining_removes_only_what_was_joined() {
+fn join_removes_only_joined_parts() {
     let desk = Desk::new();
     desk.write(
         "a.ron",
@@ -86,7 +86,7 @@ fn joining_removes_only_what_was_joined() {
         (1..=2).for_each(|part| drop(desk.shibo(&format!("render a.ron --part {part}/2 -o parts {more}")).expect(0)));
     };
     parts("--no-cache");
-    // Another program's cache, a file that has the name of one that parts leave, and an empty folder.
+    // Another program's cache, a user's file named like a halo file, and an empty folder.
     repository(&desk, "parts/cache");
     fs::create_dir_all(desk.path("parts/cache/empty")).unwrap();
     desk.write("parts/.a.1-of-2.overlap", "of the user, and longer than what stands at the end of such a file");
@@ -97,7 +97,7 @@ fn joining_removes_only_what_was_joined() {
     desk.shibo("join parts -o joined --remove").expect(0);
     assert_eq!(all(&desk.path("parts")), mine);
     assert!(desk.path("parts/cache/empty").exists());
-    // A cache that a job has made goes with the parts.
+    // A cache made by a job is removed with the parts.
     fs::remove_dir_all(desk.path("parts")).unwrap();
     parts("--cache-dir parts/cache");
     assert!(desk.path("parts/cache/CACHEDIR.TAG").exists());
@@ -110,7 +110,7 @@ fn joining_removes_only_what_was_joined() {
 fn clearing_a_shared_folder_follows_no_links_and_removes_only_entries() {
     let desk = Desk::with_graph();
     let url = format!("file://{}", desk.path("share").display());
-    // Only results that took long are shared.
+    // Only results that took long to compute are shared.
     let graph = String::from_utf8(desk.read("a.ron")).unwrap();
     desk.write("a.ron", graph.replace("steps: 20,", "steps: 100000,").replace("pitch: 4", "pitch: 1"));
     desk.run(["render", "a.ron", "--shared-cache", &url]).expect(0);
@@ -132,7 +132,7 @@ fn clearing_a_shared_folder_follows_no_links_and_removes_only_entries() {
 fn temporary_files_of_other_machines_stay_for_a_day() {
     let desk = Desk::with_graph();
     fs::create_dir(desk.path("out")).unwrap();
-    // As another container names them: another host, and a process that is not there in this one.
+    // Named as in another container: another host, and a process that does not exist here.
     let [young, old] = ["a", "b"].map(|name| format!("out/.{name}.png.shibo-00c0ffee-00c0ffee-4294967295-7-0.tmp"));
     [&young, &old].into_iter().for_each(|name| desk.write(name, "half"));
     let day = SystemTime::now() - Duration::from_secs(25 * 3600);
@@ -145,7 +145,7 @@ fn temporary_files_of_other_machines_stay_for_a_day() {
 
 #[test]
 #[cfg(any(target_os = "linux", target_vendor = "apple"))]
-fn laying_out_a_file_loses_no_save() {
+fn fmt_keeps_concurrent_saves() {
     let desk = Desk::new();
     let path = desk.path("a.ron");
     let untidy = |number: u32| {
@@ -170,11 +170,11 @@ fn laying_out_a_file_loses_no_save() {
         });
         let ran = finish(desk.command(["fmt", "a.ron"]));
         saver.join().unwrap();
-        // Either the save came later and stays, or the saved text was laid out.
+        // Either the save came later and stays, or `fmt` laid out the saved text.
         let now = fs::read_to_string(&path).unwrap();
         assert!(now.contains(&format!("{})", round + 2)), "round {round}: {} {}", ran.stderr, &now[..200]);
         refused += u32::from(ran.stderr.contains("saved meanwhile"));
-        // A file that is emptied before it is written is read as it is at that moment.
+        // `fs::write` empties the file first, so `fmt` may read an empty file.
         let told = ran.stderr.contains("saved meanwhile") || ran.stderr.contains("error[syntax]");
         assert_eq!(ran.code == Some(1), told, "{}", ran.stderr);
     }

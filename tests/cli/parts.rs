@@ -1,11 +1,11 @@
-//! Pictures in parts, as several machines make them: the joined files are those of a single run, byte for byte, and a folder
-//! that lacks something or has too much of it gives an error and no file.
+//! Pictures rendered in parts, as several machines do: the joined files equal those of a single run byte for byte, and
+//! a folder with missing or extra parts gives an error and no file.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
 use std::path::Path;
 
-/// Blurs and slopes (halos, which wrap or end), something drawn, whole pictures, all formats, and lines.
+/// Blurs and slopes (halos that wrap or end), strokes, whole pictures, all formats, and lines.
 const GRAPH: &str = r##"(
   version: 1,
   canvas: (size_mm: (40, 50), resolution: (640, 800), tile: TILE, seed: 3),
@@ -41,7 +41,7 @@ fn desk(tile: &str) -> Desk {
     desk
 }
 
-/// Four parts, the last ones first, each by a process of its own.
+/// Renders four parts, the last ones first, each in a process of its own.
 fn parts(desk: &Desk, dir: &str, more: &str) {
     for part in [3, 4, 1, 2] {
         desk.shibo(&format!("render a.ron --part {part}/4 -o {dir} {more}")).expect(0);
@@ -56,7 +56,7 @@ fn same(desk: &Desk, one: &str, two: &str) {
     }
 }
 
-/// Joining fails with exit code 1, says these things, and writes nothing.
+/// Joining fails with exit code 1, prints all of `said`, and writes nothing.
 #[track_caller]
 fn refused(desk: &Desk, said: &[&str]) {
     let before = desk.names("parts");
@@ -81,13 +81,13 @@ fn joined_parts_are_the_files_of_a_single_run() {
         let ran = desk.shibo("join parts -o joined --memory 64").expect(0);
         assert!(ran.stderr.contains("lines.svg"), "{}", ran.stderr);
         same(&desk, "whole", "joined");
-        // The parts are still there.
+        // Joining keeps the parts.
         assert_eq!(desk.names("parts").len(), 4);
     }
 }
 
 #[test]
-fn clipped_samples_are_told_once_and_in_all() {
+fn reports_clipped_samples_once_as_a_sum() {
     let desk = desk("Both");
     desk.write(
         "a.ron",
@@ -132,7 +132,7 @@ fn missing_and_doubled_parts_are_named() {
 }
 
 #[test]
-fn parts_of_something_else_are_named() {
+fn names_parts_of_another_render() {
     let desk = desk("Both");
     parts(&desk, "parts", "");
     let place = desk.path("parts/a.2-of-4.part");
@@ -190,7 +190,7 @@ fn damaged_parts_are_named_and_made_again() {
         flip(at);
         refused(&desk, &["part 2/4"]);
     }
-    // All of them are named, not only the first.
+    // All damaged parts are named, not only the first.
     let third = desk.path("parts/a.3-of-4.part");
     let mut bytes = std::fs::read(&third).unwrap();
     let middle = bytes.len() / 2;
@@ -198,7 +198,7 @@ fn damaged_parts_are_named_and_made_again() {
     std::fs::write(&third, bytes).unwrap();
     flip(good.len() / 2);
     refused(&desk, &["part 2/4", "part 3/4", "is damaged"]);
-    // The same commands repair them, and only them.
+    // The same commands repair the damaged parts and leave the others.
     let first = std::fs::metadata(desk.path("parts/a.1-of-4.part")).unwrap().modified().unwrap();
     parts(&desk, "parts", "");
     assert_eq!(std::fs::metadata(desk.path("parts/a.1-of-4.part")).unwrap().modified().unwrap(), first);
@@ -208,12 +208,12 @@ fn damaged_parts_are_named_and_made_again() {
 }
 
 #[test]
-fn a_name_in_a_part_never_leads_out_of_the_folder() {
+fn refuses_part_with_name_outside_the_folder() {
     let desk = desk("Both");
     desk.shibo("render a.ron --part 1/1 -o parts --output lines").expect(0);
     let place = desk.path("parts/a.1-of-1.part");
     let text = std::fs::read(&place).unwrap();
-    // As long as the name that it replaces, and sealed anew as whoever wants to do harm would.
+    // Has the same length as the original name; the part is not sealed again, so it counts as damaged.
     let find = |text: &[u8], word: &[u8]| text.windows(word.len()).position(|w| w == word).unwrap();
     let mut bytes = text.clone();
     let at = find(&bytes, b"lines.svg");
@@ -224,7 +224,7 @@ fn a_name_in_a_part_never_leads_out_of_the_folder() {
 }
 
 #[test]
-fn what_makes_no_sense_is_told() {
+fn refuses_invalid_part_arguments() {
     let desk = desk("Both");
     for (line, said) in [
         ("render a.ron --part 0/4", "1/16 is the first"),
@@ -248,7 +248,7 @@ fn what_makes_no_sense_is_told() {
 }
 
 #[test]
-fn what_is_prepared_is_not_computed_again() {
+fn parts_reuse_prepared_results() {
     let desk = desk("Both");
     let first = desk.shibo("prepare a.ron").expect(0);
     assert!(first.stdout.contains("moved") && first.stderr.contains("stored"), "{}{}", first.stdout, first.stderr);
@@ -263,14 +263,14 @@ fn what_is_prepared_is_not_computed_again() {
     assert!(Path::new(&desk.path("parts/a.2-of-4.part")).exists());
 }
 
-/// The pixels that were computed of the node `noise`.
+/// Pixels computed for the node `noise`.
 fn pixels(ran: crate::support::Ran) -> u64 {
     let stats = ran.expect(0).json();
     let node = stats["nodes"].as_array().unwrap().iter().find(|node| node["name"] == "noise").unwrap();
     node["pixels"].as_u64().unwrap()
 }
 
-/// A dear field under a blur that reads far: half as far as a part is high.
+/// A costly field under a wide blur: its halo is half as high as a part.
 const FAR: &str = r#"(
   version: 1,
   canvas: (size_mm: (32, 64), resolution: (512, 1024), tile: TILE, seed: 3),
@@ -290,7 +290,7 @@ fn parts_compute_no_pixel_twice() {
         };
         let alone: u64 = (1..=4).map(|n| part(n, &format!("alone{n}"))).sum();
         assert!(alone * 4 > whole * 5, "blurs reach too little for this test: {alone} of {whole}");
-        // What a part has computed beyond its edge is there for the next one, in whatever order.
+        // In any order, a part reuses the pixels that a neighbour computed beyond its edge.
         for order in [[1, 2, 3, 4], [3, 1, 4, 2], [4, 2, 3, 1]] {
             let dir = format!("parts{}{}", order[0], order[1]);
             let shared: u64 = order.into_iter().map(|n| part(n, &dir)).sum();
@@ -303,7 +303,7 @@ fn parts_compute_no_pixel_twice() {
 }
 
 #[test]
-fn parts_made_at_once_or_from_damaged_overlaps_are_the_same() {
+fn concurrent_parts_and_damaged_overlaps_change_no_pixel() {
     let desk = Desk::new();
     desk.write("a.ron", FAR.replace("TILE", "Both"));
     desk.shibo("render a.ron -o whole --no-cache").expect(0);
@@ -316,7 +316,7 @@ fn parts_made_at_once_or_from_damaged_overlaps_are_the_same() {
     });
     desk.shibo("join at_once -o joined").expect(0);
     same(&desk, "whole", "joined");
-    // Whatever stands in the folder, no pixel is another.
+    // Damaged or exchanged halo files change no pixel.
     part(1, "damaged").expect(0);
     for (n, next) in [(1, 3), (3, 2), (2, 4)] {
         let file = format!("damaged/.a.{n}-of-4.overlap");
@@ -335,22 +335,22 @@ fn parts_made_at_once_or_from_damaged_overlaps_are_the_same() {
 }
 
 #[test]
-fn parts_that_are_removed_take_what_they_left_along() {
+fn removing_parts_removes_their_halos() {
     let desk = Desk::new();
     desk.write("a.ron", FAR.replace("TILE", "Both"));
     [1, 2, 3, 4].into_iter().for_each(|n| drop(desk.shibo(&format!("render a.ron --part {n}/4 -o parts")).expect(0)));
-    // As parts leave it that end at the same moment.
+    // An overlap file that parts leave when they end at the same moment.
     for name in [".a.1-of-4.overlap", ".a.b.1-of-4.overlap", "a.overlap"] {
         desk.write(&format!("parts/{name}"), "ShiboO2\n");
     }
-    // A file that only has such a name is the user's.
+    // A user's file that only has the name of an overlap file.
     desk.write("parts/.a.2-of-4.overlap", "mine");
     desk.shibo("join parts -o joined --remove").expect(0);
     assert_eq!(desk.names("parts"), [".a.2-of-4.overlap", ".a.b.1-of-4.overlap", "a.overlap"]);
 }
 
 #[test]
-fn low_parts_are_made_from_left_to_right() {
+fn computes_wide_parts_from_left_to_right() {
     let desk = Desk::new();
     desk.write(
         "a.ron",

@@ -1,4 +1,5 @@
-//! Pictures of other programs, read end to end: channels by name, colour spaces, orientation, windows, opacity, and sets of files.
+//! Pictures of other programs, end to end: channels by name, colour spaces, orientation, windows, opacity, and file
+//! sets.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::pictures::{chunks_of, exif, png_of};
 use crate::support::Desk;
@@ -10,7 +11,7 @@ use exr::prelude::{
 use shibo_engine::picture::{Picture, SrgbEncoder, read};
 use std::io::Cursor;
 
-/// An EXR of 4 × 2 pixels by the names of its channels and the value in each; changed by `change` before it is written.
+/// An EXR of 4 × 2 pixels with constant channels; `change` edits it before it is written.
 fn exr(channels: &[(&str, f32)], change: impl FnOnce(&mut ImageAttributes, &mut [Vec<f32>])) -> Vec<u8> {
     let mut attributes = ImageAttributes::new(IntegerBounds::new((0, 0), (4, 2)));
     let mut planes: Vec<Vec<f32>> = channels.iter().map(|(_, value)| vec![*value; 8]).collect();
@@ -25,7 +26,7 @@ fn exr(channels: &[(&str, f32)], change: impl FnOnce(&mut ImageAttributes, &mut 
 
 fn unchanged(_: &mut ImageAttributes, _: &mut [Vec<f32>]) {}
 
-/// A PNG of one colour, 4 × 4 pixels, with chunks after its first one.
+/// A PNG of one colour, 4 × 4 pixels, with extra chunks after its first one.
 fn png(color: [u8; 3], chunks: &[(&[u8; 4], Vec<u8>)]) -> Vec<u8> {
     let mut bytes = Vec::new();
     image::RgbImage::from_pixel(4, 4, image::Rgb(color))
@@ -41,7 +42,7 @@ fn with_chunks(png: &[u8], at: usize, chunks: &[(&[u8; 4], Vec<u8>)]) -> Vec<u8>
     png_of(&all)
 }
 
-/// A picture as it is seen at its own pixels, and what is said about it by `check` and by `render`.
+/// A picture at its own resolution, and the messages of `check` and `render` about it.
 fn shown(desk: &Desk, size: [u32; 2], node: &str) -> (Picture, String) {
     let [w, h] = size;
     let graph = format!(
@@ -58,7 +59,7 @@ fn shown(desk: &Desk, size: [u32; 2], node: &str) -> (Picture, String) {
     (read(&desk.path("out/rgb.exr"), &Default::default()).unwrap(), checked + &rendered)
 }
 
-/// The first pixel of a file that is shown, and the words about it in one line.
+/// The first pixel of a file, and the messages about it in one line.
 fn pixel(bytes: &[u8], size: [u32; 2], more: &str) -> ([f32; 3], String) {
     let desk = Desk::new();
     desk.write("picture", bytes);
@@ -99,7 +100,7 @@ fn reads_channels_by_name() {
 }
 
 #[test]
-fn tells_channels_whose_names_say_no_order() {
+fn warns_of_channels_in_unknown_order() {
     let bytes = exr(&[("c2", 0.1), ("c0", 0.5), ("c1", 0.25)], unchanged);
     let (color, said) = pixel(&bytes, [4, 2], "");
     near(color, COLOR);
@@ -134,7 +135,7 @@ fn honours_chromaticities() {
 }
 
 #[test]
-fn reads_its_own_colours() {
+fn reads_back_written_colours() {
     let desk = Desk::new();
     desk.write(
         "b.ron",
@@ -207,7 +208,7 @@ fn turns_png_upright() {
     let mut picture = image::RgbImage::new(3, 2);
     picture.pixels_mut().zip(0..).for_each(|(pixel, k)| pixel.0 = [10 * k; 3]);
     picture.write_to(&mut Cursor::new(&mut bytes), image::ImageFormat::Png).unwrap();
-    // Seen from the upper left, by the numbers of EXIF.
+    // Orientation as seen from the upper left, by the numbers of EXIF.
     let seen: [&[u8]; 8] = [
         &[0, 1, 2, 3, 4, 5],
         &[2, 1, 0, 5, 4, 3],
@@ -219,7 +220,7 @@ fn turns_png_upright() {
         &[2, 5, 1, 4, 0, 3],
     ];
     for (orientation, seen) in (1..).zip(seen) {
-        // After the samples, as some programs write it, or before them.
+        // The chunk stands after the samples, as some programs write it, or before them.
         let at = if orientation % 2 == 0 { 1 } else { chunks_of(&bytes).len() - 1 };
         let turned = with_chunks(&bytes, at, &[(b"eXIf", exif(orientation, orientation > 4)[6..].to_vec())]);
         let desk = Desk::new();
@@ -235,7 +236,7 @@ fn turns_png_upright() {
 #[test]
 fn shows_the_display_window() {
     let channels = [("R", 1.0), ("G", 2.0), ("B", 3.0), ("A", 1.0)];
-    // Where the data begin in the display window, and its size.
+    // Offset of the data window in the display window, and size of the display window.
     for ([left, top], [width, height]) in [([0, 0], [4, 2]), ([1, 2], [7, 5]), ([-1, -1], [2, 1]), ([-2, 1], [4, 2])] {
         let bytes = exr(&channels, |attributes, planes| {
             let size = (usize::try_from(width).unwrap(), usize::try_from(height).unwrap());
@@ -318,7 +319,7 @@ fn puts_udim_tiles_side_by_side() {
         ),
         "{said}"
     );
-    // The place of a file counts, not its content alone.
+    // The tile number of a file counts, not only its content.
     let keys = || desk.shibo("check a.ron --verify").expect(0);
     keys();
     std::fs::rename(desk.path("it.1012.exr"), desk.path("it.1011.exr")).unwrap();

@@ -1,4 +1,4 @@
-//! Picture files that are not what they should be, end to end: `check` and `render` say the same of them.
+//! Broken picture files, end to end: `check` and `render` report the same.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::pictures;
 use crate::support;
@@ -21,7 +21,7 @@ fn desk(picture: &[u8]) -> Desk {
     desk
 }
 
-/// What `check` says of a picture that must be refused; `render` refuses it too, with the same words.
+/// The error of `check` about a picture that must be refused; `render` prints the same message.
 #[track_caller]
 fn refused(picture: &[u8]) -> Json {
     let desk = desk(picture);
@@ -36,7 +36,7 @@ fn refused(picture: &[u8]) -> Json {
 }
 
 #[test]
-fn bad_pictures_are_told_by_a_check() {
+fn check_reports_bad_pictures() {
     let good = samples();
     let (png, lzw) = (&good[0], tiff(tiff::encoder::Compression::Lzw, 8));
     let mut print = Jpeg::default();
@@ -51,7 +51,7 @@ fn bad_pictures_are_told_by_a_check() {
         (&lzw[..lzw.len() / 2], "copy or save it again"),
         (&print.bytes(), "CMYK or YCCK"),
         (&indexed_png(&[0, 1, 2, 3], (2, 2), 2, &[9; 9], None), "has colour 3 of the palette"),
-        // The decoder panics at such a palette.
+        // The decoder panics on this palette.
         (&indexed_png(&[0; 4], (2, 2), 2, &[9; 4], None), "its palette, `PLTE`, has 4 bytes"),
     ];
     for (picture, reason) in cases {
@@ -62,7 +62,7 @@ fn bad_pictures_are_told_by_a_check() {
 }
 
 #[test]
-fn damaged_samples_are_told_by_a_render() {
+fn render_reports_damaged_samples() {
     let mut png = samples().remove(0);
     let data = png.windows(4).position(|name| name == b"IDAT").unwrap() + 4;
     png[data + 40..data + 60].fill(0xff);
@@ -99,7 +99,7 @@ const MATERIAL: &str = r#"(
 )"#;
 
 #[test]
-fn channels_that_a_material_lacks_are_told_and_have_a_default() {
+fn missing_channels_warn_and_use_default() {
     let desk = Desk::new();
     desk.write("a.ron", MATERIAL);
     let warnings = desk.shibo("check a.ron --format json").expect(0).json()["warnings"].clone();

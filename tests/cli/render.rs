@@ -25,7 +25,7 @@ fn states(stats: &Json) -> Vec<(String, String)> {
 }
 
 #[test]
-fn only_what_no_output_reaches_is_unused() {
+fn only_unreachable_nodes_are_unused() {
     let desk = Desk::with_graph();
     desk.write(
         "part.ron",
@@ -39,7 +39,7 @@ fn only_what_no_output_reaches_is_unused() {
           outputs: { \"o\": \"set\" })",
     );
     for _ in 0..2 {
-        // Also when nothing is left to be done.
+        // The same when everything comes from the cache.
         let stats = desk.shibo("render u.ron --stats json").expect(0).json();
         let unused: Vec<String> =
             states(&stats).into_iter().filter(|(_, state)| state == "unused").map(|(name, _)| name).collect();
@@ -69,21 +69,21 @@ fn a_second_run_computes_nothing() {
     let second = desk.shibo("render a.ron --stats json").expect(0).json();
     assert!(states(&second).iter().all(|(_, state)| state != "computed"), "{second}");
     assert_eq!(desk.read("out/bumps.png"), bytes);
-    // Comments, order and spelling are nothing new.
+    // Comments, order and spelling do not count as changes.
     desk.write("a.ron", GRAPH.replace("(size: \"$size\")", "(size: 5.00) /* as before */"));
     let third = desk.shibo("render a.ron --stats json").expect(0).json();
     assert!(states(&third).iter().all(|(_, state)| state != "computed"), "{third}");
 }
 
 #[test]
-fn an_edit_computes_only_what_is_downstream() {
+fn edit_recomputes_downstream_nodes() {
     let desk = Desk::with_graph();
     desk.shibo("render a.ron").expect(0);
     desk.write("a.ron", GRAPH.replace("steps: 20", "steps: 21"));
     let stats = desk.shibo("render a.ron --stats json").expect(0).json();
     for node in stats["nodes"].as_array().unwrap() {
         let downstream = ["moved", "wrinkles", "strokes"].contains(&node["name"].as_str().unwrap());
-        // What takes no time is not kept; the clock is that of a machine that may be busy.
+        // Cheap results are not kept, and a busy machine changes the measured times.
         let cheap = node["seconds"].as_f64().unwrap() < 2e-2;
         assert!(downstream || cheap || node["state"] != "computed", "{node}");
         assert!(!downstream || node["state"] == "computed", "{node}");
@@ -100,7 +100,7 @@ fn nothing_is_kept_without_a_cache() {
 }
 
 #[test]
-fn threads_change_no_byte() {
+fn bytes_are_equal_for_any_thread_count() {
     let desk = Desk::with_graph();
     for threads in ["1", "2", "8"] {
         desk.run(["render", "a.ron", "--no-cache", "--threads", threads, "-o", threads]).expect(0);
@@ -135,7 +135,7 @@ fn equal_graphs_give_equal_bytes() {
     desk.write("b.ron", format!("// A comment.\n{}", GRAPH.replace("bumps\": P", "bumps\":   P")));
     desk.shibo("render b.ron --no-cache -o two").expect(0);
     assert_eq!(desk.read("one/mask.png"), desk.read("two/mask.png"));
-    // The seed and the parameters are told in the file, and so is the version.
+    // The file states the seed, the parameters and the version.
     let bytes = desk.read("one/bumps.png");
     let text = String::from_utf8_lossy(&bytes).into_owned();
     for word in ["Shibo 0.", "shibo:graph", "shibo:seed", "size: 5"] {
@@ -176,7 +176,7 @@ fn formats_and_depths() {
 }
 
 #[test]
-fn wrong_usage_is_told_from_errors_in_files() {
+fn exit_codes_separate_usage_from_file_errors() {
     let desk = Desk::with_graph();
     for args in [
         "--output mesk",

@@ -4,7 +4,7 @@
 use crate::support::Desk;
 
 #[test]
-fn templates_make_graphs_that_are_in_order() {
+fn templates_make_valid_graphs() {
     let desk = Desk::new();
     let list = desk.shibo("new").expect(0).stdout;
     let names: Vec<&str> = list.lines().filter_map(|line| line.split_whitespace().next()).collect();

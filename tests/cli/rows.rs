@@ -1,4 +1,4 @@
-//! The pages of the methods: every row of the source is there, once, in order, and names tests that exist.
+//! The pages of the methods list every row of the source once and in order, and name tests that exist.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,7 @@ fn tests() -> BTreeSet<String> {
     let mut names = BTreeSet::new();
     let mut test = false;
     for line in text.lines().map(str::trim) {
-        // In `proptest!` the attribute stands before the function too.
+        // In `proptest!` the attribute also stands before the function.
         test |= line == "#[test]";
         if let (true, Some(rest)) = (test, line.strip_prefix("fn ")) {
             names.insert(rest.split('(').next().unwrap().to_owned());

@@ -1,7 +1,7 @@
-//! A cache that machines share: a folder, and servers that speak S3, among them one that fails in every way that there is. The
-//! pictures are the same bytes, little time is lost, and one warning is given.
+//! A cache that several machines share: a folder, and an S3 server that fails in every possible way. Pictures keep the
+//! same bytes, little time is lost, and one warning is printed.
 //!
-//! With `$SHIBO_TEST_S3`, the address of a real S3 server without a bucket called `shibo-test`, that is used as well.
+//! `$SHIBO_TEST_S3` may give the address of a real S3 server with a bucket `shibo-test`, which is then tested too.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::{Desk, GRAPH, Ran, finish};
@@ -11,10 +11,10 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// What must never be seen.
+/// Must never be printed.
 const SECRET: &str = "hunter2hunter2";
 
-/// An object that takes well more than the 0.2 s which are always shared, on a fast machine too.
+/// Its simulation takes much longer than 0.2 s, above which results are always shared, also on a fast machine.
 fn desk() -> Desk {
     let desk = Desk::new();
     desk.write("a.ron", GRAPH.replace("steps: 20,", "steps: 100000,").replace("pitch: 4", "pitch: 1"));
@@ -28,7 +28,7 @@ fn render(desk: &Desk, machine: &str, url: &str, key: Option<&str>) -> Ran {
     ran
 }
 
-/// The command that does so.
+/// The command for [`render`].
 fn rendering(desk: &Desk, machine: &str, url: &str, key: Option<&str>) -> std::process::Command {
     let args = ["render", "a.ron", "-o", machine, "--cache-dir", &format!("cache-{machine}"), "--shared-cache", url];
     let mut command = desk.command(args.into_iter().chain(["--stats", "json"]));
@@ -53,7 +53,7 @@ fn rendering(desk: &Desk, machine: &str, url: &str, key: Option<&str>) -> std::p
     command
 }
 
-/// What became of the node whose result is costly.
+/// State of the node whose result is costly.
 fn state(ran: &Ran) -> String {
     let json = ran.json();
     let node = json["nodes"].as_array().unwrap().iter().find(|node| node["name"] == "moved").unwrap().clone();
@@ -80,7 +80,7 @@ fn machines_share_a_folder() {
     assert_eq!((state(&a).as_str(), warnings(&a)), ("computed", 0), "{}", a.stderr);
     assert_ne!(state(&b), "computed", "{}", b.stderr);
     same(&desk, "a", "b");
-    // A secret: what was written without it is not believed, and what is written with it only by those who know it.
+    // With a secret, entries written without it are rejected, and others reject the entries written with it.
     let keyed = [
         render(&desk, "c", &url, Some("one")),
         render(&desk, "d", &url, Some("one")),
@@ -91,9 +91,9 @@ fn machines_share_a_folder() {
     let cache = |line: &str| desk.shibo(&format!("cache {line} --shared-cache {url}"));
     let stat = cache("stat").expect(0).json();
     assert!(stat["entries"].as_u64().unwrap() >= 3 && stat["bytes"].as_u64().unwrap() > 1000, "{stat}");
-    // Those of the two secrets are foreign to who has none.
+    // Without a secret, entries of both secrets are foreign.
     assert!(cache("verify").expect(1).stderr.contains("another key"));
-    // Nothing beside the entries is touched.
+    // Files beside the entries are kept.
     desk.write("share/mine.txt", "mine");
     cache("clear").expect(0);
     assert_eq!(cache("stat").expect(0).json()["entries"], 0);
@@ -150,13 +150,13 @@ enum How {
     Deny,
     NoBucket,
     HangUp,
-    /// More than was announced, without end.
+    /// More bytes than announced, without end.
     Endless,
-    /// A reason for a failure, without end.
+    /// An error message without end.
     EndlessReason,
 }
 
-/// A server that speaks as much S3 as the cache needs.
+/// A server with the part of S3 that the cache needs.
 struct Server {
     address: String,
     how: Arc<Mutex<How>>,
@@ -256,7 +256,7 @@ fn answer(mut stream: &TcpStream, how: &Mutex<How>, held: &Mutex<HashMap<String,
 }
 
 #[test]
-fn a_server_may_fail_in_every_way() {
+fn survives_all_server_failures() {
     let desk = desk();
     desk.shibo("render a.ron -o right --no-cache").expect(0);
     let server = Server::start();
@@ -268,7 +268,7 @@ fn a_server_may_fail_in_every_way() {
     let held = server.held.lock().unwrap().clone();
     assert!(held.keys().all(|path| path.starts_with("/bucket/prefix/")), "{:?}", held.keys());
     let all = [How::Unavailable, How::Stall, How::Drip, How::Cut, How::Lie, How::NoBucket, How::HangUp];
-    // Each on a server of its own, for there is much waiting.
+    // One server for each failure, because most of the time is waiting.
     let fail = &|how: How| {
         let server = Server::start();
         server.held.lock().unwrap().clone_from(&held);
@@ -276,19 +276,19 @@ fn a_server_may_fail_in_every_way() {
         let machine = format!("{how:?}");
         let started = Instant::now();
         let ran = render(&desk, &machine, &server.url(), None);
-        // A store costs at most five seconds; this is to find one that is waited for.
+        // A store costs at most five seconds; this bound finds a client that waits for the server.
         assert!(started.elapsed() < Duration::from_secs(300), "{how:?}: {:?}", started.elapsed());
         assert_eq!(warnings(&ran), 1, "{how:?}: {}", ran.stderr);
         assert!(ran.stderr.contains("s3://bucket/prefix") && ran.stderr.contains("the same results"), "{}", ran.stderr);
         same(&desk, "right", &machine);
     };
     std::thread::scope(|scope| all.map(|how| scope.spawn(move || fail(how))).map(|one| one.join().unwrap()));
-    // What was wrong there was mended, where the server took it.
+    // A wrong entry was replaced, since the server accepted the write.
     *server.how.lock().unwrap() = How::Lie;
     render(&desk, "lie", &server.url(), None);
     *server.how.lock().unwrap() = How::Well;
     assert_ne!(state(&render(&desk, "mended", &server.url(), None)), "computed");
-    // Who may only read still reads.
+    // A client without write permission still reads.
     *server.how.lock().unwrap() = How::Deny;
     let reader = render(&desk, "reader", &server.url(), None);
     assert_ne!(state(&reader), "computed");
@@ -298,7 +298,7 @@ fn a_server_may_fail_in_every_way() {
     assert!(denied.stderr.contains("does not allow it"), "{}", denied.stderr);
 }
 
-/// The most memory that a process had, in MiB.
+/// Peak memory of a process in MiB.
 #[cfg(target_os = "linux")]
 fn peak(mut command: std::process::Command) -> u64 {
     let mut child = command.stdout(std::process::Stdio::null()).stderr(std::process::Stdio::null()).spawn().unwrap();
@@ -315,7 +315,7 @@ fn peak(mut command: std::process::Command) -> u64 {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn answers_without_end_take_no_memory() {
+fn endless_answers_take_no_memory() {
     let desk = desk();
     desk.shibo("render a.ron -o right --no-cache").expect(0);
     let usual = peak(desk.command(["render", "a.ron", "-o", "usual", "--no-cache"]));
@@ -330,7 +330,7 @@ fn answers_without_end_take_no_memory() {
 }
 
 #[test]
-fn a_server_that_is_gone_costs_nothing_but_a_warning() {
+fn unreachable_server_gives_one_warning() {
     let desk = desk();
     let address = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let ran = render(&desk, "a", &format!("s3+http://{address} s3://bucket"), None);

@@ -1,5 +1,7 @@
-//! The rules of ARCHITECTURE.md on who may know whom, kept by reading the `use` lines.
+//! The dependency rules of ARCHITECTURE.md, checked by reading the `use` lines.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+mod prose;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,7 +19,7 @@ fn sources(dir: &Path) -> Vec<PathBuf> {
     files
 }
 
-fn root(path: &str) -> PathBuf {
+pub(crate) fn root(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
@@ -28,7 +30,7 @@ fn code(path: &Path) -> String {
     code.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
 }
 
-/// The words that follow each occurrence of `prefix`: one, or those of a list in braces.
+/// The words that follow each occurrence of `prefix`: one word, or those of a list in braces.
 fn words_after(text: &str, prefix: &str) -> Vec<String> {
     let word = |rest: &str| rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
     let mut words = Vec::new();
@@ -63,15 +65,15 @@ fn words_after(text: &str, prefix: &str) -> Vec<String> {
     words
 }
 
-/// The name of the folder or file that holds `file` right below `dir`.
+/// The folder or file right below `dir` that contains `file`.
 fn module(dir: &Path, file: &Path) -> String {
     let inside = file.strip_prefix(dir).unwrap().components().next().unwrap();
     inside.as_os_str().to_str().unwrap().trim_end_matches(".rs").to_owned()
 }
 
-/// A circle among `uses`, from names to the names that they use, if there is one.
+/// Names on a cycle of `uses` (name to used names) or leading to one; `None` without a cycle.
 fn circle(uses: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
-    // What uses nothing that is left cannot be on a circle.
+    // A name that uses no remaining name is on no cycle.
     let mut left: BTreeMap<_, _> = uses.clone();
     while let Some(name) =
         left.iter().find(|(_, used)| !used.iter().any(|u| uses.contains_key(u) && left.contains_key(u)))
@@ -110,9 +112,9 @@ fn types_of_objects_are_named_in_one_table() {
 }
 
 #[test]
-fn arrows_in_the_engine_point_down() {
+fn engine_modules_use_only_lower_modules() {
     let order = ["session", "eval", "graph", "registry", "node", "value"];
-    // What stands beside `value` may be used by all and uses only `value`.
+    // Modules beside `value` may be used by all, and use only `value`.
     let beside = ["diagnostics", "export", "expression", "picture", "syntax"];
     for file in sources(&root("engine/src")) {
         let module = &module(&root("engine/src"), &file);
@@ -131,7 +133,7 @@ fn arrows_in_the_engine_point_down() {
 }
 
 #[test]
-fn the_server_does_not_know_who_watches() {
+fn serve_does_not_use_watch() {
     for file in sources(&root("src/serve")) {
         assert!(
             !words_after(&code(&file), "crate::").contains(&"watch".to_owned()),
@@ -144,7 +146,7 @@ fn the_server_does_not_know_who_watches() {
 }
 
 #[test]
-fn what_editors_know_has_no_protocol() {
+fn ide_uses_no_protocol() {
     let files = sources(&root("src/ide"));
     assert!(files.len() > 20);
     for file in files {
@@ -156,7 +158,7 @@ fn what_editors_know_has_no_protocol() {
 }
 
 #[test]
-fn families_do_not_know_each_other() {
+fn node_families_do_not_use_each_other() {
     let nodes = root("nodes/src");
     let families: Vec<String> = fs::read_dir(&nodes)
         .unwrap()
@@ -175,7 +177,7 @@ fn families_do_not_know_each_other() {
 }
 
 #[test]
-fn kernels_know_only_values() {
+fn kernel_uses_only_values_and_expressions() {
     for file in sources(&root("kernel/src")) {
         let code = code(&file);
         for used in words_after(&code, "shibo_engine::") {
@@ -190,7 +192,7 @@ fn kernels_know_only_values() {
 #[test]
 fn rooms_of_the_kernel_use_only_rooms_before_them() {
     let kernel = root("kernel/src");
-    // As `kernel/src/lib.rs` names them.
+    // The order of `kernel/src/lib.rs`.
     let order = [
         "ground",
         "noise",
@@ -225,8 +227,8 @@ fn rooms_of_the_kernel_use_only_rooms_before_them() {
     }
 }
 
-/// Folders in which circles are left. A folder goes from the list when it has none; none is added.
-const CIRCLES: [&str; 14] = [
+/// Folders whose files still import each other in a cycle. Folders may only leave this list.
+const CYCLES: [&str; 14] = [
     "engine/src/graph",
     "engine/src/picture",
     "engine/src/picture/read_tiff",
@@ -243,8 +245,7 @@ const CIRCLES: [&str; 14] = [
     "src/watch",
 ];
 
-/// The modules of a folder, and which others of them the files of each use. What a module is told by others or declares for all, `mod.rs`,
-/// is none.
+/// The modules of a folder, each with the other modules that its files import. `mod.rs` does not count as a module.
 fn uses_in(dir: &Path, source: &Path) -> BTreeMap<String, BTreeSet<String>> {
     let inside = dir.strip_prefix(source).unwrap().iter().map(|name| name.to_str().unwrap());
     let here: String = ["crate"].into_iter().chain(inside).flat_map(|name| [name, "::"]).collect();
@@ -265,7 +266,7 @@ fn uses_in(dir: &Path, source: &Path) -> BTreeMap<String, BTreeSet<String>> {
 }
 
 #[test]
-fn files_of_a_folder_have_no_circles() {
+fn files_of_a_folder_have_no_cycles() {
     let mut left = Vec::new();
     for source in ["src", "engine/src", "kernel/src", "library/src", "nodes/src", "python/src"] {
         let files = sources(&root(source));
@@ -273,18 +274,18 @@ fn files_of_a_folder_have_no_circles() {
         for folder in folders.into_iter().filter(|folder| *folder != root(source)) {
             let name = folder.strip_prefix(root("")).unwrap().to_str().unwrap().to_owned();
             let found = circle(&uses_in(folder, &root(source)));
-            if CIRCLES.contains(&name.as_str()) {
+            if CYCLES.contains(&name.as_str()) {
                 left.extend(found.map(|_| name));
             } else {
                 assert_eq!(found, None, "in {name}");
             }
         }
     }
-    assert_eq!(left.iter().collect::<BTreeSet<_>>(), CIRCLES.map(str::to_owned).iter().collect());
+    assert_eq!(left.iter().collect::<BTreeSet<_>>(), CYCLES.map(str::to_owned).iter().collect());
 }
 
 #[test]
-fn circles_are_found() {
+fn finds_cycles() {
     let uses = |pairs: &[(&str, &str)]| {
         let set = |(from, to): &(&str, &str)| ((*from).to_owned(), BTreeSet::from([(*to).to_owned()]));
         pairs.iter().map(set).collect::<BTreeMap<_, _>>()
@@ -296,7 +297,7 @@ fn circles_are_found() {
 }
 
 #[test]
-fn files_can_be_read_in_one_sitting() {
+fn files_have_at_most_500_lines() {
     for dir in ["src", "engine/src", "kernel/src", "library/src", "nodes/src", "python/src"] {
         for file in sources(&root(dir)) {
             let lines = fs::read_to_string(&file).unwrap().lines().count();
@@ -306,8 +307,8 @@ fn files_can_be_read_in_one_sitting() {
 }
 
 #[test]
-fn nothing_is_read_from_the_environment_below_the_command() {
-    // How memory is let go of, and whether a decoder's panic is expected, hold no results.
+fn crates_below_the_command_read_no_environment() {
+    // Thread-local state for freeing memory and for expected panics of decoders holds no results.
     let allowed = [("engine/src/value/link.rs", "thread_local!"), ("engine/src/picture/guard.rs", "thread_local!")];
     for dir in ["engine/src", "kernel/src", "nodes/src"] {
         for file in sources(&root(dir)) {

@@ -1,11 +1,11 @@
-//! What the tests of the command share: a folder of its own for each, and ways to run `shibo` in it.
+//! Shared by the tests of the command: a folder for each test, and ways to run `shibo` in it.
 #![allow(dead_code, clippy::unwrap_used, reason = "each test program uses a part of it, and fails by panicking")]
 use serde_json::Value as Json;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// A graph of which many rows of many fields are read at a time: within 16 MiB, pictures of 2304² are made in strips.
+/// A graph whose fields are read many rows at a time: within 16 MiB, pictures of 2304² are made in strips.
 pub(crate) const WIDE: &str = r#"(
   version: 1,
   canvas: (size_mm: 100, resolution: 128, tile: Both, seed: 1),
@@ -43,7 +43,7 @@ pub(crate) fn number(v: &Json) -> f64 {
     v.as_f64().unwrap_or_else(|| if v == "inf" { f64::INFINITY } else { panic!("{v}") })
 }
 
-/// What a run gave.
+/// Exit code and output of a run.
 pub(crate) struct Ran {
     pub(crate) code: Option<i32>,
     pub(crate) stdout: String,
@@ -96,7 +96,7 @@ impl Desk {
         std::fs::read(self.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
-    /// The names in a folder, hidden ones included.
+    /// The names in a folder, including hidden ones.
     pub(crate) fn names(&self, dir: &str) -> Vec<String> {
         let entries = std::fs::read_dir(self.path(dir)).unwrap();
         let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
@@ -104,7 +104,7 @@ impl Desk {
         names
     }
 
-    /// The command, at home in this folder and with its own cache.
+    /// The command, with this folder as its home and a cache of its own.
     pub(crate) fn command<A: AsRef<OsStr>>(&self, args: impl IntoIterator<Item = A>) -> Command {
         let mut command = Command::new(assert_cmd::cargo::cargo_bin!("shibo"));
         command.current_dir(self.dir.path()).args(args).stdin(Stdio::null());
@@ -116,7 +116,7 @@ impl Desk {
         finish(self.command(args))
     }
 
-    /// Runs a command line that has no blanks in its words.
+    /// Runs a command line whose words contain no blanks.
     pub(crate) fn shibo(&self, line: &str) -> Ran {
         self.run(line.split_whitespace())
     }

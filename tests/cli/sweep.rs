@@ -1,4 +1,4 @@
-//! Variants of a graph: what they share is computed once, what is there is left as it is, and names never collide.
+//! Variants of a graph: shared work is computed once, existing files are kept, and file names never collide.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::{Desk, GRAPH, samples};
@@ -19,7 +19,7 @@ fn rows(desk: &Desk) -> Vec<Vec<String>> {
 fn all_combinations_are_rendered_and_listed() {
     let desk = Desk::with_graph();
     let line = "render a.ron --sweep seed=1..3 --sweep size=2..4/2 --sweep preset=large --sheet sheet.png";
-    // The preset says what `size` is, which is set too: what is set counts.
+    // `size` is both set by the preset and swept: the swept value wins.
     desk.shibo(line).expect(0);
     let rows = rows(&desk);
     assert_eq!(rows[0], ["file", "seed", "size", "preset", "key", "seconds"]);
@@ -34,11 +34,11 @@ fn all_combinations_are_rendered_and_listed() {
     }
     let (width, pixels) = samples(&desk.path("out/sheet.png"));
     assert!(width == 3 * 136 + 8 && pixels.len() > width * 300, "{width} {}", pixels.len());
-    // A second run touches nothing.
+    // A second run rewrites no file.
     let before = times(&desk, "out");
     desk.shibo(line).expect(0);
     assert_eq!(times(&desk, "out"), before);
-    // What is gone comes back, and nothing else.
+    // A missing file is made again, and only that one.
     std::fs::remove_file(desk.path("out/seed-3_size-2_preset-large_mask.png")).unwrap();
     let ran = desk.shibo(line).expect(0);
     assert!(ran.stderr.contains("1 variant rendered, 5 were there already"), "{}", ran.stderr);
@@ -55,7 +55,7 @@ fn a_sheet_of_two_names_is_a_matrix() {
     );
     desk.shibo("render a.ron --sweep r=0..1/2 --sweep g=0..1/3 --sheet sheet.png").expect(0);
     let (width, pixels) = samples(&desk.path("out/sheet.png"));
-    // A row for each value of the first name, a column for each of the second.
+    // A row for each value of the first name, a column for each value of the second.
     let left = 8 + 3 * 6 + 8;
     assert_eq!((width, pixels.len() / width), (left + 3 * 136, 17 + 2 * 140 + 8));
     let colour = |row: usize, column: usize| {
@@ -67,7 +67,7 @@ fn a_sheet_of_two_names_is_a_matrix() {
         [[0; 3], [0, 255, 0], [255, 0, 0], [255, 255, 0]]
     );
     assert_eq!(colour(0, 1)[1], 188, "half the light");
-    // The labels: above the columns, and left of the rows.
+    // Labels stand above the columns and left of the rows.
     let lit = |x: std::ops::Range<usize>, y: std::ops::Range<usize>| {
         y.flat_map(|y| x.clone().map(move |x| y * width + x)).filter(|at| pixels[*at][0] > 40_000).count()
     };
@@ -76,9 +76,9 @@ fn a_sheet_of_two_names_is_a_matrix() {
 }
 
 #[test]
-fn what_variants_share_is_computed_once() {
+fn computes_shared_work_of_variants_once() {
     let desk = Desk::new();
-    // Only the colours differ.
+    // Only the colours differ between the variants.
     let graph = GRAPH.replace(
         "\"bumps\": Perlin(size: \"$size\")",
         "\"bumps\": Perlin(size: 5),\n    \"t\": Remap(input: \"strokes.mask\", to: (0, \"= $size / 20\"))",
@@ -91,13 +91,13 @@ fn what_variants_share_is_computed_once() {
     );
     desk.shibo("render a.ron --sweep size=1..16 -o many --cache-dir c").expect(0);
     assert_eq!(desk.names("many").len(), 17);
-    // Each object of the graph at most once, though there are sixteen graphs.
+    // Each object of the graph is stored at most once, although there are sixteen graphs.
     let objects: usize = desk.names("c/objects").iter().map(|dir| desk.names(&format!("c/objects/{dir}")).len()).sum();
     assert!((1..=5).contains(&objects), "{objects}");
 }
 
 #[test]
-fn a_killed_run_goes_on() {
+fn resumes_killed_sweep() {
     let desk = Desk::with_graph();
     let args = ["render", "a.ron", "--sweep", "seed=1..40", "--no-cache"];
     let mut child = desk.command(args).stderr(std::process::Stdio::null()).spawn().unwrap();
@@ -115,16 +115,16 @@ fn a_killed_run_goes_on() {
     assert_eq!(rows(&desk).len(), 81);
     let after: BTreeSet<(String, SystemTime)> = times(&desk, "out").into_iter().collect();
     let kept = before.intersection(&after).filter(|(name, _)| listed.contains(name)).count();
-    // Of one variant perhaps only one of two rows was written.
+    // The last variant may have only one of its two rows.
     assert!(kept + 1 >= listed.len() && listed.len() >= 9, "{kept} of {}", listed.len());
-    // The second run leaves nothing half written. Temporary files of the first one stay for a day.
+    // The second run leaves no temporary files of its own; those of the killed run stay for a day.
     assert!(after.difference(&before).all(|(name, _)| !name.starts_with('.')), "{after:?}");
     desk.shibo("render a.ron --set seed=40 -o one --no-cache").expect(0);
     assert!(desk.read("out/seed-40_bumps.png") == desk.read("one/bumps.png"));
 }
 
 #[test]
-fn what_makes_no_sense_is_told_before_anything_is_rendered() {
+fn refuses_invalid_sweeps_before_rendering() {
     let desk = Desk::with_graph();
     for (line, code, said) in [
         ("--sweep seed=1..2 --sweep seed=3..4", 2, "twice"),
@@ -150,7 +150,7 @@ fn what_makes_no_sense_is_told_before_anything_is_rendered() {
 }
 
 #[test]
-fn a_parameter_may_be_called_seed() {
+fn accepts_parameter_named_seed() {
     let desk = Desk::with_graph();
     let graph = GRAPH.replace("params: {", "params: { \"seed\": Integer(default: 3, range: (0, 9)),");
     desk.write("a.ron", graph.replace("Perlin(size: \"$size\")", "Perlin(size: \"$size\", seed: \"$seed\")"));

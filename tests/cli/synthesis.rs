@@ -1,5 +1,5 @@
-//! Exemplar synthesis end to end: odd exemplars work, what cannot work is refused with the reason, and coordinates are
-//! those of the method.
+//! Exemplar synthesis end to end: odd exemplars work, impossible requests are refused with the reason, and coordinates
+//! are those of the method.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
@@ -14,7 +14,7 @@ fn graph(canvas: &str, nodes: &str, output: &str) -> String {
 
 const CANVAS: &str = "size_mm: 48, resolution: 48, tile: Both, seed: 1";
 
-/// A picture whose pixels are not alike, or are, with an opacity that is 0 on its left.
+/// A picture with different pixels, or a uniform one, with opacity 0 on its left.
 fn picture(desk: &Desk, name: &str, (w, h): (u32, u32), plain: bool) {
     let pixel = |x: u32, y: u32| {
         let v = |k: u32| if plain { 90 } else { u8::try_from((x * 37 + y * 91 + x * y * k) % 251).unwrap() };
@@ -37,7 +37,7 @@ fn odd_exemplars_work() {
         let nodes = format!("    \"picture\": Image(path: \"a.png\", size_mm: 12),\n{CHAIN}");
         let mut text = graph(CANVAS, &nodes, "shown");
         if size.0 == 1 {
-            // Half a pixel has no opacity.
+            // An exemplar one pixel wide has no opaque pixel.
             text = text.replace(", mask: \"picture.alpha\"", "");
         }
         desk.write("a.ron", text);
@@ -68,7 +68,7 @@ fn maps_of_other_sizes_are_aligned_by_place() {
     assert!(values.iter().all(|v| (v - values[0]).abs() < 1e-5));
 }
 
-/// Renders a graph that must fail, and checks what is said of it: code, line, and a part of the message.
+/// Renders a graph that must fail, and checks code, line, and a part of the message.
 fn fails(nodes: &str, output: &str, (code, line): (&str, u64), words: &str) {
     let desk = Desk::new();
     picture(&desk, "a.png", (32, 32), false);
@@ -116,7 +116,7 @@ fn jacobians_are_checked_with_their_place() {
 }
 
 #[test]
-fn a_scale_beyond_the_levels_works() {
+fn accepts_scale_beyond_the_levels() {
     for scale in ["30", "0.04"] {
         let desk = Desk::new();
         let nodes = format!(
@@ -168,7 +168,7 @@ fn a_constant_jacobian_turns_zeros_into_the_affine_map() {
     "c": UpsampleCoords(coords: "b", jacobian: "j"),
     "ground": Perlin(),"#;
     desk.write("a.ron", graph(CANVAS, nodes, "ground"));
-    // Features turned by 90° from +x to +y and twice as large: a step down is half a step along the exemplar's x.
+    // Features are turned by 90° from +x to +y and twice as large: a step down is half a step along the exemplar's x.
     let wanted: Vec<[f64; 2]> = (0..64)
         .map(|p| {
             let (x, y) = (f64::from(p % 8) - 3.5, f64::from(p / 8) - 3.5);
@@ -179,7 +179,7 @@ fn a_constant_jacobian_turns_zeros_into_the_affine_map() {
 }
 
 #[test]
-fn the_driver_without_extras_is_the_stages_of_the_source() {
+fn patent_preset_equals_stages_of_the_source() {
     let desk = Desk::new();
     let mut nodes = String::from(
         r#"    "ground": Perlin(size: 5),
@@ -199,7 +199,7 @@ fn the_driver_without_extras_is_the_stages_of_the_source() {
     desk.write("a.ron", graph(CANVAS, &nodes, "ground"));
     let (driven, staged) = (coords(&desk, "driven"), coords(&desk, "c4"));
     assert!(close(&driven, &staged, 1e-3), "the driver and the stages differ");
-    // What a preset adds shows: in its absence nothing is random.
+    // The preset uses no random numbers: another canvas seed changes nothing.
     desk.write(
         "a.ron",
         graph(&CANVAS.replace("seed: 1", "seed: 2"), &nodes.replace("Perlin(size: 5)", "Gradient()"), "ground"),
@@ -218,7 +218,8 @@ fn a_larger_canvas_extends_a_smaller_one() {
     "coords": Synthesize(exemplar: "exemplar", origin: (-7, 3)),"#;
     let at = |size: u32| {
         let desk = Desk::new();
-        // The exemplar is the same on both: noise on a canvas that does not tile is that of the plane.
+        // On a canvas that does not tile, noise does not depend on the size of the canvas, so both have the same
+        // exemplar.
         let canvas = format!("size_mm: {size}, resolution: 64, tile: None, seed: 1");
         desk.write("a.ron", graph(&canvas, nodes, "ground"));
         coords(&desk, "coords")
@@ -230,7 +231,7 @@ fn a_larger_canvas_extends_a_smaller_one() {
 }
 
 #[test]
-fn guides_decide_what_is_shown_where() {
+fn output_follows_guide() {
     let desk = Desk::new();
     let nodes = r#"    "halves": Gradient(repeat: Mirror, times: 2),
     "which": Remap(input: "halves", from: (0.45, 0.55), clamp: true),
@@ -252,7 +253,7 @@ fn guides_decide_what_is_shown_where() {
 }
 
 #[test]
-fn larger_candidate_sets_join_more_and_none_joins_nothing() {
+fn candidate_set_size_changes_coordinates() {
     let desk = Desk::new();
     let at = |sets: &str| {
         let nodes = format!(

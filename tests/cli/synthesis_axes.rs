@@ -1,9 +1,10 @@
-//! Synthesis on canvases that tile in x or in y only: each axis is taken by itself.
+//! Synthesis on canvases that tile only in x or only in y: each axis is treated by itself.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
 
-/// Exemplars of the canvas itself, which join where the canvas tiles; many of these seeds have a lattice.
+/// Synthesises from an exemplar of the canvas itself, whose sides join where the canvas tiles; many seeds give a
+/// lattice.
 fn values(desk: &Desk, tile: &str, seed: u64, size: (u32, u32)) -> Vec<f64> {
     let (w, h) = size;
     let text = format!(
@@ -19,7 +20,7 @@ fn values(desk: &Desk, tile: &str, seed: u64, size: (u32, u32)) -> Vec<f64> {
     dump["values"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect()
 }
 
-/// The mean step from one column to the next, or one row: where sides meet, and inside.
+/// The mean step between adjacent columns or rows: across the edge of the canvas, and inside.
 fn steps(values: &[f64], rows: bool) -> [f64; 2] {
     let at = |k: usize, m: usize| if rows { values[k % 64 * 64 + m] } else { values[m * 64 + k % 64] };
     let step = |k: usize| (0..64).map(|m| (at(k, m) - at(k + 1, m)).abs()).sum::<f64>() / 64.0;
@@ -27,7 +28,7 @@ fn steps(values: &[f64], rows: bool) -> [f64; 2] {
 }
 
 #[test]
-fn joins_the_sides_that_the_canvas_joins() {
+fn joins_only_tiling_sides() {
     let desk = Desk::new();
     for (tile, joins) in [("X", [true, false]), ("Y", [false, true])] {
         let mut sums = [[0.0; 2]; 2];
@@ -44,7 +45,7 @@ fn joins_the_sides_that_the_canvas_joins() {
 }
 
 #[test]
-fn extends_along_the_axis_that_ends() {
+fn extends_along_non_tiling_axis() {
     let desk = Desk::new();
     for seed in [1, 6] {
         let (small, large) = (values(&desk, "X", seed, (12, 12)), values(&desk, "X", seed, (12, 24)));

@@ -1,5 +1,4 @@
-//! Synthesis as it is asked for: presets that do what they say and warn of what they ignore, and coordinates that go to a file
-//! and come back.
+//! Presets of synthesis keep their promises and warn of ignored parameters; coordinates go to a file and come back.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
@@ -18,7 +17,7 @@ fn coords(desk: &Desk, node: &str) -> Vec<[f64; 2]> {
     json["coords"].as_array().unwrap().iter().map(pair).collect()
 }
 
-/// Whether a map, modulo the exemplar, goes on by a pixel from each pixel to those right of it and below.
+/// True if the right and lower neighbours of each pixel show the exemplar one pixel further, modulo its side.
 fn goes_on(map: &[[f64; 2]], w: usize, side: f64) -> bool {
     let near = |a: f64, b: f64| ((a - b).rem_euclid(side) - side / 2.0).abs() > side / 2.0 - 1e-3;
     (0..map.len()).all(|p| {
@@ -28,7 +27,7 @@ fn goes_on(map: &[[f64; 2]], w: usize, side: f64) -> bool {
 }
 
 #[test]
-fn the_method_of_the_source_gives_back_the_exemplar_tiled_at_any_size() {
+fn patent_preset_repeats_exemplar_at_any_size() {
     let desk = Desk::new();
     let unbent = ", jacobian: JacobianFromAngleScale()";
     for (side, tile, more) in [
@@ -55,7 +54,7 @@ fn the_method_of_the_source_gives_back_the_exemplar_tiled_at_any_size() {
 }
 
 #[test]
-fn what_a_preset_ignores_is_warned_of() {
+fn warns_of_parameters_that_preset_ignores() {
     let desk = Desk::new();
     let warned = |more: &str| {
         let nodes = format!(
@@ -81,7 +80,7 @@ fn what_a_preset_ignores_is_warned_of() {
 }
 
 #[test]
-fn presets_differ_in_how_much_they_mend() {
+fn presets_set_rounds_of_mending() {
     let desk = Desk::new();
     let at = |more: &str| {
         let nodes = format!(
@@ -94,7 +93,7 @@ fn presets_differ_in_how_much_they_mend() {
     };
     let (fast, usual, best) = (at("preset: Fast"), at(""), at("preset: Best"));
     assert!(fast == at("mend: 0") && usual == at("mend: 2"));
-    // `Best` also leaves less as it is.
+    // `Best` also leaves fewer patches as they are.
     assert!(fast != usual && usual != best && best == at("preset: Best, mend: 4") && best != at("mend: 4"));
 }
 
@@ -126,7 +125,7 @@ fn coordinates_go_to_a_file_and_come_back() {
 }
 
 #[test]
-fn coordinates_are_an_output_that_tells_the_size_of_the_exemplar() {
+fn coordinate_files_state_exemplar_size() {
     let desk = Desk::new();
     let of = |size: &str, more: &str| {
         format!(

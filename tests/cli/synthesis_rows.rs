@@ -1,5 +1,4 @@
-//! Rows of the source end to end: where synthesis starts, what it compares, and what coordinates show at any level and
-//! resolution.
+//! Rows of the source end to end: start coordinates, compared channels, and lookups at any level and resolution.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
@@ -12,7 +11,7 @@ fn graph(canvas: &str, nodes: &str, output: &str) -> String {
     )
 }
 
-/// A picture no two pixels of which are alike, if it is small.
+/// A picture in which no two pixels are equal, if it is small.
 fn picture(desk: &Desk, name: &str, (w, h): (u32, u32)) {
     let pixel = |x: u32, y: u32| {
         let v = |k: u32| u8::try_from((x * 37 + y * 91 + x * y * k) % 251).unwrap();
@@ -48,7 +47,7 @@ fn pixels_show_the_exemplar_at_their_coordinates_without_a_blur() {
     assert_eq!((coords.len(), shown.len(), exemplar.len()), (1600, 4800, 3 * 24 * 18));
     for (p, [u, v]) in coords.iter().enumerate() {
         let from = v.floor() * 24.0 + u.floor();
-        // Isometric synthesis copies: coordinates are centres of pixels.
+        // Isometric synthesis copies pixels: coordinates are pixel centres.
         assert!((u.fract() - 0.5).abs() + (v.fract() - 0.5).abs() < 1e-4, "{u} {v}");
         for c in 0..3 {
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the number of a pixel")]
@@ -58,7 +57,7 @@ fn pixels_show_the_exemplar_at_their_coordinates_without_a_blur() {
     }
 }
 
-/// From one pixel on, coordinates are an affine map, which magnification keeps: all levels show the same in the middle.
+/// From a single start pixel, coordinates are an affine map, which magnification keeps: all levels agree in the middle.
 const LEVELS: &str = r#"    "picture": Image(path: "a.png", size_mm: 16),
     "j": JacobianFromAngleScale(angle: 90, scale: SCALE),
     "one": StartCoords(size: (1, 1), coords: [(8, 8)], levels: 3),
@@ -84,15 +83,15 @@ fn levels_in_between_show_the_texture_too() {
             assert!((coarse[at] - fine[at]).abs() < 1e-5, "({x}, {y}): {} is not {}", coarse[at], fine[at]);
         }
     }
-    // It is not of one colour.
+    // The texture is not uniform.
     assert!((fine[3 * 27] - fine[3 * 28]).abs() > 0.01);
 }
 
 #[test]
-fn the_same_exemplar_gives_detail_that_coordinates_left_out() {
+fn samples_detail_between_coordinates() {
     let desk = Desk::new();
     picture(&desk, "a.png", (16, 16));
-    // Features half as large: coordinates are two pixels of the exemplar apart.
+    // Features are half as large: neighbouring coordinates are two exemplar pixels apart.
     let nodes = LEVELS.replace("SCALE", "0.5").replace("angle: 90", "angle: 0");
     desk.write("a.ron", graph("size_mm: 8, resolution: 8, tile: None, seed: 1", &nodes, "fine"));
     let whole = values(&desk, "fine", "--resolution 16");
@@ -110,9 +109,9 @@ fn the_same_exemplar_gives_detail_that_coordinates_left_out() {
 }
 
 #[test]
-fn an_earlier_result_is_a_start() {
+fn starts_from_earlier_result() {
     let desk = Desk::new();
-    // All neighbours of a shifted exemplar fit exactly, so nothing is left to correct.
+    // All neighbours in a shifted exemplar fit exactly, so correction changes nothing.
     let at = |start: &str| {
         let nodes = format!(
             r#"    "ground": Perlin(size: 5),
@@ -133,7 +132,7 @@ fn an_earlier_result_is_a_start() {
         let near = |v: f64, n: usize, from: f64| ((v - n as f64 - from + 16.0).rem_euclid(32.0) - 16.0).abs() < 1e-3;
         (0..map.len()).filter(|&p| near(map[p][0], p % 32, 5.5) && near(map[p][1], p / 32, 11.5)).count()
     };
-    // Zeros of the source; what was given; an earlier result.
+    // Starts at the finest level, by the source's preset and by the default one, and at the coarsest level.
     assert_eq!(is_shift(&at("preset: Patent, start: \"f\"")), 1024);
     assert_eq!(is_shift(&at("start: \"f\"")), 1024);
     assert_eq!(is_shift(&at("start: \"shift\"")), 1024);
@@ -156,7 +155,7 @@ fn jacobians_follow_vectors_and_warps_and_multiply() {
     "ground": Perlin(),"#;
     desk.write("a.ron", graph("size_mm: 16, resolution: 16, tile: None, seed: 1", nodes, "ground"));
     let middle = |node: &str| -> Vec<f64> { values(&desk, node, "")[4 * (8 * 16 + 8)..][..4].to_vec() };
-    // The ramp rises by 1 over 16 mm, its displacement by 8 mm.
+    // The ramp rises by 1 over 16 mm, and the displacement by 8 mm.
     for (node, wanted) in [
         ("turn", [0.0, 1.0, -1.0, 0.0]),
         ("half", [0.5, 0.0, 0.0, 0.5]),
@@ -191,12 +190,12 @@ fn weights_and_encoding_decide_what_is_compared() {
     assert_ne!(plain, at(", compare: Linear"));
 }
 
-/// A graph with pictures of four sizes in pixels, so many mm wide.
+/// A graph with pictures of four resolutions and the given widths in mm.
 fn sizes(desk: &Desk, [other, guide, mask]: [&str; 3]) {
     picture(desk, "a.png", (32, 32));
     picture(desk, "b.png", (64, 48));
     picture(desk, "guide.png", (7, 5));
-    // Its right half may be shown.
+    // Only the right half may be shown.
     image::GrayImage::from_fn(4, 9, |x, _| image::Luma([if x < 2 { 0 } else { 255 }]))
         .save(desk.path("mask.png"))
         .unwrap();
@@ -224,7 +223,7 @@ fn maps_guides_and_masks_of_other_sizes_are_aligned_by_place() {
 }
 
 #[test]
-fn pictures_that_lie_elsewhere_are_named() {
+fn advises_on_pictures_with_another_place() {
     for (port, sizes_mm, words) in [
         ("others", ["", ", size_mm: 16", ", size_mm: 16"], "`others` is a picture of 48x48 mm at (0, 0)"),
         ("guide", [", size_mm: 16", ", size_mm: 8", ", size_mm: 16"], "`guide` is a picture of 8x8 mm at (0, 0)"),
@@ -237,14 +236,14 @@ fn pictures_that_lie_elsewhere_are_named() {
         assert!(flat.contains(words) && flat.contains("`input` one of 16x16 mm"), "{port}: {flat}");
         assert!(ran.stderr.contains("advice") && ran.stderr.contains("a.ron:9:"), "{port}: {}", ran.stderr);
     }
-    // A mask that is three times as wide hides all that the exemplar is.
+    // A mask three times as wide hides the whole exemplar.
     let desk = Desk::new();
     sizes(&desk, [", size_mm: 16", ", size_mm: 16", ""]);
     let ran = desk.shibo("render a.ron --no-cache").expect(1);
     assert!(ran.stderr.contains("the mask leaves nothing") && ran.stderr.contains("a.ron:9:"), "{}", ran.stderr);
 }
 
-/// Coordinates are found on the exemplar's pixels, and so is the place where a canvas that joins begins.
+/// Coordinates, and the place where a tiling canvas begins, are found on the exemplar's pixels.
 #[test]
 fn the_layout_does_not_depend_on_the_resolution() {
     let desk = Desk::new();

@@ -1,4 +1,4 @@
-//! Synthesis on a surface, end to end: by hand and by the preset, and what is refused.
+//! Synthesis on a surface, end to end: stage by stage, by the preset, and wrong combinations.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
@@ -17,7 +17,7 @@ const PRESET: &str = r#"    "preset": SynthesizeSurface(exemplar: "exemplar", at
       size: 100, start_size: 8, jitter: JITTER),
 "#;
 
-/// Start, then for each finer level: upsampled, maybe displaced, corrected.
+/// Start coordinates, then for each finer level: upsampling, jitter, correction.
 fn stages(jitter: &str) -> String {
     let mut nodes = "    \"c3\": StartCoords(surface: \"surface\", exemplar: \"exemplar\", levels: 3),\n".to_string();
     for level in (0..3).rev() {
@@ -46,9 +46,9 @@ fn dump(desk: &Desk, node: &str) -> Json {
     desk.shibo(&format!("dump a.ron {node} --no-cache")).expect(0).json()
 }
 
-/// Row C18, C24: the method by hand, with the surface at every stage, gives what the preset of the source gives.
+/// Rows C18 and C24: the stages one by one, with `surface` at each, give the same coordinates as the source's preset.
 #[test]
-fn the_stages_on_a_surface_are_the_preset() {
+fn stages_on_a_surface_equal_the_preset() {
     let desk = Desk::new();
     write(&desk, &(GROUND.to_string() + &PRESET.replace("JITTER", "0") + &stages("0")));
     let (preset, staged) = (dump(&desk, "preset"), dump(&desk, "c0"));
@@ -60,7 +60,7 @@ fn the_stages_on_a_surface_are_the_preset() {
     assert!(staged["seam"]["pairs"].as_u64().unwrap() > 100);
     let coarse = dump(&desk, "c2");
     assert_eq!((coarse["spacing"].as_u64(), coarse["size"].to_string()), (Some(4), "[25,25]".into()));
-    // Displacements make other textures, which go on across borders as well.
+    // Jitter gives another texture.
     write(&desk, &(GROUND.to_string() + &PRESET.replace("JITTER", "0") + &stages("2")));
     let varied = dump(&desk, "c0");
     let same = coords(&varied).iter().zip(coords(&staged)).filter(|(a, b)| !a.is_null() && **a == *b).count();
@@ -72,7 +72,7 @@ fn the_stages_on_a_surface_are_the_preset() {
 fn levels_in_between_show_the_texture_on_a_surface_too() {
     let desk = Desk::new();
     let ramp = GROUND.replace("Worley(size: 12, jitter: 0.8)", "Gradient()");
-    // Without corrections coordinates stay what upsampling made of the first ones: an affine map within a triangle.
+    // Without corrections, coordinates stay as upsampled from the first ones: affine within a triangle.
     let nodes = r#"    "c1": StartCoords(surface: "surface", exemplar: "exemplar", levels: 1),
     "c0": UpsampleCoords(coords: "c1", surface: "surface", jacobian: "jacobian"),
     "coarse": SampleExemplar(coords: "c1", input: "ground"),
@@ -85,7 +85,7 @@ fn levels_in_between_show_the_texture_on_a_surface_too() {
     }
 }
 
-/// What does not fit together is refused, with what to do.
+/// Stages that do not fit together are refused, with a remedy.
 #[test]
 fn stages_that_do_not_share_a_surface_are_refused() {
     let desk = Desk::new();
@@ -119,7 +119,8 @@ fn stages_that_do_not_share_a_surface_are_refused() {
     );
 }
 
-/// S-21: where combed directions turn, the texture ends as at the end of the surface, and how long those lines are is told.
+/// S-21: the texture ends at lines where combed directions turn, as at the end of the surface; a message gives the
+/// length of these lines.
 #[test]
 fn ends_of_combed_directions_are_told_with_their_length() {
     let desk = Desk::new();

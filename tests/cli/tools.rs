@@ -1,4 +1,4 @@
-//! What the command does with graphs of several parts: presets, intermediate nodes, drawings, tables, archives, searches.
+//! Commands on graphs of several parts: presets, intermediate nodes, drawings, tables, archives, searches.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::support;
 
@@ -68,7 +68,7 @@ fn any_node_can_be_rendered() {
     assert_eq!(desk.names("nodes"), ["left_sum.png", "right.png", "waves.png"]);
     desk.shibo("render main.ron --node left.noise --output out -o some -q").expect(0);
     assert_eq!(desk.names("some"), ["left_noise.png", "out.png"]);
-    // A node does not overwrite the output of its name.
+    // A node does not overwrite the output that has its name.
     desk.shibo("render main.ron --node out --node surface --output out -o same -q").expect(0);
     assert_eq!(desk.names("same"), ["out.png", "out_2.png", "surface_base_color.png"]);
     assert_eq!(support::samples(&desk.path("same/out.png")), support::samples(&desk.path("same/out_2.png")));
@@ -109,7 +109,7 @@ fn sub_graphs_are_drawn_as_boxes() {
 #[test]
 fn boxes_that_feed_each_other_are_opened() {
     let desk = desk();
-    // `left` reads what is made of its own output.
+    // `left` reads a node that is made from its own output.
     desk.write(
         "main.ron",
         r#"(version: 1, imports: { "part": "lib/part.ron" }, nodes: {
@@ -141,7 +141,7 @@ fn a_graph_is_packed_with_what_it_reads() {
     assert!(one.windows(archive.len()).any(|window| window == archive), "the text is in the archive as it is");
     desk.shibo("pack work/g.ron").expect(0);
     assert_eq!(desk.read("work/g.zip"), one, "the same archive every time");
-    // What is unpacked elsewhere works: stored entries are read back by hand.
+    // The unpacked archive works elsewhere; its stored entries are unpacked here.
     let there = Desk::new();
     unpack(&one, &there);
     there.shibo("check work/g.ron --preset other").expect(0);
@@ -156,13 +156,13 @@ fn a_graph_is_packed_with_what_it_reads() {
 }
 
 #[test]
-fn imports_that_lead_out_of_the_package_are_written_anew() {
+fn rewrites_imports_outside_the_package() {
     let desk = desk();
     std::fs::create_dir_all(desk.path("work/deep")).unwrap();
     std::fs::create_dir_all(desk.path("named")).unwrap();
     desk.write("named/other.ron", PART);
     let whole = desk.path("lib/part.ron").to_string_lossy().into_owned();
-    // As many steps upwards as lead to the root from anywhere, and down again.
+    // More steps upwards than there are folders, so the path passes the root, and down again.
     let climbing = format!("{}{whole}", "../".repeat(60));
     desk.write(
         "work/deep/g.ron",
@@ -189,10 +189,10 @@ fn imports_that_lead_out_of_the_package_are_written_anew() {
     let text = String::from_utf8(there.read("work/deep/g.ron")).unwrap();
     assert!(text.contains("\"a\": \"../../lib/part.ron\", \"b\": \"../../lib/part.ron\", \"c\": \"../../lib/part\", \"d\": \"../../named/other.ron\""), "{text}");
     assert!(text.contains(&format!("// keep `{whole}`")), "{text}");
-    // The files beside are gone, so only those of the package are found.
+    // The original files are gone, so only the packaged ones can be found.
     std::fs::remove_dir_all(desk.path("lib")).unwrap();
     there.shibo("check work/deep/g.ron").expect(0);
-    // The same for a job.
+    // `shibo job` rewrites imports in the same way.
     std::fs::create_dir_all(desk.path("lib")).unwrap();
     desk.write("lib/part.ron", PART);
     desk.run([
@@ -210,7 +210,7 @@ fn imports_that_lead_out_of_the_package_are_written_anew() {
             .replace("// keep `", "")
             .contains(&format!("\"{whole}"))
     );
-    // A picture that climbs is refused, and no graph is written over.
+    // A picture path that leaves the package is refused, and no graph is overwritten.
     std::fs::copy("library/examples/ramp.png", desk.path("lib/ramp.png")).unwrap();
     let picture = format!("{}{}", "../".repeat(60), desk.path("lib/ramp.png").display());
     desk.write(
@@ -254,7 +254,7 @@ fn nodes_are_found_by_words() {
         let out = found(words);
         assert!(out.lines().any(|line| line.split_whitespace().next() == Some(kind)), "{words}: {out}");
     }
-    // The best first, and only what fits.
+    // The best match comes first, and only matches are listed.
     let out = found("gradientmap");
     assert_eq!(out.lines().filter(|line| line.starts_with("    ") && !line.starts_with("     ")).count(), 1, "{out}");
     let ran = desk.shibo("nodes qwertz").expect(2);

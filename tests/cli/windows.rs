@@ -1,5 +1,5 @@
-//! Windows of fields that parameters in their ranges make large: they are read coarsely or once per repeat, or refused before
-//! anything is computed. The pixels that each node computes are counted, since time cannot be.
+//! Windows of fields that valid parameters make very large: they are read coarsely or once per repeat, or refused
+//! before any computation. The tests count the computed pixels, because time varies.
 use crate::support::{Desk, samples};
 use serde_json::Value as Json;
 
@@ -10,7 +10,7 @@ fn graph(canvas: &str, nodes: &str) -> String {
     )
 }
 
-/// Renders `a.ron` and gives the pixels that each node has computed.
+/// Renders `a.ron` and gives the number of pixels computed by each node.
 #[track_caller]
 fn computed(desk: &Desk, options: &str) -> impl Fn(&str) -> u64 {
     let stats = desk.shibo(&format!("render a.ron -o out --no-cache --quiet --stats json {options}")).expect(0).json();
@@ -21,7 +21,7 @@ fn computed(desk: &Desk, options: &str) -> impl Fn(&str) -> u64 {
     }
 }
 
-/// Reduced so far that many canvases lie under a pixel, or enlarged so far that a filter reaches over thousands of pixels.
+/// Transforms that shrink until many canvases lie under a pixel, or enlarge until a filter covers thousands of pixels.
 const FAR: [&str; 9] = [
     r#""a": Place(input: "s", size: 0.003, position: (12, 14), angle: 12)"#,
     r#""a": Place(input: "s", size: 1e-5, position: (12, 14), angle: 12)"#,
@@ -85,7 +85,7 @@ fn small_pictures_compute_one_repeat() {
 }
 
 #[test]
-fn turned_and_moved_instances_compute_what_a_plain_one_does() {
+fn moved_instances_compute_no_extra_pixels() {
     let desk = Desk::new();
     let part = r#"(version: 1, canvas: (size_mm: 40, resolution: 64), nodes: { "s": Fractal(size: 7), "b": Blur(input: "s", radius: 1.7), "h": HeightToNormal(input: "b") }, outputs: { "h": "h" })"#;
     desk.write("part.ron", part);
@@ -105,7 +105,7 @@ fn turned_and_moved_instances_compute_what_a_plain_one_does() {
     }
     assert_eq!(pixels(", canvas: (scale: 0.5)"), plain / 4);
     assert_eq!(pixels(", canvas: (scale: 0.5, angle: 90, offset: (3.3, 0.7))"), plain / 4);
-    // Enlarged, filters reach twice as many pixels beyond the part that is shown, but no farther than one repeat.
+    // Enlarged, filters reach twice as many pixels beyond the visible part, but at most one repeat.
     assert!(pixels(", canvas: (scale: 2)") <= 4 * plain);
 }
 
@@ -121,13 +121,13 @@ fn a_quarter_turn_permutes_the_pixels() {
     desk.shibo("render a.ron -o plain --no-cache --quiet").expect(0);
     let (width, plain) = samples(&desk.path("plain/o.png"));
     let (_, turned) = samples(&desk.path("turned/o.png"));
-    // +x turns towards +y, which is down.
+    // +x turns towards +y, which points down.
     let at = |x: usize, y: usize| y * width + x;
     assert!((0..width).all(|y| (0..width).all(|x| turned[at(width - 1 - y, x)] == plain[at(x, y)])));
 }
 
 #[test]
-fn nodes_have_no_more_time_than_the_process() {
+fn node_times_sum_to_at_most_process_time() {
     let desk = Desk::new();
     let one = |k: u32| {
         format!(
@@ -165,7 +165,7 @@ fn an_instance_is_made_on_a_canvas_of_its_own() {
     desk.write("a.ron", sheet("None"));
     desk.shibo("render a.ron -o out --no-cache --quiet").expect(0);
     let ((_, alone), (width, sheet_pixels)) = (samples(&desk.path("alone/d.png")), samples(&desk.path("out/d.png")));
-    // The middle of its canvas lies at (10, 23) mm.
+    // The middle of the instance's canvas lies at (10, 23) mm.
     let at = |k: usize| (19 + k / 8) * width + 6 + k % 8;
     assert!(alone.iter().any(|pixel| pixel[0] > 0));
     assert!((0..64).all(|k| sheet_pixels[at(k)] == alone[k]));

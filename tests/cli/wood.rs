@@ -1,4 +1,4 @@
-//! Wood end to end: the published vectors through `shibo dump --at`, cuts that agree, thin rings that do not alias.
+//! Wood end to end: the published vectors by `shibo dump --at`, agreement of cuts, and thin rings without aliasing.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::{Desk, number};
@@ -52,7 +52,7 @@ fn dumped_times_and_skeletons_are_those_of_the_vectors() {
         desk.write("at.csv", csv(&skeleton["queries"]));
         same(&desk.shibo("dump a.ron time --at at.csv").expect(0).json(), &skeleton["queries"], "T");
         same(&desk.shibo("dump a.ron time.distance --at at.csv").expect(0).json(), &skeleton["queries"], "d");
-        // The same nodes out of a file.
+        // The same nodes from a file.
         let lines = skeleton["nodes"].as_array().unwrap().iter().map(|n| format!("{}, {}, {}\n", n[0], n[1], n[2]));
         desk.write("nodes.csv", format!("# x, y, z in mm\n{}", lines.collect::<String>()));
         let graph = std::fs::read_to_string(desk.path("a.ron")).unwrap();
@@ -104,7 +104,7 @@ fn dumped_branches_and_baselines_are_those_of_the_vectors() {
         for (i, query) in case["queries"].as_array().unwrap().iter().enumerate() {
             let (got, want) = (number(&first["values"][i]), number(&query["T2"][0]));
             assert!(got == want || (got / want - 1.0).abs() < 1e-9, "{got} {want}");
-            // The minimum of the trunk's time and of those of all branches, exactly.
+            // Exactly the minimum of the times of the trunk and of all branches.
             let all = query["T2"].as_array().unwrap().iter().map(number).fold(number(&query["T1"]), f64::min);
             let branches = number(&second["values"][i]);
             assert!((number(&least["values"][i]) - number(&query["T1"]).min(branches)).abs() < 1e-9);
@@ -130,7 +130,7 @@ fn colours_are_looked_up_by_number() {
     let vectors = vectors();
     let desk = Desk::new();
     let table = vectors["colour"]["table"].as_array().unwrap();
-    // Two stops a step: the colour is the same all through an entry.
+    // Two stops for each entry keep its colour constant.
     let n = table.len() as f64;
     let stop = |(i, c): (usize, &Json)| {
         let (from, to) = (i as f64 / n, (i + 1) as f64 / n);
@@ -138,7 +138,7 @@ fn colours_are_looked_up_by_number() {
     };
     let stops: Vec<String> = table.iter().enumerate().map(stop).collect();
     for (interpolate, key) in [(false, "nearest"), (true, "linear")] {
-        // Time rises with z alone on the pith.
+        // On the pith, time depends on z only.
         let graph = format!(
             "(canvas: (size_mm: 10, tile: None), nodes: {{ \"nodes\": TrunkNodes(nodes: [(0, 0, -10), (0, 0, 50)]), \
              \"tree\": FitSkeleton(curve: \"nodes\"), \"time\": TrunkTime(skeleton: \"tree\", elongation_speed: 1), \
@@ -183,8 +183,8 @@ fn picture(session: &Session, canvas: &str, nodes: &str) -> Tile {
         .remove(0)
 }
 
-/// Three faces of the block of `graphs/oak_cuts.ron` as it is shipped: on the edges that they share, the colours are the
-/// same to one level of 255.
+/// Three faces of the block in `graphs/oak_cuts.ron`, unchanged: on shared edges, colours agree within one level of
+/// 255.
 #[test]
 fn three_cuts_agree_on_their_shared_edges() {
     let session = session();
@@ -224,7 +224,7 @@ fn three_cuts_agree_on_their_shared_edges() {
     }
 }
 
-/// Low-frequency energy that a picture has and its reference has not, over that of the reference.
+/// Low-frequency energy of the difference to a reference, relative to the energy of the reference.
 fn moire(picture: &[f32], reference: &[f32], n: usize) -> f64 {
     let soft = |v: &[f32]| -> Vec<f64> {
         let kernel: Vec<f64> = (-6..=6).map(|d| (-0.5 * f64::from(d * d) / 4.0).exp()).collect();
@@ -272,11 +272,12 @@ fn thin_rings_do_not_alias_on_a_small_board() {
     }
     let (exact, point) = (small("Exact"), small("None"));
     let (good, bad) = (moire(exact.plane(1), &reference, n), moire(point.plane(1), &reference, n));
-    // A tenth of what the reference has itself is the bar.
+    // Allowed is a twentieth of the reference's energy.
     assert!(good < 0.05 && bad > 100.0 * good, "{good} {bad}");
 }
 
-/// Halving the distance of samples halves the largest step of the curved method's time; the straight one keeps its jumps.
+/// Halving the sample distance halves the largest step in the time of the curved method; the straight method keeps its
+/// jumps.
 #[test]
 fn curved_time_is_continuous_where_the_straight_one_jumps() {
     let session = session();

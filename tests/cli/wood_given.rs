@@ -1,11 +1,11 @@
-//! Wood end to end: what users give it, skeletons, surfaces and pictures, and what they get wrong.
+//! Wood end to end: skeletons, surfaces and pictures from users, and their mistakes.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::{Desk, number};
 use shibo_engine::value::linear_to_srgb;
 use std::fmt::Write;
 
-/// Two points of a graph's solid `name`, as printed.
+/// Values of the graph's solid `name` at two points, as printed.
 fn dump(desk: &Desk, name: &str) -> Vec<f64> {
     let dump = desk.shibo(&format!("dump a.ron {name} --at at.csv")).expect(0).json();
     dump["values"].as_array().unwrap().iter().map(number).collect()
@@ -50,9 +50,9 @@ fn placed_solids_are_those_of_the_tree() {
     assert!((number(&field["values"][32]) - want[0]).abs() < 1e-5);
 }
 
-/// A grid of points out of a file that lie in a plane shows what the plane shows.
+/// A grid of coplanar points from a file shows the same as a plane.
 #[test]
-fn surfaces_out_of_files_are_where_their_points_are() {
+fn surface_from_file_equals_plane() {
     let desk = Desk::new();
     let mut rows = String::new();
     for v in [0.0, 0.5, 1.0] {
@@ -77,9 +77,9 @@ fn surfaces_out_of_files_are_where_their_points_are() {
     assert!(plane[255] - plane[0] > 1.0, "there is something to be seen");
 }
 
-/// Years out of a picture: their colours, and the place along the line at which they begin.
+/// Years from a picture: their colours, and the point of the line where they begin.
 #[test]
-fn patterns_are_read_off_pictures() {
+fn reads_year_pattern_from_picture() {
     let desk = Desk::new();
     // Twenty years of 24 pixels, from light to dark.
     let shade = |x: u32| 220 - 4 * u8::try_from(x % 24).unwrap();
@@ -108,7 +108,7 @@ fn patterns_are_read_off_pictures() {
 }
 
 #[test]
-fn a_trunk_that_lies_down_is_said_to() {
+fn warns_of_leaning_trunk() {
     let desk = Desk::new();
     let graph = |x: f64| {
         format!(
@@ -139,9 +139,9 @@ fn the_earlier_method_has_branches_too() {
     assert!(branch[1].is_infinite() && both[1] == plain[1]);
 }
 
-/// Everything users get wrong is refused at its place, with what must be.
+/// Every mistake of users is refused at its place, with the valid values.
 #[test]
-fn what_users_get_wrong_is_named() {
+fn refuses_invalid_wood_parameters() {
     let desk = Desk::new();
     desk.write("ragged.csv", "0,0,0\n1,0,0\n\n0,1,0\n");
     desk.write("nan.csv", "0,0,0\n1,0,nan\n");
@@ -229,7 +229,7 @@ fn what_users_get_wrong_is_named() {
     }
 }
 
-/// The source's way with the least of all times, also where nobody knows how many branches there are.
+/// Joins branches by the minimum of all times, as the source does, also with an unknown number of branches.
 #[test]
 fn whorls_can_be_joined_by_the_minimum() {
     let desk = Desk::new();
@@ -253,7 +253,7 @@ fn whorls_can_be_joined_by_the_minimum() {
         writeln!(at, "{},{},{}", place(0), place(1), place(2)).unwrap();
     }
     desk.write("at.csv", at);
-    // Branches above are too far to matter.
+    // Branches above are too far away to have an effect.
     let times: Vec<Vec<f64>> = (0..6).map(|n| dump(&desk, &format!("b{n}"))).collect();
     let trunk = dump(&desk, "t");
     let [all, min, all4, plain] = ["all", "min", "all4", "plain"].map(|name| dump(&desk, name));
@@ -268,7 +268,7 @@ fn whorls_can_be_joined_by_the_minimum() {
 }
 
 #[test]
-fn a_skeleton_without_branches_is_said_to_have_none() {
+fn warns_of_skeleton_without_branches() {
     let desk = Desk::new();
     desk.write(
         "a.ron",

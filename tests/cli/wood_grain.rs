@@ -1,4 +1,4 @@
-//! The direction of fibres as a Jacobian field: what is synthesised along it runs as the fibres do.
+//! The fibre direction as a Jacobian field: texture synthesised along it follows the fibres.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 
 use shibo_engine::eval::{CancelToken, Silent};
@@ -44,7 +44,7 @@ fn picture(session: &Session, name: &str) -> Tile {
     session.rasters(&graph, &field, &wanted, &cancel, &Silent).unwrap().0.remove(0)
 }
 
-/// The direction in degrees along which a part of a picture changes least, from +x towards +y.
+/// The direction of least change in some columns of a picture, in degrees from +x towards +y.
 fn direction(tile: &Tile, columns: std::ops::Range<usize>) -> f64 {
     let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
     for y in 1..tile.height() - 1 {
@@ -54,7 +54,7 @@ fn direction(tile: &Tile, columns: std::ops::Range<usize>) -> f64 {
             (xx, xy, yy) = (xx + dx * dx, xy + dx * dy, yy + dy * dy);
         }
     }
-    // Across the strongest change.
+    // The direction of strongest change.
     let across = 0.5 * (2.0 * xy).atan2(xx - yy);
     let along = across.to_degrees() + 90.0;
     if along > 90.0 { along - 180.0 } else { along }

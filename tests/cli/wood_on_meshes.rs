@@ -1,4 +1,4 @@
-//! Walnut around furniture: where charts meet, both show the same wood, as bytes of a picture.
+//! Walnut around furniture: at borders of charts, both charts show the same wood to the byte of a picture.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 
 use glam::{DVec2, UVec2};
@@ -10,7 +10,7 @@ use shibo_engine::value::{Atlas, Field, Given, Grid, Pictures, Read, Stop, Tile,
 use std::path::Path;
 use std::sync::Arc;
 
-/// A turned handle, a ball, the seat of a chair, and a cube, each with how many mm of canvas show it at its size.
+/// A turned handle, a ball, the seat of a chair, and a cube, each with the size of its canvas in mm.
 const SHAPES: [(&str, &str, u32); 4] = [
     (
         "handle",
@@ -23,7 +23,7 @@ const SHAPES: [(&str, &str, u32); 4] = [
     ("cube", "MeshShape(shape: Cube)", 200),
 ];
 
-/// Walnut as it is shipped; its rings alone, which tell nothing of how the surface lies in it; and its years.
+/// The shipped walnut; rings alone, which do not depend on the orientation of the surface; and years.
 const WOOD: &str = r##"
     "walnut": Use(graph: "walnut"),
     "pith": TrunkNodes(height: (0, 4000), count: 21, wander: 20, seed: 2),
@@ -54,7 +54,7 @@ struct Baked {
 }
 
 impl Baked {
-    /// A shape, with texels of that size in mm.
+    /// A shape with texels of `texel` mm.
     fn new((name, mesh, size): (&str, &str, u32), texel: f64) -> Self {
         let session = Session::new(shibo_nodes::registry(), &Settings { threads: 2, ..Settings::default() }).unwrap();
         let charts = if name == "cube" { "Auto" } else { "New" };
@@ -73,8 +73,8 @@ impl Baked {
         Self { session, graph, atlas }
     }
 
-    /// Values of a node at points of the canvas, each as wide as a pixel of the picture: as `dump --at` takes them, but without
-    /// the tiles of a session, which are far larger than a point.
+    /// Values of a node at points of the canvas, each as wide as a pixel of the picture: as in `dump --at`, but without
+    /// the tiles of a session, which are much larger than a point.
     fn at(&self, name: &str, points: &[DVec2]) -> Vec<Vec<f32>> {
         let Value::Field(field) = value(&self.session, &self.graph, name) else { panic!("{name} is no field") };
         let grid = self.graph.canvas.grid(self.graph.canvas.resolution);
@@ -85,8 +85,8 @@ impl Baked {
         points.par_iter().map(one).collect()
     }
 
-    /// About 600 points of borders between charts: where each of both charts has it on the canvas, and by how many degrees the
-    /// surface bends there. Not near ends of edges, where a third chart may meet them.
+    /// About 600 points on borders between charts: the place in both charts on the canvas, and the angle of the bend in
+    /// degrees. Ends of edges are left out, because a third chart may meet there.
     fn borders(&self) -> Vec<([DVec2; 2], f64)> {
         let atlas = &self.atlas;
         let mut edges = Vec::new();
@@ -111,7 +111,7 @@ impl Baked {
     }
 }
 
-/// What fields that read whole pictures would be lent: no wood does.
+/// No prepared pictures: no wood needs any.
 struct Nothing;
 
 impl Pictures for Nothing {
@@ -124,7 +124,7 @@ impl Pictures for Nothing {
     }
 }
 
-/// A window of a field, computed with all that it reads and no more.
+/// Computes a window of a field and the windows that it reads, nothing else.
 fn alone(field: &Field, grid: &Grid, window: Window) -> Tile {
     let source = field.source();
     let prepared = source.prepare(grid, &Nothing).unwrap();
@@ -145,14 +145,14 @@ fn value(session: &Session, graph: &Graph, name: &str) -> Value {
     session.value(graph, (node, 0), &CancelToken::default(), &Silent).unwrap()
 }
 
-/// The largest difference of two colours, in 255ths as a picture keeps them.
+/// The largest difference of two colours, in steps of an 8-bit picture.
 fn apart(a: &[f32], b: &[f32]) -> f32 {
     let byte = |v: f32| 255.0 * linear_to_srgb(v.clamp(0.0, 1.0));
     a.iter().zip(b).map(|(a, b)| (byte(*a) - byte(*b)).abs()).fold(0.0, f32::max)
 }
 
-/// How both sides of borders differ, where the surface bends by less than `bend`: how many points, the share within 1 of 255,
-/// and the most.
+/// Differences between the two sides of borders where the surface bends by less than `bend`: number of points, share
+/// within 1 of 255, and the largest.
 fn agreement(baked: &Baked, name: &str, bend: f64) -> (usize, f64, f32) {
     let borders: Vec<_> = baked.borders().into_iter().filter(|border| border.1 < bend).collect();
     let sides = [0, 1].map(|side| baked.at(name, &borders.iter().map(|border| border.0[side]).collect::<Vec<_>>()));
@@ -161,9 +161,9 @@ fn agreement(baked: &Baked, name: &str, bend: f64) -> (usize, f64, f32) {
     (apart.len(), within as f64 / apart.len().max(1) as f64, apart.iter().fold(0.0, |most, d| most.max(*d)))
 }
 
-/// Rows B25 to B29: a cut of any form, placed anywhere in the tree; what both charts show of a border between them is the same
-/// within 1 of 255, and the years of both within two roundings of 32-bit floats. Pores and rays of walnut see facets, not what is
-/// rounded: of its points up to a thirtieth differs by a little more.
+/// Rows B25 to B29: a cut of any form, anywhere in the tree. On a border, both charts agree within 1 of 255, and the
+/// years within two roundings of 32-bit floats. Pores and rays of walnut depend on flat facets, not on smooth normals:
+/// up to a thirtieth of their points differs by a little more.
 #[test]
 fn charts_show_the_same_walnut_at_their_borders() {
     let mut points = 0;

@@ -1,4 +1,4 @@
-//! Pieces of a solid: each is what a plain cut shows that is placed by hand where the piece was cut.
+//! Pieces of a solid: each shows the same as a plain cut placed where the piece was cut.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 
 use glam::{DQuat, DVec2, DVec3};
@@ -8,8 +8,8 @@ use shibo_engine::session::{Session, Settings};
 use shibo_engine::value::{Tile, Value, Window};
 use std::path::Path;
 
-/// A tree whose rings are finer than pixels in places, in a floor of turned boards, and cuts of all that depends on the
-/// footprint of pixels or on how the cut lies.
+/// A tree with rings finer than a pixel in places, a floor of turned boards, and solids that depend on the footprint of
+/// pixels or on the direction of the cut.
 const FLOOR: &str = r#"
     "nodes": TrunkNodes(height: (-600, 600), count: 9, wander: 6),
     "tree": FitSkeleton(curve: "nodes"),
@@ -23,7 +23,7 @@ const FLOOR: &str = r#"
     "floor": Brick(layout: Herringbone, size: (23.0, 11.3), gap: 0.4, angle: ANGLE),
 "#;
 
-/// What the cuts show.
+/// The solids that are cut.
 const SHOWN: [&str; 4] = ["light.color", "light.anisotropy", "light.x", "light.y"];
 
 fn graph(session: &Session, nodes: &str) -> Graph {
@@ -54,7 +54,7 @@ fn at(tile: &Tile, i: usize) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|c| if c < tile.channels() { f64::from(tile.plane(c)[i]) } else { 0.0 }))
 }
 
-/// A floor's pictures, with the pieces at `angle` and with or without that angle told to the cuts.
+/// A floor with boards at `angle`; `told` passes that angle to the cuts.
 fn floor(session: &Session, angle: f64, told: bool, more: &str) -> (Graph, String) {
     let own = if told { "angle: \"floor.angle\", " } else { "" };
     let cuts = SHOWN.iter().enumerate().map(|(k, solid)| {
@@ -68,7 +68,7 @@ fn floor(session: &Session, angle: f64, told: bool, more: &str) -> (Graph, Strin
     (graph(session, &text), base)
 }
 
-/// Checks a few pieces of a floor against plain cuts.
+/// Compares some pieces of a floor with plain cuts.
 fn check(angle: f64, told: bool) {
     let session = session();
     let (laid, base) = floor(&session, angle, told, "");
@@ -78,7 +78,7 @@ fn check(angle: f64, told: bool) {
     let shown: Vec<Tile> = (0..SHOWN.len()).map(|k| show(&format!("cut{k}"))).collect();
     let (w, n) = (ids.width(), ids.plane(0).len());
     for i in [w * 20 + 30, w * 20 + 200, w * 100 + 128, w * 150 + 60, w * 170 + 210, w * 60 + 100] {
-        // Where the board lies on the canvas and in the tree, by hand.
+        // The board's place on the canvas and in the tree, computed from the outputs.
         let pixel = DVec2::new((i % w) as f64 + 0.5, (i / w) as f64 + 0.5) * 0.25;
         let axis = DVec2::from_angle(at(&turned, i).x.to_radians());
         let corner = at(&local, i).truncate() - DVec2::new(axis.dot(pixel), axis.perp_dot(pixel));
@@ -107,10 +107,10 @@ fn check(angle: f64, told: bool) {
             let (inside, border): (Vec<usize>, Vec<usize>) = mine.iter().partition(|i| whole(**i));
             assert!(inside.len() > 500 && border.len() > 20, "{} {}", inside.len(), border.len());
             let worst = inside.iter().map(&away).fold(0.0, f64::max);
-            // Places are rounded otherwise; without `angle`, directions come from rounded places.
+            // Places are rounded differently; without `angle`, directions follow from rounded places.
             let allowed = if told { 4e-3 } else { 8e-3 };
             assert!(worst < allowed, "{angle}° {} of piece {id}: {worst} inside", SHOWN[k]);
-            // At borders the footprint is that of the pixel next to it.
+            // At borders the footprint is that of the neighbouring pixel.
             let mean = border.iter().map(&away).sum::<f64>() / border.len() as f64;
             assert!(mean < 6e-3, "{angle}° {} of piece {id}: {mean} at the border", SHOWN[k]);
         }
@@ -118,19 +118,19 @@ fn check(angle: f64, told: bool) {
 }
 
 #[test]
-fn a_piece_is_what_a_cut_placed_by_hand_shows() {
+fn piece_equals_cut_placed_by_hand() {
     check(0.0, true);
     check(37.0, true);
 }
 
 #[test]
-fn without_their_angle_pieces_lie_as_their_places_say() {
+fn derives_piece_direction_from_local() {
     check(37.0, false);
     check(90.0, false);
 }
 
 #[test]
-fn pieces_of_a_solid_that_was_moved_are_those_of_the_solid() {
+fn identity_placement_keeps_pieces() {
     let session = session();
     let more = r#""moved": PlaceInTree(solid: "light.color", position: (0, 0, 0)),
         "again": CutPlane(solid: "moved", preset: FlatSawn, distance: 22, height: 30, yaw: 10, local: "floor.local", ids: "floor.ids",
@@ -139,7 +139,7 @@ fn pieces_of_a_solid_that_was_moved_are_those_of_the_solid() {
     let (one, other) = (picture(&session, &laid, "cut0"), picture(&session, &laid, "again"));
     let away = one.data().iter().zip(other.data()).map(|(a, b)| f64::from((a - b).abs()));
     let (sum, worst) = away.fold((0.0, 0.0_f64), |(sum, worst), away| (sum + away, worst.max(away)));
-    // Its directions come from differences of places; a pixel alone in its piece has none.
+    // Directions follow from differences of places; a piece of a single pixel has none.
     assert!(sum / (one.data().len() as f64) < 1e-4 && worst < 0.2, "{sum} {worst}");
 }
 
@@ -155,9 +155,9 @@ fn solids_among_the_outputs_are_not_rendered() {
 }
 
 #[test]
-fn each_piece_is_of_one_tree() {
+fn each_piece_shows_one_tree() {
     let session = session();
-    // Three trees that are not alike, cut apart and together.
+    // Three different trees, cut one by one and together.
     let trees = ["light.color", "half", "plain"];
     let more = "\"half\": MixSolids(a: \"light.color\", b: \"colored\"), \"plain\": SolidNoise(size: 7),";
     let cut = |name: &str, solids: &str| {
@@ -176,7 +176,7 @@ fn each_piece_is_of_one_tree() {
     for i in 0..ids.plane(0).len() {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "small whole numbers")]
         let tree = which.plane(0)[i] as usize;
-        // A tree of one number is grey among coloured ones.
+        // A tree with one channel shows as grey among coloured ones.
         let want = &apart[tree];
         for channel in 0..3 {
             assert_eq!(together.plane(channel)[i], want.plane(channel.min(want.channels() - 1))[i], "{i} {tree}");

@@ -1,13 +1,13 @@
-//! Damaged inputs: what is right, with bytes changed, left out, repeated, moved, or taken from another one.
+//! Damaged inputs: valid ones with bytes changed, removed, repeated, moved, or taken from another input.
 #![allow(dead_code, clippy::unwrap_used, reason = "each test program uses a part of it")]
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// How long one input may take: more is as bad as a crash.
+/// The longest time for one input; a slower one counts as a failure.
 const LONGEST: Duration = Duration::from_secs(20);
 
-/// What stands in texts of all the formats, and what is often forgotten: ends, limits, signs.
+/// Words of all the formats, and edge cases: ends, limits, signs.
 const WORDS: [&[u8]; 28] = [
     b"(",
     b")",
@@ -39,7 +39,7 @@ const WORDS: [&[u8]; 28] = [
     b"\xc3",
 ];
 
-/// Another number each time.
+/// A pseudo-random generator.
 pub(crate) struct Chance(u64);
 
 impl Chance {
@@ -63,7 +63,7 @@ impl Chance {
     pub(crate) fn damaged(&mut self, seeds: &[Vec<u8>]) -> Vec<u8> {
         let mut out = seeds[self.below(seeds.len())].clone();
         for _ in 0..=self.below(5) {
-            // Every second damage is near the beginning, where headers are.
+            // Every second damage lies near the beginning, where headers are.
             let far = if self.below(2) == 0 { out.len().min(400) } else { out.len() };
             let at = self.below(far + 1).min(out.len());
             let to = (at + 1 + self.below(24)).min(out.len());
@@ -96,13 +96,13 @@ impl Chance {
     }
 }
 
-/// The inputs that are kept for a target: those that once did harm.
+/// The folder of kept inputs for a target: those that once failed.
 pub(crate) fn corpus(target: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/corpus").join(target)
 }
 
-/// Feeds `target` its corpus, its seeds as they are, and damaged ones: `count` of them, or those of FUZZ_SECONDS. FUZZ_SEED
-/// begins elsewhere. What panics or takes too long is put into the corpus.
+/// Feeds `target` its corpus, its undamaged seeds, and damaged inputs: `count` of them, or as many as fit in
+/// FUZZ_SECONDS. FUZZ_SEED gives other inputs. An input that panics or takes too long is added to the corpus.
 pub(crate) fn fuzz(target: &str, seeds: &[Vec<u8>], count: usize, feed: impl Fn(&[u8])) {
     let number = |name: &str| std::env::var(name).ok().and_then(|n| n.parse::<u64>().ok());
     let (seconds, first) = (number("FUZZ_SECONDS"), number("FUZZ_SEED").unwrap_or(0));
@@ -137,7 +137,7 @@ pub(crate) fn fuzz(target: &str, seeds: &[Vec<u8>], count: usize, feed: impl Fn(
     println!("{target}: {tried} inputs in {:.1?}, no crash, the slowest took {slowest:.1?}", begun.elapsed());
 }
 
-/// What users read must be told by people, not by a panic.
+/// Checks that a message for users contains no text of a panic.
 pub(crate) fn plain(text: &str) {
     for word in ["panicked", "`Option::", "`Result::", "index out of bounds", "overflow", "byte index", "RefCell"] {
         assert!(!text.contains(word), "a message tells of `{word}`: {text}");

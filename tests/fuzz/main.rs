@@ -1,6 +1,6 @@
-//! Everything that reads what others wrote, fed with damaged input: nothing panics, hangs, or tells of the program's own
-//! insides. `FUZZ_SECONDS=600 cargo test --release --test fuzz -- --nocapture --test-threads 1` is a long run; see
-//! docs/reliability.md. The page of `shibo watch` and the language server are in `tests/live/noise.rs`.
+//! All readers of foreign input, fed with damaged input: none panics, hangs, or shows internals of the program.
+//! `FUZZ_SECONDS=600 cargo test --release --test fuzz -- --nocapture --test-threads 1` is a long run; see
+//! docs/internals/reliability.md. The page of `shibo watch` and the language server are in `tests/live/noise.rs`.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 mod damage;
 #[path = "../../engine/tests/all/pictures/mod.rs"]
@@ -21,7 +21,7 @@ fn root(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
 }
 
-/// All files of a folder that end so.
+/// The contents of all files in a folder whose names end with `end`.
 fn files(folder: &str, end: &str) -> Vec<Vec<u8>> {
     let mut paths: Vec<PathBuf> = root(folder).read_dir().unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.retain(|path| path.to_string_lossy().ends_with(end));
@@ -44,7 +44,7 @@ fn loaded(text: &str, path: &Path) -> Loaded {
 }
 
 #[test]
-fn graphs() {
+fn loads_damaged_graphs() {
     let path = root("graphs/damaged.ron");
     let registry = shibo_nodes::registry();
     fuzz("graphs", &files("graphs", ".ron"), 400, |input| {
@@ -56,7 +56,7 @@ fn graphs() {
 }
 
 #[test]
-fn layout() {
+fn formats_damaged_graphs() {
     fuzz("layout", &files("graphs", ".ron"), 1500, |input| {
         let Ok(text) = std::str::from_utf8(input) else { return };
         let Ok(once) = syntax::format(text) else { return };
@@ -64,7 +64,7 @@ fn layout() {
     });
 }
 
-/// Names of every kind.
+/// Names in expressions, of every type.
 struct Any;
 
 impl Names for Any {
@@ -99,7 +99,7 @@ impl Names for Any {
 }
 
 #[test]
-fn expressions() {
+fn compiles_damaged_expressions() {
     let seeds = [
         "1 + 2 * -$a ^ 2 % 3",
         "clamp(0.5 + (2.2 * (u - 0.5) * $a), 0, 1)",
@@ -121,7 +121,7 @@ fn expressions() {
 }
 
 #[test]
-fn pictures_of_all_formats() {
+fn reads_damaged_pictures() {
     fuzz("pictures", &pictures::samples(), 6000, |input| {
         let read = read_bytes(input, &pictures::LIMITS);
         if let Err(error) =
@@ -135,7 +135,7 @@ fn pictures_of_all_formats() {
     });
 }
 
-/// Evaluates `graph`, whose node `node` reads the file `name`, with damaged files.
+/// Evaluates `nodes`, whose node `node` reads the file `name`, with damaged files.
 fn by_file((target, name): (&str, &str), seeds: &[Vec<u8>], count: usize, nodes: &str) {
     let folder = tempfile::tempdir().unwrap();
     let settings = Settings { threads: 1, memory: 64 << 20, ..Settings::default() };
@@ -157,7 +157,7 @@ fn by_file((target, name): (&str, &str), seeds: &[Vec<u8>], count: usize, nodes:
 }
 
 #[test]
-fn vector_drawings() {
+fn reads_damaged_svg() {
     let other = br##"<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" width="8mm" viewBox="0 0 8 8">
 <defs><linearGradient id="g"><stop offset="0" stop-color="red"/><stop offset="1"/></linearGradient><clipPath id="c"><circle r="3"/></clipPath>
 <filter id="f"><feGaussianBlur stdDeviation="2"/></filter><mask id="m"><rect width="9" height="9" fill="url(#g)"/></mask></defs>
@@ -168,28 +168,28 @@ fn vector_drawings() {
 }
 
 #[test]
-fn lists_of_points() {
+fn reads_damaged_point_lists() {
     let seeds = [b"1,2\n3.5,-4e0\n# a remark\n 5 , 6 \n".to_vec(), b"1,2\r\n\"3\",4\r\n\r\n1e7,0".to_vec()];
     by_file(("csv", "a.csv"), &seeds, 3000, r#""node": PointList(file: "a.csv")"#);
 }
 
-/// OBJ, GLB and glTF, which are told apart by what they hold; and what follows from a mesh that is read.
+/// OBJ, GLB and glTF, which are recognised by their content; and nodes that read the mesh.
 #[test]
-fn meshes() {
+fn reads_damaged_meshes() {
     let nodes = r#""mesh": LoadMesh(path: "a.obj"), "atlas": MeshAtlas(mesh: "mesh", page: 64), "flow": TangentField(mesh: "mesh", from: Smooth),
         "node": JacobianFromMesh(atlas: "atlas", frames: "flow")"#;
     by_file(("meshes", "a.obj"), &files("tests/meshes", "e.obj"), 400, nodes);
 }
 
 #[test]
-fn fonts() {
+fn reads_damaged_fonts() {
     let seeds = files("nodes/fonts", ".otf");
     by_file(("fonts", "a.otf"), &seeds, 150, r#""node": Text(text: "Shibo 0", font: "a.otf")"#);
 }
 
-/// What is kept of costly nodes, between runs and machines.
+/// Results of costly nodes, which are kept between runs and machines.
 #[test]
-fn kept_results() {
+fn decodes_damaged_results() {
     let text = r#"(version: 1, canvas: (size_mm: 8, resolution: 16), nodes: {
         "points": PoissonPoints(pitch: 1), "links": ConnectNeighbors(points: "points"), "noise": Perlin(size: 2),
         "exemplar": Exemplar(input: "noise", size: (16, 16)), "coords": Synthesize(exemplar: "exemplar", size: (16, 16)),
@@ -209,7 +209,7 @@ fn kept_results() {
 }
 
 #[test]
-fn parts_of_pictures() {
+fn joins_damaged_parts() {
     let folder = tempfile::tempdir().unwrap();
     let (whole, broken, out) = (folder.path().join("whole"), folder.path().join("broken"), folder.path().join("out"));
     let graph = folder.path().join("a.ron");

@@ -1,4 +1,4 @@
-//! The page of `shibo watch` under axe-core, which finds what people who use a keyboard or a screen reader would stumble over.
+//! The page of `shibo watch` under axe-core, which finds obstacles for users of keyboards and screen readers.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::watching::browser::Browser;
@@ -9,7 +9,7 @@ use std::process::Command;
 
 const ROOT: &str = "document.documentElement.dataset";
 
-/// The text of axe-core, from npm: fetched once, in the version of the lock file.
+/// The source of axe-core from npm, fetched once, in the version of the lock file.
 fn axe() -> String {
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/axe");
     let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("axe");
@@ -27,7 +27,7 @@ fn axe() -> String {
 }
 
 #[test]
-fn axe_finds_nothing_serious_at_three_sizes_and_in_both_themes() {
+fn page_has_no_serious_accessibility_violations() {
     let axe = axe();
     let place = Place::shipped("starter.ron");
     place.write(&place.text().replace("resolution: 1024", "resolution: 128"));
@@ -36,7 +36,7 @@ fn axe_finds_nothing_serious_at_three_sizes_and_in_both_themes() {
     let mut page = browser.open(&watch.url);
     page.wait(&format!("{ROOT}.shown && {ROOT}.final == 'true'"));
     page.eval(&axe);
-    // Everything that can be open is open: the graph, a node, the panels, a comparison, an error.
+    // Opens everything: the graph, a node, the panels, a comparison.
     page.key("g");
     page.wait("document.getElementById('graph').dataset.computed >= 0");
     page.eval("(() => { for (const d of document.querySelectorAll('details')) d.open = true; const f = document.getElementById('find'); f.value = document.querySelector('#names option').value; f.onchange(); })()");
@@ -50,7 +50,7 @@ fn axe_finds_nothing_serious_at_three_sizes_and_in_both_themes() {
             if page.eval(&format!("{ROOT}.theme")) != theme {
                 page.key("d");
             }
-            // Both views of one size; of the others, one in the dark and the other in the light.
+            // Both views at one size; at the other sizes one view in dark and the other in light.
             let views: &[&str] = match (width, theme) {
                 (1440, _) => &["2", "1"],
                 (_, "dark") => &["2"],

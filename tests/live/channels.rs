@@ -1,4 +1,4 @@
-//! The 3D view in a real browser: each channel of a material changes the picture in the right direction.
+//! The 3D view in a real browser: each channel of a material changes the picture as expected.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::watching;
 
@@ -19,7 +19,7 @@ fn graph(channels: &str) -> String {
     )
 }
 
-/// A page that looks at the material from where the light comes from.
+/// A page that views the material from the direction of the light.
 struct View {
     place: Place,
     page: Page,
@@ -28,7 +28,7 @@ struct View {
 }
 
 impl View {
-    /// On that shape, in one of the page's environments, the light at an angle to the eye.
+    /// Opens the view with a shape, an environment, and an angle between light and eye.
     fn open(shape: &str, scene: u32, aside: f64) -> Self {
         let place = Place::new(&graph("base_color: 0.5"));
         let watch = Watch::start(&place.graph, &[]);
@@ -38,7 +38,7 @@ impl View {
         page.wait(&format!("{ROOT}.shown && {ROOT}.final == 'true'"));
         page.key("2");
         page.wait(&format!("{LIT}.dataset.drawn > 1"));
-        // The light stands at -0.8567 about the height.
+        // The light's azimuth is -0.8567.
         page.eval(&format!(
             "import('./app.js').then(({{ page }}) => {{ const l = page.lit; window.lit = l; l.setShape('{shape}'); l.staging.setScene({scene}); l.staging.shadow = false;
                l.set('lightHeight', 3); l.turn = -0.8567 + {aside}; l.tilt = 0.05; l.bearable = () => 0.5; l.draw(); }})"
@@ -46,7 +46,7 @@ impl View {
         Self { place, page, _browser: browser, _watch: watch }
     }
 
-    /// The view of a material with these channels: red, green and blue of 64 × 64 pixels about the middle of the shape.
+    /// Red, green and blue of 64 × 64 pixels around the middle of the shape, for a material with these channels.
     fn of(&mut self, channels: &str) -> Pixels {
         let text = graph(channels);
         if text != self.place.text() {
@@ -73,7 +73,7 @@ impl View {
 struct Pixels(Vec<[f64; 3]>);
 
 impl Pixels {
-    /// The mean of a colour over some columns.
+    /// Mean of a colour over some columns.
     fn mean(&self, color: usize, columns: std::ops::Range<usize>) -> f64 {
         let chosen = || self.0.iter().enumerate().filter(|(i, _)| columns.contains(&(i % 64)));
         chosen().map(|(_, pixel)| pixel[color]).sum::<f64>() / chosen().count() as f64
@@ -83,14 +83,14 @@ impl Pixels {
         self.mean(1, 0..64)
     }
 
-    /// Green, less its least value, as weights of places.
+    /// Green above 0.7 of its maximum, as weights of positions.
     fn highlight(&self) -> impl Iterator<Item = ([f64; 2], f64)> {
         let most = self.0.iter().map(|p| p[1]).fold(0.0, f64::max);
         let place = |i: usize| [(i % 64) as f64, (i / 64) as f64];
         self.0.iter().enumerate().map(move |(i, p)| (place(i), (p[1] - 0.7 * most).max(0.0)))
     }
 
-    /// The middle of the highlight, its size along x and y, and how it is turned: positive if it falls to the right.
+    /// Centre of the highlight, its size along x and y, and its tilt: positive if it falls to the right.
     fn moments(&self) -> ([f64; 2], [f64; 2], f64) {
         let all: f64 = self.highlight().map(|(_, w)| w).sum();
         let mean = |of: &dyn Fn([f64; 2]) -> f64| self.highlight().map(|(at, w)| w * of(at)).sum::<f64>() / all;
@@ -100,11 +100,11 @@ impl Pixels {
     }
 }
 
-/// One light in the dark, and the studio of soft boxes.
+/// A single light in the dark, and the studio with soft boxes.
 const DARK: u32 = 3;
 const STUDIO: u32 = 0;
 
-/// Highlights are long across the brush lines, as in pictures of `Relief`: of the light, and of the studio.
+/// Highlights stretch across the brush lines, as in pictures of `Relief`, in the dark and in the studio.
 #[test]
 fn shows_highlights_across_brush_lines() {
     for scene in [DARK, STUDIO] {
@@ -119,7 +119,7 @@ fn shows_highlights_across_brush_lines() {
         let (_, upright, _) = brushed("90");
         assert!(upright[0] > 1.5 * upright[1], "lines along y in {scene}: {upright:?}");
         if scene == DARK {
-            // Lines that fall to the right by 45°: the highlight rises to the right. Pixels are counted downwards.
+            // Lines fall to the right by 45°, so the highlight rises to the right. Rows are counted downwards.
             let (_, _, falls) = brushed("45");
             let (_, _, rises) = brushed("-45");
             assert!(falls < -5.0 && rises > 5.0, "{falls} {rises}");
@@ -129,7 +129,7 @@ fn shows_highlights_across_brush_lines() {
 }
 
 #[test]
-fn shows_what_a_dielectric_reflects() {
+fn shows_specular_and_ior() {
     let mut view = View::open("sphere", DARK, 0.0);
     let mut shiny = |more: &str| view.of(&format!("base_color: 0.02, roughness: 0.5{more}")).brightness();
     let plain = shiny("");
@@ -144,22 +144,22 @@ fn shows_what_a_dielectric_reflects() {
 }
 
 #[test]
-fn shows_light_that_a_surface_gives_off() {
+fn shows_emission() {
     let mut view = View::open("sphere", DARK, 2.6);
     let mut glowing = |emission: &str| view.of(&format!("base_color: 0.02, emission: {emission}"));
     let [dark, green, strong] = ["(0, 0, 0)", "(0, 0.3, 0)", "(0, 4, 0)"].map(&mut glowing);
     let seen = |pixels: &Pixels, color| pixels.mean(color, 0..64);
     assert!(seen(&green, 1) > seen(&dark, 1) + 50.0 && (seen(&green, 0) - seen(&dark, 0)).abs() < 20.0);
-    // Brighter than white is brighter still.
+    // Emission above 1 looks brighter than 1.
     let white = glowing("(0, 1, 0)");
     assert!(seen(&white, 1) > seen(&green, 1) + 20.0 && seen(&strong, 1) > seen(&white, 1) + 10.0);
     view.end();
 }
 
-/// Light that is scattered below the surface wraps round to the side that lies in the dark.
+/// Subsurface scattering spreads light into the shadow.
 #[test]
-fn shows_light_that_is_scattered_below_the_surface() {
-    // The light comes from the left, a little from behind.
+fn shows_subsurface_scattering() {
+    // The light comes from the left, slightly from behind.
     let mut view = View::open("sphere", DARK, 1.7);
     let [hard, half, soft] = ["0", "0.5", "1"]
         .map(|share| view.of(&format!("base_color: 0.8, roughness: 1, specular: 0, subsurface: {share}")));
@@ -172,7 +172,7 @@ fn shows_light_that_is_scattered_below_the_surface() {
         lit(&soft)
     );
     view.end();
-    // What comes out there is missing where the light falls.
+    // Scattered light is missing where the light falls.
     let mut view = View::open("sphere", DARK, 0.0);
     let [hard, soft] =
         ["0", "1"].map(|share| view.of(&format!("base_color: 0.3, roughness: 1, specular: 0, subsurface: {share}")));
@@ -181,7 +181,7 @@ fn shows_light_that_is_scattered_below_the_surface() {
     view.end();
 }
 
-/// A coat has a roughness and a normal of its own.
+/// A coat has its own roughness and normal.
 #[test]
 fn shows_the_surface_of_a_coat() {
     let mut view = View::open("sphere", DARK, 0.0);
@@ -192,14 +192,14 @@ fn shows_the_surface_of_a_coat() {
     // Beside the highlight of a smooth coat.
     let beside = |pixels: &Pixels| pixels.mean(1, 44..48);
     assert!(beside(&satin) > beside(&smooth) + 1.0, "{} {}", beside(&smooth), beside(&satin));
-    // A coat that leans to the left reflects the light farther to the right. Normals are made as steep as the relief is.
+    // A coat tilted to the left reflects the light farther to the right. Normals are steepened like the relief.
     let leaning = coated(", coat_roughness: 0.1, coat_normal: \"leaning\"");
     let (level, moved) = (smooth.moments().0, leaning.moments().0);
     assert!(moved[0] > level[0] + 4.0 && (moved[1] - level[1]).abs() < 3.0, "{level:?} {moved:?}");
     view.end();
 }
 
-/// All channels are offered, and none is without effect.
+/// Every channel is supported and has an effect.
 #[test]
 fn shows_every_channel() {
     let mut view = View::open("sphere", STUDIO, 0.6);
@@ -237,10 +237,10 @@ fn shows_every_channel() {
         let (without, with) = (view.of(&without), view.of(&with));
         let apart = without.0.iter().zip(&with.0).flat_map(|(a, b)| (0..3).map(move |c| (a[c] - b[c]).abs()));
         let apart = apart.sum::<f64>() / (3.0 * 64.0 * 64.0);
-        // Sheen is seen at the rim alone.
+        // Sheen shows only at the rim.
         assert!(apart > 0.05, "{name} changes the view by {apart}");
     }
-    // The units that every graphics card has are enough for all of them and the environment.
+    // All channels and the environment fit in the texture units that every graphics card has.
     let units = view.page.eval("import('./textures.js').then(m => Object.keys(m.SLOTS).length)");
     assert!(units.as_u64() < Some(16), "{units}");
     view.end();

@@ -1,4 +1,4 @@
-//! The editor and the page of `shibo watch`: each shows what is pointed at in the other.
+//! The editor and the page of `shibo watch` show the node that is selected in the other.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::language::{Client, uri};
@@ -7,7 +7,7 @@ use crate::watching::{PATIENCE, Place, Watch, plain};
 use serde_json::{Value as Json, json};
 use std::time::{Duration, Instant};
 
-/// Asks again and again until there is an answer.
+/// Repeats a call until it gives a value.
 fn until<T>(mut ask: impl FnMut() -> Option<T>) -> T {
     let end = Instant::now() + PATIENCE;
     loop {
@@ -20,7 +20,7 @@ fn until<T>(mut ask: impl FnMut() -> Option<T>) -> T {
 }
 
 #[test]
-fn a_click_starts_the_editor() {
+fn click_starts_the_editor() {
     let place = Place::new(&plain(0.5));
     let shown = place.dir.path().join("shown");
     let command = format!("touch '{}-{{line}}-{{column}}'", shown.display());
@@ -33,14 +33,14 @@ fn a_click_starts_the_editor() {
 }
 
 #[test]
-fn the_page_shows_the_node_of_the_editor_and_the_editor_that_of_the_page() {
+fn page_and_editor_follow_each_other() {
     let place = Place::new(&plain(0.5));
     let watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(plain(0.5).as_bytes());
     let browser = Browser::start();
     let mut page = browser.open(&watch.url);
     page.wait("document.documentElement.dataset.shown?.startsWith('grey')");
-    // The server of the language finds the page of the graph by its note.
+    // The language server finds the page of the graph by a note file.
     let mut client = Client::start(&place.dir.path().canonicalize().unwrap(), &[]);
     let path = place.graph.canonicalize().unwrap();
     client.open(&path, &plain(0.5));
@@ -51,7 +51,7 @@ fn the_page_shows_the_node_of_the_editor_and_the_editor_that_of_the_page() {
     page.wait("document.documentElement.dataset.target === '@noise'");
     show(&mut client, json!({ "line": 6, "character": 30 }));
     page.wait("document.documentElement.dataset.target === '@grey'");
-    // A click on the page goes to the line.
+    // A click on the page jumps to the line in the editor.
     let jumped = until(|| {
         watch.post("jump", "{ \"node\": \"noise\" }");
         client.heard("window/showDocument", Duration::from_millis(200))

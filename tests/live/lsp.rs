@@ -1,4 +1,4 @@
-//! The language server, through the protocol: the real process, and a client.
+//! The language server through its protocol: the real process and a client.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::language::{Client, cursor, uri};
@@ -82,7 +82,7 @@ fn diagnostics_are_those_of_check() {
         assert_eq!(told["range"]["start"]["character"].as_u64().unwrap() + 1, expected["column"].as_u64().unwrap());
         assert!(told["message"].as_str().unwrap().starts_with(expected["message"].as_str().unwrap()));
     }
-    // While typing, and with the version of the text that they are about.
+    // Diagnostics follow each edit and name the version of the text.
     client.change(&path, 2, GRAPH);
     assert!(client.diagnostics(&path, 2).is_empty());
     let unused = GRAPH.replace("\"noise\": Perlin", "\"more\": Perlin(size: 2),\n    \"noise\": Perlin");
@@ -100,7 +100,7 @@ fn other_files_get_no_diagnostics() {
 }
 
 #[test]
-fn what_changes_on_disk_is_told() {
+fn diagnostics_follow_changes_on_disk() {
     let (_folder, path, mut client) = with(GRAPH);
     assert!(client.diagnostics(&path, 1).is_empty());
     let part = path.with_file_name("part.ron");
@@ -118,7 +118,7 @@ fn what_changes_on_disk_is_told() {
             && message["params"]["diagnostics"].as_array().is_some_and(|d| !d.is_empty())
     });
     assert_eq!(told["params"]["diagnostics"][0]["code"], "unknown-kind");
-    // A text that is not saved counts instead of the file.
+    // An unsaved text takes precedence over the file.
     client.open(&part, GRAPH);
     let told = client.wait(|message| {
         message["params"]["uri"] == of_part && message["params"]["diagnostics"].as_array().is_some_and(Vec::is_empty)
@@ -151,7 +151,7 @@ fn completion_works_in_broken_lines() {
 }
 
 #[test]
-fn hovers_tell_what_is_known() {
+fn hovers_show_manual_values_and_pictures() {
     let (_folder, path, mut client) = with(GRAPH);
     let mut hover = |text: &str| {
         let (place, _) = cursor(&GRAPH.replacen(text.replace('|', "").as_str(), text, 1));
@@ -162,7 +162,7 @@ fn hovers_tell_what_is_known() {
     assert!(hover("rad|ius").contains("radius"));
     assert!(hover("\"$si|ze\"").contains("4 mm"));
     assert!(hover("input: \"no|ise\"").contains("`Gray`, by `Perlin`"));
-    // The picture of a node is made in the background: the answer does not wait, a later one has it.
+    // The picture of a node is computed in the background: the first answer does not wait, a later one includes it.
     let shown = (0..200).any(|_| {
         std::thread::sleep(std::time::Duration::from_millis(50));
         hover("input: \"no|ise\"").contains(".png)")
@@ -192,7 +192,7 @@ fn nodes_are_renamed_in_all_files() {
     let (place, _) = cursor(&GRAPH.replacen("{ \"soft\"", "{ \"so|ft\"", 1));
     let answer = rename(&mut client, place, "out");
     assert!(applied(text, &answer["result"]["changes"][uri(&outer)]).contains("\"u.out\""), "{answer}");
-    // Clashes are refused with a reason.
+    // Names that are taken are refused with a reason.
     let (place, _) = cursor(&GRAPH.replacen("\"noise\"", "\"no|ise\"", 1));
     let answer = rename(&mut client, place, "soft");
     assert!(answer["error"]["message"].as_str().unwrap().contains("there is a node `soft` already"), "{answer}");
@@ -202,7 +202,7 @@ fn nodes_are_renamed_in_all_files() {
 }
 
 #[test]
-fn what_was_meant_is_offered_as_a_fix() {
+fn offers_quick_fixes() {
     let faulty = GRAPH.replace("Perlin", "Perlim").replace("input: \"noise\", ", "");
     let (_folder, path, mut client) = with(&faulty);
     let told = client.diagnostics(&path, 1);
@@ -259,7 +259,7 @@ fn colours_keep_their_notation() {
     let found = found.as_array().unwrap();
     assert_eq!(found.len(), 2, "{found:?}");
     assert!((found[0]["color"]["green"].as_f64().unwrap() - 0.4).abs() < 1e-3);
-    // A linear triple is shown as a screen shows it.
+    // A linear triple is converted to sRGB for display.
     assert!((found[1]["color"]["red"].as_f64().unwrap() - 0.7354).abs() < 1e-3, "{found:?}");
     let mut present = |index: usize| {
         let color = json!({ "red": 1, "green": 0.5, "blue": 0, "alpha": 1 });
@@ -279,7 +279,7 @@ fn texts_are_formatted() {
     let options = json!({ "tabSize": 2, "insertSpaces": true });
     let doc = json!({ "uri": uri(&path) });
     let edits = client.result("textDocument/formatting", &json!({ "textDocument": doc, "options": options }));
-    // Parameters have a line each.
+    // Each parameter has a line of its own.
     let params = GRAPH.replace("params: { ", "params: {\n    ").replace("cell\") },", "cell\"),\n  },");
     assert_eq!(applied(&text, &edits), params);
     assert!(!edits[0]["newText"].as_str().unwrap().contains("canvas"), "lines that are right stay: {edits}");
@@ -287,7 +287,7 @@ fn texts_are_formatted() {
     let part = json!({ "textDocument": doc, "options": options, "range": range });
     let edits = client.result("textDocument/rangeFormatting", &part);
     assert_eq!(applied(&text, &edits), GRAPH.replace("radius: 0.5", "radius:0.5"));
-    // A text that is not sound stays as it is.
+    // A text with syntax errors is left unchanged.
     client.change(&path, 2, &text.replace("outputs", "\"outputs"));
     let edits = client.result("textDocument/formatting", &json!({ "textDocument": doc, "options": options }));
     assert_eq!(edits, json!([]));
@@ -314,9 +314,9 @@ fn positions_are_negotiated() {
 }
 
 #[test]
-fn disorder_does_no_harm() {
+fn survives_odd_order_and_invalid_requests() {
     let (_folder, path, mut client) = with(GRAPH);
-    // Many requests at once, some of which are cancelled; every one gets an answer.
+    // Many requests at once, some of them cancelled; every request gets an answer.
     let params = json!({ "textDocument": { "uri": uri(&path) }, "position": { "line": 5, "character": 20 } });
     let ids: Vec<i64> = (0..200).map(|_| client.send("textDocument/completion", &params)).collect();
     for id in ids.iter().rev().step_by(3) {
@@ -326,7 +326,7 @@ fn disorder_does_no_harm() {
         let answer = client.answer(*id);
         assert!(answer.get("result").is_some() || answer["error"]["code"] == -32800, "{answer}");
     }
-    // Files that are not open, broken places, changes of unknown files, requests that do not exist or make no sense.
+    // Closed files, positions outside the text, changes of unknown files, unknown or malformed requests.
     let other = path.with_file_name("other.ron");
     let closed = json!({ "textDocument": { "uri": uri(&other) }, "position": { "line": 0, "character": 0 } });
     assert!(client.ask("textDocument/hover", &closed)["error"]["message"].as_str().unwrap().contains("not open"));
@@ -339,7 +339,7 @@ fn disorder_does_no_harm() {
     let close = json!({ "textDocument": { "uri": uri(&path) } });
     client.tell("textDocument/didClose", &close);
     assert!(client.ask("textDocument/hover", &params)["error"].is_object());
-    // After the shutdown nothing is answered any more.
+    // After the shutdown every request is refused.
     assert_eq!(client.result("shutdown", &Json::Null), Json::Null);
     assert_eq!(client.ask("textDocument/hover", &params)["error"]["code"], -32600);
 }

@@ -1,4 +1,4 @@
-//! What runs on: the page and server of `shibo watch`, and the language server.
+//! Long-running programs: the page and server of `shibo watch`, and the language server.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod axe;
 mod cancel;

@@ -1,4 +1,4 @@
-//! A real editor: neovim with the files of `editors/nvim`, without a screen.
+//! A real editor: headless neovim with the files of `editors/nvim`.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use std::fs;
 use std::path::Path;
@@ -18,7 +18,7 @@ const A: &str = "(
 const B: &str = "(imports: { \"a\": \"a\" }, nodes: { \"a\": Use(graph: \"a\"), \"soft\": Blur(input: \"a.height\", radius: 1) }, outputs: { \"o\": \"soft\" })\n";
 
 #[test]
-fn an_editor_session() {
+fn runs_editing_session_in_neovim() {
     let folder = tempfile::tempdir().unwrap();
     let root = folder.path().canonicalize().unwrap();
     fs::write(root.join("a.ron"), A).unwrap();

@@ -1,5 +1,5 @@
-//! What the page of `shibo watch` and the language server make of noise: damaged requests and messages, and somebody who
-//! holds on to every connection. Longer runs as in `tests/fuzz`.
+//! The page of `shibo watch` and the language server with damaged requests and messages, and with a client that holds
+//! every connection. Longer runs as in `tests/fuzz`.
 use crate::damage::{Chance, fuzz};
 use crate::language::{Client, uri};
 use crate::watching::{PATIENCE, Place, Watch, plain};
@@ -58,13 +58,13 @@ fn damaged_requests_are_answered_or_dropped() {
 }
 
 #[test]
-fn somebody_who_holds_every_connection_stops_nobody() {
+fn answers_while_a_client_holds_all_connections() {
     let place = Place::new(&plain(0.5));
     let mut watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(plain(0.5).as_bytes());
     let (port, token) = watch.address();
     let (port, token) = (port, token.to_owned());
-    // Half of a request line; headers that come a letter at a time; a body that is announced and huge; none at all.
+    // Half a request line; headers one letter at a time; a huge body that is only announced; nothing.
     let mut held: Vec<TcpStream> = Vec::new();
     for k in 0..300 {
         let Ok(mut stream) = TcpStream::connect(("127.0.0.1", port)) else { continue };
@@ -110,7 +110,7 @@ fn damaged_messages_of_an_editor_do_no_harm() {
         let change =
             json!({ "textDocument": { "uri": uri(&path), "version": version }, "contentChanges": [{ "text": text }] });
         client.tell("textDocument/didChange", &change);
-        // Places that may lie outside of the text, and parameters that are none.
+        // Positions may lie outside the text, and parameters may be invalid.
         let position = json!({ "line": chance.below(12), "character": chance.below(90) });
         let range = json!({ "start": position, "end": { "line": chance.below(12), "character": chance.below(90) } });
         let method = methods[chance.below(methods.len())];

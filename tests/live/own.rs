@@ -1,5 +1,5 @@
-//! Files of the user's own on the page: a mesh that wears the material, a panorama that lights it; dropped, shared; files that are
-//! none.
+//! The user's own files on the page: a mesh that wears the material, and a panorama that lights it; dropping, sharing,
+//! and invalid files.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::watching;
 
@@ -7,7 +7,7 @@ use crate::watching::browser::{Browser, Page};
 use crate::watching::{Place, Watch};
 use serde_json::{Value as Json, json};
 
-/// A material, small enough to be seen at once.
+/// A material small enough to render quickly.
 const MATERIAL: &str = "(
   version: 1,
   canvas: (size_mm: 8, resolution: 64),
@@ -19,11 +19,11 @@ const MATERIAL: &str = "(
 )
 ";
 
-/// A roof: two rectangles, with texture coordinates and without normals; one has its corners counted from the end.
+/// A roof: two rectangles with texture coordinates and without normals; one uses negative indices.
 const ROOF: &str = "v -2 0 1\nv 2 0 1\nv 2 1 0\nv -2 1 0\nv -2 0 -1\nv 2 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n\
                     f 1/1 2/2 3/3 4/4\nf -3/-1 -4/-2 -1/-3 -2/-4\n";
 
-/// A triangle as a binary glTF file, moved up by its node.
+/// A triangle as a binary glTF file, moved upwards by its node.
 fn triangle() -> Vec<u8> {
     let numbers: [f32; 15] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0];
     let bytes: Vec<u8> = numbers.iter().flat_map(|v| v.to_le_bytes()).collect();
@@ -63,7 +63,7 @@ fn drop_file(page: &mut Page, name: &str, bytes: &[u8]) {
 const NOTICE: &str = "document.getElementById('notice').textContent";
 const OWN: &str = "document.querySelector('[data-shape=own]')";
 
-/// How many colours the middle of the window has, which is drawn at half its size.
+/// Number of colours in the middle of the window, which is drawn at half its size.
 fn colours(page: &mut Page) -> usize {
     page.painted();
     let (pixels, width) = page.screenshot();
@@ -80,13 +80,13 @@ fn own_meshes_wear_the_material() {
     page.size(640, 480, 0.5);
     page.wait("document.documentElement.dataset.final == 'true'");
     assert_eq!(page.eval(&format!("{OWN}.hidden")), true);
-    // Dropped on the picture, it is shown in light.
+    // A dropped mesh is shown in the lit view.
     drop_file(&mut page, "roof.obj", ROOF.as_bytes());
     page.wait(&format!("{NOTICE} == 'roof.obj wears the material'"));
     assert_eq!(page.eval(&format!("[{OWN}.hidden, {OWN}.ariaPressed]")), json!([false, "true"]));
     page.wait("document.documentElement.dataset.view == 'lit' && document.getElementById('lit').dataset.drawn > 1");
     assert!(colours(&mut page) > 100);
-    // Another one takes its place; what is no mesh is said, and changes nothing.
+    // Another mesh replaces it; an invalid file is reported and changes nothing.
     let drawn = page.eval("+document.getElementById('lit').dataset.drawn").as_f64().unwrap();
     drop_file(&mut page, "triangle.glb", &triangle());
     page.wait(&format!("{NOTICE} == 'triangle.glb wears the material'"));
@@ -101,7 +101,7 @@ fn own_meshes_wear_the_material() {
         page.wait(&format!("{NOTICE}.startsWith('{name} is no OBJ or glb mesh') && {NOTICE}.includes('{why}')"));
     }
     assert_eq!(page.eval(&format!("{OWN}.ariaPressed")), "true");
-    // What is shared has the mesh in it.
+    // The shared page contains the mesh.
     drop_file(&mut page, "roof.obj", ROOF.as_bytes());
     page.wait(&format!("{NOTICE} == 'roof.obj wears the material'"));
     let downloads = tempfile::tempdir().unwrap();
@@ -126,7 +126,7 @@ fn own_meshes_wear_the_material() {
     assert!(page.complaints.is_empty() && alone.complaints.is_empty(), "{:?} {:?}", page.complaints, alone.complaints);
 }
 
-/// A panorama as OpenEXR: its left half red, its right half blue and weaker, with a bright window up there.
+/// A panorama as OpenEXR: the left half red, the right half blue and weaker, with a bright window in the upper right.
 fn panorama(width: usize, height: usize) -> Vec<u8> {
     let mut bytes = std::io::Cursor::new(Vec::new());
     let colour = |at: exr::math::Vec2<usize>| match (at.x() * 2 < width, at.x() * 8 / width, at.y() * 8 / height) {
@@ -140,7 +140,7 @@ fn panorama(width: usize, height: usize) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// How much redder than blue the left and the right of the shape are.
+/// Excess of red over blue on the left and on the right of the shape.
 fn redness(page: &mut Page, canvas: &str) -> [f64; 2] {
     let script = format!(
         "(() => {{ const c = {canvas}; const s = new OffscreenCanvas(c.width, c.height).getContext('2d'); s.drawImage(c, 0, 0);
@@ -177,7 +177,7 @@ fn own_panoramas_light_the_material() {
     page.wait(&format!("{LIT}.dataset.drawn > {before}"));
     let [turned, other] = redness(&mut page, LIT);
     assert!(other > 20.0 && turned < other / 3.0, "{turned} {other}");
-    // It is seen behind the shape.
+    // The backdrop shows it behind the shape.
     let corner = format!(
         "(() => {{ const c = {LIT}; const s = new OffscreenCanvas(c.width, c.height).getContext('2d'); s.drawImage(c, 0, 0); return [...s.getImageData(3, 3, 1, 1).data]; }})()"
     );
@@ -187,7 +187,7 @@ fn own_panoramas_light_the_material() {
     page.wait(&format!("{LIT}.dataset.drawn > {before}"));
     let seen = page.eval(&corner);
     assert!(seen[3] == 255 && seen[2].as_u64() > seen[0].as_u64(), "{seen}");
-    // What is none is said, and changes nothing.
+    // An invalid file is reported and changes nothing.
     let whole = panorama(128, 64);
     for (name, bytes, why) in [
         ("text.exr", &b"not a picture"[..], "it is no OpenEXR file"),
@@ -198,7 +198,7 @@ fn own_panoramas_light_the_material() {
         page.wait(&format!("{NOTICE}.startsWith('{name} cannot be the environment: ') && {NOTICE}.includes('{why}')"));
     }
     assert_eq!(page.eval(chosen), json!(["4", "sky.exr", false]));
-    // A shared page has it in it.
+    // The shared page contains the panorama.
     let downloads = tempfile::tempdir().unwrap();
     page.call(
         "Browser.setDownloadBehavior",
@@ -213,10 +213,10 @@ fn own_panoramas_light_the_material() {
     alone.wait("document.querySelector('canvas')?.dataset.drawn > 2");
     let [left, right] = redness(&mut alone, "document.querySelector('canvas')");
     assert!(right > 20.0 && left < right / 3.0, "{left} {right}");
-    // The refused ones were answered with 422, which browsers note; nothing else is complained of.
+    // Browsers log the status 422 of the refused files; no other error is allowed.
     let odd = page.complaints.iter().filter(|c| !c.contains("422")).collect::<Vec<_>>();
     assert!(odd.is_empty() && alone.complaints.is_empty(), "{odd:?} {:?}", alone.complaints);
-    // A page that is loaded again has it still.
+    // After a reload the page still has it.
     page.eval("new Promise(done => setTimeout(done, 600))");
     let url = watch.url.clone();
     page.call("Page.navigate", json!({ "url": url }));
@@ -225,7 +225,7 @@ fn own_panoramas_light_the_material() {
 }
 
 #[test]
-fn panoramas_of_strangers_are_refused() {
+fn refuses_panoramas_without_token_or_origin() {
     let place = Place::new(MATERIAL);
     let watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(place.text().as_bytes());

@@ -6,7 +6,7 @@ use crate::watching::browser::{Browser, Page};
 use crate::watching::{Place, Watch, plain};
 use serde_json::Value as Json;
 
-/// What the page says of itself.
+/// State that the page exposes for tests.
 const ROOT: &str = "document.documentElement.dataset";
 
 fn open(browser: &Browser, watch: &Watch) -> Page {
@@ -15,17 +15,17 @@ fn open(browser: &Browser, watch: &Watch) -> Page {
     page
 }
 
-/// Waits until the page shows the file as it is now.
+/// Waits until the page shows the current file.
 fn wait_for_file(page: &mut Page, place: &Place) {
     let sha = watching::sha256(place.text().as_bytes());
     page.wait(&format!("{ROOT}.sha == '{sha}' && {ROOT}.final == 'true'"));
-    // The picture is painted with the next frame.
+    // The picture is painted in the next frame.
     page.eval(
         "new Promise(done => { requestAnimationFrame(() => requestAnimationFrame(done)); setTimeout(done, 500); })",
     );
 }
 
-/// The mean brightness of the middle of the picture.
+/// Mean brightness in the middle of the picture.
 fn brightness(page: &mut Page) -> f64 {
     let (pixels, width) = page.screenshot();
     let middle = (300..400_usize).flat_map(|y| (400..500_usize).map(move |x| (x, y)));
@@ -33,7 +33,7 @@ fn brightness(page: &mut Page) -> f64 {
     f64::from(sum) / 10_000.0
 }
 
-/// Nothing was complained of but what a test provokes itself.
+/// Fails on errors in the console, except those that contain `provoked`.
 fn assert_calm(page: &Page, provoked: &str) {
     let odd: Vec<&String> = page.complaints.iter().filter(|c| provoked.is_empty() || !c.contains(provoked)).collect();
     assert!(odd.is_empty(), "{odd:#?}");
@@ -52,7 +52,7 @@ fn the_page_follows_the_file() {
     let bright = brightness(&mut page);
     assert!(bright > dark + 25.0, "{dark} {bright}");
 
-    // The file breaks: the error has its line, the picture stays.
+    // With a broken file, the error names its line and the picture stays.
     place.write(&plain(1.0).replace("Remap(", "Remapp("));
     page.wait(&format!("{ROOT}.errors == '1'"));
     let told = page.eval("document.getElementById('errors').innerText");
@@ -62,7 +62,7 @@ fn the_page_follows_the_file() {
     assert_eq!(page.eval("document.querySelector('#errors .at b').textContent"), "7");
     assert!((brightness(&mut page) - bright).abs() < 1.0, "the old picture stays");
 
-    // Mended.
+    // The file is repaired.
     place.write(&plain(0.1));
     wait_for_file(&mut page, &place);
     page.wait("document.getElementById('errors').hidden");
@@ -71,7 +71,7 @@ fn the_page_follows_the_file() {
 }
 
 #[test]
-fn the_first_page_is_small_and_comes_from_here_alone() {
+fn first_page_is_small_and_loads_nothing_external() {
     let place = Place::new(&plain(0.4));
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -81,7 +81,7 @@ fn the_first_page_is_small_and_comes_from_here_alone() {
     );
     let found: Vec<(String, u64)> = serde_json::from_value(found).unwrap();
     assert!(found.iter().all(|(name, _)| name.starts_with(&watch.url)), "{found:?}");
-    // Files of the page; what it asks for comes with a query, from a folder, or as a stream.
+    // Only files of the page count; data has a query, comes from a folder, or is a stream.
     let is_file = |name: &str| {
         let rest = name.strip_prefix(&watch.url).unwrap_or(name);
         rest.is_empty() || [".js", ".css", ".svg"].iter().any(|end| rest.ends_with(end))
@@ -93,7 +93,7 @@ fn the_first_page_is_small_and_comes_from_here_alone() {
 }
 
 #[test]
-fn a_file_broken_at_the_start_loads_once_it_is_mended() {
+fn loads_repaired_file_after_broken_start() {
     let place = Place::new("(version: 1, nodes: { \"a\": Nonsense() })");
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -126,7 +126,7 @@ fn a_slider_changes_the_picture_and_gives_the_text() {
     assert_eq!(copied, "params: { \"low\": Number(default: 0.9, range: (0, 1), doc: \"The darkest\") },");
     page.eval("document.getElementById('reset').click()");
     page.wait("!document.querySelector('[data-param=low]').classList.contains('changed')");
-    // A save that the value no longer suits wins over the slider.
+    // If a save no longer allows the value of a slider, the file wins.
     page.eval("(() => { const s = document.querySelector('[data-param=low] input[type=range]'); s.value = 0.9; s.dispatchEvent(new Event('input', { bubbles: true })); })()");
     page.wait("document.querySelector('[data-param=low]').classList.contains('changed')");
     place.write(&plain(1.0).replace("range: (0, 1)", "range: (0, 0.5)"));
@@ -136,16 +136,16 @@ fn a_slider_changes_the_picture_and_gives_the_text() {
     assert_calm(&page, "");
 }
 
-/// Draws the page at half its size: without a graphics card, light on many pixels takes long.
+/// Renders the page at half its size: without a graphics card, the lit view is slow for many pixels.
 fn small(page: &mut Page) {
     page.size(1280, 720, 0.5);
 }
 
-/// How many different colours there are in the middle of the stage, and whether they differ from the corner's.
+/// Number of colours in the middle of the stage, and whether most differ from the corner.
 fn colours(page: &mut Page) -> (usize, bool) {
     let (pixels, width) = page.screenshot();
     let at = |x: usize, y: usize| pixels[y * width as usize + x];
-    // Of a page that is drawn at half its size, see `small`.
+    // Coordinates for a page at half its size, see `small`.
     let mut seen: Vec<[u8; 3]> = (125..250).flat_map(|y| (175..310).map(move |x| at(x, y))).collect();
     let corner = at(10, 40);
     let differ = seen.iter().filter(|c| **c != corner).count() * 10 > seen.len() * 9;
@@ -175,14 +175,14 @@ fn the_lit_view_draws_the_material() {
     page.eval("document.querySelector('[data-relief=displacement]').click()");
     page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
     assert!(colours(&mut page).0 > 100);
-    // An edit of the file reaches the textures.
+    // An edit of the file updates the textures.
     let generation = page.eval("document.getElementById('lit').dataset.generation");
     place.write(&place.text().replace("resolution: 1024", "resolution: 512"));
     page.wait(&format!("document.getElementById('lit').dataset.generation != {generation}"));
     assert_calm(&page, "");
 }
 
-/// A graph whose material lies on a mesh of that shape.
+/// A graph whose material covers a mesh of this shape.
 fn on_a_mesh(shape: &str) -> String {
     format!(
         r##"(
@@ -209,12 +209,12 @@ fn the_mesh_of_the_graph_wears_the_material() {
     let mut page = open(&browser, &watch);
     small(&mut page);
     page.key("2");
-    // It is the first shape that is shown.
+    // The mesh of the graph is selected at first.
     page.wait(&format!("!{MESH}.hidden && {MESH}.ariaPressed == 'true'"));
     page.wait("document.getElementById('lit').dataset.drawn > 1");
     let (count, differ) = colours(&mut page);
     assert!(count > 100 && differ, "{count} colours");
-    // Another mesh takes its place, and without one a shape of the page's own does.
+    // Another mesh replaces it; without a mesh, one of the page's own shapes is shown.
     let drawn = page.eval("+document.getElementById('lit').dataset.drawn");
     place.write(&on_a_mesh("Cube"));
     page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
@@ -223,7 +223,7 @@ fn the_mesh_of_the_graph_wears_the_material() {
     assert_calm(&page, "");
 }
 
-/// Row C20: strokes are drawn on the mesh by hand, and are text for the graph.
+/// Row C20: strokes drawn on the mesh by hand become text for the graph.
 #[test]
 fn strokes_are_drawn_on_the_mesh_and_copied_as_ron() {
     const TEXT: &str = "document.querySelector('#strokes textarea').value";
@@ -246,7 +246,7 @@ fn strokes_are_drawn_on_the_mesh_and_copied_as_ron() {
                 at('pointerup', {bx}, {by}); }})()"
         ));
     };
-    // Without the mode, a drag turns the mesh.
+    // Outside of the stroke mode, a drag turns the mesh.
     drag(&mut page, [[-0.05, 0.0], [0.05, 0.0]]);
     assert_eq!(page.eval(TEXT).as_str(), Some(""));
     let before = colours(&mut page).0;
@@ -255,7 +255,7 @@ fn strokes_are_drawn_on_the_mesh_and_copied_as_ron() {
     drag(&mut page, [[0.0, -0.1], [0.0, 0.1]]);
     let text = page.eval(TEXT).as_str().expect("text").to_owned();
     assert!(text.starts_with("strokes: [") && text.lines().count() == 4 && before > 100, "{text}");
-    // The sphere of 60 mm: each point lies on it, and the graph takes the text as it is.
+    // All points lie on the sphere of 60 mm, and the graph accepts the text.
     let points: Vec<Vec<f64>> = text
         .split('(')
         .skip(1)
@@ -270,7 +270,7 @@ fn strokes_are_drawn_on_the_mesh_and_copied_as_ron() {
     place.write(&place.text().replacen("\"lumps\": Perlin", &field, 1));
     wait_for_file(&mut page, &place);
     assert_eq!(page.eval(TEXT).as_str(), Some(&*text), "strokes stay while the mesh does");
-    // Another shape has none, and they are there again when it is gone.
+    // Other shapes have no strokes; the strokes come back with the mesh.
     page.eval("document.querySelector('[data-shape=cube]').click()");
     assert_eq!(page.eval(TEXT).as_str(), Some(""));
     page.eval("document.querySelector('[data-shape=mesh]').click()");
@@ -282,7 +282,7 @@ fn strokes_are_drawn_on_the_mesh_and_copied_as_ron() {
     assert_calm(&page, "");
 }
 
-/// What is known of a mesh is shown on it, and told of the place under the cursor.
+/// Charts, borders and directions are drawn on the mesh, and the footer describes the point under the cursor.
 #[test]
 fn charts_borders_and_directions_are_shown_on_the_mesh() {
     const CURSOR: &str = "document.getElementById('cursor').textContent";
@@ -296,7 +296,7 @@ fn charts_borders_and_directions_are_shown_on_the_mesh() {
     page.wait("document.getElementById('lit').dataset.drawn > 1 && !document.getElementById('marks').hidden");
     page.wait("document.getElementById('lit').dataset.quality >= 0.35");
     let without = colours(&mut page).0;
-    // Each is there with a click, and gone with another one.
+    // A click switches each mark on, and another click off.
     let click = |page: &mut Page, name: &str| {
         let drawn = page.eval("+document.getElementById('lit').dataset.drawn").as_f64().unwrap();
         page.eval(&format!("document.querySelector('[data-mark={name}]').click()"));
@@ -327,7 +327,7 @@ fn charts_borders_and_directions_are_shown_on_the_mesh() {
     assert_eq!(page.eval("document.querySelector('[data-mark=charts]').ariaPressed").as_str(), Some("false"));
     assert_ne!(colours(&mut page).0, without);
     click(&mut page, "grid");
-    // The place is one of the sphere of 60 mm.
+    // The point lies on the sphere of 60 mm.
     page.eval(
         "(() => { const c = document.getElementById('lit'); const b = c.getBoundingClientRect();
             c.dispatchEvent(new PointerEvent('pointermove', { bubbles: true, clientX: b.left + b.width / 2, clientY: b.top + b.height / 2 })); })()",
@@ -336,7 +336,7 @@ fn charts_borders_and_directions_are_shown_on_the_mesh() {
     let text = page.eval(CURSOR).as_str().expect("text").to_owned();
     let numbers: Vec<f64> = text.split_whitespace().take(3).map(|n| n.parse().unwrap()).collect();
     assert!((numbers.iter().map(|n| n * n).sum::<f64>().sqrt() - 30.0).abs() < 0.3, "{text}");
-    // The picture gets the triangles.
+    // The picture view draws the triangles.
     page.size(1280, 720, 1.0);
     page.key("1");
     let flat = "(() => { const c = document.getElementById('picture'); const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;
@@ -346,14 +346,14 @@ fn charts_borders_and_directions_are_shown_on_the_mesh() {
     page.eval("document.getElementById('wire').click()");
     page.wait(&format!("{flat} < 2000"));
     page.key("2");
-    // Other shapes have none of this.
+    // Other shapes have no marks.
     page.eval("document.querySelector('[data-shape=cube]').click()");
     assert_eq!(page.eval("document.getElementById('marks').hidden").as_bool(), Some(true));
     assert_calm(&page, "");
 }
 
 #[test]
-fn every_node_can_be_looked_at() {
+fn selects_every_node() {
     let place = Place::shipped("starter.ron");
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -372,7 +372,7 @@ fn every_node_can_be_looked_at() {
     }
     page.key("Escape");
     page.wait(&format!("!{ROOT}.shown.startsWith('@')"));
-    // A click on a box does the same.
+    // A click on a box selects its node too.
     page.key("f");
     let at = page.eval("(() => { const b = document.getElementById('graph').getBoundingClientRect(); return [b.left, b.top, b.width, b.height]; })()");
     let [left, top, width, height] = std::array::from_fn(|i| at[i].as_f64().unwrap());
@@ -389,7 +389,7 @@ fn every_node_can_be_looked_at() {
 }
 
 #[test]
-fn what_is_no_picture_is_drawn() {
+fn draws_nodes_without_picture() {
     let browser = Browser::start();
     let wood = ["pith", "trunk", "tree", "even", "grown", "fiber", "year", "ring_color", "light"];
     for (file, nodes) in [("pine_knots.ron", &wood[..]), ("brick_wall.ron", &["exemplar", "regular", "coords"])] {
@@ -406,7 +406,7 @@ fn what_is_no_picture_is_drawn() {
                 "(() => {{ const f = document.getElementById('find'); f.value = '{node}'; f.onchange(); }})()"
             ));
             page.wait(&format!("{ROOT}.shown?.split(' ')[0] == '@{node}'"));
-            // More colours than ground and lines alone: it is drawn, and not blank.
+            // More colours than background and lines: the drawing is not blank.
             page.wait(
                 "(() => { const c = document.getElementById('picture'); const d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data; \
                  const seen = new Set(); for (let i = 0; i < d.length; i += 4) seen.add(d[i] << 24 | d[i + 1] << 16 | d[i + 2] << 8 | d[i + 3]); return seen.size > 2; })()",
@@ -424,7 +424,7 @@ fn the_picture_is_moved_zoomed_repeated_and_compared() {
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
     wait_for_file(&mut page, &place);
-    // The value under the cursor, in mm and as it is.
+    // The footer shows the position in mm and the value under the cursor.
     page.mouse("mouseMoved", 450.0, 350.0);
     page.wait(
         "/x \\d\\.\\d+ +y \\d\\.\\d+ mm.*\\d+, \\d+ px.*0\\.\\d+/.test(document.getElementById('cursor').textContent)",
@@ -445,7 +445,7 @@ fn the_picture_is_moved_zoomed_repeated_and_compared() {
     for key in ["r", "b", "c"] {
         page.key(key);
     }
-    // What is pinned stays on the left while the file changes the right.
+    // The pinned picture stays on the left, and the right follows the file.
     page.key("a");
     assert_eq!(page.eval("document.getElementById('wipe').hidden"), false);
     let before = page.color(440, 350);
@@ -458,7 +458,7 @@ fn the_picture_is_moved_zoomed_repeated_and_compared() {
         "new Promise(done => { requestAnimationFrame(() => requestAnimationFrame(done)); setTimeout(done, 500); })",
     );
     assert!(page.color(440, 350)[0] < 5);
-    // Dark and light.
+    // Dark and light theme.
     let theme = page.eval(&format!("{ROOT}.theme"));
     page.key("d");
     assert_ne!(page.eval(&format!("{ROOT}.theme")), theme);
@@ -471,7 +471,7 @@ fn the_page_fits_small_and_large_screens() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
-    // Without a graphics card, light on so many pixels takes minutes.
+    // Without a graphics card, the lit view takes minutes for so many pixels.
     let views = [(1280, 720, &["g", "g", "2", "1"][..]), (3840, 2160, &["g", "g"])];
     for (width, height, keys) in views {
         page.size(width, height, 0.5);
@@ -503,7 +503,7 @@ fn many_tabs_share_a_connection() {
         wait_for_file(page, &place);
     }
     assert!(watch.handles() < 120, "{}", watch.handles());
-    // They vanish; one that is opened later still works.
+    // After the tabs close, a new one works.
     drop(pages);
     let mut page = open(&browser, &watch);
     wait_for_file(&mut page, &place);

@@ -1,4 +1,4 @@
-//! The language server among broken messages, and its end.
+//! The language server with malformed messages, and its end.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::language::{Client, uri};
 use serde_json::json;
@@ -24,7 +24,7 @@ fn server() -> (tempfile::TempDir, std::path::PathBuf, Client) {
 }
 
 #[test]
-fn messages_that_cannot_be_read_are_told_and_left_out() {
+fn logs_and_skips_malformed_messages() {
     let (_folder, path, mut client) = server();
     for bad in [
         "Content-Length: 99999999999999\r\n\r\n{}",
@@ -54,7 +54,7 @@ fn pages_end_with_a_server_that_is_killed() {
     let address = url.strip_prefix("http://").unwrap().split('/').next().unwrap().to_owned();
     let answers = || std::net::TcpStream::connect(&address).is_ok();
     assert!(answers(), "{url}");
-    // It is killed, and cannot end its children.
+    // The killed server cannot end its children.
     drop(client);
     let end = std::time::Instant::now() + std::time::Duration::from_secs(60);
     while answers() {

@@ -6,7 +6,7 @@ use serde_json::json;
 use std::fs;
 use std::time::Duration;
 
-/// A graph that takes a moment to be checked.
+/// A graph that takes some time to check.
 fn graph(comment: &str) -> String {
     let nodes: String = (0..1500).map(|node| format!("    \"n{node}\": Perlin(size: 2),\n")).collect();
     format!(
@@ -16,7 +16,7 @@ fn graph(comment: &str) -> String {
 }
 
 #[test]
-fn a_page_that_writes_loses_no_save_of_an_editor() {
+fn page_keeps_concurrent_saves_of_editor() {
     let place = Place::new(&graph("first"));
     let watch = Watch::start(&place.graph, &[]);
     let (mut refused, mut first) = (0, 0);
@@ -28,7 +28,7 @@ fn a_page_that_writes_loses_no_save_of_an_editor() {
         let status = std::thread::scope(|scope| {
             let (path, saved) = (&place.graph, &saved);
             scope.spawn(move || {
-                // All over the time that a change takes.
+                // The delays cover the whole time that a change takes.
                 std::thread::sleep(Duration::from_micros(u64::from(round) * 600));
                 if round % 2 == 0 {
                     fs::write(path, saved).unwrap();
@@ -39,7 +39,7 @@ fn a_page_that_writes_loses_no_save_of_an_editor() {
             });
             watch.post("change", &wish).0
         });
-        // The save came first, and the page is refused; or it came later.
+        // Either the save came first and the page is refused, or the save came later.
         assert!(matches!(status, 200 | 409), "{status}");
         assert!(place.text() == saved, "the save of round {round} is lost: {status}");
         if status == 409 { refused += 1 } else { first += 1 }

@@ -1,4 +1,4 @@
-//! What the page of `shibo watch` promises to those who work with it all day, in a real browser.
+//! Details of the page of `shibo watch` for long sessions, in a real browser.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::watching;
 
@@ -27,7 +27,7 @@ fn assert_calm(page: &Page) {
     assert!(page.complaints.is_empty(), "{:#?}", page.complaints);
 }
 
-/// A graph with presets, and a height whose depth is a parameter.
+/// A graph with presets and with a height whose depth is a parameter.
 const DEEP: &str = r##"(
   version: 1,
   canvas: (size_mm: 8, resolution: 128),
@@ -46,7 +46,7 @@ const DEEP: &str = r##"(
 )
 "##;
 
-/// All controls that can be seen, by what a keyboard can reach them with.
+/// All visible controls that a keyboard should reach.
 const CONTROLS: &str = "[...document.querySelectorAll('button, input, select, textarea, summary, a[href], canvas, [role=slider], [role=separator]')] \
     .filter(e => e.checkVisibility() && e.getClientRects().length && !e.disabled && e.tagName != 'SUMMARY' || e.tagName == 'SUMMARY' && e.checkVisibility())";
 
@@ -65,7 +65,7 @@ fn every_control_is_reached_by_keyboard_and_nothing_is_cut_off() {
         assert!(count > 25, "{count}");
         for _ in 0..count + 5 {
             page.press("Tab", 0);
-            // Arrows go through a group.
+            // Arrow keys move within a group.
             let in_group = page.eval(
                 "(() => { const e = document.activeElement; reached.add(e); const g = e.closest('[data-rove]'); return g && !window.roving && (window.roving = g, g.querySelectorAll('button').length) || 0; })()",
             );
@@ -78,7 +78,7 @@ fn every_control_is_reached_by_keyboard_and_nothing_is_cut_off() {
         let missed =
             page.eval(&format!("{CONTROLS}.filter(e => !reached.has(e)).map(e => e.id || e.outerHTML.slice(0, 90))"));
         assert_eq!(missed, json!([]), "{width} × {height}");
-        // Focus is visible: an outline of the accent's colour.
+        // The focused control has an outline in the accent colour.
         page.eval("document.getElementById('zoom-in').focus()");
         page.press("Tab", 0);
         let outline = page.eval("getComputedStyle(document.activeElement).outlineStyle + getComputedStyle(document.activeElement).outlineWidth");
@@ -97,8 +97,8 @@ fn every_control_is_reached_by_keyboard_and_nothing_is_cut_off() {
 }
 
 #[test]
-fn thumbnails_are_the_picture_shrunk() {
-    // Thin lines, which 96 pixels would miss or fill.
+fn thumbnails_equal_reduced_picture() {
+    // Thin lines, which nearest sampling at 96 pixels would miss or thicken.
     let place = Place::new(
         "(version: 1, canvas: (size_mm: 64, resolution: 2048), nodes: {
            \"points\": GridPoints(pitch: 2), \"dots\": Dots(points: \"points\", diameter: 0.4),
@@ -136,7 +136,7 @@ fn thumbnails_are_the_picture_shrunk() {
 }
 
 #[test]
-fn only_what_no_output_reaches_is_called_unused() {
+fn page_marks_only_unreachable_nodes_as_unused() {
     let place = Place::new(DEEP);
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -146,7 +146,7 @@ fn only_what_no_output_reaches_is_called_unused() {
     assert_eq!(page.eval("document.getElementById('graph').dataset.unused"), "spare");
 }
 
-/// How much the grey of the stage varies between two columns of the screen.
+/// Standard deviation of grey between two columns of the screen.
 fn contrast(page: &mut Page, from: usize, to: usize) -> f64 {
     let (pixels, width) = page.screenshot();
     let all: Vec<f64> = (250..450_usize)
@@ -175,12 +175,12 @@ fn pinned_heights_share_one_range() {
     let alone = contrast(&mut page, 280, 440);
     page.key("a");
     slide(&mut page, "depth", 4.0);
-    // The shallow one is left, the deep one right; it is five times as deep.
+    // The shallow height is left, the deep one right; it is five times as deep.
     let (left, right) = (contrast(&mut page, 280, 440), contrast(&mut page, 540, 700));
     assert!(left < 0.4 * right && left < 0.4 * alone, "{alone} {left} {right}");
     let legend = page.eval("document.getElementById('legend').textContent");
     assert!(legend.as_str().unwrap().contains("shared"), "{legend}");
-    // The range can be locked, and is shown.
+    // The range can be locked, and the legend shows it.
     page.eval("(() => { document.getElementById('measure').open = true; })()");
     page.wait("document.getElementById('white-point').value !== ''");
     page.eval("(() => { const w = document.getElementById('white-point'), b = document.getElementById('black-point'), l = document.getElementById('lock-range'); b.value = -1; w.value = 8; l.checked = true; l.onchange(); })()");
@@ -191,13 +191,13 @@ fn pinned_heights_share_one_range() {
     assert_calm(&page);
 }
 
-/// The number that a parameter's box shows.
+/// The number in the box of a parameter.
 fn boxed(page: &mut Page, name: &str) -> String {
     page.eval(&format!("document.getElementById('param-{name}').value")).as_str().unwrap().to_owned()
 }
 
 #[test]
-fn every_step_is_undone() {
+fn undoes_every_step() {
     let place = Place::new(DEEP);
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -206,21 +206,21 @@ fn every_step_is_undone() {
     page.eval("new Promise(done => setTimeout(done, 1000))");
     slide(&mut page, "depth", 2.0);
     let lit = "[...document.querySelectorAll('.presets button')].filter(b => b.ariaPressed == 'true').map(b => b.textContent).join()";
-    // What is set by hand over a preset is seen.
+    // Values set by hand are marked.
     assert_eq!(page.eval(lit), "as written + 2 by hand");
     assert_eq!(page.eval("document.querySelector('[data-param=depth] .from').textContent"), "by hand; the file says 1");
     page.eval("document.querySelector('.presets button[value=deep]').click()");
     page.wait(&format!("{ROOT}.final == 'true' && document.getElementById('param-depth').value == '3'"));
     assert_eq!(page.eval(lit), "deep");
     assert_eq!(boxed(&mut page, "low"), "0");
-    // The preset was one step.
+    // Choosing the preset was one step.
     page.press("z", 2);
     page.wait("document.getElementById('param-depth').value == '2'");
     assert_eq!(boxed(&mut page, "low"), "0.5");
     page.press("z", 2);
     page.wait("document.getElementById('param-depth').value == '1'");
     assert_eq!(boxed(&mut page, "low"), "0.5");
-    // Also by the controls.
+    // The buttons undo and redo as well.
     page.eval("document.getElementById('undo').click()");
     page.wait("document.getElementById('param-low').value == '0'");
     assert_eq!(page.eval("document.getElementById('undo').disabled"), true);
@@ -228,7 +228,7 @@ fn every_step_is_undone() {
     page.wait("document.getElementById('param-low').value == '0.5'");
     page.eval("document.getElementById('redo').click()");
     page.wait("document.getElementById('param-depth').value == '2'");
-    // A value that is edited in the file is not hidden by the one set by hand.
+    // The page shows the new value of the file beside the one set by hand.
     place.write(&DEEP.replace("default: 1.0", "default: 1.5"));
     wait_for_file(&mut page, &place);
     assert_eq!(boxed(&mut page, "depth"), "2");
@@ -236,7 +236,7 @@ fn every_step_is_undone() {
         page.eval("document.querySelector('[data-param=depth] .from').textContent"),
         "by hand; the file says 1.5"
     );
-    // Undoing values does not touch the file that somebody else saved.
+    // Undoing values does not change a file saved by another program.
     page.press("z", 2);
     page.wait("document.getElementById('param-depth').value == '1.5'");
     assert!(place.text().contains("default: 1.5"));
@@ -244,7 +244,7 @@ fn every_step_is_undone() {
 }
 
 #[test]
-fn a_broken_file_leaves_the_page_in_order() {
+fn page_stays_usable_with_broken_file() {
     let place = Place::new(DEEP);
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -258,17 +258,17 @@ fn a_broken_file_leaves_the_page_in_order() {
     );
     assert!(share.as_f64().unwrap() > 0.0 && share.as_f64().unwrap() <= 0.1, "{share}");
     page.eval("document.querySelector('#errors [aria-label=Close]').click()");
-    // A value that is typed now is shown by both, and what was closed stays closed.
+    // A new value shows in the slider and in the box, and the closed list of errors stays closed.
     page.eval("(() => { const b = document.getElementById('param-depth'); b.value = 2.5; b.onchange(); })()");
     watch.wait_for(|e| e["event"] == "error");
     page.eval("new Promise(done => setTimeout(done, 800))");
     assert_eq!(page.eval("document.querySelector('[data-param=depth] input[type=range]').value"), "2.5");
     assert_eq!(boxed(&mut page, "depth"), "2.5");
     assert_eq!(page.eval("document.getElementById('errors').hidden"), true);
-    // Other errors are told.
+    // Different errors open the list again.
     place.write(&broken.replace("Perlum", "Perlem"));
     page.wait("!document.getElementById('errors').hidden");
-    // Mended: the value counts.
+    // After the repair the value still counts.
     place.write(DEEP);
     page.wait(&format!("{ROOT}.errors == '0' && {ROOT}.final == 'true'"));
     assert_eq!(boxed(&mut page, "depth"), "2.5");
@@ -276,14 +276,14 @@ fn a_broken_file_leaves_the_page_in_order() {
 }
 
 #[test]
-fn strangers_do_not_keep_anybody_from_the_page() {
+fn answers_among_300_foreign_connections() {
     let place = Place::new(DEEP);
     let watch = Watch::start(&place.graph, &[]);
     let (port, token) = watch.address();
     let mut strangers = Vec::new();
     for i in 0..300 {
         let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
-        // A third is silent, a third says half of something, a third is refused.
+        // A third stays silent, a third sends half a request, a third is refused.
         let said = [&b""[..], b"GET / HTTP/1.1\r\nHost: 127", b"GET /x/ HTTP/1.1\r\nHost: evil.example\r\n\r\n"][i % 3];
         let _ = stream.write_all(said);
         strangers.push(stream);
@@ -292,9 +292,9 @@ fn strangers_do_not_keep_anybody_from_the_page() {
     assert_eq!(watch.get("state").0, 200);
     let took = start.elapsed();
     println!("answered after {took:?} beside 300 strangers");
-    // Strangers are let go of after 15 seconds; nobody waits for that.
+    // Connections without a token are closed after 15 seconds; the request does not wait for that.
     assert!(took < Duration::from_secs(10), "{took:?}");
-    // Those who know the token keep their connection while strangers come.
+    // Connections that know the token stay open while new ones come.
     let mut known = TcpStream::connect(("127.0.0.1", port)).unwrap();
     let ask = format!("GET /{token}/state HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n");
     for _ in 0..2 {
@@ -309,7 +309,7 @@ fn strangers_do_not_keep_anybody_from_the_page() {
 }
 
 #[test]
-fn keys_act_in_the_view_that_is_seen_and_settings_stay() {
+fn keys_act_in_visible_view_and_settings_persist() {
     let place = Place::new(DEEP);
     let browser = Browser::start();
     let theme = {
@@ -330,7 +330,7 @@ fn keys_act_in_the_view_that_is_seen_and_settings_stay() {
         assert_eq!(page.eval("document.getElementById('repeat').ariaPressed"), "true");
         page.press("d", 0);
         page.press("p", 0);
-        // A node that vanishes while it is looked at, thumbnails of objects: nothing of that is an error.
+        // Removing the selected node and thumbnails of objects cause no errors.
         page.press("g", 0);
         page.wait("document.querySelectorAll('#names option').length > 0");
         page.eval("(() => { const f = document.getElementById('find'); f.value = 'spare'; f.onchange(); })()");
@@ -340,7 +340,7 @@ fn keys_act_in_the_view_that_is_seen_and_settings_stay() {
         assert_calm(&page);
         page.eval(&format!("{ROOT}.theme")).as_str().unwrap().to_owned()
     };
-    // Another run has another port.
+    // Another run uses another port.
     let watch = Watch::start(&place.graph, &[]);
     let mut page = open(&browser, &watch);
     assert_eq!(page.eval(&format!("{ROOT}.theme")), *theme);

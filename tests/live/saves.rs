@@ -1,4 +1,4 @@
-//! No save is lost, whoever makes it and however.
+//! Every save is recognised, by any program and in any way.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::watching;
@@ -11,9 +11,9 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Four tests that wait for most of their time, and so run at once; their names are those of the threads that fail.
+/// Four tests that mostly wait, so they run at the same time; failing ones are named by their threads.
 #[test]
-fn saves_are_seen_and_watching_for_them_costs_nothing() {
+fn recognises_saves_at_no_idle_cost() {
     let waiting: [(&str, fn()); 4] = [
         ("every way to save is seen", every_way_to_save_is_seen),
         ("random saves are never lost", random_saves_are_never_lost_and_leave_nothing_behind),
@@ -30,7 +30,7 @@ fn saves_are_seen_and_watching_for_them_costs_nothing() {
     });
 }
 
-/// A way in which programs save files.
+/// A way to save a file: its name, and a function that saves a text.
 type Style = (&'static str, fn(&Path, &str));
 
 fn beside(path: &Path, name: &str) -> std::path::PathBuf {
@@ -171,7 +171,7 @@ const STYLES: &[Style] = &[
     }),
 ];
 
-/// Times in milliseconds, from the end of a save until it was told of.
+/// Times in milliseconds from the end of a save to its event.
 #[derive(Default)]
 struct Figures(Vec<f64>);
 
@@ -222,7 +222,7 @@ fn every_style(args: &[&str]) {
 }
 
 fn every_way_to_save_is_seen() {
-    // Also by looking at the file again and again.
+    // With events of the system, and by polling.
     std::thread::scope(|scope| {
         [&[][..], &["--poll"]].map(|args| scope.spawn(|| every_style(args))).map(|style| style.join().unwrap())
     });
@@ -247,7 +247,7 @@ fn random_saves_are_never_lost_and_leave_nothing_behind() {
         let text = plain(0.4 + i as f64 * 1e-6);
         save(&place.graph, &text);
         let end = Instant::now();
-        // Most are followed by another one before they are shown.
+        // Most saves are followed by another one before they are shown.
         if random(4) == 0 {
             let sha = sha256(text.as_bytes());
             let told = watch.wait_for(|e| {
@@ -279,13 +279,13 @@ fn random_saves_are_never_lost_and_leave_nothing_behind() {
 }
 
 #[test]
-fn half_written_files_are_not_talked_of() {
+fn ignores_half_written_files() {
     let place = Place::new(&plain(0.5));
     let watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(plain(0.5).as_bytes());
     let text = plain(0.9);
     let half = text.len() / 2;
-    // Again where the machine stalls, and the half stays about as long as it takes to be told of.
+    // Repeats the test if the machine stalls, because a file that stays incomplete for too long is reported.
     for _ in 0..5 {
         let mut file = File::create(&place.graph).unwrap();
         let start = Instant::now();
@@ -302,7 +302,7 @@ fn half_written_files_are_not_talked_of() {
         place.write(&plain(0.5));
         watch.wait_shown(plain(0.5).as_bytes());
     }
-    // One that stays half is an error in the end.
+    // A file that stays incomplete is reported in the end.
     place.write(&text[..half]);
     watch.wait_error(&text.as_bytes()[..half]);
     assert_eq!(watch.state()["errors"].as_array().unwrap().len(), 1);
@@ -312,7 +312,7 @@ fn half_written_files_are_not_talked_of() {
 }
 
 #[test]
-fn what_the_graph_reads_is_followed_too() {
+fn follows_imported_files() {
     let place = Place::shipped("calf.ron");
     let watch = Watch::start(&place.graph, &["--set", "pitch=2"]);
     let text = place.text();
@@ -327,11 +327,11 @@ fn what_the_graph_reads_is_followed_too() {
     fs::remove_file(&import).unwrap();
     let error = watch.wait_error(text.as_bytes());
     assert_eq!(error.json["errors"][0]["code"], "file-not-found");
-    // A file that was missing is waited for. Pictures of the first version may still follow until it is seen.
+    // A missing file is watched for. Pictures of the first version may follow until it is found.
     fs::write(&import, old).unwrap();
     watch.wait_for(|e| e["event"] == "saved" && e["sha256"] == sha256(text.as_bytes()));
     watch.wait_shown(text.as_bytes());
-    // What does not belong to the graph is no save.
+    // Files outside the graph cause no event.
     fs::create_dir(place.graph.with_file_name("out")).unwrap();
     fs::write(place.graph.with_file_name("out/height.png"), "x").unwrap();
     fs::write(place.graph.with_file_name("notes.txt"), "x").unwrap();
@@ -357,7 +357,7 @@ fn folders_come_and_go() {
         let error = watch.wait_for(|e| e["event"] == "error");
         assert_eq!(error.json["errors"][0]["code"], "file-not-found");
         assert!(error.json["sha256"].is_null());
-        // The last good picture is still there.
+        // The last good picture is still served.
         let state = watch.state();
         let (status, again) = watch.get(state["scene"]["pictures"]["grey"]["picture"].as_str().unwrap());
         assert_eq!(status, 200);
@@ -367,7 +367,7 @@ fn folders_come_and_go() {
         fs::write(&graph, &text).unwrap();
         watch.wait_shown(text.as_bytes());
     }
-    // A folder in the place of the file.
+    // A folder takes the place of the file.
     fs::remove_file(&graph).unwrap();
     fs::create_dir(&graph).unwrap();
     let error = watch.wait_for(|e| e["event"] == "error");
@@ -375,7 +375,7 @@ fn folders_come_and_go() {
     fs::remove_dir(&graph).unwrap();
     fs::write(&graph, plain(0.9)).unwrap();
     watch.wait_shown(plain(0.9).as_bytes());
-    // A folder that is exchanged as a whole.
+    // The whole folder is replaced.
     let other = place.dir.path().join("other");
     fs::create_dir_all(other.join("er")).unwrap();
     fs::write(other.join("er/graph.ron"), plain(0.95)).unwrap();
@@ -384,7 +384,7 @@ fn folders_come_and_go() {
     watch.wait_shown(plain(0.95).as_bytes());
 }
 
-/// A graph whose simulation takes long, and one that is light; they share nothing.
+/// A graph with a long simulation.
 fn heavy(steps: u32) -> String {
     format!(
         "(version: 1, canvas: (size_mm: 60, resolution: 256), nodes: {{ \"f\": Perlin(size: 9), \
@@ -396,7 +396,7 @@ fn heavy(steps: u32) -> String {
 }
 
 #[test]
-fn the_newest_save_wins_and_stops_what_runs() {
+fn newest_save_stops_older_work() {
     let place = Place::new(&plain(0.5));
     let watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(plain(0.5).as_bytes());
@@ -417,7 +417,7 @@ fn the_newest_save_wins_and_stops_what_runs() {
         figures.0.push(shown.at.saturating_duration_since(end).as_secs_f64() * 1000.0);
     }
     figures.tell("save during a simulation to the next 64² picture");
-    // While a file is broken, the good one before it is made ready.
+    // While the newest file is broken, the last good one is rendered.
     let slow = heavy(40);
     place.write(&slow);
     watch.wait_for(|e| e["event"] == "saved" && e["sha256"] == sha256(slow.as_bytes()));

@@ -1,4 +1,4 @@
-//! The server of the page: what it refuses, and what it survives.
+//! The server of the page: which requests it refuses, and that it survives all.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::watching;
 
@@ -29,12 +29,12 @@ fn ask(watch: &Watch, request: &str) -> Vec<u8> {
 const HOST: &str = "Host: 127.0.0.1:PORT\nConnection: close\n";
 
 #[test]
-fn strangers_are_refused() {
+fn refuses_wrong_hosts_origins_tokens_and_paths() {
     let (_place, watch) = watch();
     let get = |line: &str, headers: &str| status(&watch, &format!("{line} HTTP/1.1\n{headers}\n"));
     assert_eq!(get("GET /TOKEN/", HOST), 200);
     assert_eq!(get("HEAD /TOKEN/", HOST), 200);
-    // Other hosts and origins.
+    // Wrong hosts and origins.
     for host in
         ["localhost:PORT", "127.0.0.1", "127.0.0.1:1", "evil.example:PORT", "127.0.0.1:PORT.evil.example", "[::1]:PORT"]
     {
@@ -50,7 +50,7 @@ fn strangers_are_refused() {
     }
     assert_eq!(get("GET /TOKEN/state", &format!("{HOST}Origin: http://127.0.0.1:PORT\n")), 200);
     assert_eq!(get("GET /TOKEN/state", &format!("{HOST}Sec-Fetch-Site: cross-site\n")), 403);
-    // Other tokens.
+    // Wrong tokens.
     for path in [
         "/",
         "/TOKEN",
@@ -63,7 +63,7 @@ fn strangers_are_refused() {
     ] {
         assert_eq!(get(&format!("GET {path}"), HOST), 404, "{path}");
     }
-    // Paths lead nowhere.
+    // Paths outside of the page.
     for path in [
         "../../../etc/passwd",
         "..%2f..%2f..%2fetc%2fpasswd",
@@ -83,7 +83,7 @@ fn strangers_are_refused() {
 }
 
 #[test]
-fn only_parameters_can_be_sent() {
+fn accepts_only_valid_parameters() {
     let (_place, watch) = watch();
     for method in ["POST", "PUT", "DELETE", "PATCH", "OPTIONS", "TRACE"] {
         for path in ["", "state", "picture/x.png", "look", "app.js", "events"] {
@@ -111,7 +111,7 @@ fn only_parameters_can_be_sent() {
     for body in ["", "{", "{\"set\":{}}", "{\"set\":[[1,2]]}", "{\"other\":1}", "\u{0}", "{\"set\":[[\"low\"]]}"] {
         assert_eq!(post(&format!("{origin}{json}"), body), 400, "{body}");
     }
-    // What makes no sense to the graph is left out.
+    // Values that the graph does not accept are dropped.
     for body in [
         "{\"set\":[[\"none\",\"1\"]]}",
         "{\"set\":[[\"low\",\"9\"]]}",
@@ -135,7 +135,7 @@ fn only_parameters_can_be_sent() {
 }
 
 #[test]
-fn questions_without_sense_have_answers() {
+fn answers_invalid_queries() {
     let (_place, watch) = watch();
     let generation = watch.state()["scene"]["generation"].as_u64().unwrap();
     for (path, wanted) in [
@@ -203,7 +203,7 @@ fn answers_allow_nothing_inline() {
             && !page.contains("onclick=")
             && !page.contains("<script>")
     );
-    // All that the page is made of comes from here.
+    // The page consists of these files only.
     for file in [
         "app.js",
         "box.js",
@@ -248,7 +248,7 @@ fn answers_allow_nothing_inline() {
 }
 
 #[test]
-fn noise_and_idlers_do_no_harm() {
+fn survives_malformed_requests_and_idle_connections() {
     let (place, mut watch) = watch();
     let port = watch.address().0;
     for noise in [
@@ -265,7 +265,7 @@ fn noise_and_idlers_do_no_harm() {
     assert!(status(&watch, &long) >= 400);
     let many = format!("GET /TOKEN/ HTTP/1.1\nHost: 127.0.0.1:PORT\n{}\n", "X: y\n".repeat(5000));
     assert!(status(&watch, &many) >= 400);
-    // A body that never comes, and one without an end.
+    // An endless body.
     let head =
         format!("POST /TOKEN/values HTTP/1.1\n{HOST}Origin: http://127.0.0.1:PORT\nContent-Type: application/json\n");
     let (at, token) = watch.address();
@@ -284,7 +284,7 @@ fn noise_and_idlers_do_no_harm() {
     let mut answer = Vec::new();
     let _ = stream.read_to_end(&mut answer);
     assert!([0, 413].contains(&split(&answer).0));
-    // Connections that say nothing, and listeners that do not read.
+    // Silent connections, and listeners that do not read.
     let idlers: Vec<TcpStream> = (0..120).map(|_| TcpStream::connect(("127.0.0.1", port)).unwrap()).collect();
     let mut deaf = Vec::new();
     for _ in 0..40 {
@@ -299,7 +299,7 @@ fn noise_and_idlers_do_no_harm() {
     }
     assert_eq!(watch.get("state").0, 200);
     drop((idlers, deaf));
-    // Browsers that vanish leave nothing behind.
+    // Closed connections leave no handles.
     let end = Instant::now() + watching::PATIENCE;
     while watch.handles() > 60 {
         assert!(Instant::now() < end, "{} handles", watch.handles());
@@ -309,7 +309,7 @@ fn noise_and_idlers_do_no_harm() {
 }
 
 #[test]
-fn a_port_in_use_is_said() {
+fn reports_port_in_use() {
     let (place, watch) = watch();
     let port = watch.address().0.to_string();
     let out = Command::new(env!("CARGO_BIN_EXE_shibo"))
@@ -342,7 +342,7 @@ fn only_this_machine_can_connect_and_a_signal_ends_it() {
 }
 
 #[test]
-fn a_graph_of_ten_thousand_nodes() {
+fn serves_graph_of_ten_thousand_nodes() {
     let mut nodes = String::from("\"n0\": Perlin(size: 4),\n");
     for i in 1..10_000 {
         nodes += &format!("\"n{i}\": Math(operation: Multiply, a: \"n{}\", b: 1.0001),\n", (i - 1) / 3);
@@ -364,7 +364,7 @@ fn a_graph_of_ten_thousand_nodes() {
 }
 
 #[test]
-fn a_picture_of_16384_comes_in_parts() {
+fn serves_picture_of_16384_in_tiles() {
     let text = plain(0.5).replace("resolution: 64", "resolution: 16384");
     let place = Place::new(&text);
     let watch = Watch::start(&place.graph, &["--memory", "256"]);
@@ -385,7 +385,7 @@ fn a_file_without_permission_is_waited_for() {
     use std::os::unix::fs::{MetadataExt, PermissionsExt};
     let place = Place::new(&plain(0.5));
     std::fs::set_permissions(place.dir.path(), std::fs::Permissions::from_mode(0o755)).unwrap();
-    // Whoever may do everything never sees this error.
+    // Root never gets this error.
     let watch = if std::fs::metadata("/proc/self").is_ok_and(|me| me.uid() == 0) {
         Watch::start_as_nobody(&place.graph, &[])
     } else {
@@ -405,7 +405,7 @@ fn a_file_without_permission_is_waited_for() {
     watch.wait_shown(plain(0.8).as_bytes());
 }
 
-/// A tab as the server sees it: it loads the page and the picture, and listens until it hears of `sha`. Gives the stream.
+/// A tab as the server sees it: loads the page and the picture, listens until it hears of `sha`, and gives the stream.
 fn tab(port: u16, token: &str, sha: &str) -> TcpStream {
     let connect = || {
         let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
@@ -458,7 +458,7 @@ fn a_hundred_tabs_hear_of_every_save_and_leave_nothing_behind() {
         });
         watch.wait_shown(last.as_bytes());
         assert!(watch.handles() < before.0 + 140, "{}", watch.handles());
-        // There is room for some more listeners, and then a clear answer; other questions are answered still.
+        // Some more listeners are accepted, then further ones get status 503; other requests still work.
         let mut statuses = Vec::new();
         let more: Vec<TcpStream> = (0..40)
             .map(|_| {
@@ -475,7 +475,7 @@ fn a_hundred_tabs_hear_of_every_save_and_leave_nothing_behind() {
         assert_eq!((count("200"), count("503")), (28, 12), "{statuses:?}");
         assert_eq!(watch.get("state").0, 200);
         drop((streams, more));
-        // What is gone is noticed when there is something to tell, and every ten seconds.
+        // Closed streams are noticed when an event is sent, and every ten seconds.
         let end = Instant::now() + watching::PATIENCE;
         while watch.handles() > before.0 + 2 {
             assert!(Instant::now() < end, "{} handles", watch.handles());

@@ -1,4 +1,4 @@
-//! Light and stage of the 3D view in a real browser: what is set is seen, and is there again in another run.
+//! Light and stage of the 3D view in a real browser: settings have an effect and are kept for the next run.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::watching::browser::{Browser, Page};
 use crate::watching::{Place, Watch};
@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 const ROOT: &str = "document.documentElement.dataset";
 const LIT: &str = "document.getElementById('lit')";
 
-/// A grey material without relief: what is seen of it is light alone.
+/// A grey material without relief, so that only the light changes the picture.
 const GREY: &str = "(
   version: 1,
   canvas: (size_mm: 8, resolution: 64),
@@ -28,7 +28,7 @@ fn open(browser: &Browser, watch: &Watch) -> Page {
     page
 }
 
-/// Sets a control of the panel, and waits until the view is drawn with it.
+/// Sets a control of the panel, and waits for the next drawing.
 fn set(page: &mut Page, id: &str, value: u32, event: &str) {
     let drawn = page.eval(&format!("+{LIT}.dataset.drawn")).as_f64().unwrap();
     page.eval(&format!(
@@ -37,7 +37,7 @@ fn set(page: &mut Page, id: &str, value: u32, event: &str) {
     page.wait(&format!("{LIT}.dataset.drawn > {drawn}"));
 }
 
-/// The colours of the middle of the view, made coarse, so that sizes of pixels do not count.
+/// Quantised colours in the middle of the view, independent of the size of its pixels.
 fn seen(page: &mut Page) -> Vec<u64> {
     let script = format!(
         "(() => {{ const s = new OffscreenCanvas(16, 12).getContext('2d'); s.drawImage({LIT}, 0, 0, 16, 12);
@@ -55,12 +55,13 @@ fn light_and_stage_are_set_and_stay_with_the_graph() {
         let mut page = open(&browser, &watch);
         let high = "document.getElementById('light-lightHeight').value";
         assert_eq!(page.eval(high), "37");
-        // A plane is lit at a grazing angle, until somebody moves the light.
+        // A plane is lit at a grazing angle until the user moves the light.
         page.eval("document.querySelector('[data-shape=plane]').click()");
         assert_eq!(page.eval(high), "14");
         page.eval("document.querySelector('[data-shape=sphere]').click()");
         assert_eq!(page.eval(high), "37");
-        // Four environments, of which each looks different, and so does another height, size and side of the light.
+        // Each of four environments looks different, and so does each change of height, size and direction of the
+        // light.
         let mut looks = BTreeSet::new();
         for scene in 0..4 {
             set(&mut page, "light-scene", scene, "onchange");
@@ -71,7 +72,7 @@ fn light_and_stage_are_set_and_stay_with_the_graph() {
             looks.insert(seen(&mut page));
         }
         assert_eq!(looks.len(), 7);
-        // The shadow lies on the ground below; without it nothing is drawn there.
+        // The shadow falls on the ground below; without it nothing is drawn there.
         let ground = format!(
             "(() => {{ const c = {LIT}; const s = new OffscreenCanvas(c.width, c.height).getContext('2d'); s.drawImage(c, 0, 0);
                 return Math.max(...s.getImageData(0, 0.97 * c.height, c.width, 1).data.filter((_, i) => i % 4 == 3)); }})()"
@@ -82,7 +83,7 @@ fn light_and_stage_are_set_and_stay_with_the_graph() {
         set(&mut page, "light-backdrop", 2, "onchange");
         let back = "getComputedStyle(document.getElementById('stage')).backgroundColor";
         assert_eq!(page.eval(back), "rgb(119, 119, 119)");
-        // It is kept a moment after the last change.
+        // Settings are saved shortly after the last change.
         page.eval("new Promise(done => setTimeout(done, 900))");
         assert!(page.complaints.is_empty(), "{:?}", page.complaints);
     }

@@ -1,5 +1,5 @@
-//! The page of `shibo watch` as a place to work: what a slider found gets into the file, looks are kept and compared, files are
-//! exported, the graph is read. In a real browser.
+//! Editing on the page of `shibo watch` in a real browser: slider values are written to the file, looks are kept and
+//! compared, files are exported, and the graph is shown.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::watching;
 
@@ -25,7 +25,7 @@ fn assert_calm(page: &Page) {
     assert!(page.complaints.is_empty(), "{:#?}", page.complaints);
 }
 
-/// Comments, odd blanks and the line endings of another system.
+/// A text with comments, odd blanks and CRLF line endings.
 fn odd() -> String {
     "// A height.  \r\n(\r\n  version: 1,\r\n  canvas: (size_mm: 8, resolution: 64),\r\n  params: {\r\n    \
      \"depth\":   Number(default: 1.0, range: (0, 4), unit: \"mm\", doc: \"Depth\"), // keep me\r\n    \
@@ -58,12 +58,12 @@ fn a_slider_is_saved_to_the_file_and_that_is_undone() {
     page.wait(
         "document.getElementById('save').disabled && document.getElementById('notice').textContent == 'Saved to file'",
     );
-    // Not a byte more is changed.
+    // No other byte changes.
     assert_eq!(place.text(), saved);
     wait_for_file(&mut page, &place);
     assert_eq!(page.eval("document.getElementById('param-depth').value"), "2");
     assert_eq!(page.eval("document.querySelector('[data-param=depth]').classList.contains('changed')"), false);
-    // One key takes it back, value and file; another brings it again.
+    // Ctrl+Z undoes value and file; Ctrl+Shift+Z redoes them.
     page.press("z", 2);
     wait_for_file(&mut page, &place);
     page.wait("document.getElementById('param-depth').value == '2' && !document.getElementById('save').disabled");
@@ -72,7 +72,7 @@ fn a_slider_is_saved_to_the_file_and_that_is_undone() {
     page.wait("document.getElementById('save').disabled");
     assert_eq!(place.text(), saved);
     wait_for_file(&mut page, &place);
-    // With a preset in force, its value is the one that is seen, so it is the one that is written. Colours keep their notation.
+    // With a preset in force, saving writes to the preset. Colours keep their notation.
     page.eval("document.querySelector('.presets button[value=deep]').click()");
     page.wait("document.getElementById('param-depth').value == '3'");
     slide(&mut page, "depth", 3.5);
@@ -84,7 +84,7 @@ fn a_slider_is_saved_to_the_file_and_that_is_undone() {
     assert_eq!(place.text(), deep);
     wait_for_file(&mut page, &place);
     assert_eq!(page.eval("document.getElementById('param-depth').value"), "3.5");
-    // The present values as a new preset.
+    // Saves the current values as a new preset.
     slide(&mut page, "seed", 7.0);
     page.eval("(() => { document.getElementById('preset-name').value = 'mine'; })()");
     page.eval("[...document.querySelectorAll('#parameters button')].find(b => b.textContent == 'New preset').click()");
@@ -95,7 +95,7 @@ fn a_slider_is_saved_to_the_file_and_that_is_undone() {
 }
 
 #[test]
-fn a_file_that_has_changed_is_not_written() {
+fn refuses_to_write_changed_file() {
     let place = Place::new(&odd());
     let watch = Watch::start(&place.graph, &[]);
     watch.wait_shown(place.text().as_bytes());
@@ -124,7 +124,7 @@ fn a_file_that_has_changed_is_not_written() {
         assert_eq!(watch.post("change", &wish(&now, change.clone())).0, wanted, "{change}");
         assert_eq!(place.text(), other);
     }
-    // Without the right origin nobody writes anything.
+    // Requests with a wrong origin write nothing.
     let (port, token) = watch.address();
     let body = wish(&now, deeper.clone());
     for origin in ["", "Origin: null\r\n", "Origin: http://evil.example\r\n"] {
@@ -183,10 +183,10 @@ fn looks_are_kept_and_compared() {
     let labels = "[...document.querySelectorAll('.looks .look span')].map(s => s.textContent)";
     page.wait(&format!("{labels}.length == 4"));
     assert_eq!(page.eval(labels), json!(["4. File saved", "3. depth 4", "2. seed 9", "1. Opened"]));
-    // Each has a picture that is not blank.
+    // Each look has a picture that is not blank.
     let seen = page.eval("[...document.querySelectorAll('.looks canvas')].map(c => new Set(c.getContext('2d').getImageData(0, 0, 84, 84).data).size)");
     assert!(seen.as_array().unwrap().iter().all(|n| n.as_u64() > Some(8)), "{seen}");
-    // Two looks beside each other, without having pinned any.
+    // Compares two looks without pinning.
     let mark = |n: usize| format!("document.querySelector('[aria-label=\"Compare look {n}\"]').click()");
     page.eval(&mark(1));
     page.eval(&mark(3));
@@ -201,7 +201,7 @@ fn looks_are_kept_and_compared() {
         let row: Vec<_> = (200..1000).step_by(5).map(|x| pixels[300 * width as usize + x]).collect();
         assert!(row.iter().collect::<std::collections::BTreeSet<_>>().len() > 20, "{mode}");
     }
-    // The difference in numbers: over all values of both, and none of a look with itself.
+    // The difference in numbers; outside of that mode the legend has none.
     let legend = "document.getElementById('legend').textContent";
     assert!(!page.eval(legend).as_str().unwrap().contains("difference"));
     page.eval("document.querySelector('[data-compare=difference]').click()");
@@ -213,13 +213,13 @@ fn looks_are_kept_and_compared() {
     let (mean, rms, most) = (number("mean difference"), number("RMS"), number("most"));
     assert!(0.0 < mean && mean < rms && rms < most, "{said}");
     page.eval("document.querySelector('[data-compare=wipe]').click()");
-    // The line is moved by keys.
+    // Arrow keys move the dividing line.
     page.eval("document.getElementById('wipe').focus()");
     page.press("ArrowRight", 0);
     assert_eq!(page.eval("document.getElementById('wipe').ariaValueNow"), "52");
     page.eval(&mark(1));
     page.wait("document.getElementById('compares').hidden");
-    // A click goes back: values, and the file as it was.
+    // A click on a look restores its values and the file.
     page.eval("[...document.querySelectorAll('.looks .look')].at(-1).click()");
     page.wait(
         "document.getElementById('param-seed').value == '1' && document.getElementById('param-depth').value == '1'",
@@ -229,7 +229,7 @@ fn looks_are_kept_and_compared() {
     assert_calm(&page);
 }
 
-/// A material, small enough to be exported at once.
+/// A material small enough to export quickly.
 const MATERIAL: &str = "(
   version: 1,
   canvas: (size_mm: 8, resolution: 64),
@@ -266,7 +266,8 @@ fn maps_and_models_are_exported() {
             assert_eq!(image::load_from_memory(&bytes).unwrap().width(), 256);
         }
     }
-    // The material in light as a page of its own, which opens without a server. Without a graphics card, large views take long.
+    // Exports the material in light as one HTML page, which opens without a server. Without a graphics card, large
+    // views are slow.
     page.size(640, 480, 0.5);
     page.key("2");
     page.wait("document.getElementById('lit').dataset.drawn > 1");
@@ -282,7 +283,7 @@ fn maps_and_models_are_exported() {
         (90..150).flat_map(|y| (120..200).map(move |x| (x, y))).map(|(x, y)| pixels[y * width as usize + x]).collect();
     assert!(seen.len() > 100, "{}", seen.len());
     assert_calm(&alone);
-    // One that takes long is cancelled.
+    // A long export can be cancelled.
     page.eval("(() => { document.getElementById('export-what').value = 'maps'; document.getElementById('export-size').value = '8192'; document.getElementById('export-begin').click(); })()");
     page.wait("!document.getElementById('export-cancel').hidden && document.querySelector('#export .body').dataset.last == 'done'");
     page.wait("document.getElementById('export-cancel').click(), document.getElementById('export-note').textContent == 'Cancelled'");
@@ -316,7 +317,7 @@ fn sub_graphs_are_boxes_that_open() {
         .map(|node| node["name"].as_str().unwrap().to_owned())
         .collect();
     assert!(!uses.is_empty());
-    // By keys alone: to a sub-graph, into it, and out again.
+    // Keys open a sub-graph and leave it again.
     page.eval("document.getElementById('graph').focus()");
     page.press("f", 0);
     let inner = level(&uses[0]);
@@ -332,7 +333,7 @@ fn sub_graphs_are_boxes_that_open() {
     page.wait("document.getElementById('graph').dataset.level == ''");
     page.press("ArrowLeft", 0);
     assert_ne!(page.eval("document.getElementById('graph-at').textContent"), "");
-    // The drawer is resized by keys, and fills the window.
+    // Keys resize the drawer, and it can fill the window.
     let height = page.eval("document.getElementById('drawer').offsetHeight").as_u64().unwrap();
     page.eval("document.getElementById('drawer-size').focus()");
     page.press("ArrowUp", 0);
@@ -345,7 +346,7 @@ fn sub_graphs_are_boxes_that_open() {
 }
 
 #[test]
-fn a_sheet_of_seeds_is_made_and_one_is_taken() {
+fn applies_seed_chosen_on_sheet() {
     let place = Place::new(&odd());
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -391,14 +392,14 @@ fn heights_are_measured() {
     page.eval("(() => { const e = document.getElementById('picture-exposure'); e.value = 3; e.oninput(); })()");
     page.painted();
     assert!(at(&mut page)[0] >= grey[0]);
-    // Edges meet in the middle, and the page says whether they fit.
+    // With `seam` the edges meet in the middle, and the page says whether the canvas tiles.
     page.eval("document.getElementById('seam').click()");
     page.painted();
     assert_eq!(page.eval("document.getElementById('tiling').textContent"), "tiles");
     assert_calm(&page);
 }
 
-/// A texture of a shape: its size and form, and its bytes.
+/// A texture of a shape: size and format, and its bytes.
 fn worn(watch: &Watch, target: &str, shape: &str, side: u32) -> Option<(String, Vec<u8>)> {
     let generation = watch.state()["scene"]["generation"].as_u64().unwrap();
     let (port, token) = watch.address();
@@ -415,7 +416,7 @@ fn worn(watch: &Watch, target: &str, shape: &str, side: u32) -> Option<(String, 
 }
 
 #[test]
-fn what_is_cut_out_of_wood_has_all_channels_of_the_material() {
+fn shapes_cut_from_wood_have_all_channels() {
     let place = Place::shipped("oak_cuts.ron");
     let text = place.text().replace("resolution: (2048, 1024)", "resolution: (128, 64)");
     place.write(&text);
@@ -435,11 +436,11 @@ fn what_is_cut_out_of_wood_has_all_channels_of_the_material() {
         let (found, bytes) = worn(&watch, &format!("material.{channel}"), "cube", 240).unwrap();
         assert_eq!(found, format!("240 160 {form}"), "{channel}");
         let seen: std::collections::BTreeSet<&[u8]> = bytes.chunks(if form == "rgba8" { 4 } else { 2 }).collect();
-        // So coarse, pores are shallow.
+        // At this coarse resolution pores are shallow.
         let least = if channel == "normal" { 2 } else { 40 };
         assert!(seen.len() > least, "{channel} has {} values", seen.len());
     }
-    // Fibres stand upright: they lie in the sides, and end in the top.
+    // Fibres stand upright: they lie in the plane of the sides and are perpendicular to the top.
     let (_, bytes) = worn(&watch, "material.anisotropy", "cube", 240).unwrap();
     let lying = halves(&bytes);
     let mean = |left: usize, top: usize| {
@@ -447,15 +448,15 @@ fn what_is_cut_out_of_wood_has_all_channels_of_the_material() {
         all.map(|i| lying[i]).sum::<f32>() / 4096.0
     };
     assert!(mean(0, 0) > 0.95 && mean(160, 0) > 0.95 && mean(80, 80) < 0.05, "{} {}", mean(0, 0), mean(80, 80));
-    // Rings go round the edge: where a side and the top meet, heights are nearly the same.
+    // Rings continue over the edge: where a side and the top meet, colours are nearly the same.
     let (_, bytes) = worn(&watch, "material.base_color", "cube", 960).unwrap();
     let colour = |x: usize, y: usize| bytes[4 * (y * 960 + x)..][..3].to_vec();
     let apart = |a: Vec<u8>, b: Vec<u8>| a.iter().zip(&b).map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / 3.0;
-    // The first side's upper rim, and the lower rim of the top, which is the second face of the second row.
+    // The upper rim of the first side, and the lower rim of the top, which is the second face in the second row.
     let along = (20..300).map(|x| apart(colour(x, 0), colour(320 + x, 639))).sum::<f64>() / 280.0;
     let elsewhere = (20..300).map(|x| apart(colour(x, 0), colour(320 + x, 400))).sum::<f64>() / 280.0;
     assert!(along < 0.6 * elsewhere, "{along} {elsewhere}");
-    // What no cut leads to has the colour of the wood alone.
+    // A node without a cut shows only the colour of the wood.
     assert!(worn(&watch, "@pores", "sphere", 60).is_some());
     assert!(worn(&watch, "none", "sphere", 60).is_none());
 }
@@ -467,7 +468,7 @@ fn shapes_are_cut_out_of_the_wood() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
-    // Without a graphics card, light on many pixels takes long.
+    // Without a graphics card, the lit view is slow for many pixels.
     page.size(1280, 720, 0.5);
     page.press("2", 0);
     page.wait("document.getElementById('lit').dataset.drawn > 0");
@@ -477,7 +478,7 @@ fn shapes_are_cut_out_of_the_wood() {
         page.eval(&format!("document.querySelector('[data-shape=solid-{shape}]').click()"));
         page.wait(&format!("performance.getEntriesByType('resource').some(r => r.name.includes('/wear?') && r.name.includes('shape={shape}') && r.responseEnd > 0)"));
         page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn} + 1"));
-        // Its other channels come with it.
+        // The other channels are loaded too.
         page.wait(&format!("['roughness', 'height', 'normal'].every(c => performance.getEntriesByType('resource').some(r => r.name.includes(`material.${{c}}`) && r.name.includes('shape={shape}') && r.responseEnd > 0))"));
         page.painted();
         let (pixels, width) = page.screenshot();

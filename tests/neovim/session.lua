@@ -1,4 +1,4 @@
--- What a person does in neovim: opens a graph, looks at an error, completes, renames, formats, and looks at the files afterwards.
+-- A session in neovim: opens a graph, looks at an error, completes, renames, formats, and checks the files afterwards.
 local folder, program = vim.env.FOLDER, vim.env.SHIBO
 vim.o.swapfile = false
 vim.opt.runtimepath:append(vim.env.PLUGIN)
@@ -17,13 +17,13 @@ require('shibo').setup({ cmd = { program, 'lsp' }, root = folder })
 vim.cmd('edit ' .. folder .. '/a.ron')
 local diagnostics = function() return vim.diagnostic.get(0, { severity = { min = vim.diagnostic.severity.WARN } }) end
 
--- An error at its place.
+-- The error is shown at its place.
 wait('errors are shown', function() return #diagnostics() > 1 end)
 local error = vim.tbl_filter(function(d) return d.code == 'unknown-kind' end, diagnostics())[1]
 local line = vim.api.nvim_buf_get_lines(0, error.lnum, error.lnum + 1, true)[1]
 check('the error is at the kind', line:sub(error.col + 1, error.end_col) == 'Perlim', error)
 
--- It goes away while typing.
+-- The error disappears after the edit.
 vim.api.nvim_buf_set_text(0, error.lnum, error.col, error.lnum, error.end_col, { 'Perlin' })
 local of = function(code) return vim.tbl_filter(function(d) return d.code == code end, diagnostics()) end
 wait('the error is gone', function() return #of('unknown-kind') == 0 end, diagnostics)
@@ -40,7 +40,7 @@ check('the points are offered first', items[1] and items[1].label == 'points', i
 vim.lsp.util.apply_text_edits({ items[1].textEdit }, 0, 'utf-16')
 wait('the graph is sound', function() return #diagnostics() == 0 end, diagnostics)
 
--- An output is renamed in two files.
+-- Renames an output in two files.
 vim.fn.search('outputs: { "height')
 vim.fn.search('height')
 vim.lsp.buf.rename('relief')

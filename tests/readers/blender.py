@@ -1,5 +1,5 @@
-"""Renders in Blender what the script of `Preset(target: Blender)` builds and what a .glb brings, and compares both with a material
-that is set up by hand from the same pictures; wrong set-ups must be farther away.
+"""Renders in Blender the material built by the script of `Preset(target: Blender)` and the one of a .glb, and compares
+both with a material set up by hand from the same pictures; materials with deliberate errors must differ more.
 
     python blender.py FOLDER     the folder of the exported pictures, the script and the .glb
 """
@@ -31,7 +31,7 @@ def fresh():
     scene.view_settings.view_transform = "Standard"
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
     camera.data.type = "ORTHO"
-    # The canvas, from above.
+    # Shows the canvas from above.
     camera.data.ortho_scale = 1.0 / per_metre[0]
     camera.location = (-0.5 + 0.5 / per_metre[0], 0.5 - 0.5 / per_metre[1], 1)
     scene.collection.objects.link(camera)
@@ -61,7 +61,7 @@ def picture():
 
 
 def by_hand(flip=False, by=1.0):
-    """What a person sets up; `flip` turns normals over, `by` changes the scale."""
+    """A material as a person sets it up; `flip` inverts normals, `by` changes the scale."""
     material = bpy.data.materials.new("hand")
     material.use_nodes = True
     nodes, links = material.node_tree.nodes, material.node_tree.links
@@ -84,7 +84,7 @@ def by_hand(flip=False, by=1.0):
         if os.path.exists(f"{stem}_{channel}.png"):
             links.new(image(channel, "Non-Color"), surface.inputs[socket])
     if os.path.exists(f"{stem}_anisotropy_angle.exr"):
-        # Degrees clockwise along fibres become turns the other way round across them.
+        # Converts degrees clockwise along fibres to turns counter-clockwise across them.
         node, turn = nodes.new("ShaderNodeTexImage"), nodes.new("ShaderNodeMath")
         across = nodes.new("ShaderNodeMath")
         node.image = bpy.data.images.load(f"{stem}_anisotropy_angle.exr")
@@ -125,7 +125,7 @@ def rendered(make):
 
 
 def constants(material):
-    """Numbers that stand in the script: the hand-made material takes them over, its pictures are its own."""
+    """Copies the numbers of the script to the material made by hand, which has its own pictures."""
     of, to = build("numbers", folder), material
     for socket in of.node_tree.nodes["Principled BSDF"].inputs:
         target = to.node_tree.nodes["Principled BSDF"].inputs.get(socket.name)
@@ -135,7 +135,7 @@ def constants(material):
 
 
 def bare(material):
-    """Displacement is not compared: the plane has four corners, and glTF has no word for it."""
+    """Removes displacement: the plane has only four corners, and glTF has no displacement."""
     links = material.node_tree.links
     for link in list(material.node_tree.nodes["Material Output"].inputs["Displacement"].links):
         links.remove(link)

@@ -1,7 +1,7 @@
-"""Renders brushed metal in Blender, from the script of `Preset(target: Blender)` and from the .glb, and measures where highlights are long:
-across the brush lines, whether their angle is a number or a picture.
+"""Renders brushed metal in Blender, from the script of `Preset(target: Blender)` and from the .glb, and measures the
+direction in which highlights stretch: across the brush lines, for an angle that is a number or a picture.
 
-    python gloss.py FOLDER     the folder of what `shibo render brushed.ron --as blender` and `--as gltf` wrote
+    python gloss.py FOLDER     the files of `shibo render brushed.ron --as blender` and `--as gltf`
 """
 import math
 import os
@@ -17,7 +17,7 @@ SIDE = 128
 
 
 def fresh():
-    """A square metre from straight above, y up."""
+    """Renders a square metre from straight above, y up."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.render.engine, scene.cycles.device = "CYCLES", "CPU"
@@ -50,7 +50,7 @@ def by_script(name):
 
 def by_glb(name):
     bpy.ops.import_scene.gltf(filepath=os.path.join(folder, f"{name}.glb"))
-    # Blender's importer links no tangent where the angle is a number, though the format says that it follows the texture.
+    # glTF says that the tangent follows the texture, but Blender's importer links none if the angle is a number.
     tree = bpy.context.selected_objects[0].data.materials[0].node_tree
     surface = next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED")
     if not surface.inputs["Tangent"].is_linked:
@@ -60,7 +60,7 @@ def by_glb(name):
 
 
 def brightness(make, name, kind, place):
-    """By rows from below."""
+    """Pixels by rows from below."""
     scene = fresh()
     make(name)
     light(kind, place)
@@ -77,7 +77,7 @@ x, y = numpy.meshgrid(axis, axis)
 
 
 def longest(pixels):
-    """The direction in which a highlight about the middle is long, in degrees counter-clockwise from +x, and by how much."""
+    """Direction of the central highlight in degrees counter-clockwise from +x, and its elongation."""
     weight = numpy.where(pixels > 0.3 * pixels.max(), pixels, 0)
     weight = weight / weight.sum()
     xx, yy, xy = (weight * x * x).sum(), (weight * y * y).sum(), (weight * x * y).sum()
@@ -94,7 +94,7 @@ for how, make in (("the script", by_script), ("the .glb", by_glb)):
         off = abs((angle - expected + 90) % 180 - 90)
         if off > 5 or long < 2:
             wrong.append(f"{name} by {how}")
-    # The lines of a disc run round it: its highlights lie towards the light and away from it.
+    # The lines of a disc are circles: its highlights lie towards the light and away from it.
     azimuth = math.radians(20)
     high = math.radians(70)
     place = (math.cos(azimuth) * math.cos(high), math.sin(azimuth) * math.cos(high), math.sin(high))

@@ -1,10 +1,11 @@
-"""Photographs objects in Blender, for docs/gallery.md: a .glb as it is, or maps on a cloth that hangs over an edge.
+"""Renders objects in Blender for docs/gallery.md: a .glb as it is, or maps on a cloth that hangs over an edge.
 
     python objects.py OUT.png FILE.glb [size=MM] [turn=DEGREES] [tilt=DEGREES] [from=DEGREES] [samples=N] [side=PIXELS]
     python objects.py OUT.png cloth:PREFIX [mm=CANVAS] …         PREFIX_base_color.png, PREFIX_normal.png, …
 
-`size` is the longest side as it is shown, `turn` turns the thing about its height, `tilt` lays it down, `from` is the height of the camera above the
-horizon. One studio for all: a grey floor that curves up behind, a large soft light from the left, a narrow one from behind.
+`size` is the longest side in the picture, `turn` rotates the object about its vertical axis, `tilt` lays it down, `from`
+is the angle of the camera above the horizon. All share one studio: a grey floor that curves up behind, a large soft light
+from the left, a narrow one from behind.
 """
 import math
 import os
@@ -113,7 +114,7 @@ def cloth(prefix):
         for i in range(n + 1):
             u, v = i / n, j / n
             x = (u - 0.5) * wide
-            # The way from the top of the pole: a little of the hide lies behind it.
+            # Distance from the top of the pole; a small part of the hide lies behind it.
             way = (v - 0.1) * long
             turn = max(min(way / radius, math.pi / 2), -math.pi / 2)
             down = max(abs(way) - arc, 0.0)
@@ -154,7 +155,7 @@ def corners_of(things):
 
 
 def placed(things):
-    """Turned, as large as wanted, and set on the floor."""
+    """Turns and scales the object, and puts it on the floor."""
     pivot = bpy.data.objects.new("pivot", None)
     bpy.context.scene.collection.objects.link(pivot)
     for thing in things:

@@ -1,4 +1,4 @@
-"""Renders in Blender what was exported, each from straight above in the same light, and lays Shibo's own picture beside.
+"""Renders each export in Blender from straight above, in the same light, beside Shibo's own picture.
 
     python pictures.py FOLDER OUT     FOLDER/lit.png and FOLDER/TARGET/material*; writes OUT/NAME.jpg
 """
@@ -87,7 +87,7 @@ def plane(material):
 
 
 def other(target):
-    # What a target has no picture for is set by hand there too.
+    # Values for which a target has no picture are set by hand.
     numbers = {name: value[0] for name, value in runpy.run_path(script)["NUMBERS"].items() if len(value) == 1}
     where = os.path.join(folder, target)
     material, read = others.of_target(target, where, numbers, placing())
@@ -118,7 +118,7 @@ for name, load in targets.items():
     assert len(meshes) == 1, f"{name}: {len(meshes)} meshes"
     sides = sorted(meshes[0].dimensions)[1:]
     assert max(abs(side - 1) for side in sides) < 1e-4, f"{name}: {sides} m"
-    # The same in several files must look the same: one of both is kept.
+    # Embedded and separate files must look the same: one picture of both is kept.
     kept = folder if name in ("gltf-files", "usdz") else out
     scene.render.filepath = os.path.join(kept, f"{name}.jpg")
     bpy.ops.render.render(write_still=True)

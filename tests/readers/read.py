@@ -1,6 +1,6 @@
-"""Opens what `shibo render --as` wrote with the programs' own libraries: MaterialX, OpenUSD, OpenImageIO.
+"""Opens the files of `shibo render --as` with the libraries of the programs: MaterialX, OpenUSD, OpenImageIO.
 
-    python read.py FOLDER        files below FOLDER; prints what is wrong, and exits 1 if anything is
+    python read.py FOLDER        files below FOLDER; prints the errors, and exits 1 if there are any
 """
 import ast
 import os
@@ -35,7 +35,7 @@ def read_picture(path):
 
 
 def read_levels(path, picture, before):
-    """Each level is the box average of the one before: so says its mean, and for colours each texel."""
+    """Checks that each level is the box average of the one before: by its mean, and for colours by each texel."""
     size, level = before.shape[:2], 0
     before = before.reshape(*size, -1)
     while max(size) > 1:
@@ -93,7 +93,7 @@ def read_usd(path):
     if UsdGeom.GetStageMetersPerUnit(stage) != 1.0 or UsdGeom.GetStageUpAxis(stage) != "Y":
         fail(path, "one unit is not a metre, y up")
     for error in checks.Validate(stage):
-        # The library of PyPI has no definitions of MaterialX's shaders.
+        # The package on PyPI lacks the definitions of MaterialX's shaders.
         if "ND_" not in error.GetMessage():
             fail(path, f"{error.GetName()}: {error.GetMessage()}")
     meshes = [prim for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
@@ -115,7 +115,7 @@ def read_usd(path):
 
 
 def exists(path):
-    """Whether there is such a file, which may be one in a package: `package[file]`."""
+    """True if the file exists; it may be in a package: `package[file]`."""
     package, bracket, name = path.partition("[")
     if bracket:
         return name[:-1] in zipfile.ZipFile(package).namelist()
@@ -123,7 +123,7 @@ def exists(path):
 
 
 def read_package(path):
-    """Stored as they are, the contents begin at multiples of 64 bytes, that of the stage first."""
+    """Checks that the contents are stored uncompressed at multiples of 64 bytes, the stage first."""
     entries = zipfile.ZipFile(path).infolist()
     if not entries[0].filename.endswith(".usda"):
         fail(path, f"begins with {entries[0].filename}")

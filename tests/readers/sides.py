@@ -1,4 +1,4 @@
-"""Renders a .glb in Blender from four sides and from above, side by side: borders of charts must not be seen.
+"""Renders a .glb in Blender from four sides and from above, side by side: borders of charts must be invisible.
 
     python sides.py FILE.glb OUT.png [PIXELS]
 """
@@ -31,7 +31,7 @@ scene.world = world
 
 
 def towards(thing, direction):
-    """Turns a thing so that its -z axis has that direction."""
+    """Turns an object so that its -z axis has the given direction."""
     x, y, z = direction
     thing.rotation_euler = (math.atan2(math.hypot(x, y), -z), 0, math.atan2(-x, y))
 
@@ -50,7 +50,7 @@ for azimuth, height in ((0, 22), (90, 22), (180, 22), (270, 22), (30, 70), (210,
     way = numpy.array([math.sin(a) * math.cos(e), -math.cos(a) * math.cos(e), math.sin(e)])
     camera.location = middle + way * radius * 3.9
     towards(camera, -way)
-    # From the upper left, and a little in front of what is seen.
+    # Light from the upper left, slightly in front of the object.
     light = way + 0.9 * numpy.array([-math.cos(a), -math.sin(a), 0]) + numpy.array([0, 0, 0.7])
     towards(sun, -light)
     scene.render.filepath = out
@@ -59,7 +59,7 @@ for azimuth, height in ((0, 22), (90, 22), (180, 22), (270, 22), (30, 70), (210,
     pictures.append(numpy.array(image.pixels[:]).reshape(side, side, 4))
     bpy.data.images.remove(image)
 rows = [numpy.concatenate(pictures[k : k + 3], axis=1) for k in (0, 3)]
-# Blender's rows go upwards.
+# Rows of Blender's images run upwards.
 whole = numpy.concatenate(rows[::-1], axis=0)
 image = bpy.data.images.new("sides", whole.shape[1], whole.shape[0])
 image.pixels = whole.ravel()

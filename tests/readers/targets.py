@@ -1,13 +1,14 @@
-"""Builds in Blender what programs that are not at hand would show: from the pictures of a target, each read as that program reads it.
+"""Builds in Blender the materials of programs that are not installed, from the pictures of a target, read as that
+program reads them.
 
-Which picture feeds what, which channel of a packed one, smoothness for roughness and normals whose y points down: as the
-documentation of each program says, written down once more here, so that a wrong picture shows.
+The tables repeat the documentation of each program: the picture and channel for each input, smoothness in place of
+roughness, and normals whose y points down. A wrong picture then shows.
 """
 import os
 
 import bpy
 
-# Inputs of Blender's Principled BSDF: the end of a file's name, the channel (None for colours and normals), what is done with it.
+# For each input of Blender's Principled BSDF: end of the file name, channel (None for colours and normals), conversion.
 UNREAL = {
     "Base Color": ("BaseColor.png", None, "srgb"),
     "Roughness": ("ORM.png", "Green", None),
@@ -62,7 +63,7 @@ RENDERMAN = {
     "Displacement": ("displacement.exr", "Red", None),
 }
 TARGETS = {"unreal": UNREAL, "unity": UNITY, "godot": GODOT, "arnold": ARNOLD, "renderman": RENDERMAN}
-# The same by the inputs of MaterialX' OpenPBR surface.
+# The same for the inputs of MaterialX's OpenPBR surface.
 OPEN_PBR = {
     "base_color": ("Base Color", None),
     "specular_roughness": ("Roughness", "Red"),
@@ -76,7 +77,7 @@ OPEN_PBR = {
 
 
 class Builder:
-    """A material whose pictures lie at a place of the UV map."""
+    """Builds a material whose pictures are placed on the UV map."""
 
     def __init__(self, placing):
         self.material = bpy.data.materials.new("material")
@@ -133,7 +134,7 @@ class Builder:
             self.links.new(value, relief.inputs["Height"])
             self.links.new(relief.outputs["Displacement"], self.output.inputs["Displacement"])
         elif socket in ("Normal", "Coat Normal", "Tangent"):
-            # Tangents are stored as normals are; Cycles takes away what leaves the surface.
+            # Tangents are stored like normals; Cycles projects them onto the surface.
             normal = self.nodes.new("ShaderNodeNormalMap")
             self.links.new(value, normal.inputs["Color"])
             self.links.new(normal.outputs["Normal"], self.surface.inputs[socket])
@@ -142,7 +143,7 @@ class Builder:
 
 
 def of_target(target, folder, numbers, placing):
-    """The material of a target's pictures in a folder; what they do not say is set to `numbers`, as a person would."""
+    """The material of a target's pictures in a folder; inputs without a picture are set to `numbers`."""
     builder, read = Builder(placing), set()
     for socket, (end, channel, how) in TARGETS[target].items():
         path = os.path.join(folder, f"material_{end}")
@@ -158,7 +159,7 @@ def of_target(target, folder, numbers, placing):
 
 
 def of_materialx(path, placing):
-    """The material of a MaterialX document: the pictures and numbers that its surface and its displacement are given."""
+    """The material of a MaterialX document: pictures and numbers of its surface and displacement."""
     import MaterialX
 
     document = MaterialX.createDocument()

@@ -1,4 +1,4 @@
-// The Khronos validator on all .glb and .gltf files below a folder: `node validate.js FOLDER`. Errors and warnings both count.
+// Runs the Khronos validator on all .glb and .gltf files below a folder: `node validate.js FOLDER`. Fails on errors and warnings.
 const fs = require('fs');
 const path = require('path');
 const validator = require('gltf-validator');

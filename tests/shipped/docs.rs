@@ -1,6 +1,6 @@
-//! The node reference is that of the code: its text, and a picture of every node's example.
+//! The node reference matches the code: its text, and a picture of every node's example.
 //!
-//! `BLESS=1 cargo test --release --test shipped docs` writes `docs/nodes.md` and `docs/nodes/KIND.png` anew.
+//! `BLESS=1 cargo test --release --test shipped docs` rewrites `docs/nodes.md` and `docs/nodes/KIND.png`.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::bless;
 use crate::golden;
@@ -32,7 +32,7 @@ fn example(doc: &str) -> Option<String> {
     block.contains("\"example\"").then(|| block.to_owned())
 }
 
-/// The graph of an example; what it names lies in `library/examples`.
+/// The graph of an example; its files are in `library/examples`.
 fn graph(session: &Session, kind: &str, example: &str) -> Result<Graph, String> {
     let text = format!(
         "( version: 1, canvas: (size_mm: 40, resolution: {SIDE}, tile: Both, seed: 1),\nnodes: {{\n{example}\n}} )"
@@ -47,11 +47,11 @@ fn graph(session: &Session, kind: &str, example: &str) -> Result<Graph, String> 
             format!("line {}: {}", loaded.sources.position(d.span.file, d.span.start).line.saturating_sub(2), d.message)
         })
         .collect();
-    // Examples are examples: they must not even be warned about.
+    // Examples must not cause warnings either.
     loaded.graph.filter(|_| found.is_empty()).ok_or_else(|| found.join("; "))
 }
 
-/// What a graph's node `example` shows.
+/// The picture of the node `example`.
 fn show(session: &Session, graph: &Graph) -> Result<Picture, String> {
     let mut nodes = graph.nodes.node_indices();
     let node = nodes.find(|&i| graph.nodes[i].name == "example").ok_or("there is no node `example`")?;
@@ -92,7 +92,7 @@ fn check(session: &Session, kind: &str) -> Result<(), String> {
 }
 
 #[test]
-fn a_picture_that_differs_is_shown_beside_the_one_expected() {
+fn saves_failed_picture_beside_expected() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("kept.png");
     let points = |at: f32| {
@@ -127,7 +127,7 @@ fn every_example_is_as_pictured() {
         .iter()
         .filter_map(|kind| check(&session, kind).err().map(|problem| format!("{kind}: {problem}")))
         .collect();
-    // Pictures of kinds that are gone.
+    // Pictures of removed kinds.
     let mut strays = Vec::new();
     for entry in std::fs::read_dir(root("docs/nodes")).unwrap().flatten() {
         let stem = entry.path().file_stem().map_or(String::new(), |s| s.to_string_lossy().into_owned());

@@ -1,4 +1,4 @@
-//! Every graph that is shipped: without errors and warnings, rendered, seamless, and looking as it did.
+//! Every shipped graph has no errors or warnings, renders, is seamless, and looks like its golden pictures.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 use crate::bless;
 use crate::golden;
@@ -13,7 +13,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-/// Golden pictures are of this size.
+/// Side of golden pictures in pixels.
 const SIDE: u32 = 128;
 
 fn root(path: &str) -> PathBuf {
@@ -41,12 +41,13 @@ fn graph(session: &Session, path: &Path, side: Option<u32>) -> Graph {
     let own = resolved(None);
     let messages: Vec<&str> = own.diagnostics.iter().map(|d| d.message.as_str()).collect();
     assert_eq!(messages, Vec::<&str>::new(), "{}", path.display());
-    // Small squares, though a canvas may have another shape.
+    // Squares, although the canvas may have another shape.
     let square = side.map(|side| resolved(Some(Resolution::Exact(UVec2::splat(side)))));
     square.unwrap_or(own).graph.unwrap()
 }
 
-/// The pictures of all outputs, or a part of each, named as their files are. What files for other programs hold is the same.
+/// The fields of all outputs with their pixels in `part`, named as their files are. Outputs for other programs are left
+/// out, because they contain the same.
 fn pictures(session: &Session, graph: &Graph, part: Window) -> Vec<(String, Field, Tile)> {
     let cancel = CancelToken::default();
     let mut fields = Vec::new();
@@ -57,7 +58,7 @@ fn pictures(session: &Session, graph: &Graph, part: Window) -> Vec<(String, Fiel
             Value::Material(material) => fields.extend(
                 material.channels().iter().map(|(c, field)| (format!("{}_{}", output.name, c.name()), field.clone())),
             ),
-            // Lines are drawn by nodes, and looked at there.
+            // Segments are not compared; the nodes that draw them are.
             Value::Segments(_) => {}
             other => panic!("{}: {}", output.name, other.ty()),
         }
@@ -71,11 +72,11 @@ fn pictures(session: &Session, graph: &Graph, part: Window) -> Vec<(String, Fiel
     fields.into_iter().map(raster).collect()
 }
 
-/// Of these graphs a gap between threads, or a line of crossing seams, lies exactly at the edge, where steps are as large as in
-/// other gaps. They are compared with the largest twentieth of the steps inside, and must not be larger than those.
+/// In these graphs a gap between threads, or a line of crossing seams, lies exactly on the edge, where steps are as
+/// large as in other gaps. The steps across the edge must not exceed the largest twentieth of the steps inside.
 const GAP_AT_EDGE: [&str; 2] = ["worn_strap", "quilted"];
 
-/// The mean step across the picture's edges over the step inside which so many of a hundred steps do not exceed.
+/// The mean step across the edges of the picture, divided by the given percentile of the steps inside.
 fn seam(tile: &Tile, percent: usize) -> f32 {
     let (w, h) = (tile.width(), tile.height());
     let at = |x: usize, y: usize| tile.row(0, y)[x];
@@ -91,7 +92,7 @@ fn seam(tile: &Tile, percent: usize) -> f32 {
 }
 
 #[test]
-fn every_graph_is_seamless_and_looks_as_it_did() {
+fn every_graph_is_seamless_and_matches_golden() {
     let folder = root("tests/golden");
     let left = Mutex::new(shipped().into_iter());
     let found = Mutex::new((Vec::new(), BTreeSet::new()));
@@ -99,7 +100,7 @@ fn every_graph_is_seamless_and_looks_as_it_did() {
         let session = session();
         loop {
             let Some(path) = left.lock().unwrap().next() else { return };
-            // One session for both: what does not depend on the resolution is made once.
+            // One session for both checks, so that objects without a resolution are made once.
             has_no_seam(&session, &path);
             for (name, picture) in shown(&session, &path) {
                 let golden = folder.join(format!("{name}.png"));
@@ -111,7 +112,7 @@ fn every_graph_is_seamless_and_looks_as_it_did() {
             session.caches().memory.clear();
         }
     };
-    // Two at a time: much of a small graph is done by one thread.
+    // Two graphs at a time, because a small graph mostly uses one thread.
     std::thread::scope(|scope| [(); 2].map(|()| scope.spawn(look)).map(|worker| worker.join().unwrap()));
     let (mut problems, looked_at) = found.into_inner().unwrap();
     let kept = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path());
@@ -124,7 +125,7 @@ fn has_no_seam(session: &Session, path: &Path) {
     let graph = graph(session, path, Some(side));
     assert!(session.advice(&graph).is_empty(), "{}", path.display());
     assert!(!graph.outputs.is_empty(), "{}", path.display());
-    // Where nothing repeats there is no seam.
+    // A canvas that does not tile has no seam.
     if graph.canvas.tile == Tiling::NONE {
         return;
     }
@@ -142,7 +143,7 @@ fn has_no_seam(session: &Session, path: &Path) {
     }
 }
 
-/// The pictures of a graph that are compared, by the names of their golden pictures.
+/// The golden pictures of a graph, by name.
 fn shown(session: &Session, path: &Path) -> Vec<(String, Picture)> {
     let small = graph(session, path, Some(SIDE));
     let stem = path.file_stem().unwrap().display().to_string();
@@ -152,7 +153,7 @@ fn shown(session: &Session, path: &Path) -> Vec<(String, Picture)> {
         shown.push((format!("{stem}_{name}"), Picture::of_tile(field.ty(), tile)));
     };
     for (name, field, tile) in pictures(session, &small, Window::full(UVec2::splat(SIDE))) {
-        // Of a material the lit picture shows all; of what is not lit, its colour or its normals.
+        // The lit picture shows all of a material; without one, the colour or the normals are compared.
         let lit = is_lit(&name) || !small.outputs.iter().any(|o| is_lit(&o.name));
         let seen = lit && matches!(field.ty(), Type::Gray | Type::Rgb | Type::Normal);
         if seen && field.as_constant().is_none() {
@@ -166,7 +167,7 @@ fn shown(session: &Session, path: &Path) -> Vec<(String, Picture)> {
     if plain.is_empty() {
         return shown;
     }
-    // What is too fine to be seen so small: a part, as large as it is.
+    // Details too fine for a small picture: a crop at full resolution.
     let large = graph(session, path, None);
     let corner = ((large.canvas.resolution - SIDE) / 2).as_ivec2();
     let part = Window { x: corner.x, y: corner.y, width: SIDE, height: SIDE };
@@ -179,12 +180,12 @@ fn shown(session: &Session, path: &Path) -> Vec<(String, Picture)> {
     shown
 }
 
-/// Whether an output is a picture of a material in light.
+/// True for the picture of a material in light.
 fn is_lit(name: &str) -> bool {
     name == "lit" || name.ends_with("_lit")
 }
 
-/// Whether nothing is to be seen.
+/// True if all values are equal.
 fn is_plain(tile: &Tile) -> bool {
     tile.data().iter().all(|v| *v == tile.data()[0])
 }

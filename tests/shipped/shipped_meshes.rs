@@ -1,4 +1,4 @@
-//! The meshes of shipped graphs, `graphs/meshes/*.glb`: made from formulas, here.
+//! The meshes of shipped graphs, `graphs/meshes/*.glb`, built from formulas.
 //!
 //! `BLESS=1 cargo test --release --test shipped meshes` writes them.
 use serde_json::json;
@@ -83,13 +83,13 @@ fn single(x: f64) -> f32 {
     x as f32
 }
 
-/// From 0 below `from` to 1 above `to`, without a bend.
+/// Smooth step from 0 below `from` to 1 above `to`.
 fn smooth(from: f64, to: f64, x: f64) -> f64 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// A smooth curve through points with rising first numbers (Catmull and Rom).
+/// A smooth curve (Catmull and Rom) through points with increasing first coordinates.
 fn through(points: &[[f64; 2]], x: f64) -> f64 {
     let after = points.iter().position(|p| p[0] >= x).unwrap_or(points.len() - 1).max(1);
     let [a, b] = [points[after - 1], points[after]];
@@ -123,7 +123,7 @@ fn seat() -> Rings {
         let ridge = 7.0 * bump(x, 34.0) * bump(y + 150.0, 80.0);
         (back + legs - ridge) * smooth(1.0, 0.72, out)
     };
-    // The way from the middle below to the middle above: how far out, and how high.
+    // The profile from the middle below to the middle above: distance from the axis, and height.
     let mut way: Vec<[f64; 2]> = (1..=14).map(|k| [0.85 * f64::from(k) / 14.0, 0.0]).collect();
     way.extend((1..=10).map(|k| {
         let t = f64::from(k) / 10.0;

@@ -1,6 +1,6 @@
-//! The tutorial of hybrids: the real command runs every step, without a warning, and gives the picture that is shown.
+//! The tutorial of hybrids: the command runs every step without a warning and gives the picture on the page.
 //!
-//! `BLESS=1 cargo test --release --test shipped tutorial` writes `docs/hybrids/N.png` anew.
+//! `BLESS=1 cargo test --release --test shipped tutorial` rewrites `docs/hybrids/N.png`.
 #![allow(dead_code, clippy::unwrap_used, reason = "support has more than is used; tests fail by panicking")]
 use crate::golden;
 
@@ -43,7 +43,7 @@ fn every_step_gives_its_picture() {
 }
 
 #[test]
-fn a_mask_for_a_distance_is_told() {
+fn tutorial_warns_of_mask_in_place_of_distance() {
     let folder = tempfile::tempdir().unwrap();
     let (from, to) = (r#"a: "panel.distance", amount"#, r#"a: "panel", amount"#);
     assert!(steps()[8].contains(from));
@@ -58,7 +58,7 @@ fn a_mask_for_a_distance_is_told() {
     assert!(run.status.success() && said.contains("connect the output `distance`"), "{said}");
 }
 
-/// What a reader of the page may get wrong in its ninth step, and what the command says to write instead.
+/// Likely mistakes of readers in the ninth step: original, mistake, and the remedy in the message.
 const MISTAKES: [(&str, &str, &str); 27] = [
     (r#""shibo:walnut""#, r#""shibo:wallnut""#, "did you mean `walnut`?"),
     (r#""shibo:walnut""#, r#""walnut""#, "write `\"shibo:walnut\"`"),
@@ -90,7 +90,7 @@ const MISTAKES: [(&str, &str, &str); 27] = [
 ];
 
 #[test]
-fn every_mistake_is_told_what_to_write() {
+fn every_mistake_gets_a_remedy() {
     let steps = steps();
     let folder = tempfile::tempdir().unwrap();
     let mut silent = Vec::new();

@@ -1,21 +1,21 @@
-//! `BLESS=1` rewrites what tests compare with, where it differs from what is made now, and says what it rewrote; the test
-//! then passes. The same everywhere: golden pictures, the node reference, the marks in graph files with errors.
+//! `BLESS=1` rewrites the expected files of tests where results differ, and names the rewritten files; the test then
+//! passes. It works for golden pictures, the node reference, and the marks in graph files with errors.
 #![allow(dead_code, clippy::unwrap_used, reason = "each test program uses a part of it, and fails by panicking")]
 use std::io::Write;
 use std::path::Path;
 
-/// Whether what differs is to be rewritten.
+/// True if `BLESS=1` is set.
 pub(crate) fn blessing() -> bool {
     std::env::var_os("BLESS").is_some_and(|value| value == "1")
 }
 
-/// Says what was done, also where the output of tests is not shown.
+/// Prints a message that also shows when the output of tests is captured.
 pub(crate) fn say(what: &str, path: &Path) {
     let mut stderr = std::io::stderr();
     writeln!(stderr, "BLESS: {what} {}", path.display()).unwrap();
 }
 
-/// Compares a text with the one that is kept at `path`; rewrites it, if that is asked for.
+/// Compares a text with the file at `path`; with `BLESS=1` rewrites the file.
 pub(crate) fn compare(path: &Path, made: &[u8]) -> Result<(), String> {
     let kept = std::fs::read(path).unwrap_or_default();
     if kept == made {
@@ -30,7 +30,7 @@ pub(crate) fn compare(path: &Path, made: &[u8]) -> Result<(), String> {
     Err(format!("{} is out of date from line {} on; BLESS=1 rewrites it", path.display(), same.count() + 1))
 }
 
-/// Reports a file that nothing is compared with any more; removes it, if that is asked for.
+/// Reports a file without a counterpart; with `BLESS=1` removes it.
 pub(crate) fn stray(path: &Path) -> Result<(), String> {
     if blessing() {
         std::fs::remove_file(path).map_err(|error| format!("{}: {error}", path.display()))?;

@@ -1,21 +1,21 @@
-//! Pictures compared with those that are kept.
+//! Comparison with golden pictures.
 use crate::bless;
 use crate::picture::Picture;
 use std::path::{Path, PathBuf};
 
-/// The mean difference allowed, of 255.
+/// Largest mean difference, in steps of 255.
 const MEAN: f64 = 1.5;
-/// The difference that 999 of 1000 samples must not exceed.
+/// Largest difference of 999 of 1000 samples, in steps of 255.
 const MOST: u8 = 12;
 
-/// Where what differs is shown.
+/// Path of the comparison picture for a failed test.
 fn shown_at(path: &Path) -> PathBuf {
     let folder = path.parent().and_then(Path::file_name).unwrap_or_default();
     Path::new(env!("CARGO_TARGET_TMPDIR")).join("differences").join(folder).join(path.file_name().unwrap_or_default())
 }
 
-/// Compares a picture with the one that is kept at `path`. If they differ, what is expected, what was made and the
-/// difference are written side by side; or the picture is rewritten, if that is asked for.
+/// Compares a picture with the golden one at `path`. If they differ, expected, actual and difference are written side
+/// by side, or with `BLESS=1` the golden one is rewritten.
 pub(crate) fn compare(path: &Path, made: &Picture) -> Result<(), String> {
     let kept = Picture::read(path);
     let difference = kept.as_ref().and_then(|kept| kept.difference(made));

@@ -1,4 +1,5 @@
-//! Work that takes long, for those who stop it: the test that counts how often it asks, and the bench that times it.
+//! Nodes that work for long: a test counts how often they check for cancellation, and a bench measures how long they
+//! take to stop.
 #![allow(dead_code, clippy::unwrap_used, reason = "each program uses a part of it, and fails by panicking")]
 use glam::UVec2;
 use petgraph::graph::NodeIndex;
@@ -8,16 +9,16 @@ use shibo_engine::session::{Failure, Session, Settings};
 use shibo_engine::value::{Field, Value, Window};
 use std::path::Path;
 
-/// Work that takes long.
+/// A graph whose node `it` works for long.
 pub(crate) struct Case {
     pub(crate) name: &'static str,
-    /// The side of the canvas, in mm.
+    /// Side of the canvas in mm.
     size: u32,
-    /// The side of the canvas, in pixels.
+    /// Side of the canvas in pixels.
     resolution: u32,
-    /// The nodes; `it` is looked at.
+    /// The nodes; `it` is evaluated.
     nodes: &'static str,
-    /// How often it asks at the least whether to go on: half as often as when this was written.
+    /// Minimum number of checks for cancellation: half the number when the case was written.
     pub(crate) questions: u64,
 }
 
@@ -233,7 +234,7 @@ fn it(graph: &Graph) -> NodeIndex {
     graph.nodes.node_indices().find(|i| graph.nodes[*i].name == "it").unwrap()
 }
 
-/// Makes what the node `it` reads.
+/// Evaluates the inputs of the node `it`.
 pub(crate) fn prepare(session: &Session, graph: &Graph) {
     for input in &graph.nodes[it(graph)].inputs {
         if let Input::Wire { node, output } = input {
@@ -242,7 +243,7 @@ pub(crate) fn prepare(session: &Session, graph: &Graph) {
     }
 }
 
-/// Makes the node `it`, and its picture if it is a field.
+/// Evaluates the node `it`, and its picture if it is a field.
 pub(crate) fn work(session: &Session, graph: &Graph, token: &CancelToken) -> Result<(), Failure> {
     let field: Field = match session.value(graph, (it(graph), 0), token, &Silent)? {
         Value::Field(field) => field,
@@ -253,7 +254,7 @@ pub(crate) fn work(session: &Session, graph: &Graph, token: &CancelToken) -> Res
     session.rasters(graph, &field, &[(graph.canvas.grid(size), Window::full(size))], token, &Silent).map(drop)
 }
 
-/// A session with the given threads.
+/// A session with this number of threads.
 pub(crate) fn session(threads: usize) -> Session {
     Session::new(shibo_nodes::registry(), &Settings { threads, ..Settings::default() }).unwrap()
 }

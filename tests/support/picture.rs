@@ -1,4 +1,4 @@
-//! Small pictures of what nodes make, and how alike two of them are.
+//! Small pictures of values, and the difference of two pictures.
 #![allow(dead_code, reason = "each test program uses a part of it")]
 use glam::Vec2;
 use shibo_engine::value::{Lattice, Pixels, Shapes, Tile, Type, linear_to_srgb};
@@ -6,7 +6,7 @@ use std::path::Path;
 
 /// Width and height in pixels.
 pub(crate) const SIDE: u32 = 192;
-/// The canvas in mm.
+/// Side of the canvas in mm.
 const CANVAS: f32 = 40.0;
 const PAPER: [f32; 3] = [0.96; 3];
 const INK: [f32; 3] = [0.13, 0.16, 0.22];
@@ -19,16 +19,16 @@ pub(crate) struct Picture {
     samples: Vec<u8>,
 }
 
-/// How two pictures differ, in steps of 255.
+/// Difference of two pictures, in steps of an 8-bit sample.
 #[derive(Debug)]
 pub(crate) struct Difference {
     mean: f64,
-    /// What 999 of 1000 samples do not exceed.
+    /// The 99.9th percentile.
     most: u8,
 }
 
 impl Difference {
-    /// Whether nobody would see it.
+    /// True if the difference is too small to be visible.
     pub(crate) fn within(&self, mean: f64, most: u8) -> bool {
         self.mean <= mean && self.most <= most
     }
@@ -40,11 +40,11 @@ fn byte(v: f32) -> u8 {
 }
 
 impl Picture {
-    /// A field: colours as they are, values outside 0..1 brought into it.
+    /// A picture of a field: colours as they are, other values scaled to 0..1.
     pub(crate) fn of_tile(ty: Type, tile: &Tile) -> Self {
         let (lo, hi) = tile.data().iter().fold((0.0_f32, 1.0_f32), |(lo, hi), &v| (lo.min(v), hi.max(v)));
         let narrow = tile.data().iter().fold((f32::MAX, f32::MIN), |(lo, hi), &v| (lo.min(v), hi.max(v)));
-        // Heights of a fraction of a millimetre would all look the same.
+        // Heights of a fraction of a millimetre would otherwise all look the same.
         let spread = ty == Type::Gray && (lo < 0.0 || hi > 1.0 || narrow.1 - narrow.0 < 0.2);
         let (lo, hi) = if spread {
             narrow
@@ -58,7 +58,7 @@ impl Picture {
             match ty {
                 Type::Rgb => linear_to_srgb(v.max(0.0)),
                 Type::Normal => v,
-                // Neighbouring numbers get colours far apart.
+                // Neighbouring ids get very different colours.
                 Type::Ids => (v * [0.618_034, 0.754_878, 0.569_84][channel]).fract(),
                 _ => (v - lo) / (hi - lo).max(f32::MIN_POSITIVE),
             }
@@ -67,7 +67,7 @@ impl Picture {
         Self { width: tile.window.width, height: tile.window.height, samples }
     }
 
-    /// Points as dots, lines as lines.
+    /// Points as dots, lines as strokes.
     pub(crate) fn of_shapes(shapes: &Shapes<Vec2>) -> Self {
         draw(|canvas| {
             shapes.lines.iter().for_each(|ends| canvas.line(*ends, 0.16, INK));
@@ -75,7 +75,7 @@ impl Picture {
         })
     }
 
-    /// Links as lines, broken ones left out, and points as dots.
+    /// Unbroken links as lines, and points as dots.
     pub(crate) fn of_lattice(lattice: &Lattice) -> Self {
         let (positions, alive) = (&lattice.points.positions, lattice.alive());
         draw(|canvas| {
@@ -87,7 +87,7 @@ impl Picture {
         })
     }
 
-    /// A picture with pixels of its own, scaled to the sheet; its middle, if it is larger.
+    /// A picture with its own resolution, scaled to the sheet, or its middle if it is larger.
     pub(crate) fn of_pixels(pixels: &Pixels) -> Self {
         let planes: Vec<&[f32]> = pixels.planes().collect();
         let all = planes.iter().copied().flatten();
@@ -105,25 +105,25 @@ impl Picture {
         Self { width: SIDE, height: SIDE, samples: samples.collect() }
     }
 
-    /// Whether nothing can be seen.
+    /// True if all pixels are equal.
     pub(crate) fn is_flat(&self) -> bool {
         self.samples.chunks(3).all(|p| p.iter().zip(&self.samples).all(|(a, b)| a.abs_diff(*b) < 4))
     }
 
-    /// Reads a picture, if it is one.
+    /// Reads a picture file; `None` if that fails.
     pub(crate) fn read(path: &Path) -> Option<Self> {
         let picture = image::open(path).ok()?.to_rgb8();
         Some(Self { width: picture.width(), height: picture.height(), samples: picture.into_raw() })
     }
 
-    /// Writes it as PNG.
+    /// Writes the picture as PNG.
     pub(crate) fn write(&self, path: &Path) -> Result<(), String> {
         image::save_buffer(path, &self.samples, self.width, self.height, image::ColorType::Rgb8)
             .map_err(|e| format!("{}: {e}", path.display()))
     }
 
-    /// What is expected, what was made and the difference of both times 8, side by side. Where one of them is missing or
-    /// smaller, there is magenta.
+    /// Expected picture, actual picture and 8 times their difference, side by side. A missing or smaller one is filled
+    /// with magenta.
     pub(crate) fn beside(expected: Option<&Self>, made: &Self) -> Self {
         const GAP: u32 = 4;
         let width = expected.map_or(0, |e| e.width).max(made.width);
@@ -152,7 +152,7 @@ impl Picture {
         (x < self.width && y < self.height).then(|| [0, 1, 2].map(|c| self.samples[at + c]))
     }
 
-    /// How it differs from another one of the same size.
+    /// The difference to another picture of the same size.
     pub(crate) fn difference(&self, other: &Self) -> Option<Difference> {
         if (self.width, self.height) != (other.width, other.height) {
             return None;
@@ -171,13 +171,13 @@ fn draw(paint: impl FnOnce(&mut Sheet)) -> Picture {
     Picture { width: SIDE, height: SIDE, samples }
 }
 
-/// A sheet that repeats, to draw on in mm.
+/// A sheet that tiles, for drawing in mm.
 struct Sheet {
     pixels: Vec<[f32; 3]>,
 }
 
 impl Sheet {
-    /// A line with round ends and a half width in mm.
+    /// Draws a line with round ends and a half width in mm.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "pixels of a small sheet")]
     fn line(&mut self, [a, b]: [Vec2; 2], half: f32, color: [f32; 3]) {
         let scale = SIDE as f32 / CANVAS;

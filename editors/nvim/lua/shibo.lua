@@ -25,7 +25,7 @@ local function run(command, ...)
   end)
 end
 
--- Shows the node at the cursor on the page of the graph, which is opened if need be.
+-- Shows the node at the cursor on the page of the graph; opens the page if necessary.
 function M.show() run('shibo.show', vim.lsp.util.make_position_params(0, 'utf-16').position) end
 -- Opens the page of the graph.
 function M.preview() run('shibo.preview') end
@@ -35,7 +35,7 @@ function M.render(output) run('shibo.render', output) end
 function M.attach(opts, buffer)
   local path = vim.api.nvim_buf_get_name(buffer)
   local folder = vim.fn.fnamemodify(path, ':p:h')
-  -- The workspace is the repository, so that names are changed in all its graphs; else the folder of the file.
+  -- The workspace is the repository, so that renaming changes all its graphs, or else the folder of the file.
   local git = vim.fn.finddir('.git', folder .. ';')
   local root = opts.root or (git ~= '' and vim.fn.fnamemodify(git, ':p:h:h')) or folder
   if not clients[root] or not vim.lsp.get_client_by_id(clients[root]) then
@@ -67,7 +67,7 @@ function M.setup(opts)
       vim.bo[event.buf].filetype = 'ron'
       vim.bo[event.buf].commentstring = '// %s'
       M.attach(opts, event.buf)
-      -- Shows each node that the cursor rests on, if that is wanted.
+      -- With `show_on_hold`, shows each node on which the cursor rests.
       if opts.show_on_hold then
         vim.api.nvim_create_autocmd('CursorHold', { group = group, buffer = event.buf, callback = M.show })
       end

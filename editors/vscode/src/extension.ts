@@ -1,46 +1,58 @@
-// The extension: it starts the language server, and lets the cursor and the preview talk.
+// The extension: recognises graphs, starts the language server for them, and connects the cursor with the preview.
 import * as vscode from 'vscode';
-import { ExecuteCommandRequest, LanguageClient, type LanguageClientOptions, type ServerOptions } from 'vscode-languageclient/node';
-import { ARGUMENTS, OWN, SERVER, options } from './settings';
+import { LANGUAGE, isGraph, isUndecided } from './recognize';
+import { OWN, SERVER } from './settings';
 
-let client: LanguageClient | undefined;
+type Client = typeof import('./client');
 
-function settings() {
-  const section = vscode.workspace.getConfiguration('shibo');
-  return { path: section.get('path', 'shibo'), onMove: section.get('showOnCursorMove', false), server: options((key, fallback) => section.get(key, fallback)) };
-}
+/** The client; it is loaded for the first graph. */
+let client: Client | undefined;
+let loading: Promise<Client> | undefined;
 
-async function start(): Promise<void> {
-  const { path, server } = settings();
-  const run: ServerOptions = { command: path, args: ARGUMENTS };
-  const clientOptions: LanguageClientOptions = {
-    documentSelector: [{ language: 'ron' }],
-    initializationOptions: server,
-    synchronize: { fileEvents: vscode.workspace.createFileSystemWatcher('**/*.ron') },
-    markdown: { isTrusted: false, supportHtml: false },
-  };
-  client = new LanguageClient('shibo', 'Shibo', run, clientOptions);
-  try {
-    await client.start();
-  } catch (error) {
-    const open = 'Open the settings';
-    const chosen = await vscode.window.showErrorMessage(`\`${path} lsp\` cannot be started: ${String(error)}. Set shibo.path.`, open);
-    if (chosen === open) await vscode.commands.executeCommand('workbench.action.openSettings', 'shibo.path');
+/** Time without edits after which a text is looked at again, in ms. */
+const REST = 300;
+/** Documents that were recognised once. A user who then chooses another language keeps it. */
+const recognised = new WeakSet<vscode.TextDocument>();
+const waiting = new Map<vscode.TextDocument, NodeJS.Timeout>();
+
+/** Makes a document a graph if its text is one, and starts the server for the first graph. */
+async function look(document: vscode.TextDocument): Promise<void> {
+  if (document.languageId === LANGUAGE) {
+    recognised.add(document);
+    await start();
+  } else if (!recognised.has(document) && isUndecided(document.fileName, document.languageId) && isGraph(document.getText())) {
+    recognised.add(document);
+    // The editor then opens the document again, in that language.
+    await vscode.languages.setTextDocumentLanguage(document, LANGUAGE);
   }
 }
 
-async function stop(): Promise<void> {
-  const old = client;
-  client = undefined;
-  await old?.dispose();
+/** Looks at a document once its text rests: a new file becomes a graph while it is written. */
+function lookSoon(document: vscode.TextDocument): void {
+  if (recognised.has(document) || !isUndecided(document.fileName, document.languageId)) return;
+  clearTimeout(waiting.get(document));
+  waiting.set(document, setTimeout(() => { waiting.delete(document); void look(document); }, REST));
 }
 
-/** Lets the server run a command about the graph in the editor. */
+function forget(document: vscode.TextDocument): void {
+  clearTimeout(waiting.get(document));
+  waiting.delete(document);
+}
+
+async function start(): Promise<void> {
+  if (loading) return;
+  loading = import('./client');
+  client = await loading;
+  await client.start();
+}
+
+async function restart(): Promise<void> {
+  await client?.stop();
+  await client?.start();
+}
+
 async function ask(command: string, ...rest: unknown[]): Promise<void> {
-  const editor = vscode.window.activeTextEditor;
-  if (!client?.isRunning() || editor?.document.languageId !== 'ron') return;
-  const uri = client.code2ProtocolConverter.asUri(editor.document.uri);
-  await client.sendRequest(ExecuteCommandRequest.type, { command, arguments: [uri, ...rest] });
+  await client?.ask(command, ...rest);
 }
 
 function show(): Promise<void> {
@@ -53,7 +65,8 @@ function follow(): vscode.Disposable {
   let timer: NodeJS.Timeout | undefined;
   let last = '';
   return vscode.window.onDidChangeTextEditorSelection((event) => {
-    if (!settings().onMove || event.textEditor.document.languageId !== 'ron') return;
+    if (event.textEditor.document.languageId !== LANGUAGE) return;
+    if (!vscode.workspace.getConfiguration('shibo').get('showOnCursorMove', false)) return;
     const here = `${event.textEditor.document.uri} ${event.selections[0]?.active.line}`;
     if (here === last) return;
     last = here;
@@ -66,18 +79,19 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
   context.subscriptions.push(
     vscode.commands.registerCommand(OWN.preview, () => ask(SERVER.preview)),
     vscode.commands.registerCommand(OWN.show, show),
-    vscode.commands.registerCommand(OWN.restart, async () => { await stop(); await start(); }),
+    vscode.commands.registerCommand(OWN.restart, restart),
     vscode.workspace.onDidChangeConfiguration(async (event) => {
-      if (event.affectsConfiguration('shibo.path')) {
-        await stop();
-        await start();
-      } else if (event.affectsConfiguration('shibo') && client?.isRunning()) {
-        await client.sendNotification('workspace/didChangeConfiguration', { settings: { shibo: settings().server } });
-      }
+      if (event.affectsConfiguration('shibo.path')) await restart();
+      else if (event.affectsConfiguration('shibo')) await client?.configure();
     }),
+    vscode.workspace.onDidOpenTextDocument(look),
+    vscode.workspace.onDidChangeTextDocument((event) => lookSoon(event.document)),
+    vscode.workspace.onDidCloseTextDocument(forget),
     follow(),
   );
-  await start();
+  await Promise.all(vscode.workspace.textDocuments.map(look));
 }
 
-export const deactivate = stop;
+export async function deactivate(): Promise<void> {
+  await client?.stop();
+}

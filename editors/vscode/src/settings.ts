@@ -1,4 +1,4 @@
-// What the server is told of the settings, and which commands it runs. Free of the editor's own types, so that tests read it.
+// Settings for the server, and the commands that it runs. Uses no types of the editor, so that tests can import it.
 
 export interface Options {
   inlayHints: { units: boolean; values: boolean; types: boolean };

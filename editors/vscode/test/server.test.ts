@@ -1,4 +1,4 @@
-// The client's side of the protocol, in Node, against the real server. SHIBO names the program; else it is looked for in `target`.
+// Tests the client's side of the protocol in Node with the real server: the program in $SHIBO, or the one in `target`.
 import assert from 'node:assert/strict';
 import { type ChildProcess, spawn } from 'node:child_process';
 import { existsSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
@@ -12,6 +12,7 @@ import {
   PublishDiagnosticsNotification, type PublishDiagnosticsParams, RenameRequest, ShutdownRequest, StreamMessageReader, StreamMessageWriter,
   createProtocolConnection,
 } from 'vscode-languageserver-protocol/node';
+import { LANGUAGE } from '../src/recognize';
 import { ARGUMENTS, SERVER, options } from '../src/settings';
 
 const root = resolve(__dirname, '../../../..');
@@ -77,7 +78,7 @@ test('the server knows the commands of the extension', () => {
 
 test('an error is told at its place', async () => {
   const text = TEXT.replace('Blur', 'Blurr');
-  await client.sendNotification(DidOpenTextDocumentNotification.type, { textDocument: { uri, languageId: 'ron', version: 1, text } });
+  await client.sendNotification(DidOpenTextDocumentNotification.type, { textDocument: { uri, languageId: LANGUAGE, version: 1, text } });
   const { diagnostics: found } = await diagnostics(1);
   const error = found.find((one) => one.code === 'unknown-kind');
   assert.deepEqual(error?.range, { start: { line: 4, character: 12 }, end: { line: 4, character: 17 } });

@@ -1,4 +1,4 @@
-// What the manifest, the grammar and the snippets promise.
+// Checks the manifest, the grammar and the snippets.
 import assert from 'node:assert/strict';
 import { readFileSync, readdirSync } from 'node:fs';
 import { join, resolve } from 'node:path';
@@ -21,12 +21,12 @@ test('all settings and commands are declared', () => {
 
 test('the grammar colours a graph', async () => {
   await loadWASM(readFileSync(require.resolve('vscode-oniguruma/release/onig.wasm')).buffer as ArrayBuffer);
-  const path = join(home, 'syntaxes/ron.tmLanguage.json');
+  const path = join(home, 'syntaxes/shibo.tmLanguage.json');
   const registry = new Registry({
     onigLib: Promise.resolve({ createOnigScanner, createOnigString }),
     loadGrammar: async () => parseRawGrammar(readFileSync(path, 'utf8'), path),
   });
-  const grammar = await registry.loadGrammar('source.ron');
+  const grammar = await registry.loadGrammar('source.shibo');
   const scope = (line: string, word: string) => {
     const at = line.indexOf(word);
     const { tokens } = grammar!.tokenizeLine(line, INITIAL);
@@ -49,7 +49,7 @@ test('the grammar colours a graph', async () => {
 });
 
 test('snippets are complete', () => {
-  for (const [name, snippet] of Object.entries(json('snippets/ron.json')) as [string, { prefix: string; body: string | string[] }][]) {
+  for (const [name, snippet] of Object.entries(json('snippets/shibo.json')) as [string, { prefix: string; body: string | string[] }][]) {
     const body = [snippet.body].flat().join('\n');
     const count = (c: string) => body.split(c).length;
     assert.ok(snippet.prefix && count('(') === count(')') && count('{') === count('}'), name);

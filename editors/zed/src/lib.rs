@@ -1,4 +1,4 @@
-//! Starts `shibo lsp` in Zed: the program on the search path.
+//! Starts `shibo lsp` in Zed, with the program on the search path.
 use zed_extension_api::{self as zed, Command, LanguageServerId, Result, Worktree};
 
 struct Shibo;

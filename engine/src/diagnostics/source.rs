@@ -1,4 +1,4 @@
-//! Texts, and places in them.
+//! Texts and positions in them.
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FileId(pub usize);
 
-/// A piece of a text: byte offsets `start..end`.
+/// A range of a text: byte offsets `start..end`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Span {
     /// The text.
@@ -17,12 +17,12 @@ pub struct Span {
     pub end: usize,
 }
 
-/// Where a text comes from.
+/// The origin of a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// A file, or a text given in its place.
+    /// A file, or a text given in place of the file.
     File,
-    /// The command line: the preset that was asked for.
+    /// The command line: the requested preset.
     Preset,
     /// The command line: the value of a parameter.
     Param {
@@ -35,21 +35,21 @@ pub enum Origin {
 
 /// The path of texts from the command line.
 const COMMAND_LINE: &str = "<command line>";
-/// The number of characters is stored once per this many bytes.
+/// Block size in bytes: the number of preceding characters is stored once per block.
 const BLOCK: usize = 1024;
 
-/// A text and where it came from.
+/// A text and its origin.
 #[derive(Clone, Debug)]
 pub struct Source {
     /// The path as the user would write it.
     pub path: PathBuf,
-    /// Where it comes from.
+    /// The origin of the text.
     pub origin: Origin,
     /// The text.
     pub text: Arc<str>,
-    /// Where its lines begin.
+    /// Byte offsets of the line starts.
     lines: Arc<[usize]>,
-    /// How many characters begin before each block, so that columns of very long lines are found quickly.
+    /// Number of characters that begin before each block, to find columns of very long lines quickly.
     characters: Arc<[usize]>,
 }
 
@@ -65,7 +65,7 @@ impl Source {
         Self { path, origin, text, lines, characters: characters.into() }
     }
 
-    /// How many characters begin before byte `offset`.
+    /// Number of characters that begin before byte `offset`.
     fn characters(&self, offset: usize) -> usize {
         let block = offset / BLOCK;
         let before = self.characters.get(block).copied().unwrap_or(0);
@@ -73,7 +73,7 @@ impl Source {
     }
 }
 
-/// How many characters begin among these bytes of a text.
+/// Number of characters that begin within these bytes of a text.
 fn begin(bytes: &[u8]) -> usize {
     bytes.iter().filter(|&&byte| byte & 0xC0 != 0x80).count()
 }
@@ -81,7 +81,7 @@ fn begin(bytes: &[u8]) -> usize {
 /// The length of a byte order mark.
 const MARK: usize = '\u{FEFF}'.len_utf8();
 
-/// A place as people count: lines and columns from 1, columns in characters.
+/// A position as shown to people: lines and columns from 1, columns in characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Position {
     /// Line, from 1.
@@ -102,7 +102,7 @@ impl SourceMap {
         self.push(Source::new(path.into(), Origin::File, text.into()))
     }
 
-    /// Adds an argument of the command line as it was typed, and gives the place of `value`, which ends it.
+    /// Adds a command-line argument as typed, and returns the span of `value` at its end.
     pub fn add_argument(&mut self, origin: Origin, option: &str, value: &str) -> Span {
         let text = format!("{option}{value}");
         let (start, end) = (option.len(), text.len());
@@ -125,7 +125,7 @@ impl SourceMap {
         &self.sources[file.0].path
     }
 
-    /// Where the text of `file` comes from.
+    /// The origin of the text of `file`.
     pub fn origin(&self, file: FileId) -> &Origin {
         &self.sources[file.0].origin
     }
@@ -135,17 +135,17 @@ impl SourceMap {
         &self.sources
     }
 
-    /// Where byte `offset` of `file` is; offsets past the end, or inside a character, are clamped.
+    /// The position of byte `offset` of `file`; offsets past the end, or inside a character, are clamped.
     pub fn position(&self, file: FileId, offset: usize) -> Position {
         let source = &self.sources[file.0];
         let mut offset = offset.min(source.text.len());
         while !source.text.is_char_boundary(offset) {
             offset -= 1;
         }
-        // The first line begins at 0, so there always is one at or before the offset.
+        // The first line begins at 0, so some line always begins at or before the offset.
         let line = source.lines.partition_point(|&start| start <= offset);
         let start = source.lines.get(line.saturating_sub(1)).copied().unwrap_or(0);
-        // Editors do not count the byte order mark.
+        // The byte order mark does not count, as in editors.
         let start = if start == 0 && source.text.starts_with('\u{FEFF}') { offset.min(MARK) } else { start };
         Position { line, column: source.characters(offset) - source.characters(start) + 1 }
     }
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn arguments_know_what_they_are() {
+    fn records_origins_of_arguments() {
         let mut map = SourceMap::default();
         let span = map.add_argument(Origin::Param { name: "a".into() }, "--set a=", "3");
         assert_eq!((&*map.text(span.file), span.start, span.end), ("--set a=3", 8, 9));

@@ -1,19 +1,19 @@
 //! Suggestions for unknown words.
 
-/// Longer words, in bytes, are not compared: that would take long, and such words are no typing errors.
+/// Longer words, in bytes, are not compared: comparing takes long, and such words are not typing errors.
 const LONGEST: usize = 64;
-/// The most candidates that are listed if none is near.
+/// The most candidates listed if none is near.
 const LISTED: usize = 16;
 
-/// The candidate nearest to `word`, if any is near enough to be meant: one that begins with it, or of which it is a part
-/// between underscores (or the other way round), before one that is spelled a little differently.
+/// The candidate nearest to `word`, if any is close enough. Candidates that begin with `word`, or contain it between
+/// underscores (or the other way round), precede candidates with a slightly different spelling.
 pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let lower = word.to_lowercase();
     let near = |c: &'a str| nearness(&lower, c).map(|near| (near, c));
     candidates.into_iter().filter_map(near).min().map(|(_, c)| c)
 }
 
-/// How near a candidate is, the smallest being the nearest; `None` if it cannot be meant.
+/// The distance of a candidate for sorting; `None` if it is too far away.
 fn nearness(lower: &str, candidate: &str) -> Option<(bool, usize)> {
     if lower.len() > LONGEST || candidate.len() > LONGEST {
         return None;
@@ -32,7 +32,7 @@ fn nearness(lower: &str, candidate: &str) -> Option<(bool, usize)> {
     (distance <= most).then_some((true, distance))
 }
 
-/// Whether a word begins with `part`, or has it between its underscores.
+/// Returns true if a word begins with `part`, or contains it between underscores.
 fn is_part(part: &str, word: &str) -> bool {
     let begins = part.len() > 2 && word.starts_with(part);
     let between = |at: usize| {
@@ -42,7 +42,7 @@ fn is_part(part: &str, word: &str) -> bool {
     begins || (!part.is_empty() && word.match_indices(part).any(|(at, _)| between(at)))
 }
 
-/// A line of help for an unknown word: the nearest candidate, or else all of them.
+/// A line of help for an unknown word: the nearest candidate, or else all candidates.
 pub fn suggest(word: &str, what: &str, candidates: &[&str]) -> String {
     if let Some(near) = did_you_mean(word, candidates.iter().copied()) {
         return format!("did you mean `{near}`?");
@@ -75,13 +75,13 @@ mod tests {
         assert_eq!(did_you_mean("poisson", ["PoissonPoints", "Poison"]), Some("PoissonPoints"));
         assert_eq!(did_you_mean("pitch_mm", ["patch_mm", "pitch"]), Some("pitch"));
         assert_eq!(did_you_mean("b", ["a", "b_value"]), Some("b_value"));
-        // A beginning of two letters says little, and a part must be a whole one.
+        // Two leading letters are too few, and a part must be complete.
         assert_eq!(did_you_mean("si", ["size_mm"]), None);
         assert_eq!(did_you_mean("ize", ["size_mm"]), None);
     }
 
     #[test]
-    fn very_long_words_are_left_alone() {
+    fn ignores_very_long_words() {
         let (word, near) = ("a".repeat(1 << 20), "a".repeat((1 << 20) + 1));
         assert_eq!(did_you_mean(&word, [near.as_str()]), None);
         assert!(suggest(&word, "node", &[&near]).len() < 200);

@@ -1,9 +1,9 @@
-//! The bound on the needs of a picture: all windows that fields state are added up before anything is computed or allocated.
+//! Bounds the demand of a picture: sums all windows that fields request before anything is computed or allocated.
 //!
-//! A parameter in its range may make a field read millions of pixels for each of its own: a blur on an enlarged part of the
-//! canvas, a path round a point that is far away. Then the field that reads so far is told, and nothing is begun. Windows
-//! that depend on values are not known before these are there. They are made in parts if they are large (`tiles`), and count
-//! here as if nothing were displaced.
+//! A parameter in its range may make a field read millions of pixels for each of its own: a blur on an enlarged part of
+//! the canvas, a path around a point far away. The check then reports that field, and nothing is started. Windows that
+//! depend on values are unknown until the values are computed. If large, such windows are computed in parts (`tiles`);
+//! here they count as if nothing were displaced.
 use super::demand::{At, Fields, at};
 use super::lock;
 use super::run::Run;
@@ -11,27 +11,27 @@ use crate::diagnostics::{Code, Problem};
 use crate::value::{Blocks, Field, Grid, Key, Piece, Read, Stop, Window};
 use std::collections::HashMap;
 
-/// A field may be computed on so many times the pixels of the picture that it is read for,
+/// A field may be computed on this many times the pixels of the picture it is read for.
 const TIMES: u64 = 16;
-/// and on so many in any case.
+/// Any field may be computed on this many pixels, however small the picture is.
 const ALWAYS: u64 = 1 << 26;
-/// A window may take so many bytes in any case, even if less memory is allowed.
+/// A window may always take this many bytes, even if less memory is allowed.
 const BYTES: u64 = 1 << 28;
-/// Of a field that is read in more windows nothing is said.
+/// A field read in more windows than this is not checked.
 const MANY: usize = 64;
 
-/// The windows of a field on a grid that its readers want.
+/// The windows of one field on one grid that its readers request.
 struct Wanted {
-    /// Windows that do not overlap much; none if there are too many to be looked at.
+    /// Windows with little overlap; empty if there are too many to check.
     windows: Vec<Window>,
-    /// The result as whose work it counts.
+    /// The result that the work is charged to.
     owner: Option<Key>,
 }
 
 impl Wanted {
-    /// Adds a window to those that are known.
+    /// Adds a window, merged with those it overlaps.
     fn add(&mut self, mut window: Window) {
-        // Two that take no more pixels together than apart are one.
+        // Merge two windows if their union has no more pixels than both together.
         while let Some(place) =
             self.windows.iter().position(|other| other.union(&window).len() <= other.len() + window.len())
         {
@@ -45,7 +45,7 @@ impl Wanted {
     }
 }
 
-/// The error for a field that reads too far: It wants `read` for `window` of its own.
+/// The error for a field that reads too far: the field needs `read` of an input for its own `window`.
 fn too_far(field: &Field, window: Window, read: Window) -> Problem {
     let message = format!(
         "{} × {} pixels of an input are needed for {} × {} pixels of the result",
@@ -57,27 +57,27 @@ fn too_far(field: &Field, window: Window, read: Window) -> Problem {
             let help = format!("choose `{parameter}` so that less is read, or show a larger part of the result");
             problem.at(parameter).help(help)
         }
-        // No field of that name: the node itself.
+        // No parameter to blame: report the node itself.
         None => problem.at("").help("show a larger part of the result, or lower the resolution"),
     }
 }
 
 impl Run<'_> {
-    /// Checks a window that a field wants to be filled at once.
+    /// Checks a window that a field requests in one piece.
     ///
     /// # Errors
-    /// [`Code::TooLarge`] at the parameter of `field` that makes it so large.
+    /// [`Code::TooLarge`] at the parameter of `field` that makes the window so large.
     pub(super) fn check_window(&self, field: &Field, window: Window, read: &Read<'_>) -> Result<(), Problem> {
         let bytes = (read.window.len() as u64).saturating_mul(4 * read.field.channels() as u64);
         if bytes <= self.memory.max(BYTES) { Ok(()) } else { Err(too_far(field, window, read.window)) }
     }
 
-    /// Checks what `window` of a picture of `field` needs of all fields, if that was not done before.
+    /// Checks the demand of `window` of a picture of `field` on all fields, unless this was done before.
     ///
     /// # Errors
     /// [`Code::TooLarge`] at the node that reads too far.
     pub(super) fn check_bounds(&self, field: &Field, grid: &Grid, window: Window) -> Result<(), Stop> {
-        // Most windows are parts of one picture.
+        // Most windows are parts of one picture, so check the whole picture once.
         let picture = grid.picture().map_or(window, Window::full);
         let window = if picture.contains(&window) { picture } else { window };
         let place = at(field, grid);
@@ -132,7 +132,7 @@ impl Run<'_> {
     }
 }
 
-/// The parts of a window where they are computed: a window across the edge of what repeats is in several.
+/// Splits a window where it is computed: a window across the edge of a repeating picture lies in several parts.
 fn parts(blocks: &Blocks, window: Window) -> impl Iterator<Item = Window> {
     let columns = spans(&blocks.columns, window.x, window.right());
     let rows = spans(&blocks.rows, window.y, window.bottom());
@@ -143,7 +143,7 @@ fn parts(blocks: &Blocks, window: Window) -> impl Iterator<Item = Window> {
     })
 }
 
-/// The pixels of pieces that lie between `from` and `to` where they are wanted.
+/// The spans of `pieces` between `from` and `to`, shifted to the place where they are computed.
 fn spans(pieces: &[Piece], from: i32, to: i32) -> Vec<(i32, i32)> {
     let mut spans: Vec<(i32, i32)> = Vec::new();
     for piece in pieces {

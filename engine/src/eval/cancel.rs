@@ -3,37 +3,37 @@ use crate::value::Stop;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-/// Shared by whoever may stop an evaluation and by the evaluation.
+/// Shared by the evaluation and by the code that may stop it.
 #[derive(Clone, Debug, Default)]
 pub struct CancelToken(Arc<State>);
 
 #[derive(Debug, Default)]
 struct State {
     cancelled: AtomicBool,
-    /// How often the evaluation asked, for tokens that count.
+    /// Number of checks so far, for counting tokens.
     asked: Option<AtomicU64>,
-    /// The question at which such a token is cancelled; never, if it is 0.
+    /// The check at which a counting token cancels itself; 0 for never.
     last: u64,
 }
 
 impl CancelToken {
-    /// A token that counts how often it is asked and cancels itself at question number `last`, or never if that is 0. So a
-    /// test can stop work at the same place again and again, however fast the machine is.
+    /// A token that counts its checks and cancels itself at check number `last`; never if `last` is 0. A test can thus
+    /// stop work at the same place every time, however fast the machine is.
     pub fn counting(last: u64) -> Self {
         Self(Arc::new(State { asked: Some(AtomicU64::new(0)), last, ..State::default() }))
     }
 
-    /// How often it was asked; 0 for a token that does not count.
+    /// Number of checks so far; 0 for a token that does not count.
     pub fn asked(&self) -> u64 {
         self.0.asked.as_ref().map_or(0, |asked| asked.load(Ordering::Relaxed))
     }
 
-    /// Asks to stop. Running work ends within about a millisecond.
+    /// Requests a stop. Running work ends within about a millisecond.
     pub fn cancel(&self) {
         self.0.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the work was cancelled.
+    /// Returns true if the work was cancelled.
     pub fn is_cancelled(&self) -> bool {
         if let Some(asked) = &self.0.asked
             && asked.fetch_add(1, Ordering::Relaxed) + 1 == self.0.last
@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_counting_token_stops_at_its_question() {
+    fn cancels_counting_token_at_its_check() {
         let token = CancelToken::counting(3);
         let asked: Vec<bool> = (0..4).map(|_| token.is_cancelled()).collect();
         assert_eq!((asked, token.asked()), (vec![false, false, true, true], 4));

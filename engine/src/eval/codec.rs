@@ -2,7 +2,7 @@
 use crate::value::{Type, Value, objects};
 use std::sync::Arc;
 
-/// Whether values of a type are data, which [`encode`] makes bytes of.
+/// Returns true for types whose values are data that [`encode`] can serialize.
 pub(super) const fn is_data(ty: Type) -> bool {
     !ty.is_field() && !ty.is_solid() && !matches!(ty, Type::Picture | Type::Material)
 }
@@ -12,7 +12,7 @@ const FORM: u8 = 4;
 
 macro_rules! codec {
     ($($name:ident $color:literal $doc:literal,)*) => {
-        /// The bytes of an object; `None` for values that are not data (fields and what holds them).
+        /// Serializes an object; `None` for values that are not data (fields and values that contain fields).
         pub fn encode(value: &Value) -> Option<Vec<u8>> {
             match value {
                 $(Value::$name(object) => named(Type::$name, object),)*
@@ -20,7 +20,7 @@ macro_rules! codec {
             }
         }
 
-        /// The object that [`encode`] made these bytes of; `None` for other bytes.
+        /// Deserializes the bytes of [`encode`]; `None` for other bytes.
         pub fn decode(bytes: &[u8]) -> Option<Value> {
             let (name, body) = postcard::take_from_bytes::<&str>(bytes.strip_prefix(&[FORM])?).ok()?;
             match Type::from_name(name)? {
@@ -43,7 +43,7 @@ mod tests {
     use crate::value::{ColorPattern, Curve};
 
     #[test]
-    fn objects_come_back_as_what_they_were() {
+    fn round_trips_objects() {
         let curve = Value::from(Curve { points: vec![glam::DVec3::new(0.1, f64::INFINITY, -0.0)] });
         let bytes = encode(&curve).unwrap();
         let Some(Value::Curve(back)) = decode(&bytes) else { panic!("another type") };

@@ -1,10 +1,10 @@
 //! The cache on disk: shared by processes, bounded, and never trusted.
 //!
-//! An entry is a file `DIR/SHELF/xx/NAME`: its content, then its [`Seal`]. Entries are written under a temporary name and
-//! renamed; one that does not match its seal is removed and made again. When the cache outgrows its bound, the entries not
-//! used for longest go first.
+//! An entry is a file `DIR/SHELF/xx/NAME`: its content, then its [`Seal`]. Entries are written under a temporary name
+//! and renamed. An entry that does not match its seal is removed and computed again. When the cache exceeds its bound,
+//! the least recently used entries are removed first.
 //!
-//! The folder has a marker, without which it is no cache and nothing in it is touched.
+//! A marker file identifies the folder as a cache; without the marker, nothing in the folder is touched.
 mod folder;
 mod size;
 
@@ -14,14 +14,14 @@ use super::entry::{Digest, Digester};
 use super::{Seal, Shelf, Store};
 use crate::picture::AtomicFile;
 use crate::value::Key;
-use folder::State;
+use folder::FolderState;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
-/// Bytes that are written before asking again whether to stop: about a millisecond's work.
+/// Bytes written between two checks for cancellation: about a millisecond of work.
 const PART: usize = 1 << 20;
 
 /// A cache folder that cannot be used.
@@ -43,11 +43,11 @@ pub struct DiskCache {
 }
 
 impl DiskCache {
-    /// The cache in `dir`, which is made if it does not exist, kept below `bound` bytes. It reads and writes the entries of
-    /// the build of `seal`, and counts and removes those of all builds.
+    /// Opens the cache in `dir`, kept below `bound` bytes; creates the folder if it does not exist. The cache reads and
+    /// writes entries of the build of `seal`, and counts and removes entries of all builds.
     ///
     /// # Errors
-    /// A folder that cannot be made or written, or that holds something and is not marked as a cache.
+    /// The folder cannot be created or written, or it contains files but no cache marker.
     pub fn open(dir: impl Into<PathBuf>, bound: u64, seal: Seal) -> Result<Self, CacheError> {
         let dir = dir.into();
         match made(&dir) {
@@ -56,11 +56,11 @@ impl DiskCache {
         }
     }
 
-    /// Marks the folder `dir`, which an earlier version made without a marker, as a cache; only if it holds nothing but entries. Meant for
-    /// the usual place of caches.
+    /// Marks the folder `dir`, which an earlier version created without a marker, as a cache; only if it contains
+    /// nothing but entries. Meant for the default cache folder.
     pub fn adopt(dir: &Path) {
-        if matches!(folder::state(dir), Ok(State::Foreign)) && folder::holds_only_entries(dir) {
-            // Without the marker the cache is not used.
+        if matches!(folder::state(dir), Ok(FolderState::Foreign)) && folder::holds_only_entries(dir) {
+            // A failure is harmless: a folder without the marker is not used.
             let _ = folder::mark(dir);
         }
     }
@@ -70,14 +70,14 @@ impl DiskCache {
         folder::is_marked(dir)
     }
 
-    /// Removes everything that a cache holds, and its folder if nothing else is in it.
+    /// Removes all entries, then the folder if nothing else is in it.
     pub fn remove_all(self) {
         self.clear();
         folder::remove_empty(&self.dir);
         folder::unmark(&self.dir);
     }
 
-    /// How many entries could not be written.
+    /// Number of entries that could not be written.
     pub fn failures(&self) -> u64 {
         self.failures.load(Ordering::Relaxed)
     }
@@ -88,9 +88,10 @@ impl DiskCache {
         self.dir.join(shelf.name()).join(&name[..2]).join(&name[2..])
     }
 
-    /// An entry that looks whole: the file at its content, the content's length, and the seal. One that does not is removed.
+    /// Opens an entry that looks intact: the file positioned at its content, the content's length, and the seal.
+    /// Removes a damaged entry.
     fn look(&self, path: &Path) -> Option<(File, u64, [u8; Seal::BYTES])> {
-        // Opening something that is not a file could block forever.
+        // Opening a pipe or device could block forever.
         let length = fs::symlink_metadata(path).ok().filter(fs::Metadata::is_file)?.len();
         if !folder::is_inside(&self.dir, path) {
             return None;
@@ -102,7 +103,7 @@ impl DiskCache {
             file.seek(SeekFrom::Start(content))?;
             file.read_exact(&mut seal)?;
             file.rewind()?;
-            // No entry is larger than the cache, so one that says so is damaged.
+            // No entry is larger than the cache, so a seal with a greater length is damaged.
             Ok(Some((file, content, seal)).filter(|_| Seal::length(&seal) == Some(content) && content <= self.bound))
         };
         look().ok()?.or_else(|| {
@@ -115,7 +116,7 @@ impl DiskCache {
         let path = self.path(shelf, key);
         let parent = path.parent().unwrap_or(&self.dir);
         if !parent.exists() {
-            // Somebody may have removed the whole cache.
+            // Another process may have removed the whole cache.
             if !self.dir.exists() {
                 made(&self.dir)?;
             }
@@ -127,14 +128,14 @@ impl DiskCache {
         AtomicFile::create(&path)
     }
 
-    /// Seals and names an entry whose content is written.
+    /// Seals an entry whose content is written, and gives it its final name.
     fn finish(&self, mut file: AtomicFile, shelf: Shelf, key: Key, content: &Digest) -> io::Result<u64> {
         file.write_all(&self.seal.of(shelf, key, content))?;
         file.commit()?;
         Ok(content.length)
     }
 
-    /// A failure only costs time later, so it is only counted.
+    /// Counts the bytes written or the failure. A failed write only costs time later, so it is not reported.
     fn account(&self, written: io::Result<u64>) {
         match written {
             Ok(bytes) => self.written.fetch_add(bytes, Ordering::Relaxed),
@@ -217,7 +218,7 @@ impl Store for DiskCache {
         self.bound
     }
 
-    /// Removes what has not been used for longest until it is below its bound; does nothing if nothing was written.
+    /// Removes the least recently used entries until the cache is below its bound; does nothing if nothing was written.
     fn tidy(&self) {
         if self.written.swap(0, Ordering::Relaxed) > 0 {
             self.trim_to(self.bound);
@@ -225,14 +226,14 @@ impl Store for DiskCache {
     }
 }
 
-/// Makes the folder of a cache, if it is not there.
+/// Creates and marks the folder of a cache if needed.
 fn made(dir: &Path) -> io::Result<()> {
     fs::create_dir_all(dir)?;
     match folder::state(dir)? {
-        // Making a file is the only reliable answer to whether one can.
-        State::Marked => AtomicFile::create(dir.join("probe")).map(drop),
-        State::Empty => folder::mark(dir),
-        State::Foreign => {
+        // Only creating a file shows reliably that the folder is writable.
+        FolderState::Marked => AtomicFile::create(dir.join("probe")).map(drop),
+        FolderState::Empty => folder::mark(dir),
+        FolderState::Foreign => {
             let message = "it holds files and is not marked as a cache of shibo; name a new folder, or an empty one";
             Err(io::Error::new(io::ErrorKind::AlreadyExists, message))
         }
@@ -244,7 +245,7 @@ fn touch(file: &File) {
     let _ = file.set_modified(SystemTime::now());
 }
 
-/// Which end of a copy failed.
+/// The side of a copy that failed.
 enum Fault {
     Read(io::Error),
     Write(io::Error),

@@ -1,14 +1,15 @@
-//! The form of a kept result: its content, then a seal that says what it is the content of.
+//! The format of a stored result: its content, then a seal that identifies the content.
 //!
-//! The seal is a magic word, the content's length, and a tag over the build, the shelf, the key, the length and the content.
-//! An entry that was cut, altered, moved to another key or shelf, or made by another build does not match and is not used.
-//! The tag is computed from the hash of the content, so a content whose hash is known can be sealed without reading it.
+//! The seal is a magic word, the content's length, and a tag over the build, the shelf, the key, the length and the
+//! content. An entry that was cut, altered, moved to another key or shelf, or made by another build does not match and
+//! is not used. The tag is computed from the hash of the content, so content with a known hash can be sealed without
+//! reading it.
 use crate::value::Key;
 
-/// Changes when the form of entries does, and tells byte orders apart.
+/// Changes with the format of entries; its byte order identifies that of the machine.
 const MAGIC: u64 = 0x5348_4942_4f00_0002;
 
-/// A kind of results. In a folder each has a folder of its own.
+/// A kind of results. On disk each shelf has its own folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Shelf {
     /// Objects.
@@ -17,9 +18,9 @@ pub enum Shelf {
     Tiles,
     /// Encoded pictures.
     Files,
-    /// Which channels materials have, and their keys.
+    /// The channels that materials have, and the keys of these channels.
     Channels,
-    /// What fields prepared of whole pictures.
+    /// Data that fields prepared from whole pictures.
     Wholes,
 }
 
@@ -27,7 +28,7 @@ impl Shelf {
     /// All shelves.
     pub const ALL: [Self; 5] = [Self::Objects, Self::Tiles, Self::Files, Self::Channels, Self::Wholes];
 
-    /// The name of its folder.
+    /// The name of the shelf's folder.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Objects => "objects",
@@ -38,10 +39,10 @@ impl Shelf {
         }
     }
 
-    /// The letters of the folder of an entry, and of its own name in that.
+    /// Number of letters of an entry's folder name and of its file name.
     pub(super) const LETTERS: [usize; 2] = [2, 30];
 
-    /// Returns true if `SHELF/xx/NAME` is the place of an entry. Nothing else is removed from a store.
+    /// Returns true if `place` has the form `SHELF/xx/NAME` of an entry. Nothing else is removed from a store.
     pub fn is_entry(place: &str) -> bool {
         let mut parts = place.split('/');
         let shelf = parts.next().is_some_and(|name| Self::ALL.iter().any(|shelf| shelf.name() == name));
@@ -49,23 +50,23 @@ impl Shelf {
         shelf && named && parts.next().is_none()
     }
 
-    /// Whether its entries go to other machines. Tiles are many and small: asking for each would take longer
-    /// than computing most of them.
+    /// Returns true if entries of the shelf are shared with other machines. Tiles are not: they are many and small, so
+    /// requesting each would take longer than computing most of them.
     pub(super) const fn travels(self) -> bool {
         !matches!(self, Self::Tiles)
     }
 }
 
-/// Returns true if a text is this many hexadecimal digits, as names of entries are.
+/// Returns true if a text is `letters` hexadecimal digits, as names of entries are.
 pub(super) fn is_hex(text: &str, letters: usize) -> bool {
     text.len() == letters && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'))
 }
 
-/// What the entries of one build have in common: names that no other build uses, and tags that no other build accepts.
+/// Names and seals the entries of one build: no other build uses the same names or accepts the same tags.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Seal {
     build: Key,
-    /// What only those know who may write, if there are others.
+    /// Shared by all machines that may write, if entries are shared.
     secret: Option<[u8; 32]>,
 }
 
@@ -75,15 +76,15 @@ impl std::fmt::Debug for Seal {
     }
 }
 
-/// Length and hash of a content.
+/// Length and hash of an entry's content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest {
-    /// Bytes.
+    /// Length in bytes.
     pub length: u64,
     hash: [u8; 32],
 }
 
-/// Makes a [`Digest`] of parts.
+/// Computes a [`Digest`] from successive parts.
 #[derive(Default)]
 pub struct Digester {
     length: u64,
@@ -91,34 +92,34 @@ pub struct Digester {
 }
 
 impl Digester {
-    /// Takes the next part.
+    /// Adds the next part.
     pub fn update(&mut self, part: &[u8]) {
         self.length += part.len() as u64;
         self.hasher.update(part);
     }
 
-    /// Of all parts.
+    /// Returns the digest of all parts.
     pub fn finish(&self) -> Digest {
         Digest { length: self.length, hash: *self.hasher.finalize().as_bytes() }
     }
 }
 
 impl Seal {
-    /// The bytes of a seal.
+    /// Length of a seal in bytes.
     pub const BYTES: usize = 8 + 8 + 16;
 
-    /// The seals of a build, named by its fingerprint.
+    /// The seals of the build with this fingerprint.
     pub const fn new(build: Key) -> Self {
         Self { build, secret: None }
     }
 
-    /// The same for those who know `secret`: without it nobody makes tags that it accepts.
+    /// A seal keyed with `secret`: tags it accepts cannot be forged without the secret.
     #[must_use]
     pub fn keyed(self, secret: &[u8]) -> Self {
         Self { secret: Some(blake3::derive_key("shibo 2026 entries of shared caches", secret)), ..self }
     }
 
-    /// A tag over `parts`, each delimited.
+    /// A tag over `parts`, each prefixed with its length.
     pub(super) fn tag(&self, domain: &str, parts: &[&[u8]]) -> [u8; 32] {
         let mut hasher = self.secret.as_ref().map_or_else(blake3::Hasher::new, blake3::Hasher::new_keyed);
         for part in std::iter::once(domain.as_bytes()).chain(parts.iter().copied()) {
@@ -128,17 +129,17 @@ impl Seal {
         *hasher.finalize().as_bytes()
     }
 
-    /// The name of an entry, in this build.
+    /// The name of an entry in this build.
     pub fn name(&self, key: Key) -> Key {
         let parts = [self.build.as_bytes().as_slice(), key.as_bytes()];
         match self.secret {
-            // The beginning of the tag: as good a name as any.
+            // The first 16 bytes of the tag serve as the name.
             Some(_) => Key::from_bytes(*self.tag("entry", &parts).first_chunk().unwrap_or(&[0; 16])),
             None => Key::of("entry", &parts),
         }
     }
 
-    /// What follows a content that belongs to `key`.
+    /// The seal to append to a content that belongs to `key`.
     pub fn of(&self, shelf: Shelf, key: Key, content: &Digest) -> [u8; Self::BYTES] {
         let length = content.length.to_le_bytes();
         let parts = [&self.build.as_bytes()[..], shelf.name().as_bytes(), key.as_bytes(), &length, &content.hash];
@@ -149,7 +150,7 @@ impl Seal {
         seal
     }
 
-    /// How long the content before `seal` is said to be; `None` if this is no seal.
+    /// The content length that `seal` states; `None` if the bytes are not a seal.
     pub fn length(seal: &[u8; Self::BYTES]) -> Option<u64> {
         let word = |at: usize| Some(u64::from_ne_bytes(*seal[at..].first_chunk()?));
         if word(0)? == MAGIC { word(8) } else { None }
@@ -161,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_seal_is_of_one_place_and_one_content() {
+    fn seals_differ_by_key_shelf_build_and_content() {
         let digest = |content: &[u8]| {
             let mut digester = Digester::default();
             content.chunks(2).for_each(|part| digester.update(part));

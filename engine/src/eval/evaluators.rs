@@ -1,4 +1,4 @@
-//! The engine as seen by code that computes whole pictures. The time that its inputs take is measured apart.
+//! The engine as seen by code that computes whole pictures. Time spent on its inputs is measured separately.
 use super::Event;
 use super::meter::Working;
 use super::run::{Run, node_code};
@@ -47,7 +47,7 @@ impl Evaluator for NodeEvaluator<'_, '_> {
 }
 
 impl<'g> Run<'g> {
-    /// The engine as `node` sees it, whose first output has this key.
+    /// Returns the engine for `node`, whose first output has the key `key`.
     pub(super) const fn evaluator<'r>(
         &'r self,
         node: &'r GraphNode,
@@ -57,15 +57,15 @@ impl<'g> Run<'g> {
         NodeEvaluator { run: self, node, key, working }
     }
 
-    /// Whether the work was cancelled.
+    /// Returns true if the work was cancelled.
     pub fn is_over(&self) -> bool {
         self.cancel.is_cancelled()
     }
 
-    /// What a node makes of other inputs than its own; `key` identifies them.
+    /// Evaluates a node with inputs other than its own; `key` identifies the inputs.
     ///
     /// # Errors
-    /// As the node says.
+    /// As the node reports.
     pub fn apply(&self, node: &GraphNode, inputs: &[Value], key: Key) -> Result<Outputs, Stop> {
         let working = self.meter.begin();
         let evaluator = self.evaluator(node, key, &working);
@@ -74,7 +74,7 @@ impl<'g> Run<'g> {
     }
 }
 
-/// The pictures that an operation on whole pictures reads.
+/// The pictures that a whole-picture operation reads.
 pub(super) struct Whole<'r, 'g> {
     pub(super) run: &'r Run<'g>,
     pub(super) reads: Vec<Read<'r>>,

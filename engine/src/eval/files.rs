@@ -1,9 +1,9 @@
-//! The files that nodes read, and whether they still are what keys say.
+//! The files that nodes read, and the check that their content still matches the keys.
 //!
-//! The key of a result contains the hashes of the files that its node reads, taken before the run begins. The node reads its
-//! files later: when it is evaluated, or when the first tile of one of its fields is filled. If a file changes in between,
-//! the result does not belong to the key. So the files are compared with their hashes once more after they were read; a
-//! result of changed files is refused with an error and never kept.
+//! The key of a result contains the hashes of the files that its node reads, computed before the run begins. The node
+//! reads its files later: when it is evaluated, or when the first tile of one of its fields is filled. If a file
+//! changes in between, the result does not belong to the key. The files are therefore compared with their hashes again
+//! after they were read; a result computed from changed files is refused with an error and never stored.
 use super::{Signature, lock};
 use crate::diagnostics::{Code, Problem};
 use crate::value::{
@@ -19,11 +19,11 @@ use std::time::SystemTime;
 /// A file of a node, as it was when the keys were derived.
 #[derive(Debug)]
 pub(super) struct KeyedFile {
-    /// The parameter that names it.
+    /// The parameter that names the file.
     field: &'static str,
     path: PathBuf,
     hash: [u8; 32],
-    /// The signature of the content with that hash, and when it was read.
+    /// The signature of the content with that hash, and the time when it was read.
     seen: Mutex<(Signature, SystemTime)>,
 }
 
@@ -32,7 +32,7 @@ impl KeyedFile {
     pub(super) fn read(field: &'static str, path: &Path) -> io::Result<Self> {
         let now = SystemTime::now();
         let metadata = fs::metadata(path)?;
-        // Opening a pipe would wait for somebody to write.
+        // Opening a pipe would wait for a writer.
         if !metadata.is_file() {
             return Err(io::Error::other("it is not a regular file"));
         }
@@ -40,22 +40,22 @@ impl KeyedFile {
         Ok(Self { field, path: path.to_owned(), hash, seen })
     }
 
-    /// The parameter that names it.
+    /// The parameter that names the file.
     pub(super) fn field(&self) -> &'static str {
         self.field
     }
 
-    /// Where it is.
+    /// The path of the file.
     pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The hash of its content.
+    /// The hash of the content.
     pub(super) fn hash(&self) -> &[u8; 32] {
         &self.hash
     }
 
-    /// Whether its content still has the hash. It is read again only if its signature does not tell.
+    /// Returns true if the content still has the hash. The content is read again only if its signature is inconclusive.
     fn is_unchanged(&self) -> bool {
         let now = SystemTime::now();
         let Some(metadata) = fs::metadata(&self.path).ok().filter(fs::Metadata::is_file) else { return false };
@@ -90,27 +90,28 @@ fn hash(path: &Path) -> io::Result<[u8; 32]> {
     Ok(*hasher.finalize().as_bytes())
 }
 
-/// Nothing is known of what fields read.
+/// State of a node's files: the content that its fields read is not verified yet.
 const UNKNOWN: u8 = 0;
-/// What they read is what the keys say. They keep it, so that files may change from here on.
+/// Verified: the fields read the content that the keys state and hold it in memory, so the files may change from now
+/// on.
 const PROVEN: u8 = 1;
-/// They may have read another content, and keep it.
+/// Refused: the fields may have read other content and hold it in memory.
 const REFUSED: u8 = 2;
 
-/// The files of a node that was evaluated, and what its fields read of them.
+/// The files of an evaluated node, and whether the content its fields read was verified.
 pub(super) struct NodeFiles {
     files: Arc<[KeyedFile]>,
     state: AtomicU8,
 }
 
 impl NodeFiles {
-    /// Nothing was read yet.
+    /// Starts with files that were not read yet.
     pub(super) fn new(files: Arc<[KeyedFile]>) -> Arc<Self> {
         Arc::new(Self { files, state: AtomicU8::new(UNKNOWN) })
     }
 
-    /// What `work` gives, which reads the files, if they are unchanged after that. An error of `work` counts only if they
-    /// are: a file that is being written is easily taken for a damaged one.
+    /// Runs `work`, which reads the files, and checks the files afterwards. Changed files take precedence over an error
+    /// of `work`: a file that is being written is easily taken for a damaged one.
     pub(super) fn evaluate<T>(&self, work: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
         match work() {
             Err(Stop::Cancelled) => Err(Stop::Cancelled),
@@ -122,7 +123,7 @@ impl NodeFiles {
         self.files.iter().try_for_each(KeyedFile::check)
     }
 
-    /// The same for work on a field, which may read the files unless another field of the node did so before.
+    /// Runs work on a field, which may read the files unless another field of the node has read them before.
     fn fill<T>(&self, work: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
         if self.state.load(Ordering::Acquire) == PROVEN {
             return work();
@@ -144,7 +145,7 @@ impl NodeFiles {
         }
     }
 
-    /// A value that the node made, whose fields read files under this supervision.
+    /// Wraps the fields of a value of the node, so that their reading of files is checked.
     pub(super) fn supervise(self: &Arc<Self>, value: &Value) -> Value {
         let field = |field: &Field| match field.as_constant() {
             Some(_) => field.clone(),
@@ -165,7 +166,7 @@ impl NodeFiles {
     }
 }
 
-/// The code of a field whose node reads files.
+/// A field whose node reads files.
 struct Supervised {
     field: Field,
     files: Arc<NodeFiles>,

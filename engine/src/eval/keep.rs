@@ -1,68 +1,69 @@
-//! What is worth keeping beyond the process: time spared later, weighed against the time to write.
+//! Decides which results to store beyond the process: time saved later, weighed against the time to write.
 //!
-//! Every result has a *debt*: the CPU time that it takes to have it again when no result that is kept is made again. That is
-//! its own time and the debts of what it reads, which are nothing for what is kept. A tile is kept when
+//! Every result has a *debt*: the CPU time needed to recompute it from stored results. The debt is the result's own
+//! time plus the debts of its inputs; the debt of a stored result is zero. A tile is stored if
 //!
 //! ```text
 //! min(debt, computed − charged) ≥ R · write        R = (pixels / 1024²)⁴, at least 1 and at most 32
 //! ```
 //!
-//! - `write` is the time to write it: its bytes, and some for the entry itself, at the rate measured so far in this process.
-//! - `pixels` are those of the whole picture. Small pictures keep whatever takes longer than to write it, so that an edit
-//!   computes nothing that is not downstream of it. A large one holds hundreds of MB of tiles, and writing them all would
-//!   take half as long as computing them; there a kept tile stands for 32 times its writing.
-//! - `computed` is the time of all code of nodes so far, and every kept tile charges `R · write`. So all writing together
-//!   takes at most `1 / R` of the computing, however debts that several readers share are counted.
+//! - `write` is the time to write the tile: its bytes, plus a fixed overhead per entry, at the rate measured so far in
+//!   this process.
+//! - `pixels` counts the whole picture. Small pictures store every tile that takes longer to compute than to write, so
+//!   that an edit recomputes only nodes downstream of it. A large picture has hundreds of MB of tiles; writing all of
+//!   them would take half as long as computing them, so a stored tile must save up to 32 times its writing.
+//! - `computed` is the time of all code of nodes so far. Every stored tile adds `R · write` to `charged`, so all
+//!   writing together takes at most `1 / R` of the computing, even if several readers count the same debt.
 //!
-//! What an edit makes again upstream of it is then less than `R · write` for each field that is read there.
+//! An edit then recomputes less than `R · write` upstream of it, for each field read there.
 //!
-//! Objects are few and small, and often cost seconds: one is kept when it took longer than to write it, and at least
-//! [`OBJECT`]. Encoded pictures are kept always: with them a second run computes nothing.
+//! Objects are few and small, and often take seconds to compute: an object is stored if it took longer than to write
+//! it, and at least [`OBJECT`]. Encoded pictures are always stored, so a second run computes nothing.
 use super::demand::{At, at, reads};
 use crate::value::{Field, Grid, TILE, Window};
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// An object that takes less is made again.
+/// An object that takes less time is not stored.
 const OBJECT: Duration = Duration::from_micros(700);
-/// Of pictures with so many pixels, what takes longer than to write it is kept.
+/// Pictures of at most this many pixels store every tile that takes longer to compute than to write.
 const SMALL: f64 = 1024.0 * 1024.0;
-/// The most times that the writing of a kept tile must be saved.
+/// Upper limit of the factor `R`: how many times its own writing a stored tile must save.
 const MOST: f64 = 32.0;
-/// The bytes that could be written in the time that making, sealing and naming an empty entry takes.
+/// Overhead of an entry: creating, sealing and naming it takes as long as writing this many bytes.
 const ENTRY: f64 = 65_536.0;
-/// What is believed of the rate before anything is measured: seconds for a byte, and how many bytes' worth of measurements
-/// that belief weighs.
+/// Prior for the write rate: seconds per byte, and the number of measured bytes that weigh as much as this prior.
 const RATE: (f64, f64) = (0.9e-3 / 1_048_576.0, 32.0 * 1_048_576.0);
-/// No single field may take more than this part of a store.
+/// A single field may take at most one part in this many of a store.
 const SHARE_OF_ROOM: u64 = 32;
-/// The debts of so many fields are remembered.
+/// Number of fields whose debts are remembered.
 const REMEMBERED: usize = 1 << 16;
 
-/// In mm², which all grids have in common.
+/// Area of a window in mm², a unit that all grids have in common.
 fn area(grid: &Grid, window: Window) -> f64 {
     window.len() as f64 * grid.step.x * grid.step.y
 }
 
-/// Weighs results. Lives as long as the caches do, so that what one run learns the next one knows.
+/// Decides whether results are stored. Lives as long as the caches, so one run profits from the measurements of the
+/// last.
 #[derive(Default)]
-pub(super) struct Keeper(Mutex<State>);
+pub(super) struct CachePolicy(Mutex<State>);
 
 #[derive(Default)]
 struct State {
-    /// Seconds for each mm² of a field.
+    /// Debt of each field in seconds per mm².
     debts: HashMap<At, f64>,
-    /// Seconds of all code of nodes.
+    /// Seconds of all node code so far.
     computed: f64,
-    /// Seconds of that which kept results have been charged with.
+    /// Seconds charged for stored tiles and objects.
     charged: f64,
-    /// Seconds and bytes of all writing, each entry counting as `entry` more.
+    /// Seconds and bytes of all writing; each entry counts `ENTRY` extra bytes.
     written: (f64, f64),
 }
 
 impl State {
-    /// The seconds that writing takes.
+    /// Estimated seconds to write `bytes`.
     fn write(&self, bytes: u64) -> f64 {
         let (rate, weight) = RATE;
         (bytes as f64 + ENTRY) * (rate * weight + self.written.0) / (weight + self.written.1)
@@ -75,13 +76,13 @@ impl State {
     }
 }
 
-impl Keeper {
+impl CachePolicy {
     fn state(&self) -> MutexGuard<'_, State> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Notes that `window` of a field was computed, its own code having taken `own`, and gives its debt. To be told of every
-    /// field that code runs for, whether its tiles are kept or not.
+    /// Records that `window` of a field was computed, with `own` spent in its own code, and returns its debt. Must be
+    /// called for every field whose code runs, even if its tiles are not stored.
     pub(super) fn filled(&self, field: &Field, grid: &Grid, window: Window, own: Duration) -> Duration {
         let area = area(grid, window);
         let mut inputs: Vec<At> = Vec::new();
@@ -93,7 +94,7 @@ impl Keeper {
         let mut state = self.state();
         state.computed += own.as_secs_f64();
         let inputs: f64 = inputs.iter().filter_map(|input| state.debts.get(input)).sum();
-        // To compute everything again takes no longer than it did.
+        // Recomputing everything takes no longer than it did the first time.
         let debt = (own.as_secs_f64() + inputs * area).min(state.computed);
         if state.debts.len() >= REMEMBERED {
             state.debts.clear();
@@ -103,14 +104,14 @@ impl Keeper {
         Duration::from_secs_f64(debt)
     }
 
-    /// The debt of a window of a field that was computed in parts.
+    /// The debt of a window that was computed in parts.
     pub(super) fn owed(&self, field: &Field, grid: &Grid, window: Window) -> Duration {
         let state = self.state();
         let owed = state.debts.get(&at(field, grid)).map_or(0.0, |debt| debt * area(grid, window));
         Duration::from_secs_f64(owed.min(state.computed))
     }
 
-    /// Whether a tile of a field is to be kept in a store with so much room; if so, it is to be written.
+    /// Returns true if a tile should be stored in a store with this much room; the caller must then write it.
     pub(super) fn tile(&self, field: &Field, grid: &Grid, bytes: usize, debt: Duration, room: u64) -> bool {
         if !fits(field, grid, room) {
             return false;
@@ -124,12 +125,12 @@ impl Keeper {
         worth
     }
 
-    /// Notes that the code of a node took `time` for objects.
+    /// Records that a node spent `time` on objects.
     pub(super) fn made(&self, time: Duration) {
         self.state().computed += time.as_secs_f64();
     }
 
-    /// Whether an object of about so many bytes is to be kept.
+    /// Returns true if an object of about `bytes` bytes should be stored.
     pub(super) fn object(&self, bytes: usize, time: Duration) -> bool {
         let mut state = self.state();
         let price = state.write(bytes as u64);
@@ -138,7 +139,7 @@ impl Keeper {
         worth
     }
 
-    /// Notes what writing took.
+    /// Records the time of a write.
     pub(super) fn wrote(&self, bytes: usize, time: Duration) {
         let mut state = self.state();
         state.written.0 += time.as_secs_f64();
@@ -146,13 +147,14 @@ impl Keeper {
     }
 }
 
-/// True if all tiles of a field fit into its share of the store. A field on a grid without a picture has no bound.
+/// Returns true if all tiles of a field fit into its share of the store. A field on a grid without a picture is
+/// unbounded and never fits.
 pub(super) fn fits(field: &Field, grid: &Grid, room: u64) -> bool {
     let pixels = grid.picture().map(|p| u64::from(p.x) * u64::from(p.y));
     pixels.is_some_and(|pixels| pixels * 4 * field.channels() as u64 <= room / SHARE_OF_ROOM)
 }
 
-/// How many times the writing of a tile must be saved.
+/// The factor `R` of a grid: how many times its own writing a stored tile must save.
 fn times(grid: &Grid) -> f64 {
     let whole = |pixels: u32| f64::from(pixels.max(TILE));
     let pixels = grid.picture().map_or(f64::INFINITY, |p| whole(p.x) * whole(p.y));
@@ -185,26 +187,26 @@ mod tests {
         keyed(Field::map(Type::Gray, inputs.map(Field::clone), Halo::px(1), |_, _| Ok(())), name)
     }
 
-    /// The time to write a tile, of which nothing was measured yet.
+    /// The estimated time to write a tile before any measurement.
     fn writing() -> Duration {
         Duration::from_secs_f64(State::default().write(BYTES as u64))
     }
 
-    /// A keeper in whose process code has run for so many seconds.
-    fn after(seconds: f64) -> Keeper {
-        let keeper = Keeper::default();
+    /// A policy in whose process node code has run for this many seconds.
+    fn after(seconds: f64) -> CachePolicy {
+        let keeper = CachePolicy::default();
         keeper.made(Duration::from_secs_f64(seconds));
         keeper
     }
 
-    /// Whether a tile of a field whose code took `own` is kept.
-    fn fill(keeper: &Keeper, field: &Field, grid: &Grid, own: Duration) -> bool {
+    /// Fills a tile with `own` time in the field's code; returns true if the tile should be stored.
+    fn fill(keeper: &CachePolicy, field: &Field, grid: &Grid, own: Duration) -> bool {
         let debt = keeper.filled(field, grid, WINDOW, own);
         keeper.tile(field, grid, BYTES, debt, 1 << 40)
     }
 
     #[test]
-    fn small_pictures_keep_what_takes_longer_than_to_write_it() {
+    fn stores_tiles_of_small_pictures_that_take_longer_than_writing() {
         for pixels in [1, 256, 1024] {
             let keeper = after(9.0);
             assert!(!fill(&keeper, &source("a"), &grid(pixels), writing().mul_f64(0.9)), "{pixels}");
@@ -213,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn large_pictures_keep_what_takes_many_times_as_long() {
+    fn stores_tiles_of_large_pictures_that_take_many_times_longer() {
         for (pixels, times) in [(1228, 4.278), (2048, 32.0), (16_384, 32.0)] {
             let keeper = after(9.0);
             assert!(!fill(&keeper, &source("a"), &grid(pixels), writing().mul_f64(0.99 * times)), "{pixels}");
@@ -222,21 +224,21 @@ mod tests {
     }
 
     #[test]
-    fn debts_add_up_until_something_is_kept() {
+    fn sums_debts_until_a_tile_is_stored() {
         let (keeper, grid, own) = (after(9.0), grid(2048), writing().mul_f64(10.0));
         let mut kept = Vec::new();
         let mut field = source("0");
         for name in 1..=8 {
             kept.push(fill(&keeper, &field, &grid, own));
-            // What reads a field twice makes it once.
+            // A reader that reads a field twice computes it once.
             field = reader([&field, &field], &name.to_string());
         }
-        // The fourth of a chain owes 40 times its writing; those after it begin anew.
+        // The fourth field of a chain owes 40 times its writing; the fields after it start again from zero.
         assert_eq!(kept, [false, false, false, true, false, false, false, true]);
     }
 
     #[test]
-    fn several_branches_add_up_in_proportion_to_what_is_read() {
+    fn sums_debts_of_branches_in_proportion_to_their_area() {
         let (keeper, grid) = (after(9.0), grid(2048));
         let (a, b) = (source("a"), source("b"));
         keeper.filled(&a, &grid, WINDOW, writing().mul_f64(9.0));
@@ -250,11 +252,11 @@ mod tests {
     }
 
     #[test]
-    fn writing_never_takes_more_than_its_part() {
-        let (keeper, grid) = (Keeper::default(), grid(2048));
+    fn limits_writing_to_its_share_of_computing() {
+        let (keeper, grid) = (CachePolicy::default(), grid(2048));
         let dear = source("dear");
         let mut written = 0;
-        // Each of these readers owes all that `dear` took, which was computed once.
+        // Each of these readers owes all the time of the source, which was computed once.
         keeper.filled(&dear, &grid, WINDOW, writing().mul_f64(80.0));
         for i in 0..100 {
             let reader = reader([&dear, &dear], &i.to_string());
@@ -264,8 +266,8 @@ mod tests {
     }
 
     #[test]
-    fn a_ladder_of_readers_owes_no_more_than_was_computed() {
-        let (keeper, grid) = (Keeper::default(), grid(2048));
+    fn limits_debt_to_the_time_computed() {
+        let (keeper, grid) = (CachePolicy::default(), grid(2048));
         let (mut a, mut b) = (source("a"), source("b"));
         let own = Duration::from_micros(10);
         let mut debt = Duration::ZERO;
@@ -278,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn slow_stores_are_given_less() {
+    fn stores_less_in_slow_stores() {
         let (keeper, grid) = (after(9.0), grid(1024));
         let own = writing().mul_f64(1.5);
         assert!(fill(&keeper, &source("a"), &grid, own));
@@ -290,8 +292,8 @@ mod tests {
     }
 
     #[test]
-    fn objects_are_kept_when_they_took_longer_than_to_write_them() {
-        let keeper = Keeper::default();
+    fn stores_objects_that_take_longer_than_writing() {
+        let keeper = CachePolicy::default();
         assert!(keeper.object(1000, Duration::from_millis(1)));
         assert!(!keeper.object(1000, Duration::from_micros(600)));
         assert!(!keeper.object(100 << 20, Duration::from_millis(50)));
@@ -299,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_room_or_no_end_is_not_kept() {
+    fn skips_tiles_of_too_large_or_unbounded_fields() {
         let (keeper, field) = (after(9.0), source("a"));
         let endless = Grid { period: None, ..grid(256) };
         let debt = Duration::from_secs(5);

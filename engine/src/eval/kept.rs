@@ -1,4 +1,5 @@
-//! Puts results into the store and takes them out. The [`Keeper`](super::keep::Keeper) decides which are worth keeping.
+//! Writes results to the store and reads them back. The [`CachePolicy`](super::keep::CachePolicy) decides which results
+//! to store.
 use super::run::Run;
 use super::stats::Stored;
 use super::{Shelf, TileKey, codec, keep, lock};
@@ -7,10 +8,10 @@ use cpu_time::ThreadTime;
 use glam::{DVec2, UVec2};
 use std::time::Duration;
 
-/// What was prepared of whole pictures is not kept if it takes more than this part of a store.
+/// Data prepared from whole pictures is not stored if it takes more than one part in this many of a store.
 const WHOLE: u64 = 4;
 
-/// A tile with its place: the grid, the window and the number of channels, then the values.
+/// Serializes a tile: grid, window and number of channels, then the values.
 fn bytes_of(tile: &Tile) -> Vec<u8> {
     let (grid, window) = (tile.grid, tile.window);
     let shown = grid.shown.unwrap_or(DVec2::ZERO);
@@ -44,7 +45,7 @@ fn tile_of(bytes: &[u8]) -> Option<Tile> {
 }
 
 impl Run<'_> {
-    /// An object from the store. One of a wrong type is removed.
+    /// Reads an object from the store. Removes an object of the wrong type.
     pub(super) fn stored_object(&self, key: Key, ty: Type) -> Option<Value> {
         let store = self.caches.store.as_ref().filter(|_| codec::is_data(ty))?;
         let value = codec::decode(&store.get(Shelf::Objects, key)?).filter(|value| value.ty() == ty);
@@ -54,7 +55,7 @@ impl Run<'_> {
         value
     }
 
-    /// Puts a new object into the store, if it is worth that.
+    /// Stores a new object if it is worth storing.
     pub(super) fn keep_object(&self, key: Key, value: &Value, time: Duration) {
         if let Some(store) = &self.caches.store
             && codec::is_data(value.ty())
@@ -72,7 +73,7 @@ impl Run<'_> {
         lock(&self.stored).push((key, stored));
     }
 
-    /// What was put into the store for the whole graph or whole pictures, in the order of the graph.
+    /// The results stored for objects and whole pictures, in the order of the graph.
     pub fn stored(&self) -> Vec<Stored> {
         let stored = lock(&self.stored);
         let mut found = Vec::new();
@@ -89,7 +90,7 @@ impl Run<'_> {
         found
     }
 
-    /// What a field prepared of whole pictures, from the store.
+    /// Reads the data that a field prepared from whole pictures.
     pub(super) fn stored_whole(&self, at: &TileKey) -> Option<Tile> {
         let store = self.caches.store.as_ref()?;
         let tile = tile_of(&store.get(Shelf::Wholes, at.name())?);
@@ -99,7 +100,7 @@ impl Run<'_> {
         tile
     }
 
-    /// Puts what a field prepared into the store, if it is worth that; `owner` is the result that it belongs to.
+    /// Stores the data that a field prepared if it is worth storing; `owner` is the result that the field belongs to.
     pub(super) fn keep_whole(&self, at: &TileKey, tile: &Tile, owner: Option<Key>, time: Duration) {
         let Some(store) = self.caches.store.as_ref().filter(|store| tile.bytes() as u64 <= store.room() / WHOLE) else {
             return;
@@ -111,13 +112,13 @@ impl Run<'_> {
         }
     }
 
-    /// A tile from the store. One of a wrong size is removed.
+    /// Reads a tile from the store. Removes a tile of the wrong size.
     pub(super) fn stored_tile(&self, at: &TileKey, field: &Field, grid: &Grid) -> Option<Tile> {
         let store = self.caches.store.as_ref().filter(|store| keep::fits(field, grid, store.room()))?;
         at.load(&**store, grid, field.channels())
     }
 
-    /// Puts a new tile into the store, if it is worth that.
+    /// Stores a new tile if it is worth storing.
     pub(super) fn keep_tile(&self, at: &TileKey, field: &Field, tile: &Tile, debt: Duration) {
         let (Some(store), keeper) = (&self.caches.store, &self.caches.keeper) else { return };
         let bytes: &[u8] = bytemuck::cast_slice(tile.data());

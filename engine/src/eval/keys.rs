@@ -11,9 +11,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Names the way in which keys are derived, after the version that began with it. It is not the version of the program: the
-/// same graph has the same keys in every build, and pictures tell of them. What keeps the results of builds apart is the
-/// seal of their entries ([`Seal`](super::Seal)).
+/// Version of the key derivation, named after the program version that introduced it. The same graph has the same keys
+/// in every build, and pictures contain them. The seal of entries ([`Seal`](super::Seal)) keeps the results of
+/// different builds apart.
 const DOMAIN: &str = "shibo 0.1.0";
 
 /// The keys of the outputs of every node of a graph.
@@ -21,15 +21,15 @@ const DOMAIN: &str = "shibo 0.1.0";
 pub struct Keys {
     outputs: Vec<Vec<Key>>,
     order: Vec<NodeIndex>,
-    /// The files of the nodes that read some.
+    /// The files of the nodes that read files.
     files: BTreeMap<NodeIndex, Arc<[KeyedFile]>>,
 }
 
 impl Keys {
-    /// Derives the keys of all nodes. Reads the files that nodes name, to hash their content.
+    /// Derives the keys of all nodes. Reads the files that nodes name and hashes their content.
     ///
     /// # Errors
-    /// A file that cannot be read, at the parameter that names it.
+    /// A file that cannot be read, reported at the parameter that names it.
     pub fn of(graph: &Graph) -> Result<Self, Vec<Diagnostic>> {
         let mut keys = Self { outputs: vec![Vec::new(); graph.nodes.node_count()], ..Self::default() };
         let mut errors = Vec::new();
@@ -59,7 +59,7 @@ impl Keys {
             parts.push(port.as_bytes());
             parts.push(key.as_bytes());
         }
-        // In a set of files it matters which of its tiles each one is.
+        // In a set of UDIM files, the key depends on the tile number of each file.
         let tiles: Vec<Option<[u8; 4]>> = files.iter().map(|file| tile(node, file)).collect();
         for (file, tile) in files.iter().zip(&tiles) {
             parts.push(file.hash());
@@ -74,7 +74,7 @@ impl Keys {
         outputs
     }
 
-    /// The key of what goes into a slot.
+    /// The key of a slot's input.
     pub fn input(&self, input: &Input) -> Key {
         match input {
             Input::Wire { node, output } => self.output(*node, *output),
@@ -92,14 +92,14 @@ impl Keys {
         self.files.get(&node).cloned()
     }
 
-    /// All nodes, each after those that it reads.
+    /// All nodes, each after its inputs.
     pub fn order(&self) -> &[NodeIndex] {
         &self.order
     }
 }
 
-/// The slot whose value a node passes on as its main output, if it does. A picture that becomes a field is another value
-/// and has a key of its own.
+/// The slot whose value a node passes on unchanged as its main output, if any. A picture converted to a field is a
+/// different value with its own key.
 pub(super) fn no_op_slot(graph: &Graph, node: &GraphNode) -> Option<usize> {
     let port = node.node.no_op()?;
     let mut slots = node.slots.iter().enumerate().filter(|(_, name)| *name == port);
@@ -123,7 +123,7 @@ fn facts(canvas: &Canvas, wanted: &[Fact]) -> Vec<u8> {
     bytes
 }
 
-/// The number of the UDIM tile that a file is of.
+/// The UDIM tile number of a file.
 fn tile(node: &GraphNode, file: &KeyedFile) -> Option<[u8; 4]> {
     let (_, set) = node.node.files().into_iter().find(|(field, _)| *field == file.field())?;
     Some(udim_file(Path::new(&set.0), file.path())?.number.to_le_bytes())

@@ -7,8 +7,8 @@ use quick_cache::{DefaultHashBuilder, OptionsBuilder};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// More values are not kept if they belong to other graphs: fields, solids and the like weigh nothing here, but take some kilobytes
-/// each, and a sweep makes some hundred of them for each variant.
+/// If there are more values, those of other graphs are dropped. Fields, solids and other lazy values count as zero
+/// bytes but take some kilobytes each, and a sweep makes several hundred of them for each variant.
 const MANY: usize = 1024;
 
 /// The identity of a tile.
@@ -18,15 +18,16 @@ pub struct TileKey {
     pub field: Key,
     /// The grid.
     pub grid: GridId,
-    /// The pixels: a whole tile, or a part of one; [`TileKey::PREPARED`] for what a field prepared of the whole picture.
+    /// The pixels: a whole tile or a part of one; [`TileKey::PREPARED`] for data that a field prepared from the whole
+    /// picture.
     pub window: Window,
 }
 
 impl TileKey {
-    /// In place of pixels: what a field prepared of the whole picture.
+    /// Stands for a window: data that a field prepared from the whole picture.
     pub const PREPARED: Window = Window { x: 0, y: 0, width: 0, height: 0 };
 
-    /// As a key.
+    /// The tile's key in a store.
     pub(super) fn name(&self) -> Key {
         let Window { x, y, width, height } = self.window;
         let window = [x.to_le_bytes(), y.to_le_bytes(), width.to_le_bytes(), height.to_le_bytes()];
@@ -64,22 +65,23 @@ impl Weighter<Key, Value> for Bytes {
 }
 
 pub(super) type Tiles = Cache<TileKey, Arc<Tile>, Bytes>;
-/// Held while a tile is made; others that want the tile wait.
+/// Held while a tile is computed; other threads that need the tile wait.
 pub(super) type Guard<'c> =
     PlaceholderGuard<'c, TileKey, Arc<Tile>, Bytes, DefaultHashBuilder, DefaultLifecycle<TileKey, Arc<Tile>>>;
 pub(super) type Objects = Cache<Key, Value, Bytes>;
 
-/// Results by key, within a budget of bytes. Objects are expensive to make and have a share of their own, which tiles cannot
-/// use.
+/// Results by key, within a budget of bytes. Objects are expensive to compute and have their own share, which tiles
+/// cannot use.
 ///
-/// Fields and other values that are evaluated later weigh next to nothing, but share the objects that they were made of, which then
-/// stay alive when the cache has long let go of them. So all objects are watched, wherever they are, and what holds too many of them is let go of.
+/// Fields and other lazy values count as almost nothing, but they hold references to the objects they were made from,
+/// which keep those objects alive after the cache dropped them. All living objects are therefore tracked, and values
+/// that hold too many of them are dropped.
 pub struct MemoryCache {
     pub(super) tiles: Tiles,
     pub(super) objects: Objects,
-    /// The bytes that objects may have in all.
+    /// The bytes that all objects together may take.
     share: u64,
-    /// The objects that were alive when they were last counted, by their address, and their bytes.
+    /// Objects alive at the last count by address, with their bytes.
     watched: Mutex<BTreeMap<usize, (Handle, u64)>>,
 }
 
@@ -87,7 +89,7 @@ fn cache<K: Eq + std::hash::Hash, V: Clone>(bytes: u64, item: u64) -> Cache<K, V
 where
     Bytes: Weighter<K, V>,
 {
-    // One shard per item that fits, so that a small budget still holds large items.
+    // At most one shard per eight fitting items: a small budget must still hold large items.
     let shards = (bytes / (8 * item)).clamp(1, 16);
     let options = OptionsBuilder::new()
         .estimated_items_capacity(usize::try_from((bytes / item).clamp(16, 1 << 20)).unwrap_or(1 << 20))
@@ -107,7 +109,7 @@ impl MemoryCache {
         Self { tiles: cache(bytes / 4 * 3, tile), objects, share, watched: Mutex::default() }
     }
 
-    /// Keeps a value, within the budget.
+    /// Inserts a value, within the budget.
     pub(super) fn keep(&self, key: Key, value: Value) {
         if let Some(handle) = value.handle() {
             let mut watched = self.watched.lock().unwrap_or_else(PoisonError::into_inner);
@@ -116,28 +118,28 @@ impl MemoryCache {
         self.objects.insert(key, value);
     }
 
-    /// The bytes of all objects that are alive.
+    /// The bytes of all living objects.
     pub fn alive(&self) -> u64 {
         let mut watched = self.watched.lock().unwrap_or_else(PoisonError::into_inner);
         watched.retain(|_, (handle, _)| handle.strong_count() > 0);
         watched.values().map(|(_, bytes)| bytes).sum()
     }
 
-    /// If objects take more than their share, or there are too many values, lets go of fields and the like that are not `needed`,
-    /// and of the objects that only they hold: a field is made again in no time, an object is in the cache or in the store if it is
-    /// worth it.
+    /// If objects exceed their share, or there are too many values, drops lazy values that are not `needed`, and with
+    /// them the objects that only they hold. A lazy value is recreated in no time; an object worth keeping is in the
+    /// cache or in the store.
     pub(super) fn relieve(&self, needed: impl Fn(&Key) -> bool) {
         if self.alive() > self.share || self.objects.len() > MANY {
             self.objects.retain(|key, value| value.handle().is_some() || needed(key));
         }
     }
 
-    /// The bytes that it holds.
+    /// The bytes that the cache holds.
     pub fn bytes(&self) -> u64 {
         self.tiles.weight() + self.objects.weight()
     }
 
-    /// Forgets everything.
+    /// Removes everything.
     pub fn clear(&self) {
         self.tiles.clear();
         self.objects.clear();

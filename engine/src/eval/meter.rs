@@ -1,20 +1,20 @@
-//! The CPU time of nodes that compute whole results, on as many threads as they like.
+//! Measures the CPU time of nodes that compute whole results, on any number of threads.
 //!
-//! A thread's own clock does not see what other threads do for it, so the clock of the process is read whenever a node begins,
-//! ends, or reads a field. The time since the last reading belongs to the nodes that run. Several nodes that run at the same time
-//! share it equally, so all of them together never have more than the process. The time of tiles is measured on their threads and
-//! is not shared.
+//! A thread's own clock misses work that other threads do for it, so the process clock is read whenever a node begins,
+//! ends, or reads a field. The time since the last reading belongs to the running nodes. Nodes that run at the same
+//! time share it equally, so their sum never exceeds the time of the process. The time of tiles is measured on their
+//! threads and is not shared.
 use cpu_time::ProcessTime;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Shares the CPU time of the process among what runs.
+/// Divides the CPU time of the process among the running nodes.
 #[derive(Default)]
 pub(super) struct Meter {
     state: Mutex<State>,
-    /// Nanoseconds that were spent on tiles.
+    /// Nanoseconds spent on tiles.
     tiles: AtomicU64,
 }
 
@@ -22,21 +22,21 @@ pub(super) struct Meter {
 struct State {
     running: BTreeMap<u64, Share>,
     next: u64,
-    /// The CPU time of the process, and that of tiles, when it was last shared.
+    /// CPU time of the process, and of tiles, at the last division.
     before: (Duration, Duration),
-    /// Time of tiles that was shared before it was known to be theirs.
+    /// Tile time that was given to nodes before it was known to belong to tiles.
     owed: Duration,
 }
 
 #[derive(Default)]
 struct Share {
     time: Duration,
-    /// The number of fields that are read for it.
+    /// Number of fields being read for this node.
     reads: u32,
 }
 
 impl State {
-    /// Shares what was spent up to `process`, of which `tiles` belongs to tiles.
+    /// Divides the time spent up to `process`, of which `tiles` belongs to tiles.
     fn share(&mut self, process: Duration, tiles: Duration) {
         let (spent, known) = (process.saturating_sub(self.before.0), tiles.saturating_sub(self.before.1));
         self.before = (process.max(self.before.0), tiles.max(self.before.1));
@@ -61,7 +61,7 @@ impl Meter {
         state
     }
 
-    /// Something begins to run.
+    /// Starts measuring a node.
     pub(super) fn begin(&self) -> Working<'_> {
         let mut state = self.now();
         let number = state.next;
@@ -70,13 +70,13 @@ impl Meter {
         Working { meter: self, number }
     }
 
-    /// A tile took so much time of a thread.
+    /// Records thread time spent on a tile.
     pub(super) fn tile(&self, time: Duration) {
         self.tiles.fetch_add(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
     }
 }
 
-/// Something that runs until this is dropped.
+/// A running node; measured until dropped.
 pub(super) struct Working<'m> {
     meter: &'m Meter,
     number: u64,
@@ -89,7 +89,7 @@ impl Working<'_> {
         }
     }
 
-    /// Reads a field: that is the work of others.
+    /// Reads a field; the node is not charged for this time.
     pub(super) fn read<T>(&self, read: impl FnOnce() -> T) -> T {
         self.count(|reads| *reads += 1);
         let read = read();
@@ -97,7 +97,7 @@ impl Working<'_> {
         read
     }
 
-    /// Its CPU time so far.
+    /// The node's CPU time so far.
     pub(super) fn time(&self) -> Duration {
         self.meter.now().running.get(&self.number).map_or(Duration::ZERO, |share| share.time)
     }
@@ -116,12 +116,12 @@ mod tests {
     const SECOND: Duration = Duration::from_secs(1);
 
     #[test]
-    fn shares_the_time_of_the_process_among_what_runs() {
+    fn divides_process_time_among_running_nodes() {
         let mut state = State::default();
         state.running.insert(0, Share::default());
         state.share(SECOND, Duration::ZERO);
         state.running.insert(1, Share::default());
-        // Two more seconds for both, and four of which one was spent on tiles while the second node read them.
+        // Two more seconds for both nodes, then four, of which one was spent on tiles while the second node read them.
         state.share(3 * SECOND, Duration::ZERO);
         state.running.get_mut(&1).unwrap().reads = 1;
         state.share(7 * SECOND, SECOND);
@@ -130,15 +130,15 @@ mod tests {
     }
 
     #[test]
-    fn time_of_tiles_that_is_known_late_is_given_back() {
+    fn deducts_tile_time_that_is_reported_late() {
         let mut state = State::default();
         state.running.insert(0, Share::default());
         state.share(4 * SECOND, Duration::ZERO);
-        // A tile that took three seconds is done now: two of them were shared already.
+        // A tile that took three seconds ends now: two of them were already given to the node.
         state.share(5 * SECOND, 3 * SECOND);
         state.share(9 * SECOND, 3 * SECOND);
         assert_eq!(state.running[&0].time, (4 + 4 - 2) * SECOND);
-        // Time that is spent while nothing runs is not counted.
+        // Time that passes while nothing runs is not counted.
         state.running.clear();
         state.share(20 * SECOND, 3 * SECOND);
         state.running.insert(1, Share::default());

@@ -1,8 +1,8 @@
-//! Evaluation: keys before values, objects before tiles, everything cached by what it is.
+//! Evaluation: derives keys before values and objects before tiles, and caches every result under its key.
 //!
-//! [`Keys`] names the result of every node without computing it. A [`Run`] makes the values that are wanted: objects
-//! first, in parallel where they are independent, then tiles of fields, in parallel, each on one thread. What has its
-//! key in the [`MemoryCache`] or in the [`Store`], a [`DiskCache`] for now, is not computed.
+//! [`Keys`] names the result of every node without computing it. A [`Run`] computes the requested values: objects
+//! first, in parallel where they are independent, then tiles of fields, in parallel, each on one thread. A result whose
+//! key is in the [`MemoryCache`] or in the [`Store`], currently a [`DiskCache`], is not computed.
 mod bounds;
 mod cancel;
 mod codec;
@@ -50,15 +50,16 @@ pub use store::{Layers, MemoryStore, Store};
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+/// Locks `mutex`, also if a thread panicked while it held the lock.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// What an observer is told while a graph is evaluated.
+/// Events reported to an observer during an evaluation.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Event {
-    /// A node has come so far; `done == total` when it is finished.
+    /// Progress of a node; `done == total` when it is finished.
     Node {
         /// The node's name.
         name: String,
@@ -67,20 +68,20 @@ pub enum Event {
         /// Steps to do.
         total: u64,
     },
-    /// So many pixel rows of all outputs together are made.
+    /// Pixel rows completed, over all outputs.
     Rows {
         /// Rows done.
         done: u64,
         /// Rows to do.
         total: u64,
     },
-    /// Something that the user should know.
+    /// A warning for the user.
     Warning(crate::diagnostics::Diagnostic),
 }
 
-/// Told of progress and warnings, from any thread.
+/// Receives progress and warnings, from any thread.
 pub trait Observer: Sync {
-    /// Something happened.
+    /// Called for each event.
     fn event(&self, event: Event);
 }
 

@@ -1,7 +1,7 @@
 //! One evaluation of a graph.
 use super::demand::At;
 use super::files::NodeFiles;
-use super::keep::Keeper;
+use super::keep::CachePolicy;
 use super::known::Known;
 use super::limit::Limit;
 use super::meter::Meter;
@@ -18,23 +18,23 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::Duration;
 
-/// Where results are kept between runs.
+/// Caches of results between runs.
 pub struct Caches {
     /// In memory.
     pub memory: MemoryCache,
-    /// Beyond the process, if there is a place.
+    /// The store that outlives the process, if any.
     pub store: Option<Box<dyn Store>>,
-    pub(super) keeper: Keeper,
+    pub(super) keeper: CachePolicy,
 }
 
 impl Caches {
-    /// Caches that hold nothing yet but what is in `store`.
+    /// Empty caches in front of `store`.
     pub fn new(memory: MemoryCache, store: Option<Box<dyn Store>>) -> Self {
-        Self { memory, store, keeper: Keeper::default() }
+        Self { memory, store, keeper: CachePolicy::default() }
     }
 }
 
-/// One evaluation of a graph. Use it inside the thread pool that is to do the work.
+/// One evaluation of a graph. Use it inside the thread pool that should do the work.
 pub struct Run<'g> {
     pub(super) graph: &'g Graph,
     pub(super) keys: &'g Keys,
@@ -48,20 +48,20 @@ pub struct Run<'g> {
     pub(super) cuts: Cuts,
     /// The pixels that are computed, if only a part of a picture is.
     pub(super) limit: RwLock<Option<Arc<Limit>>>,
-    /// The CPU time of the nodes that run.
+    /// CPU time of the running nodes.
     pub(super) meter: Meter,
-    /// The windows of pictures whose needs were added up; the fields are kept alive with them, so that their identities stay
-    /// theirs.
+    /// The picture windows whose demand was checked. The fields are kept alive along with them, so that their
+    /// identities are not reused.
     pub(super) bounded: Mutex<HashMap<At, (Field, Window)>>,
     failures: Mutex<Vec<(Key, Problem)>>,
-    /// What was put into the store besides tiles.
+    /// Results put into the store, other than tiles.
     pub(super) stored: Mutex<Vec<(Key, Stored)>>,
-    /// The results whose tiles have given a warning.
+    /// Results whose tiles have already reported a warning.
     warned: Mutex<BTreeSet<Key>>,
 }
 
 impl<'g> Run<'g> {
-    /// A run that has done nothing yet. Nodes may take `memory` bytes for what they compute.
+    /// Creates a run. Nodes may take `memory` bytes for their computation.
     pub fn new(
         graph: &'g Graph,
         keys: &'g Keys,
@@ -95,12 +95,12 @@ impl<'g> Run<'g> {
         self.keys
     }
 
-    /// What bounds the pixels that are computed, if only a part of a picture is.
+    /// Returns the pixels that are computed, if only a part of a picture is.
     pub(super) fn limit(&self) -> Option<Arc<Limit>> {
         self.limit.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Takes the value of an output from the caches; whether it is there.
+    /// Fetches an output's value from the caches; returns true if it was found.
     pub(super) fn fetch(&self, node: NodeIndex, output: usize) -> bool {
         let key = self.keys.output(node, output);
         if lock(&self.values).contains_key(&key) {
@@ -121,17 +121,17 @@ impl<'g> Run<'g> {
         true
     }
 
-    /// Keeps a value that is known without work, for the nodes that read it.
+    /// Records a value that is known without work, for the nodes that read it.
     pub(super) fn hand_on(&self, key: Key, value: Value) {
         lock(&self.values).insert(key, value);
     }
 
-    /// Whether a value was taken out of the caches or made.
+    /// Returns true if a value was fetched or computed.
     pub(super) fn is_at_hand(&self, key: Key) -> bool {
         lock(&self.values).contains_key(&key)
     }
 
-    /// Runs a node whose inputs are there.
+    /// Evaluates a node whose inputs are available.
     pub(super) fn make(&self, index: NodeIndex) -> Result<(), Stop> {
         self.cancel.check()?;
         let node = &self.graph.nodes[index];
@@ -174,7 +174,7 @@ impl<'g> Run<'g> {
         Ok(())
     }
 
-    /// Lets go of what is in memory and belongs to other graphs, if that is too much.
+    /// Drops values of other graphs from memory if there are too many.
     pub fn relieve(&self) {
         let values = lock(&self.values);
         self.caches.memory.relieve(|key| values.contains_key(key));
@@ -191,39 +191,39 @@ impl<'g> Run<'g> {
             Input::Constant(field) => Value::Field(field.clone()),
             Input::Wire { .. } => match lock(&self.values).get(&self.keys.input(input)) {
                 Some(value) => value.clone(),
-                // Not reached, since the schedule runs a node after those that it reads. A constant avoids a panic.
+                // Unreachable, since the schedule runs a node after its inputs. A constant avoids a panic.
                 None => Value::Field(Field::constant(crate::value::Type::Gray, &[0.0])),
             },
         }
     }
 
-    /// The values of `field` in `window`, computed on all threads.
+    /// Computes the values of `field` in `window` on all threads.
     ///
     /// # Errors
-    /// As the field's code says.
+    /// As the field's code reports.
     pub fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
         let out = Mutex::new(Tile::new(*grid, window, field.channels()));
         self.blocks(field, grid, window, |part| lock(&out).copy_from(part, 0, 0))?;
         Ok(out.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// The same into `out`, row by row from the top, the channels of a pixel side by side. `out` has room for exactly
-    /// that.
+    /// Computes the same values into `out`, row by row from the top, with the channels of a pixel interleaved. The
+    /// length of `out` must match exactly.
     ///
     /// # Errors
-    /// As the field's code says. What `out` then holds is not known.
+    /// As the field's code reports. The content of `out` is then unspecified.
     pub fn raster_into(&self, field: &Field, grid: &Grid, window: Window, out: &mut [f32]) -> Result<(), Stop> {
         let out = Mutex::new(out);
         self.blocks(field, grid, window, |part| part.interleave(window, &mut lock(&out)))
     }
 
-    /// Computes the parts of a window on all threads and hands each to `take`.
+    /// Computes the parts of a window on all threads and passes each to `take`.
     fn blocks(&self, field: &Field, grid: &Grid, window: Window, take: impl Fn(&Tile) + Sync) -> Result<(), Stop> {
         self.check_bounds(field, grid, window)?;
         self.prepare(field, grid)?;
         let owner = field.owner().or(field.key()).unwrap_or_else(|| Key::of("raster", &[]));
         let blocks: Vec<Window> = Blocks::endless(window).iter().map(|(x, y)| Piece::window(x, y)).collect();
-        // Each part is freed as soon as it is taken.
+        // Each part is freed right after `take`.
         blocks.par_iter().try_for_each(|block| {
             take(&*self.read(field, grid, block.intersection(&window), owner)?);
             Ok(())
@@ -234,7 +234,7 @@ impl<'g> Run<'g> {
         lock(&self.failures).push((owner, problem.clone()));
     }
 
-    /// Runs code of a field. A failure is noted for the result `owner`.
+    /// Runs code of a field. Records a failure for the result `owner`.
     pub(super) fn of_owner<T>(&self, owner: Option<Key>, code: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
         node_code(code).inspect_err(|stop| {
             if let (Stop::Failed(problem), Some(owner)) = (stop, owner) {
@@ -258,11 +258,11 @@ impl<'g> Run<'g> {
         }
     }
 
-    /// What stopped the work on a field, at its place; `None` if it was cancelled.
+    /// The diagnostic for a failure of field work, at the node that caused it; `None` if the work was cancelled.
     pub fn diagnose(&self, stop: Stop, fallback: crate::diagnostics::Span) -> Option<Diagnostic> {
         let Stop::Failed(problem) = stop else { return None };
         let failures = lock(&self.failures);
-        // Which thread fails first is random; which node comes first in the graph is not.
+        // The thread that fails first is random, so report the first failed node in graph order.
         let nodes = self.graph.nodes.node_indices();
         let found = nodes.filter_map(|index| {
             let outputs = 0..self.graph.nodes[index].node.outputs().len();
@@ -294,17 +294,17 @@ impl<'g> Run<'g> {
         }
     }
 
-    /// The CPU time of the nodes' code so far.
+    /// The CPU time of all node code so far.
     pub fn spent(&self) -> Duration {
         self.ledger.spent()
     }
 
-    /// What was done for each node, in the order of the graph.
+    /// The work done for each node, in the order of the graph.
     pub fn stats(&self) -> Vec<NodeStats> {
         self.stats_for(&self.graph.outputs)
     }
 
-    /// The same when only these outputs of the graph are asked for.
+    /// The work done for each node when only these outputs of the graph are requested.
     pub fn stats_for<'o>(&self, outputs: impl IntoIterator<Item = &'o GraphOutput>) -> Vec<NodeStats> {
         let needed = self.graph.needed_by(outputs);
         self.graph.nodes.node_indices().map(|index| self.node_stats(index, needed[index.index()])).collect()
@@ -312,7 +312,7 @@ impl<'g> Run<'g> {
 
     fn node_stats(&self, index: NodeIndex, needed: bool) -> NodeStats {
         let node = &self.graph.nodes[index];
-        // A value that a node only passes on is the work of another one.
+        // A value that a node only passes on is the work of another node.
         let own = usize::from(keys::no_op_slot(self.graph, node).is_some())..node.node.outputs().len();
         let mut work = Work::default();
         own.for_each(|output| work.add(self.ledger.get(self.keys.output(index, output))));
@@ -329,7 +329,7 @@ impl<'g> Run<'g> {
     }
 }
 
-/// Runs code of a node. A panic is a defect of it, which is told at the node, and takes nothing else with it.
+/// Runs code of a node. A panic is a defect of the node: it is reported there and stops nothing else.
 pub(super) fn node_code<T>(code: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
     contained(code).unwrap_or_else(|said| Err(defect(&said).into()))
 }
@@ -340,7 +340,7 @@ pub(crate) fn defect(said: &str) -> Problem {
     problem.help("please report it with the graph; other values may avoid it")
 }
 
-/// Whether a value is data, computed when its node is evaluated.
+/// Returns true if a value is data, computed when its node is evaluated.
 fn is_object(value: &Value) -> bool {
     value.handle().is_some()
 }

@@ -1,7 +1,7 @@
-//! Which nodes run when: a list of those whose inputs are there, worked through by as many threads as there are.
+//! Schedules nodes: keeps a list of nodes whose inputs are available, processed by all threads.
 //!
-//! A node is put on the list when the last of the nodes that it reads is done, so a long node holds back only what needs
-//! it. There is no recursion over the graph.
+//! A node is put on the list when its last input is done, so a slow node delays only the nodes that need it. There is
+//! no recursion over the graph.
 use super::keys::no_op_slot;
 use super::lock;
 use super::run::Run;
@@ -13,10 +13,10 @@ use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Mutex;
 
 impl Run<'_> {
-    /// The values of these outputs of nodes, in the same order. Objects are made; fields are not evaluated yet.
+    /// The values of these node outputs, in the same order. Objects are computed; fields are not evaluated yet.
     ///
     /// # Errors
-    /// What went wrong in each node that could be tried, at its place; nothing if the run was cancelled.
+    /// The failures of all nodes that could be tried, each at its place; empty if the run was cancelled.
     pub fn values(&self, wanted: &[(NodeIndex, usize)]) -> Result<Vec<Value>, Vec<Diagnostic>> {
         let missing = self.missing(wanted);
         let failed = if missing.is_empty() { Vec::new() } else { Schedule::new(self, missing).run() };
@@ -27,7 +27,7 @@ impl Run<'_> {
         Ok(wanted.iter().filter_map(|&(node, output)| values.get(&self.keys.output(node, output)).cloned()).collect())
     }
 
-    /// The nodes that must be computed to have `wanted`, after taking what the caches hold.
+    /// The nodes that must be computed to get `wanted`, after looking into the caches.
     fn missing(&self, wanted: &[(NodeIndex, usize)]) -> Vec<NodeIndex> {
         let mut open: Vec<_> = wanted.iter().map(|output| self.origin(*output)).collect();
         let mut missing = Vec::new();
@@ -44,7 +44,8 @@ impl Run<'_> {
         missing
     }
 
-    /// Whether a node only passes a literal on as this output. It need not run then, and what else it reads is not made for it.
+    /// Returns true if a node only passes on a literal as this output. The node is not evaluated then, nor are its
+    /// other inputs.
     fn is_literal(&self, node: NodeIndex, output: usize) -> bool {
         let read = &self.graph.nodes[node];
         let slot = (output == 0).then(|| no_op_slot(self.graph, read)).flatten();
@@ -53,8 +54,8 @@ impl Run<'_> {
         true
     }
 
-    /// Where the value of an output comes from: from farther up if the node only passes it on. Such a node does not run, and what
-    /// else it reads is not made for it.
+    /// The output that produces a value: further upstream if the node only passes the value on. Such a node is not
+    /// evaluated, nor are its other inputs.
     fn origin(&self, output: (NodeIndex, usize)) -> (NodeIndex, usize) {
         let mut at = output;
         while at.1 == 0 {
@@ -75,21 +76,21 @@ fn wire(input: &Input) -> Option<(NodeIndex, usize)> {
     }
 }
 
-/// Nodes that are to be computed.
+/// The nodes to be computed.
 struct Schedule<'r, 'g> {
     run: &'r Run<'g>,
     nodes: Vec<NodeIndex>,
-    /// Of each, the places of the nodes that read it.
+    /// For each node, the indices of its readers.
     readers: Vec<Vec<usize>>,
     state: Mutex<State>,
 }
 
 #[derive(Default)]
 struct State {
-    /// Of each node, how many of those that it reads are not done yet.
+    /// For each node, the number of inputs that are not done yet.
     waits_for: Vec<usize>,
     ready: VecDeque<usize>,
-    /// Threads that take nodes off the list.
+    /// Number of threads that take nodes from the list.
     workers: usize,
     failed: Vec<(NodeIndex, Stop)>,
     cancelled: bool,
@@ -102,7 +103,8 @@ impl<'r, 'g> Schedule<'r, 'g> {
         let mut waits_for = vec![0; nodes.len()];
         for (reader, node) in nodes.iter().enumerate() {
             let read = run.graph.nodes[*node].inputs.iter().filter_map(wire).map(|output| run.origin(output));
-            // An output that the caches gave is not waited for, though another of the same node may be.
+            // Do not wait for an output that was found in the caches, even if another output of the same node must be
+            // computed.
             let read = read.filter(|(node, output)| !run.is_at_hand(run.keys.output(*node, *output)));
             let before: HashSet<usize> = read.filter_map(|(node, _)| places.get(&node).copied()).collect();
             waits_for[reader] = before.len();
@@ -115,7 +117,7 @@ impl<'r, 'g> Schedule<'r, 'g> {
         Self { run, nodes, readers, state: Mutex::new(State { waits_for, ready, ..State::default() }) }
     }
 
-    /// Computes all that can be computed; gives what failed.
+    /// Computes all nodes that can be computed; returns the failures.
     fn run(self) -> Vec<(NodeIndex, Stop)> {
         lock(&self.state).workers = 1;
         rayon::scope(|scope| self.work(scope));
@@ -126,7 +128,7 @@ impl<'r, 'g> Schedule<'r, 'g> {
         state.failed
     }
 
-    /// Takes nodes off the list until it is empty, and starts other workers when there is more than one to do.
+    /// Takes nodes from the list until it is empty; starts more workers if more than one node is ready.
     fn work<'s>(&'s self, scope: &rayon::Scope<'s>) {
         while let Some((place, more)) = self.take() {
             (0..more).for_each(|_| scope.spawn(|scope| self.work(scope)));
@@ -149,7 +151,7 @@ impl<'r, 'g> Schedule<'r, 'g> {
         }
     }
 
-    /// The next node, and how many other workers there is work for.
+    /// The next node, and the number of additional workers that have work.
     fn take(&self) -> Option<(usize, usize)> {
         let mut state = lock(&self.state);
         let next = if state.cancelled { None } else { state.ready.pop_front() };

@@ -1,11 +1,11 @@
-//! A store that machines share, behind a [`Remote`]: it may be slow, full, gone, or return anything, and the run only loses a
-//! few seconds.
+//! A store shared by several machines, behind a [`Remote`]. The remote may be slow, full, unreachable or return
+//! arbitrary bytes; the run then only loses a few seconds.
 //!
-//! - Each answer is waited for at most [`PATIENCE`]. What went wrong is counted, and a store that fails several times, or for
-//!   [`MOST_LOST`] in all, is not asked again in this process.
-//! - Writes happen on a thread of their own, and only of what is worth it: what took longer to compute than to send, or
-//!   [`COSTLY`]. [`SharedStore::finish`] waits for them within what is left of the allowance.
-//! - Nothing is believed without its seal, which with a secret nobody can make who does not know it.
+//! - Each answer is awaited for at most [`PATIENCE`]. Failures are counted; a store that fails several times, or for
+//!   [`MOST_LOST`] in total, is not used again in this process.
+//! - A separate thread writes, and only results that take longer to compute than to send, or at least [`COSTLY`].
+//!   [`SharedStore::finish`] waits for these writes within the remaining allowance.
+//! - Every result must match its seal; with a secret, a seal cannot be forged.
 mod entry;
 mod tally;
 
@@ -16,23 +16,23 @@ use crate::value::Key;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
-use tally::Tally;
+use tally::RemoteHealth;
 
-/// An answer that takes longer is no answer.
+/// An answer that takes longer counts as missing.
 pub const PATIENCE: Duration = Duration::from_millis(1500);
-/// After so much waiting for nothing a store is not asked again. With one more answer that does not come it is still less
-/// than five seconds.
+/// After this much time spent waiting in vain, a store is not used again. With one more missing answer, the total is
+/// still below five seconds.
 const MOST_LOST: Duration = Duration::from_millis(2500);
-/// What takes so long to compute is always shared.
+/// A result that takes this long to compute is always shared.
 const COSTLY: Duration = Duration::from_millis(200);
 /// Larger results are not shared.
 const LARGEST: u64 = 256 << 20;
-/// The most bytes of any answer of a remote.
+/// The most bytes of a remote's answer.
 pub const LARGEST_ANSWER: u64 = LARGEST + entry::MORE;
-/// The most bytes that wait to be written.
+/// The most bytes queued for writing.
 const WAITING: u64 = 512 << 20;
 
-/// Why a [`Remote`] did not do what it was asked.
+/// Reason why a [`Remote`] did not perform a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Trouble {
     /// No answer in time.
@@ -43,14 +43,14 @@ pub enum Trouble {
     Denied,
     /// No such bucket or folder.
     Missing,
-    /// An answer that says that it cannot, such as 503.
+    /// The remote reported a failure, such as HTTP 503.
     Failed,
-    /// Something else than was written.
+    /// The answer differs from the data written.
     Wrong,
 }
 
 impl Trouble {
-    /// As the end of a sentence about the store.
+    /// The trouble as the end of a sentence about the store.
     pub fn text(self) -> &'static str {
         match self {
             Self::Slow => "does not answer in time",
@@ -63,7 +63,7 @@ impl Trouble {
     }
 }
 
-/// Bytes by name on another machine. No call takes much longer than it is given.
+/// Bytes by name on another machine. No call takes much longer than `within`.
 pub trait Remote: Send + Sync {
     /// The bytes under a name, at most `most`; `None` if there are none.
     ///
@@ -87,19 +87,19 @@ pub struct SharedStore {
 
 struct Shared {
     remote: Box<dyn Remote>,
-    tally: Mutex<Tally>,
-    /// Told when a write is over.
+    tally: Mutex<RemoteHealth>,
+    /// Notified after each write.
     written: Condvar,
 }
 
-/// A write that waits.
+/// A queued write.
 struct Job {
     name: String,
     bytes: Vec<u8>,
 }
 
 impl Shared {
-    fn tally(&self) -> MutexGuard<'_, Tally> {
+    fn tally(&self) -> MutexGuard<'_, RemoteHealth> {
         self.tally.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -108,7 +108,7 @@ impl Shared {
             let length = bytes.len() as u64;
             if self.tally().may_write() {
                 let start = Instant::now();
-                // Large entries may take longer, as long as the command has other work to do.
+                // Large entries may take longer, since the command meanwhile does other work.
                 let within = PATIENCE.max(Duration::from_secs_f64(length as f64 / 4e6));
                 let result = self.remote.put(&name, bytes, within);
                 self.tally().wrote(length, start.elapsed(), result);
@@ -120,13 +120,13 @@ impl Shared {
 }
 
 impl SharedStore {
-    /// A store behind `remote`, whose entries are those of `seal`.
+    /// A store behind `remote` whose entries have this seal.
     pub fn new(remote: Box<dyn Remote>, seal: Seal) -> Self {
         let shared = Arc::new(Shared { remote, tally: Mutex::default(), written: Condvar::new() });
         let (sender, receiver) = channel();
         let writer = shared.clone();
         let started = std::thread::Builder::new().name("shibo-shared".into()).spawn(move || writer.write(&receiver));
-        // Without a thread nothing is written, which only costs time.
+        // If the thread cannot be started, nothing is written, which only costs time.
         Self { shared, seal, queue: Mutex::new(started.is_ok().then_some(sender)) }
     }
 
@@ -135,7 +135,7 @@ impl SharedStore {
         format!("{}/{}/{}", shelf.name(), &name[..2], &name[2..])
     }
 
-    /// Waits until everything is written, as long as that is bearable, and gives up the rest.
+    /// Waits for queued writes within the remaining allowance, then drops the rest.
     pub fn finish(&self) {
         let mut tally = self.shared.tally();
         let end = Instant::now() + tally.left();
@@ -150,7 +150,7 @@ impl SharedStore {
         }
     }
 
-    /// What went wrong first and how often anything did, if it did.
+    /// The first failure and the number of failures, if any.
     pub fn trouble(&self) -> Option<(Trouble, u32)> {
         self.shared.tally().trouble()
     }
@@ -198,7 +198,7 @@ impl Store for SharedStore {
         }
     }
 
-    /// Nothing is removed: what is wrong there is overwritten by what is right.
+    /// Removes nothing: a correct result later overwrites the wrong one.
     fn remove(&self, _shelf: Shelf, _key: Key) {}
 
     fn room(&self) -> u64 {

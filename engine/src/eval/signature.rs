@@ -1,19 +1,19 @@
-//! Whether a file may have changed, without reading it.
+//! Detects from metadata that a file may have changed, without reading it.
 use std::fs::Metadata;
 use std::time::{Duration, SystemTime};
 
-/// The clocks of file systems are coarse: a file that was changed less than this before it was read may be changed again
-/// with the same times.
+/// File systems have coarse clocks: a file changed less than this before it was read may change again without changing
+/// its times.
 const COARSE: Duration = Duration::from_secs(2);
 
-/// What the system says about a file without reading it.
+/// File metadata that identifies a content without reading it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Signature {
     is_file: bool,
     length: u64,
     modified: Option<SystemTime>,
     changed: Option<SystemTime>,
-    /// Device and number of the file, where the system has them.
+    /// Device and inode number, where the system has them.
     identity: [u64; 2],
 }
 
@@ -35,7 +35,7 @@ impl Signature {
         self.length
     }
 
-    /// Whether a change after `read`, when the content was read, could leave the signature as it is.
+    /// Returns true if a change after `read`, the time the content was read, could leave the signature unchanged.
     pub fn may_hide_a_change(&self, read: SystemTime) -> bool {
         let near = |time: SystemTime| read.duration_since(time).unwrap_or_else(|e| e.duration()) < COARSE;
         [self.modified, self.changed].into_iter().flatten().any(near)

@@ -1,55 +1,55 @@
-//! What was done, by node.
+//! Statistics of the work done, per node.
 use crate::value::Key;
 use std::collections::HashMap;
 use std::sync::Mutex;
 use std::time::Duration;
 
-/// Where the result of a node came from.
+/// Source of a node's result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum NodeState {
     /// Its own code ran.
     Computed,
-    /// It was in memory.
+    /// The result was in memory.
     Memory,
-    /// It was on disk.
+    /// The result was on disk.
     Disk,
-    /// An output needs it, but it did not have to be made by itself: those that read it compute it with their own values, or
-    /// what they make of it was at hand.
+    /// Needed by an output, but not computed by itself: its readers compute it along with their own values, or their
+    /// results were cached.
     Folded,
     /// No output needs it.
     Unused,
 }
 
-/// What was done for a node.
+/// The work done for a node.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct NodeStats {
     /// The node's name.
     pub name: String,
     /// Its kind.
     pub kind: String,
-    /// Where its result came from.
+    /// Source of its result.
     pub state: NodeState,
     /// CPU seconds of its own code over all threads, without those of its inputs.
     pub seconds: f64,
-    /// How many tiles it computed.
+    /// Number of tiles computed.
     pub tiles: u64,
-    /// How many pixels of them: of some tiles only a part is computed.
+    /// Number of pixels computed in these tiles: some tiles are computed only in part.
     pub pixels: u64,
 }
 
-/// Something that was put into the store.
+/// A result that was written to the store.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stored {
-    /// The node, and which of its outputs, that it is of.
+    /// Node name, or `node.output`.
     pub node: String,
-    /// Its size.
+    /// Size in bytes.
     pub bytes: u64,
-    /// The time that it took.
+    /// Seconds of CPU time to compute.
     pub seconds: f64,
 }
 
-/// What was done under one key.
+/// The work done under one key.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Work {
     pub(super) time: Duration,
@@ -69,7 +69,7 @@ impl Work {
     }
 }
 
-/// Work by key, gathered from all threads.
+/// Work by key, summed over all threads.
 #[derive(Default)]
 pub(super) struct Ledger(Mutex<HashMap<Key, Work>>);
 

@@ -1,9 +1,9 @@
-//! Where results are kept beyond the process that made them: a trait, so that a folder, another machine or several of them
-//! in a row look the same to the engine.
+//! Storage of results beyond the process that computed them. A trait, so that a folder, another machine or a chain of
+//! several look the same to the engine.
 //!
-//! The values of one process are shared through the [`MemoryCache`](super::MemoryCache), which holds them as they are. A
-//! [`Store`] holds bytes, since those outlive a process and travel. It is never trusted: what it returns was sealed for this
-//! shelf and this key (see [`Seal`](super::Seal)), or counts as missing.
+//! The values of one process are shared through the [`MemoryCache`](super::MemoryCache), which holds them unserialized.
+//! A [`Store`] holds bytes, which outlive a process and can be sent elsewhere. A store is never trusted: a returned
+//! result must be sealed for this shelf and this key (see [`Seal`](super::Seal)), or it counts as missing.
 use super::Shelf;
 use crate::picture::AtomicFile;
 use crate::value::Key;
@@ -15,21 +15,21 @@ use std::time::Duration;
 
 /// Results by shelf and key.
 ///
-/// No method fails a run: a store that is full, slow or gone only costs time. After a miss the caller makes the result and
-/// puts it, so a store that several machines share may note that somebody is working on it.
+/// No method fails a run: a full, slow or unreachable store only costs time. After a miss the caller computes the
+/// result and puts it, so a shared store may note that the result is being computed.
 pub trait Store: Send + Sync {
-    /// The content under `key`, if it is there and whole.
+    /// The content under `key`, if present and intact.
     fn get(&self, shelf: Shelf, key: Key) -> Option<Vec<u8>>;
 
-    /// Keeps `content` under `key`; to make it again would take `spared` of CPU time. Nothing is kept if `stopped` becomes
-    /// true meanwhile, since a large result takes many milliseconds to write.
+    /// Stores `content` under `key`; recomputing it would take `spared` of CPU time. Nothing is stored if `stopped`
+    /// becomes true meanwhile, since writing a large result takes many milliseconds.
     fn put(&self, shelf: Shelf, key: Key, content: &[u8], spared: Duration, stopped: &dyn Fn() -> bool);
 
-    /// Removes the content under `key`, which was whole but not what it must be.
+    /// Removes the content under `key`, which was intact but not of the expected form.
     fn remove(&self, shelf: Shelf, key: Key);
 
-    /// Writes the content under `key` to the file `to`, which appears when it is complete. `false` if it is not there or not
-    /// whole; then `to` is as it was.
+    /// Writes the content under `key` to the file `to`, which appears when complete. Returns `false` if the content is
+    /// missing or damaged; `to` is then unchanged.
     ///
     /// # Errors
     /// `to` cannot be written.
@@ -40,17 +40,17 @@ pub trait Store: Send + Sync {
         file.commit().map(|()| true)
     }
 
-    /// Keeps the content of the file `from` under `key`.
+    /// Stores the content of the file `from` under `key`.
     fn put_file(&self, key: Key, from: &Path, spared: Duration) {
         if let Ok(content) = std::fs::read(from) {
             self.put(Shelf::Files, key, &content, spared, &|| false);
         }
     }
 
-    /// The most bytes that it keeps.
+    /// The most bytes that the store holds.
     fn room(&self) -> u64;
 
-    /// Removes what exceeds the bound. Called from time to time, when nothing waits for it.
+    /// Removes entries beyond the bound. Called from time to time, when nothing waits for it.
     fn tidy(&self) {}
 }
 
@@ -84,7 +84,7 @@ impl<S: Store + ?Sized> Store for Arc<S> {
     }
 }
 
-/// Several stores, the nearest first. What only a far one has is copied to those before it.
+/// Several stores, the nearest first. An entry found only in a far store is copied to the nearer ones.
 pub struct Layers(Vec<Box<dyn Store>>);
 
 impl Layers {
@@ -134,7 +134,7 @@ impl Store for Layers {
     }
 }
 
-/// A store that lasts as long as the process, for use without a folder. It refuses content for which there is no room.
+/// A store in memory that lasts as long as the process, for use without a folder. Refuses content that does not fit.
 pub struct MemoryStore {
     room: u64,
     held: Mutex<Held>,
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn memory_refuses_what_is_too_much_and_counts_what_it_lets_go() {
+    fn refuses_content_beyond_room_and_counts_removals() {
         let store = MemoryStore::new(10);
         put(&store, Shelf::Objects, "a", b"12345678");
         put(&store, Shelf::Tiles, "a", b"123");
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_a_far_store_has_is_copied_to_the_near_one() {
+    fn copies_entries_from_far_to_near_stores() {
         let dir = tempfile::tempdir().unwrap();
         let (from, to) = (dir.path().join("from"), dir.path().join("to"));
         let [near, far] = [1 << 20, 2 << 20].map(|room| Arc::new(MemoryStore::new(room)));

@@ -1,16 +1,16 @@
-//! Packages of USD: a ZIP archive of files that are stored as they are, each at a multiple of 64 bytes, so that readers can
-//! use them in place. The stage comes first. The same content gives the same bytes: entries have no dates.
+//! USD packages: a ZIP archive of uncompressed files, each aligned to 64 bytes, so that readers can use them in place.
+//! The stage comes first. Entries have no dates, so the same content gives the same bytes.
 use crate::picture::AtomicFile;
 use std::io::{self, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use zip::{CompressionMethod, DateTime, ZipWriter, write::SimpleFileOptions};
 
-/// Where contents begin.
+/// Alignment of contents in bytes.
 const ALIGNMENT: u16 = 64;
-/// More than an entry's headers take besides its name and its content.
+/// An upper bound for the bytes of an entry's headers, without its name.
 const OVERHEAD: u64 = 256;
 
-/// Writes documents and then pictures, of which the lengths are given, into a file that gets its name when it is complete.
+/// Writes the documents, then the pictures (with their lengths), into a file that gets its name when it is complete.
 pub(super) fn archive(
     path: &Path,
     documents: &[(String, String)],
@@ -26,7 +26,7 @@ pub(super) fn archive(
     let mut zip = ZipWriter::new(BufWriter::with_capacity(1 << 20, &mut file));
     let done = fill(&mut zip, documents, &mut pictures);
     if let Err(error) = done {
-        // It would try once more to complete the archive, and complain on its own. It owns nothing but memory.
+        // Dropping the writer would try again to complete the archive and print an error. It owns nothing but memory.
         std::mem::forget(zip);
         return Err(error);
     }
@@ -62,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn contents_lie_at_multiples_of_64_bytes_and_are_the_same_again() {
+    fn aligns_contents_to_64_bytes_and_gives_the_same_bytes_again() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.usdz");
         let make = || {
@@ -91,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_that_is_too_short_leaves_what_was_there() {
+    fn keeps_the_old_archive_if_a_picture_is_too_short() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.usdz");
         std::fs::write(&path, "before").unwrap();

@@ -1,9 +1,9 @@
-//! Several files that belong together: the pictures of a material, and documents that name them.
+//! Bundles: the pictures of a material, and documents that refer to them.
 use super::archive::archive;
 use super::colors::Colors;
 use super::set;
 use crate::picture::{
-    AtomicFile, Compression, Depth, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, Writer, Written,
+    AtomicFile, Compression, Depth, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, WriteStats, Writer,
     texture_attributes,
 };
 use crate::value::{Channel, Field, Material, Type};
@@ -11,23 +11,23 @@ use glam::{DVec2, UVec2};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// What an export needs to know besides the material.
+/// Facts that an export needs besides the material.
 #[derive(Clone, Debug)]
-pub struct Place {
-    /// What the names of all files begin with.
+pub struct ExportContext {
+    /// Prefix of all file names.
     pub stem: String,
     /// The size of the canvas, which the pictures cover, in mm.
     pub size_mm: DVec2,
-    /// In which directions pictures go on beyond their edges.
+    /// Directions in which pictures repeat beyond their edges.
     pub wraps: [bool; 2],
 }
 
-/// How the samples of a picture are stored.
+/// The format of the samples of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Samples {
-    /// A colour, 8 bits with the sRGB curve.
+    /// A colour: 8 bits with the sRGB curve.
     Color,
-    /// A colour as a JPEG of this quality.
+    /// A colour: JPEG of this quality.
     Jpeg(u8),
     /// Numbers from 0 to 1, 8 bits.
     Data,
@@ -44,22 +44,22 @@ pub(super) enum Samples {
 pub struct Map {
     /// The name of the file.
     pub file: String,
-    /// The fields whose channels it holds, one after another, and what only its mip levels are made of.
+    /// The fields whose channels it holds, one after another, then fields that only its mip levels are computed from.
     pub fields: Vec<Field>,
     pub(super) samples: Samples,
-    /// What makes the mip levels of a texture; empty for a picture without.
+    /// The mip filters of a texture; empty for a picture without mip levels.
     pub(super) mips: Vec<MipFilter>,
-    /// For the header.
+    /// Metadata for the header of the file.
     pub(super) metadata: Vec<(String, String)>,
 }
 
 impl Map {
-    /// The planes that its rows are handed over with.
+    /// Number of planes in the rows that it is given.
     fn planes(&self) -> usize {
         self.fields.iter().map(Field::channels).sum()
     }
 
-    /// The channels of the file.
+    /// Number of channels in the file.
     fn channels(&self) -> usize {
         if self.mips.is_empty() { self.planes() } else { self.mips.iter().map(|filter| filter.channels()).sum() }
     }
@@ -97,9 +97,9 @@ pub struct Bundle {
     pub maps: Vec<Map>,
     /// Names and contents of the documents.
     pub documents: Vec<(String, String)>,
-    /// The file that all the others are packed into; none if they lie beside each other.
+    /// The archive that contains all the other files; `None` if they are separate files in the folder.
     pub archive: Option<String>,
-    /// The channels that the target has no word for.
+    /// The channels that the target format cannot express.
     pub lost: Vec<Channel>,
 }
 
@@ -112,24 +112,24 @@ impl Bundle {
     }
 }
 
-/// Where a channel of a material comes from.
+/// Source of a channel of a material.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Source {
-    /// It is the same everywhere.
+pub(super) enum ChannelSource {
+    /// One value for the whole canvas.
     Value(Vec<f64>),
-    /// The picture in this file.
+    /// A picture in this file.
     File(String),
 }
 
-/// The pictures of a material, as they are asked for.
+/// Collects the pictures that an exporter asks for.
 pub(super) struct Maps<'a> {
     pub(super) material: &'a Material,
     stem: &'a str,
     pub(super) maps: Vec<Map>,
     colors: Colors,
     used: Vec<Channel>,
-    /// The channels that were asked for by themselves.
-    known: Vec<(Channel, Source)>,
+    /// The channels that were exported separately.
+    known: Vec<(Channel, ChannelSource)>,
 }
 
 impl<'a> Maps<'a> {
@@ -137,7 +137,7 @@ impl<'a> Maps<'a> {
         Self { material, stem, maps: Vec::new(), colors: Colors::Png, used: Vec::new(), known: Vec::new() }
     }
 
-    /// Stores the colours of channels otherwise.
+    /// Sets how colours are stored.
     pub(super) fn with_colors(self, colors: Colors) -> Self {
         Self { colors, ..self }
     }
@@ -146,13 +146,13 @@ impl<'a> Maps<'a> {
         self.material.get(channel).is_some()
     }
 
-    /// A channel, or what it is in a material without one.
+    /// The field of a channel, or the channel's default if the material lacks it.
     pub(super) fn field(&mut self, channel: Channel) -> Field {
         self.used.push(channel);
         self.material.or_default(channel)
     }
 
-    /// A picture of some fields; its file.
+    /// Adds a picture of some fields and returns the name of its file.
     pub(super) fn add(&mut self, suffix: &str, fields: Vec<Field>, samples: Samples) -> String {
         let extension = match samples {
             Samples::Half | Samples::Float => "exr",
@@ -164,7 +164,8 @@ impl<'a> Maps<'a> {
         file
     }
 
-    /// A channel as a texture of a renderer: floats in tiles, with mip levels in which a roughness grows by the normals lost.
+    /// Adds a channel as a texture for a renderer: floats in tiles, with mip levels in which a roughness grows by the
+    /// variation of the normals averaged away.
     pub(super) fn texture(&mut self, suffix: &str, channel: Channel, samples: Samples, wraps: [bool; 2]) {
         let field = self.field(channel);
         let normal = match channel {
@@ -183,9 +184,9 @@ impl<'a> Maps<'a> {
         }
     }
 
-    /// A channel by itself, if the material has it: its number, or a picture under its name, made once. An anisotropy always has an
-    /// angle: programs have another one where none is stated.
-    pub(super) fn channel(&mut self, channel: Channel) -> Option<Source> {
+    /// Exports a channel separately, and once, if the material has it: as its value, or as a picture under its name. An
+    /// anisotropy always gets its angle, because the default angles of programs differ.
+    pub(super) fn channel(&mut self, channel: Channel) -> Option<ChannelSource> {
         if let Some((_, source)) = self.known.iter().find(|(known, _)| *known == channel) {
             return Some(source.clone());
         }
@@ -193,20 +194,20 @@ impl<'a> Maps<'a> {
         let field = self.material.get(channel).cloned().or_else(|| implied.then(|| channel.default_field()))?;
         self.used.push(channel);
         let source = match field.as_constant() {
-            Some(values) => Source::Value(values.iter().map(|value| f64::from(*value)).collect()),
+            Some(values) => ChannelSource::Value(values.iter().map(|value| f64::from(*value)).collect()),
             None => {
                 let samples = match (self.colors, channel) {
                     (Colors::Jpeg(quality), Channel::BaseColor | Channel::Emission) => Samples::Jpeg(quality),
                     _ => samples(channel),
                 };
-                Source::File(self.add(channel.name(), vec![field], samples))
+                ChannelSource::File(self.add(channel.name(), vec![field], samples))
             }
         };
         self.known.push((channel, source.clone()));
         Some(source)
     }
 
-    /// What was asked for, with documents, and the channels that were not.
+    /// The pictures that were asked for, with documents, and the channels that were not asked for.
     pub(super) fn bundle(self, documents: Vec<(String, String)>) -> Bundle {
         let channels = self.material.channels().iter().map(|(channel, _)| *channel);
         let lost = channels.filter(|channel| !self.used.contains(channel)).collect();
@@ -214,7 +215,8 @@ impl<'a> Maps<'a> {
     }
 }
 
-/// Hands rows to several pictures, whose channels follow each other; each comes with the number of its channels.
+/// Distributes rows to several pictures. `planes` holds the channels of all pictures, one picture after another; each
+/// writer comes with the number of its channels.
 pub(super) fn write_rows<'w>(
     pictures: impl Iterator<Item = (usize, &'w mut Writer)>,
     mut planes: &[&[f32]],
@@ -228,7 +230,7 @@ pub(super) fn write_rows<'w>(
     Ok(())
 }
 
-/// How a channel is stored in a file of its own.
+/// The samples of a channel in a file of its own.
 pub(super) fn samples(channel: Channel) -> Samples {
     match channel {
         Channel::BaseColor => Samples::Color,
@@ -239,14 +241,14 @@ pub(super) fn samples(channel: Channel) -> Samples {
     }
 }
 
-/// A bundle of one picture, under the name itself.
-pub(super) fn packed(fields: Vec<Field>, place: &Place) -> Bundle {
+/// A bundle of one picture whose file is named by the stem alone.
+pub(super) fn packed(fields: Vec<Field>, place: &ExportContext) -> Bundle {
     let file = format!("{}.png", place.stem);
     let map = Map { file, fields, samples: Samples::Data, mips: Vec::new(), metadata: Vec::new() };
     Bundle { maps: vec![map], ..Bundle::default() }
 }
 
-/// The files of a bundle under construction; see [`Writer`]. One that is dropped leaves nothing.
+/// The files of a bundle under construction; see [`Writer`]. Dropping the writer leaves no files.
 #[derive(Debug)]
 pub struct BundleWriter {
     folder: PathBuf,
@@ -255,7 +257,7 @@ pub struct BundleWriter {
 }
 
 impl BundleWriter {
-    /// Starts the pictures, of so many pixels, each so many mm wide and high.
+    /// Starts the pictures of the given size in pixels; each pixel has the given width and height in mm.
     ///
     /// # Errors
     /// When the folder cannot be written.
@@ -273,7 +275,7 @@ impl BundleWriter {
         Ok(Self { folder: folder.to_owned(), bundle, writers })
     }
 
-    /// Writes the next rows of all pictures, whose channels follow each other.
+    /// Writes the next rows of all pictures. `planes` holds their channels, one picture after another.
     ///
     /// # Errors
     /// As [`Writer::write_rows`].
@@ -281,14 +283,16 @@ impl BundleWriter {
         write_rows(self.bundle.maps.iter().map(Map::planes).zip(&mut self.writers), planes, rows)
     }
 
-    /// Completes all files and gives them their names. The documents of the last run are taken away first, and the new ones come last.
+    /// Completes all files and gives them their names. Removes the documents of the last run first, and writes the new
+    /// documents last.
     ///
     /// # Errors
-    /// When rows are missing or the system refuses; as long as not all are complete, what had their names is unchanged.
-    pub fn finish(self) -> Result<Vec<Written>, WriteError> {
+    /// If rows are missing or the system refuses. As long as some files are incomplete, existing files keep their
+    /// content.
+    pub fn finish(self) -> Result<Vec<WriteStats>, WriteError> {
         let Self { folder, bundle, writers } = self;
         let done = writers.into_iter().map(Writer::finish_unnamed).collect::<Result<Vec<_>, _>>()?;
-        let (mut pictures, written): (Vec<AtomicFile>, Vec<Written>) = done.into_iter().unzip();
+        let (mut pictures, written): (Vec<AtomicFile>, Vec<WriteStats>) = done.into_iter().unzip();
         if let Some(name) = &bundle.archive {
             let path = folder.join(name);
             let names = bundle.maps.iter().map(|map| map.file.as_str());

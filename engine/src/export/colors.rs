@@ -1,11 +1,11 @@
 //! How colours of exported materials are stored.
 use crate::picture::Format;
 
-/// How the colours of an exported material are stored: what it reflects and what it sends out. Everything else is data, which a
-/// JPEG would spoil.
+/// The format of the colours of an exported material: of reflected and of emitted light. All other channels are data,
+/// which JPEG would damage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Colors {
-    /// Without loss: PNG, and for light in USD floats.
+    /// Lossless: PNG; floats for emitted light in USD.
     #[default]
     Png,
     /// JPEG of this quality, from 1 to 100.
@@ -13,10 +13,10 @@ pub enum Colors {
 }
 
 impl Colors {
-    /// The quality if none is stated.
-    pub const QUALITY: u8 = 90;
-    /// The words for them, and whether they are JPEG.
-    pub const ALL: [(&'static str, bool); 2] = [("Png", false), ("Jpeg", true)];
+    /// The default quality.
+    pub(super) const QUALITY: u8 = 90;
+    /// All names, and whether each is JPEG.
+    pub(super) const ALL: [(&'static str, bool); 2] = [("Png", false), ("Jpeg", true)];
 
     /// The format of a picture of 8 bits.
     pub(super) const fn format(self) -> Format {

@@ -1,31 +1,32 @@
-//! GLB files: the document, the mesh and the textures in one; or glTF files, with the mesh and the textures beside them.
+//! GLB files: document, mesh and textures in one file; or glTF, with mesh and textures in separate files.
 //!
-//! The textures are written as temporary files beside the target while their rows are computed. When all are complete, they are
-//! copied into it, or get their names: the memory that is needed does not grow with them.
+//! The textures are written as temporary files next to the target while their rows are computed. When all are complete,
+//! they are copied into the target, or get their names. So the memory needed does not grow with the textures.
 use super::bundle::write_rows;
 use super::gltf::{Exported, Texture};
 use super::set;
 use super::shape::Shape;
-use crate::picture::{AtomicFile, Compression, Encoding, PictureSpec, WriteError, Writer, Written};
+use crate::picture::{AtomicFile, Compression, Encoding, PictureSpec, WriteError, WriteStats, Writer};
 use glam::{UVec2, Vec3};
 use serde_json::{Value as Json, json};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-/// A glTF file under construction, with those beside it; see [`Writer`]. One that is dropped leaves nothing.
+/// A glTF file under construction, with its separate files; see [`Writer`]. Dropping the writer leaves no files.
 #[derive(Debug)]
 pub struct GlbWriter {
     path: PathBuf,
     name: String,
     exported: Exported,
     shape: Shape,
-    /// Whether textures go on beyond their edges.
+    /// True if textures repeat beyond their edges.
     wraps: [bool; 2],
     writers: Vec<Writer>,
 }
 
 impl GlbWriter {
-    /// Starts a file with textures of so many pixels, each so many mm wide and high. `wraps` tells in which directions they repeat.
+    /// Starts a file with textures of the given size in pixels; each pixel has the given width and height in mm.
+    /// `wraps` tells in which directions the textures repeat.
     ///
     /// # Errors
     /// When the folder cannot be written.
@@ -47,7 +48,7 @@ impl GlbWriter {
             compression,
             mips: Vec::new(),
             chromaticities: None,
-            // glTF takes square pixels alone.
+            // glTF supports only square pixels.
             pixel_mm: Some(pixel_mm).filter(|[x, y]| x == y),
             metadata: Vec::new(),
         };
@@ -60,7 +61,7 @@ impl GlbWriter {
         Ok(Self { path: path.to_owned(), name: name.to_owned(), exported, shape, wraps, writers })
     }
 
-    /// Writes the next rows of all textures, whose channels follow each other.
+    /// Writes the next rows of all textures. `planes` holds their channels, one texture after another.
     ///
     /// # Errors
     /// As [`Writer::write_rows`].
@@ -68,14 +69,15 @@ impl GlbWriter {
         write_rows(self.exported.textures.iter().map(Texture::channels).zip(&mut self.writers), planes, rows)
     }
 
-    /// Completes the file and gives it its name, after those beside it.
+    /// Completes the file and gives it its name, after its separate files got theirs.
     ///
     /// # Errors
-    /// When rows are missing or the system refuses; as long as not all are complete, what had their names is unchanged.
-    pub fn finish(self) -> Result<Vec<Written>, WriteError> {
+    /// If rows are missing or the system refuses. As long as some files are incomplete, existing files keep their
+    /// content.
+    pub fn finish(self) -> Result<Vec<WriteStats>, WriteError> {
         let Self { path, name, exported, shape, wraps, writers } = self;
         let done = writers.into_iter().map(Writer::finish_unnamed).collect::<Result<Vec<_>, _>>()?;
-        let (mut pictures, written): (Vec<AtomicFile>, Vec<Written>) = done.into_iter().unzip();
+        let (mut pictures, written): (Vec<AtomicFile>, Vec<WriteStats>) = done.into_iter().unzip();
         let sizes: Vec<u64> = written.iter().map(|written| written.bytes).collect();
         let document = Document { name: &name, exported: &exported, shape: &shape, wraps };
         let failed = |error| WriteError::at(&path, error);
@@ -96,11 +98,11 @@ struct Document<'a> {
     wraps: [bool; 2],
 }
 
-/// Bytes of the binary part that belong together, and what they are for.
+/// A buffer view of the binary part, and its purpose.
 struct View {
     from: u64,
     length: u64,
-    /// `ARRAY_BUFFER` or `ELEMENT_ARRAY_BUFFER`; none for pictures.
+    /// `ARRAY_BUFFER` or `ELEMENT_ARRAY_BUFFER`; `None` for pictures.
     target: Option<u32>,
 }
 
@@ -111,7 +113,7 @@ const UNSIGNED: u32 = 5125;
 const REPEAT: u32 = 10497;
 const CLAMP: u32 = 33071;
 
-/// To the next multiple of four, at which chunks and views begin.
+/// Rounds up to a multiple of four, the alignment of chunks and views.
 const fn padded(length: u64) -> u64 {
     length.next_multiple_of(4)
 }
@@ -158,7 +160,7 @@ impl Document<'_> {
         file.commit()
     }
 
-    /// The files of the mesh and of the document, complete but for their names.
+    /// Writes the separate files of the mesh and of the document, complete except for their names.
     fn apart(&self, path: &Path) -> io::Result<[AtomicFile; 2]> {
         let mesh = self.mesh();
         let mut views = Vec::new();
@@ -179,7 +181,7 @@ impl Document<'_> {
         Ok([binary, text])
     }
 
-    /// The bytes of positions, normals, tangents, coordinates, and then of the indices of each part.
+    /// Bytes of positions, normals, tangents and coordinates, then the indices of each part.
     fn mesh(&self) -> Vec<(Vec<u8>, u32)> {
         let bytes = |numbers: &[f32]| numbers.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
         let flat = |vectors: &[Vec3]| bytes(&vectors.iter().flat_map(|v| v.to_array()).collect::<Vec<_>>());
@@ -208,7 +210,7 @@ impl Document<'_> {
                 "type": "SCALAR" })
         }));
         let attributes = json!({ "POSITION": 0, "NORMAL": 1, "TANGENT": 2, "TEXCOORD_0": 3 });
-        let part = |(n, part): (usize, &super::shape::Part)| {
+        let part = |(n, part): (usize, &super::shape::MeshPart)| {
             let primitive = json!({ "attributes": attributes, "indices": vertices.len() + n, "material": 0 });
             json!({ "name": part.name, "primitives": [primitive] })
         };
@@ -272,7 +274,7 @@ fn pad(out: &mut impl Write, length: u64) -> io::Result<()> {
     out.write_all(&[0; 4][..missing])
 }
 
-/// The names of all extensions below a part of the document, each once, sorted.
+/// The names of all extensions in a part of the document, each once, sorted.
 fn used(part: &Json) -> Vec<String> {
     let mut names = std::collections::BTreeSet::new();
     let mut open = vec![part];

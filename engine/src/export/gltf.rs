@@ -1,14 +1,64 @@
-//! Materials as glTF 2.0: which textures there are, and the document that names them.
+//! Materials as glTF 2.0: the list of textures, and the document that refers to them.
 //!
-//! Roughness and metallic lie in one texture with the occlusion, as the format wants it. A channel that is the same
-//! everywhere becomes a factor. Extensions are named only where the material has their channels.
+//! Roughness, metallic and occlusion share one texture, as the format requires. A constant channel becomes a factor.
+//! Extensions are named only where the material has their channels.
 use super::colors::Colors;
+use super::decl::{COLORS, FieldDecl, MATERIAL, MESH, QUALITY, Takes};
 use super::directions::{elongated, vectors};
+use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
 use crate::picture::{Depth, Format, Transfer};
 use crate::value::{Channel, Field, Material, Type};
 use serde_json::{Map, Value as Json, json};
+use std::io;
 
-/// What a texture is for.
+/// The target.
+pub(super) struct Gltf;
+
+impl ExportTarget for Gltf {
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Gltf",
+                title: "glTF",
+                doc: "A material on a mesh as glTF 2.0.",
+                fields: &[
+                    MATERIAL,
+                    MESH,
+                    FieldDecl::new(
+                        "embed",
+                        "Whether all is in one `.glb`, or the mesh and the pictures lie beside a `.gltf`; `true` if left out.",
+                        Takes::Truth(true),
+                    ),
+                    COLORS,
+                    QUALITY,
+                ],
+                variants: &[
+                    ("gltf", "A binary glTF file", &[]),
+                    (
+                        "gltf-files",
+                        "A glTF file with its mesh and its pictures beside it",
+                        &[("embed", OptionValue::Truth(false))],
+                    ),
+                ],
+            }
+        }
+    }
+
+    fn plan(&self, options: &Options) -> Plan {
+        match options.is("embed") {
+            true => Plan::one("glb"),
+            false => Plan { also: const { &[Role::Surface.name()] }, ..Plan::several("gltf") },
+        }
+    }
+
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        let apart = (!options.is("embed")).then(|| source.place.stem.clone());
+        let exported = Exported::new(source.material.clone(), options.colors(), apart);
+        Ok(Files::Glb(Box::new((exported, source.shape.clone()))))
+    }
+}
+
+/// The role of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     BaseColor,
@@ -24,6 +74,22 @@ pub(super) enum Role {
     Specular,
 }
 
+impl Role {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::BaseColor => "base_color",
+            Self::Surface => "occlusion_roughness_metallic",
+            Self::Normal => "normal",
+            Self::Emission => "emission",
+            Self::Coat => "coat",
+            Self::CoatNormal => "coat_normal",
+            Self::Sheen => "sheen",
+            Self::Anisotropy => "anisotropy",
+            Self::Specular => "specular",
+        }
+    }
+}
+
 /// A texture of an exported material.
 #[derive(Clone, Debug)]
 pub struct Texture {
@@ -34,66 +100,56 @@ pub struct Texture {
     pub format: Format,
     /// Its sample type.
     pub depth: Depth,
-    /// The curve of its colours.
+    /// The transfer curve of its colours.
     pub transfer: Transfer,
 }
 
 impl Texture {
-    /// How many channels it has.
+    /// Number of its channels.
     pub fn channels(&self) -> usize {
         self.fields.iter().map(Field::channels).sum()
     }
 
-    /// What it is, for readers of its bytes.
+    /// Its MIME type.
     pub(super) const fn mime(&self) -> &'static str {
         if matches!(self.format, Format::Jpeg(_)) { "image/jpeg" } else { "image/png" }
     }
 
     /// Its name in the file.
     pub const fn name(&self) -> &'static str {
-        match self.role {
-            Role::BaseColor => "base_color",
-            Role::Surface => "occlusion_roughness_metallic",
-            Role::Normal => "normal",
-            Role::Emission => "emission",
-            Role::Coat => "coat",
-            Role::CoatNormal => "coat_normal",
-            Role::Sheen => "sheen",
-            Role::Anisotropy => "anisotropy",
-            Role::Specular => "specular",
-        }
+        self.role.name()
     }
 }
 
-/// A material as glTF describes it.
+/// A material in the terms of glTF.
 #[derive(Clone, Debug)]
 pub struct Exported {
     material: Material,
-    /// Its textures, in the order in which they are stored.
+    /// Its textures, in the order of the file.
     pub textures: Vec<Texture>,
-    /// What the names of its files begin with, if they are several.
+    /// Prefix of its file names, if it is written as several files.
     pub apart: Option<String>,
 }
 
-/// What of a material glTF has no word for, besides the height.
+/// The channels that glTF cannot express, besides the height.
 const LOST: [Channel; 1] = [Channel::Subsurface];
 
 impl Exported {
-    /// The textures that a material needs, in one file, or in files whose names begin with `apart`.
-    pub fn new(material: Material, colors: Colors, apart: Option<String>) -> Self {
+    /// Lists the textures that a material needs: in one file, or in files whose names begin with `apart`.
+    pub(super) fn new(material: Material, colors: Colors, apart: Option<String>) -> Self {
         let mut exported = Self { material, textures: Vec::new(), apart };
         exported.plan(colors);
         exported
     }
 
-    /// The names of the files, if they are several.
+    /// The names of the files, if there are several.
     pub fn files(&self) -> impl Iterator<Item = String> {
         let documents = |stem: &String| [format!("{stem}.gltf"), format!("{stem}.bin")];
         let textures = self.textures.iter().filter_map(|texture| self.file(texture));
         self.apart.iter().flat_map(documents).chain(textures)
     }
 
-    /// The file of a texture, if it has its own.
+    /// Name of the file of a texture, if the texture has its own.
     pub(super) fn file(&self, texture: &Texture) -> Option<String> {
         self.apart.as_ref().map(|stem| format!("{stem}_{}.{}", texture.name(), texture.format.extension()))
     }
@@ -109,12 +165,12 @@ impl Exported {
         self.material.get(channel).is_some()
     }
 
-    /// Whether any of the channels differs from place to place.
+    /// True if any of the channels varies over the canvas.
     fn varies(&self, channels: &[Channel]) -> bool {
         channels.iter().any(|c| self.material.get(*c).is_some_and(|field| field.as_constant().is_none()))
     }
 
-    /// The number that a channel has everywhere; its default if it is not given.
+    /// The constant value of a channel, or its default if the material lacks it.
     fn factor(&self, channel: Channel) -> Vec<f64> {
         let field = self.material.or_default(channel);
         let values = field.as_constant().unwrap_or(channel.default_values());
@@ -127,7 +183,7 @@ impl Exported {
         let mut textures = Vec::new();
         let mut add = |role, fields: Vec<Field>, depth, transfer| {
             let format = match role {
-                // A JPEG has no opacity.
+                // JPEG cannot hold opacity.
                 Role::BaseColor | Role::Emission if fields.len() == 1 => colors.format(),
                 _ => Format::Png,
             };
@@ -170,12 +226,12 @@ impl Exported {
         self.textures = textures;
     }
 
-    /// The number of a texture.
+    /// Index of a texture.
     fn index(&self, role: Role) -> Option<usize> {
         self.textures.iter().position(|texture| texture.role == role)
     }
 
-    /// The material in the words of the format. `transform` is what each use of a texture says besides its number.
+    /// The material as glTF JSON. `transform` is added to each use of a texture.
     pub(super) fn json(&self, name: &str, transform: Option<&Json>) -> Json {
         let texture = |role: Role| {
             self.index(role).map(|index| match transform {
@@ -227,7 +283,7 @@ impl Exported {
         match texture(Role::Surface) {
             Some(texture) => {
                 base.insert("metallicRoughnessTexture".into(), texture);
-                // Without its channel the material is no metal; the format's default is one.
+                // A material without the channel is not a metal; the default of the format is 1.
                 let metallic = if self.has(Channel::Metallic) { 1.0 } else { 0.0 };
                 base.insert("metallicFactor".into(), json!(metallic));
             }

@@ -1,17 +1,55 @@
 //! Materials as MaterialX 1.39 documents.
-use super::bundle::{Bundle, Maps, Place};
+use super::bundle::{Bundle, ExportContext, Maps};
+use super::decl::{FieldDecl, MATERIAL, Takes, names};
 use super::names::identifier;
-use super::network::{Given, Input, Network, Shading, network};
+use super::network::{Input, InputValue, Network, Shading, network};
+use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
 use crate::value::Material;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, Event};
 use std::io;
 
-/// A document and its pictures. Heights are in mm there, with a scale to metres.
+/// The target.
+pub(super) struct MaterialX;
+
+impl ExportTarget for MaterialX {
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "MaterialX",
+                title: "MaterialX",
+                doc: "A material as a MaterialX document.",
+                fields: &[
+                    MATERIAL,
+                    FieldDecl::new("shading", "The surface shader.", Takes::Words(|| names(&Shading::ALL))),
+                ],
+                variants: &[
+                    ("materialx", "A MaterialX document, `open_pbr_surface`", &[]),
+                    (
+                        "materialx-standard",
+                        "A MaterialX document, `standard_surface`",
+                        &[("shading", OptionValue::Word("StandardSurface"))],
+                    ),
+                ],
+            }
+        }
+    }
+
+    fn plan(&self, _: &Options) -> Plan {
+        Plan::several("mtlx")
+    }
+
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        let shading = options.word("shading", &Shading::ALL);
+        materialx(source.material, &source.place, shading).map(Files::Bundle)
+    }
+}
+
+/// A document and its pictures. Heights in the document are mm, with a scale to metres.
 ///
 /// # Errors
-/// None that can happen: it is written to memory.
-pub fn materialx(material: &Material, place: &Place, shading: Shading) -> io::Result<Bundle> {
+/// Cannot happen in practice: the document is written to memory.
+fn materialx(material: &Material, place: &ExportContext, shading: Shading) -> io::Result<Bundle> {
     let mut maps = Maps::new(material, &place.stem);
     let network = network(&mut maps, place, false, shading);
     let text = document(&network, &identifier(&place.stem))?;
@@ -35,20 +73,20 @@ impl Xml {
         self.0.write_event(Event::Empty(BytesStart::new(tag).with_attributes(attributes.iter().copied())))
     }
 
-    /// An input inside of the graph of nodes.
+    /// Writes an input inside the node graph.
     fn input(&mut self, (name, ty, given): &Input) -> io::Result<()> {
         let head = [("name", *name), ("type", *ty)];
         match given {
-            Given::Value(value) => self.empty("input", &[&head[..], &[("value", value)]].concat()),
-            Given::Metres(value) => {
+            InputValue::Value(value) => self.empty("input", &[&head[..], &[("value", value)]].concat()),
+            InputValue::Metres(value) => {
                 let unit = [("value", value.as_str()), ("unittype", "distance"), ("unit", "meter")];
                 self.empty("input", &[&head[..], &unit].concat())
             }
-            Given::File(file, None) => self.empty("input", &[&head[..], &[("value", file)]].concat()),
-            Given::File(file, Some(space)) => {
+            InputValue::File(file, None) => self.empty("input", &[&head[..], &[("value", file)]].concat()),
+            InputValue::File(file, Some(space)) => {
                 self.empty("input", &[&head[..], &[("value", file.as_str()), ("colorspace", *space)]].concat())
             }
-            Given::Node(node) => self.empty("input", &[&head[..], &[("nodename", node)]].concat()),
+            InputValue::Node(node) => self.empty("input", &[&head[..], &[("nodename", node)]].concat()),
         }
     }
 }
@@ -62,7 +100,7 @@ fn document(network: &Network, name: &str) -> io::Result<String> {
     let outputs: Vec<(&str, &str)> = network
         .surface
         .iter()
-        .filter_map(|(_, ty, given)| if let Given::Node(node) = given { Some((node.as_str(), *ty)) } else { None })
+        .filter_map(|(_, ty, given)| if let InputValue::Node(node) = given { Some((node.as_str(), *ty)) } else { None })
         .chain(network.height.as_deref().map(|node| (node, "float")))
         .collect();
     let out = |node: &str| format!("{node}_out");
@@ -84,7 +122,7 @@ fn document(network: &Network, name: &str) -> io::Result<String> {
         xml.close("nodegraph")?;
     }
     let connect = |xml: &mut Xml, input: &Input| match input {
-        (name, ty, Given::Node(node)) => {
+        (name, ty, InputValue::Node(node)) => {
             xml.empty("input", &[("name", name), ("type", ty), ("nodegraph", &graph), ("output", &out(node))])
         }
         other => xml.input(other),
@@ -96,14 +134,14 @@ fn document(network: &Network, name: &str) -> io::Result<String> {
     xml.close(category)?;
     if let Some(height) = &network.height {
         xml.open("displacement", &[("name", &relief), ("type", "displacementshader")])?;
-        connect(&mut xml, &("displacement", "float", Given::Node(height.clone())))?;
-        xml.input(&("scale", "float", Given::Value("0.001".into())))?;
+        connect(&mut xml, &("displacement", "float", InputValue::Node(height.clone())))?;
+        xml.input(&("scale", "float", InputValue::Value("0.001".into())))?;
         xml.close("displacement")?;
     }
     xml.open("surfacematerial", &[("name", name), ("type", "material")])?;
-    xml.input(&("surfaceshader", "surfaceshader", Given::Node(surface)))?;
+    xml.input(&("surfaceshader", "surfaceshader", InputValue::Node(surface)))?;
     if network.height.is_some() {
-        xml.input(&("displacementshader", "displacementshader", Given::Node(relief)))?;
+        xml.input(&("displacementshader", "displacementshader", InputValue::Node(relief)))?;
     }
     xml.close("surfacematerial")?;
     xml.close("materialx")?;

@@ -1,8 +1,9 @@
-//! Files for other programs that hold more than a picture: materials on a mesh as glTF, OBJ or USD, as documents of MaterialX, and as
-//! the pictures that a program expects.
+//! Export to files that hold more than one picture: materials on a mesh as glTF, OBJ or USD, MaterialX documents, and
+//! picture sets for a program.
 mod archive;
 mod bundle;
 mod colors;
+mod decl;
 mod directions;
 mod glb;
 mod gltf;
@@ -10,29 +11,26 @@ mod materialx;
 mod names;
 mod network;
 mod obj;
+mod pack;
 mod preset;
 mod set;
 mod shape;
 mod solids;
+mod target;
 mod usd;
 
-pub use bundle::{Bundle, BundleWriter, Map, Place};
+pub use bundle::{Bundle, BundleWriter, ExportContext, Map};
 pub use colors::Colors;
+pub use decl::{FieldDecl, Takes, names};
 pub use glb::GlbWriter;
 pub use gltf::{Exported, Texture};
-pub use materialx::materialx;
-pub use network::Shading;
-pub use obj::obj;
-pub use preset::{Program, preset, y_down};
+pub use preset::y_down;
 pub use shape::Shape;
 pub use solids::SimpleShape;
-pub use usd::usd;
+pub use target::{
+    Chosen, ExportTarget, Files, FilesWriter, OptionValue, Options, Plan, Source, TargetInfo, Variant, target_named,
+};
 
-use crate::value::Field;
-
-/// One picture of up to four fields of numbers from 0 to 1: red, green, blue and opacity. Colours that are not given are 0.
-pub fn pack(fields: [Option<Field>; 4], place: &Place) -> Bundle {
-    let [r, g, b, a] = fields;
-    let colors = [r, g, b].map(|field| field.unwrap_or_else(|| Field::constant(crate::value::Type::Gray, &[0.0])));
-    bundle::packed(colors.into_iter().chain(a).collect(), place)
-}
+/// All targets.
+pub const TARGETS: &[&dyn ExportTarget] =
+    &[&gltf::Gltf, &obj::Obj, &materialx::MaterialX, &usd::Usd, &preset::Preset, &pack::Pack];

@@ -1,18 +1,16 @@
-//! Shading networks in the nodes of MaterialX 1.39: what a document and a USD file say of a material.
+//! Shading networks of MaterialX 1.39 nodes, shared by MaterialX documents and USD files.
 //!
-//! A canvas that tiles is read by `tiledimage` with sizes in metres; any other by `image`, its coordinates scaled so that 0..1
-//! is one metre. The canvas' top left lies at that of the coordinates, whose v is up there.
-use super::bundle::{Maps, Place, Source};
+//! A canvas that tiles is read by `tiledimage` with sizes in metres; any other canvas by `image`, with coordinates
+//! scaled so that 0..1 is one metre. The top left of the canvas lies at the top left of the coordinates, whose v points
+//! up.
+use super::bundle::{ChannelSource, ExportContext, Maps};
 use super::directions::clockwise;
 use crate::value::Channel;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 /// The surface shader of a MaterialX document.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Shading {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shading {
     /// OpenPBR Surface.
-    #[default]
     OpenPbr,
     /// Autodesk Standard Surface.
     StandardSurface,
@@ -20,7 +18,8 @@ pub enum Shading {
 
 impl Shading {
     /// All of them, by name.
-    pub const ALL: [(&'static str, Self); 2] = [("OpenPbr", Self::OpenPbr), ("StandardSurface", Self::StandardSurface)];
+    pub(super) const ALL: [(&'static str, Self); 2] =
+        [("OpenPbr", Self::OpenPbr), ("StandardSurface", Self::StandardSurface)];
 
     pub(super) const fn category(self) -> &'static str {
         match self {
@@ -30,21 +29,21 @@ impl Shading {
     }
 }
 
-/// What an input of a node is given.
+/// Value or source of an input.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Given {
-    /// A number or several, or a word.
+pub(super) enum InputValue {
+    /// A number, several numbers, or a word.
     Value(String),
-    /// A length or several, in metres.
+    /// A length or several lengths, in metres.
     Metres(String),
-    /// A file, and the space of its colours, if it holds colours.
+    /// A file, and its colour space if it holds colours.
     File(String, Option<&'static str>),
-    /// Another node.
+    /// The output of another node.
     Node(String),
 }
 
-/// An input: its name, its type, and what it is given.
-pub(super) type Input = (&'static str, &'static str, Given);
+/// An input: its name, its type, and its value or source.
+pub(super) type Input = (&'static str, &'static str, InputValue);
 
 /// A node of a network.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,7 +54,7 @@ pub(super) struct Node {
     pub(super) inputs: Vec<Input>,
 }
 
-/// A network: the nodes, what the surface reads, and the node whose number is the height in metres over a thousand.
+/// A network: the nodes, the inputs of the surface, and the node whose number is the height in thousandths of a metre.
 #[derive(Clone, Debug)]
 pub(super) struct Network {
     pub(super) shading: Shading,
@@ -64,9 +63,9 @@ pub(super) struct Network {
     pub(super) height: Option<String>,
 }
 
-/// A number as documents write it.
+/// Formats a number for documents.
 pub(super) fn number(value: f64) -> String {
-    // Six digits are more than pictures have.
+    // Six digits exceed the precision of pictures.
     let rounded = format!("{value:.6}");
     let short = rounded.trim_end_matches('0').trim_end_matches('.');
     if short == "-0" { "0".into() } else { short.into() }
@@ -78,19 +77,19 @@ fn numbers(values: &[f64]) -> String {
 
 struct Builder<'m, 'a> {
     maps: &'m mut Maps<'a>,
-    place: &'m Place,
-    /// Whether pictures cover the coordinates once, as an atlas.
+    place: &'m ExportContext,
+    /// True if pictures cover the coordinates once, as those of an atlas do.
     once: bool,
     nodes: Vec<Node>,
 }
 
-/// The network of a material. `once`: its pictures cover the coordinates from 0 to 1, whatever the size of the canvas.
-pub(super) fn network(maps: &mut Maps<'_>, place: &Place, once: bool, shading: Shading) -> Network {
+/// The network of a material. `once`: its pictures cover the coordinates from 0 to 1, for any size of the canvas.
+pub(super) fn network(maps: &mut Maps<'_>, place: &ExportContext, once: bool, shading: Shading) -> Network {
     let mut builder = Builder { maps, place, once, nodes: Vec::new() };
     let surface = builder.surface(shading);
     let height = match builder.maps.channel(Channel::Height) {
-        Some(Source::File(file)) => Some(builder.image("height", "float", &file)),
-        Some(Source::Value(_)) | None => None,
+        Some(ChannelSource::File(file)) => Some(builder.image("height", "float", &file)),
+        Some(ChannelSource::Value(_)) | None => None,
     };
     Network { shading, nodes: builder.nodes, surface, height }
 }
@@ -104,25 +103,25 @@ impl Builder<'_, '_> {
     fn image(&mut self, name: &str, ty: &'static str, file: &str) -> String {
         let colors = if file.ends_with("exr") { "lin_rec709" } else { "srgb_texture" };
         let colors = (ty == "color3").then_some(colors);
-        let mut inputs = vec![("file", "filename", Given::File(file.into(), colors))];
+        let mut inputs = vec![("file", "filename", InputValue::File(file.into(), colors))];
         let metres = self.place.size_mm / 1000.0;
         if self.place.wraps == [true; 2] && !self.once {
             let from = 1.0 - (1.0 / metres.y).floor() * metres.y;
-            inputs.push(("uvoffset", "vector2", Given::Value(numbers(&[0.0, from]))));
-            inputs.push(("realworldimagesize", "vector2", Given::Metres(numbers(&metres.to_array()))));
-            inputs.push(("realworldtilesize", "vector2", Given::Metres("1, 1".into())));
+            inputs.push(("uvoffset", "vector2", InputValue::Value(numbers(&[0.0, from]))));
+            inputs.push(("realworldimagesize", "vector2", InputValue::Metres(numbers(&metres.to_array()))));
+            inputs.push(("realworldtilesize", "vector2", InputValue::Metres("1, 1".into())));
             return self.add(name, "tiledimage", ty, inputs);
         }
         if !self.once {
-            inputs.push(("texcoord", "vector2", Given::Node(self.coordinates())));
+            inputs.push(("texcoord", "vector2", InputValue::Node(self.coordinates())));
         }
         for (input, wraps) in ["uaddressmode", "vaddressmode"].into_iter().zip(self.place.wraps) {
-            inputs.push((input, "string", Given::Value(if wraps { "periodic" } else { "clamp" }.into())));
+            inputs.push((input, "string", InputValue::Value(if wraps { "periodic" } else { "clamp" }.into())));
         }
         self.add(name, "image", ty, inputs)
     }
 
-    /// Coordinates of which 0..1 is the canvas, made once.
+    /// Coordinates that map the canvas to 0..1, added once.
     fn coordinates(&mut self) -> String {
         const NAME: &str = "placed";
         if self.nodes.iter().any(|node| node.name == NAME) {
@@ -130,59 +129,65 @@ impl Builder<'_, '_> {
         }
         let by = 1000.0 / self.place.size_mm;
         let from = self.add("coordinates", "texcoord", "vector2", Vec::new());
-        let value = |values: [f64; 2]| Given::Value(numbers(&values));
-        let scaled = vec![("in1", "vector2", Given::Node(from)), ("in2", "vector2", value(by.to_array()))];
+        let value = |values: [f64; 2]| InputValue::Value(numbers(&values));
+        let scaled = vec![("in1", "vector2", InputValue::Node(from)), ("in2", "vector2", value(by.to_array()))];
         let scaled = self.add("scaled", "multiply", "vector2", scaled);
-        let placed = vec![("in1", "vector2", Given::Node(scaled)), ("in2", "vector2", value([0.0, 1.0 - by.y]))];
+        let placed = vec![("in1", "vector2", InputValue::Node(scaled)), ("in2", "vector2", value([0.0, 1.0 - by.y]))];
         self.add(NAME, "add", "vector2", placed)
     }
 
-    /// A channel as an input of that name, if the material has it.
+    /// A channel as an input of the given name, if the material has the channel.
     fn input(&mut self, channel: Channel, name: &'static str, ty: &'static str) -> Option<Input> {
         let given = match self.maps.channel(channel)? {
-            Source::Value(values) => Given::Value(numbers(&values)),
-            Source::File(file) => Given::Node(self.image(channel.name(), ty, &file)),
+            ChannelSource::Value(values) => InputValue::Value(numbers(&values)),
+            ChannelSource::File(file) => InputValue::Node(self.image(channel.name(), ty, &file)),
         };
         Some((name, ty, given))
     }
 
     fn normal(&mut self, channel: Channel, name: &'static str) -> Option<Input> {
-        let Source::File(file) = self.maps.channel(channel)? else { return None };
+        let ChannelSource::File(file) = self.maps.channel(channel)? else { return None };
         let image = self.image(channel.name(), "vector3", &file);
-        let inputs = vec![("in", "vector3", Given::Node(image))];
+        let inputs = vec![("in", "vector3", InputValue::Node(image))];
         let made = self.add(&format!("{}_map", channel.name()), "normalmap", "vector3", inputs);
-        Some((name, "vector3", Given::Node(made)))
+        Some((name, "vector3", InputValue::Node(made)))
     }
 
-    /// The angle by which the tangent is turned so that it points where highlights are long: in degrees, or in turns.
-    fn angle(&mut self, in_turns: bool) -> Option<Given> {
+    /// Angle by which the tangent is turned towards the direction in which highlights are long: in degrees, or in
+    /// turns.
+    fn angle(&mut self, in_turns: bool) -> Option<InputValue> {
         let unit = if in_turns { 1.0 / 360.0 } else { 1.0 };
         Some(match self.maps.channel(Channel::AnisotropyAngle)? {
-            Source::Value(values) => Given::Value(number(clockwise(values[0]) * unit)),
-            Source::File(file) => {
+            ChannelSource::Value(values) => InputValue::Value(number(clockwise(values[0]) * unit)),
+            ChannelSource::File(file) => {
                 let image = self.image("anisotropy_angle", "float", &file);
                 let mut turn = |name: &str, category, from, by: f64| {
-                    let by = Given::Value(number(by));
-                    self.add(name, category, "float", vec![("in1", "float", Given::Node(from)), ("in2", "float", by)])
+                    let by = InputValue::Value(number(by));
+                    self.add(
+                        name,
+                        category,
+                        "float",
+                        vec![("in1", "float", InputValue::Node(from)), ("in2", "float", by)],
+                    )
                 };
                 let clockwise = turn("turn", "add", image, clockwise(0.0));
-                Given::Node(if in_turns { turn("turns", "multiply", clockwise, unit) } else { clockwise })
+                InputValue::Node(if in_turns { turn("turns", "multiply", clockwise, unit) } else { clockwise })
             }
         })
     }
 
     fn tangent(&mut self) -> Option<Input> {
         let angle = self.angle(false)?;
-        let space = || vec![("space", "string", Given::Value("world".into()))];
+        let space = || vec![("space", "string", InputValue::Value("world".into()))];
         let tangent = self.add("tangent_world", "tangent", "vector3", space());
         let axis = self.add("normal_world", "normal", "vector3", space());
         let inputs = vec![
-            ("in", "vector3", Given::Node(tangent)),
+            ("in", "vector3", InputValue::Node(tangent)),
             ("amount", "float", angle),
-            ("axis", "vector3", Given::Node(axis)),
+            ("axis", "vector3", InputValue::Node(axis)),
         ];
         let turned = self.add("tangent_turned", "rotate3d", "vector3", inputs);
-        Some(("geometry_tangent", "vector3", Given::Node(turned)))
+        Some(("geometry_tangent", "vector3", InputValue::Node(turned)))
     }
 
     fn surface(&mut self, shading: Shading) -> Vec<Input> {
@@ -206,7 +211,7 @@ impl Builder<'_, '_> {
             inputs.extend(self.input(channel, name, ty));
         }
         if inputs.iter().any(|input| input.0 == "emission_color") {
-            inputs.push((word("emission_luminance", "emission"), "float", Given::Value("1".into())));
+            inputs.push((word("emission_luminance", "emission"), "float", InputValue::Value("1".into())));
         }
         inputs.extend(self.normal(Channel::Normal, word("geometry_normal", "normal")));
         inputs.extend(self.normal(Channel::CoatNormal, word("geometry_coat_normal", "coat_normal")));
@@ -215,13 +220,13 @@ impl Builder<'_, '_> {
             inputs.extend(self.tangent());
         } else {
             match self.input(Channel::Opacity, "opacity", "float") {
-                Some((name, _, Given::Node(node))) => {
-                    let gray = vec![("in", "float", Given::Node(node))];
+                Some((name, _, InputValue::Node(node))) => {
+                    let gray = vec![("in", "float", InputValue::Node(node))];
                     let color = self.add("opacity_color", "convert", "color3", gray);
-                    inputs.push((name, "color3", Given::Node(color)));
+                    inputs.push((name, "color3", InputValue::Node(color)));
                 }
-                Some((name, _, Given::Value(value))) => {
-                    inputs.push((name, "color3", Given::Value(format!("{value}, {value}, {value}"))));
+                Some((name, _, InputValue::Value(value))) => {
+                    inputs.push((name, "color3", InputValue::Value(format!("{value}, {value}, {value}"))));
                 }
                 _ => {}
             }

@@ -1,19 +1,22 @@
-//! Materials on a mesh as Wavefront OBJ: the mesh, a material library that names the pictures, and the pictures.
+//! Materials on a mesh as Wavefront OBJ: the mesh, a material library, and the pictures.
 //!
-//! Lengths are mm, y is up, and texture coordinates have v up, as readers of the format take them. The library uses the words that
-//! are in common use for physically based materials (`Pr`, `Pm`, `Pc`, `norm` and so on) beside those of the format.
-use super::bundle::{Bundle, Maps, Place, Source};
+//! Lengths are mm, y is up, and texture coordinates have v up, as readers expect. Besides the standard keywords, the
+//! library uses the common ones for physically based materials (`Pr`, `Pm`, `Pc`, `norm` and so on).
+use super::bundle::{Bundle, ChannelSource, ExportContext, Maps};
 use super::colors::Colors;
+use super::decl::{COLORS, MATERIAL, MESH, QUALITY};
 use super::directions::turns;
 use super::names::{unique, word};
 use super::network;
 use super::shape::Shape;
+use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
 use crate::value::{Channel, Material};
 use glam::{DVec2, Vec2, Vec3};
 use std::collections::HashMap;
 use std::fmt::Write;
+use std::io;
 
-/// What the library says of a channel: the word for a number, how many numbers it takes, and the word for a picture.
+/// The keywords of a channel: the one for a number, how many numbers it takes, and the one for a picture.
 const WORDS: [(Channel, &str, usize, &str); 14] = [
     (Channel::BaseColor, "Kd", 3, "map_Kd"),
     (Channel::Ao, "Ka", 3, "map_Ka"),
@@ -31,29 +34,55 @@ const WORDS: [(Channel, &str, usize, &str); 14] = [
     (Channel::Height, "", 1, "disp"),
 ];
 
+/// The target.
+pub(super) struct Obj;
+
+impl ExportTarget for Obj {
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Obj",
+                title: "OBJ",
+                doc: "A material on a mesh as Wavefront OBJ.",
+                fields: &[MATERIAL, MESH, COLORS, QUALITY],
+                variants: &[("obj", "An OBJ file with its material library and its pictures", &[])],
+            }
+        }
+    }
+
+    fn plan(&self, _: &Options) -> Plan {
+        Plan::several("obj")
+    }
+
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        Ok(Files::Bundle(obj(source.material, source.shape, &source.place, options.colors())))
+    }
+}
+
 /// The files of a material on a mesh.
-pub fn obj(material: &Material, shape: &Shape, place: &Place, colors: Colors) -> Bundle {
+fn obj(material: &Material, shape: &Shape, place: &ExportContext, colors: Colors) -> Bundle {
     let stem = &place.stem;
     let mut maps = Maps::new(material, stem).with_colors(colors);
-    // Where a picture does not go on beyond its edges, so it is said; those of an atlas lie between them.
+    // Clamps pictures that do not repeat. Those of an atlas need no clamp, because the charts lie inside.
     let ends = if shape.repeats.is_some() && place.wraps != [true; 2] { "-clamp on " } else { "" };
-    // Without a word on highlights some readers show none.
+    // Some readers show no highlights unless `Ks` is given.
     let mut library = format!("# Shibo: lengths in mm\nnewmtl {}\nillum 2\nKs 0.5 0.5 0.5\n", word(stem));
     for (channel, number, count, picture) in WORDS {
-        // The format has no picture of it.
+        // The format has no picture for this channel.
         let varies = material.get(channel).is_some_and(|field| field.as_constant().is_none());
         if picture.is_empty() && varies {
             continue;
         }
         match maps.channel(channel) {
-            Some(Source::File(file)) => {
-                // By which readers multiply the picture. Other numbers would stand where a picture is not known.
+            Some(ChannelSource::File(file)) => {
+                // Readers multiply the picture by this number. Any other number would show in readers that ignore
+                // pictures.
                 if channel == Channel::BaseColor {
                     library.push_str("Kd 1 1 1\n");
                 }
                 let _ = writeln!(library, "{picture} {ends}{file}");
             }
-            Some(Source::Value(values)) if !number.is_empty() => {
+            Some(ChannelSource::Value(values)) if !number.is_empty() => {
                 let said = |value: &f64| if channel == Channel::AnisotropyAngle { turns(*value) } else { *value };
                 let values = values.iter().cycle().take(count);
                 let numbers: Vec<String> = values.map(|value| network::number(said(value))).collect();
@@ -65,7 +94,7 @@ pub fn obj(material: &Material, shape: &Shape, place: &Place, colors: Colors) ->
     maps.bundle(vec![(format!("{stem}.mtl"), library), (format!("{stem}.obj"), mesh(shape, stem))])
 }
 
-/// The lines of the mesh.
+/// Formats the lines of the mesh.
 fn mesh(shape: &Shape, stem: &str) -> String {
     let repeats = shape.repeats.unwrap_or(DVec2::ONE);
     let (places, place) = once(shape.positions.iter().map(|p| millimetres(*p)));
@@ -81,7 +110,7 @@ fn mesh(shape: &Shape, stem: &str) -> String {
     for [x, y, z] in normals {
         let _ = writeln!(text, "vn {x} {y} {z}");
     }
-    // Readers make one thing of parts of the same name.
+    // Readers merge parts of the same name.
     let names = unique(shape.parts.iter().map(|part| word(&part.name)), &[]);
     for (part, name) in shape.parts.iter().zip(names) {
         let _ = writeln!(text, "o {name}\nusemtl {}", word(stem));
@@ -96,7 +125,7 @@ fn mesh(shape: &Shape, stem: &str) -> String {
     text
 }
 
-/// A place in mm.
+/// A position in mm.
 fn millimetres(metres: Vec3) -> [f32; 3] {
     (metres.as_dvec3() * 1e3).as_vec3().to_array()
 }
@@ -107,12 +136,12 @@ fn turned_over(uv: Vec2, repeats: DVec2) -> [f32; 2] {
     DVec2::new(uv.x, 1.0 - uv.y).as_vec2().to_array()
 }
 
-/// Each value once, in the order in which they come, and the number of each.
+/// The distinct values, in order of first use, and the index of each value in that list.
 fn once<const N: usize>(values: impl Iterator<Item = [f32; N]>) -> (Vec<[f32; N]>, Vec<usize>) {
     let mut known = HashMap::new();
     let (mut kept, mut numbers) = (Vec::new(), Vec::new());
     for value in values {
-        // Equal numbers, also 0 and -0, have equal bits.
+        // Adding 0 turns -0 into 0, so that equal numbers have equal bits.
         let value = value.map(|v| v + 0.0);
         numbers.push(*known.entry(value.map(f32::to_bits)).or_insert_with(|| {
             kept.push(value);

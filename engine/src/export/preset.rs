@@ -1,15 +1,16 @@
-//! Materials as the pictures that a program expects, with a script that sets them up where the program runs one.
-use super::bundle::{Bundle, Map, Maps, Place, Samples, Source, samples};
+//! Materials as the picture set of a program, with a script that sets them up if the program runs scripts.
+use super::bundle::{Bundle, ChannelSource, ExportContext, Map, Maps, Samples, samples};
+use super::decl::{FieldDecl, MATERIAL, Takes, names};
 use super::directions::vectors;
 use super::names::quoted;
 use super::network::number;
+use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
 use crate::value::{Channel, Field, Halo, Material, Tile, Type};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use std::io;
 
-/// A program that takes pictures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub enum Program {
+/// A program that reads picture sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Program {
     /// Unreal Engine: occlusion, roughness and metallic packed into one picture, normals with y down.
     Unreal,
     /// Unity: a mask map of metallic, occlusion and smoothness.
@@ -26,7 +27,7 @@ pub enum Program {
 
 impl Program {
     /// All of them, by name.
-    pub const ALL: [(&'static str, Self); 6] = [
+    const ALL: [(&'static str, Self); 6] = [
         ("Unreal", Self::Unreal),
         ("Unity", Self::Unity),
         ("Godot", Self::Godot),
@@ -34,6 +35,49 @@ impl Program {
         ("Arnold", Self::Arnold),
         ("RenderMan", Self::RenderMan),
     ];
+}
+
+/// The target.
+pub(super) struct Preset;
+
+impl ExportTarget for Preset {
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Preset",
+                title: "this target",
+                doc: "A material as the pictures that a program expects.",
+                fields: &[
+                    MATERIAL,
+                    FieldDecl::new(
+                        "target",
+                        "The program whose pictures are written.",
+                        Takes::Word(|| names(&Program::ALL)),
+                    ),
+                ],
+                variants: &[
+                    ("unreal", "The pictures that Unreal Engine expects", &[("target", OptionValue::Word("Unreal"))]),
+                    ("unity", "The pictures that Unity expects", &[("target", OptionValue::Word("Unity"))]),
+                    ("godot", "The pictures that Godot expects", &[("target", OptionValue::Word("Godot"))]),
+                    (
+                        "blender",
+                        "Pictures, and a script that builds the material in Blender",
+                        &[("target", OptionValue::Word("Blender"))],
+                    ),
+                    ("arnold", "EXR pictures for Arnold", &[("target", OptionValue::Word("Arnold"))]),
+                    ("renderman", "EXR pictures for `RenderMan`", &[("target", OptionValue::Word("RenderMan"))]),
+                ],
+            }
+        }
+    }
+
+    fn plan(&self, _: &Options) -> Plan {
+        Plan::several("png")
+    }
+
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        Ok(Files::Bundle(preset(source.material, &source.place, options.word("target", &Program::ALL))))
+    }
 }
 
 fn gray(value: f32) -> Field {
@@ -49,13 +93,13 @@ fn mapped(field: &Field, change: impl Fn(usize, f32) -> f32 + Send + Sync + 'sta
     })
 }
 
-/// A normal map, stored as ½ + ½n, with y the other way round.
+/// A normal map, stored as ½ + ½n, with y inverted.
 pub fn y_down(normal: &Field) -> Field {
     mapped(normal, |channel, v| if channel == 1 { 1.0 - v } else { v })
 }
 
 /// The pictures, and a script for some programs.
-pub fn preset(material: &Material, place: &Place, program: Program) -> Bundle {
+fn preset(material: &Material, place: &ExportContext, program: Program) -> Bundle {
     let mut maps = Maps::new(material, &place.stem);
     match program {
         Program::Unreal => unreal(&mut maps),
@@ -103,7 +147,7 @@ fn tangent(maps: &mut Maps<'_>) -> Field {
     vectors(&maps.field(Channel::AnisotropyAngle), &gray(0.5))
 }
 
-/// The colour, with opacity if the material has it.
+/// The colour, with opacity if the material has one.
 fn color(maps: &mut Maps<'_>) -> Vec<Field> {
     let opacity = maps.has(Channel::Opacity).then(|| maps.field(Channel::Opacity));
     [maps.field(Channel::BaseColor)].into_iter().chain(opacity).collect()
@@ -142,8 +186,9 @@ const GODOT: &Names = &[
     (Channel::Subsurface, "subsurface"),
 ];
 
-/// As the shaders of `BaseMaterial3D` read them: opacity beside the colour, weight and roughness of the coat in one picture, and a
-/// flow map of the direction in which highlights are long in red and green, with the strength of anisotropy as opacity.
+/// Follows the inputs of `BaseMaterial3D`: opacity beside the colour; weight and roughness of the coat in one picture;
+/// a flow map with the direction in which highlights are long in red and green, and the strength of anisotropy as
+/// opacity.
 fn godot(maps: &mut Maps<'_>) {
     if maps.has(Channel::BaseColor) || maps.has(Channel::Opacity) {
         let color = color(maps);
@@ -196,7 +241,7 @@ const RENDERMAN: &Names = &[
     (Channel::Subsurface, "subsurfaceGain"),
 ];
 
-/// Those of the channels that the material has, each in a picture under the name that the program uses.
+/// Adds each listed channel that the material has, as a picture with the program's name for it.
 fn named(maps: &mut Maps<'_>, names: &Names) {
     for (channel, name) in names {
         if maps.has(*channel) {
@@ -206,7 +251,7 @@ fn named(maps: &mut Maps<'_>, names: &Names) {
     }
 }
 
-/// The same as textures of floats: scene-linear colours, normals and heights for renderers.
+/// Adds the channels as float textures: scene-linear colours, normals and heights for renderers.
 fn floats(maps: &mut Maps<'_>, names: &Names, wraps: [bool; 2]) {
     for (channel, name) in names {
         if maps.has(*channel) {
@@ -216,7 +261,7 @@ fn floats(maps: &mut Maps<'_>, names: &Names, wraps: [bool; 2]) {
     }
 }
 
-/// A script for Unreal's Python console: imports the pictures that lie beside it, with the settings that each needs.
+/// A script for Unreal's Python console: imports the pictures of its folder, with the settings that each needs.
 fn import(maps: &[Map]) -> String {
     let list: Vec<String> = maps
         .iter()
@@ -267,8 +312,8 @@ for task, kind in tasks:
         unreal.EditorAssetLibrary.save_loaded_asset(texture)
 "#;
 
-/// The pictures for Blender, and the script that builds a material of them.
-fn blender(maps: &mut Maps<'_>, place: &Place) -> String {
+/// Adds the pictures for Blender; returns the script that builds a material from them.
+fn blender(maps: &mut Maps<'_>, place: &ExportContext) -> String {
     let sockets = [
         (Channel::BaseColor, "Base Color"),
         (Channel::Roughness, "Roughness"),
@@ -290,8 +335,8 @@ fn blender(maps: &mut Maps<'_>, place: &Place) -> String {
     let (mut files, mut values) = (Vec::new(), Vec::new());
     for (channel, socket) in sockets {
         match maps.channel(channel) {
-            Some(Source::File(file)) => files.push(format!("    {socket:?}: {},", quoted(&file))),
-            Some(Source::Value(list)) => {
+            Some(ChannelSource::File(file)) => files.push(format!("    {socket:?}: {},", quoted(&file))),
+            Some(ChannelSource::Value(list)) => {
                 let list: Vec<String> = list.iter().map(|v| number(*v)).collect();
                 values.push(format!("    {socket:?}: ({},),", list.join(", ")));
             }

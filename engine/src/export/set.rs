@@ -1,16 +1,16 @@
-//! Files that belong together get their names together.
+//! Commits a set of files together.
 use crate::picture::{AtomicFile, WriteError};
 use std::io::ErrorKind;
 
-/// Gives complete files their names. `parts` name no other file; `documents` name those before them.
+/// Gives complete files their names. `parts` refer to no other file; `documents` refer to files before them.
 ///
-/// Documents that were there are taken away first, and the new ones come last: a document never names files of another run, even if
-/// the program is killed in between. Then the document is missing until the next run.
+/// Existing documents are removed first, and the new ones are written last. So a document never refers to files of
+/// another run, even if the program is killed in between. In that case the document is missing until the next run.
 ///
 /// # Errors
-/// When the system refuses. If it refuses to take a document away, nothing has changed.
+/// If the system refuses. If it refuses to remove a document, nothing has changed.
 pub(super) fn commit(parts: Vec<AtomicFile>, documents: Vec<AtomicFile>) -> Result<(), WriteError> {
-    // Those that name others go first.
+    // Remove documents before the files that they refer to.
     for document in documents.iter().rev() {
         match std::fs::remove_file(document.target()) {
             Err(error) if error.kind() != ErrorKind::NotFound => return Err(WriteError::at(document.target(), error)),
@@ -42,7 +42,7 @@ mod tests {
     const PARTS: [&str; 3] = ["a.png", "b.png", "c.png"];
     const DOCUMENTS: [&str; 2] = ["m.mtl", "m.obj"];
 
-    /// A folder with the set of a run, and that of the next one, complete but without names.
+    /// A folder with the set of one run, and the files of the next run, complete but without names.
     fn two_runs() -> (tempfile::TempDir, Vec<AtomicFile>, Vec<AtomicFile>) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path();
@@ -62,7 +62,8 @@ mod tests {
         assert_eq!(folder.path().read_dir().unwrap().count(), 5, "nothing else is left");
     }
 
-    /// Wherever it ends before its time, no document is there that names parts of two runs: each name in turn is made to refuse.
+    /// However early the commit fails, no remaining document refers to parts of two runs. Each name in turn is made to
+    /// fail.
     #[test]
     fn documents_never_name_parts_of_another_run() {
         for (stop, name) in PARTS.iter().chain(&DOCUMENTS).enumerate() {

@@ -1,27 +1,27 @@
-//! The meshes of exported files: vertices as programs take them, in metres, y up.
+//! The meshes of exported files: vertices in metres, y up.
 use crate::value::Atlas;
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use std::collections::HashMap;
 
 /// A part of a mesh: some of its triangles.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Part {
+pub(super) struct MeshPart {
     pub(super) name: String,
-    /// Numbers of vertices, three for each triangle.
+    /// Indices of vertices, three for each triangle.
     pub(super) indices: Vec<u32>,
 }
 
-/// A mesh with one normal, tangent and texture coordinate for each vertex.
+/// A mesh with one normal, tangent and texture coordinate per vertex.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shape {
     pub(super) positions: Vec<Vec3>,
     pub(super) normals: Vec<Vec3>,
-    /// The direction in which textures run to the right, and 1, or -1 where they are mirrored.
+    /// Direction in which u grows, and the handedness: 1, or -1 where textures are mirrored.
     pub(super) tangents: Vec<Vec4>,
-    /// v down.
+    /// Texture coordinates with v down.
     pub(super) uvs: Vec<Vec2>,
-    pub(super) parts: Vec<Part>,
-    /// How many times a texture repeats from 0 to 1 of the coordinates; `None` if it covers them once and ends there.
+    pub(super) parts: Vec<MeshPart>,
+    /// Number of repeats of a texture from 0 to 1 of the coordinates; `None` if it covers them once and ends there.
     pub(super) repeats: Option<DVec2>,
 }
 
@@ -30,7 +30,7 @@ fn turned(v: DVec3) -> DVec3 {
     DVec3::new(v.x, v.z, -v.y)
 }
 
-/// What two corners must agree in to be one vertex: bits of the place, the normal, the tangent and the coordinates.
+/// The key by which corners are merged into one vertex: bits of position, normal, tangent and coordinates.
 type Corner = [u32; 12];
 
 impl Shape {
@@ -41,20 +41,20 @@ impl Shape {
             normals: vec![Vec3::Y; 4],
             tangents: vec![Vec4::new(1.0, 0.0, 0.0, 1.0); 4],
             uvs: corners.iter().map(|(u, v)| Vec2::new(*u, *v)).collect(),
-            parts: vec![Part { name: "plane".into(), indices: vec![0, 3, 2, 0, 2, 1] }],
+            parts: vec![MeshPart { name: "plane".into(), indices: vec![0, 3, 2, 0, 2, 1] }],
             repeats: Some(1000.0 / size_mm),
         }
     }
 
-    /// The mesh of an atlas. Corners become one vertex where place, normal, tangent and coordinates agree.
+    /// The mesh of an atlas. Corners with equal position, normal, tangent and coordinates become one vertex.
     pub fn atlas(atlas: &Atlas) -> Self {
         let mesh = &*atlas.mesh;
         let mut shape = Self::default();
         let mut known: HashMap<Corner, u32> = HashMap::new();
         let tangents = tangents(atlas);
-        shape.parts = mesh.part_names.iter().map(|name| Part { name: name.clone(), indices: Vec::new() }).collect();
+        shape.parts = mesh.part_names.iter().map(|name| MeshPart { name: name.clone(), indices: Vec::new() }).collect();
         if shape.parts.is_empty() {
-            shape.parts.push(Part { name: "mesh".into(), indices: Vec::new() });
+            shape.parts.push(MeshPart { name: "mesh".into(), indices: Vec::new() });
         }
         for (n, triangle) in mesh.triangles.iter().enumerate() {
             let part = mesh.parts.get(n).map_or(0, |part| usize::from(*part)).min(shape.parts.len() - 1);
@@ -78,8 +78,9 @@ impl Shape {
         shape
     }
 
-    /// Its vertices as place, normal, tangent and coordinates, moved to the origin and scaled so that the farthest is at a distance of
-    /// 1; the numbers of the vertices of all triangles; how long a mm is then; and where the origin lies in mm, z up.
+    /// The mesh moved to the origin and scaled so that the farthest vertex lies at distance 1. Returns vertices
+    /// (position, normal, tangent, coordinates), the vertex indices of all triangles, the length of a mm, and the
+    /// position of the origin in mm, z up.
     pub fn around_the_origin(&self) -> (Vec<[f32; 11]>, Vec<u32>, f32, [f32; 3]) {
         let bounds = self.positions.iter().map(|p| [*p, *p]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let middle = bounds.map_or(Vec3::ZERO, |[low, high]| 0.5 * (low + high));
@@ -106,7 +107,7 @@ impl Shape {
 }
 
 fn corner(at: Vec3, normal: Vec3, tangent: Vec4, uv: Vec2) -> Corner {
-    // Equal numbers, also 0 and -0, have equal bits.
+    // Adding 0 turns -0 into 0, so that equal numbers have equal bits.
     let bits = |v: f32| (v + 0.0).to_bits();
     let [x, y, z] = at.to_array().map(bits);
     let [nx, ny, nz] = normal.to_array().map(bits);
@@ -115,11 +116,11 @@ fn corner(at: Vec3, normal: Vec3, tangent: Vec4, uv: Vec2) -> Corner {
     [x, y, z, nx, ny, nz, tx, ty, tz, tw, u, v]
 }
 
-/// For each vertex in each chart the direction in which u grows, in space: the sum over its triangles there.
+/// Direction in space in which u grows, per vertex and chart: the sum over the triangles there.
 fn tangents(atlas: &Atlas) -> HashMap<(u32, u16), DVec3> {
     let mut sums: HashMap<(u32, u16), DVec3> = HashMap::new();
     for (n, triangle) in atlas.mesh.triangles.iter().enumerate() {
-        // Larger triangles count more.
+        // Weighted by the area of the triangle.
         let along = atlas.jacobians[n][0].as_dvec3().normalize_or_zero() * atlas.mesh.cross(n).length();
         for vertex in triangle {
             *sums.entry((*vertex, atlas.charts[n])).or_default() += along;
@@ -128,9 +129,9 @@ fn tangents(atlas: &Atlas) -> HashMap<(u32, u16), DVec3> {
     sums
 }
 
-/// 1 if a triangle lies in the atlas as it is seen from outside, -1 if it is mirrored there.
+/// The handedness of a triangle: 1 if the atlas shows it as seen from outside, -1 if mirrored.
 fn handedness(atlas: &Atlas, triangle: usize) -> f32 {
     let [a, b, c] = atlas.uvs[triangle].map(|uv| uv.as_dvec2());
-    // v points down, so triangles that are counter-clockwise in space are clockwise in these numbers.
+    // v points down, so triangles that are counter-clockwise in space are clockwise in texture coordinates.
     if (b - a).perp_dot(c - a) <= 0.0 { 1.0 } else { -1.0 }
 }

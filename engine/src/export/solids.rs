@@ -1,19 +1,20 @@
-//! Simple shapes, a metre wide, on which a material shows in its real size: texture coordinates are metres along the surface.
-use super::shape::{Part, Shape};
+//! Simple shapes, one metre wide, that show a material in its real size: texture coordinates are metres along the
+//! surface.
+use super::shape::{MeshPart, Shape};
 use glam::{DVec2, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
-/// A shape that needs no mesh.
+/// A built-in shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SimpleShape {
-    /// A square of a metre that faces up.
+    /// A square of one metre that faces up.
     #[default]
     Plane,
-    /// A sphere of a metre across; the poles are up and down.
+    /// A sphere of one metre diameter, with the poles at top and bottom.
     Sphere,
-    /// An upright cylinder, a metre across and a metre high.
+    /// An upright cylinder, one metre wide and high.
     Cylinder,
-    /// A cube of a metre.
+    /// A cube of one metre.
     Cube,
 }
 
@@ -22,28 +23,28 @@ impl SimpleShape {
     pub const ALL: [(&'static str, Self); 4] =
         [("Plane", Self::Plane), ("Sphere", Self::Sphere), ("Cylinder", Self::Cylinder), ("Cube", Self::Cube)];
 
-    /// The word for it in graph files.
+    /// Name in graph files.
     pub const fn name(self) -> &'static str {
         Self::ALL[self as usize].0
     }
 }
 
-/// Quads around a sphere or a cylinder.
+/// Number of quads around a sphere or a cylinder.
 const AROUND: u16 = 96;
-/// Quads from pole to pole.
+/// Number of quads from pole to pole.
 const DOWN: u16 = 48;
 
-/// A mesh that grows by patches of quads.
+/// A mesh built from patches of quads.
 struct Patches(Shape);
 
 impl Patches {
     fn new(name: &str, size_mm: DVec2) -> Self {
-        let part = Part { name: name.into(), indices: Vec::new() };
+        let part = MeshPart { name: name.into(), indices: Vec::new() };
         Self(Shape { parts: vec![part], repeats: Some(1000.0 / size_mm), ..Shape::default() })
     }
 
-    /// Adds `columns` by `rows` quads. `vertex` gives the place, the normal, the direction to the right and the coordinates for
-    /// parts of the way to the right and down, as seen from outside.
+    /// Adds `columns` by `rows` quads. `vertex` takes the fractions of the way to the right and down, as seen from
+    /// outside, and returns position, normal, direction to the right, and coordinates.
     fn add(&mut self, (columns, rows): (u16, u16), vertex: impl Fn(f32, f32) -> (Vec3, Vec3, Vec3, Vec2)) {
         let mut numbers = Vec::new();
         for row in 0..=rows {
@@ -60,7 +61,7 @@ impl Patches {
                 let [a, b, c, d] = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| number(column + x, row + y));
                 for triangle in [[a, d, c], [a, c, b]] {
                     let [p, q, r] = triangle.map(|n| self.0.positions[n as usize]);
-                    // At a pole one side of a quad is a point.
+                    // At a pole, one side of a quad has no length.
                     if (q - p).cross(r - p).length() > 1e-9 {
                         self.0.parts[0].indices.extend(triangle);
                     }
@@ -85,7 +86,7 @@ impl Shape {
         let mut patches = Patches::new("sphere", size_mm);
         patches.add((AROUND, DOWN), |right, down| {
             let (turn, fall) = (right * TAU, down * PI);
-            // Exactly zero at the poles, so that their quads are known to be triangles.
+            // Exactly zero at the poles, so that degenerate triangles are found there.
             let radius = if down == 0.0 || down == 1.0 { 0.0 } else { libm::sinf(fall) };
             let normal = Vec3::new(radius * libm::sinf(turn), libm::cosf(fall), radius * libm::cosf(turn));
             (0.5 * normal, normal, Vec3::new(libm::cosf(turn), 0.0, -libm::sinf(turn)), 0.5 * Vec2::new(turn, fall))
@@ -103,7 +104,7 @@ impl Shape {
         });
         for up in [1.0, -1.0] {
             patches.add((AROUND, 1), |right, down| {
-                // Seen from outside the rim runs to the right if the middle is up.
+                // Seen from outside, with the centre up, the rim runs to the right.
                 let turn = right * TAU;
                 let (x, z) = (0.5 * down * libm::sinf(turn), 0.5 * down * up * libm::cosf(turn));
                 let at = Vec3::new(x, 0.5 * up, z);
@@ -153,7 +154,8 @@ mod tests {
                     assert!((shape.normals[n].length() - 1.0).abs() < 1e-5);
                     assert!(shape.normals[n].dot(shape.tangents[n].truncate()).abs() < 1e-5, "{name}");
                 }
-                // The tangent is the way in which u grows; along it coordinates are metres where nothing is pinched.
+                // The tangent points in the direction in which u grows. Along it coordinates are metres, except near a
+                // pole.
                 let (e, f) = (at(b) - at(a), at(c) - at(a));
                 let (p, q) = (shape.uvs[b] - shape.uvs[a], shape.uvs[c] - shape.uvs[a]);
                 let det = p.x * q.y - q.x * p.y;

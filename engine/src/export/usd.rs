@@ -1,16 +1,59 @@
-//! Materials on a mesh as USD text, packed with its pictures or beside them: a `UsdPreviewSurface`, and beside it the same network as in MaterialX documents.
+//! Materials on a mesh as USD text, packed with the pictures or as separate files. Each has a `UsdPreviewSurface` and
+//! the same network as in MaterialX documents.
 //!
 //! One unit is a metre, y is up. Texture coordinates have v up, as everywhere in USD.
-use super::bundle::{Bundle, Maps, Place, Source};
+use super::bundle::{Bundle, ChannelSource, ExportContext, Maps};
 use super::colors::Colors;
+use super::decl::{COLORS, FieldDecl, MATERIAL, MESH, QUALITY, Takes};
 use super::names::{identifier, unique};
-use super::network::{Given, Input, Network, Shading, network, number};
+use super::network::{Input, InputValue, Network, Shading, network, number};
 use super::shape::Shape;
+use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
 use crate::value::{Channel, Material};
 use std::fmt::Write;
+use std::io;
 
-/// The file and its pictures, in one file if `packed`.
-pub fn usd(material: &Material, shape: &Shape, place: &Place, packed: bool, colors: Colors) -> Bundle {
+/// The target.
+pub(super) struct Usd;
+
+impl ExportTarget for Usd {
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Usd",
+                title: "USD",
+                doc: "A material on a mesh as USD.",
+                fields: &[
+                    MATERIAL,
+                    MESH,
+                    COLORS,
+                    QUALITY,
+                    FieldDecl::new(
+                        "packed",
+                        "Whether the file and its pictures are one `.usdz`; `false` if left out.",
+                        Takes::Truth(false),
+                    ),
+                ],
+                variants: &[
+                    ("usd", "A USD file", &[]),
+                    ("usdz", "A USD file with its pictures in it", &[("packed", OptionValue::Truth(true))]),
+                ],
+            }
+        }
+    }
+
+    fn plan(&self, options: &Options) -> Plan {
+        if options.is("packed") { Plan::one("usdz") } else { Plan::several("usda") }
+    }
+
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        let bundle = usd(source.material, source.shape, &source.place, options.is("packed"), options.colors());
+        Ok(Files::Bundle(bundle))
+    }
+}
+
+/// The USD file and its pictures, in one archive if `packed`.
+fn usd(material: &Material, shape: &Shape, place: &ExportContext, packed: bool, colors: Colors) -> Bundle {
     let mut maps = Maps::new(material, &place.stem).with_colors(colors);
     let once = shape.repeats.is_none();
     let name = identifier(&place.stem);
@@ -36,8 +79,8 @@ pub fn usd(material: &Material, shape: &Shape, place: &Place, packed: bool, colo
     bundle
 }
 
-/// What `UsdPreviewSurface` reads: an input, its type, the output of a picture that it takes, and where from.
-struct Preview(Vec<(&'static str, &'static str, &'static str, Channel, Source)>);
+/// The inputs of `UsdPreviewSurface`: name, type, output of the picture that the input reads, channel, and source.
+struct Preview(Vec<(&'static str, &'static str, &'static str, Channel, ChannelSource)>);
 
 impl Preview {
     fn new(maps: &mut Maps<'_>) -> Self {
@@ -62,14 +105,14 @@ impl Preview {
     }
 }
 
-/// Lines with indentation.
+/// A text of indented lines.
 #[derive(Default)]
 struct Text {
     out: String,
     depth: usize,
 }
 
-/// A path of a file between the marks of USD.
+/// Quotes the path of a file as a USD asset.
 fn asset(file: &str) -> String {
     if file.contains('@') { format!("@@@./{file}@@@") } else { format!("@./{file}@") }
 }
@@ -95,10 +138,10 @@ impl Text {
     }
 
     fn mesh(&mut self, shape: &Shape, name: &str) {
-        // The scope of the materials lies beside the meshes.
+        // The scope of the materials is a sibling of the meshes, so its name is taken.
         let names = unique(shape.parts.iter().map(|part| identifier(&part.name)), &["Materials"]);
         for (part, prim) in shape.parts.iter().zip(names) {
-            // Vertices of other parts are left out.
+            // Skip vertices that belong to other parts.
             let mut numbers: Vec<u32> = part.indices.clone();
             numbers.sort_unstable();
             numbers.dedup();
@@ -134,8 +177,8 @@ impl Text {
         self.line(&format!("uniform token info:id = \"{id}\""));
     }
 
-    fn preview(&mut self, preview: &Preview, place: &Place, once: bool, at: &str) {
-        let files: Vec<_> = preview.0.iter().filter(|input| matches!(input.4, Source::File(_))).collect();
+    fn preview(&mut self, preview: &Preview, place: &ExportContext, once: bool, at: &str) {
+        let files: Vec<_> = preview.0.iter().filter(|input| matches!(input.4, ChannelSource::File(_))).collect();
         self.line(&format!("token outputs:surface.connect = <{at}/preview.outputs:surface>"));
         let displaced = files.iter().any(|input| input.3 == Channel::Height);
         if displaced {
@@ -144,12 +187,12 @@ impl Text {
         self.shader("preview", "UsdPreviewSurface");
         for (input, ty, output, channel, source) in &preview.0 {
             match source {
-                Source::File(_) => self
+                ChannelSource::File(_) => self
                     .line(&format!("{ty} inputs:{input}.connect = <{at}/preview_{}.outputs:{output}>", channel.name())),
-                Source::Value(values) if *channel == Channel::Height => {
+                ChannelSource::Value(values) if *channel == Channel::Height => {
                     self.line(&format!("float inputs:displacement = {}", number(values[0] / 1000.0)));
                 }
-                Source::Value(values) => self.line(&format!("{ty} inputs:{input} = {}", value(values))),
+                ChannelSource::Value(values) => self.line(&format!("{ty} inputs:{input} = {}", value(values))),
             }
         }
         self.line("token outputs:surface");
@@ -176,7 +219,7 @@ impl Text {
             self.close();
         }
         for (_, _, output, channel, source) in files {
-            let Source::File(file) = source else { continue };
+            let ChannelSource::File(file) = source else { continue };
             self.shader(&format!("preview_{}", channel.name()), "UsdUVTexture");
             self.line(&format!("asset inputs:file = {}", asset(file)));
             self.line(&format!("float2 inputs:st.connect = <{at}/{from}.outputs:result>"));
@@ -218,8 +261,8 @@ impl Text {
         if let Some(height) = &network.height {
             self.shader("mtlx_displacement", "ND_displacement_float");
             let inputs = [
-                ("displacement", "float", Given::Node(height.clone())),
-                ("scale", "float", Given::Value("0.001".into())),
+                ("displacement", "float", InputValue::Node(height.clone())),
+                ("scale", "float", InputValue::Value("0.001".into())),
             ];
             self.inputs(&inputs, at);
             self.line("token outputs:out");
@@ -231,16 +274,20 @@ impl Text {
         for (name, ty, given) in inputs {
             let kind = usd_type(ty);
             match given {
-                Given::Node(node) => {
+                InputValue::Node(node) => {
                     self.line(&format!("{kind} inputs:{name}.connect = <{at}/mtlx_{node}.outputs:out>"));
                 }
-                Given::Value(value) if *ty == "string" => self.line(&format!("string inputs:{name} = \"{value}\"")),
-                Given::Value(value) | Given::Metres(value) if value.contains(',') => {
+                InputValue::Value(value) if *ty == "string" => {
+                    self.line(&format!("string inputs:{name} = \"{value}\""))
+                }
+                InputValue::Value(value) | InputValue::Metres(value) if value.contains(',') => {
                     self.line(&format!("{kind} inputs:{name} = ({value})"));
                 }
-                Given::Value(value) | Given::Metres(value) => self.line(&format!("{kind} inputs:{name} = {value}")),
-                Given::File(file, None) => self.line(&format!("asset inputs:{name} = {}", asset(file))),
-                Given::File(file, Some(space)) => {
+                InputValue::Value(value) | InputValue::Metres(value) => {
+                    self.line(&format!("{kind} inputs:{name} = {value}"))
+                }
+                InputValue::File(file, None) => self.line(&format!("asset inputs:{name} = {}", asset(file))),
+                InputValue::File(file, Some(space)) => {
                     self.line(&format!("asset inputs:{name} = {} (", asset(file)));
                     self.line(&format!("    colorSpace = \"{space}\""));
                     self.line(")");
@@ -250,7 +297,7 @@ impl Text {
     }
 }
 
-/// A text between marks.
+/// Quotes a text.
 fn text(text: &str) -> String {
     let safe: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
     format!("\"{}\"", safe.replace('\\', "\\\\").replace('"', "\\\""))
@@ -274,7 +321,7 @@ fn usd_type(ty: &str) -> &'static str {
     }
 }
 
-/// The name of the definition of a node.
+/// Name of the MaterialX node definition.
 fn definition(category: &str, ty: &str) -> String {
     match category {
         "normalmap" => "ND_normalmap_float".into(),

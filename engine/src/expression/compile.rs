@@ -1,7 +1,7 @@
-//! From a tree to values that are known and steps that are not.
+//! Compiles a tree to constants and steps.
 //!
-//! Vectors exist only here: every step is one operation on numbers, and a vector is several of them. What is constant is
-//! computed at once, in double precision, and what was computed before is not computed again.
+//! Vectors exist only here: every step is one operation on numbers, and an operation on vectors becomes several steps.
+//! Constant parts are computed at once, in double precision; repeated parts are computed once.
 use super::functions::{Function, Makes};
 use super::meanings;
 use super::parse::{NodeKind, Tree, parse};
@@ -11,29 +11,29 @@ use crate::diagnostics::{Code, suggest};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// A number: one that is known, or the result of a step.
+/// A number: a constant, or the result of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Part {
+pub(super) enum Scalar {
     Known(f64),
     Step(u32),
 }
 
-/// What is computed for every pixel.
+/// A step computed for every pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Step {
     /// The value of a plane.
     Plane(usize),
     /// An operation.
-    Op(Op, [Part; 3]),
+    Op(Op, [Scalar; 3]),
 }
 
-/// An expression whose names have meanings.
+/// An expression with resolved names.
 #[derive(Debug)]
 pub struct Compiled {
-    /// Each after those that it needs.
+    /// The steps, each after its inputs.
     pub(super) steps: Vec<Step>,
     /// The components of the result.
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<Scalar>,
     pub(super) seed: u32,
     logical: bool,
     word: Option<String>,
@@ -45,12 +45,12 @@ impl Compiled {
         self.parts.len()
     }
 
-    /// Its value, if everything in it is constant.
+    /// The value, if the whole expression is constant.
     pub fn value(&self) -> Option<Value> {
         if let Some(word) = &self.word {
             return Some(Value::Word(word.clone()));
         }
-        let known = |part: &Part| if let Part::Known(value) = part { Some(*value) } else { None };
+        let known = |part: &Scalar| if let Scalar::Known(value) = part { Some(*value) } else { None };
         let values: Vec<f64> = self.parts.iter().map(known).collect::<Option<_>>()?;
         Some(match &values[..] {
             [value] if self.logical => Value::Bool(*value != 0.0),
@@ -60,11 +60,11 @@ impl Compiled {
     }
 }
 
-/// The value of `text`, in which everything must be constant; an empty list of faults if it is unknown because of errors that
+/// The value of `text`, which must be constant; an empty list of faults if the value is unknown because of errors that
 /// were reported before.
 ///
 /// # Errors
-/// All that is wrong in the text.
+/// All faults of the text.
 pub fn evaluate(text: &str, names: &mut dyn Names) -> Result<Value, Vec<Fault>> {
     let value = compile(text, names)?.value();
     let whole = |code, message| vec![Fault { code, range: 0..text.len(), message, help: None }];
@@ -80,10 +80,10 @@ pub fn evaluate(text: &str, names: &mut dyn Names) -> Result<Value, Vec<Fault>> 
     value.ok_or_else(|| whole(Code::BadExpression, "the expression is not constant".to_owned()))
 }
 
-/// Gives the names of an expression their meanings.
+/// Compiles an expression, resolving its names.
 ///
 /// # Errors
-/// All that is wrong in the text; an empty list if something is unknown because of errors that were reported before.
+/// All faults of the text; an empty list if something is unknown because of errors that were reported before.
 pub fn compile(text: &str, names: &mut dyn Names) -> Result<Compiled, Vec<Fault>> {
     let tree = parse(text)?;
     let is_random = |kind: &NodeKind<'_>| matches!(kind, NodeKind::Call(function, _) if function.is_random());
@@ -113,10 +113,10 @@ pub fn compile(text: &str, names: &mut dyn Names) -> Result<Compiled, Vec<Fault>
     Ok(Compiled { steps: maker.steps, parts: term.parts, seed: seed_word(maker.seed.unwrap_or(0)), logical, word })
 }
 
-/// The value of a part of the text.
+/// The value of a part of the expression.
 #[derive(Clone, Debug)]
 struct Term {
-    parts: Vec<Part>,
+    parts: Vec<Scalar>,
     sort: Sort,
     range: Range<usize>,
 }
@@ -131,13 +131,13 @@ enum Sort {
         word: String,
         options: Vec<String>,
     },
-    /// A name that could be a word, and what to say if it cannot.
+    /// A name that could be a word; with the message and help to report if it is not one.
     Bare(Option<(String, String)>),
 }
 
 impl Term {
     fn number(value: f64, range: Range<usize>) -> Self {
-        Self { parts: vec![Part::Known(value)], sort: Sort::Number, range }
+        Self { parts: vec![Scalar::Known(value)], sort: Sort::Number, range }
     }
 
     fn is_word(&self) -> bool {
@@ -155,7 +155,7 @@ struct Maker<'t> {
 }
 
 impl Maker<'_> {
-    /// The values of the names, in the order of the tree; all that are wrong are reported.
+    /// Resolves the names, in the order of the tree; reports all wrong names.
     fn look_up(&mut self, tree: &Tree<'_>, names: &mut dyn Names) -> Result<Vec<Term>, Vec<Fault>> {
         let (mut terms, mut planes) = (Vec::new(), HashMap::new());
         let (mut faults, mut broken) = (Vec::new(), false);
@@ -171,16 +171,16 @@ impl Maker<'_> {
                     self.steps.push(Step::Plane(plane));
                     self.steps.len() - 1
                 });
-                Part::Step(u32::try_from(step).unwrap_or(u32::MAX))
+                Scalar::Step(u32::try_from(step).unwrap_or(u32::MAX))
             };
             let (parts, sort) = match meaning {
                 None => (Vec::new(), Sort::Bare(names.instead(&self.text[range.clone()]))),
-                Some(Meaning::Known(Value::Number(value))) => (vec![Part::Known(value)], Sort::Number),
+                Some(Meaning::Known(Value::Number(value))) => (vec![Scalar::Known(value)], Sort::Number),
                 Some(Meaning::Known(Value::Bool(value))) => {
-                    (vec![Part::Known(f64::from(u8::from(value)))], Sort::Logical)
+                    (vec![Scalar::Known(f64::from(u8::from(value)))], Sort::Logical)
                 }
                 Some(Meaning::Known(Value::Vector(values))) => {
-                    (values.into_iter().map(Part::Known).collect(), Sort::Number)
+                    (values.into_iter().map(Scalar::Known).collect(), Sort::Number)
                 }
                 Some(Meaning::Known(Value::Word(word))) => (Vec::new(), Sort::Word { word, options: Vec::new() }),
                 Some(Meaning::Choice(word, options)) => (Vec::new(), Sort::Word { word, options }),
@@ -204,7 +204,7 @@ impl Maker<'_> {
         if broken || !faults.is_empty() { Err(faults) } else { Ok(terms) }
     }
 
-    /// The fault of a word where a number is wanted.
+    /// The fault for a word where a number is needed.
     fn no_number(&self, term: &Term) -> Fault {
         let text = shorten(&self.text[term.range.clone()]);
         match &term.sort {
@@ -282,7 +282,7 @@ impl Maker<'_> {
                     let square = self.make(Op::Multiply, &[part, part]);
                     sum = Some(sum.map_or(square, |sum| self.make(Op::Add, &[sum, square])));
                 }
-                let parts = vec![self.make(Op::Sqrt, &[sum.unwrap_or(Part::Known(0.0))])];
+                let parts = vec![self.make(Op::Sqrt, &[sum.unwrap_or(Scalar::Known(0.0))])];
                 Ok(Term { parts, sort: Sort::Number, range })
             }
             Makes::Hash => {
@@ -300,7 +300,7 @@ impl Maker<'_> {
     }
 
     /// All components of several values.
-    fn components(&self, terms: &[Term]) -> Result<Vec<Part>, Fault> {
+    fn components(&self, terms: &[Term]) -> Result<Vec<Scalar>, Fault> {
         if let Some(word) = terms.iter().find(|term| term.is_word()) {
             return Err(self.no_number(word));
         }
@@ -315,7 +315,7 @@ impl Maker<'_> {
         Ok(Term { parts: self.components(&terms)?, sort: Sort::Number, range })
     }
 
-    /// `if(condition, a, b)`. Where the condition is constant, so is the choice.
+    /// `if(condition, a, b)`. A constant condition selects at compile time.
     fn choose(&mut self, terms: Vec<Term>, range: Range<usize>) -> Result<Term, Fault> {
         let [condition, yes, no] = &terms[..] else { return self.apply(Op::If, terms, range) };
         let word = |term: &Term| match &term.sort {
@@ -324,7 +324,7 @@ impl Maker<'_> {
             _ => None,
         };
         let known = match condition.parts[..] {
-            [Part::Known(value)] => Some(value != 0.0),
+            [Scalar::Known(value)] => Some(value != 0.0),
             _ => None,
         };
         if let (Some(yes), Some(no), Some(known)) = (word(yes), word(no), known) {
@@ -335,7 +335,7 @@ impl Maker<'_> {
         Ok(Term { sort, ..self.apply(Op::If, terms, range)? })
     }
 
-    /// An operation, component by component; a single number counts for all components.
+    /// Applies an operation component by component; a single number is used for all components.
     fn apply(&mut self, op: Op, terms: Vec<Term>, range: Range<usize>) -> Result<Term, Fault> {
         if let Some(word) = terms.iter().find(|term| term.is_word()) {
             return Err(self.no_number(word));
@@ -349,10 +349,10 @@ impl Maker<'_> {
             return Err(bad(other.range.clone(), message));
         }
         let component = |maker: &mut Self, k: usize| {
-            let args: Vec<Part> = terms.iter().map(|term| term.parts[k.min(term.parts.len() - 1)]).collect();
+            let args: Vec<Scalar> = terms.iter().map(|term| term.parts[k.min(term.parts.len() - 1)]).collect();
             maker.make(op, &args)
         };
-        let parts: Vec<Part> = (0..count).map(|k| component(self, k)).collect();
+        let parts: Vec<Scalar> = (0..count).map(|k| component(self, k)).collect();
         let sort = if op.is_logical() && count == 1 { Sort::Logical } else { Sort::Number };
         Ok(Term { parts, sort, range })
     }
@@ -362,28 +362,28 @@ impl Maker<'_> {
         if self.seed.is_some() { Ok(()) } else { Err(bad(range.clone(), message)) }
     }
 
-    /// The result of an operation on numbers.
-    fn make(&mut self, op: Op, args: &[Part]) -> Part {
-        let mut all = [Part::Known(0.0); 3];
+    /// The result of an operation on numbers: a constant or a step.
+    fn make(&mut self, op: Op, args: &[Scalar]) -> Scalar {
+        let mut all = [Scalar::Known(0.0); 3];
         all[..args.len()].copy_from_slice(args);
         match (op, all) {
-            (Op::If, [Part::Known(condition), yes, no]) => return if condition != 0.0 { yes } else { no },
-            (Op::Power, [base @ Part::Step(_), Part::Known(exponent), _]) => {
+            (Op::If, [Scalar::Known(condition), yes, no]) => return if condition != 0.0 { yes } else { no },
+            (Op::Power, [base @ Scalar::Step(_), Scalar::Known(exponent), _]) => {
                 if let Some(part) = self.power(base, exponent) {
                     return part;
                 }
             }
             _ => {}
         }
-        let known = |part: &Part| if let Part::Known(value) = part { Some(*value) } else { None };
+        let known = |part: &Scalar| if let Scalar::Known(value) = part { Some(*value) } else { None };
         if let [Some(a), Some(b), Some(c)] = [known(&all[0]), known(&all[1]), known(&all[2])] {
-            return Part::Known(op.value([a, b, c], seed_word(self.seed.unwrap_or(0))));
+            return Scalar::Known(op.value([a, b, c], seed_word(self.seed.unwrap_or(0))));
         }
         let key = (
             op,
             all.map(|part| match part {
-                Part::Known(value) => (false, value.to_bits()),
-                Part::Step(step) => (true, u64::from(step)),
+                Scalar::Known(value) => (false, value.to_bits()),
+                Scalar::Step(step) => (true, u64::from(step)),
             }),
         );
         let next = u32::try_from(self.steps.len()).unwrap_or(u32::MAX);
@@ -391,12 +391,12 @@ impl Maker<'_> {
         if step == next {
             self.steps.push(Step::Op(op, all));
         }
-        Part::Step(step)
+        Scalar::Step(step)
     }
 
-    /// Powers that are products.
-    fn power(&mut self, base: Part, exponent: f64) -> Option<Part> {
-        let square = |maker: &mut Self, part: Part| maker.make(Op::Multiply, &[part, part]);
+    /// Replaces powers by products and square roots.
+    fn power(&mut self, base: Scalar, exponent: f64) -> Option<Scalar> {
+        let square = |maker: &mut Self, part: Scalar| maker.make(Op::Multiply, &[part, part]);
         Some(match exponent {
             0.5 => self.make(Op::Sqrt, &[base]),
             1.0 => base,

@@ -2,29 +2,29 @@
 use super::Op;
 use std::ops::RangeInclusive;
 
-/// Something with a name: a function, or a constant, which takes nothing.
+/// A named function, or a constant, which takes no values.
 #[derive(Debug)]
 pub(super) struct Function {
     pub(super) name: &'static str,
-    /// How many values it takes.
+    /// Number of values it takes.
     pub(super) args: RangeInclusive<usize>,
     pub(super) makes: Makes,
 }
 
-/// What a function is made of.
+/// Definition of a function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Makes {
     /// A constant.
     Number(f64),
     /// True or false.
     Bool(bool),
-    /// One operation on all its values, component by component.
+    /// One operation on all values, component by component.
     Op(Op),
     /// An operation on the first two values, then on the result and the next one, and so on.
     Fold(Op),
-    /// The length of a vector, whose components are all those of its values.
+    /// The length of the vector of all components of its values.
     Length,
-    /// A random number of all components of its values.
+    /// A random number from all components of its values.
     Hash,
 }
 
@@ -35,12 +35,12 @@ impl PartialEq for Function {
 }
 
 impl Function {
-    /// Whether its values are random numbers.
+    /// Returns true if the values are random numbers.
     pub(super) fn is_random(&self) -> bool {
         matches!(self.makes, Makes::Hash | Makes::Op(Op::Random | Op::Noise))
     }
 
-    /// How many values it takes, in words.
+    /// The number of values it takes, in words.
     pub(super) fn takes(&self) -> String {
         match (*self.args.start(), *self.args.end()) {
             (0, 0) => "no values".to_owned(),
@@ -64,7 +64,7 @@ const fn constant(name: &'static str, makes: Makes) -> Function {
     Function { name, args: 0..=0, makes }
 }
 
-/// All of them. Angles are degrees.
+/// All functions and constants. Angles are in degrees.
 pub(super) static ALL: &[Function] = &[
     op("abs", Op::Abs),
     op("acos", Op::Acos),
@@ -100,12 +100,12 @@ pub(super) static ALL: &[Function] = &[
     constant("true", Makes::Bool(true)),
 ];
 
-/// The one of that name.
+/// The function of that name.
 pub(super) fn find(name: &str) -> Option<&'static Function> {
     ALL.iter().find(|function| function.name == name)
 }
 
-/// How to write what other languages call `name`.
+/// How to write the function that other languages call `name`.
 pub(super) fn elsewhere(name: &str) -> Option<&'static str> {
     Some(match name {
         "mod" | "fmod" => "write `a % b`",

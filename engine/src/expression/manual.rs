@@ -1,14 +1,14 @@
-//! What the functions and constants of expressions are, for people who write them.
+//! Manual of the functions and constants of expressions.
 use super::functions;
 
-/// A function, or a constant, which takes nothing.
+/// A function, or a constant, which takes no values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Described {
-    /// Its name.
+    /// The name.
     pub name: &'static str,
-    /// How it is written, with the names of what it takes.
+    /// The call, with the names of the values.
     pub call: &'static str,
-    /// What it is.
+    /// The description.
     pub doc: &'static str,
 }
 

@@ -1,8 +1,8 @@
-//! What names stand for, and components of them.
+//! The meanings of names and of their components.
 use super::{Meaning, Names, Value, shorten};
 use crate::diagnostics::{Code, suggest};
 
-/// What a parameter stands for, or a component of it.
+/// The meaning of a parameter or of a component of one.
 pub(super) fn param(name: &str, names: &mut dyn Names) -> Option<Meaning> {
     Some(match name.rsplit_once('.') {
         Some((whole, component)) => part_of(names.param(whole), &format!("${whole}"), component),
@@ -10,7 +10,7 @@ pub(super) fn param(name: &str, names: &mut dyn Names) -> Option<Meaning> {
     })
 }
 
-/// What a name stands for, or a component of it; `None` if it could be a word.
+/// The meaning of a name or of a component of one; `None` if the name could be a word.
 pub(super) fn name(name: &str, names: &mut dyn Names) -> Option<Meaning> {
     if let Some(meaning) = names.name(name) {
         return Some(meaning);

@@ -1,9 +1,9 @@
-//! Expressions: the one language of parameters (`"= $pitch * 2"`) and of fields (the node `Expression`).
+//! Expressions: one language for parameters (`"= $pitch * 2"`) and fields (the node `Expression`).
 //!
-//! `scan` cuts a text into words, `parse` makes a tree of them, `compile` gives the names their meanings, computes what is
-//! constant and keeps the rest as steps; `program` gives the steps registers and finds out where the result repeats. A parameter
-//! is an expression in which everything is constant. What the operations are is in `op`, once for both; the kernel runs
-//! them on rows. Nothing here is recursive, and all of it takes time proportional to the length of the text.
+//! `scan` splits a text into words, `parse` builds a tree, `compile` resolves names, computes constants and turns the
+//! rest into steps; `program` assigns registers to the steps and finds out where the result repeats. A parameter is an
+//! expression in which everything is constant. `op` defines the operations for both; the kernel runs them on rows.
+//! Nothing here is recursive, and all of it takes time proportional to the length of the text.
 mod compile;
 mod functions;
 mod manual;
@@ -25,23 +25,23 @@ pub use random::{hash, noise, random, seed_word};
 use crate::diagnostics::Code;
 use std::ops::Range;
 
-/// The most errors of an expression that are reported.
+/// The most errors reported for one expression.
 const MOST_ERRORS: usize = 16;
 
-/// Something wrong in an expression: the bytes at fault.
+/// An error in an expression, with the faulty bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fault {
     /// The class of the error.
     pub code: Code,
-    /// Where, in bytes of the expression.
+    /// The faulty bytes of the expression.
     pub range: Range<usize>,
-    /// What is wrong.
+    /// The message.
     pub message: String,
-    /// What to do about it.
+    /// How to fix it.
     pub help: Option<String>,
 }
 
-/// The value of an expression in which everything is constant.
+/// The value of a constant expression.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A number.
@@ -54,47 +54,46 @@ pub enum Value {
     Vector(Vec<f64>),
 }
 
-/// What a name stands for.
+/// The meaning of a name.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Meaning {
     /// A constant.
     Known(Value),
-    /// A choice: its word, and all the words that it may be.
+    /// A choice: its word, and all possible words.
     Choice(String, Vec<String>),
-    /// Values that change from pixel to pixel: so many planes, beginning with this one.
+    /// Values that vary per pixel, in consecutive planes.
     Planes {
         /// The number of the first plane.
         first: usize,
-        /// How many there are, 1 to 4.
+        /// Number of planes, 1 to 4.
         count: usize,
     },
-    /// There is none of that name, or it cannot be used here.
+    /// An unknown name, or one that cannot be used here: code, message and help.
     Wrong(Code, String, Option<String>),
-    /// Its value is in error, which was reported.
+    /// The value has an error that was already reported.
     Broken,
 }
 
-/// What names in an expression stand for.
+/// Resolves the names of an expression.
 pub trait Names {
-    /// What `$name` stands for.
+    /// The meaning of `$name`.
     fn param(&mut self, name: &str) -> Meaning;
 
-    /// What a name without a `$` stands for; functions and constants of the language are not asked for.
+    /// The meaning of a name without a `$`; not called for functions and constants of the language.
     fn name(&mut self, name: &str) -> Option<Meaning>;
 
     /// All names without a `$`, for suggestions.
     fn all(&self) -> Vec<String>;
 
-    /// Whether other names are the words of choices.
+    /// Returns true if unknown names may be words of choices.
     fn has_words(&self) -> bool;
 
-    /// What to say of a name that is no word of a choice: a message and what to do, if there is something better than that it is
-    /// unknown.
+    /// A message and help for a name that is not a word of a choice, if there is something better than "unknown".
     fn instead(&mut self, _name: &str) -> Option<(String, String)> {
         None
     }
 
-    /// The seed of random numbers, if the expression has some; `None` where there is none yet.
+    /// The seed, called only for expressions with random numbers; `None` if it is not known yet.
     fn seed(&mut self) -> Option<u64>;
 }
 
@@ -102,7 +101,7 @@ fn bad(range: Range<usize>, message: impl Into<String>) -> Fault {
     Fault { code: Code::BadExpression, range, message: message.into(), help: None }
 }
 
-/// A text that fits into a line of a message.
+/// Shortens a text to fit into a line of a message.
 fn shorten(text: &str) -> String {
     let line: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(60).collect();
     if line.chars().count() < text.chars().count() { format!("{line}…") } else { line }

@@ -1,7 +1,7 @@
-//! The operations of expressions, and what each is in double precision.
+//! The operations of expressions, and their definition in double precision.
 use super::random;
 
-/// An operation on one to three numbers. True is 1, false is 0, and everything but 0 counts as true. Angles are degrees.
+/// An operation on one to three numbers. True is 1, false is 0; any number but 0 counts as true. Angles are in degrees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "those without a comment are what they are called")]
 pub enum Op {
@@ -12,7 +12,7 @@ pub enum Op {
     Sign,
     Floor,
     Ceil,
-    /// Halves go away from 0.
+    /// Rounds halves away from 0.
     Round,
     /// x - floor(x)
     Fract,
@@ -26,7 +26,7 @@ pub enum Op {
     Asin,
     Acos,
     Atan,
-    /// A random number of one number.
+    /// A random number from one number.
     Random,
     Add,
     Subtract,
@@ -47,9 +47,9 @@ pub enum Op {
     Or,
     /// 1 where b is not below the edge a, else 0.
     Step,
-    /// A random number of a random number and one more number.
+    /// A random number from a previous random number and one more number.
     Hash,
-    /// Noise at (a, b); it repeats as the instruction says.
+    /// Noise at (a, b); the instruction sets its period.
     Noise,
     /// b where a is true, else c.
     If,
@@ -109,7 +109,7 @@ impl Op {
         ]
     };
 
-    /// How many numbers it takes.
+    /// Number of arguments.
     pub const fn args(self) -> usize {
         match self {
             Self::If | Self::Clamp | Self::Mix | Self::Smoothstep => 3,
@@ -118,12 +118,12 @@ impl Op {
         }
     }
 
-    /// Whether its result is true or false.
+    /// Returns true if the result is true or false.
     pub const fn is_logical(self) -> bool {
         matches!(self, Self::Not | Self::Less | Self::LessEqual | Self::Equal | Self::NotEqual | Self::And | Self::Or)
     }
 
-    /// Its result for numbers that are known, with the seed of random numbers. It takes the first [`args`](Self::args) of them.
+    /// The result for constants, with the seed of random numbers. Uses the first [`args`](Self::args) numbers.
     pub fn value(self, [a, b, c]: [f64; 3], seed: u32) -> f64 {
         let truth = |yes: bool| if yes { 1.0 } else { 0.0 };
         #[expect(clippy::cast_possible_truncation, reason = "random numbers are functions of single-precision numbers")]
@@ -188,7 +188,7 @@ fn modulo(a: f64, b: f64) -> f64 {
     if rest != 0.0 && (rest < 0.0) != (b < 0.0) { rest + b } else { rest }
 }
 
-/// The sine of `x` degrees and so many quarters of a turn, exact at multiples of 90.
+/// The sine of `x` degrees plus `quarters` quarter turns, exact at multiples of 90.
 fn turn(x: f64, quarters: u8) -> f64 {
     let turned = x % 360.0;
     let nearest = (turned / 90.0).round();

@@ -1,24 +1,25 @@
-//! From words to a tree.
+//! Parses words into a tree.
 //!
-//! Operators by how tightly they bind, all from left to right but for the power: `||`, then `&&`, then comparisons, which do
-//! not chain, then `+ -`, then `* / %`, then a sign or `!` in front, then `^`. So `-2^2` is -4, `2^3^2` is 512 and
-//! `7 * 29 % 90` is 23.
+//! Precedence of operators, from loose to tight: `||`, `&&`, comparisons (which do not chain), `+ -`, `* / %`, a
+//! leading sign or `!`, `^`. All are left-associative except `^`. So `-2^2` is -4, `2^3^2` is 512 and `7 * 29 % 90` is
+//! 23.
 //!
-//! Parts that are not complete yet are in a list, not on the stack of the program. So any text is read in time proportional
-//! to its length, and no nesting can overflow the stack.
+//! Incomplete parts are kept in a list, not on the program's stack. Any text is thus parsed in time proportional to its
+//! length, and no nesting can overflow the stack.
 use super::functions::{self, Function};
 use super::scan::{Kind, Word, scan};
 use super::{Fault, MOST_ERRORS, Op, bad};
 use crate::diagnostics::suggest;
 use std::ops::Range;
 
-/// How many brackets, signs and operators may be open at once.
+/// The most brackets, signs and operators open at once.
 const MAX_DEPTH: usize = 256;
 
 /// An expression as a tree.
 #[derive(Debug, PartialEq)]
 pub(super) struct Tree<'t> {
-    /// Every part after the parts that it is made of; the last one is the whole. No recursion is needed to walk over it.
+    /// Parts in postfix order: each after its operands, the whole expression last. They can be walked without
+    /// recursion.
     pub(super) nodes: Vec<Node<'t>>,
 }
 
@@ -26,32 +27,31 @@ pub(super) struct Tree<'t> {
 #[derive(Debug, PartialEq)]
 pub(super) struct Node<'t> {
     pub(super) kind: NodeKind<'t>,
-    /// All of it, in bytes of the text.
+    /// The bytes of the whole part in the text.
     pub(super) range: Range<usize>,
 }
 
-/// What a part of an expression is. Those that are made of others take as many as they need of the parts before them
-/// that nothing else takes.
+/// Kind of a part. An operation takes its operands from the end of the preceding parts that no other part has taken.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum NodeKind<'t> {
     /// A number.
     Number(f64),
-    /// The parameter of that name.
+    /// A parameter of that name.
     Param(&'t str),
-    /// Something else of that name.
+    /// Another name.
     Name(&'t str),
     /// An operation on one part.
     Unary(Op),
-    /// An operation on two parts; the other way round, if the operation is the mirror of what is written.
+    /// An operation on two parts; `true` swaps them, for operators such as `>` that mirror the operation.
     Binary(Op, bool),
-    /// So many parts.
+    /// A function call with this many arguments.
     Call(&'static Function, usize),
-    /// A vector of so many parts.
+    /// A vector of this many parts.
     Tuple(usize),
 }
 
 impl NodeKind<'_> {
-    /// How many parts it is made of.
+    /// Number of operands.
     pub(super) fn parts(self) -> usize {
         match self {
             Self::Number(_) | Self::Param(_) | Self::Name(_) => 0,
@@ -62,7 +62,7 @@ impl NodeKind<'_> {
     }
 }
 
-/// What stands between two parts.
+/// An operator between two parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Binary {
     op: Op,
@@ -93,24 +93,24 @@ impl Binary {
     }
 }
 
-/// How tightly comparisons bind.
+/// Precedence of comparisons.
 const COMPARES: u8 = 3;
-/// How tightly a sign in front binds.
+/// Precedence of a leading sign.
 const SIGN: u8 = 6;
 
 /// A part whose right end was not reached yet.
 enum Open {
-    /// A sign or a negation in front; nothing to do for a plus.
+    /// A leading sign or negation; no operation for a plus.
     Sign { start: usize, op: Option<Op> },
-    /// An operator; its left side is complete.
+    /// An operator whose left side is complete.
     Operator(Binary),
-    /// A bracket, with the parts of a vector that are complete.
+    /// A bracket, with the number of complete components.
     Bracket { start: usize, items: usize },
-    /// The bracket of a function, with the arguments that are complete.
+    /// A function's bracket, with the number of complete arguments.
     Call { name: Range<usize>, function: &'static Function, args: usize },
 }
 
-/// Reads an expression. All unknown functions are reported at once, anything else is reported alone.
+/// Parses an expression. Reports all unknown functions at once, and any other error alone.
 pub(super) fn parse(text: &str) -> Result<Tree<'_>, Vec<Fault>> {
     let words = scan(text).map_err(|error| vec![error])?;
     let called = words.windows(2).filter(|pair| pair[1].kind == Kind::Open).map(|pair| &pair[0]);
@@ -137,10 +137,10 @@ fn unknown_function(text: &str, word: &Word) -> Option<Fault> {
 struct Parser<'t> {
     text: &'t str,
     words: Vec<Word>,
-    /// The next word.
+    /// Index of the next word.
     at: usize,
     nodes: Vec<Node<'t>>,
-    /// The parts that are complete and that nothing has taken yet.
+    /// Ranges of the complete parts that no other part has taken yet.
     done: Vec<Range<usize>>,
     open: Vec<Open>,
 }
@@ -166,7 +166,7 @@ impl<'t> Parser<'t> {
         Some((word.kind, word.range.clone()))
     }
 
-    /// Takes a word where a value must begin; whether the value is complete.
+    /// Reads a word where a value must begin; returns true if the value is complete.
     fn operand(&mut self) -> Result<bool, Fault> {
         let Some((kind, range)) = self.next() else { return Err(self.too_early()) };
         match kind {
@@ -188,7 +188,7 @@ impl<'t> Parser<'t> {
         self.wait(Open::Sign { start: range.start, op: Some(op) }, range).map(|()| false)
     }
 
-    /// A name, or the beginning of a call; whether it is complete.
+    /// Reads a name, or the beginning of a call; returns true if it is complete.
     fn name(&mut self, name: Range<usize>) -> Result<bool, Fault> {
         let text = &self.text[name.clone()];
         let Some(function) = functions::find(text) else {
@@ -206,13 +206,13 @@ impl<'t> Parser<'t> {
         self.call(function, 0, name, end).map(|()| true)
     }
 
-    /// Takes a word where a value is complete; whether another one must follow.
+    /// Reads a word after a complete value; returns true if another value must follow.
     fn after_operand(&mut self) -> Result<bool, Fault> {
         let Some((kind, range)) = self.next() else { return Ok(false) };
         match kind {
             Kind::Operator(operator) => {
                 let operator = Binary::of(operator);
-                // The power groups from the right, and comparisons do not group at all.
+                // Powers are right-associative; comparisons do not chain.
                 let rightwards = operator.op == Op::Power || operator.binds == COMPARES;
                 self.complete(operator.binds + u8::from(rightwards));
                 let chained = matches!(self.open.last(), Some(Open::Operator(left)) if left.binds == COMPARES);
@@ -251,7 +251,7 @@ impl<'t> Parser<'t> {
         if self.open.is_empty() { Ok(()) } else { Err(self.too_early()) }
     }
 
-    /// Completes the signs and operators that bind at least so tightly, up to the last bracket.
+    /// Completes open signs and operators of at least this precedence, up to the last bracket.
     fn complete(&mut self, least: u8) {
         loop {
             match self.open.last() {
@@ -295,14 +295,14 @@ impl<'t> Parser<'t> {
         self.make(kind, 0, range);
     }
 
-    /// Adds a part that is made of the last `parts` complete ones.
+    /// Adds a part with the last `parts` complete parts as operands.
     fn make(&mut self, kind: NodeKind<'t>, parts: usize, range: Range<usize>) {
         self.done.truncate(self.done.len() - parts);
         self.done.push(range.clone());
         self.nodes.push(Node { kind, range });
     }
 
-    /// The last complete part is written with brackets or a sign around it.
+    /// Widens the last complete part by the brackets or sign around it.
     fn widen(&mut self, range: Range<usize>) {
         if let Some(last) = self.done.last_mut() {
             *last = range;

@@ -1,5 +1,5 @@
-//! Steps with registers, as they are run on rows; and where what they make repeats.
-use super::compile::{Compiled, Part, Step};
+//! Assigns registers to steps, for running on rows; finds the directions in which results repeat.
+use super::compile::{Compiled, Scalar, Step};
 use super::{Fault, Op, bad};
 use std::collections::BTreeMap;
 
@@ -9,27 +9,27 @@ const MOST_STEPS: usize = 4096;
 /// An operation on registers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instruction {
-    /// What is computed.
+    /// The operation.
     pub op: Op,
-    /// The registers of its arguments, as many as it takes; the others are 0.
+    /// The registers of the arguments; unused ones are 0.
     pub args: [u16; 3],
-    /// The register of the result, which is none of the arguments.
+    /// The register of the result, never one of the arguments.
     pub to: u16,
-    /// After how many cells noise repeats, across and down; 0 if it does not.
+    /// Period of noise in cells, across and down; 0 without a period.
     pub period: [f32; 2],
 }
 
-/// An expression that is run for many pixels. Its first registers hold the constants, those after them the planes that it
-/// reads; all others are written before they are read.
+/// An expression to run for many pixels. The first registers hold the constants, the next ones the planes it reads; all
+/// others are written before they are read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Program {
-    /// What is computed, in this order.
+    /// The instructions, in order.
     pub instructions: Vec<Instruction>,
     /// The values of the first registers.
     pub constants: Vec<f32>,
-    /// The numbers of the planes that are read.
+    /// The numbers of the planes to read.
     pub planes: Vec<usize>,
-    /// How many registers there are.
+    /// Number of registers.
     pub registers: usize,
     /// The registers of the components of the result.
     pub results: Vec<u16>,
@@ -37,13 +37,13 @@ pub struct Program {
     pub seed: u32,
 }
 
-/// How much a value grows from one repeat of the canvas to the next, across and down; `None` if that is not the same
-/// everywhere. What grows by 0 repeats.
+/// Growth of a value from one repeat of the canvas to the next, across and down; `None` if it is not the same
+/// everywhere. A value with growth 0 repeats.
 type Growth = [Option<f64>; 2];
 
 impl Compiled {
-    /// In which directions the result repeats with the canvas. `growth` tells by how much the first planes grow from one repeat
-    /// to the next; the others repeat.
+    /// The directions in which the result repeats with the canvas. `growth` holds the growth of the first planes from
+    /// one repeat to the next; the other planes repeat.
     pub fn repeats(&self, growth: &[[f64; 2]]) -> [bool; 2] {
         let grown = self.growth(growth);
         let of = |axis: usize| self.parts.iter().all(|part| grows(&grown, part)[axis] == Some(0.0));
@@ -64,11 +64,10 @@ impl Compiled {
         grown
     }
 
-    /// The program that computes it; noise repeats with the canvas in the directions in which `tiles` says so and in which
-    /// that is possible.
+    /// Makes the program. Noise repeats with the canvas in the directions of `tiles`, where possible.
     ///
     /// # Errors
-    /// An expression that is too long.
+    /// The expression is too long.
     pub fn program(&self, growth: &[[f64; 2]], tiles: [bool; 2]) -> Result<Program, Fault> {
         let used = self.used();
         let count = used.iter().filter(|used| **used).count();
@@ -77,7 +76,7 @@ impl Compiled {
             return Err(bad(0..1, message));
         }
         let grown = self.growth(growth);
-        let period = |args: &[Part; 3]| {
+        let period = |args: &[Scalar; 3]| {
             let of = [0, 1].map(|arg| {
                 let growth = grows(&grown, &args[arg]);
                 let steps = [0, 1].map(|axis| if tiles[axis] { growth[axis].unwrap_or(0.0) } else { 0.0 });
@@ -88,11 +87,11 @@ impl Compiled {
         Ok(Registers::new(self, &used).assign(self, &used, period))
     }
 
-    /// Which steps the result needs.
+    /// The steps that the result needs.
     fn used(&self) -> Vec<bool> {
         let mut used = vec![false; self.steps.len()];
-        let mark = |part: &Part, used: &mut Vec<bool>| {
-            if let Part::Step(step) = part {
+        let mark = |part: &Scalar, used: &mut Vec<bool>| {
+            if let Scalar::Step(step) = part {
                 used[*step as usize] = true;
             }
         };
@@ -106,10 +105,10 @@ impl Compiled {
     }
 }
 
-fn grows(grown: &[Growth], part: &Part) -> Growth {
+fn grows(grown: &[Growth], part: &Scalar) -> Growth {
     match part {
-        Part::Known(_) => [Some(0.0); 2],
-        Part::Step(step) => grown[*step as usize],
+        Scalar::Known(_) => [Some(0.0); 2],
+        Scalar::Step(step) => grown[*step as usize],
     }
 }
 
@@ -117,8 +116,8 @@ fn is_whole(value: f64) -> bool {
     (value - value.round()).abs() <= 1e-6 * value.abs().max(1.0)
 }
 
-/// By how much a result grows if its arguments grow by `of`.
-fn grown_by(op: Op, args: &[Part; 3], of: [Option<f64>; 3]) -> Option<f64> {
+/// The growth of a result whose arguments grow by `of`.
+fn grown_by(op: Op, args: &[Scalar; 3], of: [Option<f64>; 3]) -> Option<f64> {
     let [a, b, c] = of;
     let count = op.args();
     if of[..count].iter().all(|growth| *growth == Some(0.0)) {
@@ -130,13 +129,13 @@ fn grown_by(op: Op, args: &[Part; 3], of: [Option<f64>; 3]) -> Option<f64> {
         (Op::Add, _) => Some(a? + b?),
         (Op::Subtract, _) => Some(a? - b?),
         (Op::Negate, _) => Some(-a?),
-        (Op::Multiply, [Part::Known(factor), ..]) => Some(b? * factor),
-        (Op::Multiply, [_, Part::Known(factor), _]) => Some(a? * factor),
-        (Op::Divide, [_, Part::Known(by), _]) => Some(a? / by),
-        (Op::Mix, [_, _, Part::Known(t)]) => Some(a? + (b? - a?) * t),
+        (Op::Multiply, [Scalar::Known(factor), ..]) => Some(b? * factor),
+        (Op::Multiply, [_, Scalar::Known(factor), _]) => Some(a? * factor),
+        (Op::Divide, [_, Scalar::Known(by), _]) => Some(a? / by),
+        (Op::Mix, [_, _, Scalar::Known(t)]) => Some(a? + (b? - a?) * t),
         (Op::Floor | Op::Ceil | Op::Round, _) => a.filter(|growth| is_whole(*growth)),
         (Op::Fract, _) => after(a, 1.0),
-        (Op::Modulo, [_, Part::Known(by), _]) => after(a, *by),
+        (Op::Modulo, [_, Scalar::Known(by), _]) => after(a, *by),
         (Op::Sin | Op::Cos, _) => after(a, 360.0),
         (Op::Tan, _) => after(a, 180.0),
         (Op::Min | Op::Max, _) => equal(a, b),
@@ -146,7 +145,7 @@ fn grown_by(op: Op, args: &[Part; 3], of: [Option<f64>; 3]) -> Option<f64> {
     }
 }
 
-/// The longest period after which noise repeats although its coordinate grows by these numbers; `None` if there is none.
+/// The longest period at which noise repeats although its coordinate grows by these numbers; `None` if there is none.
 #[expect(clippy::cast_possible_truncation, reason = "a whole number below 2^24")]
 fn common_period(steps: [f64; 2]) -> Option<f32> {
     if !steps.iter().all(|step| is_whole(*step) && step.abs() < 16_777_216.0) {
@@ -159,12 +158,12 @@ fn common_period(steps: [f64; 2]) -> Option<f32> {
     Some(a as f32)
 }
 
-/// Registers while they are given away.
+/// State of the register allocation.
 struct Registers {
     constants: Vec<f32>,
     planes: Vec<usize>,
     constant_of: BTreeMap<u32, u16>,
-    /// Until which step the result of each step is needed.
+    /// For each step, the last step that needs its result.
     last: Vec<usize>,
     of_step: Vec<u16>,
     free: Vec<u16>,
@@ -201,28 +200,28 @@ impl Registers {
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "constants are limited; values are rounded to f32 once")]
-    fn note(&mut self, part: &Part, at: usize) {
+    fn note(&mut self, part: &Scalar, at: usize) {
         match part {
-            Part::Known(value) => {
+            Scalar::Known(value) => {
                 let value = *value as f32;
                 if !self.constant_of.contains_key(&value.to_bits()) {
                     self.constant_of.insert(value.to_bits(), self.constants.len() as u16);
                     self.constants.push(value);
                 }
             }
-            Part::Step(step) => self.last[*step as usize] = self.last[*step as usize].max(at),
+            Scalar::Step(step) => self.last[*step as usize] = self.last[*step as usize].max(at),
         }
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "rounded as when it was noted")]
-    fn of(&self, part: &Part) -> u16 {
+    fn of(&self, part: &Scalar) -> u16 {
         match part {
-            Part::Known(value) => self.constant_of.get(&(*value as f32).to_bits()).copied().unwrap_or(0),
-            Part::Step(step) => self.of_step[*step as usize],
+            Scalar::Known(value) => self.constant_of.get(&(*value as f32).to_bits()).copied().unwrap_or(0),
+            Scalar::Step(step) => self.of_step[*step as usize],
         }
     }
 
-    fn assign(mut self, compiled: &Compiled, used: &[bool], period: impl Fn(&[Part; 3]) -> [f32; 2]) -> Program {
+    fn assign(mut self, compiled: &Compiled, used: &[bool], period: impl Fn(&[Scalar; 3]) -> [f32; 2]) -> Program {
         let mut instructions = Vec::new();
         for (index, step) in compiled.steps.iter().enumerate().filter(|(index, _)| used[*index]) {
             let Step::Op(op, args) = step else { continue };
@@ -230,7 +229,7 @@ impl Registers {
             for (from, arg) in from.iter_mut().zip(&args[..op.args()]) {
                 *from = self.of(arg);
             }
-            // Taken before those of the arguments are free, so that it is none of them.
+            // Taken before the arguments' registers are freed, so that it is none of them.
             let to = self.free.pop().unwrap_or_else(|| {
                 self.count += 1;
                 self.count - 1
@@ -238,7 +237,7 @@ impl Registers {
             self.of_step[index] = to;
             let mut over: Vec<u16> = Vec::new();
             for arg in &args[..op.args()] {
-                if let Part::Step(step) = arg
+                if let Scalar::Step(step) = arg
                     && self.last[*step as usize] == index
                     && matches!(compiled.steps[*step as usize], Step::Op(..))
                     && !over.contains(&self.of_step[*step as usize])

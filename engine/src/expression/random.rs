@@ -1,7 +1,7 @@
-//! Random numbers and noise of expressions: functions of the seed and of single-precision numbers, with the same bits in
-//! parameters and in fields. Everything is inlined and free of branches, so loops over rows vectorise.
+//! Random numbers and noise of expressions: functions of the seed and of single-precision numbers, with identical bits
+//! in parameters and in fields. Everything is inlined and free of branches, so loops over rows vectorise.
 
-/// A seed of the canvas as one word.
+/// Mixes a canvas seed into one 32-bit word.
 #[expect(clippy::cast_possible_truncation, reason = "both halves are mixed")]
 pub const fn seed_word(seed: u64) -> u32 {
     mix(seed as u32 ^ mix((seed >> 32) as u32 ^ 0x9e37_79b9))
@@ -17,33 +17,33 @@ const fn mix(mut x: u32) -> u32 {
     x ^ (x >> 16)
 }
 
-/// The bits of a number; 0 and -0 are one number.
+/// The bits of a number; -0 counts as 0.
 #[inline(always)]
 const fn bits(x: f32) -> u32 {
     (x + 0.0).to_bits()
 }
 
-/// 24 bits as a number, 0 ≤ x < 1.
+/// The upper 24 bits as a number, 0 ≤ x < 1.
 #[inline(always)]
 #[expect(clippy::cast_precision_loss, reason = "24 bits fit")]
 const fn unit(word: u32) -> f32 {
-    // Through a signed number, for which there is an instruction.
+    // Via a signed number, which the CPU can convert in one instruction.
     (word >> 8).cast_signed() as f32 * (1.0 / 16_777_216.0)
 }
 
-/// A random number of `x`, 0 ≤ r < 1.
+/// A random number from `x`, 0 ≤ r < 1.
 #[inline(always)]
 pub const fn random(seed: u32, x: f32) -> f32 {
     unit(mix(mix(bits(x) ^ seed).wrapping_add(0x9e37_79b9)))
 }
 
-/// The random number of the numbers so far, `before`, and of one more.
+/// Combines the random number of the previous numbers, `before`, with one more number.
 #[inline(always)]
 pub const fn hash(seed: u32, before: f32, x: f32) -> f32 {
     unit(mix(mix(bits(before) ^ seed).wrapping_mul(0x85eb_ca6b) ^ bits(x)))
 }
 
-/// Gradient noise with cells of size 1, 0 ≤ n ≤ 1 with the mean ½. It repeats after `period` cells where that is not 0.
+/// Gradient noise with cells of size 1, 0 ≤ n ≤ 1 with mean ½. Repeats after `period` cells; 0 means no period.
 #[inline(always)]
 pub fn noise(seed: u32, x: f32, y: f32, period: [f32; 2]) -> f32 {
     let (cell, s) = (x.floor(), x - x.floor());
@@ -67,7 +67,7 @@ fn wrap(cell: f32, period: f32) -> f32 {
     if period == 0.0 { cell } else { cell - period * (cell / period).floor() }
 }
 
-/// The gradient of a corner times the way from there. The ends of the gradients lie on a square.
+/// Dot product of a corner's gradient and the offset from the corner. The ends of the gradients lie on a square.
 #[inline(always)]
 #[expect(clippy::cast_precision_loss, reason = "16 bits fit")]
 fn slope(seed: u32, cell: f32, row: f32, s: f32, t: f32) -> f32 {

@@ -1,15 +1,15 @@
-//! The words of an expression.
+//! Splits an expression into words.
 use super::{Fault, bad};
 use std::ops::Range;
 
-/// What a word is.
+/// Kind of a word.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Kind {
     /// A number, with its value.
     Number(f64),
-    /// A parameter of the graph, with its `$`; perhaps with a component, `$color.r`.
+    /// A parameter of the graph with its `$`, and perhaps a component: `$color.r`.
     Param,
-    /// The name of a function, of a constant, or of something else, with all that follows dots in it.
+    /// The name of a function, a constant or something else, including parts after dots.
     Name,
     /// `(`
     Open,
@@ -23,17 +23,17 @@ pub(super) enum Kind {
     Operator(&'static str),
 }
 
-/// A word and the bytes where it stands.
+/// A word and its bytes.
 #[derive(Debug)]
 pub(super) struct Word {
     pub(super) kind: Kind,
     pub(super) range: Range<usize>,
 }
 
-/// Longer ones first.
+/// Longer operators first, so that the longest match wins.
 const OPERATORS: [&str; 14] = ["<=", ">=", "==", "!=", "&&", "||", "+", "-", "*", "/", "%", "^", "<", ">"];
 
-/// Cuts a text into words.
+/// Splits a text into words.
 pub(super) fn scan(text: &str) -> Result<Vec<Word>, Fault> {
     let mut words = Vec::new();
     let mut at = 0;
@@ -88,7 +88,7 @@ fn is_word(c: char) -> bool {
     c == '_' || c.is_ascii_alphanumeric()
 }
 
-/// The length of a name with the names that follow it after dots.
+/// The length of a name, including dot-separated parts.
 fn name_len(text: &str) -> usize {
     let run = |from: usize| from + text[from..].find(|c| !is_word(c)).unwrap_or(text.len() - from);
     let mut len = run(0);

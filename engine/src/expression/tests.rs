@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use super::*;
 
-/// Parameters and a canvas as they may be.
+/// Test parameters and a canvas.
 struct Known;
 
 impl Names for Known {
@@ -51,7 +51,7 @@ fn error(text: &str) -> (Code, Range<usize>) {
 }
 
 #[test]
-fn mathematics_hold() {
+fn evaluates_mathematics() {
     for (text, expected) in [
         ("1 + 2 * 3", 7.0),
         ("-2^2", -4.0),
@@ -163,7 +163,7 @@ fn errors_have_places() {
 }
 
 #[test]
-fn all_unknown_names_are_told_at_once() {
+fn reports_all_unknown_names_at_once() {
     let errors = evaluate("foo(1) + bar($x)", &mut Known).unwrap_err();
     assert_eq!(errors.iter().map(|e| e.range.clone()).collect::<Vec<_>>(), [0..3, 9..12]);
     let errors = evaluate("$a + $b", &mut Known).unwrap_err();
@@ -171,12 +171,12 @@ fn all_unknown_names_are_told_at_once() {
 }
 
 #[test]
-fn what_follows_from_another_error_is_silent() {
+fn omits_consequences_of_reported_errors() {
     assert_eq!(evaluate("$broken + 1", &mut Known), Err(Vec::new()));
 }
 
 #[test]
-fn nesting_is_bounded_and_length_is_not() {
+fn limits_nesting_but_not_length() {
     assert_eq!(error(&"(".repeat(1 << 17)), (Code::BadExpression, 256..257));
     assert_eq!(error(&"-".repeat(1 << 17)), (Code::BadExpression, 256..257));
     assert_eq!(error(&"1^".repeat(1 << 17)).0, Code::BadExpression);
@@ -185,14 +185,14 @@ fn nesting_is_bounded_and_length_is_not() {
 }
 
 #[test]
-fn the_tree_knows_where_its_parts_stand() {
+fn records_ranges_of_parts() {
     let tree = super::parse::parse("-(1 + $x) * max(2, 3)").unwrap();
     let ranges: Vec<_> = tree.nodes.iter().map(|node| node.range.clone()).collect();
     assert_eq!(ranges, [2..3, 6..8, 2..8, 0..9, 16..17, 19..20, 12..21, 0..21]);
 }
 
 #[test]
-fn values_have_sorts() {
+fn distinguishes_sorts_of_values() {
     assert_eq!(known("$x > 2"), Value::Bool(true));
     assert_eq!(known("$yes"), Value::Bool(true));
     assert_eq!(known("if($yes, false, true)"), Value::Bool(false));
@@ -204,7 +204,7 @@ fn values_have_sorts() {
 }
 
 #[test]
-fn random_numbers_differ_and_stay() {
+fn random_numbers_vary_and_are_reproducible() {
     let numbers: Vec<f64> = (0..50).map(|i| value(&format!("random({i})"))).collect();
     assert!(numbers.iter().all(|number| (0.0..1.0).contains(number)));
     let mut sorted = numbers.clone();
@@ -217,7 +217,7 @@ fn random_numbers_differ_and_stay() {
     assert_eq!(value("hash((1, 2), 3)"), value("hash(1, 2, 3)"));
 }
 
-/// Two fields, `a` of one component and `c` of three.
+/// Two test fields: `a` with one component and `c` with three.
 struct Planes;
 
 impl Names for Planes {
@@ -250,7 +250,7 @@ fn program(text: &str) -> Program {
     compile(text, &mut Planes).unwrap().program(&[], [false; 2]).unwrap()
 }
 
-/// Runs a program by its definition.
+/// Reference interpreter of a program.
 fn run(program: &Program, plane: impl Fn(usize) -> f64) -> Vec<f64> {
     let mut registers = vec![f64::NAN; program.registers];
     let given = program.constants.iter().map(|value| f64::from(*value)).chain(program.planes.iter().map(|p| plane(*p)));
@@ -264,7 +264,7 @@ fn run(program: &Program, plane: impl Fn(usize) -> f64) -> Vec<f64> {
 }
 
 #[test]
-fn programs_compute_what_is_written() {
+fn programs_match_their_expressions() {
     let plane = |plane: usize| [2.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0][plane];
     for (text, expected) in [
         ("a", vec![2.0]),
@@ -286,14 +286,14 @@ fn programs_compute_what_is_written() {
 }
 
 #[test]
-fn what_is_constant_or_repeated_costs_nothing() {
+fn folds_constants_and_shares_repeated_parts() {
     assert_eq!(program("a * (2 + 3 * sin(30) - sqrt(16))").instructions.len(), 1);
     assert_eq!(program("sin(a) + sin(a)").instructions.len(), 2);
     assert_eq!(program("if(1 > 2, exp(a), a)").instructions.len(), 0);
 }
 
 #[test]
-fn registers_are_used_again() {
+fn reuses_registers() {
     let terms: String = (0..500).map(|i| format!(" + a * {i}.5")).collect();
     let program = program(&format!("a{terms}"));
     assert_eq!((program.instructions.len(), program.constants.len()), (1000, 500));
@@ -325,7 +325,7 @@ proptest::proptest! {
         }
     }
 
-    /// Texts that are nearly right get deeper than random ones.
+    /// Nearly valid texts reach deeper code than random ones.
     #[test]
     fn nothing_panics_on_words(words in proptest::collection::vec(proptest::sample::select(WORDS.to_vec()), 0..24)) {
         let text = words.concat();
@@ -341,7 +341,7 @@ proptest::proptest! {
         }
     }
 
-    /// Without brackets: first all that binds tighter, then the rest, each from left to right.
+    /// Without brackets: tighter operators first, then the rest, each from left to right.
     #[test]
     fn operators_go_from_left_to_right(first in 1..9_u8, rest in proptest::collection::vec(("[-+*/%]", 1..9_u8), 0..12)) {
         let mut text = first.to_string();
@@ -353,7 +353,7 @@ proptest::proptest! {
             match operator.as_str() {
                 "*" => factor *= number,
                 "/" => factor /= number,
-                // Nothing is negative here but the signs between terms.
+                // Only the signs between terms are negative.
                 "%" => factor %= number,
                 other => (sign, factor) = (if other == "-" { -1.0 } else { 1.0 }, { terms.push(0.0); number }),
             }

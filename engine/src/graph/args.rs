@@ -1,8 +1,8 @@
-//! The parameters of a node: their values in force, and whether each is allowed.
+//! The parameters of a node: their values, and checks that the values are allowed.
 use super::explain::explain;
 use super::files::check_file;
 use super::imports;
-use super::part::{Part, Shape};
+use super::part::{Shape, SyntaxValue};
 use super::read::{not_finite, shorten};
 use super::scope::{Unit, check_note};
 use super::structs::has_ports;
@@ -15,7 +15,7 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 impl Unit<'_> {
-    /// Reads the fields of a node: its wires, and its parameters with those of the graph put in.
+    /// Reads the fields of a node: its wires, and its parameters with those of the graph substituted.
     pub(super) fn read_fields(&mut self, flat: usize) {
         let (args, scope) = (self.flats[flat].args.clone(), self.flats[flat].scope);
         let Some(info) = self.flats[flat].info else { return };
@@ -34,7 +34,7 @@ impl Unit<'_> {
         for field in &info.fields {
             let arg = args.iter().find(|arg| arg.name == field.name);
             match (&field.role, arg) {
-                // What is wrong with it was said.
+                // The error was already reported.
                 (_, Some(arg)) if arg.value.is_broken() => self.flats[flat].good = false,
                 (Role::Port(port), None) if port.required && !port.list => self.missing(flat, info, &field.name),
                 (Role::Port(port), Some(arg)) => match self.read_port(flat, &field.name, port, &arg.value) {
@@ -72,7 +72,7 @@ impl Unit<'_> {
     }
 
     /// Checks the numbers of a parameter.
-    fn check_param(&mut self, name: &str, info: &ParamInfo, part: &Part) -> bool {
+    fn check_param(&mut self, name: &str, info: &ParamInfo, part: &SyntaxValue) -> bool {
         let mut good = true;
         for (kind, word) in part.words() {
             let Some(value) = (kind == Kind::Number).then(|| number(word.str())).flatten() else { continue };
@@ -98,7 +98,7 @@ impl Unit<'_> {
         good
     }
 
-    /// Makes the struct of a node and lets it check itself.
+    /// Builds the struct of a node and runs its own checks.
     pub(super) fn build(&mut self, flat: usize) {
         let node = &self.flats[flat];
         let Some(info) = node.info else { return };
@@ -142,8 +142,8 @@ impl Unit<'_> {
         }
     }
 
-    /// An error about a parameter, with the way that works if a node is written there.
-    fn or_ports(&self, flat: usize, name: &str, part: &Part, error: Diagnostic) -> Diagnostic {
+    /// An error about a parameter; if a node was written there, with the fields that accept nodes.
+    fn or_ports(&self, flat: usize, name: &str, part: &SyntaxValue, error: Diagnostic) -> Diagnostic {
         let node = &self.flats[flat];
         let is_name = |text: &str| {
             let first = text.split('.').next().unwrap_or(text);
@@ -229,7 +229,7 @@ impl Unit<'_> {
     }
 }
 
-/// The file at a path, or those of all UDIM tiles.
+/// The file at a path, or the files of all UDIM tiles.
 fn paths_of(path: PathBuf, takes_udim: bool) -> Result<Vec<PathBuf>, String> {
     if !takes_udim || !is_udim(&path) {
         return Ok(vec![path]);
@@ -241,8 +241,9 @@ fn paths_of(path: PathBuf, takes_udim: bool) -> Result<Vec<PathBuf>, String> {
     }
 }
 
-/// The text of a parameter without the types behind its numbers, `3f32`: the field knows its type. Everything keeps its place.
-fn untyped(part: &Part) -> Cow<'_, str> {
+/// The text of a parameter without type suffixes of numbers, `3f32`: the field determines the type. Byte positions stay
+/// the same.
+fn untyped(part: &SyntaxValue) -> Cow<'_, str> {
     let mut text = Cow::Borrowed(part.str());
     for (kind, word) in part.words() {
         let Some(suffix) = (kind == Kind::Number).then(|| suffix(word.str())).flatten() else { continue };
@@ -254,11 +255,11 @@ fn untyped(part: &Part) -> Cow<'_, str> {
     text
 }
 
-/// A problem at `place`, or within the text that stands there.
-pub(super) fn at(place: &Part, problem: &Problem) -> Diagnostic {
+/// A problem at `place`, or within the text there.
+pub(super) fn at(place: &SyntaxValue, problem: &Problem) -> Diagnostic {
     let mut diagnostic = place.error(problem.code, problem.message.clone());
     diagnostic.help.clone_from(&problem.help);
-    // Bytes of a plain literal are those of its text, after the quote.
+    // In a plain literal, byte positions of the text are shifted by the opening quote.
     let plain = matches!(place.shape(), Shape::Text(text) if place.str().len() == text.len() + 2);
     if let Some(range) = problem.within.as_ref().filter(|_| plain) {
         diagnostic.span = place.sub_span(1 + range.start, 1 + range.end.max(range.start + 1));
@@ -267,7 +268,7 @@ pub(super) fn at(place: &Part, problem: &Problem) -> Diagnostic {
 }
 
 impl Unit<'_> {
-    /// The file on disk for a path, which may be one of the library.
+    /// The file on disk for a path, which may belong to the library.
     fn on_disk(&self, path: PathBuf) -> Result<PathBuf, String> {
         match (imports::within(&path), self.registry.library()) {
             (Some(inside), Some(library)) => library.file(&inside),
@@ -276,7 +277,7 @@ impl Unit<'_> {
     }
 }
 
-fn out_of_range(name: &str, bounds: &Bounds, word: &Part, value: f64) -> Option<Diagnostic> {
+fn out_of_range(name: &str, bounds: &Bounds, word: &SyntaxValue, value: f64) -> Option<Diagnostic> {
     if bounds.admit(value) {
         return None;
     }

@@ -1,30 +1,30 @@
 //! The canvas of a graph.
 use super::params::Params;
-use super::part::{Part, Shape};
+use super::part::{Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
+use super::schema;
 use super::subst::substitute;
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::value::{Canvas, Resolution, TileMode};
 use glam::{DVec2, UVec2};
 
-/// The canvas of a graph that does not describe one.
+/// The default canvas.
 pub(super) const DEFAULT: Canvas =
     Canvas { size_mm: DVec2::splat(100.0), resolution: UVec2::splat(1024), tile: TileMode::Both.tiling(), seed: 0 };
 
-/// The resolution that is asked for, and where.
+/// A requested resolution and its place in the text.
 pub(super) struct Asked {
     pub(super) resolution: Resolution,
     pub(super) span: Option<Span>,
 }
 
-/// Reads a canvas and the resolution that it asks for; fields in error keep their defaults.
-pub(super) fn read(part: Option<&Part>, params: &Params, report: &mut Report) -> (Canvas, Asked) {
+/// Reads a canvas and the resolution it requests; fields with errors keep their defaults.
+pub(super) fn read(part: Option<&SyntaxValue>, params: &Params, report: &mut Report) -> (Canvas, Asked) {
     let mut asked = Asked { resolution: Resolution::Longer(DEFAULT.resolution.x), span: None };
     let mut canvas = DEFAULT;
     let Some(part) = part else { return (canvas, asked) };
-    let known = ["size_mm", "resolution", "tile", "seed"];
-    let Some(fields) = read::fields(part, "`canvas`", &known, report) else { return (canvas, asked) };
+    let Some(fields) = read::fields(part, "`canvas`", schema::CANVAS, report) else { return (canvas, asked) };
     for field in fields {
         let Some(value) = substitute(&field.value, params, report).map(|s| s.part) else { continue };
         match field.name.as_str() {
@@ -41,7 +41,7 @@ pub(super) fn read(part: Option<&Part>, params: &Params, report: &mut Report) ->
     (canvas, asked)
 }
 
-/// Gives a canvas the resolution that is asked for, with a warning if that squashes the picture.
+/// Applies the requested resolution to a canvas; warns if it distorts the picture.
 pub(super) fn resize(canvas: &mut Canvas, asked: &Asked, typed: bool, report: &mut Report) {
     canvas.resolution = asked.resolution.of(canvas.size_mm);
     let Some(span) = asked.span.filter(|_| !asked.resolution.fits(canvas.size_mm)) else { return };
@@ -57,8 +57,8 @@ pub(super) fn resize(canvas: &mut Canvas, asked: &Asked, typed: bool, report: &m
     report.push(Diagnostic::new(Code::Advice, span, message).help(help).as_warning());
 }
 
-/// A number for both directions, or one for each.
-fn two(part: &Part, what: &str, report: &mut Report) -> Option<[(Part, f64); 2]> {
+/// One number for both directions, or one for each.
+fn two(part: &SyntaxValue, what: &str, report: &mut Report) -> Option<[(SyntaxValue, f64); 2]> {
     let items = match part.shape() {
         Shape::Number(_) => vec![part.clone(), part.clone()],
         Shape::Tuple(items) if items.len() == 2 => items,
@@ -67,12 +67,12 @@ fn two(part: &Part, what: &str, report: &mut Report) -> Option<[(Part, f64); 2]>
             return None;
         }
     };
-    let read = |item: &Part, report: &mut Report| Some((item.clone(), read::number(item, what, report)?));
+    let read = |item: &SyntaxValue, report: &mut Report| Some((item.clone(), read::number(item, what, report)?));
     let (a, b) = (read(&items[0], report), read(&items[1], report));
     Some([a?, b?])
 }
 
-fn size(part: &Part, report: &mut Report) -> Option<DVec2> {
+fn size(part: &SyntaxValue, report: &mut Report) -> Option<DVec2> {
     let sides = two(part, "size_mm", report)?;
     let mut good = true;
     for (item, value) in &sides {
@@ -90,7 +90,7 @@ fn size(part: &Part, report: &mut Report) -> Option<DVec2> {
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked to be whole and in range")]
-fn resolution(part: &Part, report: &mut Report) -> Option<Resolution> {
+fn resolution(part: &SyntaxValue, report: &mut Report) -> Option<Resolution> {
     let sides = two(part, "resolution", report)?;
     let mut good = true;
     for (item, value) in &sides {
@@ -112,14 +112,13 @@ fn resolution(part: &Part, report: &mut Report) -> Option<Resolution> {
     good.then_some(if is_pair { Resolution::Exact(size) } else { Resolution::Longer(size.x) })
 }
 
-/// The message for a resolution that is too large.
+/// The message for a resolution beyond the limit.
 pub(super) fn too_large(found: &str) -> String {
     format!("resolution is `{found}`; it must be at most {} pixels", Canvas::MAX_RESOLUTION)
 }
 
-fn tile(part: &Part, report: &mut Report) -> Option<TileMode> {
-    let modes = [("Both", TileMode::Both), ("X", TileMode::X), ("Y", TileMode::Y), ("None", TileMode::None)];
-    let names = modes.map(|(name, _)| name);
+fn tile(part: &SyntaxValue, report: &mut Report) -> Option<TileMode> {
+    let (modes, names) = (TileMode::ALL, TileMode::ALL.map(|(name, _)| name));
     match part.shape() {
         Shape::Word(word) => {
             let found = modes.iter().find(|(name, _)| *name == word).map(|(_, mode)| *mode);
@@ -137,7 +136,7 @@ fn tile(part: &Part, report: &mut Report) -> Option<TileMode> {
 }
 
 /// A seed of random numbers.
-pub(super) fn seed(part: &Part, report: &mut Report) -> Option<u64> {
+pub(super) fn seed(part: &SyntaxValue, report: &mut Report) -> Option<u64> {
     let value = read::number(part, "seed", report)?;
     if value.fract() != 0.0 {
         report.push(mismatch(part, "`seed`", "a whole number"));

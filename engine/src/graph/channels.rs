@@ -1,14 +1,14 @@
-//! The channels of materials: which ones the material of each node has, and where a node takes one that is missing.
-use super::part::{Part, Shape};
+//! The channels of materials: the channels of each node's material, and the nodes that use a missing channel.
+use super::part::{Shape, SyntaxValue};
 use super::scope::{Bound, Entity, Slot, Target, Unit};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::node::{MaterialInputs, Taken};
+use crate::node::{MaterialInputs, TakenChannel};
 use crate::value::{Accepts, ChannelSet, Type};
 
 impl Unit<'_> {
-    /// Finds the channels of all materials, in the given order, and warns where a node takes one that is missing.
+    /// Finds the channels of all materials, in the given order, and warns about nodes that use a missing channel.
     pub(super) fn check_channels(&mut self, order: &[usize]) {
-        // What a graph that is rendered alone is not given has no channels yet: nothing is said of those.
+        // In a graph rendered alone, inputs without a value have no channels yet: do not warn about them.
         let mut open = vec![false; self.flats.len()];
         for &flat in order {
             self.flats[flat].channels = self.channels_of(flat);
@@ -31,7 +31,7 @@ impl Unit<'_> {
         node.node.as_ref().map(|node| node.channels(&MaterialInputs::new(&inputs)))
     }
 
-    /// Whether a node makes or reads a material that is not given.
+    /// Returns true if a node makes or reads a material that is not given.
     fn is_open(&self, flat: usize, open: &[bool]) -> bool {
         let node = &self.flats[flat];
         let reads = |slot: &Slot| matches!(slot.target, Target::Out { flat, .. } if open[flat]);
@@ -46,7 +46,7 @@ impl Unit<'_> {
         }
     }
 
-    fn check_taken(&mut self, flat: usize, taken: &Taken) {
+    fn check_taken(&mut self, flat: usize, taken: &TakenChannel) {
         let node = &self.flats[flat];
         let asked = node.field(taken.field).unwrap_or(&node.kind);
         let mut warnings = Vec::new();
@@ -74,8 +74,8 @@ impl Unit<'_> {
         }
     }
 
-    /// Where a `Use` gives what `part`, written in `scope`, refers to: the outermost one, if several pass it on.
-    fn given_by_use(&self, scope: usize, part: &Part) -> Option<(usize, Part)> {
+    /// The `Use` value that `part`, written in `scope`, refers to; the outermost one if several pass it on.
+    fn given_by_use(&self, scope: usize, part: &SyntaxValue) -> Option<(usize, SyntaxValue)> {
         let (mut scope, mut part, mut given) = (scope, part.clone(), None);
         loop {
             let Shape::Text(name) = part.shape() else { return given };

@@ -1,4 +1,4 @@
-//! The node of an input of a sub-graph whose value may have another type than the declared one.
+//! The node of a sub-graph's input whose value may have a type other than the declared one.
 use crate::node::{Arg, DynNode};
 use crate::node::{Context, Fact, Gray, In, Node, Output, Outputs, PortType, Rgb, build};
 use crate::value::{Accepts, Field, Stop, Type, Value};
@@ -10,12 +10,12 @@ use std::sync::Arc;
 /// The port of the node.
 pub(super) const PORT: &str = "input";
 
-/// Passes on its input as the type `T`.
+/// Passes on its input, converted to the type `T`.
 #[derive(Serialize, Deserialize)]
 #[serde(bound = "", default)]
 struct Convert<T: PortType> {
     input: In<T>,
-    /// Whether there is nothing to do.
+    /// True if the input already has the type.
     same: bool,
 }
 
@@ -48,7 +48,7 @@ impl<T: PortType<Got = Field>> Node for Convert<T> {
     }
 }
 
-/// The type of its output.
+/// The output type.
 const fn given<T: PortType>() -> Type {
     match T::ACCEPTS.only() {
         Some(ty) => ty,
@@ -56,7 +56,7 @@ const fn given<T: PortType>() -> Type {
     }
 }
 
-/// Makes a material without channels, for an input that is given none.
+/// Makes a material without channels, for an input without a value.
 #[derive(Default, Serialize, Deserialize)]
 struct NoMaterial {}
 
@@ -79,12 +79,12 @@ impl Node for NoMaterial {
     }
 }
 
-/// The node of a material input that is given none.
+/// The node of a material input without a value.
 pub(super) fn no_material() -> Option<Arc<dyn DynNode>> {
     build::<NoMaterial>(&[]).ok()
 }
 
-/// The node that converts its input to `ty`; `same` if it has that type already.
+/// The node that converts its input to `ty`; `same` if the input already has that type.
 pub(super) fn node(ty: Accepts, same: bool) -> Option<Arc<dyn DynNode>> {
     let same = if same { "true" } else { "false" };
     let args = [(PORT, Arg::Slot(0)), ("same", Arg::Ron(same))];

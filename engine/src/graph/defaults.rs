@@ -1,5 +1,5 @@
-//! The defaults of parameters. One may refer to other parameters, and to the canvas: it is computed after these, and
-//! anew wherever they are given other values.
+//! The defaults of parameters. A default may refer to other parameters and to the canvas: it is computed after them,
+//! and recomputed wherever they get other values.
 use super::files::Doc;
 use super::params::{Facts, ParamDecl, ParamValue, Params, Values};
 use super::report::Report;
@@ -8,8 +8,8 @@ use crate::diagnostics::Code;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The parameters of a document with their defaults. Without the facts of a canvas those that come from it are
-/// [late](Params::late).
+/// The parameters of a document with their defaults. Without the facts of a canvas, defaults that depend on the canvas
+/// are [late](Params::late).
 pub(super) fn params(doc: &Doc, facts: Option<Facts>, report: &mut Report) -> Params {
     let mut params = Params::new(Arc::new(plain(doc, report)));
     params.facts = facts;
@@ -23,7 +23,7 @@ pub(super) fn params(doc: &Doc, facts: Option<Facts>, report: &mut Report) -> Pa
     params
 }
 
-/// Computes those defaults anew that refer to others, after other parameters were given values.
+/// Recomputes the defaults that refer to other parameters, after those were given values.
 pub(super) fn follow(doc: &Doc, params: &mut Params, report: &mut Report) {
     if has_derived(doc) {
         for (name, value) in derive(doc, params, report) {
@@ -32,7 +32,7 @@ pub(super) fn follow(doc: &Doc, params: &mut Params, report: &mut Report) {
     }
 }
 
-/// The same once the canvas is known.
+/// Recomputes all defaults once the canvas is known.
 pub(super) fn settle(doc: &Doc, params: &mut Params, facts: Facts, report: &mut Report) {
     params.facts = Some(facts);
     params.late.clear();
@@ -45,12 +45,12 @@ pub(super) fn settle(doc: &Doc, params: &mut Params, facts: Facts, report: &mut 
     }
 }
 
-/// Whether any default refers to something.
+/// Returns true if any default refers to something.
 fn has_derived(doc: &Doc) -> bool {
     doc.document.params.iter().any(|(_, decl)| decl.as_ref().is_some_and(|decl| is_driven(&decl.default)))
 }
 
-/// The defaults that refer to nothing; `None` for the others.
+/// The defaults without references; `None` for the others.
 fn plain(doc: &Doc, report: &mut Report) -> Values {
     let value = |decl: &ParamDecl, report: &mut Report| {
         (!is_driven(&decl.default)).then(|| decl.value(&decl.default, false, doc.folder(), report)).flatten()
@@ -59,8 +59,8 @@ fn plain(doc: &Doc, report: &mut Report) -> Values {
     params.map(|(entry, decl)| (entry.name.clone(), decl.as_ref().and_then(|decl| value(decl, report)))).collect()
 }
 
-/// The values of the defaults that refer to others, each after those that it refers to; those of parameters that were
-/// given a value are left out.
+/// The values of defaults with references, each after the ones it refers to; parameters that were given a value are
+/// left out.
 fn derive(doc: &Doc, params: &mut Params, report: &mut Report) -> Vec<(String, Option<ParamValue>)> {
     let decls: BTreeMap<&str, &ParamDecl> = doc
         .document
@@ -70,7 +70,7 @@ fn derive(doc: &Doc, params: &mut Params, report: &mut Report) -> Vec<(String, O
         .filter(|decl| is_driven(&decl.default) && !params.is_given(&decl.name))
         .map(|decl| (decl.name.as_str(), decl))
         .collect();
-    // How many others each waits for, and who waits for each.
+    // For each default, the number of unresolved references; and the defaults that refer to it.
     let mut waits: BTreeMap<&str, usize> = BTreeMap::new();
     let mut readers: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for (&name, decl) in &decls {

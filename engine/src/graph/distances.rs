@@ -1,11 +1,12 @@
-//! Ports that take distances, and what is connected to them.
+//! Checks the values connected to ports that take distances.
 use super::read::shorten;
 use super::scope::{Slot, Target, Unit};
 use crate::diagnostics::Code;
 use crate::node::Output;
 
 impl Unit<'_> {
-    /// Warns where a port that takes a distance in mm reads another output of a node that has one: a mask, say.
+    /// Warns if a port for a distance in mm reads another output (such as a mask) of a node that also has a distance
+    /// output.
     pub(super) fn check_distances(&mut self) {
         let mut warnings = Vec::new();
         for node in &self.flats {
@@ -28,7 +29,7 @@ impl Unit<'_> {
         }
     }
 
-    /// The output that is read, and that in mm that its node has, if the former has no unit.
+    /// The output that is read, and the node's distance output in mm, if the former has no unit.
     fn other_than_distance(&self, slot: &Slot) -> Option<(&'static Output, &'static Output)> {
         let Target::Out { flat, output } = slot.target else { return None };
         let node = self.flats[flat].node.as_ref()?;

@@ -1,22 +1,22 @@
-//! A graph file as written: its parts by name, each with its place. Nothing is looked up yet.
+//! A graph file as written: its sections by name, each with its place. Names are not resolved yet.
 use super::exports::{self, ExportDecl, MeshDecl};
 use super::params::{self, ParamDecl};
-use super::part::{Entry, Part, Shape};
+use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
+use super::schema;
 use super::storage::{self, Storage};
 use crate::diagnostics::Code;
+use crate::export::{TARGETS, target_named};
 use crate::picture::{Depth, Format};
 use crate::value::{Accepts, Type};
 use std::collections::BTreeMap;
-
-const FIELDS: &[&str] = &["version", "canvas", "imports", "params", "presets", "inputs", "nodes", "outputs"];
 
 /// A graph file as written.
 #[derive(Debug, Default)]
 pub(super) struct Document {
     /// `canvas`.
-    pub(super) canvas: Option<Part>,
+    pub(super) canvas: Option<SyntaxValue>,
     /// `imports`: names and paths.
     pub(super) imports: Vec<Entry>,
     /// `params`; the declarations in error are `None`.
@@ -29,15 +29,15 @@ pub(super) struct Document {
     pub(super) nodes: Vec<NodeDecl>,
     /// `outputs`.
     pub(super) outputs: Vec<OutputDecl>,
-    /// Where `nodes` is written.
-    pub(super) nodes_part: Option<Part>,
+    /// The place of `nodes`.
+    pub(super) nodes_part: Option<SyntaxValue>,
     import_names: Names,
     param_names: Names,
     input_names: Names,
     output_names: Names,
 }
 
-/// Where each name stands in a list.
+/// The index of each name in a list.
 #[derive(Debug, Default)]
 struct Names(BTreeMap<String, usize>);
 
@@ -55,10 +55,10 @@ impl Names {
 #[derive(Debug)]
 pub(super) struct InputDecl {
     pub(super) name: String,
-    pub(super) kind: Part,
+    pub(super) kind: SyntaxValue,
     /// `None` after an error.
     pub(super) ty: Option<Accepts>,
-    pub(super) default: Option<Part>,
+    pub(super) default: Option<SyntaxValue>,
 }
 
 /// A node as written.
@@ -66,10 +66,10 @@ pub(super) struct InputDecl {
 pub(super) struct NodeDecl {
     pub(super) name: String,
     /// The kind word.
-    pub(super) kind: Option<Part>,
+    pub(super) kind: Option<SyntaxValue>,
     /// Its arguments; `None` after an error.
     pub(super) args: Option<Vec<Entry>>,
-    /// Whether references to its name mean this node: not so for the second node of the same name.
+    /// References to its name mean this node; false for the second node of the same name.
     pub(super) named: bool,
 }
 
@@ -77,26 +77,26 @@ pub(super) struct NodeDecl {
 #[derive(Debug)]
 pub(super) struct OutputDecl {
     pub(super) name: String,
-    pub(super) key: Part,
+    pub(super) key: SyntaxValue,
     /// The reference; `None` after an error.
-    pub(super) from: Option<Part>,
+    pub(super) from: Option<SyntaxValue>,
     pub(super) format: Option<Format>,
     pub(super) depth: Option<Depth>,
-    /// Whether the channels of a material go into one file.
+    /// The channels of a material go into one file.
     pub(super) combined: bool,
     pub(super) range: Option<(f64, f64)>,
-    /// How pictures are stored besides that.
+    /// Other options for stored pictures.
     pub(super) storage: Storage,
-    /// What is written instead of pictures.
+    /// The export written instead of pictures.
     pub(super) export: Option<ExportDecl>,
-    /// What `Gltf`, `Obj` or `Usd` says of the mesh.
+    /// The mesh of the export, if the format has one.
     pub(super) mesh: Option<MeshDecl>,
 }
 
 impl Document {
-    /// Reads a document from the whole of a text.
-    pub(super) fn read(whole: &Part, report: &mut Report) -> Self {
-        let Some(fields) = read::fields(whole, "a graph file", FIELDS, report) else { return Self::default() };
+    /// Reads a document from the value of a whole text.
+    pub(super) fn read(whole: &SyntaxValue, report: &mut Report) -> Self {
+        let Some(fields) = read::fields(whole, "a graph file", schema::ROOT, report) else { return Self::default() };
         if let Some(version) = read::get(&fields, "version") {
             check_version(version, report);
         }
@@ -137,12 +137,12 @@ impl Document {
         document
     }
 
-    /// Which import has that name.
+    /// The index of the import of that name.
     pub(super) fn import(&self, name: &str) -> Option<usize> {
         self.import_names.0.get(name).copied()
     }
 
-    /// Which input has that name.
+    /// The index of the input of that name.
     pub(super) fn input(&self, name: &str) -> Option<usize> {
         self.input_names.0.get(name).copied()
     }
@@ -152,7 +152,7 @@ impl Document {
         self.output_names.0.get(name).and_then(|index| self.outputs.get(*index))
     }
 
-    /// Whether there is a parameter of that name, and its declaration unless that is in error.
+    /// The parameter of that name, if there is one; its declaration is `None` after an error.
     pub(super) fn param(&self, name: &str) -> Option<Option<&ParamDecl>> {
         let index = self.param_names.0.get(name)?;
         self.params.get(*index).map(|(_, decl)| decl.as_ref())
@@ -178,7 +178,7 @@ impl Document {
     }
 }
 
-fn check_version(part: &Part, report: &mut Report) {
+fn check_version(part: &SyntaxValue, report: &mut Report) {
     match part.shape() {
         Shape::Number(1.0) => {}
         Shape::Number(_) => {
@@ -197,7 +197,7 @@ pub(super) fn node(entry: &Entry, named: bool, report: &mut Report) -> NodeDecl 
         report.push(mismatch(&entry.value, &format!("node `{}`", entry.name), "a kind with its fields, `Kind(a: 1)`"));
         return decl;
     };
-    decl.args = match body.as_ref().map(Part::shape) {
+    decl.args = match body.as_ref().map(SyntaxValue::shape) {
         None => Some(Vec::new()),
         Some(Shape::Named(args)) => Some(read::unique(args, "field", report)),
         Some(_) => {
@@ -226,7 +226,7 @@ fn input(entry: &Entry, report: &mut Report) -> InputDecl {
         return decl;
     };
     let fields = match &body {
-        Some(body) => match read::fields(body, &format!("input `{}`", entry.name), &["default", "doc"], report) {
+        Some(body) => match read::fields(body, &format!("input `{}`", entry.name), schema::INPUT, report) {
             Some(fields) => fields,
             None => return decl,
         },
@@ -238,7 +238,7 @@ fn input(entry: &Entry, report: &mut Report) -> InputDecl {
     decl.default = read::get(&fields, "default").cloned();
     decl.kind = word.clone();
     decl.ty = Some(ty);
-    // A material of no channels counts as one of their defaults; of fields there is no such thing.
+    // A material without channels serves as default; fields have no such default.
     if decl.default.is_none() && decl.ty != Some(Accepts::One(Type::Material)) {
         let message = format!("input `{}` has no `default`", entry.name);
         let help = "a graph with inputs must also run by itself: give a literal, or the name of a node as a stand-in";
@@ -267,17 +267,18 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
             return decl;
         }
         (_, Some((word, Some(body)))) if word.str() == "File" => (word, body),
-        (_, Some((word, Some(body)))) if exports::KINDS.contains(&word.str()) => {
-            exports::read(&mut decl, &word, &body, report);
+        (_, Some((word, Some(body)))) if let Some(target) = target_named(word.str()) => {
+            exports::read(&mut decl, &word, target, &body, report);
             return decl;
         }
         _ => {
             let what = format!("output `{}`", entry.name);
-            let error = mismatch(
-                &entry.value,
-                &what,
-                "\"node\", \"node.port\", File(from: \"node\"), or for other programs Gltf, Obj, MaterialX, Usd, Preset or Pack",
-            );
+            let names: Vec<_> = TARGETS.iter().map(|target| target.info().name).collect();
+            let (last, names) =
+                names.split_last().map_or(("", String::new()), |(last, names)| (*last, names.join(", ")));
+            let forms =
+                format!("\"node\", \"node.port\", File(from: \"node\"), or for other programs {names} or {last}");
+            let error = mismatch(&entry.value, &what, &forms);
             report.push(match entry.value.shape() {
                 Shape::Word(word) => error.help(format!("write `\"{}\"`", shorten(&word))),
                 _ => error,
@@ -286,9 +287,7 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
         }
     };
     let (word, body) = body;
-    let known: Vec<&str> =
-        ["from", "format", "depth", "combined", "range"].into_iter().chain(storage::FIELDS).collect();
-    let Some(fields) = read::fields(&body, "`File`", &known, report) else { return decl };
+    let Some(fields) = read::fields(&body, "`File`", schema::output("File"), report) else { return decl };
     decl.from = read::get(&fields, "from").filter(|from| read::text(from, "from", report).is_some()).cloned();
     if read::get(&fields, "from").is_none() {
         let help = "write `from: \"node\"`";
@@ -309,7 +308,7 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
     decl
 }
 
-pub(super) fn choice<T: Copy>(part: &Part, what: &str, choices: &[(&str, T)], report: &mut Report) -> Option<T> {
+pub(super) fn choice<T: Copy>(part: &SyntaxValue, what: &str, choices: &[(&str, T)], report: &mut Report) -> Option<T> {
     let Shape::Word(word) = part.shape() else {
         let words: Vec<_> = choices.iter().map(|(word, _)| format!("`{word}`")).collect();
         report.push(mismatch(part, &format!("`{what}`"), &format!("one of {}", words.join(", "))));
@@ -324,8 +323,8 @@ pub(super) fn choice<T: Copy>(part: &Part, what: &str, choices: &[(&str, T)], re
     found
 }
 
-/// Which samples each format can hold.
-fn check_depth(format: Format, depth: Depth, part: &Part, report: &mut Report) {
+/// Checks that a format can hold the samples.
+fn check_depth(format: Format, depth: Depth, part: &SyntaxValue, report: &mut Report) {
     let possible = format.depths();
     if !possible.contains(&depth) {
         let words: Vec<_> = possible.iter().map(|d| format!("`{d}`")).collect();

@@ -1,7 +1,7 @@
-//! `Each`: several instances of a sub-graph, of which one shows at every pixel.
+//! `Each`: several instances of a sub-graph, one of which is visible at each pixel.
 use super::instance::Spread;
 use super::params::ParamValue;
-use super::part::{Entry, Part, Shape};
+use super::part::{Entry, Shape, SyntaxValue};
 use super::ports::{self, Literal};
 use super::read::{self, mismatch, shorten};
 use super::scope::{Entity, Flat, Port, Slot, Target, Unit};
@@ -16,34 +16,32 @@ use petgraph::graph::NodeIndex;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// The word in graph files.
+/// The word used in graph files.
 pub(super) const KIND: &str = "Each";
-/// The fields that `Use` does not have.
-pub(super) const FIELDS: [&str; 2] = ["over", "ids"];
 /// The most instances of one `Each`.
 pub(super) const MOST: usize = 64;
-/// The parameter that tells instances apart in what is written for them.
+/// The parameter that receives the number of an instance.
 pub(super) const INDEX: &str = "index";
 
 /// An `Each`.
 pub(super) struct Chooser {
     /// The instances.
     pub(super) children: Vec<usize>,
-    /// Where it is written, and in which scope.
-    kind: Part,
+    /// Place of the word `Each`, and its scope.
+    kind: SyntaxValue,
     scope: usize,
     name: String,
-    /// What tells which instance shows.
-    ids: Part,
+    /// The ids that select the visible instance.
+    ids: SyntaxValue,
 }
 
-/// The value of the parameter that tells instances apart.
-fn number_value(index: usize, kind: &Part) -> ParamValue {
+/// The value of the parameter `index`.
+fn number_value(index: usize, kind: &SyntaxValue) -> ParamValue {
     let (text, meaning) = (index.to_string(), Some(Meaning::Known(Number::Number(index as f64))));
     ParamValue { text, meaning, is_text: false, span: kind.span(), outside: false, base: None }
 }
 
-/// The node that shows one of several values of a type, and its kind.
+/// The node that selects one of several values of a type, and its kind.
 pub(super) fn node(registry: &Registry, ty: Type, slots: usize) -> Option<(String, Arc<dyn DynNode>)> {
     let inputs = (1..u32::try_from(slots).ok()?).collect();
     let args = [("ids", Arg::Slot(0)), ("inputs", Arg::Slots(inputs))];
@@ -53,7 +51,13 @@ pub(super) fn node(registry: &Registry, ty: Type, slots: usize) -> Option<(Strin
 
 impl Unit<'_> {
     /// Declares the instances of an `Each`.
-    pub(super) fn declare_each(&mut self, scope: usize, name: &str, kind: &Part, args: &[Entry]) -> Option<Entity> {
+    pub(super) fn declare_each(
+        &mut self,
+        scope: usize,
+        name: &str,
+        kind: &SyntaxValue,
+        args: &[Entry],
+    ) -> Option<Entity> {
         let over = self.over(scope, kind, args);
         let Some(ids) = read::get(args, "ids").cloned() else {
             let help = "write `ids: \"node.ids\"`, numbers that name the pieces";
@@ -74,7 +78,7 @@ impl Unit<'_> {
         Some(Entity::Each(number))
     }
 
-    fn over(&mut self, scope: usize, kind: &Part, args: &[Entry]) -> Option<usize> {
+    fn over(&mut self, scope: usize, kind: &SyntaxValue, args: &[Entry]) -> Option<usize> {
         let Some(part) = read::get(args, "over") else {
             let help = "write `over: 4`, the number of instances";
             self.report.push(kind.error(Code::MissingInput, "`Each` has no `over`").help(help));
@@ -90,7 +94,7 @@ impl Unit<'_> {
         found
     }
 
-    /// The node that chooses among the values of an output, made when it is first needed.
+    /// The node that selects among the values of an output; created on first use.
     pub(super) fn chosen(&mut self, chooser: usize, output: Option<&str>) -> Option<usize> {
         let found = &self.choosers[chooser];
         let first = self.docs[self.scopes[*found.children.first()?].doc].document.outputs.first();
@@ -107,7 +111,7 @@ impl Unit<'_> {
         Some(flat)
     }
 
-    /// Finds what a node that chooses reads: the ids, and the output of every instance.
+    /// Resolves the inputs of a selecting node: the ids, and the output of every instance.
     pub(super) fn resolve_chosen(&mut self, flat: usize, chooser: usize, output: &str) {
         let docs = self.docs;
         let scope = self.flats[flat].scope;
@@ -139,7 +143,7 @@ impl Unit<'_> {
         }
     }
 
-    /// All `Each` as uses of their sub-graphs, with the outputs that somebody reads.
+    /// All `Each` nodes as uses of their sub-graphs, with the outputs that are read.
     pub(super) fn eaches(&self) -> Vec<GraphUse> {
         let mut uses = Vec::new();
         for (number, found) in self.choosers.iter().enumerate() {

@@ -1,19 +1,19 @@
-//! Errors of `serde` and `ron` about a parameter, in words of users and at the part that is wrong.
-use super::part::{Part, Shape};
+//! Rewrites errors of `serde` and `ron` about a parameter for users, and places them at the faulty part.
+use super::part::{Shape, SyntaxValue};
 use super::read::{lower_first, offset, shorten, without_b};
 use super::remedy::color_meant;
 use crate::diagnostics::{Code, Diagnostic, suggest};
-use crate::node::{BuildError, KindInfo, ParamInfo, ParamType, Written};
+use crate::node::{BuildError, KindInfo, ParamForm, ParamInfo, ParamType};
 
-/// Numbers of this size and more are whole, and too large for a count however they are written.
+/// Numbers of at least this size are whole, and too large for a count in any notation.
 const WHOLE: f64 = 1.84e19;
 
 /// An error of `serde` or `ron` about a parameter, at its place.
-pub(super) fn explain(info: &KindInfo, name: &str, part: &Part, error: &BuildError) -> Diagnostic {
+pub(super) fn explain(info: &KindInfo, name: &str, part: &SyntaxValue, error: &BuildError) -> Diagnostic {
     let Some(ron) = &error.ron else { return part.error(Code::TypeMismatch, format!("{name}: {}", error.message)) };
     let param = info.params().find(|(field, _)| field.name == name).map(|(_, param)| param);
     let at = offset(part.str(), ron.span.end);
-    let word_before = |accept: &dyn Fn(&Part) -> bool| {
+    let word_before = |accept: &dyn Fn(&SyntaxValue) -> bool| {
         let before = part.words().filter(|(_, word)| part.offset(&word.tokens()[0]) <= at);
         before.map(|(_, word)| word).filter(|word| accept(word)).last()
     };
@@ -39,7 +39,7 @@ pub(super) fn explain(info: &KindInfo, name: &str, part: &Part, error: &BuildErr
             place.error(Code::OutOfRange, message)
         }
         _ => {
-            let any = Written::Any;
+            let any = ParamForm::Any;
             let form = param.map_or(&any, |param| &param.form);
             let (place, form) = if single { (part.clone(), form) } else { element(part, form, at) };
             if place.tokens().len() == part.tokens().len() {
@@ -51,16 +51,16 @@ pub(super) fn explain(info: &KindInfo, name: &str, part: &Part, error: &BuildErr
 }
 
 /// The element of a list or tuple that byte `at` lies in, with its form; the whole value if there is none.
-fn element<'w>(part: &Part, form: &'w Written, at: usize) -> (Part, &'w Written) {
-    let items: Vec<(Option<String>, Part)> = match (part.shape(), form) {
-        // Brackets of the wrong sort are the mistake.
-        (Shape::Tuple(_), Written::List(_)) => Vec::new(),
+fn element<'w>(part: &SyntaxValue, form: &'w ParamForm, at: usize) -> (SyntaxValue, &'w ParamForm) {
+    let items: Vec<(Option<String>, SyntaxValue)> = match (part.shape(), form) {
+        // The wrong kind of brackets is the mistake itself.
+        (Shape::Tuple(_), ParamForm::List(_)) => Vec::new(),
         (Shape::List(items) | Shape::Tuple(items), _) => items.into_iter().map(|item| (None, item)).collect(),
         (Shape::Named(entries), _) => entries.into_iter().map(|entry| (Some(entry.name), entry.value)).collect(),
         (Shape::Call, _) => part.head().and_then(|(_, body)| body).into_iter().map(|body| (None, body)).collect(),
         _ => Vec::new(),
     };
-    let holds = |item: &Part| {
+    let holds = |item: &SyntaxValue| {
         let start = item.tokens().first().map_or(0, |first| part.offset(first));
         start <= at && at <= start + item.str().len()
     };
@@ -77,21 +77,21 @@ fn element<'w>(part: &Part, form: &'w Written, at: usize) -> (Part, &'w Written)
 }
 
 /// The error for a part of a value.
-fn wrong_part(name: &str, form: &Written, place: &Part, said: &str) -> Diagnostic {
-    if let Written::Plain(ty) = form {
+fn wrong_part(name: &str, form: &ParamForm, place: &SyntaxValue, said: &str) -> Diagnostic {
+    if let ParamForm::Plain(ty) = form {
         return wrong_type(name, Some(&ParamInfo { ty: *ty, ..ParamInfo::default() }), place, said);
     }
     let (found, written) = (place.shape().describe(), shorten(place.str()));
     match form {
-        Written::Any => wrong_type(name, None, place, said),
+        ParamForm::Any => wrong_type(name, None, place, said),
         _ => place.error(Code::TypeMismatch, format!("each value of {name} must be {form}; found {found} `{written}`")),
     }
 }
 
-fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -> Diagnostic {
+fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &SyntaxValue, said: &str) -> Diagnostic {
     let shape = place.shape();
     if let Some(param) = param.filter(|param| !param.choices.is_empty()) {
-        // Where choices have arguments, serde does not always report an unknown word as unknown.
+        // For choices with arguments, serde does not always report an unknown word as unknown.
         if let Some((head, _)) = place.head() {
             let names: Vec<_> = param.choices.iter().map(|choice| choice.name.as_str()).collect();
             if !names.contains(&head.str()) {
@@ -141,7 +141,7 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
     {
         return error.help(format!("write `{number}`, without quotes and unit"));
     }
-    // The message of the parser helps only where a value has parts.
+    // The parser's message helps only for values with several parts.
     match ty {
         ParamType::Number
         | ParamType::Integer
@@ -157,7 +157,7 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &Part, said: &str) -
 fn leading_number(text: &str) -> Option<&str> {
     let text = text.trim();
     let end = text.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-' | '+'))).unwrap_or(text.len());
-    // A unit has no digits, `0xff` is none.
+    // A unit has no digits; `0xff` has no unit.
     if text[end..].contains(|c: char| c.is_ascii_digit()) || text[end..].starts_with('x') {
         return None;
     }

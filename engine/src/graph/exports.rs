@@ -1,38 +1,24 @@
 //! Outputs for other programs, as written and as checked.
 use super::document::{OutputDecl, choice};
-use super::part::{Entry, Part, Shape};
+use super::part::{Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::remedy::write_luminance;
 use super::report::Report;
 use super::scope::{Target, Unit};
 use crate::diagnostics::Code;
-use crate::export::{Colors, Program, Shading, SimpleShape};
+use crate::export::{Chosen, Colors, ExportTarget, FieldDecl, OptionValue, Options, SimpleShape, Takes};
 use crate::graph::{Export, ExportMesh};
 use crate::value::{Atlas, Carried, Type};
 use petgraph::graph::NodeIndex;
 
-/// The words for outputs of other programs.
-pub(super) const KINDS: [&str; 6] = ["Gltf", "Obj", "MaterialX", "Usd", "Preset", "Pack"];
-
-/// The colours of a packed picture, as fields.
-const COLORS: [&str; 4] = ["r", "g", "b", "a"];
-
-/// What is written instead of pictures, as written.
+/// The export of an output, as written.
 #[derive(Debug)]
-pub(super) enum ExportDecl {
-    Gltf {
-        embed: bool,
-        colors: Colors,
-    },
-    Obj(Colors),
-    MaterialX(Shading),
-    Usd {
-        packed: bool,
-        colors: Colors,
-    },
-    Preset(Program),
-    /// The references to its fields.
-    Pack([Option<Part>; 4]),
+pub(super) struct ExportDecl {
+    target: Chosen,
+    /// False after an error in an option.
+    good: bool,
+    /// The references to single fields, by the names of the target's fields.
+    fields: Vec<(&'static str, SyntaxValue)>,
 }
 
 /// The mesh of an exported file, as written.
@@ -41,166 +27,127 @@ pub(super) enum MeshDecl {
     /// A shape that needs no mesh.
     Simple(SimpleShape),
     /// A reference to an atlas.
-    Node(Part),
+    Node(SyntaxValue),
 }
 
-/// Reads `Gltf(material: "node", mesh: "atlas")` and the others.
-pub(super) fn read(decl: &mut OutputDecl, word: &Part, body: &Part, report: &mut Report) {
-    let kind = word.str();
-    let known: &[&str] = match kind {
-        "Gltf" => &["material", "mesh", "embed", "colors", "quality"],
-        "Usd" => &["material", "mesh", "packed", "colors", "quality"],
-        "Obj" => &["material", "mesh", "colors", "quality"],
-        "MaterialX" => &["material", "shading"],
-        "Preset" => &["material", "target"],
-        _ => &COLORS,
-    };
-    let Some(fields) = read::fields(body, &format!("`{kind}`"), known, report) else { return };
-    if kind == "Pack" {
-        let mut given =
-            |color| read::get(&fields, color).filter(|part| read::text(part, color, report).is_some()).cloned();
-        let given = COLORS.map(&mut given);
-        decl.from = given.iter().flatten().next().cloned();
-        if fields.is_empty() {
-            let help = "write `r: \"node\"`, `g`, `b` and `a`, all or some of them";
-            report.push(word.error(Code::MissingInput, "`Pack` has no field").help(help));
-        }
-        decl.export = Some(ExportDecl::Pack(given));
-        return;
-    }
-    decl.from = read::get(&fields, "material").filter(|from| read::text(from, "material", report).is_some()).cloned();
-    if read::get(&fields, "material").is_none() {
-        let help = "write `material: \"node\"`";
-        report.push(word.error(Code::MissingInput, format!("`{kind}` has no `material`")).help(help));
-    }
-    decl.export = match kind {
-        "Gltf" => {
-            let embed = truth(&fields, "embed", true, report);
-            Some(ExportDecl::Gltf { embed, colors: colors(&fields, report) })
-        }
-        "Obj" => Some(ExportDecl::Obj(colors(&fields, report))),
-        "Usd" => {
-            let packed = truth(&fields, "packed", false, report);
-            Some(ExportDecl::Usd { packed, colors: colors(&fields, report) })
-        }
-        "MaterialX" => {
-            let shading = read::get(&fields, "shading");
-            let shading =
-                shading.map_or(Some(Shading::default()), |part| choice(part, "shading", &Shading::ALL, report));
-            shading.map(ExportDecl::MaterialX)
-        }
-        _ => match read::get(&fields, "target") {
-            Some(part) => choice(part, "target", &Program::ALL, report).map(ExportDecl::Preset),
-            None => {
-                let names: Vec<&str> = Program::ALL.iter().map(|(name, _)| *name).collect();
-                let help = format!("write `target: Blender`; targets are {}", names.join(", "));
-                report.push(word.error(Code::MissingInput, "`Preset` has no `target`").help(help));
-                None
-            }
-        },
-    };
-    // What follows from an error is not told.
-    if decl.export.is_none() {
-        decl.from = None;
-    }
-    if matches!(kind, "Gltf" | "Obj" | "Usd") {
-        decl.mesh = Some(MeshDecl::Simple(SimpleShape::Plane));
-        if let Some(mesh) = read::get(&fields, "mesh") {
-            match mesh.shape() {
-                Shape::Text(_) => decl.mesh = Some(MeshDecl::Node(mesh.clone())),
-                Shape::Word(_) => {
-                    decl.mesh = choice(mesh, "mesh", &SimpleShape::ALL, report).map(MeshDecl::Simple);
+/// Reads an export such as `Gltf(material: "node", mesh: "atlas")`.
+pub(super) fn read(
+    decl: &mut OutputDecl,
+    word: &SyntaxValue,
+    target: &'static dyn ExportTarget,
+    body: &SyntaxValue,
+    report: &mut Report,
+) {
+    let (kind, declared) = (target.info().name, target.info().fields);
+    let Some(fields) = read::fields(body, &format!("`{kind}`"), declared, report) else { return };
+    let (mut options, mut sources, mut good) = (Vec::new(), Vec::new(), true);
+    decl.mesh = target.info().has_mesh().then_some(MeshDecl::Simple(SimpleShape::Plane));
+    for FieldDecl { name, takes, .. } in declared {
+        let part = read::get(&fields, name);
+        match (takes, part) {
+            (Takes::Material | Takes::Gray, Some(part)) => {
+                let Some(_) = read::text(part, name, report) else { continue };
+                decl.from.get_or_insert_with(|| part.clone());
+                if let Takes::Gray = takes {
+                    sources.push((*name, part.clone()));
                 }
-                _ => report.push(mismatch(
-                    mesh,
-                    "`mesh`",
-                    "`Plane`, `Sphere`, `Cylinder`, `Cube` or an atlas: `mesh: \"atlas\"`",
-                )),
             }
+            (Takes::Mesh, Some(part)) => decl.mesh = mesh(part, report),
+            (Takes::Material, None) => missing(word, name, "write `material: \"node\"`", report),
+            (Takes::Word(words), None) => {
+                let (first, all) = (words().first().copied().unwrap_or_default(), words().join(", "));
+                missing(word, name, &format!("write `{name}: {first}`; the choices are {all}"), report);
+                good = false;
+            }
+            (_, Some(part)) => match option(part, name, *takes, report) {
+                Some(value) => options.push((*name, value)),
+                None => good = false,
+            },
+            (_, None) => {}
+        }
+    }
+    if fields.is_empty() && declared.iter().all(|field| matches!(field.takes, Takes::Gray)) {
+        let known: Vec<&str> = declared.iter().map(|field| field.name).collect();
+        let help = format!("write `{}: \"node\"`; fields are {}", known[0], known.join(", "));
+        report.push(word.error(Code::MissingInput, format!("`{kind}` has no field")).help(help));
+    }
+    let options = Options::new(declared, &options);
+    if let (Some(part), Colors::Png) = (read::get(&fields, "quality"), options.colors()) {
+        let error = part.error(Code::BadValue, "`quality` is that of JPEG, and `colors` are PNG");
+        report.push(error.help("write `colors: Jpeg`, or leave `quality` out"));
+    }
+    decl.export = Some(ExportDecl { target: Chosen { target, options }, good, fields: sources });
+}
+
+/// Reports that a field of `word` is not written.
+fn missing(word: &SyntaxValue, field: &str, help: &str, report: &mut Report) {
+    report.push(word.error(Code::MissingInput, format!("`{}` has no `{field}`", word.str())).help(help));
+}
+
+/// The value of an option; reports errors.
+fn option(part: &SyntaxValue, name: &str, takes: Takes, report: &mut Report) -> Option<OptionValue> {
+    match takes {
+        Takes::Quality => {
+            let given = if let Shape::Number(given) = part.shape() { given } else { f64::NAN };
+            let near = |whole: &u8| (given - f64::from(*whole)).abs() <= 0.5 && (1.0..=100.0).contains(&given);
+            let whole = (1..=100).find(near);
+            if whole.is_none() {
+                report.push(mismatch(part, &format!("`{name}`"), "a number from 1 to 100"));
+            }
+            whole.map(OptionValue::Quality)
+        }
+        Takes::Truth(_) => choice(part, name, &[("true", true), ("false", false)], report).map(OptionValue::Truth),
+        _ => {
+            let words: Vec<_> = takes.words().into_iter().map(|word| (word, word)).collect();
+            choice(part, name, &words, report).map(OptionValue::Word)
         }
     }
 }
 
-/// A field that is `true` or `false`.
-fn truth(fields: &[Entry], name: &str, default: bool, report: &mut Report) -> bool {
-    let words = [("true", true), ("false", false)];
-    read::get(fields, name).and_then(|part| choice(part, name, &words, report)).unwrap_or(default)
-}
-
-/// `colors: Jpeg, quality: 90`.
-fn colors(fields: &[Entry], report: &mut Report) -> Colors {
-    let jpeg = read::get(fields, "colors").and_then(|part| choice(part, "colors", &Colors::ALL, report));
-    let jpeg = jpeg.unwrap_or_default();
-    let mut quality = Colors::QUALITY;
-    if let Some(part) = read::get(fields, "quality") {
-        let given = if let Shape::Number(given) = part.shape() { given } else { f64::NAN };
-        match (1..=100)
-            .find(|whole| (given - f64::from(*whole)).abs() <= 0.5)
-            .filter(|_| (1.0..=100.0).contains(&given))
-        {
-            Some(whole) => quality = whole,
-            None => report.push(mismatch(part, "`quality`", "a number from 1 to 100")),
-        }
-        if !jpeg {
-            let error = part.error(Code::BadValue, "`quality` is that of JPEG, and `colors` are PNG");
-            report.push(error.help("write `colors: Jpeg`, or leave `quality` out"));
-        }
-    }
-    if jpeg { Colors::Jpeg(quality) } else { Colors::Png }
-}
-
-impl ExportDecl {
-    /// The word for it.
-    fn kind(&self) -> &'static str {
-        match self {
-            Self::Gltf { .. } => "Gltf",
-            Self::Obj(_) => "Obj",
-            Self::MaterialX(_) => "MaterialX",
-            Self::Usd { .. } => "Usd",
-            Self::Preset(_) => "Preset",
-            Self::Pack(_) => "Pack",
+/// The mesh of an export; `None` after an error.
+fn mesh(part: &SyntaxValue, report: &mut Report) -> Option<MeshDecl> {
+    match part.shape() {
+        Shape::Text(_) => Some(MeshDecl::Node(part.clone())),
+        Shape::Word(_) => choice(part, "mesh", &SimpleShape::ALL, report).map(MeshDecl::Simple),
+        _ => {
+            let wanted = "`Plane`, `Sphere`, `Cylinder`, `Cube` or an atlas: `mesh: \"atlas\"`";
+            report.push(mismatch(part, "`mesh`", wanted));
+            None
         }
     }
 }
 
 impl Unit<'_> {
-    /// What an output of type `ty` is written as, if not as pictures; an error is reported.
-    pub(super) fn export(&mut self, decl: &OutputDecl, from: &Part, ty: Type) -> Result<Option<Export>, ()> {
+    /// The export of an output of type `ty`, if any; reports errors.
+    pub(super) fn export(&mut self, decl: &OutputDecl, from: &SyntaxValue, ty: Type) -> Result<Option<Export>, ()> {
         let Some(export) = &decl.export else { return Ok(None) };
-        if let ExportDecl::Pack(parts) = export {
-            let mut fields = [None; 4];
-            for (field, part) in fields.iter_mut().zip(parts) {
-                *field = part.as_ref().map(|part| self.packed(part)).transpose()?;
-            }
-            return Ok(Some(Export::Pack(fields)));
+        let kind = export.target.target.info().name;
+        let mut fields = Vec::new();
+        for (name, part) in &export.fields {
+            fields.push((*name, self.packed(kind, part)?));
         }
-        if ty != Type::Material {
-            let kind = export.kind();
+        if fields.is_empty() && ty != Type::Material {
             let message = format!("`{kind}` takes a material; `{}` is {ty}", shorten(from.str().trim_matches('"')));
             let help = "connect a `Material`, which names the fields that are its channels";
             self.report.push(from.error(Code::TypeMismatch, message).help(help));
             return Err(());
         }
-        Ok(Some(match export {
-            ExportDecl::Obj(colors) => Export::Obj(*colors),
-            ExportDecl::MaterialX(shading) => Export::MaterialX(*shading),
-            ExportDecl::Usd { packed, colors } => Export::Usd { packed: *packed, colors: *colors },
-            ExportDecl::Preset(program) => Export::Preset(*program),
-            ExportDecl::Gltf { embed, colors } => Export::Gltf { embed: *embed, colors: *colors },
-            ExportDecl::Pack(_) => return Err(()),
-        }))
+        if !export.good {
+            return Err(());
+        }
+        Ok(Some(Export { target: export.target.clone(), fields }))
     }
 
     /// A grey field of a packed picture.
-    fn packed(&mut self, part: &Part) -> Result<(NodeIndex, usize), ()> {
+    fn packed(&mut self, kind: &str, part: &SyntaxValue) -> Result<(NodeIndex, usize), ()> {
         let help = |ty| match ty {
             Type::Rgb => format!("{} as a node of its own, and name that", write_luminance(&shorten(part.str()))),
             _ => "take it apart with `SplitChannels`, or use an output that is Gray".to_owned(),
         };
-        self.node_of(part, Type::Gray, "`Pack` takes fields of one number each", help)
+        self.node_of(part, Type::Gray, &format!("`{kind}` takes fields of one number each"), help)
     }
 
-    /// The mesh of a `Gltf`, an `Obj` or a `Usd`, if the output is one; an error is reported.
+    /// The mesh of an output for another program; reports errors.
     pub(super) fn export_mesh(&mut self, decl: &OutputDecl) -> Result<Option<ExportMesh>, ()> {
         let Some(mesh) = &decl.mesh else { return Ok(None) };
         let part = match mesh {
@@ -212,11 +159,11 @@ impl Unit<'_> {
         Ok(Some(ExportMesh::Atlas { node, output }))
     }
 
-    /// The node and its output that a reference means, which must be of a type; an error is reported, with the help for the
-    /// type that it has.
+    /// The node and output that a reference means; they must have the type `wanted`. Reports an error otherwise, with
+    /// the help for the actual type.
     fn node_of(
         &mut self,
-        part: &Part,
+        part: &SyntaxValue,
         wanted: Type,
         rule: &str,
         help: impl FnOnce(Type) -> String,

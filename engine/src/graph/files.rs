@@ -1,4 +1,4 @@
-//! Reading graph files and what they import.
+//! Reads graph files and their imports.
 use super::document::Document;
 use super::imports;
 use super::part::{Entry, Src};
@@ -18,13 +18,13 @@ use std::sync::Arc;
 pub(super) struct Doc {
     /// Its path.
     pub(super) path: PathBuf,
-    /// What it says.
+    /// The content of the file.
     pub(super) document: Document,
-    /// For each import, the file it means; `None` after an error.
+    /// For each import, the index of its file; `None` after an error.
     pub(super) imports: Vec<Option<usize>>,
-    /// Whether the text is that of a graph, but for mistakes here and there.
+    /// The text is a graph, possibly with a few mistakes.
     pub(super) readable: bool,
-    /// Whether the text is RON.
+    /// The text is valid RON.
     pub(super) sound: bool,
 }
 
@@ -35,14 +35,14 @@ impl Doc {
     }
 }
 
-/// What is wrong with the files of nodes. A picture that is used in many places is checked once.
+/// Checks of the files that nodes read. A picture used in many places is checked once.
 #[derive(Default)]
 pub(super) struct FileChecks {
     known: BTreeMap<(String, Vec<u8>, Vec<PathBuf>), Vec<Problem>>,
 }
 
 impl FileChecks {
-    /// What is wrong with the files of a node of this kind.
+    /// The problems with the files of a node of this kind.
     pub(super) fn of(&mut self, kind: &str, node: &dyn DynNode, files: &[(&'static str, PathBuf)]) -> &[Problem] {
         let paths = files.iter().map(|(_, path)| path.clone()).collect();
         let known = self.known.entry((kind.to_owned(), node.canonical(), paths));
@@ -50,27 +50,27 @@ impl FileChecks {
     }
 }
 
-/// All graph files of a run. An imported file comes before those that import it.
+/// All graph files of a run. An imported file precedes the files that import it.
 pub(super) struct Files<'a> {
     pub(super) limits: &'a Limits,
     pub(super) sources: SourceMap,
     pub(super) report: Report,
     pub(super) docs: Vec<Doc>,
-    /// Everything looked at.
+    /// All paths that were looked at.
     pub(super) looked_at: Vec<PathBuf>,
     pub(super) file_checks: FileChecks,
     /// The graphs that can be imported by name.
     library: Option<&'a dyn Library>,
-    /// Texts that count instead of those of files.
+    /// Texts that replace the content of files.
     overlay: BTreeMap<PathBuf, Arc<str>>,
-    /// Further folders of imports.
+    /// Additional folders for imports.
     paths: Vec<PathBuf>,
-    /// The number of each file; `None` while its imports are being read.
+    /// The index of each file; `None` while its imports are being read.
     by_path: BTreeMap<PathBuf, Option<usize>>,
 }
 
 impl<'a> Files<'a> {
-    /// No files yet.
+    /// Starts without files.
     pub(super) fn new(options: &'a LoadOptions, library: Option<&'a dyn Library>) -> Self {
         Self {
             limits: &options.limits,
@@ -86,7 +86,7 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// Reads the main file and all that it imports; `text` replaces the content of the file, if it is given.
+    /// Reads the main file and all its imports; `text` replaces the content of the file, if given.
     pub(super) fn read_main(&mut self, path: &Path, text: Option<String>) -> Option<usize> {
         let named = path.to_str().and_then(|path| path.strip_prefix(imports::LIBRARY));
         let of_library = named.and_then(|name| imports::in_library(name, self.library));
@@ -105,7 +105,7 @@ impl<'a> Files<'a> {
         };
         let identity = identity(path);
         self.by_path.insert(identity.clone(), None);
-        // The graph itself is the first of the texts.
+        // The main graph must be the first text.
         let file = self.sources.add(path, text.clone());
         self.paths.extend(imports::search_paths(path, &mut self.looked_at, &mut self.sources, &mut self.report));
         let doc = self.read_document(path, (file, text.into()), 0);
@@ -113,7 +113,7 @@ impl<'a> Files<'a> {
         Some(doc)
     }
 
-    /// The text that counts instead of that of a file.
+    /// The text that replaces the content of a file.
     fn laid_over(&self, path: &Path) -> Option<&Arc<str>> {
         (!self.overlay.is_empty()).then(|| self.overlay.get(&identity(path))).flatten()
     }
@@ -142,7 +142,7 @@ impl<'a> Files<'a> {
         errors.iter().for_each(|error| self.report.push(error.located(file)));
         self.report.spare(file, src.tree());
         doc.sound = errors.is_empty();
-        // What is something else but broken was perhaps a graph before.
+        // A broken text without parentheses may be an unfinished graph: do not report its form.
         let is_graph = src.tree().value().is_some_and(|value| value.kind() == NodeKind::Parens);
         if let Some(whole) = src.whole().filter(|_| doc.sound || is_graph) {
             doc.readable = true;
@@ -195,7 +195,7 @@ impl<'a> Files<'a> {
         Some(imported)
     }
 
-    /// The file that the import `name` means.
+    /// The file that the import `name` refers to.
     fn path_of(&mut self, doc: &Doc, entry: &Entry, name: &str) -> Option<PathBuf> {
         if let Some(name) = name.strip_prefix(imports::LIBRARY) {
             let found = imports::in_library(name, self.library);
@@ -216,17 +216,17 @@ impl<'a> Files<'a> {
     }
 }
 
-/// The same for all paths of one file. The file need not exist, its folder should.
+/// A canonical path, equal for all paths to one file. The file need not exist, but its folder should.
 fn identity(path: &Path) -> PathBuf {
     let beside = || Some(path.parent()?.canonicalize().ok()?.join(path.file_name()?));
     path.canonicalize().ok().or_else(beside).unwrap_or_else(|| path.to_owned())
 }
 
-/// Why a file cannot be used.
+/// Reason why a file cannot be used.
 pub(super) struct Fault {
     pub(super) code: Code,
     pub(super) message: String,
-    /// What could be read before the fault.
+    /// The text before the fault.
     prefix: String,
 }
 
@@ -244,7 +244,7 @@ impl Fault {
     }
 }
 
-/// Opens a file that can be read. Anything but a regular file is not opened, since opening a pipe could block forever.
+/// Opens a readable file. Only regular files are opened, since opening a pipe could block forever.
 pub(super) fn check_file(path: &Path) -> Result<std::fs::File, Fault> {
     let shown = path.display();
     let explain = |error: std::io::Error| match error.kind() {
@@ -263,7 +263,7 @@ pub(super) fn check_file(path: &Path) -> Result<std::fs::File, Fault> {
     std::fs::File::open(path).map_err(explain)
 }
 
-/// Reads a text that is not too long.
+/// Reads a text of limited length.
 pub(super) fn read_text(path: &Path, limit: u64) -> Result<String, Fault> {
     let file = check_file(path)?;
     let shown = path.display();

@@ -1,27 +1,27 @@
-//! Finds the files of imports: beside the graph, in a folder that the caller or `shibo.toml` names, or among the graphs that the program
-//! brings along.
+//! Finds imported files: beside the graph, in a folder named by the caller or by `shibo.toml`, or in the library that
+//! comes with the program.
 use super::files::{Fault, read_text};
 use super::report::Report;
 use crate::diagnostics::{Code, Diagnostic, SourceMap, Span};
 use crate::registry::Library;
 use std::path::{Component, Path, PathBuf};
 
-/// What begins the path of a graph of the library.
+/// Prefix of the path of a library graph.
 pub(super) const LIBRARY: &str = "shibo:";
-/// The file in the folder of a graph, or in the nearest one above it, that says where else imports are looked for.
+/// Settings file in the folder of a graph, or in the nearest folder above; names more folders for imports.
 const SETTINGS: &str = "shibo.toml";
-/// The largest such file in bytes.
+/// Maximum size of the settings file in bytes.
 const MOST: u64 = 1 << 20;
 
-/// Where an import was found, or the first place where it should be.
+/// The place of an import, or the first place where it should be.
 pub(super) struct Found {
-    /// The path; that of a graph of the library begins with [`LIBRARY`].
+    /// The path; for a library graph it begins with [`LIBRARY`].
     pub(super) path: PathBuf,
-    /// The files that were looked for before it.
+    /// The files that were tried before.
     pub(super) missing: Vec<PathBuf>,
 }
 
-/// The path of a file within the library, if it is one of the library: without `.` and `..`.
+/// The path of a file within the library, without `.` and `..`; `None` for other files.
 pub(super) fn within(path: &Path) -> Option<String> {
     let mut parts = path.components();
     if parts.next()?.as_os_str() != LIBRARY {
@@ -38,22 +38,22 @@ pub(super) fn within(path: &Path) -> Option<String> {
     Some(inside.join("/"))
 }
 
-/// The path of a file of the library.
+/// The full path of a library file.
 fn library_path(inside: &str) -> PathBuf {
     Path::new(LIBRARY).join(inside)
 }
 
-/// The graph `name` of the library.
+/// The library graph `name`.
 pub(super) fn in_library(name: &str, library: Option<&dyn Library>) -> Option<PathBuf> {
     let name = name.trim_start_matches('/');
     library?.find(name.strip_suffix(".ron").unwrap_or(name)).map(|path| library_path(&path))
 }
 
-/// Whether there is a file.
+/// Returns true if a file exists.
 type IsFile<'a> = &'a dyn Fn(&Path) -> bool;
 
-/// Finds what the import `name` in a graph of `folder` means; `paths` are the further folders to look in, and `is_file` tells
-/// what is there. The extension may be left out.
+/// Finds the import `name` of a graph in `folder`; `paths` are additional folders, and `is_file` checks for files. The
+/// extension may be left out.
 pub(super) fn find(
     name: &str,
     folder: &Path,
@@ -78,13 +78,13 @@ pub(super) fn find(
             missing.push(path);
         }
     }
-    // What is there but is no file is said of the name as it is written.
+    // Errors such as "is a folder" are reported for the name as written.
     Found { path: missing.first().cloned().unwrap_or_default(), missing }
 }
 
-/// The path of the graph that the import `name` means in the graph file `from`, which is the one that is rendered; that of a graph of
-/// the library begins with `shibo:`. `further` are folders to look in besides those of `shibo.toml`. `None` if there is no such file;
-/// those that are `open` in an editor need not be saved.
+/// The path of the import `name` in the graph file `from`, which is the graph being rendered; for a library graph it
+/// begins with `shibo:`. `further` are additional folders besides those of `shibo.toml`. `None` if there is no such
+/// file; files that are `open` in an editor need not be saved.
 pub fn import_path(
     from: &Path,
     name: &str,
@@ -105,7 +105,7 @@ pub fn import_path(
     exists.then_some(found)
 }
 
-/// What to do about an import that is not there.
+/// The help for a missing import.
 pub(super) fn help(name: &str, searched: &[PathBuf], library: Option<&dyn Library>) -> String {
     let stem = Path::new(name).file_stem().map_or(String::new(), |stem| stem.to_string_lossy().into_owned());
     if library.is_some_and(|library| library.find(&stem).is_some()) {
@@ -120,7 +120,7 @@ pub(super) fn help(name: &str, searched: &[PathBuf], library: Option<&dyn Librar
     }
 }
 
-/// Where the settings of a graph in `folder` may be: there, and in the folders above it, the nearest first.
+/// The possible places of the settings of a graph in `folder`: this folder and the folders above, nearest first.
 fn places(folder: &Path) -> Vec<PathBuf> {
     let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let mut whole = PathBuf::new();
@@ -134,8 +134,8 @@ fn places(folder: &Path) -> Vec<PathBuf> {
     std::iter::once(folder.to_path_buf()).chain(above).map(|folder| folder.join(SETTINGS)).collect()
 }
 
-/// The folders that the nearest `shibo.toml` names for imports: `[imports]`, `paths = ["…"]`. It is looked for in the folder of the
-/// graph and then upwards. Paths in it are relative to it.
+/// The import folders named in the nearest `shibo.toml`: `[imports]`, `paths = ["…"]`. The search begins in the folder
+/// of the graph and goes upwards. Paths in the file are relative to it.
 pub(super) fn search_paths(
     graph: &Path,
     looked_at: &mut Vec<PathBuf>,
@@ -147,7 +147,7 @@ pub(super) fn search_paths(
         return Vec::new();
     }
     let exists = |path: &PathBuf| {
-        // One that is nearer could be made.
+        // Also record missing files: a nearer one could be created.
         looked_at.push(path.clone());
         path.exists()
     };
@@ -172,10 +172,10 @@ pub(super) fn search_paths(
     }
 }
 
-/// Where something is wrong, in bytes, and what.
+/// The start and end of an error in bytes, and its message.
 type Wrong = (usize, usize, String);
 
-/// Reads the part of TOML that such a file needs: tables, keys, texts and lists of texts.
+/// Reads the subset of TOML needed for settings: tables, keys, texts and lists of texts.
 fn read_settings(text: &str) -> Result<Vec<String>, Wrong> {
     let mut paths = Vec::new();
     let mut table = String::new();
@@ -227,7 +227,7 @@ fn read_settings(text: &str) -> Result<Vec<String>, Wrong> {
     }
 }
 
-/// What follows blanks and comments.
+/// Skips blanks and comments.
 fn skip(mut text: &str) -> &str {
     loop {
         text = text.trim_start();
@@ -238,7 +238,7 @@ fn skip(mut text: &str) -> &str {
     }
 }
 
-/// A text in quotes, and what follows it.
+/// Reads a quoted text; returns it and the rest.
 fn string(text: &str) -> Result<(String, &str), &'static str> {
     if let Some(literal) = text.strip_prefix('\'') {
         let end = literal.find('\'').ok_or("a text has no end")?;
@@ -286,7 +286,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_within_the_library() {
+    fn normalizes_paths_within_the_library() {
         assert_eq!(within(Path::new("shibo:/lib/../pictures/./a.png")), Some("pictures/a.png".into()));
         assert_eq!(within(Path::new("lib/shibo:")), None);
         assert_eq!(within(&library_path("calf.ron")), Some("calf.ron".into()));

@@ -1,7 +1,7 @@
-//! Nodes without a name, written where they are read: `input: Perlin(size: 3)`. Their names follow from the place:
-//! `node.input`, and `node.layers.2` for the second of a list.
+//! Nodes without a name, written where they are read: `input: Perlin(size: 3)`. Their names derive from the place:
+//! `node.input`, and `node.layers.2` for the second item of a list.
 use super::document;
-use super::part::{Entry, Part, Shape};
+use super::part::{Entry, Shape, SyntaxValue};
 use super::ports::{self, Literal};
 use super::scope::{Entity, Port, Unit};
 use crate::diagnostics::Diagnostic;
@@ -9,8 +9,8 @@ use crate::value::Accepts;
 use std::borrow::Cow;
 
 impl Unit<'_> {
-    /// Whether a node is written at `part`.
-    pub(super) fn is_node(&self, part: &Part) -> bool {
+    /// Returns true if a node is written at `part`.
+    pub(super) fn is_node(&self, part: &SyntaxValue) -> bool {
         match part.shape() {
             Shape::Call => true,
             Shape::Word(word) => word == "Use" || self.registry.info(&word).is_some(),
@@ -18,8 +18,8 @@ impl Unit<'_> {
         }
     }
 
-    /// Adds the node that is written at `part`, and all that is written in it later. Its name in its scope is `name`.
-    pub(super) fn add_inline(&mut self, scope: usize, name: &str, part: &Part) {
+    /// Adds the node written at `part`; nodes inside it are added later. `name` is its name in the scope.
+    pub(super) fn add_inline(&mut self, scope: usize, name: &str, part: &SyntaxValue) {
         let entry = Entry { name: name.to_owned(), key: part.clone(), value: part.clone() };
         let decl = document::node(&entry, false, self.report);
         let entity = match &decl.args {
@@ -30,11 +30,11 @@ impl Unit<'_> {
         self.enter(scope);
     }
 
-    /// What is written at a port that was read before: a node, or what [`ports::literal`] says.
+    /// The value at a port whose inline nodes were already added: a node, or the result of [`ports::literal`].
     pub(super) fn written(
         &self,
         scope: usize,
-        part: &Part,
+        part: &SyntaxValue,
         wants: Accepts,
         port: &Port,
     ) -> Result<Literal, Box<Diagnostic>> {

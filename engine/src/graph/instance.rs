@@ -1,9 +1,9 @@
-//! What a `Use` says of its instance besides the values in `with`: a preset, a seed, and how it lies on the canvas.
+//! The settings of an instance in a `Use`, other than `with`: preset, seed, and layout on the canvas.
 use super::convert;
 use super::document::Document;
 use super::files::Doc;
 use super::layout::{Layout, layout};
-use super::part::{Entry, Part, Shape};
+use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, shorten};
 use super::report::Report;
 use super::scope::{Bound, Flat, Port, Slot, Target, Unit};
@@ -15,51 +15,48 @@ use petgraph::graph::NodeIndex;
 use std::borrow::Cow;
 use std::cell::Cell;
 
-/// The fields of `Use`, as they are suggested.
-pub(super) const FIELDS: [&str; 6] = ["graph", "with", "preset", "seed", "canvas", "note"];
-
-/// A value from the command line for a parameter of an instance.
+/// A command-line value for a parameter of an instance.
 pub(super) struct Setting {
-    /// The names of the `Use`s on the way, each with a slash after it, as in [`Scope::prefix`](super::scope::Scope).
+    /// The names of the enclosing `Use`s, each followed by a slash, as in [`Scope::prefix`](super::scope::Scope).
     pub(super) prefix: String,
     /// The parameter.
     pub(super) param: String,
     /// The value as typed.
     pub(super) value: String,
-    /// Where the value stands.
+    /// The place of the value.
     pub(super) span: Span,
-    /// Where the path to the parameter stands.
+    /// The place of the path to the parameter.
     pub(super) path: Span,
-    /// Whether there is such an instance.
+    /// True once an instance used the setting.
     pub(super) used: Cell<bool>,
 }
 
-/// Whether an instance's value of this type can be laid out.
+/// Returns true if an instance's value of this type can be laid out.
 pub(super) fn can_move(ty: Type) -> bool {
     ty == Type::Ids || can_choose(ty)
 }
 
-/// Whether one of several instances' values of this type can be chosen.
+/// Returns true if `Each` can select among values of this type.
 pub(super) fn can_choose(ty: Type) -> bool {
     ty == Type::Material || ty.fits(Accepts::Field)
 }
 
-/// Which of the instances of an `Each` it is.
+/// Identifies an instance of an `Each`.
 #[derive(Clone, Copy)]
 pub(super) struct Spread<'n> {
     /// The name of the `Each`.
     pub(super) name: &'n str,
-    /// The number, from 0.
+    /// Its number, from 0.
     pub(super) index: usize,
 }
 
-/// What a `Use` says of its instance.
+/// The settings of an instance.
 pub(super) struct Instance {
-    /// The names of its presets and where they are written.
-    presets: Option<(Vec<String>, Part)>,
+    /// The names of its presets, and their place.
+    presets: Option<(Vec<String>, SyntaxValue)>,
     /// The canvas of its graph.
     pub(super) canvas: Canvas,
-    /// How it is laid out, unless it lies as the graph does by itself.
+    /// The layout, if it differs from that of the graph itself.
     pub(super) layout: Option<Layout>,
 }
 
@@ -89,7 +86,7 @@ impl Unit<'_> {
         instance
     }
 
-    /// The values of the presets of an instance of `doc`; `name` is that of the import.
+    /// The values of the presets of an instance of `doc`, which is imported as `name`.
     pub(super) fn preset_values(&mut self, instance: &Instance, doc: &Doc, name: &str) -> super::params::Values {
         let mut values = super::params::Values::new();
         let Some((wanted, part)) = &instance.presets else { return values };
@@ -102,7 +99,7 @@ impl Unit<'_> {
                 continue;
             };
             for entry in entries {
-                // The values are checked where the document is linked by itself.
+                // The values are checked when the document is linked by itself.
                 let decl = doc.document.param(&entry.name).flatten();
                 let value = decl.and_then(|decl| decl.value(&entry.value, false, doc.folder(), &mut Report::default()));
                 values.insert(entry.name.clone(), value);
@@ -111,7 +108,7 @@ impl Unit<'_> {
         values
     }
 
-    /// The values that the command line gives to the parameters of the instance `prefix` of `document`.
+    /// The command-line values for the parameters of the instance `prefix` of `document`.
     pub(super) fn settings_of(&mut self, prefix: &str, document: &Document) -> super::params::Values {
         let mut values = super::params::Values::new();
         let settings = self.settings;
@@ -139,7 +136,7 @@ impl Unit<'_> {
         values
     }
 
-    /// Reports values of the command line that reach no instance.
+    /// Reports command-line values that no instance used.
     pub(super) fn check_settings(&mut self) {
         if self.report.errors() > 0 {
             return;
@@ -157,9 +154,9 @@ impl Unit<'_> {
         }
     }
 
-    /// The node that lays out an output of an instance, the first if none is named, if the instance is laid out at all. It
-    /// is made when it is first needed. `from` is what the output is in the scope of the instance.
-    pub(super) fn laid_out(&mut self, child: usize, output: Option<&str>, from: &Part) -> Option<usize> {
+    /// The node that lays out an output of an instance (the first output if none is named), if the instance has a
+    /// layout. Created on first use. `from` is the output's reference in the scope of the instance.
+    pub(super) fn laid_out(&mut self, child: usize, output: Option<&str>, from: &SyntaxValue) -> Option<usize> {
         let layout = self.scopes[child].layout.clone()?;
         let first = self.docs[self.scopes[child].doc].document.outputs.first();
         let output = output.or(first.map(|first| first.name.as_str()))?;
@@ -176,8 +173,8 @@ impl Unit<'_> {
         Some(flat)
     }
 
-    /// The error for a reference, written at `part`, to an output of an instance that cannot be laid out.
-    pub(super) fn check_movable(&self, part: &Part, target: &Target) -> Option<Diagnostic> {
+    /// The error for a reference at `part` to an output of an instance that cannot be laid out.
+    pub(super) fn check_movable(&self, part: &SyntaxValue, target: &Target) -> Option<Diagnostic> {
         let Target::Out { flat, .. } = *target else { return None };
         if self.flats[flat].chooses.is_some() {
             let ty = self.type_of(target).filter(|ty| !can_choose(*ty))?;
@@ -193,7 +190,7 @@ impl Unit<'_> {
         Some(part.error(Code::TypeMismatch, message).help(help).related(layout.part.span(), "it is moved here"))
     }
 
-    /// The uses of sub-graphs with the nodes that their outputs come from.
+    /// The uses of sub-graphs, with the nodes of their outputs.
     pub(super) fn uses(&mut self) -> Vec<GraphUse> {
         let docs = self.docs;
         let made = self.flats.len();
@@ -211,7 +208,7 @@ impl Unit<'_> {
                     }
                     None => Some(self.resolve(child, from, &name).target),
                 };
-                // What is resolved only now may be laid out for nobody.
+                // Omit layout nodes that were created only by this resolution: nothing reads them.
                 if let Some(Target::Out { flat, output: port }) = target.filter(|target| self.is_made(target)) {
                     outputs.push((output.name.clone(), NodeIndex::new(flat), port));
                 }
@@ -228,8 +225,8 @@ impl Unit<'_> {
         matches!(target, Target::Out { flat, .. } if self.flats[*flat].node.is_some())
     }
 
-    /// What stands for an input without a default: a material without channels, unless somebody uses the graph and has
-    /// forgotten to give one.
+    /// The stand-in for an input without a default: a material without channels; missing values of a used graph are
+    /// reported by `check_given`.
     pub(super) fn without_default(&mut self, scope: usize, input: &super::document::InputDecl) -> Bound {
         let name = format!("{}{}", self.scopes[scope].prefix, input.name);
         Bound::Pass(self.add_flat(Flat::new(
@@ -242,8 +239,8 @@ impl Unit<'_> {
         )))
     }
 
-    /// Reports the material inputs of an instance that are given nothing and have no default.
-    pub(super) fn check_given(&mut self, child: usize, kind: &Part, given: &[Option<Bound>]) {
+    /// Reports material inputs of an instance without a value and without a default.
+    pub(super) fn check_given(&mut self, child: usize, kind: &SyntaxValue, given: &[Option<Bound>]) {
         let docs = self.docs;
         let inputs = &docs[self.scopes[child].doc].document.inputs;
         for (input, given) in inputs.iter().zip(given) {
@@ -256,12 +253,12 @@ impl Unit<'_> {
     }
 }
 
-/// The presets that are meant by `a+b`, the later ones last.
+/// The presets in `a+b`, later ones last.
 pub(super) fn preset_names(text: &str) -> impl Iterator<Item = &str> {
     text.split('+').map(str::trim)
 }
 
-/// The seed of the canvas of an instance.
+/// The canvas seed of an instance.
 fn instance_seed(canvas: u64, seed: u64) -> u64 {
     let key = Key::of("seed of an instance", &[&canvas.to_le_bytes(), &seed.to_le_bytes()]);
     let mut word = [0; 8];

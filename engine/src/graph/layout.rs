@@ -1,8 +1,9 @@
-//! How an instance lies on the canvas of the graph that uses it.
+//! The layout of an instance on the canvas of the graph that uses it.
 use super::convert;
-use super::part::{Part, Shape};
+use super::part::{Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
+use super::schema;
 use super::subst::number_text;
 use crate::diagnostics::Code;
 use crate::node::{Arg, DynNode};
@@ -11,36 +12,36 @@ use crate::value::{Canvas, Tiling, Type};
 use glam::DVec2;
 use std::sync::Arc;
 
-/// The graph of an instance is made at most so many canvases wide, to fill a canvas that does not tile.
+/// The graph of an instance is at most this many canvases wide, to fill a canvas that does not tile.
 const MOST_CANVASES: f64 = 8.0;
-/// Between which sizes an instance may be scaled, as in the kind that moves fields.
+/// The range of an instance's scale, the same as in the node that moves fields.
 const SCALES: (f64, f64) = (1e-3, 1e3);
 
-/// How an instance lies on the canvas of the graph that uses it.
+/// The layout of an instance on the canvas of the graph that uses it.
 #[derive(Clone)]
 pub(super) struct Layout {
-    /// Where that is written.
-    pub(super) part: Part,
-    /// The canvas that it lies on.
+    /// The place of the layout in the text.
+    pub(super) part: SyntaxValue,
+    /// The canvas that the instance is placed on.
     pub(super) canvas: Canvas,
     scale: DVec2,
     angle: f64,
     offset: DVec2,
-    /// The size of the instance's own canvas, if that is given.
+    /// The size of the instance's own canvas, if given.
     size: Option<DVec2>,
-    /// The middle of the instance's own canvas.
+    /// The centre of the instance's own canvas.
     middle: DVec2,
 }
 
 impl Layout {
-    /// From a place on the canvas to one in the instance, both counted from the middle.
+    /// Maps a point of the canvas to the instance, both relative to the centre.
     fn inverse(&self, place: DVec2) -> DVec2 {
         let (sin, cos) = libm::sincos(-self.angle.to_radians());
         DVec2::new(cos, sin).rotate(place - self.offset) / self.scale
     }
 
-    /// The canvas of the instance: the one that is given, or else one that is large enough to leave no empty corners where
-    /// nothing repeats.
+    /// The canvas of the instance: the given one, or one that is large enough to leave no empty corners where nothing
+    /// repeats.
     pub(super) fn own_canvas(&mut self, report: &mut Report) -> Canvas {
         if let Some(size) = self.size {
             self.middle = size * 0.5;
@@ -52,7 +53,7 @@ impl Layout {
         let mut size = self.canvas.size_mm;
         let mut small = false;
         let mut grow = |size: &mut f64, reach: f64, half: f64| {
-            // Powers of two: most changes of the layout leave the size alone, and so the graph that is moved.
+            // Powers of two, so that most changes of the layout do not change the size and thus the moved graph.
             let mut wanted = 1.0;
             while wanted < reach / half - 1e-9 {
                 wanted *= 2.0;
@@ -96,9 +97,9 @@ impl Layout {
     }
 }
 
-/// Reads the `canvas` of a `Use` on a canvas.
-pub(super) fn layout(part: &Part, canvas: Canvas, report: &mut Report) -> Option<Layout> {
-    let fields = read::fields(part, "`canvas` of `Use`", &["scale", "angle", "offset", "size_mm"], report)?;
+/// Reads the `canvas` field of a `Use` on a canvas.
+pub(super) fn layout(part: &SyntaxValue, canvas: Canvas, report: &mut Report) -> Option<Layout> {
+    let fields = read::fields(part, "`canvas` of `Use`", schema::LAYOUT, report)?;
     let mut layout = Layout {
         part: part.clone(),
         canvas,
@@ -132,8 +133,8 @@ pub(super) fn layout(part: &Part, canvas: Canvas, report: &mut Report) -> Option
     good.then_some(layout)
 }
 
-/// The size of an instance's own canvas, which may be given where nothing repeats.
-fn own_size(part: &Part, canvas: Canvas, report: &mut Report) -> Option<DVec2> {
+/// The size of an instance's own canvas, which may be given only if the canvas does not tile.
+fn own_size(part: &SyntaxValue, canvas: Canvas, report: &mut Report) -> Option<DVec2> {
     if canvas.tile != Tiling::NONE {
         let message = "an instance on a canvas that tiles has the size of that canvas";
         let help = "leave `size_mm` out of the `canvas` of the `Use`, or write `tile: None` in the canvas of the graph";
@@ -143,7 +144,7 @@ fn own_size(part: &Part, canvas: Canvas, report: &mut Report) -> Option<DVec2> {
     two(part, "size_mm", (1e-3, Canvas::MAX_SIZE_MM), report)
 }
 
-fn within(part: &Part, what: &str, (lo, hi): (f64, f64), report: &mut Report) -> Option<f64> {
+fn within(part: &SyntaxValue, what: &str, (lo, hi): (f64, f64), report: &mut Report) -> Option<f64> {
     let value = read::number(part, what, report)?;
     if (lo..=hi).contains(&value) {
         return Some(value);
@@ -153,8 +154,8 @@ fn within(part: &Part, what: &str, (lo, hi): (f64, f64), report: &mut Report) ->
     None
 }
 
-/// A number for both directions, or one for each.
-fn two(part: &Part, what: &str, range: (f64, f64), report: &mut Report) -> Option<DVec2> {
+/// One number for both directions, or one for each.
+fn two(part: &SyntaxValue, what: &str, range: (f64, f64), report: &mut Report) -> Option<DVec2> {
     match part.shape() {
         Shape::Number(_) => within(part, what, range, report).map(DVec2::splat),
         Shape::Tuple(items) if items.len() == 2 => {

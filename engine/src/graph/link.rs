@@ -1,4 +1,4 @@
-//! From scopes to a graph: wires, cycles, types and nodes.
+//! Links scopes into a graph: wires, cycles, types and nodes.
 use super::part::Shape;
 use super::ports::Literal;
 use super::scope::{Flat, Port, Target, Unit};
@@ -10,15 +10,15 @@ use crate::value::{Accepts, Canvas, Type};
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 
-/// The most nodes of a cycle that are named and shown.
+/// The most nodes of a cycle that are named in an error.
 const SHOWN: usize = 8;
 
 impl Unit<'_> {
-    /// Checks all that was declared, and builds the nodes.
+    /// Checks all declarations and builds the nodes.
     pub(super) fn link(&mut self) {
         let read = self.read_from(0);
-        // The content of a picture file decides the types of what reads it, and some nodes tell the types of their outputs,
-        // so these nodes are built first.
+        // The content of a picture file decides the types of its readers, and some nodes determine their own output
+        // types, so these nodes are built first.
         for flat in (0..self.flats.len()).filter(|flat| self.is_built_first(*flat)).collect::<Vec<_>>() {
             self.enter(self.flats[flat].scope);
             self.build(flat);
@@ -46,7 +46,8 @@ impl Unit<'_> {
         self.check_distances();
     }
 
-    /// Reads the fields of all nodes from the number `flat` on, those included that are added on the way; how many there are.
+    /// Reads the fields of all nodes from index `flat` on, including nodes added on the way; returns the number of
+    /// nodes.
     fn read_from(&mut self, mut flat: usize) -> usize {
         while flat < self.flats.len() {
             self.enter(self.flats[flat].scope);
@@ -60,13 +61,13 @@ impl Unit<'_> {
         flat
     }
 
-    /// Whether a node makes a picture, or tells the types of its outputs.
+    /// Returns true if a node makes a picture, or determines its own output types.
     fn is_built_first(&self, flat: usize) -> bool {
         let outputs = self.flats[flat].info.map_or(&[][..], |info| info.outputs);
         outputs.iter().any(|output| matches!(output.ty, OutputType::Fixed(Type::Picture) | OutputType::Told))
     }
 
-    /// The type that a node tells; `None` after an error.
+    /// The output type that a node determines; `None` after an error.
     fn told_type(&mut self, flat: usize) -> Option<Type> {
         let node = &self.flats[flat];
         let built = node.node.clone().filter(|_| node.good)?;
@@ -88,7 +89,7 @@ impl Unit<'_> {
         None
     }
 
-    /// The type of what goes into a port for any field; `None` if it is unknown because of an error.
+    /// The type of the value at a port that takes any field; `None` if an error hides it.
     fn field_type(&self, target: &Target) -> Option<Type> {
         match (self.type_of(target)?, target) {
             (Type::Picture, Target::Out { flat, .. }) => {
@@ -98,7 +99,7 @@ impl Unit<'_> {
         }
     }
 
-    /// Finds what is given to an input of a sub-graph that converts it.
+    /// Resolves the value of a sub-graph's input with a conversion.
     fn resolve_pass(&mut self, flat: usize) {
         if let Some((chooser, output)) = self.flats[flat].chooses.clone() {
             return self.resolve_chosen(flat, chooser, &output);
@@ -110,12 +111,12 @@ impl Unit<'_> {
             let meaning = self.resolve(scope, &part, &name);
             let node = &mut self.flats[flat];
             node.slots[0].target = meaning.target;
-            // What is laid out is of the type that it has.
+            // A laid-out value keeps its own type.
             node.slots[0].declared = meaning.declared.filter(|_| node.layout.is_none());
         }
     }
 
-    /// Finds what the outputs of the graph lead to, so that instances are laid out for them, too.
+    /// Resolves the outputs of the graph, so that instances are laid out for them too.
     fn resolve_outputs(&mut self) {
         let docs = self.docs;
         self.enter(0);
@@ -139,7 +140,7 @@ impl Unit<'_> {
         self.checks = checks;
     }
 
-    /// The nodes, each after those that it reads; cycles are reported.
+    /// The nodes, each after its inputs; reports cycles.
     fn order(&mut self) -> Vec<usize> {
         let mut graph: DiGraph<(), Span> = DiGraph::with_capacity(self.flats.len(), self.flats.len() * 2);
         for _ in &self.flats {
@@ -152,7 +153,7 @@ impl Unit<'_> {
                 }
             }
         }
-        // Not Tarjan's algorithm, which is recursive in this library: a chain may have a hundred thousand nodes.
+        // Not Tarjan's algorithm, which is recursive in this library: a chain may contain a hundred thousand nodes.
         let components = kosaraju_scc(&graph);
         let mut component_of = vec![0; self.flats.len()];
         for (number, component) in components.iter().enumerate() {
@@ -235,7 +236,7 @@ impl Unit<'_> {
                 let read = node.slots.iter().filter(|slot| ports.iter().any(|port| slot.port.is(port)));
                 let types: Vec<_> = read.map(|slot| self.field_type(&slot.target)).collect();
                 let wide = types.iter().any(|ty| matches!(ty, Some(Type::Rgb | Type::SolidColor | Type::SolidVector)));
-                // What is given to a port, but is in error, could be of any of these types.
+                // A port value with an error could have any of these types.
                 let unknown = types.contains(&None) || (!node.good && types.is_empty());
                 match (types.contains(&Some(Type::Normal)), wide, unknown) {
                     (true, ..) => Some(Type::Normal),
@@ -248,7 +249,7 @@ impl Unit<'_> {
         self.flats[flat].outputs = outputs.collect();
     }
 
-    /// The type of what is chosen among, which is the same for all instances.
+    /// The type of the values that `Each` selects from, equal for all instances.
     fn find_chosen_type(&mut self, flat: usize) {
         let slots = self.flats[flat].slots.iter().skip(1);
         let types: Vec<_> = slots.map(|slot| self.field_type(&slot.target)).collect();
@@ -313,7 +314,7 @@ impl Unit<'_> {
         self.flats[flat].node = convert::node(slot.wants, same);
     }
 
-    /// The nodes as they are evaluated; only without errors.
+    /// The nodes for evaluation; only without errors.
     pub(super) fn into_nodes(self) -> Option<DiGraph<GraphNode, ()>> {
         let mut graph = DiGraph::with_capacity(self.flats.len(), self.flats.len() * 2);
         let mut edges = Vec::new();

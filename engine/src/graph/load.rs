@@ -1,4 +1,4 @@
-//! Loading a graph: all the steps, in order.
+//! Loads a graph: all steps, in order.
 use super::canvas::{self, Asked};
 use super::defaults;
 use super::document::NodeDecl;
@@ -6,7 +6,7 @@ use super::each;
 use super::files::{Doc, Files};
 use super::instance::{Setting, preset_names};
 use super::params::{Facts, ParamDecl, Params};
-use super::part::{Part, Piece, Shape, Src};
+use super::part::{PieceOrigin, Shape, Src, SyntaxValue};
 use super::read::{self, shorten};
 use super::report::Report;
 use super::scope::{Unit, presets};
@@ -22,20 +22,20 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// The name that stands for the canvas' seed among the values that are given.
+/// The name of the canvas seed among the given values.
 const SEED: &str = "seed";
 
-/// Loads the graph file at `path`, with everything that it imports.
+/// Loads the graph file at `path` and all its imports.
 pub fn load(path: &Path, registry: &Registry, options: &LoadOptions) -> Loaded {
     run(path, None, registry, options)
 }
 
-/// The same with `text` instead of the content of the file, which need not exist.
+/// Loads a graph from `text` instead of the content of the file, which need not exist.
 pub fn load_text(path: &Path, text: &str, registry: &Registry, options: &LoadOptions) -> Loaded {
     run(path, Some(text.to_owned()), registry, options)
 }
 
-/// Loads a graph. A panic is a defect, which is told at the file like an error of it.
+/// Loads a graph. A panic is a defect of the program and is reported as an error in the file.
 fn run(path: &Path, text: Option<String>, registry: &Registry, options: &LoadOptions) -> Loaded {
     contained(|| whole(path, text.clone(), registry, options)).unwrap_or_else(|said| {
         let mut sources = SourceMap::default();
@@ -63,7 +63,7 @@ fn whole(path: &Path, text: Option<String>, registry: &Registry, options: &LoadO
     Loaded { graph, diagnostics, sources: files.sources, files: looked_at }
 }
 
-/// Links the main graph and then each import by itself, so that graphs that are not used are checked, too.
+/// Links the main graph, then each import by itself, so that unused graphs are checked too.
 fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadOptions) -> Option<Graph> {
     let sizes = sizes(&files.docs, options.limits.max_nodes, &mut files.report);
     if !files.docs[main].readable {
@@ -111,12 +111,12 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
         params: graph_params(doc, &params),
         presets: doc.document.presets.iter().map(|(entry, _)| entry.name.clone()).collect(),
         warnings: Vec::new(),
-        canvas_span: doc.document.canvas.as_ref().map_or(start, Part::span),
+        canvas_span: doc.document.canvas.as_ref().map_or(start, SyntaxValue::span),
         imports: imports(&files.docs),
     })
 }
 
-/// Where imports are written, and the files that they mean.
+/// The places of all imports, and the imported files.
 fn imports(docs: &[Doc]) -> Vec<(Span, PathBuf)> {
     let of = |doc: &Doc| {
         let meant = doc.imports.iter().map(|import| docs.get((*import)?).map(|other| other.path.clone()));
@@ -126,7 +126,7 @@ fn imports(docs: &[Doc]) -> Vec<(Span, PathBuf)> {
     docs.iter().flat_map(of).collect()
 }
 
-/// The canvas, with another seed if one is given, and then the parameters that come from it.
+/// The canvas, with `seed` if given, and then the parameters that depend on it.
 fn canvas_of(doc: &Doc, seed: Option<u64>, params: &mut Params, report: &mut Report) -> (Canvas, Asked) {
     let mut before = params.clone();
     defaults::follow(doc, &mut before, &mut Report::default());
@@ -190,10 +190,10 @@ fn link_imports(
     }
 }
 
-/// The number of nodes of each document with all its sub-graphs; `None`, and an error, where there are too many.
+/// The number of nodes of each document including its sub-graphs; `None`, and an error, if there are too many.
 fn sizes(docs: &[Doc], limit: usize, report: &mut Report) -> Vec<Option<usize>> {
     let mut sizes = Vec::with_capacity(docs.len());
-    // An imported file comes before those that import it.
+    // An imported file precedes the files that import it.
     for doc in docs {
         let size = size(doc, docs, &sizes, limit, report);
         sizes.push(size);
@@ -216,16 +216,16 @@ fn size(doc: &Doc, docs: &[Doc], sizes: &[Option<usize>], limit: usize, report: 
         });
         let used = index.and_then(|index| *doc.imports.get(index)?);
         let document = used.and_then(|used| docs.get(used)).map(|used| &used.document);
-        // Each input may need a conversion, and each output a node that lays it out.
+        // Each input may need a conversion, and each output a layout node.
         let laid_out = node.args.as_deref().is_some_and(|args| read::get(args, "canvas").is_some());
         let inputs = document.map_or(0, |used| used.inputs.len() + if laid_out { used.outputs.len() } else { 0 });
         let nodes = match used.and_then(|used| sizes.get(used)) {
-            // A graph that uses one that is too large is too large itself; that is not reported again.
+            // A graph that uses a too large graph is too large itself; report only the first.
             Some(None) => return None,
             Some(Some(nodes)) => copies(node).saturating_mul(*nodes + inputs).max(1),
             None => 1,
         };
-        // Every word with brackets among its values may be a node without a name.
+        // Every word with brackets among the values may be a node without a name.
         let nodes = nodes + node.args.iter().flatten().map(|arg| arg.value.calls()).sum::<usize>();
         total = total.saturating_add(nodes);
         if total > limit {
@@ -238,12 +238,12 @@ fn size(doc: &Doc, docs: &[Doc], sizes: &[Option<usize>], limit: usize, report: 
     Some(total)
 }
 
-/// How many instances of a sub-graph a node makes at most.
+/// The most instances of a sub-graph that a node makes.
 fn copies(node: &NodeDecl) -> usize {
     if node.kind.as_ref().is_none_or(|kind| kind.str() != each::KIND) {
         return 1;
     }
-    let over = node.args.as_deref().and_then(|args| read::get(args, "over")).map(Part::shape);
+    let over = node.args.as_deref().and_then(|args| read::get(args, "over")).map(SyntaxValue::shape);
     let written = (1..=each::MOST).find(|n| matches!(over, Some(Shape::Number(over)) if over == *n as f64));
     written.unwrap_or(each::MOST) + 1
 }
@@ -258,7 +258,7 @@ fn check_preset(doc: &Doc, options: &LoadOptions, sources: &mut SourceMap, repor
     }
 }
 
-/// Gives parameters the values of the command line. Those of instances are returned.
+/// Sets parameters from the command line. Returns the settings of instances.
 fn set(
     doc: &Doc,
     options: &LoadOptions,
@@ -299,7 +299,7 @@ fn set(
     settings
 }
 
-/// The canvas' seed of the command line: `--set seed=` means it unless a parameter has that name.
+/// The canvas seed from the command line: `--set seed=`, unless a parameter has that name.
 fn seed(doc: &Doc, options: &LoadOptions, sources: &mut SourceMap, report: &mut Report) -> Option<u64> {
     let (name, value) = options.set.iter().rev().find(|(name, _)| name == SEED)?;
     if doc.document.param(name).is_some() {
@@ -309,22 +309,22 @@ fn seed(doc: &Doc, options: &LoadOptions, sources: &mut SourceMap, report: &mut 
     canvas::seed(&given(value, value.to_owned(), span).or_else(|| given(value, ron_string(value), span))?, report)
 }
 
-/// A text as a value that was given at `span`, where it is written as `value`.
-fn given(value: &str, text: String, span: Span) -> Option<Part> {
-    let piece = Piece { end: text.len(), span, copied: text == value, related: Vec::new(), given: true };
+/// Parses a value given at `span`, where it is written as `value`.
+fn given(value: &str, text: String, span: Span) -> Option<SyntaxValue> {
+    let piece = PieceOrigin { end: text.len(), span, copied: text == value, related: Vec::new(), given: true };
     Src::made(span.file, text, vec![piece]).whole()
 }
 
-/// A value from the command line: RON, or bare text where a text is wanted.
-pub(super) fn argument(decl: &ParamDecl, value: &str, span: Span) -> Part {
+/// Parses a command-line value: RON, or bare text for a text parameter.
+pub(super) fn argument(decl: &ParamDecl, value: &str, span: Span) -> SyntaxValue {
     let ron = Tree::parse(value).errors().is_empty();
     let bare = decl.takes_bare_text() && !(ron && value.trim_start().starts_with(['"', '(', 'r']));
     let text = if bare || !ron { ron_string(value) } else { value.to_owned() };
-    // A text without any token, such as a comment, is nothing that could be meant.
+    // A text without tokens, such as a comment, is no value.
     given(value, text, span).or_else(|| given(value, ron_string(value), span)).unwrap_or_else(|| decl.default.clone())
 }
 
-/// The resolution of the command line, if it is valid.
+/// The resolution from the command line, if valid.
 fn resolution(options: &LoadOptions, sources: &mut SourceMap, report: &mut Report) -> Option<Asked> {
     let resolution = options.resolution?;
     let (text, size) = match resolution {
@@ -364,7 +364,7 @@ fn graph_params(doc: &Doc, params: &Params) -> Vec<GraphParam> {
 }
 
 impl Loaded {
-    /// Whether there is an error, which means that there is no graph.
+    /// Returns true if there is an error, and thus no graph.
     pub fn has_errors(&self) -> bool {
         self.diagnostics.iter().any(|diagnostic| !diagnostic.warning)
     }

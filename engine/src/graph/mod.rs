@@ -1,15 +1,15 @@
 //! Graph files: from text, through a checked document, to nodes that can be evaluated.
 //!
-//! [`load()`] reads a file and all that it imports and reports every error of all of them, each at its place:
-//! 1. `files` reads the texts, and [`syntax`](crate::syntax) makes trees of them.
-//! 2. `part` gives the values of a tree that know their places; `document` finds the parts of a graph file among them.
-//! 3. `scope` gives the names of a file, and of every use of a sub-graph, their meanings; `subst` puts parameters and
-//!    expressions ([`expression`](crate::expression)) into values and remembers where each byte came from.
+//! [`load()`] reads a file and all its imports, and reports all errors, each at its place:
+//! 1. `files` reads the texts, and [`syntax`](crate::syntax) parses them into trees.
+//! 2. `part` wraps the values of a tree with their places; `document` reads the sections of a graph file.
+//! 3. `scope` resolves the names of a file and of every use of a sub-graph; `subst` substitutes parameters and
+//!    expressions ([`expression`](crate::expression)) in values and records the origin of each byte.
 //! 4. `ports` and `args` read the fields of nodes, `link` finds types and cycles and builds the nodes, `outputs` checks
-//!    what is rendered.
+//!    the outputs.
 //!
-//! An error that only follows from another one is not reported: references to something in error give no messages, and what cannot
-//! be read of a text is in error (`spared`). Everything else of a file with mistakes in its syntax is checked as usual.
+//! Consequences of an error are not reported: references to faulty names give no messages, and unreadable text counts
+//! as faulty (`spared`). The rest of a file with syntax errors is checked as usual.
 mod args;
 mod canvas;
 mod channels;
@@ -36,6 +36,7 @@ mod read;
 mod remedy;
 mod report;
 mod room;
+pub mod schema;
 mod scope;
 mod spared;
 mod storage;
@@ -55,37 +56,36 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// What the caller changes of a graph.
+/// Options that change a graph on loading.
 #[derive(Clone, Debug)]
 pub struct LoadOptions {
     /// The preset whose values replace the defaults.
     pub preset: Option<String>,
-    /// Values of parameters: RON, or bare text for `Text`, `Path` and `Color`. They replace those of the preset. `seed` is
-    /// the canvas' seed unless a parameter has that name.
+    /// Values of parameters: RON, or bare text for `Text`, `Path` and `Color`. They override the preset. `seed` is the
+    /// canvas seed unless a parameter has that name.
     pub set: Vec<(String, String)>,
-    /// The resolution to use instead of the canvas' own.
+    /// The resolution, instead of that of the canvas.
     pub resolution: Option<Resolution>,
-    /// What paths in [`set`](Self::set) are relative to.
+    /// The base of relative paths in [`set`](Self::set).
     pub working_dir: PathBuf,
-    /// Further folders in which imports are looked for: after that of the graph, before those of `shibo.toml`.
+    /// Additional folders for imports, searched after the graph's folder and before those of `shibo.toml`.
     pub import_paths: Vec<PathBuf>,
-    /// How large a graph may be.
+    /// Limits on the size of a graph.
     pub limits: Limits,
-    /// Texts that count instead of the contents of files, such as those that an editor has not saved. The files need not
-    /// exist.
+    /// Texts that replace the content of files, such as unsaved texts of an editor. The files need not exist.
     pub overlay: BTreeMap<PathBuf, Arc<str>>,
 }
 
-/// How large a graph may be.
+/// Limits on the size of a graph.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// The largest graph file in bytes.
     pub max_file_bytes: u64,
     /// The deepest nesting of brackets; at most 128.
     pub max_nesting: usize,
-    /// The most nodes, those of sub-graphs counted at every use.
+    /// The most nodes; nodes of sub-graphs count at every use.
     pub max_nodes: usize,
-    /// The most files imported, directly or through others.
+    /// The most imported files, direct and indirect.
     pub max_imports: usize,
     /// The longest chain of imports.
     pub max_import_depth: usize,
@@ -103,8 +103,8 @@ pub struct Loaded {
     pub graph: Option<Graph>,
     /// Errors and warnings in the order of the text.
     pub diagnostics: Vec<Diagnostic>,
-    /// The texts that they point into.
+    /// The texts that the diagnostics refer to.
     pub sources: SourceMap,
-    /// Every file looked at, missing ones too: what to watch.
+    /// Every file that was looked for, including missing ones; to be watched for changes.
     pub files: Vec<PathBuf>,
 }

@@ -1,11 +1,10 @@
-//! The outputs of a graph: what can be rendered.
+//! The outputs of a graph.
 use super::document::OutputDecl;
-use super::exports::ExportDecl;
-use super::part::{Part, Shape};
+use super::part::{Shape, SyntaxValue};
 use super::read::shorten;
 use super::scope::{Target, Unit};
 use crate::diagnostics::{Code, Span};
-use crate::graph::GraphOutput;
+use crate::graph::{Export, GraphOutput};
 use crate::picture::is_output_letter;
 use crate::value::Type;
 use petgraph::graph::NodeIndex;
@@ -15,8 +14,8 @@ use std::collections::BTreeMap;
 const MAX_NAME: usize = 100;
 
 impl Unit<'_> {
-    /// Checks the outputs of the first scope. Those of a graph that is only imported may be of any type; solids are not
-    /// rendered.
+    /// Checks the outputs of the first scope. A graph that is only imported may have outputs of any type; solids are
+    /// not rendered.
     pub(super) fn outputs(&mut self, rendered: bool) -> Vec<GraphOutput> {
         let docs = self.docs;
         self.enter(0);
@@ -32,7 +31,7 @@ impl Unit<'_> {
                 self.report.push(error);
                 continue;
             }
-            // Solids are there for graphs that import this one.
+            // Solids are outputs for graphs that import this one.
             if rendered && ty.is_solid() {
                 continue;
             }
@@ -52,7 +51,7 @@ impl Unit<'_> {
             let Ok(export) = self.export(decl, from, ty) else { continue };
             let Ok(mesh) = self.export_mesh(decl) else { continue };
             if named {
-                self.claim(decl, flat, ty, &mut names);
+                self.claim(decl, (flat, ty), export.as_ref(), &mut names);
             }
             outputs.push(GraphOutput {
                 name: decl.name.clone(),
@@ -89,22 +88,25 @@ impl Unit<'_> {
         false
     }
 
-    /// Takes the names of the files of an output, which must differ by more than case.
-    fn claim(&mut self, decl: &OutputDecl, flat: usize, ty: Type, names: &mut BTreeMap<String, (Span, String)>) {
+    /// Reserves the file names of an output, which must differ in more than letter case.
+    fn claim(
+        &mut self,
+        decl: &OutputDecl,
+        (flat, ty): (usize, Type),
+        export: Option<&Export>,
+        names: &mut BTreeMap<String, (Span, String)>,
+    ) {
         let channels = || {
-            // The channels of a material in error are not known.
+            // The channels of a faulty material are unknown.
             let channels = self.flats[flat].channels.unwrap_or_default();
             channels.iter().map(|channel| format!("{}_{}", decl.name, channel.name())).collect::<Vec<_>>()
         };
-        let files: Vec<String> = match &decl.export {
-            Some(ExportDecl::Gltf { embed: true, .. } | ExportDecl::Pack(_) | ExportDecl::Usd { packed: true, .. }) => {
-                vec![decl.name.clone()]
+        let files: Vec<String> = match export.map(|export| export.target.plan()) {
+            Some(plan) if !plan.one_file => {
+                let also = plan.also.iter().map(|suffix| format!("{}_{suffix}", decl.name));
+                channels().into_iter().chain(also).chain([decl.name.clone()]).collect()
             }
-            Some(ExportDecl::Gltf { embed: false, .. }) => {
-                let packed = format!("{}_occlusion_roughness_metallic", decl.name);
-                channels().into_iter().chain([packed, decl.name.clone()]).collect()
-            }
-            Some(_) => channels().into_iter().chain([decl.name.clone()]).collect(),
+            Some(_) => vec![decl.name.clone()],
             None if ty == Type::Material && !decl.combined => channels(),
             None => vec![decl.name.clone()],
         };
@@ -125,7 +127,7 @@ impl Unit<'_> {
     }
 }
 
-fn name_error(key: &Part, message: String, other: Span) -> crate::diagnostics::Diagnostic {
+fn name_error(key: &SyntaxValue, message: String, other: Span) -> crate::diagnostics::Diagnostic {
     let help = "names must differ by more than upper and lower case";
     key.error(Code::BadName, message).help(help).related(other, "the other output is here")
 }

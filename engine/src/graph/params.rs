@@ -1,8 +1,9 @@
-//! The parameters of a graph: how they are declared, and which values they may have.
-use super::part::{Entry, Part, Shape};
+//! The parameters of a graph: their declarations and their allowed values.
+use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, mismatch, not_finite, shorten};
 use super::remedy::color_meant;
 use super::report::Report;
+use super::schema::{self, PARAM_TYPES};
 use super::subst::ron_string;
 use crate::diagnostics::{Code, Span};
 use crate::expression::{Meaning, Value};
@@ -14,24 +15,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The types that a parameter of a graph may have.
-const DECLARED: [ParamType; 7] = [
-    ParamType::Number,
-    ParamType::Integer,
-    ParamType::Bool,
-    ParamType::Color,
-    ParamType::Text,
-    ParamType::Path,
-    ParamType::Choice,
-];
-
 /// A parameter as declared.
 #[derive(Debug)]
 pub(super) struct ParamDecl {
     pub(super) name: String,
-    pub(super) key: Part,
+    pub(super) key: SyntaxValue,
     pub(super) ty: ParamType,
-    pub(super) default: Part,
+    pub(super) default: SyntaxValue,
     pub(super) range: Option<(f64, f64)>,
     pub(super) unit: Option<String>,
     pub(super) doc: String,
@@ -41,24 +31,24 @@ pub(super) struct ParamDecl {
 /// The value of a parameter.
 #[derive(Clone, Debug)]
 pub(super) struct ParamValue {
-    /// As RON.
+    /// The value as RON.
     pub(super) text: String,
-    /// What it is in an expression; `None` for a text.
+    /// The value in an expression; `None` for a text.
     pub(super) meaning: Option<Meaning>,
-    /// Whether it is a text or a path.
+    /// The value is a text or a path.
     pub(super) is_text: bool,
-    /// Where it is written.
+    /// The place of the value.
     pub(super) span: Span,
-    /// Whether that is outside of the file that declares the parameter.
+    /// The value was given outside the file that declares the parameter.
     pub(super) outside: bool,
-    /// What it is relative to, if it is a path.
+    /// The folder that a path is relative to.
     pub(super) base: Option<PathBuf>,
 }
 
-/// Values by name; `None` for a parameter in error.
+/// Values by name; `None` for a faulty parameter.
 pub(super) type Values = BTreeMap<String, Option<ParamValue>>;
 
-/// What expressions know of the canvas.
+/// Facts of the canvas that expressions can use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Facts {
     pub(super) size_mm: [f64; 2],
@@ -66,29 +56,29 @@ pub(super) struct Facts {
 }
 
 impl Facts {
-    /// Those of a canvas.
+    /// The facts of a canvas.
     pub(super) fn of(canvas: &Canvas) -> Self {
         Self { size_mm: canvas.size_mm.to_array(), seed: canvas.seed }
     }
 }
 
-/// The values in force. All uses of a graph share its defaults.
+/// The current values. All uses of a graph share its defaults.
 #[derive(Clone, Default)]
 pub(super) struct Params {
     defaults: Arc<Values>,
     given: Values,
-    /// `None` while the canvas itself is read.
+    /// `None` while the canvas is being read.
     pub(super) facts: Option<Facts>,
-    /// Those that come from the canvas, while the canvas itself is read.
+    /// Parameters that depend on the canvas, while it is being read.
     pub(super) late: BTreeSet<String>,
-    /// The names of the nodes of the graph that the parameters are of.
+    /// The names of the nodes in the graph of the parameters.
     pub(super) nodes: Arc<BTreeSet<String>>,
-    /// Whether something was asked for that is not known before the canvas is.
+    /// True if a value was requested that is unknown until the canvas is known.
     pub(super) asked_early: Cell<bool>,
 }
 
 impl Params {
-    /// The defaults alone, of all parameters that there are.
+    /// Parameters that all have their defaults.
     pub(super) fn new(defaults: Arc<Values>) -> Self {
         Self { defaults, ..Self::default() }
     }
@@ -98,7 +88,7 @@ impl Params {
         self.defaults = defaults;
     }
 
-    /// Which parameters were given another value.
+    /// Returns true if a parameter was given another value.
     pub(super) fn is_given(&self, name: &str) -> bool {
         self.given.contains_key(name)
     }
@@ -108,22 +98,22 @@ impl Params {
         self.defaults.get(name)?.as_ref()
     }
 
-    /// Gives a parameter another value.
+    /// Sets the value of a parameter.
     pub(super) fn give(&mut self, name: String, value: Option<ParamValue>) {
         self.given.insert(name, value);
     }
 
-    /// Gives several parameters other values.
+    /// Sets the values of several parameters.
     pub(super) fn give_all(&mut self, values: Values) {
         self.given.extend(values);
     }
 
-    /// The value of a parameter, if there is one of that name, unless it is in error.
+    /// The value of the parameter of that name, if there is one; its value is `None` after an error.
     pub(super) fn get(&self, name: &str) -> Option<Option<&ParamValue>> {
         self.given.get(name).or_else(|| self.defaults.get(name)).map(Option::as_ref)
     }
 
-    /// Whether a parameter comes from the canvas, which is not known yet.
+    /// Returns true if a parameter depends on the canvas, which is not known yet.
     pub(super) fn is_late(&self, name: &str) -> bool {
         let late = self.late.contains(name) && !self.given.contains_key(name);
         if late {
@@ -138,24 +128,19 @@ impl Params {
     }
 }
 
-/// A parameter, or its name alone if its declaration is in error.
+/// Reads the declaration of a parameter; reports errors.
 pub(super) fn declare(entry: &Entry, report: &mut Report) -> Option<ParamDecl> {
     read::check_name(&entry.key, &entry.name, "a parameter", report);
     let Some((word, Some(body))) = entry.value.head() else {
         report.push(mismatch(&entry.value, &format!("parameter `{}`", entry.name), "like `Number(default: 1)`"));
         return None;
     };
-    let Some(ty) = DECLARED.into_iter().find(|ty| ty.name() == word.str()) else {
+    let Some(ty) = PARAM_TYPES.into_iter().find(|ty| ty.name() == word.str()) else {
         let message = format!("there is no type of parameters `{}`", shorten(word.str()));
-        report.unknown(word.error(Code::UnknownVariant, message), word.str(), "type", DECLARED.map(ParamType::name));
+        report.unknown(word.error(Code::UnknownVariant, message), word.str(), "type", PARAM_TYPES.map(ParamType::name));
         return None;
     };
-    let known: &[&str] = match ty {
-        ParamType::Number | ParamType::Integer => &["default", "range", "unit", "doc"],
-        ParamType::Choice => &["default", "options", "doc"],
-        _ => &["default", "doc"],
-    };
-    let fields = read::fields(&body, &format!("`{}`", ty.name()), known, report)?;
+    let fields = read::fields(&body, &format!("`{}`", ty.name()), &schema::param(ty.name()), report)?;
     let Some(default) = read::get(&fields, "default") else {
         let message = format!("parameter `{}` has no `default`", entry.name);
         report.push(word.error(Code::MissingInput, message));
@@ -174,8 +159,8 @@ pub(super) fn declare(entry: &Entry, report: &mut Report) -> Option<ParamDecl> {
     Some(decl)
 }
 
-/// Two numbers, the smaller one first.
-pub(super) fn range(part: &Part, report: &mut Report) -> Option<(f64, f64)> {
+/// Two numbers, the smaller first.
+pub(super) fn range(part: &SyntaxValue, report: &mut Report) -> Option<(f64, f64)> {
     let (lo, hi) = read::pair(part, "range", report)?;
     if lo < hi {
         return Some((lo, hi));
@@ -185,7 +170,7 @@ pub(super) fn range(part: &Part, report: &mut Report) -> Option<(f64, f64)> {
     None
 }
 
-fn options(part: &Part, report: &mut Report) -> Vec<String> {
+fn options(part: &SyntaxValue, report: &mut Report) -> Vec<String> {
     let Shape::List(items) = part.shape() else {
         report.push(mismatch(part, "`options`", "a list of words, `[\"A\", \"B\"]`"));
         return Vec::new();
@@ -205,13 +190,19 @@ fn options(part: &Part, report: &mut Report) -> Vec<String> {
 }
 
 impl ParamDecl {
-    /// Whether a value on the command line may be written without quotes.
+    /// Returns true if a value on the command line may be written without quotes.
     pub(super) fn takes_bare_text(&self) -> bool {
         matches!(self.ty, ParamType::Color | ParamType::Text | ParamType::Path)
     }
 
-    /// Checks a value; `folder` is what a path is relative to.
-    pub(super) fn value(&self, part: &Part, outside: bool, folder: &Path, report: &mut Report) -> Option<ParamValue> {
+    /// Checks a value; a path is relative to `folder`.
+    pub(super) fn value(
+        &self,
+        part: &SyntaxValue,
+        outside: bool,
+        folder: &Path,
+        report: &mut Report,
+    ) -> Option<ParamValue> {
         let shape = part.shape();
         let mut value = ParamValue {
             text: part.str().to_owned(),
@@ -266,7 +257,7 @@ impl ParamDecl {
         Some(value)
     }
 
-    fn check_number(&self, part: &Part, number: f64, report: &mut Report) -> Option<()> {
+    fn check_number(&self, part: &SyntaxValue, number: f64, report: &mut Report) -> Option<()> {
         if !number.is_finite() {
             report.push(not_finite(part, &self.name));
             return None;
@@ -284,7 +275,7 @@ impl ParamDecl {
         Some(())
     }
 
-    fn check_choice(&self, part: &Part, word: &str, report: &mut Report) -> Option<()> {
+    fn check_choice(&self, part: &SyntaxValue, word: &str, report: &mut Report) -> Option<()> {
         if self.options.iter().any(|option| option == word) {
             return Some(());
         }

@@ -1,30 +1,30 @@
-//! Parts of a text that know their places.
+//! Values of a text that know their places.
 use crate::diagnostics::{Code, Diagnostic, FileId, Span};
 use crate::syntax::{self, Node, NodeKind, Token, TokenKind as Kind, Tree};
 use std::sync::Arc;
 
-/// A text with its tree. It may be made from another text by inserting the values of parameters; places are always
-/// those of the original text.
+/// A text with its tree. The text may be made from another text by substituting values of parameters; places always
+/// refer to the original text.
 #[derive(Debug)]
 pub(super) struct Src {
     file: FileId,
     tree: Tree,
-    /// Where the pieces of the text come from; empty if it is the original.
-    pieces: Vec<Piece>,
+    /// The origins of the pieces of the text; empty for an original text.
+    pieces: Vec<PieceOrigin>,
 }
 
-/// Where a run of bytes of a made text comes from.
+/// The origin of a range of bytes in a made text.
 #[derive(Clone, Debug)]
-pub(super) struct Piece {
-    /// One past its last byte in the made text.
+pub(super) struct PieceOrigin {
+    /// End of the range in the made text, exclusive.
     pub(super) end: usize,
-    /// Its place in the original.
+    /// Place in the original text.
     pub(super) span: Span,
-    /// Whether it was copied byte by byte.
+    /// True if copied byte by byte.
     pub(super) copied: bool,
-    /// Other places that matter, if the value came from elsewhere.
+    /// Other relevant places, if the value came from elsewhere.
     pub(super) related: Vec<(Span, &'static str)>,
-    /// Whether its value was given from outside of the graph file that uses it.
+    /// The value was given outside the graph file that uses it.
     pub(super) given: bool,
 }
 
@@ -35,7 +35,7 @@ impl Src {
     }
 
     /// A made text.
-    pub(super) fn made(file: FileId, text: String, pieces: Vec<Piece>) -> Arc<Self> {
+    pub(super) fn made(file: FileId, text: String, pieces: Vec<PieceOrigin>) -> Arc<Self> {
         Arc::new(Self { file, tree: Tree::parse(text), pieces })
     }
 
@@ -44,13 +44,13 @@ impl Src {
         &self.tree
     }
 
-    /// The value that it consists of; `None` if there is nothing.
-    pub(super) fn whole(self: &Arc<Self>) -> Option<Part> {
+    /// The value of the whole text; `None` if it is empty.
+    pub(super) fn whole(self: &Arc<Self>) -> Option<SyntaxValue> {
         let value = self.tree.value().filter(|value| value.kind() != NodeKind::Missing)?;
-        Some(Part::of(self, value))
+        Some(SyntaxValue::of(self, value))
     }
 
-    fn piece(&self, offset: usize) -> Option<(&Piece, usize)> {
+    fn piece(&self, offset: usize) -> Option<(&PieceOrigin, usize)> {
         let index = self.pieces.partition_point(|p| p.end <= offset).min(self.pieces.len().checked_sub(1)?);
         let start = if index == 0 { 0 } else { self.pieces[index - 1].end };
         Some((&self.pieces[index], start))
@@ -71,13 +71,13 @@ impl Src {
     }
 }
 
-/// A run of tokens of a text: a value, a key or a word.
+/// A value, key or word of a text: a range of tokens.
 #[derive(Clone, Debug)]
-pub(super) struct Part {
+pub(super) struct SyntaxValue {
     src: Arc<Src>,
     lo: usize,
     hi: usize,
-    /// The number of its node; `None` for a token by itself.
+    /// The index of its node; `None` for a single token.
     node: Option<usize>,
 }
 
@@ -86,10 +86,10 @@ pub(super) struct Part {
 pub(super) struct Entry {
     /// The key without its quotes.
     pub(super) name: String,
-    /// Where the key stands.
-    pub(super) key: Part,
+    /// The key with its place.
+    pub(super) key: SyntaxValue,
     /// The value.
-    pub(super) value: Part,
+    pub(super) value: SyntaxValue,
 }
 
 /// The form of a value.
@@ -100,9 +100,9 @@ pub(super) enum Shape {
     /// `{"a": 1}`.
     Map(Vec<Entry>),
     /// `(1, 2)`.
-    Tuple(Vec<Part>),
+    Tuple(Vec<SyntaxValue>),
     /// `[1, 2]`.
-    List(Vec<Part>),
+    List(Vec<SyntaxValue>),
     /// A string, decoded.
     Text(String),
     /// A number.
@@ -111,16 +111,16 @@ pub(super) enum Shape {
     Word(String),
     /// A word with brackets.
     Call,
-    /// A text with a `b` before it.
+    /// A byte string, with a `b` before the quote.
     Bytes,
-    /// What could not be read, or is missing. That was reported.
+    /// An unreadable or missing value, already reported.
     Broken,
     /// Anything else.
     Other,
 }
 
 impl Shape {
-    /// The same in words, for messages.
+    /// The form in words, for messages.
     pub(super) fn describe(&self) -> &'static str {
         match self {
             Self::Named(fields) if fields.is_empty() => "nothing in brackets",
@@ -140,8 +140,8 @@ impl Shape {
     }
 }
 
-impl Part {
-    /// The part of a node; `Some(value)` is the value.
+impl SyntaxValue {
+    /// The value of a node; for `Some(value)` the inner value.
     fn of(src: &Arc<Src>, mut node: Node<'_>) -> Self {
         while let Some(inner) = in_some(node) {
             node = inner;
@@ -154,12 +154,12 @@ impl Part {
         self.node.map(|node| self.src.tree.node(node))
     }
 
-    /// Whether a part of it could not be read.
+    /// Returns true if a part of the value could not be read.
     pub(super) fn is_broken(&self) -> bool {
         self.node().is_some_and(Node::is_broken)
     }
 
-    /// The text, comments between its tokens included.
+    /// The text, including comments between its tokens.
     pub(super) fn str(&self) -> &str {
         match (self.tokens().first(), self.tokens().last()) {
             (Some(first), Some(last)) => &self.src.tree.text()[first.start()..last.end()],
@@ -167,7 +167,7 @@ impl Part {
         }
     }
 
-    /// Where it stands in the original.
+    /// The place in the original text.
     pub(super) fn span(&self) -> Span {
         match (self.tokens().first(), self.tokens().last()) {
             (Some(first), Some(last)) => self.src.span(first.start(), last.end()),
@@ -178,13 +178,13 @@ impl Part {
         }
     }
 
-    /// Where a piece of the original text of a token stands: bytes `from..to` of this part.
+    /// The place of bytes `from..to` of this value's text.
     pub(super) fn sub_span(&self, from: usize, to: usize) -> Span {
         let start = self.tokens().first().map_or(0, |t| t.start());
         self.src.span(start + from, start + to)
     }
 
-    /// The file it stands in.
+    /// The file of the text.
     pub(super) fn file(&self) -> FileId {
         self.src.file
     }
@@ -194,19 +194,19 @@ impl Part {
         &self.src.tree.tokens()[self.lo..self.hi]
     }
 
-    /// Its tokens as parts.
-    pub(super) fn words(&self) -> impl Iterator<Item = (Kind, Part)> + '_ {
+    /// The tokens as values.
+    pub(super) fn words(&self) -> impl Iterator<Item = (Kind, SyntaxValue)> + '_ {
         (self.lo..self.hi).map(|i| (self.src.tree.tokens()[i].kind(), self.token(i)))
     }
 
-    /// How many words with brackets are in it.
+    /// The number of words with brackets in the value.
     pub(super) fn calls(&self) -> usize {
         let is_call = |pair: &&[Token]| pair[0].kind() == Kind::Ident && pair[1].kind() == Kind::Open;
         self.tokens().windows(2).filter(is_call).count()
     }
 
-    /// Whether it begins with the same token as another part.
-    pub(super) fn begins_with(&self, other: &Part) -> bool {
+    /// Returns true if it begins with the same token as another value.
+    pub(super) fn begins_with(&self, other: &SyntaxValue) -> bool {
         Arc::ptr_eq(&self.src, &other.src) && self.lo == other.lo
     }
 
@@ -215,7 +215,7 @@ impl Part {
         token.start() - self.tokens().first().map_or(0, |t| t.start())
     }
 
-    /// An error about it.
+    /// An error at this value.
     pub(super) fn error(&self, code: Code, message: impl Into<String>) -> Diagnostic {
         let diagnostic = Diagnostic::new(code, self.span(), message);
         let related = self.piece().map(|piece| piece.related.iter()).into_iter().flatten();
@@ -223,19 +223,19 @@ impl Part {
         others.into_iter().fold(diagnostic, |diagnostic, (span, message)| diagnostic.related(span, message))
     }
 
-    /// Whether its value was given from outside of the graph file that it stands in.
+    /// Returns true if the value was given outside the graph file that uses it.
     pub(super) fn is_given(&self) -> bool {
         self.piece().is_some_and(|piece| piece.given)
     }
 
-    /// What its first token comes from, if the text was made.
-    fn piece(&self) -> Option<&Piece> {
+    /// The origin of the first token, if the text was made.
+    fn piece(&self) -> Option<&PieceOrigin> {
         let first = self.tokens().first()?;
         self.src.piece(first.start()).map(|(piece, _)| piece)
     }
 
-    /// The leading word, if there is one, and what follows it, if anything does.
-    pub(super) fn head(&self) -> Option<(Part, Option<Part>)> {
+    /// The leading word, if any, and the brackets after it, if any.
+    pub(super) fn head(&self) -> Option<(SyntaxValue, Option<SyntaxValue>)> {
         let node = self.node()?;
         let body = match node.kind() {
             NodeKind::Word => None,
@@ -245,7 +245,7 @@ impl Part {
         Some((self.token(self.lo), body))
     }
 
-    /// The form of its value.
+    /// The form of the value.
     pub(super) fn shape(&self) -> Shape {
         match self.node() {
             Some(node) => match node.kind() {
@@ -277,11 +277,11 @@ impl Part {
         }
     }
 
-    fn token(&self, index: usize) -> Part {
-        Part { src: self.src.clone(), lo: index, hi: index + 1, node: None }
+    fn token(&self, index: usize) -> SyntaxValue {
+        SyntaxValue { src: self.src.clone(), lo: index, hi: index + 1, node: None }
     }
 
-    fn items(&self, node: Node<'_>) -> Vec<Part> {
+    fn items(&self, node: Node<'_>) -> Vec<SyntaxValue> {
         let empty = |item: &Node<'_>| item.kind() == NodeKind::Error && item.tokens().is_empty();
         node.children().filter(|item| !empty(item)).map(|item| Self::of(&self.src, item)).collect()
     }
@@ -300,7 +300,7 @@ impl Part {
     }
 }
 
-/// The value in a `Some( )`.
+/// The value inside `Some( )`.
 fn in_some(node: Node<'_>) -> Option<Node<'_>> {
     let body = node.body().filter(|_| node.kind() == NodeKind::Call && node.name() == Some("Some"))?;
     let mut values = body.children();

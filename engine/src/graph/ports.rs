@@ -1,5 +1,5 @@
-//! What is written at a port: a reference or a literal, and what a reference means.
-use super::part::{Part, Shape};
+//! Values at ports: references and literals, and the resolution of references.
+use super::part::{Shape, SyntaxValue};
 use super::read::{self, shorten};
 use super::remedy::color_meant;
 use super::scope::{Bound, Entity, Port, Slot, Target, Unit};
@@ -9,16 +9,21 @@ use crate::node::{Output, PortInfo, parse_color};
 use crate::value::{Accepts, Field, Type};
 use std::collections::BTreeSet;
 
-/// What is written at a port.
+/// The value written at a port.
 pub(super) enum Literal {
     /// A number, a colour or a vector.
     Constant(Field),
-    /// The name of a node or of one of its outputs.
+    /// The name of a node or of a node's output.
     Reference(String),
 }
 
-/// Reads what is written at `port`, which takes `accepts`; `is_text` if it is the value of a parameter that is a text.
-pub(super) fn literal(part: &Part, accepts: Accepts, port: &Port, is_text: bool) -> Result<Literal, Box<Diagnostic>> {
+/// Reads the value at `port`, which takes `accepts`; `is_text` if the value comes from a text parameter.
+pub(super) fn literal(
+    part: &SyntaxValue,
+    accepts: Accepts,
+    port: &Port,
+    is_text: bool,
+) -> Result<Literal, Box<Diagnostic>> {
     let wrong = |found: &str| {
         let message = format!("{port} takes {accepts}; found {found} `{}`", shorten(part.str()));
         let help = read::without_b(part).unwrap_or_else(|| how_to_write(accepts).to_owned());
@@ -70,7 +75,7 @@ fn narrow(value: f64) -> f32 {
     value as f32
 }
 
-/// True if a colour may be written in place of a wire.
+/// Returns true if a colour may be written in place of a wire.
 fn takes_colors(accepts: Accepts) -> bool {
     matches!(accepts, Accepts::One(Type::Rgb) | Accepts::Field | Accepts::EveryField)
 }
@@ -87,19 +92,19 @@ fn how_to_write(accepts: Accepts) -> &'static str {
     }
 }
 
-/// What a reference means.
+/// The resolved meaning of a reference.
 pub(super) struct Meaning {
     pub(super) target: Target,
     pub(super) declared: Option<Accepts>,
 }
 
 impl Unit<'_> {
-    /// Finds what `name`, written at `part` in `scope`, means. Errors of the name itself are reported here, all others at
-    /// their own places.
-    pub(super) fn resolve(&mut self, scope: usize, part: &Part, name: &str) -> Meaning {
+    /// Resolves `name`, written at `part` in `scope`. Errors of the name itself are reported here, others at their own
+    /// places.
+    pub(super) fn resolve(&mut self, scope: usize, part: &SyntaxValue, name: &str) -> Meaning {
         let mut passed = Vec::new();
         let target = self.follow((scope, part.clone(), name.to_owned()), &mut passed);
-        // Many references may lead through the same inputs, so what an input leads to is remembered.
+        // Cache the targets of inputs, since many references may lead through the same inputs.
         for (scope, input) in passed {
             self.scopes[scope].resolved[input] = Some(target.clone());
         }
@@ -110,8 +115,8 @@ impl Unit<'_> {
         Meaning { declared: declared.filter(|_| !matches!(target, Target::Broken)), target }
     }
 
-    /// Goes from name to name until there is a node or a literal, and adds the inputs on the way to `passed`.
-    fn follow(&mut self, mut at: (usize, Part, String), passed: &mut Vec<(usize, usize)>) -> Target {
+    /// Follows names until it reaches a node or a literal; adds the inputs on the way to `passed`.
+    fn follow(&mut self, mut at: (usize, SyntaxValue, String), passed: &mut Vec<(usize, usize)>) -> Target {
         let mut seen = BTreeSet::new();
         loop {
             let (scope, part, name) = &at;
@@ -142,7 +147,7 @@ impl Unit<'_> {
                     other => other,
                 },
                 Some(Entity::Each(chooser)) => match self.choosers[chooser].children.first().copied() {
-                    // The outputs of all instances are called alike.
+                    // All instances have the same output names.
                     Some(child) => {
                         self.output_of_use(child, part, node, port).map(|_| match self.chosen(chooser, port) {
                             Some(flat) => Next::Found(Target::Out { flat, output: 0 }),
@@ -172,13 +177,19 @@ impl Unit<'_> {
         }
     }
 
-    fn unknown_node(&self, scope: usize, part: &Part, node: &str) -> Box<Diagnostic> {
+    fn unknown_node(&self, scope: usize, part: &SyntaxValue, node: &str) -> Box<Diagnostic> {
         let names = self.scopes[scope].names.keys().map(String::as_str);
         let error = part.error(Code::UnknownNode, format!("there is no node `{}`", shorten(node)));
         Box::new(self.report.with_suggestion(error, node, "node", names))
     }
 
-    fn output_of(&self, flat: usize, part: &Part, node: &str, port: Option<&str>) -> Result<usize, Box<Diagnostic>> {
+    fn output_of(
+        &self,
+        flat: usize,
+        part: &SyntaxValue,
+        node: &str,
+        port: Option<&str>,
+    ) -> Result<usize, Box<Diagnostic>> {
         let outputs = self.flats[flat].info.map_or(&[][..], |info| info.outputs);
         let Some(port) = port else { return Ok(0) };
         Output::position(outputs, port).ok_or_else(|| {
@@ -187,8 +198,14 @@ impl Unit<'_> {
         })
     }
 
-    /// The warning that a reference uses a name which an output had before.
-    fn renamed(&self, flat: usize, output: usize, part: &Part, (node, port): (&str, &str)) -> Option<Diagnostic> {
+    /// The warning for a reference to an old name of an output.
+    fn renamed(
+        &self,
+        flat: usize,
+        output: usize,
+        part: &SyntaxValue,
+        (node, port): (&str, &str),
+    ) -> Option<Diagnostic> {
         let info = self.flats[flat].info?;
         let now = info.outputs.get(output).map(|output| output.name).filter(|now| *now != port)?;
         let message = format!("the output `{port}` of `{}` is called `{now}` now", info.kind);
@@ -199,7 +216,7 @@ impl Unit<'_> {
     fn output_of_use(
         &self,
         child: usize,
-        part: &Part,
+        part: &SyntaxValue,
         node: &str,
         port: Option<&str>,
     ) -> Result<Next, Box<Diagnostic>> {
@@ -220,7 +237,7 @@ impl Unit<'_> {
 
     fn unknown_port<'n>(
         &self,
-        part: &Part,
+        part: &SyntaxValue,
         node: &str,
         port: &str,
         names: impl IntoIterator<Item = &'n str>,
@@ -233,7 +250,7 @@ impl Unit<'_> {
         &self,
         scope: usize,
         index: usize,
-        part: &Part,
+        part: &SyntaxValue,
         node: &str,
         port: Option<&str>,
     ) -> Result<Next, Box<Diagnostic>> {
@@ -252,8 +269,14 @@ impl Unit<'_> {
         })
     }
 
-    /// Reads what is written at a port into slots; `None` after an error.
-    pub(super) fn read_port(&mut self, flat: usize, name: &str, port: &PortInfo, value: &Part) -> Option<Vec<Slot>> {
+    /// Reads the values at a port into slots; `None` after an error.
+    pub(super) fn read_port(
+        &mut self,
+        flat: usize,
+        name: &str,
+        port: &PortInfo,
+        value: &SyntaxValue,
+    ) -> Option<Vec<Slot>> {
         let scope = self.flats[flat].scope;
         let items = match (port.list, value.shape()) {
             (true, Shape::List(items)) => items,
@@ -269,11 +292,11 @@ impl Unit<'_> {
         let mut slots = Vec::with_capacity(items.len());
         let mut good = true;
         for (index, item) in (1..).zip(items) {
-            let slot = |part: &Part, target, declared| {
+            let slot = |part: &SyntaxValue, target, declared| {
                 let (port, wants, part) = (takes.clone(), port.ty, part.clone());
                 Slot { port, wants, part, target, declared }
             };
-            // What is in the node is not put in here, but when that node is read.
+            // Parameters inside an inline node are substituted when that node is read.
             if self.is_node(&item) {
                 let place = if port.list { format!("{name}.{index}") } else { name.to_owned() };
                 let inner = format!("{}.{place}", self.local_name(flat));
@@ -309,7 +332,7 @@ impl Unit<'_> {
         good.then_some(slots)
     }
 
-    /// True if a text means a colour, where colours are taken and no node has that name or a similar one.
+    /// Returns true if a text means a colour: colours are accepted, and no node has that name or a similar one.
     fn is_color_name(&self, scope: usize, text: &str, accepts: Accepts) -> bool {
         let names = &self.scopes[scope].names;
         takes_colors(accepts)
@@ -319,7 +342,7 @@ impl Unit<'_> {
             && did_you_mean(text, names.keys().map(String::as_str)).is_none()
     }
 
-    /// The type of what goes into a slot; `None` if it is unknown because of an error.
+    /// The type of a slot's value; `None` if an error hides it.
     pub(super) fn type_of(&self, target: &Target) -> Option<Type> {
         match target {
             Target::Constant(field, _) => Some(field.ty()),
@@ -328,8 +351,8 @@ impl Unit<'_> {
         }
     }
 
-    /// Reports a wire, written in `scope`, that does not fit its port.
-    /// `kind` is the kind of the node that has it, if that is a node's.
+    /// The error for a wire in `scope` that does not fit its port. `kind` is the kind of the node, if the port belongs
+    /// to a node.
     pub(super) fn check_type(&self, scope: usize, slot: &Slot, kind: Option<&str>) -> Option<Diagnostic> {
         let ty = slot.declared.or_else(|| self.type_of(&slot.target).map(Accepts::One))?;
         if matches!(slot.target, Target::Broken) || ty.fits(slot.wants) {
@@ -346,7 +369,8 @@ impl Unit<'_> {
 }
 
 impl Unit<'_> {
-    /// Reports numbers in place of wires that their ports do not allow. Numbers that come through inputs of the graph count, too.
+    /// Reports numbers in place of wires that are outside the bounds of their ports, including numbers passed through
+    /// inputs of the graph.
     pub(super) fn check_bounds(&mut self, flat: usize) {
         let node = &self.flats[flat];
         let Some(info) = node.info else { return };
@@ -381,5 +405,5 @@ impl Unit<'_> {
 
 enum Next {
     Found(Target),
-    Go((usize, Part, String)),
+    Go((usize, SyntaxValue, String)),
 }

@@ -1,11 +1,12 @@
-//! Reads the parts of a document, with a function for each kind of value; what does not fit is reported and left out.
-use super::part::{Entry, Part, Shape};
+//! Readers for the values of a document, one function per kind of value; invalid values are reported and dropped.
+use super::part::{Entry, Shape, SyntaxValue};
 use super::report::Report;
 use crate::diagnostics::{Code, Diagnostic};
+use crate::export::FieldDecl;
 use crate::syntax::is_name;
 
-/// The error for a value that is not what it must be.
-pub(super) fn mismatch(part: &Part, what: &str, wanted: &str) -> Diagnostic {
+/// The error for a value of the wrong form.
+pub(super) fn mismatch(part: &SyntaxValue, what: &str, wanted: &str) -> Diagnostic {
     let found = part.shape();
     let message = match found {
         Shape::Text(_) | Shape::Number(_) | Shape::Word(_) | Shape::Bytes => {
@@ -20,25 +21,25 @@ pub(super) fn mismatch(part: &Part, what: &str, wanted: &str) -> Diagnostic {
     }
 }
 
-/// The help for bytes where a text is wanted.
-pub(super) fn without_b(part: &Part) -> Option<String> {
+/// The help for a byte string where a text is needed.
+pub(super) fn without_b(part: &SyntaxValue) -> Option<String> {
     let text = part.str().strip_prefix('b').filter(|_| matches!(part.shape(), Shape::Bytes))?;
     Some(format!("write `{}`, without the `b`", shorten(text)))
 }
 
-/// A text that fits into a line of a message.
+/// Shortens a text to fit into a line of a message.
 pub(super) fn shorten(text: &str) -> String {
     let line: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(60).collect();
     if line.chars().count() < text.chars().count() { format!("{line}…") } else { line }
 }
 
-/// A message of a library as messages are written here: without a capital letter at its beginning.
+/// Lowers the first letter of a library's message, as messages are written here.
 pub(super) fn lower_first(message: &str) -> String {
     let mut chars = message.chars();
     chars.next().map(|c| c.to_ascii_lowercase()).into_iter().chain(chars).collect()
 }
 
-/// The byte at a position of `ron`, which counts lines and characters from 1.
+/// The byte offset of a position from `ron`, which counts lines and characters from 1.
 pub(super) fn offset(text: &str, position: ron::error::Position) -> usize {
     let line_start = match position.line {
         0 | 1 => 0,
@@ -48,7 +49,7 @@ pub(super) fn offset(text: &str, position: ron::error::Position) -> usize {
     line.char_indices().nth(position.col.saturating_sub(1)).map_or(text.len(), |(i, _)| line_start + i)
 }
 
-/// Drops entries whose key was there before, and reports them.
+/// Drops entries with a repeated key, and reports them.
 pub(super) fn unique(entries: Vec<Entry>, what: &str, report: &mut Report) -> Vec<Entry> {
     let mut first = std::collections::BTreeMap::new();
     let mut kept = Vec::with_capacity(entries.len());
@@ -65,7 +66,7 @@ pub(super) fn unique(entries: Vec<Entry>, what: &str, report: &mut Report) -> Ve
 }
 
 /// The entries of `{"name": value}`.
-pub(super) fn map(part: &Part, what: &str, report: &mut Report) -> Vec<Entry> {
+pub(super) fn map(part: &SyntaxValue, what: &str, report: &mut Report) -> Vec<Entry> {
     match part.shape() {
         Shape::Map(entries) => {
             for entry in entries.iter().filter(|entry| !matches!(entry.key.shape(), Shape::Text(_))) {
@@ -82,31 +83,32 @@ pub(super) fn map(part: &Part, what: &str, report: &mut Report) -> Vec<Entry> {
     }
 }
 
-/// The fields of `(name: value)`, those that `known` lists; the others are reported.
-pub(super) fn fields(part: &Part, owner: &str, known: &[&str], report: &mut Report) -> Option<Vec<Entry>> {
+/// The fields of `(name: value)` listed in `known`; reports the others.
+pub(super) fn fields(part: &SyntaxValue, owner: &str, known: &[FieldDecl], report: &mut Report) -> Option<Vec<Entry>> {
     let Shape::Named(entries) = part.shape() else {
         report.push(mismatch(part, owner, "named fields in brackets, `(name: value)`"));
         return None;
     };
     let mut kept = Vec::new();
     for entry in unique(entries, "field", report) {
-        if known.contains(&entry.name.as_str()) {
+        if known.iter().any(|field| field.name == entry.name) {
             kept.push(entry);
         } else {
             let message = format!("{owner} has no field `{}`", shorten(&entry.name));
-            report.unknown(entry.key.error(Code::UnknownField, message), &entry.name, "field", known.iter().copied());
+            let names = known.iter().map(|field| field.name);
+            report.unknown(entry.key.error(Code::UnknownField, message), &entry.name, "field", names);
         }
     }
     Some(kept)
 }
 
 /// The value of a field.
-pub(super) fn get<'a>(entries: &'a [Entry], name: &str) -> Option<&'a Part> {
+pub(super) fn get<'a>(entries: &'a [Entry], name: &str) -> Option<&'a SyntaxValue> {
     entries.iter().find(|e| e.name == name).map(|e| &e.value)
 }
 
 /// A text.
-pub(super) fn text(part: &Part, what: &str, report: &mut Report) -> Option<String> {
+pub(super) fn text(part: &SyntaxValue, what: &str, report: &mut Report) -> Option<String> {
     match part.shape() {
         Shape::Text(text) => Some(text),
         _ => {
@@ -117,7 +119,7 @@ pub(super) fn text(part: &Part, what: &str, report: &mut Report) -> Option<Strin
 }
 
 /// A finite number.
-pub(super) fn number(part: &Part, what: &str, report: &mut Report) -> Option<f64> {
+pub(super) fn number(part: &SyntaxValue, what: &str, report: &mut Report) -> Option<f64> {
     match part.shape() {
         Shape::Number(value) if value.is_finite() => Some(value),
         Shape::Number(_) => {
@@ -132,7 +134,7 @@ pub(super) fn number(part: &Part, what: &str, report: &mut Report) -> Option<f64
 }
 
 /// Two numbers.
-pub(super) fn pair(part: &Part, what: &str, report: &mut Report) -> Option<(f64, f64)> {
+pub(super) fn pair(part: &SyntaxValue, what: &str, report: &mut Report) -> Option<(f64, f64)> {
     match part.shape() {
         Shape::Tuple(items) | Shape::List(items) if items.len() == 2 => {
             let (a, b) = (number(&items[0], what, report), number(&items[1], what, report));
@@ -145,14 +147,14 @@ pub(super) fn pair(part: &Part, what: &str, report: &mut Report) -> Option<(f64,
     }
 }
 
-/// The error for a number that is not finite.
-pub(super) fn not_finite(part: &Part, what: &str) -> Diagnostic {
+/// The error for a number that is infinite or not a number.
+pub(super) fn not_finite(part: &SyntaxValue, what: &str) -> Diagnostic {
     let message = format!("{what} is `{}`; it must be a finite number", shorten(part.str()));
     part.error(Code::NotFinite, message)
 }
 
 /// Reports a name that is not allowed.
-pub(super) fn check_name(key: &Part, name: &str, what: &str, report: &mut Report) -> bool {
+pub(super) fn check_name(key: &SyntaxValue, name: &str, what: &str, report: &mut Report) -> bool {
     let good = is_name(name);
     if !good {
         let odd = name.chars().find(|c| !c.is_ascii());

@@ -1,4 +1,4 @@
-//! What to write instead of what is refused, where that takes more than the nearest name.
+//! Remedies for refused values that need more than the nearest name.
 use super::imports;
 use super::part::Shape;
 use super::read::shorten;
@@ -7,21 +7,21 @@ use crate::node::{OutputType, parse_color};
 use crate::registry::Registry;
 use crate::value::{Accepts, Type};
 
-/// Begins the paragraph of a node's documentation that tells what other programs call it.
+/// Begins the paragraph of a node's documentation with its names in other programs.
 const ELSEWHERE: &str = "Elsewhere:";
 /// The most kinds that a message lists.
 const LISTED: usize = 3;
 
-/// The kind that computes a formula.
+/// The node kind that computes a formula.
 const FORMULA: &str = "Expression";
 
-/// Tells what to write instead of a colour to get its luminance, by the weights with which pictures become `Gray`.
+/// The help for converting a colour to luminance, with the weights that convert pictures to `Gray`.
 pub(super) fn write_luminance(written: &str) -> String {
     let formula = "0.2126 * a.r + 0.7152 * a.g + 0.0722 * a.b";
     format!("for its luminance (Rec. 709) write `{FORMULA}(a: {written}, formula: \"{formula}\")`")
 }
 
-/// The kind that `word` means if it is the name that another program has for it, or its words in another order.
+/// The kind that `word` means: its name in another program, or its words in another order.
 pub(super) fn kind_elsewhere<'r>(registry: &'r Registry, word: &str) -> Option<&'r str> {
     let (squashed, words) = (squash(word), words(word));
     let is_meant = |kind: &&str| {
@@ -37,12 +37,12 @@ fn names_elsewhere(doc: &str) -> impl Iterator<Item = &str> {
     paragraph.unwrap_or_default().split('*').skip(1).step_by(2)
 }
 
-/// Its letters and digits, in lower case.
+/// The letters and digits of a text, in lower case.
 fn squash(text: &str) -> String {
     text.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 
-/// The words of `BlendMaterials`, in the singular and in order of the alphabet.
+/// The words of a kind such as `BlendMaterials`, in singular, sorted alphabetically.
 fn words(kind: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     for c in kind.chars().take(64) {
@@ -58,7 +58,7 @@ fn words(kind: &str) -> Vec<String> {
     words
 }
 
-/// How to import what was written where the name of an import belongs; `None` if that is nothing which can be imported.
+/// The help for importing a file that was written where an import name belongs; `None` if it cannot be imported.
 pub(super) fn import_first(registry: &Registry, written: &str, taken: &[&str]) -> Option<String> {
     let inside = written.strip_prefix(imports::LIBRARY).unwrap_or(written);
     let of_library = imports::in_library(inside, registry.library()).is_some();
@@ -73,8 +73,9 @@ pub(super) fn import_first(registry: &Registry, written: &str, taken: &[&str]) -
 }
 
 impl Unit<'_> {
-    /// The help for a wire, written in `scope`, that does not fit a port of a node of this kind. In this order: another output of
-    /// its node; a kind that does the same with this type; a formula or a kind that converts it; the kinds that make the wanted type.
+    /// The help for a wire in `scope` that does not fit a port of a node of this kind. In order of preference: another
+    /// output of its node; a kind that does the same with this type; a formula or a kind that converts it; kinds that
+    /// make the wanted type.
     pub(super) fn remedy(&self, scope: usize, slot: &Slot, ty: Accepts, kind: Option<&str>) -> Option<String> {
         if let Some(help) = if slot.declared.is_none() { self.other_output(scope, slot) } else { None } {
             return Some(help);
@@ -86,7 +87,7 @@ impl Unit<'_> {
         }
     }
 
-    /// How to make a number of a colour: as it is made of a picture, by its luminance.
+    /// The help for converting a colour to a number: by its luminance, as for pictures.
     fn luminance(&self, slot: &Slot, ty: Accepts) -> Option<String> {
         let asked = (ty, slot.wants) == (Accepts::One(Type::Rgb), Accepts::One(Type::Gray));
         (asked && self.registry.info(FORMULA).is_some()).then(|| match slot.part.shape() {
@@ -95,7 +96,7 @@ impl Unit<'_> {
         })
     }
 
-    /// The kind that does the same with values of this type: `BlendMaterials` for a material that is given to `Blend`.
+    /// The kind that does the same with values of this type: `BlendMaterials` for a material connected to `Blend`.
     fn same_for(&self, kind: &str, ty: Accepts) -> Option<String> {
         let (own, wanted) = (words(kind), ty.only().map(Accepts::One)?);
         let does = |other: &&str| {
@@ -135,7 +136,7 @@ impl Unit<'_> {
         outputs.find_map(|(output, ty)| Some((output.name, ty.filter(|ty| ty.fits(wants))?)))
     }
 
-    /// Of a graph that is shown in `scope`. Only outputs that a node of its own makes are looked at.
+    /// An output of the graph `scope`. Only outputs made by the graph's own nodes are considered.
     fn output_of_graph(&self, scope: usize, wants: Accepts) -> Option<(&str, Type)> {
         let document = &self.docs[self.scopes[scope].doc].document;
         document.outputs.iter().find_map(|output| {
@@ -152,7 +153,7 @@ impl Unit<'_> {
         })
     }
 
-    /// The kinds that convert, and the first of them as it is written in place of the wire.
+    /// The kinds that convert the value; the first one with its notation in place of the wire.
     fn converters(&self, slot: &Slot, ty: Accepts) -> Option<String> {
         let converter = |kind: &'_ str| {
             let info = self.registry.info(kind)?;
@@ -186,7 +187,7 @@ impl Unit<'_> {
     }
 }
 
-/// The colours that have names here, for those who write such names.
+/// Colour names, for users who write names instead of codes.
 const COLORS: [(&str, &str); 20] = [
     ("black", "#000000"),
     ("silver", "#c0c0c0"),
@@ -210,7 +211,7 @@ const COLORS: [(&str, &str); 20] = [
     ("pink", "#ffc0cb"),
 ];
 
-/// The colour that is meant by a text which is none: a name, or digits without `#`.
+/// The colour meant by a text that is not a valid colour: a name, or digits without `#`.
 pub(super) fn color_meant(text: &str) -> Option<String> {
     let lower = text.trim().to_ascii_lowercase();
     if let Some((_, code)) = COLORS.iter().find(|(name, _)| *name == lower) {
@@ -222,7 +223,7 @@ pub(super) fn color_meant(text: &str) -> Option<String> {
         return None;
     }
     let code = format!("#{}", prefix.unwrap_or(&lower));
-    // Of eight digits the last two are opacity.
+    // In eight digits, the last two are opacity.
     let code = if code.len() == 9 && code.is_ascii() { code[..7].to_owned() } else { code };
     (code != text && parse_color(&code).is_some()).then_some(code)
 }
@@ -239,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_meant_by_names_and_digits() {
+    fn recognizes_colours_by_names_and_digits() {
         let meant = |text: &str| color_meant(text);
         assert_eq!(meant("Red").as_deref(), Some("#ff0000"));
         assert_eq!(meant("0xff8000").as_deref(), Some("#ff8000"));

@@ -1,5 +1,5 @@
-//! Where diagnostics are gathered.
-use super::part::Part;
+//! Collects diagnostics.
+use super::part::SyntaxValue;
 use super::spared::Spared;
 use crate::diagnostics::{Code, Diagnostic, FileId, Span, suggest};
 use crate::syntax::Tree;
@@ -9,34 +9,34 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// The most diagnostics of one file. More would not be read, and each one takes time.
 const MOST: usize = 1000;
-/// How many candidates are compared with unknown words in a run; the words after that get no suggestion.
+/// The most candidates compared with unknown words in one run; later words get no suggestion.
 const COMPARED: usize = 500_000;
 
-/// The diagnostics of a run. What is repeated for every use of a sub-graph is kept once.
+/// The diagnostics of a run. A diagnostic repeated for every use of a sub-graph is kept once.
 #[derive(Default)]
 pub(super) struct Report {
     diagnostics: Vec<Diagnostic>,
     said: BTreeSet<(Code, Span, u64)>,
     /// The first instance of a graph that reported something at a place.
     first: BTreeMap<(Code, Span), usize>,
-    /// The values given from outside for which an error was reported.
+    /// The outside values for which an error was reported.
     values: BTreeSet<(Code, Span)>,
     files: BTreeMap<FileId, Count>,
-    /// What merely follows from mistakes in the syntax of a file.
+    /// The consequences of syntax errors in a file.
     spared: BTreeMap<FileId, Spared>,
     instance: usize,
-    /// Where the current sub-graph is used.
+    /// The place where the current sub-graph is used.
     used: Option<Span>,
     errors: usize,
     compared: Cell<usize>,
 }
 
-/// How many diagnostics a file has.
+/// The number of diagnostics of a file.
 #[derive(Clone, Copy, Default)]
 struct Count {
     errors: usize,
     warnings: usize,
-    /// How many are left out; the place of the first of them, and whether there are errors among them.
+    /// The number of omitted diagnostics; the place of the first, and whether errors are among them.
     left_out: usize,
     first: Option<Span>,
     has_errors: bool,
@@ -51,13 +51,13 @@ impl Count {
 }
 
 impl Report {
-    /// The diagnostics that follow are about the instance `instance` of a graph, which is used at `used`.
+    /// Sets the graph instance, used at `used`, that the following diagnostics are about.
     pub(super) fn enter(&mut self, instance: usize, used: Option<Span>) {
         self.instance = instance;
         self.used = used;
     }
 
-    /// From now on, what merely follows from the mistakes in the syntax of `file` is not told.
+    /// Suppresses the consequences of syntax errors in `file` from now on.
     pub(super) fn spare(&mut self, file: FileId, tree: &Tree) {
         if !tree.errors().is_empty() {
             self.spared.insert(file, Spared::by(tree));
@@ -66,7 +66,7 @@ impl Report {
 
     /// Adds a diagnostic unless it was reported before.
     pub(super) fn push(&mut self, mut diagnostic: Diagnostic) {
-        // Errors count even if they were reported before.
+        // Count errors even if they were reported before.
         self.errors += usize::from(!diagnostic.warning);
         if self.spared.get(&diagnostic.span.file).is_some_and(|spared| spared.spares(&diagnostic)) {
             return;
@@ -89,9 +89,9 @@ impl Report {
         self.diagnostics.push(diagnostic);
     }
 
-    /// Adds an error about the value at `part`. A value that was given from outside may be wrong in many places; it is
-    /// reported once.
-    pub(super) fn push_value(&mut self, part: &Part, error: Diagnostic) {
+    /// Adds an error about the value at `part`. A value given from outside may be wrong in many places, but is reported
+    /// once.
+    pub(super) fn push_value(&mut self, part: &SyntaxValue, error: Diagnostic) {
         if part.is_given() && !self.values.insert((error.code, error.span)) {
             self.errors += 1;
             return;
@@ -99,7 +99,7 @@ impl Report {
         self.push(error);
     }
 
-    /// Adds an error about `word`, which is none of `names`, with what may have been meant.
+    /// Adds an error about `word`, which is not one of `names`, with a suggestion.
     pub(super) fn unknown<'n>(
         &mut self,
         error: Diagnostic,
@@ -111,7 +111,7 @@ impl Report {
         self.push(error);
     }
 
-    /// The same without adding it.
+    /// Adds a suggestion to an error without reporting it.
     pub(super) fn with_suggestion<'n>(
         &self,
         error: Diagnostic,
@@ -125,7 +125,7 @@ impl Report {
         }
     }
 
-    /// What may have been meant by a word that is none of `names`. After many such words nothing is suggested any more,
+    /// The suggestion for a word that is not one of `names`. After many such words there are no more suggestions,
     /// because comparing every word with every name would take longer than everything else.
     pub(super) fn suggest<'n>(
         &self,
@@ -141,19 +141,19 @@ impl Report {
         Some(suggest(word, what, &names))
     }
 
-    /// Whether there may be so many comparisons more; if so, they count as made.
+    /// Returns true if this many more comparisons are allowed, and counts them as made.
     pub(super) fn may_compare(&self, comparisons: usize) -> bool {
         let may = self.compared.get() < COMPARED;
         self.compared.set(self.compared.get() + if may { comparisons } else { 0 });
         may
     }
 
-    /// How many errors there were so far, repeated ones included.
+    /// The number of errors so far, including repeated ones.
     pub(super) fn errors(&self) -> usize {
         self.errors
     }
 
-    /// All diagnostics in the order of the text. Where there are too many of a file, the last one says how many more.
+    /// All diagnostics in the order of the text. If a file has too many, the last one states how many were left out.
     pub(super) fn finish(mut self) -> Vec<Diagnostic> {
         self.diagnostics.sort_by_key(|d| (d.span.file, d.span.start, d.span.end, d.code));
         let mut kept = Vec::with_capacity(self.diagnostics.len());
@@ -165,7 +165,7 @@ impl Report {
     }
 }
 
-/// Keeps the diagnostics of a file, errors before warnings if there are too many.
+/// Keeps the diagnostics of a file; if there are too many, errors before warnings.
 fn keep(of_file: &[Diagnostic], mut count: Count, kept: &mut Vec<Diagnostic>) {
     if count.left_out == 0 && of_file.len() <= MOST {
         kept.extend_from_slice(of_file);

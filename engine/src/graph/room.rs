@@ -1,10 +1,10 @@
-//! What a graph needs more memory for than there is.
+//! Nodes that need more memory than available.
 use super::{Graph, GraphNode};
 use crate::diagnostics::{Code, Diagnostic};
 
 impl Graph {
-    /// A warning for each node on which an output depends and which takes more than `memory` bytes for the whole picture: a
-    /// render would refuse it. All others work by tiles, in any memory.
+    /// A warning for each node that an output depends on and that needs more than `memory` bytes for the whole picture:
+    /// a render would refuse it. Other nodes work in tiles, with any amount of memory.
     pub fn too_large(&self, memory: u64) -> Vec<Diagnostic> {
         let needed = self.needed();
         let warning = |node: &GraphNode| {

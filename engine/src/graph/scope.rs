@@ -1,11 +1,11 @@
-//! Scopes: a graph file, and every use of a sub-graph, with what the names in it mean.
+//! Scopes: a graph file, or a use of a sub-graph, with the meanings of its names.
 use super::document::NodeDecl;
 use super::each::{self, Chooser};
 use super::files::{Doc, FileChecks};
 use super::instance::{self, Setting};
 use super::layout::Layout;
 use super::params::{Params, Values};
-use super::part::{Entry, Part, Shape};
+use super::part::{Entry, Shape, SyntaxValue};
 use super::ports::{self, Literal};
 use super::read::{self, mismatch};
 use super::remedy;
@@ -21,34 +21,34 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// So many comparisons of names take as long as reading the documentation of all kinds.
+/// Reading the documentation of all kinds takes as long as this many comparisons of names.
 const DOCUMENTATION: usize = 5_000;
 
-/// What a name of a scope means.
+/// The meaning of a name in a scope.
 #[derive(Clone, Copy)]
 pub(super) enum Entity {
     /// A node.
     Node(usize),
     /// A sub-graph: its scope.
     Use(usize),
-    /// Several sub-graphs of which one shows at every pixel: which of the `Each`.
+    /// Several sub-graphs, one of which is visible at each pixel: the index of the `Each`.
     Each(usize),
     /// An input of the graph.
     Input(usize),
-    /// Something in error.
+    /// A faulty name.
     Broken,
 }
 
-/// What an input of a graph stands for.
+/// The value of a graph's input.
 #[derive(Clone)]
 pub(super) enum Bound {
-    /// A literal, and where it is written.
-    Constant(Field, Part),
-    /// A reference to be understood in `scope`.
-    Wire { scope: usize, part: Part, name: String },
-    /// The node that converts what is given to the type of the input.
+    /// A literal and its place.
+    Constant(Field, SyntaxValue),
+    /// A reference to be resolved in `scope`.
+    Wire { scope: usize, part: SyntaxValue, name: String },
+    /// The node that converts the given value to the type of the input.
     Pass(usize),
-    /// Something in error.
+    /// A faulty value.
     Broken,
 }
 
@@ -59,28 +59,28 @@ pub(super) struct Scope {
     pub(super) params: Params,
     pub(super) names: BTreeMap<String, Entity>,
     pub(super) inputs: Vec<Bound>,
-    /// What each input leads to, once that was needed.
+    /// The target of each input, once it was resolved.
     pub(super) resolved: Vec<Option<Target>>,
-    /// Where it is used.
+    /// The place where the graph is used.
     pub(super) used: Option<Span>,
     /// The canvas of its nodes.
     pub(super) canvas: Canvas,
-    /// How its outputs are laid out, if they are.
+    /// The layout of its outputs, if any.
     pub(super) layout: Option<Layout>,
 }
 
-/// What goes into a slot.
+/// The resolved value of a slot.
 #[derive(Clone)]
 pub(super) enum Target {
     /// An output of a node.
     Out { flat: usize, output: usize },
-    /// A literal, and where it is written.
-    Constant(Field, Part),
-    /// Something in error.
+    /// A literal and its place.
+    Constant(Field, SyntaxValue),
+    /// A faulty value.
     Broken,
 }
 
-/// What takes a value.
+/// The receiver of a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Port {
     /// The port of a node.
@@ -97,7 +97,7 @@ impl Port {
         }
     }
 
-    /// Whether it is the port of a node that has that name.
+    /// Returns true if it is the port of a node with that name.
     pub(super) fn is(&self, name: &str) -> bool {
         matches!(self, Self::Node(port) if port == name)
     }
@@ -114,86 +114,86 @@ impl fmt::Display for Port {
 
 /// A wire, or a literal in its place.
 pub(super) struct Slot {
-    /// What takes it.
+    /// The receiver of the value.
     pub(super) port: Port,
-    /// What the port takes.
+    /// The accepted type.
     pub(super) wants: Accepts,
-    /// What is written.
-    pub(super) part: Part,
-    /// What it means.
+    /// The value as written.
+    pub(super) part: SyntaxValue,
+    /// The resolved value.
     pub(super) target: Target,
-    /// The type that the value counts as, if it is an input of a graph by itself.
+    /// The type that the value counts as, if it is directly an input of a graph.
     pub(super) declared: Option<Accepts>,
 }
 
 impl Slot {
-    pub(super) fn unresolved(port: Port, wants: Accepts, part: Part) -> Self {
+    pub(super) fn unresolved(port: Port, wants: Accepts, part: SyntaxValue) -> Self {
         Self { port, wants, part, target: Target::Broken, declared: None }
     }
 }
 
-/// A node. Those of all scopes are in one list.
+/// A node. The nodes of all scopes are in one list.
 pub(super) struct Flat<'a> {
     pub(super) scope: usize,
     pub(super) name: String,
-    pub(super) kind: Part,
+    pub(super) kind: SyntaxValue,
     pub(super) kind_name: String,
-    /// `None` for what the graph itself makes: the conversion at an input, a material input that is given nothing (it has no
-    /// slot), and what lays out an instance.
+    /// `None` for nodes added by the graph itself: conversions at inputs, material inputs without a value (which have
+    /// no slot), and layouts of instances.
     pub(super) info: Option<&'a KindInfo>,
     pub(super) args: Cow<'a, [Entry]>,
     pub(super) slots: Vec<Slot>,
-    /// The parameters, with the parameters of the graph put in, and what a path in them is relative to.
-    pub(super) params: Vec<(String, Part, Option<PathBuf>)>,
-    /// Whether no error was found in it so far.
+    /// The parameters after substitution, and the base folder of a path in them.
+    pub(super) params: Vec<(String, SyntaxValue, Option<PathBuf>)>,
+    /// True while no error was found in the node.
     pub(super) good: bool,
     pub(super) node: Option<Arc<dyn DynNode>>,
-    /// `None` for a type that is unknown because of an error.
+    /// `None` for a type hidden by an error.
     pub(super) outputs: Vec<Option<Type>>,
-    /// Its files with the parameter that names each.
+    /// Its files, with their parameters.
     pub(super) files: Vec<(&'static str, PathBuf)>,
-    /// Of a node that makes a picture: whether it has one channel; `None` if that is unknown because of an error.
+    /// For a node that makes a picture: true if it has one channel; `None` if an error hides it.
     pub(super) gray: Option<bool>,
-    /// The channels of the material that it makes; `None` where they are unknown because of an error.
+    /// The channels of its material; `None` if an error hides them.
     pub(super) channels: Option<ChannelSet>,
-    /// How it lays out what it reads, if that is what it does.
+    /// The layout, for a node that lays out its input.
     pub(super) layout: Option<Layout>,
-    /// The `Each` among whose instances it chooses, and the output, if that is what it does.
+    /// The `Each` and the output, for a node that selects among instances.
     pub(super) chooses: Option<(usize, String)>,
 }
 
-/// One graph with all its sub-graphs while it is linked.
+/// A graph with all its sub-graphs during linking.
 pub(super) struct Unit<'a> {
     pub(super) registry: &'a Registry,
     pub(super) docs: &'a [Doc],
-    /// The number of nodes of each document with all its sub-graphs; `None` if it must not be used.
+    /// The number of nodes of each document including its sub-graphs; `None` if it must not be used.
     pub(super) sizes: &'a [Option<usize>],
     pub(super) report: &'a mut Report,
     pub(super) looked_at: &'a mut Vec<PathBuf>,
     pub(super) file_checks: &'a mut FileChecks,
     pub(super) canvas: Canvas,
-    /// Values of the command line for parameters of instances, and what paths in them are relative to.
+    /// Command-line values for parameters of instances; paths in them are relative to `working_dir`.
     pub(super) settings: &'a [Setting],
     pub(super) working_dir: &'a Path,
     pub(super) scopes: Vec<Scope>,
-    /// Nodes without a name, by the scope and the place where they are written.
+    /// Nodes without a name, by their scope and place.
     pub(super) inlines: BTreeMap<(usize, Span), Entity>,
     pub(super) flats: Vec<Flat<'a>>,
-    /// Wires that must be checked but lead to no node: values given to inputs that need no conversion.
+    /// Wires to check that lead to no node: values of inputs that need no conversion.
     pub(super) checks: Vec<(usize, Slot)>,
-    /// The nodes that lay out outputs of instances.
+    /// The layout nodes of outputs of instances.
     pub(super) laid: BTreeMap<(usize, String), usize>,
-    /// Every `Each`, and the nodes that choose among their instances.
+    /// Every `Each`, and the nodes that select among its instances.
     pub(super) choosers: Vec<Chooser>,
     pub(super) chosen: BTreeMap<(usize, String), usize>,
-    /// The number of the first scope among those of all units.
+    /// The index of the first scope among those of all units.
     pub(super) first_instance: usize,
     /// The defaults of the documents in use.
     pub(super) defaults: BTreeMap<usize, Params>,
 }
 
 impl<'a> Unit<'a> {
-    /// The diagnostics that follow are about `scope`.
+    /// Sets `scope` as the subject of the following diagnostics.
     pub(super) fn enter(&mut self, scope: usize) {
         self.report.enter(self.first_instance + scope, self.scopes[scope].used);
     }
@@ -217,14 +217,13 @@ impl<'a> Unit<'a> {
         scope
     }
 
-    /// Fills a scope: adds its nodes and sub-graphs, and finds what its names mean. `given` are the inputs that are given a
-    /// value.
+    /// Fills a scope: adds its nodes and sub-graphs, and resolves its names. `given` holds the values of its inputs.
     pub(super) fn fill(&mut self, scope: usize, given: &[Option<Bound>]) {
         let docs = self.docs;
         let doc = &docs[self.scopes[scope].doc];
         self.enter(scope);
         for (i, input) in doc.document.inputs.iter().enumerate() {
-            // The default is checked even where it is not used.
+            // Check the default even if it is not used.
             let default = self.default_input(scope, i);
             let value = given.get(i).cloned().flatten().or(default);
             self.scopes[scope].inputs[i] = value.unwrap_or_else(|| self.without_default(scope, input));
@@ -285,7 +284,7 @@ impl<'a> Unit<'a> {
             let kinds = self.registry.kinds().chain(["Use", each::KIND]);
             let message = format!("there is no node kind `{}`", read::shorten(kind.str()));
             let error = kind.error(Code::UnknownKind, message);
-            // Reads the documentation of all kinds, which costs as much as comparing very many names.
+            // This reads the documentation of all kinds, which costs as much as very many comparisons of names.
             let may_read = self.report.may_compare(DOCUMENTATION);
             match may_read.then(|| remedy::kind_elsewhere(self.registry, kind.str())).flatten() {
                 Some(meant) => self.report.push(error.help(format!("here it is called `{meant}`"))),
@@ -308,7 +307,7 @@ impl<'a> Flat<'a> {
     pub(super) fn new(
         scope: usize,
         name: String,
-        kind: Part,
+        kind: SyntaxValue,
         kind_name: String,
         info: Option<&'a KindInfo>,
         args: Cow<'a, [Entry]>,
@@ -333,14 +332,15 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// Where the value of a field is written, if it is.
-    pub(super) fn field(&self, name: &str) -> Option<&Part> {
+    /// The value of a field, if it is written.
+    pub(super) fn field(&self, name: &str) -> Option<&SyntaxValue> {
         let param = self.params.iter().find(|(param, ..)| param == name).map(|(_, part, _)| part);
         param.or_else(|| self.args.iter().find(|arg| arg.name == name).map(|arg| &arg.value))
     }
 }
 
-/// Checks the presets of a document, and gives the values of those named `wanted`, the later ones over the earlier ones.
+/// Checks the presets of a document; returns the values of those named in `wanted`, with later presets overriding
+/// earlier ones.
 pub(super) fn presets(doc: &Doc, wanted: Option<&str>, report: &mut Report) -> Values {
     let mut known = BTreeMap::new();
     for (preset, values) in &doc.document.presets {
@@ -360,8 +360,8 @@ pub(super) fn presets(doc: &Doc, wanted: Option<&str>, report: &mut Report) -> V
     wanted.filter_map(|name| known.get(name)).flat_map(|values| values.clone()).collect()
 }
 
-/// A note is a text for readers, without effect.
-pub(super) fn check_note(part: &Part, report: &mut Report) {
+/// Checks a note, a text for readers without effect.
+pub(super) fn check_note(part: &SyntaxValue, report: &mut Report) {
     if !matches!(part.shape(), Shape::Text(_)) {
         report.push(mismatch(part, "`note`", "a text in quotes"));
     }

@@ -1,10 +1,10 @@
-//! What is not told of a file with mistakes in its syntax, because it merely follows from them.
+//! Errors that are suppressed because they are consequences of syntax errors in the file.
 use crate::diagnostics::{Code, Diagnostic};
 use crate::syntax::{Node, NodeKind, Tree};
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// The sections of a graph whose names others refer to, and the error for a name that they do not have.
+/// The sections of a graph whose names can be referenced, and the error for a missing name.
 const NAMES: [(&str, Code); 4] = [
     ("nodes", Code::UnknownNode),
     ("inputs", Code::UnknownNode),
@@ -12,21 +12,21 @@ const NAMES: [(&str, Code); 4] = [
     ("imports", Code::UnknownVariant),
 ];
 
-/// What merely follows from the mistakes in the syntax of a file.
+/// The consequences of syntax errors in a file.
 #[derive(Debug, Default)]
 pub(super) struct Spared {
-    /// Everything that is told of these places: what could not be read, in order.
+    /// Unreadable places, in order: any error within them is suppressed.
     places: Vec<Range<usize>>,
-    /// What is told of exactly these places: values of which a part could not be read.
+    /// Values with unreadable parts: errors at exactly these places are suppressed.
     wholes: BTreeSet<(usize, usize)>,
-    /// The lines with a mistake, within the entry that it is in: all that is told of them, in order.
+    /// Lines with a syntax error, clipped to the entry that contains it, in order: any error within them is suppressed.
     lines: Vec<Range<usize>>,
-    /// Errors for names that may be where nothing could be read.
+    /// Errors about names that may be defined in unreadable text.
     codes: Vec<Code>,
 }
 
 impl Spared {
-    /// What follows from the mistakes in a tree.
+    /// Finds the consequences of the syntax errors in a tree.
     pub(super) fn by(tree: &Tree) -> Self {
         let mut spared = Self::default();
         let lost = |node: &Node<'_>| matches!(node.kind(), NodeKind::Error | NodeKind::Missing);
@@ -34,7 +34,7 @@ impl Spared {
             if spared.places.last().is_none_or(|last| last.end < node.range().end) {
                 spared.places.push(node.range());
             }
-            // Nodes that stand in a wrong place are no nodes.
+            // Nodes in a wrong place are not read as nodes.
             let known = spared.codes.contains(&Code::UnknownNode);
             if !known && node.entries().any(|entry| entry.key().is_some_and(|key| key.kind() == NodeKind::Text)) {
                 spared.codes.push(Code::UnknownNode);
@@ -42,7 +42,7 @@ impl Spared {
             for outer in node.ancestors().skip(1).take_while(|outer| outer.kind() != NodeKind::Entry) {
                 let range = outer.range();
                 spared.wholes.insert((range.start, range.end));
-                // Something that is missing in a call is told at its word, and in a file at its beginning.
+                // A missing field is reported at the word of a call, or at the beginning of a file.
                 if let Some(first) = outer.tokens().first() {
                     spared.wholes.insert((first.start(), first.end()));
                 }
@@ -53,7 +53,7 @@ impl Spared {
         let torn = |node: Node<'_>| node.is_torn() || lost(&node);
         for (section, code) in NAMES {
             let part = top.and_then(|top| top.entry(section)).and_then(Node::value);
-            // A section that is not there may be among what could not be read.
+            // A missing section may be part of the unreadable text.
             let unread = |top: Node<'_>| top.children().any(|child| lost(&child) && !child.tokens().is_empty());
             if part.map_or(top.is_some_and(unread), torn) {
                 spared.codes.push(code);
@@ -75,7 +75,7 @@ impl Spared {
             let line = breaks.partition_point(|&newline| newline < place.start);
             let start = line.checked_sub(1).map_or(0, |before| breaks[before]);
             let end = breaks.get(line).copied().unwrap_or(text.len());
-            // What is told of the first token of a line is something that is missing before it.
+            // An error at the first token of a line is about something missing before it.
             if !text[start..place.start].trim().is_empty() {
                 self.lines.push(start.max(entry.range().start)..end.min(map.end));
             }
@@ -83,7 +83,7 @@ impl Spared {
         self.lines.sort_by_key(|line| line.start);
     }
 
-    /// Whether an error follows from a mistake.
+    /// Returns true if an error is a consequence of a syntax error.
     pub(super) fn spares(&self, diagnostic: &Diagnostic) -> bool {
         let (start, end) = (diagnostic.span.start, diagnostic.span.end);
         if diagnostic.code == Code::Syntax {

@@ -1,21 +1,21 @@
-//! How the pictures of an output are stored: mip levels, the colour space, the direction of normals.
+//! Storage options of an output's pictures: mip levels, colour space, direction of normals.
 use super::document::choice;
-use super::part::{Entry, Part};
+use super::part::{Entry, SyntaxValue};
 use super::read;
 use super::report::Report;
 use crate::diagnostics::Code;
 use crate::picture::Format;
 
-/// How pictures are stored, besides format and depth.
+/// Storage options of pictures, besides format and depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Storage {
-    /// Whether they are tiled and have mip levels; only in `Exr` and `Tiff`.
+    /// The pictures are tiled and have mip levels; only in `Exr` and `Tiff`.
     pub mip: bool,
-    /// Whether the mip levels of a roughness grow by the variance of the normals that they average away.
+    /// The mip levels of a roughness grow by the variance of the averaged normals.
     pub widen_roughness: bool,
-    /// Whether `y` of normals points down, as Direct3D has it.
+    /// The `y` of normals points down, as in Direct3D.
     pub normal_down: bool,
-    /// What colours are stored as; what suits the format if it is not stated.
+    /// The colour space of colours; chosen by the format if not stated.
     pub color_space: Option<FileColors>,
 }
 
@@ -37,20 +37,17 @@ pub enum FileColors {
 }
 
 impl FileColors {
-    /// All of them, by name.
+    /// All colour spaces, by name.
     pub const ALL: [(&'static str, Self); 3] =
         [("Srgb", Self::Srgb), ("LinearRec709", Self::LinearRec709), ("AcesCg", Self::AcesCg)];
 }
 
 impl Storage {
-    /// The words for the directions of `y` in normals, and whether it points down.
+    /// The words for the direction of `y` in normals; true if it points down.
     pub const NORMALS: [(&'static str, bool); 2] = [("OpenGl", false), ("DirectX", true)];
 }
 
-/// The fields of `File` that are read here.
-pub(super) const FIELDS: [&str; 4] = ["mip", "widen_roughness", "normal", "color_space"];
-
-/// Reads them; what is in error keeps its default.
+/// Reads the storage options; faulty options keep their defaults.
 pub(super) fn read(fields: &[Entry], format: Option<Format>, report: &mut Report) -> Storage {
     let mut storage = Storage::default();
     let truth = [("true", true), ("false", false)];
@@ -75,7 +72,7 @@ pub(super) fn read(fields: &[Entry], format: Option<Format>, report: &mut Report
     storage
 }
 
-fn check_curve(part: &Part, space: Option<FileColors>, format: Option<Format>, report: &mut Report) {
+fn check_curve(part: &SyntaxValue, space: Option<FileColors>, format: Option<Format>, report: &mut Report) {
     if space == Some(FileColors::Srgb) && format == Some(Format::Exr) {
         let message = "`Exr` holds light, which has no sRGB curve";
         report.push(part.error(Code::BadValue, message).help("write `color_space: LinearRec709`, or another format"));

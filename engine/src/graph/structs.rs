@@ -1,8 +1,8 @@
 //! Lists of structs whose fields are ports: `layers: [(material: "a"), (material: "b", mask: "m", opacity: 0.5)]`.
 //!
-//! What is connected to such a port is a slot of the node like any other, of the port `layers.2.mask`; the struct is told the
-//! number of the slot.
-use super::part::{Entry, Part, Shape};
+//! A value connected to such a port becomes an ordinary slot of the node, with the port `layers.2.mask`; the struct
+//! receives the index of the slot.
+use super::part::{Entry, Shape, SyntaxValue};
 use super::read::shorten;
 use super::scope::Unit;
 use super::subst::{Substituted, substitute, substitute_with};
@@ -10,14 +10,14 @@ use crate::diagnostics::Code;
 use crate::node::{ParamInfo, PortInfo, Role};
 
 impl Unit<'_> {
-    /// Reads such a list: the values of the ports become slots of the node, and their numbers stand in the list in their place. `None`
-    /// after an error.
+    /// Reads a list of structs: the values of ports become slots of the node, and the slot numbers replace them in the
+    /// list. `None` after an error.
     pub(super) fn read_structs(
         &mut self,
         flat: usize,
         name: &str,
         param: &ParamInfo,
-        value: &Part,
+        value: &SyntaxValue,
     ) -> Option<Substituted> {
         let scope = self.flats[flat].scope;
         let Shape::List(items) = value.shape() else {
@@ -49,7 +49,7 @@ impl Unit<'_> {
         value.filter(|_| good)
     }
 
-    /// Reports the fields of a struct that do not exist; true if there are none.
+    /// Reports unknown fields of a struct; returns true if there are none.
     fn know_fields(&mut self, flat: usize, name: &str, param: &ParamInfo, entries: &[Entry]) -> bool {
         let names = || param.fields.iter().map(|field| field.name.as_str());
         let unknown: Vec<_> = entries.iter().filter(|entry| !names().any(|name| name == entry.name)).collect();
@@ -61,7 +61,7 @@ impl Unit<'_> {
         unknown.is_empty()
     }
 
-    fn missing_in(&mut self, flat: usize, name: &str, field: &str, port: &PortInfo, item: &Part) -> bool {
+    fn missing_in(&mut self, flat: usize, name: &str, field: &str, port: &PortInfo, item: &SyntaxValue) -> bool {
         let kind = &self.flats[flat].kind_name;
         let message = format!("each of the `{name}` of `{kind}` needs `{field}` ({})", port.ty);
         let help = format!("write `{field}: \"node\"`");
@@ -70,7 +70,7 @@ impl Unit<'_> {
     }
 }
 
-/// Whether a parameter is a list of structs in which there are ports.
+/// Returns true if a parameter is a list of structs with ports.
 pub(super) fn has_ports(param: &ParamInfo) -> bool {
     param.fields.iter().any(|field| matches!(field.role, Role::Port(_)))
 }

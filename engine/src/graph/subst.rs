@@ -1,6 +1,6 @@
 //! Replaces `"$name"` and `"= expression"` by the values of parameters.
 use super::params::{ParamValue, Params};
-use super::part::{Part, Piece, Shape, Src};
+use super::part::{PieceOrigin, Shape, Src, SyntaxValue};
 use super::read::shorten;
 use super::report::Report;
 use crate::diagnostics::{Code, Diagnostic, Span};
@@ -9,32 +9,32 @@ use crate::syntax::TokenKind as Kind;
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// The numbers that fit into the largest integers of parameters.
+/// The range of numbers that fit into the largest integers of parameters.
 const INTEGERS: Range<f64> = -9.2e18..1.84e19;
-/// The most values that a problem of an expression points at.
+/// The most values that a problem of an expression refers to.
 const OTHERS: usize = 4;
 
-/// A value in which parameters are replaced.
+/// A value after substitution of parameters.
 pub(super) struct Substituted {
     /// The value.
-    pub(super) part: Part,
-    /// The folder that a path in it is relative to, if it comes from a parameter.
+    pub(super) part: SyntaxValue,
+    /// The base folder of a path in it, if it comes from a parameter.
     pub(super) base: Option<PathBuf>,
-    /// Whether the whole of it is the value of a parameter that is a text.
+    /// The whole value comes from a text parameter.
     pub(super) is_text: bool,
 }
 
-/// Replaces all parameters in `part`; `None` after errors.
-pub(super) fn substitute(part: &Part, params: &Params, report: &mut Report) -> Option<Substituted> {
+/// Substitutes all parameters in `part`; `None` after errors.
+pub(super) fn substitute(part: &SyntaxValue, params: &Params, report: &mut Report) -> Option<Substituted> {
     substitute_with(part, params, report, &[])
 }
 
-/// The same, with other texts in the place of some parts.
+/// Substitutes parameters, and replaces some parts by other texts.
 pub(super) fn substitute_with(
-    part: &Part,
+    part: &SyntaxValue,
     params: &Params,
     report: &mut Report,
-    replaced: &[(Part, String)],
+    replaced: &[(SyntaxValue, String)],
 ) -> Option<Substituted> {
     if replaced.is_empty() && !is_driven(part) {
         return Some(Substituted { part: part.clone(), base: None, is_text: false });
@@ -67,40 +67,40 @@ fn drives(word: &str) -> bool {
     word.starts_with("\"$") || word.starts_with("\"=")
 }
 
-/// Whether there is a parameter or an expression in a value.
-pub(super) fn is_driven(part: &Part) -> bool {
+/// Returns true if a value contains a parameter or an expression.
+pub(super) fn is_driven(part: &SyntaxValue) -> bool {
     part.words().any(|(kind, word)| kind == Kind::Str && drives(word.str()))
 }
 
 struct Made {
     text: String,
-    pieces: Vec<Piece>,
+    pieces: Vec<PieceOrigin>,
     base: Option<PathBuf>,
     ok: bool,
 }
 
 impl Made {
-    fn add(&mut self, text: &str, piece: Piece) {
+    fn add(&mut self, text: &str, piece: PieceOrigin) {
         self.text.push_str(text);
-        self.pieces.push(Piece { end: self.text.len(), ..piece.clone() });
+        self.pieces.push(PieceOrigin { end: self.text.len(), ..piece.clone() });
         self.text.push(' ');
-        self.pieces.push(Piece { end: self.text.len(), copied: false, ..piece });
+        self.pieces.push(PieceOrigin { end: self.text.len(), copied: false, ..piece });
     }
 
-    /// Adds a run of bytes without anything after it.
-    fn run(&mut self, text: &str, piece: Piece) {
+    /// Adds a range of bytes without a separator after it.
+    fn run(&mut self, text: &str, piece: PieceOrigin) {
         if !text.is_empty() {
             self.text.push_str(text);
-            self.pieces.push(Piece { end: self.text.len(), ..piece });
+            self.pieces.push(PieceOrigin { end: self.text.len(), ..piece });
         }
     }
 
-    fn copy(&mut self, word: &Part) {
-        self.add(word.str(), Piece { copied: true, ..own(word) });
+    fn copy(&mut self, word: &SyntaxValue) {
+        self.add(word.str(), PieceOrigin { copied: true, ..own(word) });
     }
 
-    /// Puts in the value of a string `"$name"` or `"= expression"`; whether it is a text.
-    fn replace(&mut self, word: &Part, params: &Params, report: &mut Report) -> bool {
+    /// Substitutes a string `"$name"` or `"= expression"`; returns true if the value is a text.
+    fn replace(&mut self, word: &SyntaxValue, params: &Params, report: &mut Report) -> bool {
         let Shape::Text(text) = word.shape() else { return false };
         if text.starts_with("$$") || text.starts_with("==") {
             self.add(&ron_string(&text[1..]), own(word));
@@ -137,25 +137,25 @@ impl Made {
     }
 }
 
-/// The piece for what is written in the text itself.
-fn own(word: &Part) -> Piece {
-    Piece { end: 0, span: word.span(), copied: false, related: Vec::new(), given: false }
+/// The origin of text that is copied from the value itself.
+fn own(word: &SyntaxValue) -> PieceOrigin {
+    PieceOrigin { end: 0, span: word.span(), copied: false, related: Vec::new(), given: false }
 }
 
-/// Problems of a value that was given from outside are problems there, others where it is put in.
-fn piece(word: &Part, value: &ParamValue) -> Piece {
+/// Places problems of an outside value where it was given, and others where it is substituted.
+fn piece(word: &SyntaxValue, value: &ParamValue) -> PieceOrigin {
     if value.outside {
         return given(word, &[value.span]);
     }
-    Piece { related: vec![(value.span, "its value is written here")], ..own(word) }
+    PieceOrigin { related: vec![(value.span, "its value is written here")], ..own(word) }
 }
 
-/// A value that comes from values given from outside: at the first of them.
-fn given(word: &Part, spans: &[Span]) -> Piece {
+/// A value derived from outside values: placed at the first of them.
+fn given(word: &SyntaxValue, spans: &[Span]) -> PieceOrigin {
     let Some((first, others)) = spans.split_first() else { return own(word) };
     let mut related = vec![(word.span(), "its value is used here")];
     related.extend(others.iter().map(|span| (*span, "together with this one")));
-    Piece { span: *first, related, given: true, ..own(word) }
+    PieceOrigin { span: *first, related, given: true, ..own(word) }
 }
 
 fn unknown(name: &str) -> String {
@@ -166,15 +166,15 @@ fn too_early(name: &str) -> String {
     format!("`${}` comes from the canvas, so the canvas cannot use it", shorten(name))
 }
 
-/// What names in the expression of a parameter stand for.
+/// The names in a parameter's expression.
 struct InParams<'p> {
     params: &'p Params,
     report: &'p Report,
-    /// Where the values come from that were given from outside.
+    /// The places of the outside values that were used.
     spans: Vec<Span>,
 }
 
-/// The names of expressions in parameters.
+/// The canvas names that expressions in parameters can use.
 const CANVAS: [&str; 3] = ["canvas.width", "canvas.height", "canvas.seed"];
 
 impl Names for InParams<'_> {
@@ -234,11 +234,16 @@ impl Names for InParams<'_> {
     }
 }
 
-/// The value of an expression, and what it comes from.
-fn compute(word: &Part, expression: &str, params: &Params, report: &Report) -> Result<(Value, Piece), Vec<Diagnostic>> {
+/// The value of an expression and its origin.
+fn compute(
+    word: &SyntaxValue,
+    expression: &str,
+    params: &Params,
+    report: &Report,
+) -> Result<(Value, PieceOrigin), Vec<Diagnostic>> {
     let mut names = InParams { params, report, spans: Vec::new() };
     let value = expression::evaluate(expression, &mut names);
-    // Bytes of a plain literal are those of its text, after the quote and the equals sign.
+    // In a plain literal, byte positions are shifted by the quote and the equals sign.
     let plain = word.str().len() == expression.len() + 3;
     let place = |fault: Fault| {
         let inside = (plain && fault.range != (0..expression.len())).then_some((2, &fault.range));
@@ -248,20 +253,20 @@ fn compute(word: &Part, expression: &str, params: &Params, report: &Report) -> R
     Ok((value, given(word, &names.spans)))
 }
 
-/// A fault of an expression at its place: in `word`, or, if the place in it is known, there.
-fn located(word: &Part, fault: &Fault, inside: Option<(usize, &Range<usize>)>) -> Diagnostic {
+/// A fault of an expression at its exact place if known, else at `word`.
+fn located(word: &SyntaxValue, fault: &Fault, inside: Option<(usize, &Range<usize>)>) -> Diagnostic {
     let mut error = word.error(fault.code, fault.message.clone());
     error.help.clone_from(&fault.help);
     if let Some((offset, range)) = inside {
-        // A place past the last character is the closing quote.
+        // A place past the last character becomes the closing quote.
         error.span = word.sub_span(offset + range.start, offset + range.end.max(range.start + 1));
     }
     error
 }
 
-/// Puts the values of parameters into a formula, a text in which `$name` may stand anywhere. The bytes of the formula know where they
-/// come from. `None` after errors.
-pub(super) fn formula(part: &Part, params: &Params, report: &mut Report) -> Option<Substituted> {
+/// Substitutes parameters in a formula, a text that may contain `$name` anywhere, and records the origin of each byte.
+/// `None` after errors.
+pub(super) fn formula(part: &SyntaxValue, params: &Params, report: &mut Report) -> Option<Substituted> {
     let literal = part.str();
     let Shape::Text(text) = part.shape() else { return substitute(part, params, report) };
     let name = text.strip_prefix('$').unwrap_or_default().trim();
@@ -275,12 +280,12 @@ pub(super) fn formula(part: &Part, params: &Params, report: &mut Report) -> Opti
     let is_name = |c: char| c == '_' || c == '.' || c.is_ascii_alphanumeric();
     while let Some(at) = literal[rest..].find('$').map(|at| rest + at) {
         let end = literal[at + 1..].find(|c| !is_name(c)).map_or(literal.len(), |len| at + 1 + len);
-        made.run(&literal[rest..at], Piece { span: part.sub_span(rest, at), copied: true, ..own(part) });
+        made.run(&literal[rest..at], PieceOrigin { span: part.sub_span(rest, at), copied: true, ..own(part) });
         let mut names = InParams { params, report, spans: Vec::new() };
         match expression::evaluate(&literal[at..end], &mut names) {
             Ok(value) => {
                 let text = value_text(&value);
-                let piece = Piece { span: part.sub_span(at, end), ..given(part, &names.spans) };
+                let piece = PieceOrigin { span: part.sub_span(at, end), ..given(part, &names.spans) };
                 made.run(&if text.starts_with('-') { format!("({text})") } else { text }, piece);
             }
             Err(faults) => {
@@ -292,13 +297,13 @@ pub(super) fn formula(part: &Part, params: &Params, report: &mut Report) -> Opti
         }
         rest = end;
     }
-    made.run(&literal[rest..], Piece { span: part.sub_span(rest, literal.len()), copied: true, ..own(part) });
+    made.run(&literal[rest..], PieceOrigin { span: part.sub_span(rest, literal.len()), copied: true, ..own(part) });
     let whole = Src::made(part.file(), made.text, made.pieces).whole();
     made.ok.then_some(whole).flatten().map(|part| Substituted { part, base: None, is_text: true })
 }
 
 /// The names of the parameters that a value refers to.
-pub(super) fn refers_to(part: &Part) -> Vec<String> {
+pub(super) fn refers_to(part: &SyntaxValue) -> Vec<String> {
     let mut names = Vec::new();
     for (_, word) in part.words().filter(|(kind, word)| *kind == Kind::Str && drives(word.str())) {
         let text = word.str();
@@ -327,7 +332,7 @@ fn value_text(value: &Value) -> String {
     }
 }
 
-/// A number as RON; whole numbers without a point, so that they also serve as counts.
+/// A number as RON; whole numbers without a decimal point, so that they also serve as counts.
 pub(super) fn number_text(value: f64) -> String {
     if value.fract() == 0.0 && INTEGERS.contains(&value) { format!("{value:.0}") } else { format!("{value:?}") }
 }

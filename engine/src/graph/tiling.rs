@@ -1,19 +1,19 @@
-//! Advice about outputs that do not repeat although the canvas asks for it.
+//! Advice about outputs that do not tile although the canvas does.
 use super::{Graph, GraphNode, Input};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::value::Tiling;
 use petgraph::graph::NodeIndex;
 
-/// The outputs that are named in a warning.
+/// The most outputs named in a warning.
 const NAMED: usize = 3;
 
 impl Graph {
-    /// Advice that needs the whole graph: a warning for each node that keeps outputs from repeating with the canvas.
+    /// Advice that needs the whole graph: a warning for each node that prevents outputs from tiling.
     pub fn advice(&self) -> Vec<Diagnostic> {
         self.breaks_in_tiling().into_iter().map(|(_, warning)| warning).collect()
     }
 
-    /// The nodes that keep outputs from repeating with the canvas, each with a warning that says so.
+    /// The nodes that prevent outputs from tiling, each with a warning.
     pub fn breaks_in_tiling(&self) -> Vec<(NodeIndex, Diagnostic)> {
         let order = petgraph::algo::toposort(&self.nodes, None).unwrap_or_default();
         let at_fault = self.at_fault(&order);
@@ -24,7 +24,7 @@ impl Graph {
         found.into_iter().map(|node| (node, self.breaks_tiling(&self.nodes[node], &outputs[node.index()]))).collect()
     }
 
-    /// For each node whether it does not repeat as the canvas does, although all that it reads does.
+    /// For each node, true if it does not tile as the canvas does, although all its inputs do.
     fn at_fault(&self, order: &[NodeIndex]) -> Vec<bool> {
         let wanted = self.canvas.tile;
         let mut tilings = vec![Tiling::BOTH; self.nodes.node_count()];
@@ -39,7 +39,7 @@ impl Graph {
         at_fault
     }
 
-    /// For each node the first few outputs that depend on it. What a node at fault reads is left out, since it does repeat.
+    /// For each node, the first few outputs that depend on it. Inputs of a node at fault are left out, since they tile.
     fn outputs_of(&self, order: &[NodeIndex], at_fault: &[bool]) -> Vec<Vec<usize>> {
         let mut outputs = vec![Vec::new(); self.nodes.node_count()];
         for (index, output) in self.outputs.iter().enumerate() {
@@ -63,7 +63,7 @@ impl Graph {
             names => format!("the outputs {} do", names.join(", ")),
         };
         let message = format!("{what} not tile: node `{}` does not repeat with the canvas", node.name);
-        // The names of nodes have no dots, but those of what lays out the output of an instance do.
+        // Names of nodes contain no dots, except names of layout nodes for outputs of instances.
         let help = if node.name.contains('.') {
             "turn it by a multiple of 90° and make it smaller by a whole number, or say `tile: None` in the canvas"
         } else {
@@ -73,7 +73,7 @@ impl Graph {
     }
 }
 
-/// What a node reads that must repeat if it shall: not what it makes tile.
+/// Inputs that must tile for the node to tile; inputs it makes tileable are skipped.
 fn wires(node: &GraphNode) -> impl Iterator<Item = NodeIndex> {
     node.inputs.iter().zip(&node.slots).filter_map(|(input, port)| match input {
         Input::Wire { node: from, .. } if !node.node.makes_tile(port) => Some(*from),
@@ -81,7 +81,7 @@ fn wires(node: &GraphNode) -> impl Iterator<Item = NodeIndex> {
     })
 }
 
-/// Adds outputs in their order, as many as are of interest.
+/// Merges sorted outputs, limited to the number that a warning needs.
 fn add(outputs: &mut Vec<usize>, more: &[usize]) {
     outputs.extend_from_slice(more);
     outputs.sort_unstable();

@@ -1,13 +1,13 @@
-//! Instances of sub-graphs: what a `Use`, and each part of an `Each`, gives to the graph that it shows.
+//! Instances of sub-graphs: the values that a `Use`, or each instance of an `Each`, gives to its graph.
 use super::defaults;
-use super::each;
-use super::instance::{self, Spread};
+use super::instance::Spread;
 use super::params::{Facts, Params};
-use super::part::{Entry, Part};
+use super::part::{Entry, SyntaxValue};
 use super::ports::{self, Literal};
 use super::read;
 use super::remedy;
 use super::report::Report;
+use super::schema;
 use super::scope::{Bound, Flat, Port, Slot, Unit};
 use super::subst::substitute;
 use crate::diagnostics::Code;
@@ -15,17 +15,16 @@ use crate::value::{Accepts, Type};
 use std::borrow::Cow;
 
 impl Unit<'_> {
-    /// Declares an instance of a sub-graph: that of a `Use`, or one of those of an `Each`.
+    /// Declares an instance of a sub-graph, for a `Use` or as one instance of an `Each`.
     pub(super) fn declare_use(
         &mut self,
         scope: usize,
         name: &str,
-        kind: &Part,
+        kind: &SyntaxValue,
         args: &[Entry],
         spread: Option<Spread<'_>>,
     ) -> Option<usize> {
-        let of_each = if spread.is_some() { &each::FIELDS[..] } else { &[] };
-        let known: Vec<&str> = of_each.iter().copied().chain(instance::FIELDS).collect();
+        let known: Vec<&str> = schema::instance(spread.is_some()).iter().map(|field| field.name).collect();
         let what = kind.str();
         for arg in args.iter().filter(|arg| !known.contains(&arg.name.as_str())) {
             let message = format!("`{what}` has no field `{}`", read::shorten(&arg.name));
@@ -76,13 +75,13 @@ impl Unit<'_> {
         Some(child)
     }
 
-    /// The defaults of the parameters of a sub-graph, which are checked when the document is linked by itself.
+    /// The defaults of a sub-graph's parameters, which are checked when the document is linked by itself.
     fn defaults_of(&mut self, doc: usize) -> Params {
         let (child, facts) = (&self.docs[doc], Facts::of(&self.canvas));
         self.defaults.entry(doc).or_insert_with(|| defaults::params(child, Some(facts), &mut Report::default())).clone()
     }
 
-    /// The parameters of a sub-graph that `with` gives a value.
+    /// Sets the parameters of a sub-graph that are listed in `with`.
     fn with_params(&mut self, scope: usize, doc: usize, with: &[Entry], params: &mut Params) {
         let docs = self.docs;
         let (child, folder) = (&docs[doc], docs[self.scopes[scope].doc].folder());
@@ -97,7 +96,7 @@ impl Unit<'_> {
         }
     }
 
-    /// The inputs of a sub-graph that `with` gives a value.
+    /// The inputs of a sub-graph that are given a value in `with`.
     fn with_inputs(&mut self, scope: usize, child: usize, import: &str, with: &[Entry]) -> Vec<Option<Bound>> {
         let docs = self.docs;
         let document = &docs[self.scopes[child].doc].document;

@@ -1,5 +1,7 @@
-//! Makes the struct of a node from its arguments in a graph file, and hides the type of that struct.
-use super::{Call, CanvasFacts, Context, Fact, FilePath, KindInfo, MaterialInputs, Node, Output, Outputs, Taken};
+//! Builds the struct of a node from its arguments in a graph file, and hides the type of that struct.
+use super::{
+    Call, CanvasFacts, Context, Fact, FilePath, KindInfo, MaterialInputs, Node, Output, Outputs, TakenChannel,
+};
 use crate::diagnostics::Problem;
 use crate::value::{Canvas, ChannelSet, Stop, Tiling, Type};
 use serde::de::value::{SeqDeserializer, StrDeserializer, U32Deserializer};
@@ -11,7 +13,7 @@ use std::sync::Arc;
 /// The value of one field of a node struct.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Arg<'a> {
-    /// A port, connected to the node's input of that number.
+    /// A port, connected to the node's input with that index.
     Slot(u32),
     /// A port that takes a list.
     Slots(Vec<u32>),
@@ -19,14 +21,14 @@ pub enum Arg<'a> {
     Ron(&'a str),
 }
 
-/// Why a struct could not be made from its arguments.
+/// The reason why a struct cannot be built from its arguments.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BuildError {
-    /// Which of the arguments is at fault; `None` for the struct as a whole.
+    /// Index of the argument at fault; `None` for the struct as a whole.
     pub arg: Option<usize>,
-    /// What RON says, with the position within the argument's text.
+    /// The error of RON, with the position within the argument's text.
     pub ron: Option<Box<ron::error::SpannedError>>,
-    /// The same in words.
+    /// The error as a message.
     pub message: String,
 }
 
@@ -44,9 +46,9 @@ impl serde::de::Error for BuildError {
     }
 }
 
-/// A node of any struct.
+/// A node of any kind.
 pub trait DynNode: Send + Sync {
-    /// Its parameters in a form that is equal for equal parameters.
+    /// Its parameters, encoded so that equal parameters give equal bytes.
     fn canonical(&self) -> Vec<u8>;
     /// See [`Node::VERSION`].
     fn version(&self) -> u32;
@@ -80,7 +82,7 @@ pub trait DynNode: Send + Sync {
     /// See [`Node::channels`].
     fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet;
     /// See [`Node::takes`].
-    fn takes(&self) -> Vec<Taken>;
+    fn takes(&self) -> Vec<TakenChannel>;
     /// See [`Node::distances`].
     fn distances(&self) -> &'static [&'static str];
     /// See [`Node::no_op`].
@@ -111,7 +113,8 @@ impl<T: Node> DynNode for T {
     fn check(&self, canvas: &Canvas) -> Vec<Problem> {
         let facts = CanvasFacts::of::<T>(canvas);
         let mut problems = Node::check(self, &facts);
-        // Where a node tiles is part of its result, too: this call finds facts that it reads for that but does not declare.
+        // The tiling is part of the result, too: this call detects facts that `tiling` reads but that the node does not
+        // declare.
         Node::tiling(self, &facts);
         problems.extend(facts.defect(&T::schema_name()));
         problems
@@ -164,7 +167,7 @@ impl<T: Node> DynNode for T {
         Node::channels(self, inputs)
     }
 
-    fn takes(&self) -> Vec<Taken> {
+    fn takes(&self) -> Vec<TakenChannel> {
         Node::takes(self)
     }
 
@@ -190,13 +193,13 @@ impl<T: Node> DynNode for T {
     }
 }
 
-/// A node, or the first argument that does not fit.
+/// A node, or the first invalid argument.
 pub type Built = Result<Arc<dyn DynNode>, BuildError>;
 
-/// Makes a node from its arguments. Ports that are missing keep their defaults.
+/// Builds a node from its arguments. Missing ports keep their defaults.
 ///
 /// # Errors
-/// The first argument that does not fit.
+/// The first invalid argument.
 pub fn build<T: Node>(args: &[(&str, Arg<'_>)]) -> Built {
     let node = T::deserialize(Args { args })?;
     Ok(Arc::new(node))
@@ -266,7 +269,7 @@ fn ron_value<'de, V: DeserializeSeed<'de>>(seed: V, text: &'de str) -> Result<V:
     ron_options().from_str_seed(text, seed).map_err(fail)
 }
 
-/// The number of a slot, also where an `Option` is wanted.
+/// Reads the index of a slot, also where an `Option` is expected.
 struct Slot(u32);
 
 impl<'de> Deserializer<'de> for Slot {
@@ -294,7 +297,7 @@ impl IntoDeserializer<'_, BuildError> for Slot {
     }
 }
 
-/// The functions behind a kind.
+/// The functions of a kind.
 #[derive(Clone, Copy)]
 pub(crate) struct Functions {
     pub(crate) build: fn(&[(&str, Arg<'_>)]) -> Built,

@@ -1,11 +1,11 @@
-//! What a node sees while it is evaluated.
+//! The view of a node while it is evaluated.
 use super::{CanvasFacts, In, PortType};
 use crate::diagnostics::{Code, Problem};
 use crate::value::{Accepts, Canvas, Cut, Evaluator, Field, Key, Solid, Stop, Tiling, Type, Value};
 use glam::DVec2;
 use std::path::{Path, PathBuf};
 
-/// What the engine passes to a node to evaluate it. The node sees it as a [`Context`].
+/// The data that the engine passes to a node to evaluate it. The node sees it as a [`Context`].
 pub struct Call<'a> {
     /// The kind of the node.
     pub kind: &'a str,
@@ -13,13 +13,14 @@ pub struct Call<'a> {
     pub canvas: &'a Canvas,
     /// The values at its ports, by slot.
     pub inputs: &'a [Value],
-    /// Its files, resolved: the parameter that names each, and the path.
+    /// Its resolved files: the parameter that names each, and the path.
     pub files: &'a [(&'static str, PathBuf)],
     /// The engine.
     pub evaluator: &'a dyn Evaluator,
 }
 
-/// What a node sees while it is evaluated: its inputs, its files, the facts of the canvas that it declares, and the engine.
+/// The view of a node while it is evaluated: its inputs, its files, the facts of the canvas that it declares, and the
+/// engine.
 pub struct Context<'a> {
     /// The facts of the canvas that it declares.
     pub canvas: &'a CanvasFacts,
@@ -31,7 +32,7 @@ pub struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
-    /// What a node sees of a call.
+    /// Restricts a call to the facts that the node declares.
     pub(super) fn new(call: &Call<'a>, canvas: &'a CanvasFacts) -> Self {
         Self { canvas, evaluator: call.evaluator, kind: call.kind, inputs: call.inputs, files: call.files }
     }
@@ -50,7 +51,7 @@ impl Context<'_> {
             .ok_or_else(|| Problem::new(Code::MissingInput, format!("a port for {} has no value", T::ACCEPTS)).into())
     }
 
-    /// The value at a port that need not be connected.
+    /// Value at an optional port.
     pub fn get_opt<T: PortType>(&self, port: &Option<In<T>>) -> Result<Option<T::Got>, Stop> {
         port.as_ref().map(|port| self.get(port)).transpose()
     }
@@ -70,7 +71,7 @@ impl Context<'_> {
         self.canvas.tile()
     }
 
-    /// The seed for random numbers: of the canvas' seed, the kind and the node's `seed` parameter.
+    /// The seed for random numbers, derived from the canvas' seed, the kind and the node's `seed` parameter.
     pub fn seed(&self, seed: u64) -> u64 {
         let key = Key::of("seed", &[&self.canvas.seed().to_le_bytes(), self.kind.as_bytes(), &seed.to_le_bytes()]);
         let mut word = [0; 8];
@@ -78,8 +79,8 @@ impl Context<'_> {
         u64::from_le_bytes(word)
     }
 
-    /// Gives a key to a solid that several outputs of the node share and that is not an output itself. So its cuts can be
-    /// cached, and the work on them counts as the node's.
+    /// Gives a key to a solid that several outputs of the node share but that is not an output itself. So its cuts can
+    /// be cached, and their work is counted for the node.
     pub fn shared(&self, name: &str, solid: Solid) -> Solid {
         match self.evaluator.key() {
             Some(key) => solid.keyed(Key::of("shared part", &[key.as_bytes(), name.as_bytes()])).owned_by(key),
@@ -87,8 +88,8 @@ impl Context<'_> {
         }
     }
 
-    /// As [`shared`](Self::shared), of a part that depends on nothing but another solid and the code called `name`, which should tell the
-    /// node's kind and version: nodes with the same part compute it once.
+    /// Like [`shared`](Self::shared), for a part that depends only on another solid and on the code called `name`.
+    /// Nodes with the same part compute it once. `name` should include the kind and the version of the node.
     pub fn shared_of(&self, name: &str, solid: Solid, of: &Solid) -> Solid {
         match (self.evaluator.key(), of.key()) {
             (Some(owner), Some(key)) => {
@@ -98,7 +99,7 @@ impl Context<'_> {
         }
     }
 
-    /// As [`shared`](Self::shared), of a field: its tiles are kept if several read it.
+    /// Like [`shared`](Self::shared), for a field: its tiles are kept if several fields read it.
     pub fn shared_field(&self, name: &str, field: Field) -> Field {
         match self.evaluator.key() {
             Some(key) => field.keyed(Key::of("shared part", &[key.as_bytes(), name.as_bytes()])).owned_by(key),
@@ -106,12 +107,12 @@ impl Context<'_> {
         }
     }
 
-    /// The field of a cut through `solid`; nodes that make the same cut share it.
+    /// The field of a cut through `solid`. Nodes that make the same cut share it.
     pub fn cut(&self, solid: &Solid, cut: &Cut) -> Field {
         self.evaluator.cuts().map_or_else(|| solid.cut(cut), |cuts| cuts.cut(solid, cut))
     }
 
-    /// The paths of all files that the parameter `field` names; several only for `<UDIM>`.
+    /// The paths of all files that the parameter `field` names; several only with `<UDIM>`.
     pub fn files(&self, field: &str) -> Vec<&Path> {
         self.files.iter().filter(|(name, _)| *name == field).map(|(_, path)| path.as_path()).collect()
     }
@@ -121,7 +122,7 @@ impl Context<'_> {
         self.files.iter().find(|(name, _)| *name == field).map(|(_, path)| path.as_path())
     }
 
-    /// Fails if the work was cancelled; call it about every millisecond of long work.
+    /// Fails if the work was cancelled. Call it about every millisecond during long work.
     pub fn check(&self) -> Result<(), Stop> {
         self.evaluator.check()
     }
@@ -133,27 +134,27 @@ fn constant(port: Accepts, value: f32) -> Field {
     Field::constant(ty, &vec![value; ty.channels().max(1)])
 }
 
-/// What a node made, by output name.
+/// The results of a node, by output name.
 #[derive(Clone, Debug, Default)]
 pub struct Outputs(Vec<(&'static str, Value)>);
 
-/// The name under which [`Outputs::one`] keeps the main output until the engine gives it its own.
+/// Name under which [`Outputs::one`] keeps the main output until the engine sets the real one.
 const MAIN: &str = "";
 
 impl Outputs {
-    /// A main output and no other.
+    /// A main output alone.
     pub fn one(value: impl Into<Value>) -> Self {
         Self(vec![(MAIN, value.into())])
     }
 
-    /// The same with another output.
+    /// Adds another output.
     #[must_use]
     pub fn with(mut self, name: &'static str, value: impl Into<Value>) -> Self {
         self.0.push((name, value.into()));
         self
     }
 
-    /// The value of the output `name`; `main` tells whether that is the main output's name.
+    /// Value of the output `name`; `main` tells whether this is the main output.
     pub fn take(&self, name: &str, main: bool) -> Option<&Value> {
         self.0.iter().find(|(n, _)| *n == name || (main && *n == MAIN)).map(|(_, value)| value)
     }

@@ -1,4 +1,4 @@
-//! The canvas as a node sees it: the facts that it declares, and no others.
+//! The canvas as a node sees it: only the facts that the node declares.
 use super::{Fact, Node};
 use crate::diagnostics::{Code, Problem};
 use crate::value::{Canvas, Grid, Tiling};
@@ -7,20 +7,20 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 /// The facts of the canvas that a node declares in [`Node::FACTS`].
 ///
-/// The key of a result holds the declared facts only, so a node that knew another one would give different results under
-/// one key. Such a fact cannot be read: instead of it a node gets what does not depend on the canvas (a size of 1 mm, no
-/// tiling, the seed 0), and the engine reports the defect in place of the result. The resolution is not among the facts:
+/// The key of a result holds only the declared facts, so reading another fact would give different results under one
+/// key. Therefore an undeclared fact reads as a value that does not depend on the canvas (a size of 1 mm, no tiling,
+/// the seed 0), and the engine reports the defect in place of the result. The resolution is not among the facts:
 /// results must not depend on it.
 #[derive(Debug)]
 pub struct CanvasFacts {
     canvas: Canvas,
     declared: &'static [Fact],
-    /// The facts that were read although they are not declared, a bit for each.
+    /// The facts that were read without being declared, a bit for each.
     misread: AtomicU8,
 }
 
 impl CanvasFacts {
-    /// What a node of the kind `T` sees of a canvas.
+    /// The view that a node of the kind `T` has of a canvas.
     pub fn of<T: Node>(canvas: &Canvas) -> Self {
         Self { canvas: *canvas, declared: T::FACTS, misread: AtomicU8::new(0) }
     }
@@ -53,7 +53,7 @@ impl CanvasFacts {
         Canvas { size_mm: self.size_mm(), ..self.canvas }.grid(resolution)
     }
 
-    /// The defect to report, if the node has read a fact that it does not declare.
+    /// The defect to report if the node has read a fact that it does not declare.
     pub fn defect(&self, kind: &str) -> Option<Problem> {
         let misread = self.misread.load(Ordering::Relaxed);
         let fact = Fact::ALL.into_iter().find(|fact| misread & (1 << *fact as u8) != 0)?;
@@ -70,7 +70,7 @@ mod tests {
     use schemars::JsonSchema;
     use serde::{Deserialize, Serialize};
 
-    /// Reads the facts of the given names, and declares the size and the seed.
+    /// Reads the given facts, and declares the size and the seed.
     #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
     struct Curious {
         reads: Vec<String>,
@@ -150,17 +150,17 @@ mod tests {
     }
 
     #[test]
-    fn a_fact_that_is_not_declared_is_a_defect_of_the_node() {
+    fn reports_undeclared_facts_as_defects_of_the_node() {
         let defect =
             "`Curious` reads the tiling of the canvas, which it does not declare; this is a defect of the node";
         assert_eq!(evaluate(&["tile"], 16.0), Err(defect.into()));
-        // Whatever else the node says then.
+        // The defect replaces all other errors of the node.
         assert_eq!(evaluate(&["size", "tile"], 1e6), Err(defect.into()));
         assert_eq!(evaluate(&["size"], 1e6), Err("too large; ".into()));
     }
 
     #[test]
-    fn what_is_read_to_tell_the_tiling_counts() {
+    fn checks_facts_that_the_tiling_reads() {
         let node = |tiles| Curious { reads: Vec::new(), tiles };
         assert_eq!(DynNode::check(&node(false), &canvas(16.0)), []);
         let problems = DynNode::check(&node(true), &canvas(16.0));

@@ -1,12 +1,12 @@
-//! What is known about a kind of nodes, read from the schema of its struct.
+//! Facts about a kind of nodes, read from the schema of its struct.
 use super::spelling::{Form, forms, spell};
-use super::{Node, Output, ParamType, Written};
+use super::{Node, Output, ParamForm, ParamType};
 use crate::value::Accepts;
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value as Json};
 use std::fmt;
 
-/// Everything about a kind.
+/// All facts about a kind.
 #[derive(Clone, Debug)]
 pub struct KindInfo {
     /// The name in graph files.
@@ -17,7 +17,7 @@ pub struct KindInfo {
     pub doc: String,
     /// Ports and parameters, in the order of their declaration.
     pub fields: Vec<FieldInfo>,
-    /// What it makes; the first is the main output.
+    /// Its outputs; the first is the main output.
     pub outputs: &'static [Output],
 }
 
@@ -26,13 +26,13 @@ pub struct KindInfo {
 pub struct FieldInfo {
     /// The name in graph files.
     pub name: String,
-    /// The manual.
+    /// The manual: the doc comment of the field.
     pub doc: String,
     /// Whether it is a port or a parameter.
     pub role: Role,
 }
 
-/// What a field of a node struct is.
+/// The role of a field of a node struct.
 #[derive(Clone, Debug)]
 pub enum Role {
     /// A port, which takes a wire.
@@ -44,19 +44,19 @@ pub enum Role {
 /// A port.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PortInfo {
-    /// What it accepts.
+    /// Types that it accepts.
     pub ty: Accepts,
-    /// Whether it must be connected.
+    /// True if it must be connected.
     pub required: bool,
-    /// Whether it takes a list of wires.
+    /// True if it takes a list of wires.
     pub list: bool,
-    /// Its value when nothing is connected, if it has one.
+    /// Its default value when nothing is connected, if it has one.
     pub default: Option<f64>,
-    /// The numbers that may be written in place of a wire.
+    /// Range of numbers that may be written in place of a wire.
     pub bounds: Bounds,
 }
 
-/// The numbers that may be written for a field.
+/// Range of numbers that may be written for a field.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Bounds {
     /// The smallest number allowed.
@@ -65,12 +65,12 @@ pub struct Bounds {
     pub max: Option<f64>,
     /// True if `min` itself is not allowed.
     pub above_min: bool,
-    /// The unit, for people.
+    /// The unit, for display.
     pub unit: Option<String>,
 }
 
 impl Bounds {
-    /// Those that a schema states; what the outer one leaves open may stand in the inner one.
+    /// Bounds that a schema states. Values missing in `outer` are taken from `inner`.
     fn of(outer: &Map<String, Json>, inner: &Map<String, Json>) -> Self {
         let number = |key: &str| outer.get(key).or_else(|| inner.get(key)).and_then(Json::as_f64);
         let above = number("exclusiveMinimum");
@@ -90,7 +90,7 @@ impl Bounds {
 }
 
 impl fmt::Display for Bounds {
-    /// The requirement for a number, as messages say it: `between 0 and 1 mm`.
+    /// Formats the requirement for messages: `between 0 and 1 mm`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.min, self.max) {
             (Some(min), None) if self.above_min => write!(f, "greater than {min}")?,
@@ -106,39 +106,39 @@ impl fmt::Display for Bounds {
 /// A parameter.
 #[derive(Clone, Debug, Default)]
 pub struct ParamInfo {
-    /// What is written for it.
+    /// Type of the value that is written for it.
     pub ty: ParamType,
     /// The default, as JSON. Infinity, which JSON does not have, is `"inf"`.
     pub default: Json,
-    /// The default as it is written in a graph file.
+    /// The default in the notation of graph files.
     pub written: String,
-    /// Whether it must be given, since a node cannot work with its default.
+    /// True if it must be given, because the node cannot work with the default.
     pub required: bool,
-    /// The numbers allowed.
+    /// Range of allowed numbers.
     pub bounds: Bounds,
-    /// Whether `inf` is allowed.
+    /// True if `inf` is allowed.
     pub infinite: bool,
-    /// The words to choose from, if it is a choice.
+    /// The words to choose from, for a choice.
     pub choices: Vec<Choice>,
     /// For a list of structs: the fields of each struct.
     pub fields: Vec<FieldInfo>,
-    /// Its form, part by part.
-    pub form: Written,
+    /// Its form, with the forms of its parts.
+    pub form: ParamForm,
 }
 
-/// One of the words that a parameter may be.
+/// One of the words of a choice.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Choice {
     /// The word.
     pub name: String,
-    /// Whether arguments in brackets follow it.
+    /// True if arguments in brackets follow it.
     pub has_arguments: bool,
     /// The manual.
     pub doc: String,
 }
 
 impl fmt::Display for Choice {
-    /// The word as the manual shows it: with `(…)` if it takes arguments.
+    /// Formats the word for the manual: with `(…)` if it takes arguments.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}{}", self.name, if self.has_arguments { "(…)" } else { "" })
     }
@@ -165,7 +165,7 @@ impl KindInfo {
         self.fields.iter().find(|f| f.name == name)
     }
 
-    /// The port that a slot of that name belongs to. Slots of ports in a list of structs are called `layers.2.mask`.
+    /// The port that owns a slot. Slots of ports in a list of structs are called `layers.2.mask`.
     pub fn port(&self, slot: &str) -> Option<&PortInfo> {
         let (first, last) = (slot.split('.').next()?, slot.rsplit('.').next()?);
         match &self.field(first)?.role {
@@ -245,7 +245,7 @@ fn param(object: &Map<String, Json>) -> ParamInfo {
     let written = spell(&Json::Object(object.clone()), default);
     ParamInfo {
         default: if written == "inf" { "inf".into() } else { default.clone() },
-        // A path is a text, and the empty text names no file.
+        // A path is a text; the empty text means no file.
         required: ty == ParamType::Path && !default.is_null(),
         written,
         ty,
@@ -253,7 +253,7 @@ fn param(object: &Map<String, Json>) -> ParamInfo {
         infinite: object.get("infinite").and_then(Json::as_bool).unwrap_or(false),
         choices,
         fields: inner.get("items").and_then(Json::as_object).map_or_else(Vec::new, fields),
-        form: Written::of(&Json::Object(object.clone())),
+        form: ParamForm::of(&Json::Object(object.clone())),
     }
 }
 
@@ -263,7 +263,7 @@ fn fields(object: &Map<String, Json>) -> Vec<FieldInfo> {
     properties.into_iter().flatten().map(|(name, schema)| field(name, schema)).collect()
 }
 
-/// The variants of an enum: plain ones, and those with arguments in brackets.
+/// The variants of an enum: plain ones, and variants with arguments in brackets.
 fn choices(forms: &[Form<'_>]) -> Vec<Choice> {
     let mut found = Vec::new();
     for form in forms {

@@ -1,4 +1,4 @@
-//! What a node is: a documented serde struct of ports and parameters, and how to evaluate it.
+//! Nodes: documented serde structs of ports and parameters, with a function that evaluates them.
 //!
 //! ```
 //! use schemars::JsonSchema;
@@ -28,10 +28,11 @@
 //! }
 //! ```
 //!
-//! Everything about a node follows from that one declaration: parsing, type check, range check, cache key, manual.
-//! Attributes that the engine reads from the schema of a parameter: `range(min, max)` or, for parameters that are not
-//! plain numbers, `extend("minimum" = …, "maximum" = …)`, also of ports, where it bounds the numbers that are written in place of a wire; `extend("exclusiveMinimum" = …)`; `extend("unit" = "mm")`;
-//! `extend("infinite" = true)` where `inf` is allowed. Fields of structs in a list may be ports. A list of ports may be empty with `extend("optional" = true)`.
+//! Everything about a node follows from that one declaration: parsing, type check, range check, cache key, manual. The
+//! engine reads these attributes from the schema of a parameter: `range(min, max)`, or `extend("minimum" = …, "maximum"
+//! = …)` for parameters that are not plain numbers and for ports, where it bounds the numbers that are written in place
+//! of a wire; `extend("exclusiveMinimum" = …)`; `extend("unit" = "mm")`; `extend("infinite" = true)` where `inf` is
+//! allowed. Fields of structs in a list may be ports. A list of ports may be empty with `extend("optional" = true)`.
 mod build;
 mod channels;
 mod context;
@@ -45,7 +46,7 @@ mod written;
 
 pub use build::{Arg, BuildError, Built, DynNode, build};
 pub(crate) use build::{Functions, ron_options};
-pub use channels::{MaterialInputs, Taken};
+pub use channels::{MaterialInputs, TakenChannel};
 pub use context::{Call, Context, Outputs};
 pub use facts::CanvasFacts;
 pub use info::{Bounds, Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
@@ -56,7 +57,7 @@ pub use port::{
     Rgb, SolidColor, SolidNumber, SolidVector, Vec2Field,
 };
 pub use spelling::spell_number;
-pub use written::Written;
+pub use written::ParamForm;
 
 use crate::diagnostics::Problem;
 use crate::value::{ChannelSet, Stop, Tiling, Type};
@@ -71,7 +72,7 @@ use std::path::PathBuf;
 pub enum Fact {
     /// Its size in mm.
     Size,
-    /// In which directions it tiles.
+    /// Directions in which it tiles.
     Tile,
     /// The seed. Read by every node that draws random numbers.
     Seed,
@@ -94,14 +95,14 @@ impl Fact {
 /// The type of an output.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutputType {
-    /// Always the same.
+    /// A fixed type.
     Fixed(Type),
     /// The widest of the types at these ports: `Normal` if any is, else `Rgb` if any is (or a picture), else `Gray`.
-    /// For solids, the type of the field that a cut through them gives: `Rgb` for colours and vectors.
+    /// For solids, the type of the field of a cut: `Rgb` for colours and vectors.
     Like(&'static [&'static str]),
-    /// What the node tells from the types at its ports, see [`Node::type_of_output`].
+    /// Computed by the node from the types at its ports, see [`Node::type_of_output`].
     Told,
-    /// The widest of the types of the solids at these ports: that of the first one that is not `Solid`, else `Solid`.
+    /// The widest type of the solids at these ports: the first type that is not `Solid`, else `Solid`.
     SolidLike(&'static [&'static str]),
 }
 
@@ -110,13 +111,13 @@ pub enum OutputType {
 pub struct Output {
     /// The name after the dot.
     pub name: &'static str,
-    /// What it carries.
+    /// Type of its values.
     pub ty: OutputType,
     /// The unit of its values.
     pub unit: Option<&'static str>,
-    /// The name that it had before. Graphs may still use it, with a warning, and its results keep their keys.
+    /// The old name. Graphs may still use it, with a warning, and its results keep their keys.
     pub former: Option<&'static str>,
-    /// What it is, one line.
+    /// A description, one line.
     pub doc: &'static str,
 }
 
@@ -126,136 +127,137 @@ impl Output {
         Self { name, ty: OutputType::Fixed(ty), unit: None, former: None, doc }
     }
 
-    /// An output whose type follows those of the ports named.
+    /// An output whose type follows the types of these ports.
     pub const fn like(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
         Self { name, ty: OutputType::Like(ports), unit: None, former: None, doc }
     }
 
-    /// An output whose type the node tells.
+    /// An output whose type the node computes.
     pub const fn told(name: &'static str, doc: &'static str) -> Self {
         Self { name, ty: OutputType::Told, unit: None, former: None, doc }
     }
 
-    /// An output that is a solid of the type of those at the ports named.
+    /// An output that is a solid of the type of the solids at these ports.
     pub const fn solid_like(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
         Self { name, ty: OutputType::SolidLike(ports), unit: None, former: None, doc }
     }
 
-    /// The same with a unit.
+    /// Sets the unit.
     #[must_use]
     pub const fn in_unit(self, unit: &'static str) -> Self {
         Self { unit: Some(unit), ..self }
     }
 
-    /// The same, which was called `former` before.
+    /// Sets the old name.
     #[must_use]
     pub const fn formerly(self, former: &'static str) -> Self {
         Self { former: Some(former), ..self }
     }
 
-    /// The number of the output among these that has a name, or had it before.
+    /// Index of the output with this name or this old name.
     pub fn position(outputs: &[Self], name: &str) -> Option<usize> {
         let now = outputs.iter().position(|output| output.name == name);
         now.or_else(|| outputs.iter().position(|output| output.former == Some(name)))
     }
 }
 
-/// A kind of node. The struct's name is the kind, its doc comment the manual, its fields ports and parameters.
+/// A kind of node. The name of the struct is the kind, its doc comment the manual, its fields are ports and parameters.
 pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Sync + 'static {
-    /// Raise it when the same parameters give another result than before.
+    /// Increase it when the same parameters give another result than before.
     const VERSION: u32 = 1;
 
-    /// What it makes.
+    /// Its outputs.
     const OUTPUTS: &'static [Output];
 
-    /// The facts of the canvas that it reads; others cannot be read, see [`CanvasFacts`].
+    /// The facts of the canvas that it reads. Other facts cannot be read, see [`CanvasFacts`].
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
 
-    /// Checks what the range of a single parameter cannot express. Ranges of single parameters were checked before.
+    /// Checks requirements that the range of a single parameter cannot express. Ranges were checked before.
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         Vec::new()
     }
 
-    /// Advice about parameters that are valid but probably not intended; reported as warnings.
+    /// Advice about valid parameters that are probably not intended; reported as warnings.
     fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         Vec::new()
     }
 
-    /// The directions in which it keeps pictures periodic. Its outputs tile in those of them in which all inputs tile. But see
-    /// [`makes_tile`](Self::makes_tile).
+    /// Directions in which it keeps pictures periodic. Its outputs tile in those of these directions in which all
+    /// inputs tile, except for [`makes_tile`](Self::makes_tile).
     fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::BOTH
     }
 
-    /// Whether it repeats as [`tiling`](Self::tiling) says even where what goes into `port` does not: it makes that tile, or
-    /// shows it at other places.
+    /// True if it repeats as [`tiling`](Self::tiling) says even if the input at `port` does not: the node makes the
+    /// input tileable, or samples it at other positions.
     fn makes_tile(&self, _port: &str) -> bool {
         false
     }
 
-    /// The bytes that it needs at least to hold of a whole picture of so many pixels; 0 for a node that works by tiles. With them
-    /// `check` tells beforehand what will not fit the memory.
+    /// A lower bound for the bytes that it holds of a whole picture of `_pixels`; 0 for a node that works by tiles.
+    /// `check` uses it to report beforehand that the memory does not suffice.
     fn whole_bytes(&self, _pixels: UVec2, _canvas: &CanvasFacts) -> u64 {
         0
     }
 
-    /// The files it reads, with the parameter that names each. They are read while the node is evaluated, or when the first
-    /// tile of one of its fields is filled; its fields keep and share what was read then.
+    /// The files that it reads, with the parameter that names each. A file is read while the node is evaluated, or when
+    /// the first tile of one of its fields is filled. The fields keep and share the content.
     fn files(&self) -> Vec<(&'static str, &FilePath)> {
         Vec::new()
     }
 
-    /// For a node that makes a `Picture`: whether it has one channel, so that ports for any field take it as `Gray`. Reads no
-    /// more of its files than their headers; a file that cannot be read is reported by others.
+    /// For a node that makes a `Picture`: true if it has one channel, so that ports for any field accept it as `Gray`.
+    /// Reads only the headers of its files; other functions report files that cannot be read.
     fn makes_gray(&self, _files: &[(&'static str, PathBuf)]) -> bool {
         false
     }
 
-    /// The type of the outputs that are [told](OutputType::Told), from the names and types of the ports that are connected; or
-    /// what is wrong with these types.
+    /// Type of the [computed](OutputType::Told) outputs, from the names and types of the connected ports; or the
+    /// problems of these types.
     fn type_of_output(&self, _inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>> {
         Ok(Type::Gray)
     }
 
-    /// The unit of an output's values, where parameters can change what is declared.
+    /// The unit of the values of an output, where parameters change the declared unit.
     fn unit(&self, output: &Output) -> Option<&'static str> {
         output.unit
     }
 
-    /// True where `<UDIM>` in a path stands for the numbers of tiles, so that a parameter may name several files.
+    /// True if `<UDIM>` in a path stands for tile numbers, so that a parameter may name several files.
     fn takes_udim(&self) -> bool {
         false
     }
 
-    /// Checks the files themselves, as far as that is possible without making anything: headers, sizes, completeness. All
-    /// of them exist; each comes with the parameter that names it. Advice is reported as warnings.
+    /// Checks the files themselves as far as possible without evaluating: headers, sizes, completeness. All files
+    /// exist; each comes with the parameter that names it. Advice is reported as warnings.
     fn check_files(&self, _files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
         Vec::new()
     }
 
-    /// The channels of the material that it makes, from those of the materials at its ports: all of these by default.
+    /// The channels of the material that it makes, from the channels of the materials at its ports: their union by
+    /// default.
     fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
         inputs.all()
     }
 
-    /// The single channels that it takes from materials at its ports. A material that lacks one is reported before
-    /// anything is made, and the channel's default is used instead.
-    fn takes(&self) -> Vec<Taken> {
+    /// The single channels that it reads from materials at its ports. If a material lacks one, a warning is reported
+    /// before the evaluation, and the channel's default is used.
+    fn takes(&self) -> Vec<TakenChannel> {
         Vec::new()
     }
 
-    /// The ports that take distances in mm, which a mask is not: `check` warns where one is connected to an output without a unit
-    /// although its node has one in mm.
+    /// The ports that take distances in mm. `check` warns if such a port is connected to an output without a unit, such
+    /// as a mask, although the other node also has an output in mm.
     fn distances(&self) -> &'static [&'static str] {
         &[]
     }
 
-    /// The port whose value the main output passes on unchanged with these parameters, if there is one.
+    /// The port whose value the main output passes on unchanged with these parameters, if any.
     fn no_op(&self) -> Option<&'static str> {
         None
     }
 
-    /// Which value that is, where the port of [`no_op`](Self::no_op) takes a list. What is at the others is not made.
+    /// Index of that value if the port of [`no_op`](Self::no_op) takes a list. The other values are not computed.
     fn no_op_item(&self) -> usize {
         0
     }

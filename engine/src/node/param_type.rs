@@ -2,7 +2,7 @@
 use serde_json::{Map, Value as Json};
 use std::fmt;
 
-/// What is written for a parameter.
+/// Type of the value of a parameter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ParamType {
     /// A number.
@@ -21,7 +21,7 @@ pub enum ParamType {
     Color,
     /// The smallest and the largest number: [`Range`](super::Range).
     Range,
-    /// What 0 and 1 become: [`Linear`](super::Linear).
+    /// Values that 0 and 1 are mapped to: [`Linear`](super::Linear).
     Linear,
     /// A number for each direction: [`Xy`](super::Xy).
     Xy,
@@ -71,12 +71,12 @@ impl ParamType {
         }
     }
 
-    /// The type of that name.
+    /// Type with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|ty| ty.name() == name)
     }
 
-    /// What must be written, as messages say it.
+    /// The expected value, for messages.
     pub(crate) const fn expected(self) -> &'static str {
         match self {
             Self::Number => "a number",
@@ -93,12 +93,12 @@ impl ParamType {
         }
     }
 
-    /// The type that a schema names itself; types with a notation of their own, such as colours and ranges, do.
+    /// Type that a schema names explicitly, as types with a notation of their own do (colours, ranges).
     pub(super) fn named_by(schema: &Map<String, Json>) -> Option<Self> {
         Self::from_name(schema.get("param")?.as_str()?)
     }
 
-    /// The type that a schema describes, which is no choice.
+    /// Type that a schema describes, except choices.
     pub(super) fn of(schema: &Map<String, Json>) -> Self {
         let word = match schema.get("type") {
             Some(Json::String(word)) => word.as_str(),

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
 use std::fmt;
 
-/// Reads one number, or a pair of them.
+/// Reads one number, or a pair of numbers.
 struct OneOrTwo;
 
 impl<'de> Visitor<'de> for OneOrTwo {
@@ -51,7 +51,7 @@ macro_rules! pairs {
         }
 
         impl $name {
-            /// From its two numbers.
+            /// Takes the two numbers.
             pub const fn new($a: f64, $b: f64) -> Self {
                 Self { $a, $b }
             }
@@ -110,7 +110,7 @@ pairs! {
 }
 
 impl Range {
-    /// The value at `t` of the way.
+    /// Value at the fraction `t` of the range.
     pub fn at(self, t: f64) -> f64 {
         self.lo + (self.hi - self.lo) * t
     }
@@ -218,8 +218,8 @@ impl JsonSchema for FilePath {
     }
 }
 
-/// A formula: an [expression](crate::expression) that is computed for every pixel. Parameters of the graph, `$name`, may stand
-/// anywhere in it; the node sees their values.
+/// A formula: an [expression](crate::expression) that is computed for every pixel. Parameters of the graph, `$name`,
+/// may stand anywhere in it; the node sees their values.
 #[derive(Clone, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Formula(pub String);

@@ -1,4 +1,4 @@
-//! Ports: the fields of a node struct that wires go into.
+//! Ports: the fields of a node struct that accept wires.
 use crate::value::{Accepts, Carried, Field, Solid, Type, Value};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -6,13 +6,13 @@ use std::borrow::Cow;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// What a port accepts, and what its node gets.
+/// A type of port: the values that it accepts, and the type for its node.
 pub trait PortType: 'static {
-    /// What may be connected to it.
+    /// Types that may be connected.
     const ACCEPTS: Accepts;
-    /// What the node gets.
+    /// Type that the node gets.
     type Got;
-    /// Takes it out of a value that was converted to what it [accepts](Self::ACCEPTS).
+    /// Extracts it from a value that was converted to [`ACCEPTS`](Self::ACCEPTS).
     fn take(value: Value) -> Option<Self::Got>;
 }
 
@@ -33,25 +33,25 @@ macro_rules! field_ports {
 }
 
 field_ports! {
-    /// A port for one number everywhere; takes a number too.
+    /// A port for a field of numbers; accepts a constant number too.
     Gray = Accepts::One(Type::Gray),
-    /// A port for a colour everywhere; takes a number or a colour too.
+    /// A port for a field of colours; accepts a constant number or colour too.
     Rgb = Accepts::One(Type::Rgb),
-    /// A port for a tangent-space normal.
+    /// A port for a field of tangent-space normals.
     NormalField = Accepts::One(Type::Normal),
-    /// A port for a vector everywhere.
+    /// A port for a field of vectors.
     Vec2Field = Accepts::One(Type::Vec2),
-    /// A port for a 2×2 matrix everywhere.
+    /// A port for a field of 2×2 matrices.
     JacobianField = Accepts::One(Type::Jacobian),
     /// A port for region numbers.
     IdsField = Accepts::One(Type::Ids),
-    /// A port for `Gray` or `Rgb`, whichever is connected.
+    /// A port for `Gray` or `Rgb`.
     AnyField = Accepts::Field,
-    /// A port for any field at all.
+    /// A port for any field.
     EveryField = Accepts::EveryField,
-    /// A port for `Rgb`, `Normal` or `Vec2`, whichever comes.
+    /// A port for `Rgb`, `Normal` or `Vec2`.
     AnyVector = Accepts::AnyVector,
-    /// A port for directions: degrees from +x towards +y, which is what its node gets, or a `Vec2`; takes a number too.
+    /// A port for directions: degrees from +x towards +y, or a `Vec2`; accepts a number too. Its node gets degrees.
     Direction = Accepts::Direction,
 }
 
@@ -81,18 +81,18 @@ macro_rules! solid_ports {
 }
 
 solid_ports! {
-    /// A port for one number at every point in space.
+    /// A port for a solid of numbers.
     SolidNumber = Accepts::One(Type::Solid),
-    /// A port for a colour at every point in space.
+    /// A port for a solid of colours.
     SolidColor = Accepts::One(Type::SolidColor),
-    /// A port for a vector at every point in space.
+    /// A port for a solid of vectors.
     SolidVector = Accepts::One(Type::SolidVector),
     /// A port for any solid.
     AnySolid = Accepts::AnySolid,
 }
 
-/// A port. In a node struct: `In<T>` must be connected unless its default is a [`constant`](Self::constant),
-/// `Option<In<T>>` may be, `Vec<In<T>>` takes a list.
+/// A port. In a node struct, `In<T>` must be connected unless its default is a [`constant`](Self::constant),
+/// `Option<In<T>>` is optional, and `Vec<In<T>>` takes a list.
 #[derive(Debug)]
 pub struct In<T> {
     slot: Option<u32>,
@@ -113,12 +113,12 @@ impl<T> Default for In<T> {
 }
 
 impl<T> In<T> {
-    /// The default of a field port that is `value` everywhere when nothing is connected.
+    /// A field port with a constant default of `value`.
     pub fn constant(value: f32) -> Self {
         Self { constant: Some(value), ..Self::default() }
     }
 
-    /// The place of its value among the node's inputs, if it is connected.
+    /// Index of its value among the node's inputs, if it is connected.
     pub fn slot(&self) -> Option<u32> {
         self.slot
     }
@@ -154,7 +154,7 @@ impl<T: PortType> JsonSchema for In<T> {
     }
 
     fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
-        // `Option` adds "null" to this type, which shows that the port is optional.
+        // `Option` adds "null" to this type, which marks the port as optional.
         json_schema!({ "type": "integer", "port": T::ACCEPTS.name() })
     }
 }

@@ -1,23 +1,23 @@
-//! How the values of parameters are written in graph files.
+//! The notation of parameter values in graph files.
 //!
-//! A default comes out of the schema as JSON, which cannot tell a list from a tuple, a word from a text, `None` from
+//! The schema gives a default as JSON, which cannot distinguish a list from a tuple, a word from a text, `None` from
 //! `inf`, or a colour from three numbers. The schema of the parameter can.
 use super::ParamType;
 use crate::value::linear_to_srgb;
 use serde_json::{Map, Value as Json};
 
-/// A number as people write it: the shortest text that reads back exactly.
+/// The shortest text of a number that reads back exactly.
 pub fn spell_number(n: f64) -> String {
     let plain = n.to_string();
     if plain.len() <= 12 { plain } else { format!("{n:e}") }
 }
 
-/// A value of the type that `schema` describes, in RON.
+/// Formats a value of the type that `schema` describes as RON.
 pub(super) fn spell(schema: &Json, json: &Json) -> String {
     let empty = Map::new();
     let object = schema.as_object().unwrap_or(&empty);
     if json.is_null() {
-        // JSON has no infinity; and types with a notation of their own are never infinite.
+        // JSON has no infinity. Types with a notation of their own are never infinite.
         return if is_optional(object) || ParamType::named_by(object).is_some() { "None" } else { "inf" }.to_owned();
     }
     let forms = forms(object);
@@ -25,7 +25,7 @@ pub(super) fn spell(schema: &Json, json: &Json) -> String {
     word.unwrap_or_else(|| plain(forms.first().map_or(object, |form| form.schema), json))
 }
 
-/// Whether a parameter may be `None`.
+/// True if a parameter may be `None`.
 pub(super) fn is_optional(object: &Map<String, Json>) -> bool {
     let null = |ty: &Json| ty.as_str() == Some("null");
     let of = |object: &Map<String, Json>| match object.get("type") {
@@ -40,24 +40,24 @@ fn list<'a>(object: &'a Map<String, Json>, key: &str) -> impl Iterator<Item = &'
     object.get(key).and_then(Json::as_array).into_iter().flatten().filter_map(Json::as_object)
 }
 
-/// One of the forms that a value may have.
+/// One of the alternative forms of a value.
 #[derive(Clone, Copy)]
 pub(super) struct Form<'a> {
     /// Its schema.
     pub(super) schema: &'a Map<String, Json>,
-    /// Whether it is a variant of an enum.
+    /// True if it is a variant of an enum.
     pub(super) is_variant: bool,
 }
 
 impl<'a> Form<'a> {
-    /// The name and the schema of the value of a variant that has one.
+    /// For a variant with a value: its name and the schema of the value.
     pub(super) fn variant_with_value(self) -> Option<(&'a str, &'a Json)> {
         let properties = self.schema.get("properties").filter(|_| self.is_variant)?.as_object()?;
         properties.iter().next().map(|(name, inner)| (name.as_str(), inner))
     }
 }
 
-/// The forms that a value of a schema may have, except `None`.
+/// The alternative forms that a schema allows, except `None`.
 pub(super) fn forms(object: &Map<String, Json>) -> Vec<Form<'_>> {
     let is_null = |object: &Map<String, Json>| object.get("type").and_then(Json::as_str) == Some("null");
     let mut found: Vec<_> = list(object, "anyOf").filter(|object| !is_null(object)).flat_map(forms).collect();
@@ -65,7 +65,7 @@ pub(super) fn forms(object: &Map<String, Json>) -> Vec<Form<'_>> {
     if found.is_empty() { vec![Form { schema: object, is_variant: false }] } else { found }
 }
 
-/// A value of an enum, if `form` is the variant that it has.
+/// Formats a value of an enum, if `form` is its variant.
 fn variant(form: Form<'_>, json: &Json) -> Option<String> {
     if let Json::String(word) = json {
         // An enum whose variants have no docs is a list of words.
@@ -79,12 +79,12 @@ fn variant(form: Form<'_>, json: &Json) -> Option<String> {
     Some(if spelled.starts_with('(') { format!("{name}{spelled}") } else { format!("{name}({spelled})") })
 }
 
-/// A value that is no variant of an enum.
+/// Formats a value that is not a variant of an enum.
 fn plain(kind: &Map<String, Json>, json: &Json) -> String {
     let ty = ParamType::named_by(kind);
     match json {
         Json::Array(channels) if ty == Some(ParamType::Color) => color(channels),
-        // One number stands for a pair of equal ones.
+        // One number stands for a pair of equal numbers.
         Json::Array(pair) if matches!(ty, Some(ParamType::Range | ParamType::Linear | ParamType::Xy)) => {
             match &pair[..] {
                 [a, b] if a == b => scalar(a),
@@ -127,7 +127,7 @@ fn scalar(json: &Json) -> String {
     }
 }
 
-/// `"#rrggbb"` where that is the same colour to the last bit, otherwise three numbers.
+/// `"#rrggbb"` if that is exactly the same colour, otherwise three numbers.
 fn color(channels: &[Json]) -> String {
     #[expect(clippy::cast_possible_truncation, reason = "colours are f32")]
     let linear: Vec<f32> = channels.iter().map(|channel| channel.as_f64().unwrap_or(f64::INFINITY) as f32).collect();
@@ -155,7 +155,7 @@ mod tests {
     #[derive(Clone, Debug, Serialize, JsonSchema)]
     enum Word {
         Plain,
-        /// With a doc of its own.
+        /// A variant with docs.
         Documented,
         Number(f64),
         Pair(f64, f64),
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_and_infinity_are_two() {
+    fn distinguishes_none_from_infinity() {
         assert_eq!(spelled(&None::<f64>), "None");
         assert_eq!(spelled(&f64::INFINITY), "inf");
         assert_eq!(spelled(&Some(f64::INFINITY)), "None", "JSON has no infinity: such a default is not possible");
@@ -223,7 +223,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_codes_where_that_is_exact() {
+    fn spells_colours_as_codes_if_that_is_exact() {
         let code = |rgb: [u8; 3]| Color(rgb.map(|byte| srgb_to_linear(f32::from(byte) / 255.0)));
         assert_eq!(spelled(&code([0x8b, 0x5a, 0x2b])), "\"#8b5a2b\"");
         assert_eq!(spelled(&vec![(0.5, code([255, 0, 1]))]), "[(0.5, \"#ff0001\")]");

@@ -1,4 +1,4 @@
-//! The form of a parameter, part by part: for messages about one of its parts.
+//! The form of a parameter with the forms of its parts, for messages about a part.
 use super::ParamType;
 use super::spelling::forms;
 use serde_json::{Map, Value as Json};
@@ -6,12 +6,12 @@ use std::fmt;
 
 /// The form of a value in a graph file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Written {
+pub enum ParamForm {
     /// A value without parts, or one whose parts are numbers: colours, ranges.
     Plain(ParamType),
-    /// A list of such values.
+    /// A list of values of this form.
     List(Box<Self>),
-    /// These values in brackets.
+    /// Values of these forms in brackets.
     Tuple(Vec<Self>),
     /// Named fields in brackets.
     Struct(Vec<(String, Self)>),
@@ -20,7 +20,7 @@ pub enum Written {
     Any,
 }
 
-impl Written {
+impl ParamForm {
     /// The form that a schema describes.
     pub(super) fn of(schema: &Json) -> Self {
         let Some(object) = schema.as_object() else { return Self::Any };
@@ -48,7 +48,7 @@ impl Written {
         }
     }
 
-    /// The form of the part of that number, or of that name.
+    /// The form of the part with this index or this name.
     pub(crate) fn part(&self, index: usize, name: Option<&str>) -> &Self {
         match (self, name) {
             (Self::List(each), None) => each,
@@ -61,7 +61,7 @@ impl Written {
         }
     }
 
-    /// The same in a word or two, as it stands among others.
+    /// A short name for use in a list of forms.
     fn brief(&self) -> String {
         match self {
             Self::Plain(ParamType::Color) => "colour".to_owned(),
@@ -80,10 +80,10 @@ impl Written {
 }
 
 /// A number.
-const NUMBER: Written = Written::Plain(ParamType::Number);
+const NUMBER: ParamForm = ParamForm::Plain(ParamType::Number);
 
-impl fmt::Display for Written {
-    /// The requirement, as messages say it.
+impl fmt::Display for ParamForm {
+    /// Formats the requirement for messages.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Plain(ty) => f.write_str(ty.expected()),
@@ -104,11 +104,11 @@ mod tests {
     fn told<T: JsonSchema>() -> String {
         let settings = SchemaSettings::draft2020_12().with(|s| s.inline_subschemas = true);
         let schema = settings.into_generator().into_root_schema_for::<T>();
-        Written::of(schema.as_value()).to_string()
+        ParamForm::of(schema.as_value()).to_string()
     }
 
     #[test]
-    fn parts_are_told_in_words() {
+    fn names_the_forms_of_parts() {
         assert_eq!(told::<f64>(), "a number");
         assert_eq!(told::<Vec<f64>>(), "a list, `[ ]`");
         assert_eq!(told::<(f64, Color)>(), "`(number, colour)`");

@@ -1,8 +1,9 @@
-//! Files that appear under their name only when they are complete.
+//! Atomic files: a file appears under its name only when it is complete.
 //!
-//! A file is written beside its target, under a hidden name that tells who writes it; [`AtomicFile::commit`] renames it. A
-//! program that opens the target sees the old content or the new one. A program that dies leaves the old one. A file that is
-//! dropped without commit is removed; [`remove_stale_temporaries`] removes the files that killed processes leave behind.
+//! A file is written next to its target, under a hidden name that identifies the writing process;
+//! [`AtomicFile::commit`] renames it. A program that opens the target sees either the old content or the new one. If
+//! the writer dies, the old content stays. Dropping a file without a commit removes it; [`remove_stale_temporaries`]
+//! removes files of killed processes.
 mod owner;
 
 use owner::Owner;
@@ -11,16 +12,16 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// A temporary file that was written to since then may still be wanted.
+/// A temporary file that was written to within this time may still be in use.
 const STALE: Duration = Duration::from_secs(24 * 3600);
 
 /// A file under construction.
 ///
-/// It is not buffered. The data is handed to the system but not forced to the disk, so the promise holds for processes
-/// that die, not for a machine that loses its power. A target that is a symbolic link is replaced, not followed.
+/// It is not buffered. The data is handed to the system but not forced to the disk: the guarantee covers killed
+/// processes, not power loss. A target that is a symbolic link is replaced, not followed.
 #[derive(Debug)]
 pub struct AtomicFile {
-    /// Taken at commit, so that `drop` knows there is nothing left to remove.
+    /// `None` after the commit, so that `drop` has nothing to remove.
     file: Option<File>,
     temporary: PathBuf,
     target: PathBuf,
@@ -30,7 +31,8 @@ impl AtomicFile {
     /// Starts a file that is to replace `target`.
     ///
     /// # Errors
-    /// When the folder cannot be written, or when the target exists and is no regular file: a rename would destroy it.
+    /// When the folder cannot be written, or when the target exists and is not a regular file: a rename would destroy
+    /// it.
     pub fn create(target: impl Into<PathBuf>) -> io::Result<Self> {
         let target = target.into();
         if let Ok(existing) = target.metadata()
@@ -72,10 +74,10 @@ impl AtomicFile {
         self.file().set_permissions(permissions)
     }
 
-    /// Gives the file its name, replacing what has it now.
+    /// Gives the file its name, replacing any existing file.
     ///
     /// # Errors
-    /// When the system refuses; then the target is as it was and the temporary file is removed.
+    /// When the system refuses. Then the target is unchanged and the temporary file is removed.
     pub fn commit(mut self) -> io::Result<()> {
         self.file().flush()?;
         std::fs::rename(&self.temporary, &self.target)?;
@@ -83,11 +85,11 @@ impl AtomicFile {
         Ok(())
     }
 
-    /// Swaps the two files in one step. The temporary file then has the old content of the target, which can be read and swapped
-    /// back. It is removed when this is dropped.
+    /// Swaps the two files atomically. The temporary file then has the old content of the target, which can be read and
+    /// swapped back. Dropping `self` removes the temporary file.
     ///
     /// # Errors
-    /// When the system or the file system cannot swap, or the target is gone; then both are as they were.
+    /// When the system or the file system cannot swap, or the target is missing. Then both files are unchanged.
     pub fn exchange(&mut self) -> io::Result<()> {
         self.file().flush()?;
         exchange(&self.temporary, &self.target)
@@ -123,7 +125,7 @@ impl Seek for AtomicFile {
 impl Drop for AtomicFile {
     fn drop(&mut self) {
         if self.file.take().is_some() {
-            // Nothing can be done about a failure here; the next run tries again.
+            // A failure here is ignored; the next run tries again.
             let _ = std::fs::remove_file(&self.temporary);
         }
     }
@@ -140,17 +142,17 @@ fn exchange(_one: &Path, _other: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// Removes abandoned temporary files from a folder; returns their number. A file is abandoned if nothing was written to it for 24
-/// hours and its process does not run on this machine. Links are left alone.
+/// Removes abandoned temporary files from a folder; returns their number. A file is abandoned if it was not written to
+/// for 24 hours and its process does not run on this machine. Links are not removed.
 ///
 /// # Errors
-/// When the folder cannot be read. A file that cannot be removed is left and not counted.
+/// When the folder cannot be read. A file that cannot be removed is not counted.
 pub fn remove_stale_temporaries(folder: &Path) -> io::Result<usize> {
     let mut removed = 0;
     for entry in folder.read_dir()? {
         let entry = entry?;
         let Some(owner) = entry.file_name().to_str().and_then(Owner::of) else { continue };
-        // The data of the entry itself, not of the target of a link.
+        // Metadata of the entry itself, not of the target of a link.
         let file = entry.metadata().ok().filter(std::fs::Metadata::is_file);
         let age = file.and_then(|file| file.modified().ok()?.elapsed().ok());
         if age.is_some_and(|age| age > STALE) && !owner.may_run() && std::fs::remove_file(entry.path()).is_ok() {
@@ -190,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn dropped_leaves_nothing() {
+    fn removes_the_file_on_drop() {
         let folder = tempfile::tempdir().unwrap();
         let mut first = AtomicFile::create(folder.path().join("a.png")).unwrap();
         let second = AtomicFile::create(folder.path().join("a.png")).unwrap();
@@ -203,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_is_no_file() {
+    fn refuses_targets_that_are_not_files() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::create_dir(folder.path().join("a.png")).unwrap();
         assert!(AtomicFile::create(folder.path().join("a.png")).is_err());
@@ -215,7 +217,7 @@ mod tests {
 
     #[test]
     #[cfg(target_os = "linux")]
-    fn removes_old_files_of_others_and_of_the_dead() {
+    fn removes_stale_files_of_other_hosts_and_dead_processes() {
         let folder = tempfile::tempdir().unwrap();
         let this = Owner::this().name("a.png", 0);
         let (start, end) = this.split_once("shibo-").unwrap();
@@ -224,7 +226,7 @@ mod tests {
             format!("{start}shibo-{host}-{boot}-{process}-{start_time}-{counter}.tmp")
         };
         let [host, boot, process, time] = [parts[0], parts[1], parts[2], parts[3]];
-        // Process ids are far below this number.
+        // Real process ids are far below this number.
         let dead = of(host, boot, "4294967295", "1", 1);
         let reused = of(host, boot, "1", "0", 2);
         let elsewhere = of("0badcafe", boot, process, time, 3);
@@ -240,7 +242,7 @@ mod tests {
         make(23);
         assert_eq!(remove_stale_temporaries(folder.path()).unwrap(), 0, "all of them are young");
         make(25);
-        // A link of that name leads to a file of the user.
+        // A link with such a name points to a file of the user.
         let link = of(host, boot, "4294967295", "1", 6);
         std::os::unix::fs::symlink(folder.path().join("b.png"), folder.path().join(&link)).unwrap();
         assert_eq!(remove_stale_temporaries(folder.path()).unwrap(), 4);

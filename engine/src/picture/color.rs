@@ -1,4 +1,4 @@
-//! Colour spaces: the sRGB transfer curve in both directions, exact where 8-bit codes are concerned.
+//! Colour spaces: the sRGB transfer curve in both directions, exact for 8-bit codes.
 
 /// From linear Rec.709 to ACEScg (AP1), adapted from D65 to the white of ACES by Bradford's method (S-2014-004).
 pub const REC709_TO_AP1: [[f32; 3]; 3] = [
@@ -7,25 +7,26 @@ pub const REC709_TO_AP1: [[f32; 3]; 3] = [
     [0.020_615_6, 0.109_569_77, 0.869_814_6],
 ];
 
-/// The way back.
+/// From ACEScg (AP1) to linear Rec.709.
 pub(super) const AP1_TO_REC709: [[f32; 3]; 3] = [
     [1.705_051, -0.621_792_1, -0.083_258_87],
     [-0.130_256_42, 1.140_804_7, -0.010_548_32],
     [-0.024_003_36, -0.128_968_98, 1.152_972_3],
 ];
 
-/// The linear value of an sRGB-encoded sample of a picture file (IEC 61966-2-1), computed in double precision. Values below
-/// 0 are mirrored, values above 1 continue the curve.
+/// The linear value of an sRGB-encoded sample of a picture file (IEC 61966-2-1), computed in double precision. Values
+/// below 0 are mirrored, values above 1 continue the curve.
 ///
-/// Colours in graph files are decoded by [`srgb_to_linear`](crate::value::srgb_to_linear), in single precision: the last bits
-/// of 198 of the 256 codes differ. Keys and pictures of all graphs with colours depend on those bits, so both are kept.
+/// Colours in graph files are decoded by [`srgb_to_linear`](crate::value::srgb_to_linear), in single precision: the
+/// last bits differ for 198 of the 256 codes. Keys and pictures of all graphs with colours depend on those bits, so
+/// both functions are kept.
 #[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "rounding to the precision of a sample is meant")]
 pub fn linear_sample(encoded: f32) -> f32 {
     decode(f64::from(encoded.abs())).copysign(f64::from(encoded)) as f32
 }
 
-/// The light of an encoded value that is not negative.
+/// The linear value of an encoded value that is not negative.
 pub(super) fn decode(encoded: f64) -> f64 {
     if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) }
 }
@@ -34,25 +35,26 @@ fn encode(linear: f64) -> f64 {
     if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * libm::pow(linear, 1.0 / 2.4) - 0.055 }
 }
 
-/// Floats from 2^-13 to 1 in steps of 2^-7 of their exponent: the upper 16 bits of their pattern.
+/// Buckets for codes: floats from 2^-13 to 1, with 2^7 buckets per octave. The bucket is given by the upper 16 bits of
+/// the float.
 const CODE_FIRST: u32 = (127 - 13) << 7;
 const CODE_LAST: u32 = 127 << 7;
-/// The same for the curve, finer: 2^-9 of the exponent.
+/// The finer buckets for the curve: from 2^-9, with 2^9 buckets per octave.
 const CURVE_FIRST: u32 = (127 - 9) << 9;
 const CURVE_LAST: u32 = 127 << 9;
 
 /// Tables that encode linear light by the sRGB curve.
 ///
-/// For 8-bit codes the result is that of exact arithmetic, rounded to nearest: the bit pattern of a float selects a bucket
-/// that holds at most one boundary between codes, and one comparison with that boundary decides. The continuous curve is
-/// interpolated linearly in such buckets; its error is below 1/100 of a 16-bit step.
+/// The 8-bit code is exactly rounded to nearest: the bit pattern of a float selects a bucket that contains at most one
+/// boundary between codes, and one comparison with that boundary decides. The continuous curve is interpolated linearly
+/// in its buckets, with an error below 1/100 of a 16-bit step.
 #[derive(Clone)]
 pub struct SrgbEncoder {
-    /// Per bucket the code of its first float.
+    /// Code of the first float of each bucket.
     codes: Vec<u8>,
-    /// The least float that has at least code `k`.
+    /// The least float whose code is at least `k`.
     boundaries: [f32; 257],
-    /// Per bucket the curve at its start, and the rise over it.
+    /// The curve at the start of each bucket, and its rise over the bucket.
     curve: Vec<(f32, f32)>,
 }
 
@@ -88,14 +90,14 @@ impl SrgbEncoder {
         Self { codes, boundaries, curve }
     }
 
-    /// The 8-bit sRGB code of a linear value; what lies outside 0..1 is clamped, NaN is 0.
+    /// The 8-bit sRGB code of a linear value, clamped to 0..1; NaN gives 0.
     #[must_use]
     #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "a code is at most 255: its upper boundary is infinite")]
     pub fn code(&self, linear: f32) -> u8 {
         const LEAST: f32 = 1.0 / 8192.0;
         if linear.is_nan() || linear < LEAST {
-            // Below 2^-13 there are only the codes 0 (up to half a step) and, linear as the curve is here, 0 again.
+            // Below 2^-13 the curve is linear, and only the codes 0 and 1 occur.
             return u8::from(linear >= self.boundaries[1]);
         }
         let linear = linear.min(1.0);
@@ -104,7 +106,7 @@ impl SrgbEncoder {
         (code + usize::from(linear >= self.boundaries[code + 1])) as u8
     }
 
-    /// The encoded value, 0..1, of a linear one; what lies outside 0..1 is clamped, NaN is 0.
+    /// The encoded value of a linear value, clamped to 0..1; NaN gives 0.
     #[must_use]
     #[inline]
     pub fn encode(&self, linear: f32) -> f32 {
@@ -186,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn the_curve_is_good_for_16_bits() {
+    fn curve_is_accurate_to_16_bits() {
         let encoder = SrgbEncoder::new();
         for bits in (0..=1.0_f32.to_bits()).step_by(991) {
             let linear = f32::from_bits(bits);
@@ -200,8 +202,8 @@ mod tests {
     }
 
     #[test]
-    fn colours_of_aces_come_back() {
-        // White stays white, and the way back undoes the way there.
+    fn aces_round_trip_keeps_colours() {
+        // White maps to white, and the two matrices are inverse.
         for row in REC709_TO_AP1.iter().chain(&AP1_TO_REC709) {
             assert!((row.iter().sum::<f32>() - 1.0).abs() < 1e-5, "{row:?}");
         }

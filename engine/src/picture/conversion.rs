@@ -1,5 +1,5 @@
-//! From the samples of a file to the working space, linear Rec. 709. The user's choice counts first, then the file's own words, then
-//! the usual meaning of such files.
+//! Conversion from the samples of a file to the working space, linear Rec. 709. The user's choice has priority, then
+//! the file's own statements, then the convention for such files.
 use super::color::AP1_TO_REC709;
 use super::curve::Curve;
 use super::primaries::{Matrix, from_chromaticities};
@@ -19,16 +19,16 @@ pub enum ColorSpace {
     Raw,
 }
 
-/// The way from the samples of a picture to linear Rec. 709.
+/// The conversion from the samples of a picture to linear Rec. 709.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Conversion {
-    /// For red, green and blue; the first one for grey.
+    /// The curves of red, green and blue; the first one is used for grey.
     pub(super) curves: [Curve; 3],
-    /// It follows the curves.
+    /// Applied after the curves.
     pub(super) matrix: Matrix,
 }
 
-/// Samples that are computed by one thread at a time.
+/// Number of samples that a thread processes at a time.
 const CHUNK: usize = 1 << 16;
 
 impl From<ColorSpace> for Conversion {
@@ -43,12 +43,12 @@ impl Conversion {
         Self { curves: [curve.clone(), curve.clone(), curve], matrix }
     }
 
-    /// The conversion that a file states for its own samples. Each statement that is not used is given too, with the assumption that
-    /// replaces it.
+    /// The conversion that a file states for its own samples. Also returns a message for each statement that cannot be
+    /// used, with the assumption that replaces it.
     ///
-    /// Of several the first one counts: `cICP`, an ICC profile, `sRGB`, then gamma and chromaticities. Where a file says nothing,
-    /// colours in integers of 8 and 16 bits are sRGB, floats are linear, and everything else is data. One channel is colour
-    /// only where an ICC profile says so.
+    /// The first statement in this order is used: `cICP`, an ICC profile, `sRGB`, then gamma and chromaticities.
+    /// Without a statement, colours in 8-bit and 16-bit integers are sRGB, float colours are linear, and everything
+    /// else is data. A single channel is colour only if an ICC profile says so.
     #[must_use]
     pub fn of_file(header: &Header) -> (Self, Vec<String>) {
         let channels = header.channels - u8::from(header.has_alpha);
@@ -80,7 +80,7 @@ impl Conversion {
         (found.unwrap_or(usual), unused)
     }
 
-    /// Converts the samples in place; opacity stays.
+    /// Converts the samples in place; opacity is unchanged.
     pub fn apply(&self, picture: &mut Picture) {
         let (pixels, channels) = (picture.pixels(), usize::from(picture.data_channels()));
         let max = match picture.source {
@@ -110,7 +110,7 @@ impl Conversion {
     }
 }
 
-/// Undoes the multiplication of colours by their opacity. Colours of pixels that are not seen at all stay as they are.
+/// Divides colours by their opacity. Colours of fully transparent pixels are unchanged.
 pub fn divide_by_alpha(picture: &mut Picture) {
     if !picture.has_alpha {
         return;
@@ -133,8 +133,8 @@ fn light(curve: &Curve, sample: f32) -> f32 {
     curve.at(f64::from(sample)) as f32
 }
 
-/// Integer pictures have few distinct values: one table look-up a sample instead of a power. A sample that lies between two of
-/// them was divided by its opacity.
+/// Integer pictures have few distinct values, so a table look-up replaces the power function. A sample between two
+/// table entries was divided by its opacity and is converted exactly.
 fn by_table(samples: &mut [f32], (curve, table): (&Curve, &[f32]), max: u16) {
     samples.par_chunks_mut(CHUNK).for_each(|chunk| {
         for sample in chunk {
@@ -167,7 +167,7 @@ fn mix(planes: &mut [f32], matrix: &[[f32; 3]; 3]) {
     });
 }
 
-/// A statement of a file about its samples: none, a usable one, or the reason why it is not used.
+/// A statement of a file about its samples: none, a usable one, or the reason why it is not usable.
 type Saying = Option<Result<Conversion, String>>;
 
 fn cicp(header: &Header, channels: u8) -> Saying {
@@ -214,7 +214,7 @@ fn srgb(header: &Header, channels: u8) -> Saying {
 
 /// `gAMA` and `cHRM` of PNG, and the chromaticities of EXR.
 fn gamma(header: &Header, channels: u8) -> Saying {
-    /// 1/2.2, as files are marked that are sRGB.
+    /// 1/2.2, the gamma that marks sRGB files.
     const OF_SRGB: std::ops::RangeInclusive<u32> = 45_450..=45_460;
     let told = &header.told;
     if channels < 3 || (told.gamma.is_none() && told.chromaticities.is_none()) {

@@ -1,33 +1,34 @@
-//! The curves from stored samples to light.
+//! Transfer curves from stored samples to linear light.
 use super::color::decode;
 use libm::pow;
 
-/// The light of the brightest white of paper in signals that tell it in cd/m² (ITU-R BT.2408); it becomes 1.
+/// The luminance of reference white in cd/m² (ITU-R BT.2408) for signals with absolute luminance; it is mapped to 1.
 const WHITE: f64 = 203.0;
 
-/// A curve from a stored sample to light. 1 is the largest sample of an integer picture.
+/// A curve from a stored sample to linear light. 1 is the largest sample of an integer picture.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Curve {
-    /// Samples are proportional to light.
+    /// Samples are linear.
     Linear,
     /// IEC 61966-2-1.
     Srgb,
-    /// A power.
+    /// A power function.
     Gamma(f64),
-    /// The most general one of ICC, of g, a, b, c, d, e, f: `(a·x + b)^g + e` from `d` on, and `c·x + f` below.
+    /// The most general parametric curve of ICC, with g, a, b, c, d, e, f: `(a·x + b)^g + e` from `d` on, and `c·x + f`
+    /// below.
     Parametric([f64; 7]),
-    /// Values at equal distances, 65535 for 1, at least two of them.
+    /// A table with equal spacing, at least two values; 65535 stands for 1.
     Table(Vec<u16>),
-    /// The camera's curve of ITU-R BT.709, undone.
+    /// The inverse of the camera curve of ITU-R BT.709.
     Rec709,
-    /// SMPTE ST 2084, relative to white paper.
+    /// SMPTE ST 2084, relative to reference white.
     Pq,
-    /// The light before the camera of ITU-R BT.2100's HLG, relative to white paper.
+    /// Scene light of HLG (ITU-R BT.2100), relative to reference white.
     Hlg,
 }
 
 impl Curve {
-    /// The light of a sample; negative samples are mirrored.
+    /// The linear value of a sample; the curve is mirrored for negative samples.
     pub(super) fn at(&self, sample: f64) -> f64 {
         if sample < 0.0 { -self.of(-sample) } else { self.of(sample) }
     }
@@ -57,7 +58,7 @@ impl Curve {
         }
     }
 
-    /// The exact curve where this one is a rounded form of it.
+    /// Replaces a rounded form of a known curve by the exact curve.
     pub(super) fn recognized(self) -> Self {
         const SAMPLES: u16 = 512;
         let near = |exact: &Self, most: f64| {
@@ -70,7 +71,7 @@ impl Curve {
             .unwrap_or(self)
     }
 
-    /// True for the curves of pictures: they rise, and to about 1.
+    /// True for plausible curves of pictures: increasing, and ending near 1.
     pub(super) fn is_sane(&self) -> bool {
         let values: Vec<f64> = (0..=64_u8).map(|k| self.at(f64::from(k) / 64.0)).collect();
         values.iter().all(|value| (-0.5..=2.0).contains(value)) && values[64] - values[0] > 0.1
@@ -117,7 +118,7 @@ mod tests {
         near(&Curve::Gamma(2.2), 0.5, 0.217_638);
         near(&Curve::Gamma(2.2), -0.5, -0.217_638);
         near(&Curve::Rec709, 0.5, 0.259_589);
-        // BT.2408: white paper is at 58 % of PQ and 75 % of HLG.
+        // BT.2408: reference white is at 58 % of PQ and 75 % of HLG.
         near(&Curve::Pq, 0.580_689, 1.0);
         near(&Curve::Pq, 1.0, 10_000.0 / 203.0);
         near(&Curve::Hlg, 0.75, 1.0);
@@ -135,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn tells_curves_of_no_pictures() {
+    fn rejects_curves_that_are_not_of_pictures() {
         let wrong = [
             Curve::Gamma(-1.0),
             Curve::Gamma(0.0),

@@ -1,4 +1,4 @@
-//! Rows of `f32` samples become the bytes of a file.
+//! Encodes rows of `f32` samples as the bytes of a file.
 
 use super::spec::{Depth, Format, PictureSpec, Transfer};
 use super::{Encoding, SrgbEncoder};
@@ -7,7 +7,7 @@ use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// What happened to the samples.
+/// Statistics of the encoded samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Tally {
     pub(super) clipped: u64,
@@ -18,7 +18,7 @@ pub(super) struct Tally {
     pub(super) greatest: f32,
 }
 
-/// Numbers that JSON has no word for.
+/// Serializes floats by their bits, because JSON has no infinity.
 mod bits {
     use serde::{Deserialize, Deserializer, Serializer};
 
@@ -38,7 +38,7 @@ impl Default for Tally {
 }
 
 impl Tally {
-    /// The order does not matter, so threads cannot change the result.
+    /// Merges two tallies. The order does not matter, so threads cannot change the result.
     pub(super) fn with(self, other: Self) -> Self {
         Self {
             clipped: self.clipped + other.clipped,
@@ -52,9 +52,9 @@ impl Tally {
 /// A band of whole rows.
 #[derive(Clone, Copy)]
 pub(super) struct Rows<'a> {
-    /// Per channel its samples by rows.
+    /// The samples of each channel, row by row.
     pub(super) planes: &'a [&'a [f32]],
-    /// Number of the first row in the picture.
+    /// Index of the first row in the picture.
     pub(super) first: u32,
     pub(super) count: u32,
 }
@@ -67,11 +67,11 @@ impl<'a> Rows<'a> {
 
 #[derive(Clone, Copy, PartialEq)]
 enum Arrangement {
-    /// Pixel after pixel, the high byte first.
+    /// Pixel-interleaved, big-endian.
     PixelsBigEndian,
-    /// Pixel after pixel, the low byte first.
+    /// Pixel-interleaved, little-endian.
     PixelsLittleEndian,
-    /// Within a row channel after channel, the low byte first.
+    /// Row-interleaved (channel after channel within a row), little-endian.
     Channels,
 }
 
@@ -81,12 +81,12 @@ pub(super) struct RowEncoder {
     encoding: Encoding,
     alpha: Option<usize>,
     arrangement: Arrangement,
-    /// Indices of the channels in the order of the file.
+    /// Channel indices in the order of the file.
     order: Vec<usize>,
     srgb: Option<SrgbEncoder>,
 }
 
-/// Memory of a thread that encodes a row.
+/// Scratch memory of a thread that encodes a row.
 #[derive(Default)]
 struct Scratch {
     values: Vec<f32>,
@@ -94,7 +94,7 @@ struct Scratch {
     halves: Vec<f16>,
 }
 
-/// Largest finite 16-bit float.
+/// The largest finite 16-bit float.
 const F16_MAX: f32 = 65504.0;
 
 impl RowEncoder {
@@ -102,10 +102,10 @@ impl RowEncoder {
         let mut order: Vec<usize> = (0..spec.channels.len()).collect();
         let arrangement = match spec.format {
             Format::Png | Format::Jpeg(_) => Arrangement::PixelsBigEndian,
-            // Svg has no pixels to arrange.
+            // SVG has no pixels, so its arrangement is arbitrary.
             Format::Tiff | Format::Svg => Arrangement::PixelsLittleEndian,
             Format::Exr => {
-                // The format demands it.
+                // EXR requires channels sorted by name.
                 order.sort_by_key(|index| &spec.channels[*index]);
                 Arrangement::Channels
             }
@@ -158,7 +158,7 @@ impl RowEncoder {
         tally
     }
 
-    /// Puts the samples of a channel into a row.
+    /// Stores the samples of a channel in a row.
     #[inline]
     fn put<const BYTES: usize>(&self, line: &mut [u8], place: usize, samples: impl Iterator<Item = [u8; BYTES]>) {
         let (cells, _) = line.as_chunks_mut::<BYTES>();
@@ -223,17 +223,17 @@ impl RowEncoder {
     }
 }
 
-/// Rounds down after adding an offset between 0 and 1; ½ rounds to nearest.
+/// Adds an offset between 0 and 1, then rounds down; ½ rounds to nearest.
 #[inline]
 #[expect(clippy::cast_possible_truncation, reason = "the value is clamped to the range of the integers before")]
 #[expect(clippy::cast_sign_loss, reason = "the value is clamped to the range of the integers before")]
 fn quantise(value: f32, max: f32, offset: f32) -> u16 {
-    // By way of i32, which processors convert to directly. `max` makes NaN 0.
+    // Converts through i32, which processors support directly. `max` turns NaN into 0.
     ((value * max).max(0.0) + offset).min(max) as i32 as u16
 }
 
-/// The dither pattern: between 0 and 1, evenly spread in every neighbourhood (M. Roberts, "The unreasonable effectiveness
-/// of quasirandom sequences": the R2 sequence as a threshold of positions), in integer arithmetic.
+/// The dither pattern: thresholds between 0 and 1, evenly distributed in every neighbourhood (the R2 sequence of M.
+/// Roberts, "The unreasonable effectiveness of quasirandom sequences"), in integer arithmetic.
 #[inline]
 #[expect(clippy::cast_precision_loss, reason = "24 bits fit a float")]
 fn threshold(x: u32, y: u32, channel: u32) -> f32 {
@@ -243,15 +243,15 @@ fn threshold(x: u32, y: u32, channel: u32) -> f32 {
     (position >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
-/// How many values lie more than the tolerance outside 0..1; NaN does.
+/// Counts values that lie outside 0..1 by more than the tolerance; NaN counts.
 fn clipped(values: &[f32], tolerance: f32) -> u64 {
     let (low, high) = (-tolerance, 1.0 + tolerance);
-    // Short runs keep the count in lanes as wide as the samples.
+    // Short runs, so that a lane of 32 bits can hold the count.
     let runs = values.chunks(1 << 12);
     runs.map(|run| u64::from(run.iter().map(|value| u32::from(!(*value >= low && *value <= high))).sum::<u32>())).sum()
 }
 
-/// The least and greatest sample, and how many are not finite.
+/// The least and greatest sample, and the number of samples that are not finite.
 pub(super) fn range_of(samples: &[f32]) -> Tally {
     let mut tally = Tally::default();
     for run in samples.chunks(1 << 12) {
@@ -276,7 +276,8 @@ pub(super) fn range_of(samples: &[f32]) -> Tally {
     tally
 }
 
-/// Converts samples into `halves`; `values` is memory for that. Finite values beyond the range become the largest, not infinity.
+/// Converts samples into `halves`; `values` is scratch memory. Finite values beyond the range become the largest finite
+/// value, not infinity.
 pub(super) fn halves(samples: &[f32], halves: &mut Vec<f16>, values: &mut Vec<f32>) -> Tally {
     let mut tally = range_of(samples);
     halves.resize(samples.len(), f16::ZERO);

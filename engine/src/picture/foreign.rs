@@ -1,8 +1,8 @@
-//! Names of files that cannot be read as pictures, for messages.
+//! Names of formats that cannot be read, for messages.
 use super::limits::ReadError;
 use std::io::{BufRead, Read, Seek, SeekFrom};
 
-/// First bytes, and what they mean.
+/// First bytes of files, and the format that they indicate.
 const STARTS: &[(&[u8], &str)] = &[
     (b"GIF8", "GIF"),
     (b"BM", "BMP"),
@@ -28,7 +28,7 @@ const STARTS: &[(&[u8], &str)] = &[
     (b"version https://git-lfs", "a Git LFS pointer, not the file itself"),
 ];
 
-/// Kinds of files in boxes, by the brand after `ftyp`.
+/// Formats of ISO base media files, by the brand after `ftyp`.
 const BRANDS: &[(&[u8], &str)] = &[
     (b"avif", "AVIF"),
     (b"avis", "AVIF"),
@@ -42,10 +42,10 @@ const BRANDS: &[(&[u8], &str)] = &[
     (b"crx ", "a camera's raw picture (CR3)"),
 ];
 
-/// The last bytes of a TGA.
+/// The last bytes of a TGA file.
 const TGA_END: &[u8] = b"TRUEVISION-XFILE.\0";
 
-/// The name of the format of a file of `length` bytes, which is none of those that are read.
+/// Name of the format of a file of `length` bytes whose format is not supported.
 pub(super) fn name<R: BufRead + Seek>(reader: &mut R, length: u64) -> Result<String, ReadError> {
     let start = reader.fill_buf().map_err(ReadError::Io)?.to_vec();
     let mut end = Vec::new();
@@ -54,7 +54,7 @@ pub(super) fn name<R: BufRead + Seek>(reader: &mut R, length: u64) -> Result<Str
     Ok(if end == TGA_END { "it is TGA".to_owned() } else { name_of_start(&start) })
 }
 
-/// What a file with these first bytes is.
+/// Name of the format that the first bytes of a file indicate.
 pub(super) fn name_of_start(start: &[u8]) -> String {
     if let Some((_, name)) = STARTS.iter().find(|(magic, _)| start.starts_with(magic)) {
         return format!("it is {name}");
@@ -72,7 +72,7 @@ pub(super) fn name_of_start(start: &[u8]) -> String {
     }
 }
 
-/// Whether a header fits TGA, which has no magic number: a known sort, a usual number of bits, and some pixels.
+/// True if a header fits TGA, which has no magic number: a known type, a usual bit depth, and at least one pixel.
 fn is_tga(start: &[u8]) -> bool {
     let Some(&[_, map, sort, _, _, _, _, map_bits, _, _, _, _, w0, w1, h0, h1, bits, _]) = start.first_chunk() else {
         return false;
@@ -86,11 +86,11 @@ fn is_tga(start: &[u8]) -> bool {
     colors && [w0, w1] != [0, 0] && [h0, h1] != [0, 0]
 }
 
-/// What a text is, if it is one.
+/// Kind of a text file, if the bytes are text.
 fn name_of_text(start: &[u8]) -> String {
     let valid = match std::str::from_utf8(start) {
         Ok(text) => text,
-        // The last character may go on beyond what was looked at.
+        // The last character may be cut off at the end of the bytes read.
         Err(error) if error.valid_up_to() + 4 > start.len() => {
             std::str::from_utf8(&start[..error.valid_up_to()]).unwrap_or_default()
         }

@@ -1,4 +1,4 @@
-//! Calls of decoders and of nodes that may panic.
+//! Guarded calls: contain panics of decoders and of nodes.
 use super::limits::ReadError;
 use std::any::Any;
 use std::cell::Cell;
@@ -7,11 +7,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, Once, PoisonError};
 
 thread_local! {
-    /// How many guarded calls this thread is in.
+    /// The nesting depth of guarded calls in this thread.
     static DEPTH: Cell<u32> = const { Cell::new(0) };
 }
 
-/// Counts a guarded call, also where it is left by a panic.
+/// Counts a guarded call until it ends, by a panic too.
 struct Inside;
 
 impl Inside {
@@ -27,19 +27,19 @@ impl Drop for Inside {
     }
 }
 
-/// Messages of the last contained panics, and their places in the source: a caught panic does not know its place.
+/// Messages of the last contained panics, and their source locations: a caught panic does not know its location.
 static PLACES: Mutex<VecDeque<(String, String)>> = Mutex::new(VecDeque::new());
-/// So many are kept.
+/// Number of messages kept.
 const KEPT: usize = 64;
 
-/// Puts a panic hook before the one of the program, once: it notes the messages of threads that are in a guarded call instead of
-/// printing them, and hands on all others.
+/// Installs a panic hook in front of the program's hook, once. It records the messages of threads inside a guarded call
+/// instead of printing them, and passes all others on.
 fn install_hook() {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let others = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |panic| {
-            // A thread that ends has no counter any more, and is in no call.
+            // A thread that is ending has no counter any more, so it is not in a guarded call.
             if DEPTH.try_with(Cell::get).unwrap_or(0) == 0 {
                 return others(panic);
             }
@@ -57,8 +57,8 @@ fn text(payload: &(dyn Any + Send)) -> String {
     text.unwrap_or("it gave no reason").to_owned()
 }
 
-/// Runs code that may have a defect. A panic is not printed: its message, with the place in the source, is the error, and the process
-/// goes on. Data that the call changes must be valid at any time, or not be used again.
+/// Runs code that may have a defect. A panic is not printed: its message, with the source location, becomes the error,
+/// and the process continues. Data that the call changes must be valid at any time, or must not be used again.
 ///
 /// # Errors
 /// The message of a panic, on one line.
@@ -73,22 +73,22 @@ pub fn contained<T>(call: impl FnOnce() -> T) -> Result<T, String> {
     })
 }
 
-/// Marks a thread of a pool whose panics are contained by the thread that waits for it: none is printed.
+/// Marks a thread of a pool. Its panics are not printed, because the thread that waits for it contains them.
 pub(crate) fn contain_thread() {
     install_hook();
     DEPTH.with(|depth| depth.set(depth.get() + 1));
 }
 
-/// Runs code of a library that may panic on data that it was not made for. A panic gives `None`: the process continues, and
-/// the message of the panic is not printed.
+/// Runs code of a library that may panic on invalid data. A panic gives `None`: the process continues, and the message
+/// is not printed.
 ///
-/// `call` must not wait for other threads. A thread that waits in a pool takes up other work meanwhile, and a panic of
+/// `call` must not wait for other threads. A thread that waits in a pool executes other work meanwhile, and a panic of
 /// that work would be silent too.
 pub fn caught<T>(call: impl FnOnce() -> T) -> Option<T> {
     contained(call).ok()
 }
 
-/// Runs a decoder. None is known to panic on files that pass the checks before. If one does, the file is taken to be
+/// Runs a decoder. Decoders should not panic on files that passed the checks. If one does, the file is reported as
 /// corrupt.
 pub(super) fn guarded<T>(decode: impl FnOnce() -> Result<T, ReadError>) -> Result<T, ReadError> {
     caught(decode).unwrap_or_else(|| Err(ReadError::corrupt("its decoder gave up")))
@@ -106,12 +106,12 @@ mod tests {
         guarded(|| panic!("{message}"))
     }
 
-    /// What the child process does: panics in and out of guarded calls, on several threads at once.
+    /// The work of the child process: panics inside and outside of guarded calls, on several threads at once.
     fn panics() {
         let (before, after) = (Barrier::new(2), Barrier::new(2));
         std::thread::scope(|scope| {
             scope.spawn(|| {
-                // This thread stays in its guarded call while the other one panics.
+                // This thread stays in its guarded call while another thread panics.
                 let _ = guarded::<()>(|| {
                     before.wait();
                     after.wait();
@@ -122,7 +122,7 @@ mod tests {
             assert!(catch_unwind(|| panic!("loud beside it")).is_err());
             after.wait();
         });
-        // One within another: the inner one leaves the outer one guarded.
+        // Nested calls: after the inner call the outer one is still guarded.
         let outer: Result<(), _> = guarded(|| {
             assert!(quiet("quiet inner").is_err());
             panic!("quiet outer")
@@ -133,11 +133,11 @@ mod tests {
     }
 
     #[test]
-    fn contained_panics_tell_what_and_where() {
+    fn contained_panics_report_message_and_location() {
         assert_eq!(contained(|| 7), Ok(7));
         let said = contained(|| panic!("one\ntwo {}", 3)).unwrap_err();
         assert!(said.starts_with("one two 3 (") && said.contains("guard.rs:"), "{said}");
-        // Also those of other threads, whose panics arrive here.
+        // Panics of pool threads are contained, too.
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).start_handler(|_| contain_thread()).build().unwrap();
         let said = contained(|| pool.install(|| rayon::join(|| panic!("in a pool"), || ()))).unwrap_err();
         assert!(said.starts_with("in a pool (") && said.contains("guard.rs:"), "{said}");

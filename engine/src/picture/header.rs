@@ -1,4 +1,4 @@
-//! Telling formats apart and reading headers, without decoding.
+//! Format detection and reading of headers, without decoding.
 
 use super::limits::{FileError, ReadError, ReadLimits};
 use super::{SampleKind, foreign, read_exr, read_jpeg, read_png, read_tiff};
@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
 use std::path::Path;
 
-/// Formats that are read.
+/// The formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FileFormat {
     /// Portable Network Graphics.
@@ -19,7 +19,7 @@ pub enum FileFormat {
     Exr,
 }
 
-/// What the header of a picture says.
+/// The header of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Header {
     /// The format, by content.
@@ -28,57 +28,57 @@ pub struct Header {
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Channels that [`read`](super::read) gives, 1 to 4.
+    /// Number of channels that [`read`](super::read) gives, 1 to 4.
     pub channels: u8,
-    /// How these are stored.
+    /// The stored type of these channels.
     pub kind: SampleKind,
-    /// Names of all channels in the file, for EXR with their layer; more than `channels` when there are layers.
+    /// Names of all channels in the file, for EXR with their layer; more than `channels` if there are layers.
     pub names: Vec<String>,
-    /// Whether the last of the channels is opacity.
+    /// True if the last of the channels is opacity.
     pub has_alpha: bool,
-    /// The ICC profile, as it is stored.
+    /// The ICC profile as stored.
     pub icc: Option<Vec<u8>>,
-    /// True if the file declares that its colours are multiplied by its opacity.
+    /// True if the file declares that its colours are premultiplied by opacity.
     pub associated: bool,
     /// Its other statements about colours and channels.
-    pub told: Told,
+    pub told: HeaderStatements,
 }
 
 /// Statements of a header about colours and channels, without the ICC profile.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Told {
-    /// Numbers of primaries, curve, matrix and range (ITU-T H.273): the chunk `cICP` of PNG.
+pub struct HeaderStatements {
+    /// Code points for primaries, curve, matrix and range (ITU-T H.273): the chunk `cICP` of PNG.
     pub cicp: Option<[u8; 4]>,
-    /// Why the ICC profile in it cannot be taken out, as `is …`.
+    /// The reason why the ICC profile cannot be extracted, as `is …`.
     pub broken_profile: Option<String>,
-    /// True if it is marked as sRGB.
+    /// True if the file is marked as sRGB.
     pub srgb: bool,
-    /// The power that encodes light, times 100,000: the chunk `gAMA` of PNG.
+    /// The encoding gamma times 100,000: the chunk `gAMA` of PNG.
     pub gamma: Option<u32>,
-    /// The chromaticities of its colours: x and y of red, green, blue and white.
+    /// The chromaticities x and y of red, green, blue and white.
     pub chromaticities: Option<[f32; 8]>,
-    /// The assumption that was made because the names or the place of its channels do not tell enough.
+    /// The assumption made because the names or positions of the channels are ambiguous.
     pub assumed: Option<String>,
 }
 
-/// Reads the header of a file. Limits are not applied, so that a caller can say what it found.
+/// Reads the header of a file. Limits are not applied, so that a caller can report the size.
 ///
 /// # Errors
-/// When the file cannot be opened or is no picture that [`read`](super::read) takes.
+/// When the file cannot be opened or is not a picture that [`read`](super::read) supports.
 pub fn header(path: &Path) -> Result<Header, FileError> {
     of_file(path, None)
 }
 
-/// Like [`header`], of what [`read_layer`](super::read_layer) gives for the same name.
+/// Like [`header`], for the channels that [`read_layer`](super::read_layer) gives for this name.
 ///
 /// # Errors
-/// See [`header`]; when there is no such layer or channel.
+/// See [`header`]; also when there is no such layer or channel.
 pub fn header_layer(path: &Path, layer: &str) -> Result<Header, FileError> {
     of_file(path, Some(layer))
 }
 
-/// A text that was written with an EXR file, by the name that it had in [`PictureSpec::metadata`](super::PictureSpec);
-/// nothing in files of other formats.
+/// A text in the metadata of an EXR file, by its name in [`PictureSpec::metadata`](super::PictureSpec); `None` for
+/// other formats.
 ///
 /// # Errors
 /// See [`header`].
@@ -101,7 +101,7 @@ fn of_file(path: &Path, layer: Option<&str>) -> Result<Header, FileError> {
 /// Reads the header of a file in memory.
 ///
 /// # Errors
-/// When it is no picture that [`read`](super::read) takes.
+/// When it is not a picture that [`read`](super::read) supports.
 pub fn header_bytes(bytes: &[u8]) -> Result<Header, ReadError> {
     of_reader(Cursor::new(bytes), None)
 }
@@ -118,18 +118,18 @@ fn of_reader<R: BufRead + Seek>(mut reader: R, layer: Option<&str>) -> Result<He
     of_layer(header, layer)
 }
 
-/// Checks a file to its end without decoding it. It finds everything that [`read`](super::read) would refuse, except damage
-/// of the compressed samples. Gives the header, of what [`read_layer`](super::read_layer) gives if a layer is named.
+/// Checks a file to its end without decoding it. Finds everything that [`read`](super::read) would refuse, except
+/// damage in the compressed samples. Returns the header; with a layer, that of [`read_layer`](super::read_layer).
 ///
 /// # Errors
-/// See [`ReadError`]; the file is named.
+/// See [`ReadError`]; includes the path of the file.
 pub fn check(path: &Path, layer: Option<&str>, limits: &ReadLimits) -> Result<Header, FileError> {
     let at = |reason| FileError { path: path.to_path_buf(), reason };
     let (file, length) = open(path, limits).map_err(at)?;
     checked(&mut BufReader::new(file), length, layer, limits).map_err(at)
 }
 
-/// Like [`check`], of a file in memory.
+/// Like [`check`], for a file in memory.
 ///
 /// # Errors
 /// See [`ReadError`].
@@ -160,7 +160,7 @@ fn checked<R: BufRead + Seek>(
     of_layer(header, layer)
 }
 
-/// The header of a channel of a file of a format without layers.
+/// The header of one channel, in a format without layers.
 fn of_layer(header: Header, layer: Option<&str>) -> Result<Header, ReadError> {
     match layer {
         Some(layer) if header.format != FileFormat::Exr => {
@@ -171,13 +171,13 @@ fn of_layer(header: Header, layer: Option<&str>) -> Result<Header, ReadError> {
     }
 }
 
-/// Where a channel is among those of a file without layers.
+/// Index of a channel in a file without layers.
 pub(super) fn position(names: &[String], wanted: &str) -> Result<usize, ReadError> {
     let missing = || ReadError::NoSuchLayer { wanted: wanted.to_owned(), existing: list(names) };
     names.iter().position(|own| own == wanted).ok_or_else(missing)
 }
 
-/// Names in backticks, for messages; only the first ones of long lists.
+/// Names in backticks, for messages; long lists are cut.
 pub(super) fn list(names: &[String]) -> String {
     const MOST: usize = 40;
     let mut quoted: Vec<String> = names.iter().take(MOST).map(|name| format!("`{}`", name.escape_debug())).collect();
@@ -187,7 +187,8 @@ pub(super) fn list(names: &[String]) -> String {
     quoted.join(", ")
 }
 
-/// Opens a regular file and gives its length. Its type is checked before it is opened: opening a pipe could block forever.
+/// Opens a regular file; returns its length too. The type is checked before opening, because opening a pipe could block
+/// forever.
 pub(super) fn open(path: &Path, limits: &ReadLimits) -> Result<(File, u64), ReadError> {
     let metadata = path.metadata().map_err(ReadError::Io)?;
     if !metadata.is_file() {
@@ -223,12 +224,12 @@ pub(super) fn load(path: &Path, limits: &ReadLimits) -> Result<Vec<u8>, ReadErro
     let mut bytes = Vec::new();
     let capacity = usize::try_from(length).map_err(ReadError::corrupt)?;
     bytes.try_reserve_exact(capacity).map_err(|error| ReadError::Io(std::io::Error::other(error)))?;
-    // If the file grows meanwhile, only the first `length` bytes are read.
+    // If the file grows meanwhile, read only the first `length` bytes.
     file.take(length).read_to_end(&mut bytes).map_err(ReadError::Io)?;
     Ok(bytes)
 }
 
-/// The format by the first bytes.
+/// Detects the format by the first bytes.
 pub(super) fn sniff(start: &[u8]) -> Result<FileFormat, ReadError> {
     match start {
         [] => Err(ReadError::Empty),

@@ -1,5 +1,5 @@
-//! ICC profiles of a matrix and curves. `moxcms` takes them apart; they are evaluated here, by functions that have the same bits
-//! on every machine.
+//! ICC profiles of a matrix and curves. `moxcms` parses them; they are evaluated here, with functions that give the
+//! same bits on every machine.
 use super::conversion::Conversion;
 use super::curve::Curve;
 use super::guard::guarded;
@@ -7,15 +7,15 @@ use super::limits::ReadError;
 use super::primaries::{Matrix, from_colorants};
 use moxcms::{ColorProfile, DataColorSpace, ParsingOptions, ToneReprCurve};
 
-/// The most bytes of a profile; large ones, of printers, have a few MiB.
+/// Maximum size of a profile in bytes; large ones, of printers, have a few MiB.
 pub(super) const MOST_BYTES: usize = 4 << 20;
-/// The most entries of a profile: usual ones have about 20, and each may be as long as the file.
+/// Maximum number of entries of a profile: usual ones have about 20, and each may be as long as the file.
 const MOST_TAGS: u32 = 100;
 
-/// The way to linear Rec. 709 by a profile, for a picture with one channel or with three.
+/// The conversion to linear Rec. 709 by a profile, for a picture with one channel or three.
 ///
 /// # Errors
-/// Why the profile is not used, as `is …`.
+/// The reason why the profile is not used, as `is …`.
 pub(super) fn conversion(bytes: &[u8], channels: u8) -> Result<Conversion, String> {
     if bytes.len() > MOST_BYTES {
         return Err(too_large());
@@ -39,7 +39,7 @@ pub(super) fn conversion(bytes: &[u8], channels: u8) -> Result<Conversion, Strin
     }
 }
 
-/// Why a profile of more than [`MOST_BYTES`] is not used.
+/// Reason for not using a profile larger than [`MOST_BYTES`].
 pub(super) fn too_large() -> String {
     format!("is larger than {} MiB", MOST_BYTES >> 20)
 }
@@ -67,7 +67,7 @@ fn curve(stored: Option<&ToneReprCurve>) -> Result<Curve, String> {
     let curve = match stored.ok_or_else(tables)? {
         ToneReprCurve::Lut(values) => match values[..] {
             [] => Curve::Linear,
-            // Fixed point with 8 bits after it.
+            // Fixed-point number with 8 fraction bits.
             [gamma] => Curve::Gamma(f64::from(gamma) / 256.0),
             _ => Curve::Table(values.clone()),
         },
@@ -76,7 +76,7 @@ fn curve(stored: Option<&ToneReprCurve>) -> Result<Curve, String> {
     if curve.is_sane() { Ok(curve.recognized()) } else { Err("has curves that do not rise from black to white".into()) }
 }
 
-/// The curves of ICC by the number of their parameters (ICC.1:2022, table 68).
+/// The parametric curves of ICC by their number of parameters (ICC.1:2022, table 68).
 fn parametric(numbers: &[f32]) -> Result<Curve, String> {
     let all = match *numbers {
         [g] => [g, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0],

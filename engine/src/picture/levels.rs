@@ -1,4 +1,4 @@
-//! The rows of all levels of a picture in tiles, until they make rows of tiles.
+//! Buffers the rows of all mip levels until they fill rows of tiles.
 use super::encode::{Rows, Tally};
 use super::mips::{Pyramid, sizes};
 use super::spec::PictureSpec;
@@ -7,28 +7,28 @@ use std::io;
 /// The side of a tile in pixels.
 pub(super) const SIDE: u32 = 64;
 
-/// A picture with all its levels under construction: they grow together while the rows of the picture come.
+/// A picture and its mip levels under construction: all levels grow while the rows of the picture arrive.
 pub(super) struct Levels {
     pyramid: Pyramid,
     levels: Vec<Level>,
-    /// The channels of the picture; what else comes is for smaller levels only.
+    /// Number of channels of the picture. Further planes are used only by the smaller levels.
     channels: usize,
 }
 
-/// Rows of a level that do not make a row of tiles yet.
+/// Buffered rows of a level that do not fill a row of tiles yet.
 pub(super) struct Level {
     pub(super) width: u32,
     pub(super) height: u32,
-    /// The number of its first tile among those of all levels.
+    /// Index of its first tile among the tiles of all levels.
     pub(super) first: usize,
-    /// Rows of tiles that are complete.
+    /// Number of complete rows of tiles.
     pub(super) done: u32,
-    /// Per channel.
+    /// The buffered rows, per channel.
     pub(super) rows: Vec<Vec<f32>>,
 }
 
 impl Level {
-    /// Tiles in a row of them.
+    /// Number of tiles in a row.
     pub(super) fn across(&self) -> u32 {
         self.width.div_ceil(SIDE)
     }
@@ -38,7 +38,7 @@ impl Level {
         u32::try_from(samples).unwrap_or(u32::MAX)
     }
 
-    /// How many of the rows that wait make a row of tiles, if they do.
+    /// Number of buffered rows that form the next row of tiles, if it is complete.
     fn due(&self) -> Option<u32> {
         let (waiting, missing) = (self.waiting(), self.height - self.done * SIDE);
         let wanted = missing.min(SIDE);
@@ -70,13 +70,13 @@ impl Levels {
         self.levels.iter()
     }
 
-    /// The tiles of all levels.
+    /// Number of tiles of all levels.
     pub(super) fn tiles(&self) -> usize {
         self.levels.last().map_or(0, |level| level.first + (level.across() * level.height.div_ceil(SIDE)) as usize)
     }
 
-    /// Takes rows of the picture. What makes a row of tiles is packed, tile by tile, and then written: with the number of its
-    /// level and that level. Nothing depends on how many rows come at once.
+    /// Takes rows of the picture. A complete row of tiles is packed tile by tile, and then written: `write` gets the
+    /// index of the level, the level and the tiles. The result does not depend on how many rows come at once.
     pub(super) fn push(
         &mut self,
         rows: Rows<'_>,
@@ -103,7 +103,7 @@ impl Levels {
                     });
                 }
             };
-            // The smaller levels follow from the rows of the picture, not from their tiles.
+            // The smaller levels are computed from the rows of the picture, so packing can run in parallel.
             let (packed, ()) = rayon::join(|| due.map(|count| (count, pack(0, whole, count))), shrink);
             if let Some((count, (tiles, found))) = packed {
                 write(0, whole, tiles)?;
@@ -112,7 +112,7 @@ impl Levels {
             }
             for (index, level) in (1..).zip(smaller) {
                 while let Some(count) = level.due() {
-                    // What they hold follows from the picture.
+                    // The statistics of smaller levels are not counted.
                     let (tiles, _) = pack(index, level, count);
                     write(index, level, tiles)?;
                     level.take(count);

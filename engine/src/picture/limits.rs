@@ -1,13 +1,13 @@
-//! What reading may cost, and how it can fail.
+//! Limits of reading, and its errors.
 
 use std::path::PathBuf;
 
-/// What a picture may cost. Checked against the header, before anything is allocated for the samples.
+/// Limits for a picture. They are compared with the header before samples are allocated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ReadLimits {
     /// Bytes of the file.
     pub max_file_bytes: u64,
-    /// Pixels, whatever the channels.
+    /// Pixels, for any number of channels.
     pub max_pixels: u64,
     /// Bytes of all samples as `f32` plus those of the decoder's own copy in the stored depth.
     pub max_bytes_decoded: u64,
@@ -20,15 +20,15 @@ impl Default for ReadLimits {
     }
 }
 
-/// The most bytes that DEFLATE unpacks from one: 258 bytes from 2 bits.
+/// The maximum compression ratio of DEFLATE: 2 bits can encode 258 bytes.
 pub(super) const DEFLATE_RATIO: u64 = 1032;
 
-/// Sizes of a picture as its header tells them.
+/// The sizes of a picture as stated in its header.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Claim {
     pub(super) width: u64,
     pub(super) height: u64,
-    /// Channels that are decoded; for EXR all of them, also those that are not wanted.
+    /// Number of channels that are decoded; for EXR all channels, selected or not.
     pub(super) channels: u64,
     /// Bytes of a decoded sample before it becomes `f32`.
     pub(super) sample_bytes: u64,
@@ -53,7 +53,7 @@ impl ReadLimits {
     }
 }
 
-/// Why a picture cannot be read; without the file's name, which [`FileError`] adds.
+/// The reason why a picture cannot be read. [`FileError`] adds the path of the file.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -63,10 +63,10 @@ pub enum ReadError {
     /// A folder, pipe, socket or device.
     #[error("it is {0}; it must be a regular file")]
     NotAFile(&'static str),
-    /// No byte in it.
+    /// The file has no bytes.
     #[error("the file is empty; save the picture again")]
     Empty,
-    /// A format that is not read.
+    /// A format that is not supported.
     #[error("{0}; it must be PNG, JPEG, TIFF or OpenEXR: convert it to PNG, TIFF, JPEG or EXR")]
     UnknownFormat(String),
     /// The file ends before the picture does.
@@ -75,18 +75,18 @@ pub enum ReadError {
     /// The content contradicts itself or the format.
     #[error("the file is corrupt: {0}; copy or save it again")]
     Corrupt(String),
-    /// All is in its place, but the compressed samples cannot be unpacked. Only decoding finds this.
+    /// The structure is valid, but the compressed samples cannot be unpacked. Only decoding finds this error.
     #[error("the compressed data is damaged: {0}; copy or save it again")]
     Damaged(String),
-    /// A legal file with something that is not read.
+    /// A valid file with a feature that is not supported.
     #[error("{what}; {instead}")]
     Unsupported {
-        /// What the file has.
+        /// The feature.
         what: String,
-        /// What to do.
+        /// A remedy.
         instead: &'static str,
     },
-    /// No such layer or channel in it.
+    /// The file has no such layer or channel.
     #[error("there is no layer or channel `{wanted}`; it must be one of {existing}")]
     NoSuchLayer {
         /// The name asked for.
@@ -142,7 +142,7 @@ impl ReadError {
         Self::Damaged(clean(&reason.to_string()))
     }
 
-    /// The same as said by a decoder at work on compressed samples: what it found wrong is wrong with these.
+    /// Attributes an error of a decoder to the compressed samples.
     pub(super) fn in_data(self) -> Self {
         match self {
             Self::Truncated(reason) | Self::Corrupt(reason) => Self::Damaged(reason),
@@ -150,13 +150,13 @@ impl ReadError {
         }
     }
 
-    /// A file of `bytes` bytes is too short for its pixels.
+    /// The error for a file of `bytes` bytes, which is too short for its pixels.
     pub(super) fn implausible(bytes: u64, width: impl Into<u64>, height: impl Into<u64>) -> Self {
         let (width, height) = (width.into(), height.into());
         Self::Corrupt(format!("{bytes} bytes cannot hold the `{width}x{height}` pixels of its header"))
     }
 
-    /// Sorts the errors of streams in memory: an end that comes too early means a truncated file.
+    /// Classifies errors of streams in memory: an early end means a truncated file.
     pub(super) fn from_decoder(error: &std::io::Error) -> Self {
         if error.kind() == std::io::ErrorKind::UnexpectedEof {
             Self::truncated("it ends within the picture")
@@ -165,20 +165,20 @@ impl ReadError {
         }
     }
 
-    /// Whether there is no such file.
+    /// True if there is no such file.
     #[must_use]
     pub fn is_not_found(&self) -> bool {
         matches!(self, Self::Io(error) if error.kind() == std::io::ErrorKind::NotFound)
     }
 
-    /// Whether a limit was exceeded.
+    /// True if a limit was exceeded.
     #[must_use]
     pub fn is_too_large(&self) -> bool {
         matches!(self, Self::FileTooLarge { .. } | Self::TooManyPixels { .. } | Self::TooLarge { .. })
     }
 }
 
-/// Decoders quote the file in their messages: control characters are replaced, and long messages are cut.
+/// Decoders quote the file in their messages: replaces control characters and cuts long messages.
 fn clean(message: &str) -> String {
     let message = message.trim_end_matches('.');
     message.chars().map(|c| if c.is_control() { ' ' } else { c }).take(200).collect()
@@ -206,7 +206,7 @@ fn hint(error: &std::io::Error) -> &'static str {
 pub struct FileError {
     /// The file.
     pub path: PathBuf,
-    /// What is wrong with it.
+    /// The error.
     #[source]
     pub reason: ReadError,
 }

@@ -1,11 +1,10 @@
-//! DEFLATE and the transforms that prepare samples for it.
+//! DEFLATE, and the predictors that prepare samples for it.
 
 use super::spec::Compression;
 use flate2::{Compress, FlushCompress, Status};
 use std::sync::{Mutex, PoisonError};
 
-/// Makes zlib streams, several at a time. A compressor holds a third of a megabyte, so each is used for one block after
-/// another.
+/// Makes zlib streams, several at a time. A compressor takes a third of a megabyte, so compressors are reused.
 pub(super) struct Zlib {
     level: flate2::Compression,
     idle: Mutex<Vec<Compress>>,
@@ -73,7 +72,8 @@ pub(super) fn tiff_predict_u16(row: &mut [u8], channels: usize) {
     }
 }
 
-/// TIFF's predictor for rows of 32-bit floats: their bytes in four runs, the highest first, then differences.
+/// TIFF's predictor for rows of 32-bit floats: separates the bytes into four planes, the highest first, then stores
+/// differences.
 pub(super) fn tiff_predict_f32(row: &mut [u8], channels: usize) {
     let samples = row.as_chunks::<4>().0.to_vec();
     let width = samples.len();

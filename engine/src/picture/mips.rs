@@ -1,21 +1,21 @@
-//! Mip levels: a picture at half the size, at a quarter, and so on down to one pixel, made row by row.
+//! Mip levels: a picture at half the size, a quarter, and so on down to one pixel, computed row by row.
 //!
-//! Each level is the box average of the one before in linear values; sizes are rounded down. What is averaged are moments:
-//! of a normal the vector, which is made a unit vector again where a level is read; of a roughness the square of the
-//! distribution's width, to which a part of the variance of the slopes that were averaged away is added (after M. Olano and
-//! D. Baker, "LEAN Mapping", 2010). So a bumpy surface that is far away reflects as much as it should.
+//! Each level is the box average of the level before, in linear values; sizes are rounded down. The average is taken of
+//! moments. For a normal, this is the vector, normalized when a level is written. For a roughness, this is the square
+//! of the distribution's width; part of the variance of the slopes that were averaged away is added (after M. Olano and
+//! D. Baker, "LEAN Mapping", 2010). So a bumpy surface keeps its reflectance at a distance.
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// How channels of a picture become those of smaller ones.
+/// The filter from channels of a picture to channels of the smaller levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum MipFilter {
     /// One channel: the mean.
     Mean,
     /// Three channels, a normal as ½ + ½n: the direction of the mean.
     Normal,
-    /// One channel, a roughness, widened by the variance of the normals lost. The normal is the three planes from this
-    /// number on, counted among all that are handed to the writer.
+    /// One channel, a roughness, widened by the variance of the normals that were averaged away. The normal is the
+    /// three planes from this index on, counted among all planes that the writer gets.
     Roughness {
         /// The first plane of the normal.
         normal: usize,
@@ -23,7 +23,7 @@ pub enum MipFilter {
 }
 
 impl MipFilter {
-    /// Channels of the picture that it makes.
+    /// Number of channels of the picture that it makes.
     pub const fn channels(self) -> usize {
         match self {
             Self::Normal => 3,
@@ -39,7 +39,7 @@ impl MipFilter {
         }
     }
 
-    /// The moments of a row whose planes are given, of which `first` is the filter's own.
+    /// Appends the moments of a row. `planes` holds all planes; those of this filter begin at `first`.
     fn take<'a>(self, planes: &[&'a [f32]], first: usize, out: &mut Vec<Cow<'a, [f32]>>) {
         match self {
             Self::Mean => out.push(Cow::Borrowed(planes[first])),
@@ -57,7 +57,7 @@ impl MipFilter {
         }
     }
 
-    /// The channels that moments stand for.
+    /// Appends the channels that the moments stand for.
     fn give<'a>(self, moments: &'a [Vec<f32>], out: &mut Vec<Cow<'a, [f32]>>) {
         match self {
             Self::Mean => out.push(Cow::Borrowed(&moments[0])),
@@ -65,7 +65,7 @@ impl MipFilter {
                 let [x, y, z] = moments else { return };
                 let unit: Vec<f32> = x.iter().zip(y).zip(z).map(|((x, y), z)| (x * x + y * y + z * z).sqrt()).collect();
                 let scaled = |plane: &Vec<f32>, level: f32| {
-                    // Opposite normals have no mean; the surface is then as good as level.
+                    // Opposite normals have no mean; the surface then counts as flat.
                     let one = |(v, length): (&f32, &f32)| 0.5 + 0.5 * if *length > 1e-6 { v / length } else { level };
                     plane.iter().zip(&unit).map(one).collect()
                 };
@@ -87,21 +87,22 @@ impl MipFilter {
     }
 }
 
-/// The part of the slopes' variance by which the square of a distribution's width grows. For a Beckmann distribution it is all
-/// of it. GGX, which renderers use, has longer tails, from which light is lost at grazing angles: half of it keeps the shape of
-/// highlights and loses less: a distant sphere with slopes of 0.2 reflects within 2 % of what it should, with 0.3 within 3.5 %.
+/// Fraction of the slope variance that is added to the squared width of the distribution. For a Beckmann distribution
+/// this is 1. GGX, which renderers use, has longer tails, which lose light at grazing angles: ½ keeps the shape of
+/// highlights and loses less light. A distant sphere with slopes of 0.2 reflects within 2 % of the exact value, with
+/// slopes of 0.3 within 3.5 %.
 const WIDENING: f32 = 0.5;
 
-/// The least upward part of a normal: slopes beyond 20 would outweigh all others.
+/// The least z of a normal: steeper slopes than 20 would outweigh all others.
 const STEEPEST: f32 = 0.05;
 
-/// The sizes of all levels, the picture itself first.
+/// The sizes of all levels, beginning with the picture itself.
 pub(super) fn sizes(width: u32, height: u32) -> Vec<(u32, u32)> {
     let last = width.max(height).max(1).ilog2();
     (0..=last).map(|level| ((width >> level).max(1), (height >> level).max(1))).collect()
 }
 
-/// Makes the rows of all smaller levels from those of the picture.
+/// Computes the rows of all smaller levels from those of the picture.
 pub(super) struct Pyramid {
     filters: Vec<MipFilter>,
     levels: Vec<Level>,
@@ -110,12 +111,12 @@ pub(super) struct Pyramid {
 /// A level under construction.
 struct Level {
     width: usize,
-    /// The height of the level before.
+    /// Height of the previous level.
     from_height: u32,
     height: u32,
-    /// Rows of the level before that have come.
+    /// Number of rows of the previous level that have arrived.
     come: u32,
-    /// Moments of the next row, as far as they are known.
+    /// The partial sum of moments for the next row.
     sum: Vec<Vec<f32>>,
 }
 
@@ -133,8 +134,8 @@ impl Pyramid {
         Self { filters: filters.to_vec(), levels: sizes.windows(2).map(level).collect() }
     }
 
-    /// Takes the next row of the picture, all planes of it, and hands on the rows that it completes: the number of the level
-    /// and its channels.
+    /// Takes the next row of the picture, with all planes, and passes on the rows that it completes: the index of the
+    /// level and its channels.
     pub(super) fn push(&mut self, planes: &[&[f32]], mut made: impl FnMut(usize, &[Cow<'_, [f32]>])) {
         let mut moments = Vec::new();
         let mut first = 0;
@@ -158,7 +159,7 @@ impl Pyramid {
 }
 
 impl Level {
-    /// Takes a row of the level before; a row of this one, if that completes it.
+    /// Takes a row of the previous level; returns a row of this level if that completes it.
     fn add(&mut self, row: &[Cow<'_, [f32]>]) -> Option<Vec<Vec<f32>>> {
         let narrow: Vec<Vec<f32>> = row.iter().map(|plane| halved(plane, self.width)).collect();
         let y = self.come;
@@ -172,7 +173,7 @@ impl Level {
             self.weigh(&narrow, 0.5);
             return (y % 2 == 1).then(|| self.complete());
         }
-        // Each row of this level covers a little more than two: the row between two of them is shared.
+        // Each row of this level covers slightly more than two rows, so a row between two of them is shared.
         let next = y / 2;
         if y % 2 == 1 {
             self.weigh(&narrow, part(self.height));
@@ -200,7 +201,7 @@ impl Level {
     }
 }
 
-/// A row at `width`, half of its own rounded down.
+/// A row scaled down to `width`, half of its own width rounded down.
 fn halved(row: &[f32], width: usize) -> Vec<f32> {
     if row.len() == width {
         return row.to_vec();
@@ -237,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_of_any_size_have_their_size_and_mean() {
+    fn keeps_the_mean_at_levels_of_any_size() {
         for (width, height) in [(8, 8), (7, 5), (1, 9), (9, 1), (13, 64), (1, 1), (100, 3), (31, 33)] {
             let sizes = sizes(width, height);
             assert_eq!(*sizes.last().unwrap(), (1, 1));
@@ -246,19 +247,19 @@ mod tests {
             let whole: Vec<f32> = (0..height).flat_map(|y| (0..width).map(move |x| (x * 7 + y * y) as f32)).collect();
             for (level, (w, h)) in sizes.iter().enumerate().skip(1) {
                 assert_eq!(made[level].len(), (w * h) as usize, "{width}x{height} level {level}");
-                // A box of equal areas keeps the mean.
+                // Box filters of equal area keep the mean.
                 let (got, expected) = (mean(&made[level]), mean(&whole));
                 assert!((got - expected).abs() < 1e-4 * expected.max(1.0), "{width}x{height}: {got} for {expected}");
             }
         }
-        // By hand: five columns to two, each two and a half wide.
+        // Computed by hand: five columns to two, each two and a half wide.
         let made = &levels(5, 1, |x, _| [1.0, 2.0, 3.0, 4.0, 5.0][x as usize])[1];
         assert!((made[0] - 1.8).abs() < 1e-6 && (made[1] - 4.2).abs() < 1e-6, "{made:?}");
     }
 
     #[test]
-    fn normals_stay_unit_vectors_and_roughness_grows_by_the_slopes_lost() {
-        // Two slopes of ±1 side by side: on the whole level, with slopes of variance 1.
+    fn normalizes_normals_and_widens_roughness_by_lost_slopes() {
+        // Two slopes of ±1 side by side average to a flat surface, with a slope variance of 1.
         let tilt = 0.5_f32.sqrt();
         let x = [0.5 + 0.5 * tilt, 0.5 - 0.5 * tilt];
         let (y, z) = ([0.5; 2], [0.5 + 0.5 * tilt; 2]);
@@ -271,7 +272,7 @@ mod tests {
         assert!((channels[0][0] - (0.3_f32.powi(4) + 0.5).powf(0.25)).abs() < 1e-6, "{channels:?}");
         assert_eq!([channels[1][0], channels[2][0], channels[3][0]], [0.5, 0.5, 1.0]);
 
-        // A level surface keeps its roughness.
+        // A flat surface keeps its roughness.
         let mut pyramid = Pyramid::new(&[MipFilter::Roughness { normal: 1 }], 2, 1);
         pyramid.push(&[&[0.3, 0.3], &[0.5; 2], &[0.5; 2], &[1.0; 2]], |_, channels| {
             assert!((channels[0][0] - 0.3).abs() < 1e-6);
@@ -282,14 +283,14 @@ mod tests {
         a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     }
 
-    /// The density of GGX facets.
+    /// The GGX normal distribution.
     fn facets(cosine: f64, roughness: f64) -> f64 {
         let a2 = roughness.powi(4);
         a2 / (std::f64::consts::PI * (cosine * cosine * (a2 - 1.0) + 1.0).powi(2))
     }
 
-    /// What a dielectric reflects from `light` to the viewer above, times the cosine: GGX with Schlick's Fresnel over a
-    /// diffuse ground of albedo ½.
+    /// The radiance that a dielectric reflects from `light` towards the viewer above, times the cosine: GGX with
+    /// Schlick's Fresnel term over a diffuse base of albedo ½.
     fn reflected(normal: [f64; 3], roughness: f64, light: [f64; 3]) -> f64 {
         let half = [light[0], light[1], light[2] + 1.0];
         let half = half.map(|v| v / dot(half, half).sqrt());
@@ -303,7 +304,7 @@ mod tests {
         nl * (facets(nh, roughness) * shadow * fresnel + (1.0 - fresnel) * 0.5 / std::f64::consts::PI)
     }
 
-    /// The normals of a patch of bumps whose slopes reach `slope`, and its last level: the mean normal and the roughness.
+    /// The normals of a bumpy patch with slopes up to `slope`, and its last level: the mean normal and the roughness.
     fn patch(slope: f32, roughness: f32) -> (Vec<[f64; 3]>, [f64; 3], f64) {
         let side = 32_u32;
         let mut pyramid = Pyramid::new(&[MipFilter::Roughness { normal: 1 }, MipFilter::Normal], side, side);
@@ -329,8 +330,8 @@ mod tests {
     }
 
     #[test]
-    fn a_bumpy_sphere_far_away_reflects_as_much_as_it_should() {
-        // Light from all sides: points along a spiral around the sphere, but those straight behind.
+    fn keeps_the_reflectance_of_a_distant_bumpy_sphere() {
+        // Light from all directions except straight behind: points along a spiral around the sphere.
         let light = |i: i32| {
             let (turn, z) = (f64::from(i) * 2.399_963, 1.0 - f64::from(2 * i + 1) / 40.0);
             [(1.0 - z * z).sqrt() * turn.cos(), (1.0 - z * z).sqrt() * turn.sin(), z]
@@ -340,7 +341,7 @@ mod tests {
             let (normals, mean, wide) = patch(slope, roughness);
             for lights in [&around[..], &[[0.0, 0.6, 0.8]]] {
                 let (mut exact, mut filtered) = (0.0, 0.0);
-                // The sphere as seen from above: points of a disk.
+                // The sphere seen from above: points of a disk.
                 for i in 0..400 {
                     let at = [f64::from(i % 20) / 9.5 - 1.0, f64::from(i / 20) / 9.5 - 1.0];
                     let r2 = at[0] * at[0] + at[1] * at[1];
@@ -348,7 +349,7 @@ mod tests {
                         continue;
                     }
                     let n = [at[0], at[1], (1.0 - r2).sqrt()];
-                    // A frame whose third axis is the sphere's normal.
+                    // A frame whose third axis is the normal of the sphere.
                     let t = [1.0 - n[0] * n[0] / (1.0 + n[2]), -n[0] * n[1] / (1.0 + n[2]), -n[0]];
                     let b = [t[1], 1.0 - n[1] * n[1] / (1.0 + n[2]), -n[1]];
                     let turned = |m: [f64; 3]| [0, 1, 2].map(|c| m[0] * t[c] + m[1] * b[c] + m[2] * n[c]);
@@ -368,7 +369,7 @@ mod tests {
     fn highlights_keep_their_width() {
         for (slope, roughness) in [(0.2, 0.2_f32), (0.3, 0.3), (0.3, 0.4)] {
             let (normals, mean, wide) = patch(slope, roughness);
-            // How bright the patch is where the half vector is tilted by so much.
+            // The brightness of the patch when the half vector is tilted by this angle.
             let (mut plain, mut widened) = (0.0, 0.0);
             for degrees in (0_i32..40).step_by(2) {
                 let angle = f64::from(degrees).to_radians();

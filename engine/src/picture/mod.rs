@@ -1,17 +1,17 @@
-//! Pictures in files: reading what users bring, writing what graphs make.
+//! Picture files: reads files of users and writes results of graphs.
 //!
-//! **Reading** ([`read`], [`read_bytes`], [`header`]) takes PNG, JPEG, TIFF and OpenEXR, told apart by content. Files are
-//! not trusted: what is not a regular file is refused before it is opened, and sizes are taken from the header and
-//! compared with [`ReadLimits`] and with what the file's length could possibly hold before anything is allocated. Files
-//! are then followed to their end, chunk by chunk, marker by marker or block by block, before a sample is decoded; [`check`]
-//! does that and no more. A truncated or corrupt file is an error, never half a picture.
+//! **Reading** ([`read`], [`read_bytes`], [`header`]) supports PNG, JPEG, TIFF and OpenEXR, detected by content. Files
+//! are not trusted. Only regular files are opened. The sizes in the header are compared with [`ReadLimits`] and with
+//! the maximum that the file's length can hold before anything is allocated. Then the file is followed to its end,
+//! chunk by chunk, marker by marker or block by block, before a sample is decoded; [`check`] does only this. A
+//! truncated or corrupt file is an error, never half a picture.
 //!
-//! **Writing** ([`Writer`]) takes bands of rows from the top down and needs memory for a band, not for the picture. Files
-//! appear under their name when they are complete ([`AtomicFile`]), carry no date, and equal input gives equal bytes for
-//! any number of threads and any height of the bands.
+//! **Writing** ([`Writer`]) takes bands of rows from top to bottom and needs memory for a band, not for the picture.
+//! Files appear under their name when they are complete ([`AtomicFile`]) and contain no date. Equal input gives equal
+//! bytes for any number of threads and any height of the bands.
 //!
-//! Samples are planar `f32` on both sides: integers scaled to 0..1, floats as they are stored. Colour spaces are converted
-//! by the caller ([`Conversion`]), never by reading; the header says what the file tells of its own.
+//! Samples are planar `f32` on both sides: integers are scaled to 0..1, floats are kept. Reading never converts colour
+//! spaces; the caller does that ([`Conversion`]) with the statements of the header.
 
 mod atomic;
 mod color;
@@ -50,7 +50,7 @@ pub use color::{REC709_TO_AP1, SrgbEncoder, linear_sample};
 pub use conversion::{ColorSpace, Conversion, divide_by_alpha};
 pub(crate) use guard::contain_thread;
 pub use guard::{caught, contained};
-pub use header::{FileFormat, Header, Told, check, check_bytes, header, header_bytes, header_layer, text};
+pub use header::{FileFormat, Header, HeaderStatements, check, check_bytes, header, header_bytes, header_layer, text};
 pub use limits::{FileError, ReadError, ReadLimits};
 pub use mips::MipFilter;
 pub use part::{
@@ -61,21 +61,21 @@ pub(crate) use part::{OVERLAP_MAGIC, is_overlap};
 pub use read::{read, read_bytes, read_layer};
 pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, texture_attributes};
 pub use udim::{UdimFile, is_udim, udim_file, udim_files};
-pub use write::{Writer, Written};
+pub use write::{WriteStats, Writer};
 pub use write_svg::{Drawing, svg};
 
-/// How the samples of a picture are stored in its file.
+/// The stored type of the samples of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SampleKind {
-    /// 8-bit integers (also the 1, 2 and 4 bit pictures, which are widened), scaled to 0..1.
+    /// 8-bit integers, scaled to 0..1; also pictures of 1, 2 and 4 bits, which are widened.
     U8,
     /// 16-bit integers, scaled to 0..1.
     U16,
-    /// 16-bit floats, as they are.
+    /// 16-bit floats, unchanged.
     F16,
-    /// 32-bit floats, as they are.
+    /// 32-bit floats, unchanged.
     F32,
-    /// 32-bit integers: from TIFF scaled to 0..1; from EXR, where they are numbers of objects, as they are.
+    /// 32-bit integers: scaled to 0..1 in TIFF; unchanged in EXR, where they are object ids.
     U32,
     /// Signed 8-bit integers, 127 scaled to 1.
     I8,
@@ -102,7 +102,7 @@ impl SampleKind {
         matches!(self, Self::I8 | Self::I16 | Self::I32)
     }
 
-    /// Whether the samples are floats.
+    /// True if the samples are floats.
     #[must_use]
     pub fn is_float(self) -> bool {
         matches!(self, Self::F16 | Self::F32)
@@ -118,17 +118,17 @@ pub struct Picture {
     pub height: u32,
     /// Number of channels, 1 to 4.
     pub channels: u8,
-    /// All samples: channel after channel, each by rows from y = 0.
+    /// All samples: channel after channel, each row by row from y = 0.
     pub planes: Vec<f32>,
-    /// How the samples were stored.
+    /// The stored type of the samples.
     pub source: SampleKind,
     /// Names of the channels in the order of `planes`: those of the file for EXR, else `Y` or `R`, `G`, `B`, and `A`.
     pub names: Vec<String>,
-    /// Whether the last channel is opacity.
+    /// True if the last channel is opacity.
     pub has_alpha: bool,
 }
 
-/// A sample that is NaN or infinite, and where it lies.
+/// A NaN or infinite sample, and its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonFinite {
     /// Column, from 0.
@@ -148,7 +148,7 @@ impl Picture {
         self.width as usize * self.height as usize
     }
 
-    /// The samples of a channel by rows.
+    /// The samples of a channel, row by row.
     ///
     /// # Panics
     /// When there is no such channel.
@@ -158,19 +158,19 @@ impl Picture {
         &self.planes[usize::from(channel) * pixels..][..pixels]
     }
 
-    /// Number of channels that hold colour or data, that is, without opacity.
+    /// Number of channels of colour or data, without opacity.
     #[must_use]
     pub fn data_channels(&self) -> u8 {
         self.channels - u8::from(self.has_alpha)
     }
 
-    /// How many samples are NaN or infinite. Always 0 for pictures stored as integers.
+    /// Number of NaN or infinite samples. Always 0 for pictures stored as integers.
     #[must_use]
     pub fn count_non_finite(&self) -> usize {
         self.planes.iter().filter(|sample| !sample.is_finite()).count()
     }
 
-    /// The first sample, by channel and then by rows, that is NaN or infinite.
+    /// The first NaN or infinite sample, by channel and then by rows.
     #[must_use]
     pub fn first_non_finite(&self) -> Option<NonFinite> {
         let index = self.planes.iter().position(|sample| !sample.is_finite())?;
@@ -185,7 +185,7 @@ impl Picture {
     }
 }
 
-/// Names for pictures of formats that have none.
+/// Default channel names for formats without names.
 fn default_names(channels: u8) -> Vec<String> {
     let names: &[&str] = match channels {
         1 => &["Y"],

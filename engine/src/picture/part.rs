@@ -1,7 +1,7 @@
-//! Parts of pictures: rows of all pictures of a render in one file, to be joined with the other parts.
+//! Parts of pictures: one file with some rows of all pictures of a render, to be joined with the other parts.
 //!
-//! A part holds rows as the format's encoder takes them: already rounded to integers or halves, not yet compressed. So
-//! joining is reading, compressing and writing, and the file is that of a single run, byte for byte.
+//! A part holds rows in the form that the format's encoder takes: already rounded to integers or halves, not yet
+//! compressed. So joining only reads, compresses and writes, and the file equals that of a single run byte for byte.
 //!
 //! ```text
 //! MAGIC, length of the header, header (JSON)
@@ -10,7 +10,7 @@
 //! MAGIC, place of the index, hash of header and index
 //! ```
 //!
-//! A file that was cut has no end, and one that was altered another hash. Numbers are little-endian.
+//! A truncated file has no end, and a modified file has another hash. Numbers are little-endian.
 mod join;
 mod names;
 mod read;
@@ -26,21 +26,21 @@ use super::encode::Tally;
 use super::spec::PictureSpec;
 use serde::{Deserialize, Serialize};
 
-/// How a part begins and ends.
+/// The first and last bytes of a part.
 const MAGIC: &[u8; 8] = b"ShiboP2\n";
 /// Bytes that are read and checked at once.
 const CHUNK: usize = 8 << 20;
-/// The most bytes of a header or an index.
+/// Maximum bytes of a header or an index.
 const MOST: u64 = 64 << 20;
-/// How the names of parts end.
+/// The file extension of parts.
 pub(crate) const EXTENSION: &str = "part";
 
-/// One of several parts.
+/// Number of a part among all parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PartOf {
-    /// Which, from 1.
+    /// Number of the part, from 1.
     pub number: u32,
-    /// Of how many.
+    /// Number of parts.
     pub count: u32,
 }
 
@@ -51,7 +51,7 @@ impl std::fmt::Display for PartOf {
 }
 
 impl PartOf {
-    /// Which of `pieces` pieces belong to it: as many as to any other, or one more.
+    /// The range of this part when `pieces` pieces are divided evenly among the parts.
     #[must_use]
     pub fn of(self, pieces: u32) -> std::ops::Range<u32> {
         let edge = |number: u32| u64::from(pieces) * u64::from(number) / u64::from(self.count.max(1));
@@ -59,20 +59,20 @@ impl PartOf {
         edge(self.number.saturating_sub(1))..edge(self.number)
     }
 
-    /// The name of its file, `stem` being that of the graph.
+    /// The file name of the part; `stem` is the name of the graph.
     #[must_use]
     pub fn file_name(self, stem: &str) -> String {
         let digits = self.count.to_string().len();
         format!("{stem}.{:0digits$}-of-{}.{EXTENSION}", self.number, self.count)
     }
 
-    /// The name of the file that this part leaves for those beside it.
+    /// Name of the overlap file that this part writes for the parts beside it.
     pub(crate) fn overlap_name(self, stem: &str) -> String {
         let [begin, end] = OVERLAP;
         format!("{begin}{stem}.{}-of-{}.{end}", self.number, self.count)
     }
 
-    /// Whether a file of this name was left by a part of a graph for those beside it.
+    /// True if a file name is one that [`overlap_name`](Self::overlap_name) makes for this graph.
     pub(crate) fn is_overlap_name(name: &str, stem: &str) -> bool {
         let [begin, end] = OVERLAP;
         let rest = name.strip_prefix(begin).and_then(|name| name.strip_prefix(stem)?.strip_prefix('.'));
@@ -81,13 +81,13 @@ impl PartOf {
     }
 }
 
-/// How files begin that parts leave for each other; changes when their form does.
+/// The first bytes of an overlap file; they change with its format.
 pub(crate) const OVERLAP_MAGIC: [u8; 8] = *b"ShiboO2\n";
 
-/// How the names of files begin and end that parts leave for each other.
+/// Prefix and extension of overlap files.
 const OVERLAP: [&str; 2] = [".", "overlap"];
 
-/// What a part is of.
+/// The header of a part: the render that it belongs to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PartHeader {
     /// The version of the program.
@@ -102,34 +102,34 @@ pub struct PartHeader {
     pub seed: u64,
     /// Width and height of the whole pictures in pixels.
     pub size: [u32; 2],
-    /// Which part.
+    /// Number of this part.
     pub part: PartOf,
-    /// The first row in it, and how many there are.
+    /// Index of its first row, and the number of its rows.
     pub rows: [u32; 2],
     /// The pictures, in the order of the graph's outputs.
     pub pictures: Vec<PartPicture>,
 }
 
-/// A picture of which a part has rows.
+/// A picture of the render.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PartPicture {
     /// The name of its file.
     pub file: String,
-    /// Names everything that its bytes depend on.
+    /// A key of everything that the bytes of the picture depend on.
     pub key: String,
-    /// How it is encoded; none for a file without rows, which the first part holds whole.
+    /// The encoding; `None` for a file without rows, which the first part holds whole.
     pub spec: Option<PictureSpec>,
 }
 
-/// Where something lies in a part.
+/// Location of a block of samples in a part.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Chunk {
-    /// The number of the picture.
+    /// Index of the picture.
     picture: usize,
-    /// The first row in the picture, and how many; 0 of a file without rows.
+    /// The first row in the picture, and the number of rows; 0 for a file without rows.
     row: u32,
     rows: u32,
-    /// The first column, and how many.
+    /// The first column, and the number of columns.
     x: u32,
     width: u32,
     at: u64,
@@ -137,7 +137,7 @@ struct Chunk {
     hash: String,
 }
 
-/// What follows the rows.
+/// Index behind the rows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Index {
     chunks: Vec<Chunk>,
@@ -157,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_share_pieces_evenly_and_leave_none_out() {
+    fn divides_all_pieces_evenly_among_parts() {
         for (pieces, count) in [(32, 16), (33, 16), (1, 1), (7, 7), (256, 3)] {
             let mut at = 0;
             for number in 1..=count {

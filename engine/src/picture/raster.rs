@@ -1,8 +1,8 @@
-//! Parts that decoders share: headers, samples and errors of those of the `image` crate.
+//! Helpers for the decoders of the `image` crate: headers, samples and errors.
 use super::guard::guarded;
 use super::limits::{Claim, ReadError};
 use super::read::planar;
-use super::{FileFormat, Header, Picture, SampleKind, Told, default_names};
+use super::{FileFormat, Header, HeaderStatements, Picture, SampleKind, default_names};
 use image::{ColorType, ImageDecoder, ImageError};
 
 pub(super) fn header_of(decoder: &impl ImageDecoder, format: FileFormat) -> Result<Header, ReadError> {
@@ -22,11 +22,11 @@ pub(super) fn header_of(decoder: &impl ImageDecoder, format: FileFormat) -> Resu
         }
     };
     let has_alpha = channels % 2 == 0;
-    let (names, told) = (default_names(channels), Told::default());
+    let (names, told) = (default_names(channels), HeaderStatements::default());
     Ok(Header { format, width, height, channels, kind, names, has_alpha, icc: None, associated: false, told })
 }
 
-/// The memory that decoding takes, with `sample_bytes` for each sample while it is decoded.
+/// Memory needed for decoding, with `sample_bytes` for each sample during decoding.
 pub(super) fn limited(header: &Header, sample_bytes: u64) -> Claim {
     let (width, height) = (u64::from(header.width), u64::from(header.height));
     Claim { width, height, channels: u64::from(header.channels), sample_bytes }

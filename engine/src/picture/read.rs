@@ -6,23 +6,23 @@ use super::{Picture, read_exr, read_jpeg, read_png, read_tiff};
 use rayon::prelude::*;
 use std::path::Path;
 
-/// Reads a picture. Needs memory for the file, the stored samples and the `f32` samples at once.
+/// Reads a picture. Needs memory for the file, the stored samples and the `f32` samples at the same time.
 ///
-/// Of an EXR file with many channels a sensible selection is taken: the first layer that has colours (`R`, `G`, `B`, with
-/// `A`), else a vector (`X`, `Y`, `Z`), else luminance (`Y`), else the only channel, else the first up to four.
+/// From an EXR file with many channels, the best match is read: the first layer with colours (`R`, `G`, `B`, with `A`),
+/// else a vector (`X`, `Y`, `Z`), else luminance (`Y`), else the only channel, else the first channels, up to four.
 ///
 /// # Errors
-/// See [`ReadError`]; the file is named.
+/// See [`ReadError`]; includes the path of the file.
 pub fn read(path: &Path, limits: &ReadLimits) -> Result<Picture, FileError> {
     let reading = load(path, limits).and_then(|bytes| read_bytes(&bytes, limits));
     reading.map_err(|reason| FileError { path: path.to_path_buf(), reason })
 }
 
-/// Like [`read`], but takes the named layer (`base_color` of `base_color.R` …) or the named channel (`height.Y`, `Z`) of
-/// an EXR file. Files of other formats have no names but those of [`Picture::names`]; a name among these gives one channel.
+/// Like [`read`], but reads the named layer (`base_color` of `base_color.R` …) or the named channel (`height.Y`, `Z`)
+/// of an EXR file. In other formats only the names of [`Picture::names`] exist; each selects one channel.
 ///
 /// # Errors
-/// See [`ReadError`]; the file is named.
+/// See [`ReadError`]; includes the path of the file.
 pub fn read_layer(path: &Path, layer: &str, limits: &ReadLimits) -> Result<Picture, FileError> {
     let reading = load(path, limits).and_then(|bytes| {
         if sniff(&bytes)? == FileFormat::Exr {
@@ -52,7 +52,7 @@ fn one_channel(mut picture: Picture, name: &str) -> Result<Picture, ReadError> {
     Ok(Picture { channels: 1, names: vec![name.to_owned()], has_alpha: false, ..picture })
 }
 
-/// A plane after the other from samples that lie pixel after pixel.
+/// Converts pixel-interleaved samples to planes.
 pub(super) fn planar<T: Copy + Sync>(samples: &[T], channels: usize, convert: impl Fn(T) -> f32 + Sync) -> Vec<f32> {
     let pixels = samples.len() / channels;
     let mut planes = vec![0.0; pixels * channels];

@@ -1,8 +1,8 @@
-//! OpenEXR: headers and blocks are taken apart here, with every size checked; the `exr` crate decompresses.
+//! OpenEXR: headers and blocks are parsed here, with every size checked; the `exr` crate decompresses.
 
 use super::guard::guarded;
 use super::limits::{Claim, DEFLATE_RATIO, ReadError, ReadLimits};
-use super::{FileFormat, Header, Picture, SampleKind, Told};
+use super::{FileFormat, Header, HeaderStatements, Picture, SampleKind};
 use exr::compression::Compression;
 use exr::io::{PeekRead, Tracking};
 use exr::math::Vec2;
@@ -20,7 +20,7 @@ use blocks::Block;
 use frame::{Frame, Target};
 use select::{Selection, all_names, select};
 
-/// Blocks that are decompressed at once, in bytes; one at least.
+/// Bytes that are decompressed at once; at least one block.
 const BATCH_BYTES: usize = 32 << 20;
 
 pub(super) fn header<R: Read>(reader: R, wanted: Option<&str>) -> Result<Header, ReadError> {
@@ -29,7 +29,7 @@ pub(super) fn header<R: Read>(reader: R, wanted: Option<&str>) -> Result<Header,
     header_of(&meta, &selection)
 }
 
-/// A text of the first part of a file, by the name that a writer gave it.
+/// A text in the first part of a file, by the name that the writer gave it.
 pub(super) fn text<R: Read>(reader: R, name: &str) -> Result<Option<String>, ReadError> {
     let (meta, _) = guarded(|| read_meta(reader))?;
     let stored = super::write_exr::text_name(name);
@@ -43,7 +43,7 @@ pub(super) fn text<R: Read>(reader: R, name: &str) -> Result<Option<String>, Rea
     Ok(meta.headers.first().and_then(of))
 }
 
-/// Checks all parts of a file, and that the one that is wanted can be read.
+/// Checks all parts of a file, and that the selected one can be read.
 pub(super) fn check<R: Read + Seek>(
     mut reader: R,
     length: u64,
@@ -70,8 +70,8 @@ pub(super) fn read(bytes: &[u8], limits: &ReadLimits, wanted: Option<&str>) -> R
     Ok(Picture { width, height, channels, planes: target.planes, source: kind, names: selection.names, has_alpha })
 }
 
-/// What a file says, what of it is wanted, and where the blocks of that are; everything that can be checked without
-/// unpacking a block was checked.
+/// The metadata of a file, the selection, and the blocks of the selected part. Performs all checks that need no
+/// decompression.
 fn open<R: Read + Seek>(
     reader: &mut R,
     length: u64,
@@ -83,7 +83,7 @@ fn open<R: Read + Seek>(
     let layer = &meta.headers[selection.layer];
     let frame = Frame::of(layer)?;
     let Vec2(stored_width, stored_height) = layer.layer_size;
-    // The data window may be larger than the display window, and the other way round.
+    // Either the data window or the display window may be the larger one.
     for (width, height) in
         [(u64::from(frame.width), u64::from(frame.height)), (stored_width as u64, stored_height as u64)]
     {
@@ -122,12 +122,12 @@ fn header_of(meta: &MetaData, selection: &Selection) -> Result<Header, ReadError
         has_alpha: selection.has_alpha,
         icc: None,
         associated: selection.has_alpha,
-        told: Told { chromaticities, assumed, ..Told::default() },
+        told: HeaderStatements { chromaticities, assumed, ..HeaderStatements::default() },
     })
 }
 
-/// A reader that notes when bytes beyond its end are asked for: the error of the `exr` crate does not tell a file that ends
-/// too early from one that contradicts itself.
+/// A reader that records attempts to read beyond the end: the error of the `exr` crate does not distinguish a truncated
+/// file from a corrupt one.
 struct NotesEnd<'e, R> {
     reader: R,
     ended: &'e Cell<bool>,
@@ -143,7 +143,7 @@ impl<R: Read> Read for NotesEnd<'_, R> {
     }
 }
 
-/// The headers, and where the tables of block offsets begin.
+/// The headers, and the offset of the tables of block offsets.
 fn read_meta<R: Read>(reader: R) -> Result<(MetaData, usize), ReadError> {
     let ended = Cell::new(false);
     let found = read_headers(NotesEnd { reader, ended: &ended });
@@ -175,7 +175,7 @@ fn kind_of(meta: &MetaData, selection: &Selection) -> SampleKind {
         SampleType::F32 => SampleKind::F32,
         SampleType::U32 => SampleKind::U32,
     });
-    // If the channels have different types, the largest one.
+    // If the channels have different types, use the largest one.
     kinds.max_by_key(|kind| kind.bytes()).unwrap_or(SampleKind::F32)
 }
 
@@ -202,7 +202,7 @@ fn check_plausible(layer: &Layer, blocks: &[Block], length: u64) -> Result<(), R
     let ratio = match layer.compression {
         Compression::DWAA(_) | Compression::DWAB(_) => return Ok(()),
         Compression::Uncompressed => 1,
-        // No other method but the lossy DWA packs denser than DEFLATE.
+        // Only the lossy DWA compresses better than DEFLATE.
         _ => DEFLATE_RATIO,
     };
     if raw > stored.saturating_mul(ratio) {

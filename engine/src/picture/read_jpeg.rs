@@ -1,4 +1,4 @@
-//! JPEG, decoded by the `image` crate, with the checks it leaves to its callers.
+//! JPEG, decoded by the `image` crate, with the checks that the crate leaves to its callers.
 mod markers;
 mod profile;
 mod tables;
@@ -13,7 +13,7 @@ use image::codecs::jpeg::JpegDecoder;
 use image::metadata::Orientation;
 use std::io::{BufRead, Cursor, Seek};
 
-/// A block of 64 pixels takes a bit at least, and of three subsampled planes two are a quarter of the size.
+/// A block of 64 pixels takes at least one bit, and with three subsampled planes two planes are a quarter of the size.
 const PIXELS_PER_BYTE: u64 = 8 * 64 * 2;
 
 pub(super) fn header<R: BufRead + Seek>(mut reader: R) -> Result<Header, ReadError> {
@@ -32,13 +32,14 @@ pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadErr
     upright(picture(&bytes, header), orientation)
 }
 
-/// Checks a JPEG that is a part of a picture of another format: so wide, of so many rows at least, and of so many channels.
+/// Checks a JPEG embedded in a picture of another format: its width, its minimum height and its number of channels must
+/// match.
 pub(super) fn check_part(bytes: &[u8], frame: (u32, u32), channels: usize) -> Result<(), ReadError> {
     markers::walk(bytes)?;
     guarded(|| part(bytes, frame, channels).map(|_| ()))
 }
 
-/// The samples of a JPEG that [`check_part`] takes; there may be more rows.
+/// The samples of a JPEG that passed [`check_part`]; there may be extra rows.
 pub(super) fn read_part(bytes: &[u8], frame: (u32, u32), channels: usize) -> Result<Vec<u8>, ReadError> {
     samples(|| part(bytes, frame, channels))
 }
@@ -66,7 +67,7 @@ fn checked(bytes: &[u8], limits: &ReadLimits) -> Result<(Header, Orientation), R
     Ok((header, orientation))
 }
 
-/// Compares the pixels of a header with those that the file can hold.
+/// Compares the number of pixels in a header with the maximum that the file can hold.
 fn check_size(header: &Header, bytes: &[u8]) -> Result<(), ReadError> {
     let pixels = u64::from(header.width) * u64::from(header.height);
     if pixels > (bytes.len() as u64).saturating_mul(PIXELS_PER_BYTE) {
@@ -75,7 +76,7 @@ fn check_size(header: &Header, bytes: &[u8]) -> Result<(), ReadError> {
     Ok(())
 }
 
-/// The header of the upright picture, and how the stored one becomes upright.
+/// The header of the upright picture, and the orientation of the stored one.
 fn look(bytes: &[u8]) -> Result<(Header, Orientation), ReadError> {
     let mut decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(from_image)?;
     let mut header = header_of(&decoder, FileFormat::Jpeg)?;

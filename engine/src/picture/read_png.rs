@@ -1,4 +1,4 @@
-//! PNG, decoded by the `image` crate, with the checks it leaves to its callers.
+//! PNG, decoded by the `image` crate, with the checks that the crate leaves to its callers.
 mod chunks;
 mod tags;
 
@@ -43,7 +43,8 @@ fn checked<R: BufRead + Seek>(
     Ok(told(header, reader, length))
 }
 
-/// The header of the upright picture with what its chunks say of colours, and how the stored one becomes upright.
+/// Adds the colour statements of the chunks to the header of the upright picture; returns the orientation of the stored
+/// picture too.
 fn told<R: BufRead + Seek>(header: Header, reader: &mut R, length: u64) -> (Header, Orientation) {
     let tags = tags::find(reader, length);
     let header = Header { icc: tags.icc, told: tags.told, ..header };
@@ -51,13 +52,13 @@ fn told<R: BufRead + Seek>(header: Header, reader: &mut R, length: u64) -> (Head
 }
 
 fn decoder<R: BufRead + Seek>(reader: R) -> Result<PngDecoder<R>, ReadError> {
-    // Bounds what the decoder itself keeps (text, profiles); the samples go to our own buffer.
+    // Limits only the decoder's own memory (texts, profiles); the samples go to our own buffer.
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(64 << 20);
     PngDecoder::with_limits(reader, limits).map_err(from_image)
 }
 
-/// The header, compared with the limits and with what the compressed samples can hold.
+/// The header, after comparing it with the limits and with the maximum that the compressed samples can hold.
 fn look<R: BufRead + Seek>(
     reader: &mut R,
     chunks: &Chunks,
@@ -67,7 +68,7 @@ fn look<R: BufRead + Seek>(
     reader.rewind().map_err(ReadError::Io)?;
     let (header, stored_bits) = guarded(|| {
         let decoder = decoder(reader)?;
-        // Judged by the stored depth: a picture of 1 bit takes an eighth of what it decodes to.
+        // Uses the stored depth: a picture of 1 bit is stored in an eighth of the decoded size.
         let stored_bits = u64::from(decoder.original_color_type().bits_per_pixel());
         Ok((header_of(&decoder, FileFormat::Png)?, stored_bits))
     })?;
@@ -79,7 +80,7 @@ fn look<R: BufRead + Seek>(
     Ok(header)
 }
 
-/// Refuses samples that name a colour which the palette does not have; the decoder would take them for black.
+/// Refuses samples with an index beyond the palette; the decoder would show them as black.
 fn check_indices<R: BufRead + Seek>(reader: R, colors: usize) -> Result<(), ReadError> {
     let broken = |error: png::DecodingError| ReadError::damaged(error);
     let mut reader = png::Decoder::new(reader).read_info().map_err(broken)?;
@@ -105,14 +106,14 @@ fn check_indices<R: BufRead + Seek>(reader: R, colors: usize) -> Result<(), Read
         }
         return Ok(());
     }
-    // The rows of interlaced pictures are known when all passes are.
+    // The rows of interlaced pictures are complete only after all passes.
     let size = reader.output_buffer_size().ok_or_else(|| ReadError::corrupt("it is too large"))?;
     let mut bytes = vec![0; size];
     let rows = reader.next_frame(&mut bytes).map_err(broken)?.line_size;
     bytes.chunks_exact(rows).try_for_each(check_row)
 }
 
-/// A sample of 1, 2, 4 or 8 bits of a packed row; the first is in the highest bits.
+/// A sample of 1, 2, 4 or 8 bits in a packed row; the first sample is in the highest bits.
 pub(super) fn packed_sample(row: &[u8], x: usize, bits: usize) -> u8 {
     let at = x * bits;
     let shift = 8 - bits - at % 8;

@@ -1,5 +1,5 @@
-//! TIFF. The `tiff` crate reads the directories; strips and tiles are unpacked here, since the crate refuses valid ones: tiles
-//! of planes that lie apart, tiles packed by LZW, palettes, signed numbers.
+//! TIFF. The `tiff` crate reads the directories. Strips and tiles are unpacked here, because the crate refuses valid
+//! ones: tiles of separate planes, LZW tiles, palettes, signed numbers.
 mod directory;
 mod layout;
 mod places;
@@ -12,7 +12,7 @@ use super::turn::upright;
 use super::{Header, Picture};
 use directory::Tags;
 use layout::Layout;
-use places::Places;
+use places::ChunkLocations;
 use std::io::{Cursor, Read, Seek};
 use tiff::TiffError;
 
@@ -31,8 +31,8 @@ pub(super) fn read(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadErr
     upright(Picture { width, height, channels, planes, source: kind, names, has_alpha }, layout.orientation)
 }
 
-/// The header and the places of the samples of a file of `length` bytes, both checked.
-fn open<R: Read + Seek>(reader: R, length: u64, limits: &ReadLimits) -> Result<(Layout, Places), ReadError> {
+/// The checked header and the checked locations of the samples, in a file of `length` bytes.
+fn open<R: Read + Seek>(reader: R, length: u64, limits: &ReadLimits) -> Result<(Layout, ChunkLocations), ReadError> {
     guarded(|| {
         let mut tags = Tags::open(reader)?;
         let layout = Layout::read(&mut tags)?;
@@ -40,7 +40,7 @@ fn open<R: Read + Seek>(reader: R, length: u64, limits: &ReadLimits) -> Result<(
         let Header { channels, kind, .. } = layout.header;
         let (channels, sample_bytes) = (u64::from(channels), kind.bytes() as u64);
         limits.check(Claim { width, height, channels, sample_bytes })?;
-        let places = Places::read(&mut tags, &layout, length)?;
+        let places = ChunkLocations::read(&mut tags, &layout, length)?;
         Ok((layout, places))
     })
 }

@@ -1,11 +1,11 @@
-//! What is written, and how writing can fail.
+//! Specifications of pictures to write, and the errors of writing.
 
 use super::mips::MipFilter;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Formats that are written.
+/// The formats that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Format {
     /// PNG with 8 or 16 bits.
@@ -24,7 +24,7 @@ impl Format {
     /// All formats of outputs.
     pub const ALL: [Self; 4] = [Self::Png, Self::Tiff, Self::Exr, Self::Svg];
 
-    /// The word for it in graph files and messages.
+    /// Name in graph files and messages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -36,7 +36,7 @@ impl Format {
         }
     }
 
-    /// The depths that the format can have here, the default first.
+    /// The supported depths of the format, the default first.
     #[must_use]
     pub fn depths(self) -> &'static [Depth] {
         match self {
@@ -48,19 +48,19 @@ impl Format {
         }
     }
 
-    /// The format of files with an extension, in small letters.
+    /// The format for a file extension in lower case.
     #[must_use]
     pub fn from_extension(extension: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.extension() == extension)
     }
 
-    /// Whether such files can have mip levels.
+    /// True if the format can have mip levels.
     #[must_use]
     pub const fn has_mips(self) -> bool {
         matches!(self, Self::Exr | Self::Tiff)
     }
 
-    /// The extension of such files, without dot.
+    /// The file extension, without dot.
     #[must_use]
     pub fn extension(self) -> &'static str {
         match self {
@@ -72,7 +72,7 @@ impl Format {
         }
     }
 
-    /// The greatest number of channels.
+    /// Maximum number of channels.
     #[must_use]
     pub fn max_channels(self) -> usize {
         match self {
@@ -90,7 +90,7 @@ impl fmt::Display for Format {
     }
 }
 
-/// How samples are stored.
+/// The stored type of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Depth {
     /// 8-bit integers.
@@ -107,7 +107,7 @@ impl Depth {
     /// All depths.
     pub const ALL: [Self; 4] = [Self::U8, Self::U16, Self::F16, Self::F32];
 
-    /// The word for it in graph files and messages.
+    /// Name in graph files and messages.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -128,7 +128,7 @@ impl Depth {
         }
     }
 
-    /// Whether samples are integers.
+    /// True if samples are integers.
     #[must_use]
     pub fn is_integer(self) -> bool {
         matches!(self, Self::U8 | Self::U16)
@@ -147,68 +147,70 @@ pub enum Transfer {
     /// None: data.
     #[default]
     Raw,
-    /// The sRGB curve: linear colour becomes what screens take.
+    /// The sRGB curve: encodes linear colour for screens.
     Srgb,
 }
 
-/// How values become integers. Float depths take the values as they are and ignore all of this.
+/// The mapping from values to integers. Float depths keep the values and ignore all of this.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Encoding {
     /// The curve, applied after `range`. Opacity (the last of 2 or 4 channels) is always raw.
     pub transfer: Transfer,
     /// The values that become the least and the greatest integer; 0 and 1 by default. Not for opacity.
     pub range: Option<(f32, f32)>,
-    /// Whether steps are broken up by a fixed pattern of positions (the R2 sequence, which has the even spacing of blue
-    /// noise) of ±½ step.
+    /// Whether to dither by ±½ step with a fixed pattern of positions (the R2 sequence, which has the even spacing of
+    /// blue noise).
     pub dither: bool,
-    /// Where the picture's first pixel lies in the dither pattern: a part of a picture is then dithered as in the whole.
+    /// Position of the picture's first pixel in the dither pattern, so that a part of a picture is dithered as in the
+    /// whole.
     pub origin: (u32, u32),
 }
 
-/// How much time is spent on small files. No samples are changed by it.
+/// The effort for small files. It never changes samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Compression {
     /// As fast as disks are.
     #[default]
     Fast,
-    /// Smaller files, in a multiple of the time.
+    /// Smaller files that take several times as long.
     Best,
 }
 
-/// All about a picture but its samples.
+/// The specification of a picture: everything except its samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PictureSpec {
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
     pub height: u32,
-    /// Names of the channels, in the order in which they are handed over. PNG and TIFF use their number only (1 grey,
-    /// 2 grey and opacity, 3 RGB, 4 RGB and opacity); EXR stores the names, such as `R` or `base_color.R`.
+    /// Names of the channels, in the order of the given planes. PNG and TIFF use only their number (1 grey, 2 grey and
+    /// opacity, 3 RGB, 4 RGB and opacity); EXR stores the names, such as `R` or `base_color.R`.
     pub channels: Vec<String>,
     /// The format.
     pub format: Format,
     /// The depth, one for all channels.
     pub depth: Depth,
-    /// How values become integers.
+    /// The mapping from values to integers.
     pub encoding: Encoding,
-    /// How hard to compress.
+    /// The compression effort.
     pub compression: Compression,
-    /// For an EXR or a TIFF in tiles with mip levels, what makes the smaller ones, channel after channel; empty for rows without.
+    /// For an EXR or TIFF with tiles and mip levels: the filters of the mip levels, channel after channel. Empty for a
+    /// file of rows without mip levels.
     pub mips: Vec<MipFilter>,
-    /// The primaries and the white that an EXR's header states: x and y of red, green, blue and white.
+    /// The primaries and the white in the header of an EXR: x and y of red, green, blue and white.
     pub chromaticities: Option<[f32; 8]>,
-    /// Width and height of a pixel in mm, where they are known: for the header of all formats.
+    /// Width and height of a pixel in mm, if known: for the header of all formats.
     pub pixel_mm: Option<[f32; 2]>,
-    /// Pairs of a name and a text for the header. `Software` has a place of its own in every format.
+    /// Pairs of a name and a text for the header. `Software` has its own field in every format.
     pub metadata: Vec<(String, String)>,
 }
 
 impl PictureSpec {
-    /// Checks that such a file can be written.
+    /// Checks that the file can be written.
     ///
     /// # Errors
-    /// For depths and numbers of channels the format does not have, empty pictures, empty ranges, and names of EXR
-    /// channels that are empty or not unique.
+    /// For unsupported depths and numbers of channels, empty pictures, empty ranges, and names of EXR channels that are
+    /// empty or not unique.
     pub fn check(&self) -> Result<(), WriteError> {
         let Self { width, height, format, depth, .. } = *self;
         if !format.depths().contains(&depth) {
@@ -219,7 +221,7 @@ impl PictureSpec {
         if count == 0 || count > most || (jpeg && count == 2) {
             return Err(WriteError::Channels { format, count, most });
         }
-        // EXR and PNG have 31 bits for a side.
+        // EXR and PNG have 31 bits for width and height.
         if width == 0 || height == 0 || width.max(height) > i32::MAX.unsigned_abs() {
             return Err(WriteError::Size { width, height });
         }
@@ -242,7 +244,7 @@ impl PictureSpec {
         if format == Format::Exr { self.check_names() } else { Ok(()) }
     }
 
-    /// The planes that rows are handed over with: the channels, and what only mip levels are made of.
+    /// Number of planes in the rows given to the writer: the channels, and planes that only mip filters read.
     #[must_use]
     pub fn planes(&self) -> usize {
         let beyond = self.mips.iter().map(|filter| match filter {
@@ -252,7 +254,7 @@ impl PictureSpec {
         beyond.max().unwrap_or(0).max(self.channels.len())
     }
 
-    /// Pixels across and down in so many mm, rounded, if they are known and are 1 to `most`.
+    /// Number of pixels across and down in `mm` millimetres, rounded, if it is known and lies in 1 to `most`.
     pub(super) fn density(&self, mm: f32, most: u32) -> Option<[u32; 2]> {
         let counts = self.pixel_mm?.map(|size| (mm / size).round());
         let fits = |count: f32| count >= 1.0 && f64::from(count) <= f64::from(most);
@@ -270,13 +272,13 @@ impl PictureSpec {
         Ok(())
     }
 
-    /// Bytes of a row before it is compressed.
+    /// Bytes of an uncompressed row.
     #[must_use]
     pub fn row_bytes(&self) -> u64 {
         u64::from(self.width) * (self.channels.len() * self.depth.bytes()) as u64
     }
 
-    /// The channel that is opacity.
+    /// Index of the opacity channel.
     #[must_use]
     pub fn alpha(&self) -> Option<usize> {
         match (self.format, self.channels.len()) {
@@ -291,18 +293,18 @@ fn list(depths: &[Depth]) -> String {
     depths.iter().map(|depth| format!("`{depth}`")).collect::<Vec<_>>().join(" or ")
 }
 
-/// Why a picture cannot be written.
+/// The reason why a picture cannot be written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
-    /// A combination that does not exist.
+    /// An unsupported combination of format and depth.
     #[error("depth is `{depth}`; for format `{format}` it must be {allowed}")]
     Depth {
         /// The format.
         format: Format,
         /// The depth.
         depth: Depth,
-        /// Those it may have.
+        /// The supported depths.
         allowed: String,
     },
     /// Too many channels, or none.
@@ -315,7 +317,7 @@ pub enum WriteError {
         /// The greatest number.
         most: usize,
     },
-    /// No pixels, or too many.
+    /// No pixels, or too many pixels.
     #[error("the picture has `{width}x{height}` pixels; each side must be between 1 and 2147483647")]
     Size {
         /// Width.
@@ -323,7 +325,7 @@ pub enum WriteError {
         /// Height.
         height: u32,
     },
-    /// More pixels than JPEG can count.
+    /// More pixels than JPEG supports.
     #[error("the picture has `{width}x{height}` pixels; a JPEG has at most 65535 a side: write colours as PNG")]
     JpegSize {
         /// Width.
@@ -331,10 +333,10 @@ pub enum WriteError {
         /// Height.
         height: u32,
     },
-    /// A quality that JPEG does not have.
+    /// A quality that JPEG does not support.
     #[error("quality is `{0}`; it must be a number from 1 to 100")]
     Quality(u8),
-    /// Mip levels in a format that has none here, or not for all channels.
+    /// Mip levels in a format without them, or not for all channels.
     #[error("mip levels of all channels can be written to `Exr` and `Tiff`, not to `{format}`")]
     Mips {
         /// The format.
@@ -348,10 +350,10 @@ pub enum WriteError {
         /// Value of the greatest integer.
         high: f32,
     },
-    /// A channel name that EXR does not take.
+    /// A channel name that EXR does not allow.
     #[error("a channel is called `{}`; it must have a unique name of 1 to 255 letters, digits and signs", .0.escape_debug())]
     ChannelName(String),
-    /// The caller's rows do not fit the picture.
+    /// The given rows do not fit the picture.
     #[error("rows `{first}` to `{end}` were handed over; they must be whole rows of all channels, at most `{height}`")]
     Rows {
         /// The first row.
@@ -372,13 +374,13 @@ pub enum WriteError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The error of the system.
         source: std::io::Error,
     },
 }
 
 impl WriteError {
-    /// Names the file that an error of the system concerns.
+    /// Adds the path to an error of the system.
     #[must_use]
     pub fn at(path: &Path, source: std::io::Error) -> Self {
         let path = path.to_path_buf();
@@ -394,7 +396,8 @@ pub(super) fn described(metadata: &[(String, String)]) -> String {
     metadata.iter().map(|(name, text)| format!("{name}: {text}")).collect::<Vec<_>>().join("\n")
 }
 
-/// What a texture's header tells renderers, in the words of OpenImageIO: that it is one, and whether it repeats.
+/// Header attributes that tell renderers, with the names of OpenImageIO, that the file is a texture and whether it
+/// repeats.
 #[must_use]
 pub fn texture_attributes(wraps: [bool; 2]) -> Vec<(String, String)> {
     let mode = |wraps: bool| if wraps { "periodic" } else { "clamp" };

@@ -1,4 +1,4 @@
-//! Turning pictures upright, as cameras and scanners say that they were held.
+//! Turns pictures upright, by the orientation that cameras and scanners store.
 use super::limits::ReadError;
 use super::{Header, Picture};
 use image::metadata::Orientation;
@@ -10,8 +10,8 @@ pub(super) fn upright_header(stored: Header, orientation: Orientation) -> Header
     Header { width, height, ..stored }
 }
 
-/// Turns stored samples as the camera was held: EXIF and TIFF tell which corner of the stored picture is the upper left one.
-/// The picture has the size of the upright one already.
+/// Turns stored samples upright: EXIF and TIFF state which corner of the stored picture is the upper left one.
+/// `picture` already has the size of the upright one.
 pub(super) fn upright(mut picture: Picture, orientation: Orientation) -> Result<Picture, ReadError> {
     let (width, height) = turned(orientation, (picture.width, picture.height));
     let pixels = (width as usize * height as usize).max(1);
@@ -35,7 +35,7 @@ pub(super) fn upright(mut picture: Picture, orientation: Orientation) -> Result<
     Ok(picture)
 }
 
-/// The sides of a picture after it is turned.
+/// Size of a picture after turning.
 fn turned(orientation: Orientation, (width, height): (u32, u32)) -> (u32, u32) {
     use Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
     match orientation {

@@ -1,10 +1,10 @@
-//! Sets of files, one for each UDIM tile: in the name of a set, `<UDIM>` stands for the number of the tile. Tile 1001 is the first one,
-//! its right neighbour is 1002, and the one above it is 1011.
+//! Sets of files, one for each UDIM tile: in the name of a set, `<UDIM>` stands for the number of the tile. Tile 1001
+//! is the first one, its right neighbour is 1002, and the one above it is 1011.
 use std::path::{Path, PathBuf};
 
-/// Stands for the number.
+/// Placeholder for the number.
 const MARK: &str = "<UDIM>";
-/// Tiles in a row.
+/// Number of tiles in a row.
 const ACROSS: u32 = 10;
 
 /// A file of a set.
@@ -17,14 +17,14 @@ pub struct UdimFile {
 }
 
 impl UdimFile {
-    /// Column and row of the tile, from 0; columns go to the right and rows upwards.
+    /// Column and row of the tile, from 0. Columns go to the right, rows upwards.
     #[must_use]
     pub fn place(&self) -> [u32; 2] {
         [(self.number - 1001) % ACROSS, (self.number - 1001) / ACROSS]
     }
 }
 
-/// The beginning and the end of the names of files of a set; nothing if a path names a single file.
+/// The parts of the file name before and after the placeholder; `None` if a path names a single file.
 fn parts(path: &Path) -> Option<(&str, &str)> {
     path.file_name()?.to_str()?.split_once(MARK)
 }
@@ -35,7 +35,7 @@ pub fn is_udim(path: &Path) -> bool {
     parts(path).is_some()
 }
 
-/// The file of the set `set` at a path; nothing for other files.
+/// The file of the set `set` at a path; `None` for other files.
 #[must_use]
 pub fn udim_file(set: &Path, path: &Path) -> Option<UdimFile> {
     let (start, end) = parts(set)?;
@@ -51,7 +51,7 @@ pub fn udim_file(set: &Path, path: &Path) -> Option<UdimFile> {
 pub fn udim_files(set: &Path) -> std::io::Result<Vec<UdimFile>> {
     let folder = set.parent().filter(|folder| !folder.as_os_str().is_empty());
     let entries = std::fs::read_dir(folder.unwrap_or(Path::new(".")))?;
-    // Paths are written as the set's own.
+    // Paths get the folder of the set.
     let file = |name: std::ffi::OsString| udim_file(set, &set.with_file_name(name));
     let mut files: Vec<UdimFile> = entries.flatten().filter_map(|entry| file(entry.file_name())).collect();
     files.sort_by_key(|file| file.number);

@@ -11,25 +11,26 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Encoded bytes that are handed to a format at once; with what compressing them takes this bounds the memory.
+/// Number of encoded bytes that a format gets at once. This bounds the memory, including that of compression.
 const BAND_BYTES: usize = 8 << 20;
 
-/// What became of a picture.
+/// Statistics of a written picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Written {
-    /// Samples that the depth or the range cannot hold and that became the nearest value it can: by more than half a step
-    /// for integers, NaN among them; finite values beyond ±65504 for 16-bit floats.
+pub struct WriteStats {
+    /// Number of samples beyond the range of the depth, which were clipped to the nearest value: for integers, samples
+    /// outside by more than half a step, and NaN; for 16-bit floats, finite values beyond ±65504.
     pub clipped: u64,
-    /// Samples that are NaN or infinite. Floats are stored so; integers are clipped, NaN to 0.
+    /// Number of NaN and infinite samples. Floats store them; integers are clipped, NaN to 0.
     pub non_finite: u64,
-    /// Least and greatest sample, NaN left out: a range that clips nothing.
+    /// The least and greatest sample, without NaN: a range that clips nothing.
     pub range: (f32, f32),
     /// Bytes of the file.
     pub bytes: u64,
 }
 
-impl Written {
-    /// What integers could not hold, for people, if there is any: `path` is the file, `range` what its integers stand for.
+impl WriteStats {
+    /// A message about clipped samples, if there are any: `path` is the file, `range` the values of its least and
+    /// greatest integer.
     #[must_use]
     pub fn loss(&self, path: &Path, (low, high): (f64, f64)) -> Option<String> {
         let (Self { clipped, range: (least, greatest), .. }, path) = (self, path.display());
@@ -44,14 +45,14 @@ impl Written {
 
 /// A picture file under construction.
 ///
-/// Rows are handed over in bands of any height from y = 0 down. The file appears under its name at [`Writer::finish`]; a
-/// writer that is dropped before leaves nothing. Memory is bounded by some 32 MiB, or a few times the 16 or 32 rows that
-/// EXR compresses together if these are more.
+/// Rows come in bands of any height from y = 0 down. The file appears under its name at [`Writer::finish`]; dropping
+/// the writer before leaves no file. Memory is bounded by some 32 MiB, or a few times the 16 or 32 rows that EXR
+/// compresses together if these are more.
 pub struct Writer {
     spec: PictureSpec,
     path: PathBuf,
     encoder: RowEncoder,
-    // Declared before `output`: a sink that is dropped may still write to it.
+    // Declared before `output`, because a dropped sink may still write to it.
     sink: Sink,
     output: Output,
     next_row: u32,
@@ -98,7 +99,7 @@ impl Writer {
             }
             Format::Exr => Sink::Exr(Box::new(ExrSink::new(output.clone(), spec).map_err(at)?)),
             Format::Jpeg(quality) => Sink::Jpeg(Box::new(JpegSink::new(output.clone(), spec, quality))),
-            // Holds no samples of any depth, as the check has said.
+            // SVG holds no samples; the check has refused it.
             Format::Svg => {
                 return Err(WriteError::Depth { format: spec.format, depth: spec.depth, allowed: String::new() });
             }
@@ -114,17 +115,17 @@ impl Writer {
         &self.path
     }
 
-    /// The row that is expected next.
+    /// The next expected row.
     #[must_use]
     pub fn next_row(&self) -> u32 {
         self.next_row
     }
 
-    /// Writes the next rows: of every channel in the order of the specification, and of what only mip
-    /// levels are made of ([`PictureSpec::planes`]), `rows` times the width samples.
+    /// Writes the next rows: for every plane ([`PictureSpec::planes`]: the channels of the specification, then planes
+    /// for mip filters), `rows` times the width samples.
     ///
     /// # Errors
-    /// When the lengths do not fit, or the system refuses; then the writer should be dropped.
+    /// When the lengths do not fit or the system refuses. Drop the writer then.
     pub fn write_rows(&mut self, planes: &[&[f32]], rows: u32) -> Result<(), WriteError> {
         let (first, height) = (self.next_row, self.spec.height);
         let end = first.saturating_add(rows);
@@ -171,7 +172,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Writes the next rows as the format's encoder has made them, which the caller has counted.
+    /// Writes the next rows, already encoded; the caller has counted their samples.
     pub(super) fn write_encoded(&mut self, bytes: &[u8], rows: u32) -> Result<(), WriteError> {
         let (first, end, height) = (self.next_row, self.next_row.saturating_add(rows), self.spec.height);
         if bytes.len() != self.encoder.row_bytes() * rows as usize || end > height {
@@ -182,14 +183,14 @@ impl Writer {
             Sink::Tiff(sink) => sink.write_encoded(bytes),
             Sink::Exr(sink) => sink.write_encoded(bytes),
             Sink::Jpeg(sink) => sink.write_encoded(bytes),
-            // Their smaller levels are made of samples.
+            // Smaller levels need samples, which encoded rows do not have.
             Sink::TiledExr(_) | Sink::TiledTiff(_) => Err(io::ErrorKind::Unsupported.into()),
         };
         self.next_row = end;
         written.map_err(|error| WriteError::at(&self.path, error))
     }
 
-    /// Adds to what is told at the end.
+    /// Adds to the statistics of the picture.
     pub(super) fn count(&mut self, tally: Tally) {
         self.tally = self.tally.with(tally);
     }
@@ -197,19 +198,19 @@ impl Writer {
     /// Completes the file and gives it its name.
     ///
     /// # Errors
-    /// When rows are missing or the system refuses; then there is no new file, and what had the name before is unchanged.
-    pub fn finish(self) -> Result<Written, WriteError> {
+    /// When rows are missing or the system refuses. Then an existing file is unchanged.
+    pub fn finish(self) -> Result<WriteStats, WriteError> {
         let path = self.path.clone();
         let (file, written) = self.finish_unnamed()?;
         file.commit().map_err(|error| WriteError::at(&path, error))?;
         Ok(written)
     }
 
-    /// Completes the file without giving it its name: it is gone when what is returned is dropped.
+    /// Completes the file without its final name. Dropping the returned file removes it.
     ///
     /// # Errors
     /// As [`finish`](Self::finish).
-    pub(crate) fn finish_unnamed(self) -> Result<(AtomicFile, Written), WriteError> {
+    pub(crate) fn finish_unnamed(self) -> Result<(AtomicFile, WriteStats), WriteError> {
         let Self { spec, path, sink, output, next_row, tally, .. } = self;
         if next_row != spec.height {
             return Err(WriteError::Rows { first: 0, end: next_row, height: spec.height });
@@ -225,11 +226,11 @@ impl Writer {
         }
         let Counted { file, length, .. } = output.into_inner();
         let range = (tally.least, tally.greatest);
-        Ok((file, Written { clipped: tally.clipped, non_finite: tally.non_finite, range, bytes: length }))
+        Ok((file, WriteStats { clipped: tally.clipped, non_finite: tally.non_finite, range, bytes: length }))
     }
 }
 
-/// The file, shared between the writer, which commits it, and an encoder, which does not give back what it writes to.
+/// The file, shared between the writer, which commits it, and an encoder that does not return its output.
 #[derive(Clone)]
 struct Output(Arc<Mutex<Counted>>);
 

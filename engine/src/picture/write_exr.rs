@@ -1,7 +1,7 @@
-//! OpenEXR by blocks of rows.
+//! OpenEXR in blocks of rows.
 //!
-//! The `exr` crate writes the header's attributes and knows PIZ; the container is put together here, because the crate's
-//! writers want all blocks from within one call, and write custom attributes in an order that differs from run to run.
+//! The `exr` crate writes the header's attributes and implements PIZ. The container is written here, because the
+//! crate's writers need all blocks in one call, and write custom attributes in an order that differs from run to run.
 
 mod tiled;
 
@@ -24,12 +24,12 @@ pub(super) struct ExrSink<W> {
     header: Header,
     zlib: Zlib,
     row_bytes: usize,
-    /// Bytes of rows that do not make a block yet.
+    /// Buffered bytes of an incomplete block.
     pending: Vec<u8>,
-    /// Where the table of blocks begins.
+    /// Offset of the block table.
     table: u64,
     position: u64,
-    /// Place of each block.
+    /// Offset of each block.
     places: Vec<u64>,
 }
 
@@ -39,7 +39,7 @@ impl<W: Write + Seek> ExrSink<W> {
         let mut start = header_bytes(&header).map_err(io::Error::other)?;
         attributes(&mut start, &spec.metadata)?;
         let table = start.len() as u64;
-        // Zeros until the end: a reader knows that the file is incomplete.
+        // Zeros until the end, by which readers recognise an incomplete file.
         start.resize(start.len() + header.chunk_count * 8, 0);
         output.write_all(&start)?;
         let row_bytes = spec.width as usize * header.channels.bytes_per_pixel;
@@ -99,7 +99,7 @@ impl<W: Write + Seek> ExrSink<W> {
     }
 }
 
-/// The channels in the order that the format demands.
+/// The channels in the order that the format requires.
 fn channels(spec: &PictureSpec) -> SmallVec<[ChannelDescription; 5]> {
     let sample_type = if spec.depth == Depth::F16 { SampleType::F16 } else { SampleType::F32 };
     let mut names: Vec<&String> = spec.channels.iter().collect();
@@ -108,7 +108,7 @@ fn channels(spec: &PictureSpec) -> SmallVec<[ChannelDescription; 5]> {
 }
 
 fn header(spec: &PictureSpec) -> Header {
-    // Wavelets do better than DEFLATE on grain, in more time.
+    // Wavelets compress noise better than DEFLATE, but take more time.
     let method = match spec.compression {
         Compression::Fast => Method::ZIP16,
         Compression::Best => Method::PIZ,
@@ -116,14 +116,14 @@ fn header(spec: &PictureSpec) -> Header {
     attributed(spec).with_encoding(method, BlockDescription::ScanLines, LineOrder::Increasing)
 }
 
-/// A header with all but how the samples are packed.
+/// A header with everything except the storage of samples.
 fn attributed(spec: &PictureSpec) -> Header {
     let size = (spec.width as usize, spec.height as usize);
     let mut header = Header::new(Text::default(), size, channels(spec));
     header.own_attributes.layer_name = None;
     header.shared_attributes.chromaticities = spec.chromaticities.map(chromaticities);
     if let Some([x, y]) = spec.pixel_mm {
-        // Pixels in an inch, and how much wider than high one is.
+        // Pixels per inch, and the aspect ratio of a pixel.
         header.own_attributes.horizontal_density = Some(25.4 / x);
         if (x / y - 1.0).abs() > 1e-5 {
             header.shared_attributes.pixel_aspect = (x / y).clamp(1e-5, 1e5);
@@ -146,7 +146,7 @@ fn chromaticities([rx, ry, gx, gy, bx, by, wx, wy]: [f32; 8]) -> Chromaticities 
     Chromaticities { red: Vec2(rx, ry), green: Vec2(gx, gy), blue: Vec2(bx, by), white: Vec2(wx, wy) }
 }
 
-/// Adds texts to the bytes of a header, which end with a zero.
+/// Adds text attributes to the bytes of a header, before the zero at the end.
 fn attributes(header: &mut Vec<u8>, metadata: &[(String, String)]) -> io::Result<()> {
     let end = header.pop();
     for (name, text) in named(metadata) {
@@ -158,18 +158,19 @@ fn attributes(header: &mut Vec<u8>, metadata: &[(String, String)]) -> io::Result
     Ok(())
 }
 
-/// Attributes that have a meaning for other programs: those of OpenImageIO for textures, and who wrote the file.
+/// Attributes that other programs know: those of OpenImageIO for textures, and the writing program.
 const KNOWN: [&str; 3] = ["software", "wrapmodes", "textureformat"];
 
-/// The name of a text as the format takes it.
+/// Turns a name into an attribute name.
 pub(super) fn text_name(name: &str) -> String {
-    // Others might be standard attributes by accident, and then of another type.
+    // Other names might equal a standard attribute of another type.
     let known = KNOWN.iter().find(|known| known.eq_ignore_ascii_case(name));
     let name = known.map_or_else(|| format!("shibo.{name}"), ToString::to_string);
     name.chars().map(|c| if c.is_ascii_graphic() { c } else { '_' }).take(31).collect()
 }
 
-/// Names and texts as the format takes them: names of 1 to 31 printable ASCII characters that no standard attribute has.
+/// Names and texts as the format allows them: names of 1 to 31 printable ASCII characters that do not equal a standard
+/// attribute.
 fn named(metadata: &[(String, String)]) -> Vec<(String, String)> {
     let mut attributes: Vec<(String, String)> = Vec::new();
     for (name, text) in metadata {
@@ -190,31 +191,31 @@ fn compress(block: &[u8], y: usize, header: &Header, zlib: &Zlib) -> exr::error:
     Ok(packed(block, zlib))
 }
 
-/// The bytes of a block for the method ZIP.
+/// Bytes of a ZIP block, compressed if that is worthwhile.
 fn packed(block: &[u8], zlib: &Zlib) -> Vec<u8> {
     if dense(block, zlib) { block.to_vec() } else { shrunk(block, zlib) }
 }
 
-/// The same of one that is worth compressing.
+/// Bytes of a ZIP block that is worth compressing.
 fn shrunk(block: &[u8], zlib: &Zlib) -> Vec<u8> {
     let packed = zlib.stream(&exr_predict(block));
-    // What does not become smaller is stored as it is; readers tell it by its length.
+    // A block that does not shrink is stored uncompressed; readers recognise it by its length.
     if packed.len() < block.len() { packed } else { block.to_vec() }
 }
 
-/// Whether a block is not worth compressing, by a sixteenth of it, or at least two KiB: the noise of fine surfaces in 32 bits
-/// shrinks by a hundredth and takes the longest. Of less than 16 KiB that would cost too much.
+/// True if a block is not worth compressing. Tries a sixteenth of it, or at least two KiB: the noise of fine surfaces
+/// in 32 bits shrinks by one percent and takes the longest. For blocks below 16 KiB the trial would cost too much.
 fn dense(block: &[u8], zlib: &Zlib) -> bool {
     let part = (block.len() / 32).max(1 << 10);
     if part > block.len() / 16 {
         return false;
     }
-    // Even bytes, then odd ones: they differ in how they shrink.
+    // Even bytes, then odd ones, which compress differently.
     let bytes = exr_predict(&block[..2 * part]);
     bytes.chunks(part).map(|half| zlib.stream(half).len()).sum::<usize>() > part * 2 / 100 * 97
 }
 
-/// The crate takes samples in the order of bytes of this machine.
+/// The crate takes samples in native byte order.
 fn to_native(mut bytes: Vec<u8>, header: &Header) -> Vec<u8> {
     if cfg!(target_endian = "big") {
         let sample = header.channels.list.first().map_or(1, |channel| channel.sample_type.bytes_per_sample());

@@ -1,7 +1,8 @@
-//! JPEG by bands of rows.
+//! JPEG in bands of rows.
 //!
-//! The `image` crate's encoder wants a whole picture, so each band is one to it. Their coded samples follow each other with
-//! the format's restart markers in between, at which a decoder begins anew: the file is as if it had been made at once.
+//! The encoder of the `image` crate needs a whole picture, so each band is encoded as a picture. The coded samples of
+//! the bands are joined by restart markers, at which decoders reset their state. So the file equals one that was
+//! encoded as a whole.
 
 use super::encode::{RowEncoder, Rows, Tally};
 use super::spec::PictureSpec;
@@ -12,7 +13,7 @@ use std::io::{self, Write};
 
 /// The side of a block of samples.
 const BLOCK: u32 = 8;
-/// The most rows of blocks in a band.
+/// Maximum number of block rows in a band.
 const MOST: u32 = 16;
 
 pub(super) struct JpegSink<W> {
@@ -21,12 +22,12 @@ pub(super) struct JpegSink<W> {
     height: u32,
     color: ExtendedColorType,
     quality: u8,
-    /// Pixels in an inch, across and down.
+    /// Pixels per inch, across and down.
     density: Option<(u16, u16)>,
     row_bytes: usize,
-    /// Bytes of rows that do not make a band yet.
+    /// Buffered bytes of an incomplete band.
     pending: Vec<u8>,
-    /// Bands that are written.
+    /// Number of bands written.
     bands: u32,
 }
 
@@ -40,7 +41,7 @@ impl<W: Write> JpegSink<W> {
         Self { output, width, height, color, quality, density, row_bytes, pending: Vec::new(), bands: 0 }
     }
 
-    /// Rows of blocks in a band: the format counts blocks between two markers with 16 bits.
+    /// Number of block rows in a band. The format counts the blocks between two markers with 16 bits.
     fn blocks_down(&self) -> u32 {
         (u32::from(u16::MAX) / self.width.div_ceil(BLOCK)).clamp(1, MOST)
     }
@@ -86,7 +87,8 @@ impl<W: Write> JpegSink<W> {
         Ok(())
     }
 
-    /// The file up to its samples, made of the first band's: with the whole height, and how often markers come.
+    /// The file up to its samples, from the head of the first band, with the height of the picture and the restart
+    /// interval.
     fn start(&self, head: Head<'_>) -> io::Result<Vec<u8>> {
         let height = u16::try_from(self.height).map_err(io::Error::other)?;
         let every = self.width.div_ceil(BLOCK) * self.blocks_down();
@@ -106,7 +108,7 @@ impl<W: Write> JpegSink<W> {
     }
 }
 
-/// A band as a picture.
+/// Encodes a band as a picture.
 fn encoded(
     band: &[u8],
     row_bytes: usize,
@@ -122,24 +124,24 @@ fn encoded(
     Ok(jpeg)
 }
 
-/// What comes before the samples of a picture.
+/// The head of a JPEG: everything before the samples.
 #[derive(Clone, Copy)]
 struct Head<'a> {
     before: &'a [u8],
-    /// The place of the height.
+    /// Offset of the height.
     height: usize,
-    /// The header of the samples.
+    /// The scan header.
     scan: &'a [u8],
 }
 
-/// Takes a picture apart: its head, and the coded samples. None for what is no picture of one scan.
+/// Splits a JPEG into its head and the coded samples. `None` unless it has exactly one scan.
 fn parts(jpeg: &[u8]) -> Option<(Head<'_>, &[u8])> {
     let (mut at, mut height) = (2, None);
     loop {
         let [0xFF, marker, high, low] = *jpeg.get(at..at + 4)? else { return None };
         let end = at + 2 + usize::from(u16::from_be_bytes([high, low]));
         match marker {
-            // The length of a sample comes before the height.
+            // The bit depth comes before the height.
             0xC0 => height = Some(at + 5),
             0xDA => {
                 let samples = jpeg.get(end..)?.strip_suffix(&[0xFF, 0xD9])?;
@@ -172,7 +174,7 @@ mod tests {
         }
     }
 
-    /// A smooth picture: what is left of it after writing, at most so far away from it, and the bytes of the file.
+    /// Writes a smooth picture; returns the largest error after reading it back, and the bytes of the file.
     fn written(spec: &PictureSpec, rows_at_once: u32) -> (f32, Vec<u8>) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.jpg");
@@ -205,7 +207,7 @@ mod tests {
 
     #[test]
     fn bands_make_one_picture() {
-        // Sides that are no multiples of a block, several bands, and as many as the markers have numbers.
+        // Sizes that are not multiples of a block, several bands, and more bands than there are marker numbers.
         for (width, height, channels) in [(5, 3, 3), (130, 300, 3), (24, 128 * 9 + 1, 1), (7, 129, 3)] {
             let (worst, bytes) = written(&spec(width, height, channels, 95), 64);
             assert!(worst < 0.03, "{width}x{height}: {worst}");
@@ -218,14 +220,14 @@ mod tests {
     }
 
     #[test]
-    fn a_higher_quality_is_nearer_and_larger() {
+    fn higher_quality_gives_smaller_errors_and_larger_files() {
         let (low, small) = written(&spec(300, 200, 3, 20), 64);
         let (high, large) = written(&spec(300, 200, 3, 98), 64);
         assert!(low > high && small.len() < large.len(), "{low} {high} {} {}", small.len(), large.len());
     }
 
     #[test]
-    fn what_the_format_cannot_hold_is_refused() {
+    fn refuses_pictures_that_jpeg_cannot_hold() {
         let refused = |spec: &PictureSpec| spec.check().unwrap_err().to_string();
         assert!(refused(&spec(65_536, 1, 3, 90)).contains("65535"));
         assert!(refused(&spec(8, 8, 4, 90)).contains("channels"));

@@ -9,7 +9,7 @@ use png::{
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Compressed bytes of a chunk.
+/// Number of compressed bytes of a chunk.
 const CHUNK_BYTES: usize = 1 << 18;
 
 pub(super) struct PngSink<W: Write + 'static> {
@@ -21,7 +21,7 @@ pub(super) struct PngSink<W: Write + 'static> {
 /// The first error of an output.
 type Failure = Arc<Mutex<Option<io::Error>>>;
 
-/// An output that remembers its error: the crate writes the last chunks while it is dropped, and is silent about failures.
+/// An output that keeps its error: the crate writes the last chunks in `drop` and ignores failures.
 struct Watched<W> {
     output: W,
     failure: Failure,
@@ -72,7 +72,7 @@ impl<W: Write + 'static> PngSink<W> {
         }
         for (name, text) in &spec.metadata {
             let (name, text) = (keyword(name), text.replace('\0', " "));
-            // The plain form is Latin-1; what is not ASCII goes into the UTF-8 form.
+            // A `tEXt` chunk is Latin-1; other text goes into a UTF-8 `iTXt` chunk.
             let added =
                 if text.is_ascii() { encoder.add_text_chunk(name, text) } else { encoder.add_itxt_chunk(name, text) };
             added.map_err(to_io)?;
@@ -92,7 +92,7 @@ impl<W: Write + 'static> PngSink<W> {
     }
 
     pub(super) fn write_encoded(&mut self, bytes: &[u8]) -> io::Result<()> {
-        // The crate makes a text of the error, which no longer says that the disk is full.
+        // The crate turns the error into text, which loses the information that the disk is full.
         self.stream.write_all(bytes).map_err(|error| taken(&self.failure).unwrap_or(error))
     }
 
@@ -102,12 +102,12 @@ impl<W: Write + 'static> PngSink<W> {
     }
 }
 
-/// What went wrong first.
+/// The first error.
 fn taken(failure: &Failure) -> Option<io::Error> {
     failure.lock().unwrap_or_else(PoisonError::into_inner).take()
 }
 
-/// A name as the format takes it: 1 to 79 characters of printable ASCII.
+/// A keyword that the format allows: 1 to 79 characters of printable ASCII.
 fn keyword(name: &str) -> String {
     let printable = name.chars().map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '_' });
     let word: String = printable.take(79).collect();
@@ -130,7 +130,7 @@ mod tests {
     use crate::picture::{Encoding, Format, WriteError};
     use std::io::{Seek, SeekFrom};
 
-    /// A disk with so many bytes.
+    /// A disk with room for so many bytes.
     struct Disk(usize);
 
     impl Write for Disk {
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_disk_is_reported_whenever_it_fills() {
+    fn reports_a_full_disk_at_any_time() {
         for format in [Format::Png, Format::Tiff, Format::Exr] {
             attempt(format, Disk(1 << 22)).unwrap();
             for bytes in [0, 4, 100, 1000, 20_000, 300_000] {

@@ -1,4 +1,4 @@
-//! SVG files of lines, in millimetres: for plotters, laser engravers and drawing programs.
+//! SVG files of lines, in millimetres, for plotters, laser engravers and drawing programs.
 use super::spec;
 use glam::{DVec2, Vec2};
 use std::collections::BTreeMap;
@@ -18,14 +18,14 @@ pub struct Drawing<'a> {
     pub metadata: &'a [(String, String)],
 }
 
-/// The width of lines that have none of their own, mm.
+/// Width in mm of hairlines.
 const HAIRLINE: f32 = 0.05;
 
-/// The bytes of a page of the drawing's size in mm, y down, with a group of lines for every width (to 1/100 mm, from the
-/// thinnest), each group one path of lines in their order. Numbers are to 1/1000 mm.
+/// Bytes of a page of the drawing's size in mm, y down, with a group of lines for every width (to 1/100 mm, from the
+/// thinnest). Each group is one path of lines in their order. Numbers are to 1/1000 mm.
 ///
 /// # Errors
-/// Never, but the system might run out of memory.
+/// Only if the system runs out of memory.
 pub fn svg(drawing: &Drawing<'_>) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     body(&mut bytes, drawing).map(|()| bytes)
@@ -44,7 +44,7 @@ fn body(out: &mut impl Write, drawing: &Drawing<'_>) -> std::io::Result<()> {
     )?;
     writeln!(out, "<desc>{}</desc>", escaped(&spec::described(drawing.metadata)))?;
     writeln!(out, r#"<g fill="none" stroke="black" stroke-linecap="round">"#)?;
-    // In hundredths of a mm, so that groups are few.
+    // Widths in hundredths of a mm, so that there are few groups.
     let mut groups: BTreeMap<u32, Vec<&[Vec2; 2]>> = BTreeMap::new();
     for (ends, width) in drawing.lines {
         let width = if *width > 0.0 { *width } else { HAIRLINE };
@@ -62,7 +62,7 @@ fn body(out: &mut impl Write, drawing: &Drawing<'_>) -> std::io::Result<()> {
     writeln!(out, "</g>\n</svg>")
 }
 
-/// Text as XML takes it; what XML cannot hold is left out.
+/// Escapes text for XML; characters that XML does not allow are left out.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

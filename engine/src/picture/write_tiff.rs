@@ -1,7 +1,7 @@
-//! TIFF, written here: the `tiff` crate's encoder borrows itself and compresses on one thread.
+//! TIFF, written here because the encoder of the `tiff` crate borrows from itself and compresses on one thread.
 //!
-//! Strips of DEFLATE with a predictor, little endian, then the directory (TIFF 6.0; Adobe's technical notes for DEFLATE,
-//! predictor 3 and BigTIFF).
+//! Strips of DEFLATE with a predictor, little-endian, then the directory (TIFF 6.0; Adobe's technical notes for
+//! DEFLATE, predictor 3 and BigTIFF).
 
 use super::encode::{RowEncoder, Rows, Tally};
 use super::levels::SIDE;
@@ -15,21 +15,21 @@ mod tiled;
 use directory::Directory;
 pub(super) use tiled::TiledSink;
 
-/// Uncompressed bytes of a strip.
+/// The uncompressed bytes of a strip.
 const STRIP_BYTES: usize = 1 << 19;
 
 pub(super) struct TiffSink<W> {
     output: W,
     spec: PictureSpec,
     zlib: Zlib,
-    /// Whether places take 64 bits.
+    /// True if offsets have 64 bits.
     big: bool,
     rows_per_strip: usize,
     row_bytes: usize,
-    /// Bytes of rows that do not make a strip yet.
+    /// Buffered bytes of an incomplete strip.
     pending: Vec<u8>,
     position: u64,
-    /// Place and length of each strip.
+    /// Offset and length of each strip.
     strips: Vec<(u64, u64)>,
 }
 
@@ -87,18 +87,19 @@ impl<W: Write + Seek> TiffSink<W> {
     }
 }
 
-/// Writes the beginning of a file whose samples have so many bytes: whether places take 64 bits, and the length.
+/// Writes the beginning of a file for `samples` bytes of samples; returns whether offsets have 64 bits, and the length
+/// written.
 fn begin(output: &mut impl Write, samples: u64) -> io::Result<(bool, u64)> {
-    // Decided by the size without compression, which DEFLATE never exceeds by as much as is left here.
+    // Decided by the uncompressed size. The margin of 1/16 is larger than any overhead of DEFLATE.
     let big = samples > u64::from(u32::MAX) / 16 * 15;
     let header: &[u8] = if big { b"II\x2b\0\x08\0\0\0\0\0\0\0\0\0\0\0" } else { b"II\x2a\0\0\0\0\0" };
     output.write_all(header)?;
     Ok((big, header.len() as u64))
 }
 
-/// Writes the directories at the end of a file, and the place of the first at its beginning.
+/// Writes the directories at the end of a file, and the offset of the first directory at the beginning.
 fn end<W: Write + Seek>(output: &mut W, big: bool, mut position: u64, directories: &[Directory]) -> io::Result<()> {
-    // Directories begin at even places.
+    // Directories begin at even offsets.
     if position % 2 == 1 {
         output.write_all(&[0])?;
         position += 1;
@@ -120,7 +121,7 @@ fn end<W: Write + Seek>(output: &mut W, big: bool, mut position: u64, directorie
     output.flush()
 }
 
-/// Where the samples are: places and lengths.
+/// Locations of the samples: offsets and lengths.
 enum Blocks<'a> {
     Strips { rows: u32, places: &'a [(u64, u64)] },
     Tiles { reduced: bool, places: &'a [(u64, u64)] },
@@ -141,7 +142,7 @@ fn directory(spec: &PictureSpec, big: bool, (width, height): (u32, u32), blocks:
     let reduced = matches!(blocks, Blocks::Tiles { reduced: true, .. });
     let mut directory = Directory::new(big);
     if reduced {
-        directory.longs(254, &[1]); // a smaller version of another picture
+        directory.longs(254, &[1]); // reduced version of another picture
     }
     directory.longs(256, &[width]);
     directory.longs(257, &[height]);
@@ -164,9 +165,9 @@ fn directory(spec: &PictureSpec, big: bool, (width, height): (u32, u32), blocks:
         directory.ratio(282, ratio(10.0 / x));
         directory.ratio(283, ratio(10.0 / y));
     }
-    directory.shorts(284, &[1]); // pixel after pixel
+    directory.shorts(284, &[1]); // pixel-interleaved
     if density.is_some() {
-        directory.shorts(296, &[3]); // pixels in a centimetre
+        directory.shorts(296, &[3]); // pixels per centimetre
     }
     if let Some(software) = told("Software") {
         directory.text(305, software);
@@ -179,10 +180,10 @@ fn directory(spec: &PictureSpec, big: bool, (width, height): (u32, u32), blocks:
         directory.places(325, &lengths);
     }
     if spec.alpha().is_some() {
-        directory.shorts(338, &[2]); // opacity, colours not multiplied by it
+        directory.shorts(338, &[2]); // opacity, colours not premultiplied
     }
     directory.shorts(339, &per_channel(if is_float { 3 } else { 1 }));
-    // Pixar's tags for textures, which OpenImageIO writes too.
+    // Pixar's texture tags, which OpenImageIO writes too.
     for (tag, name) in [(33302, "textureformat"), (33303, "wrapmodes")] {
         if let Some(text) = told(name) {
             directory.text(tag, text);
@@ -191,9 +192,9 @@ fn directory(spec: &PictureSpec, big: bool, (width, height): (u32, u32), blocks:
     directory
 }
 
-/// A number as the quotient of two whole numbers, as exact as an `f32` is.
+/// A number as the quotient of two integers, as exact as an `f32`.
 fn ratio(number: f32) -> [u32; 2] {
-    // More digits would be those of rounding to `f32`.
+    // More digits would only show the rounding to `f32`.
     let most = 4e6;
     let scale = [10_000_u32, 1000, 100, 10, 1].into_iter().find(|scale| number * *scale as f32 <= most).unwrap_or(1);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a conversion that stops at the ends")]

@@ -1,66 +1,50 @@
-//! Exported files: which textures they consist of, and what their rows are written to.
+//! Exported files: their textures, and the writers that receive their rows.
 use super::Failure;
-use super::job::{Files, Job};
-use super::plan::{Part, Planned};
+use super::job::Job;
+use super::plan::{OutputPart, Planned};
 use super::render::Render;
 use super::sink::Sink;
 use super::storage::job;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Event;
-use crate::export::{
-    Bundle, BundleWriter, Exported, GlbWriter, Place, Shape, SimpleShape, materialx, obj, pack, preset, usd,
-};
+use crate::export::{Chosen, ExportContext, Files, FilesWriter, Shape, SimpleShape, Source};
 use crate::graph::{Export, ExportMesh, GraphOutput};
-use crate::picture::{Compression, WriteError};
+use crate::picture::Compression;
 use crate::value::{Atlas, Carried, Channel, Field, Material, Tiling, Value};
 use glam::UVec2;
 
 impl Render<'_, '_> {
-    /// What must be computed for a planned file.
+    /// The fields and files to compute for a planned file.
     pub(super) fn job<'g>(&self, planned: Planned<'g>, value: &Value) -> Result<Job<'g>, Failure> {
-        let Part::Export(export) = planned.part else { return Ok(job(planned, value)) };
-        let (output, canvas) = (planned.output, &self.planner.graph.canvas);
-        let place = |once: bool| Place {
-            stem: self.planner.stem(output),
-            size_mm: canvas.size_mm,
-            wraps: if once { [false; 2] } else { [canvas.tile.x, canvas.tile.y] },
+        let OutputPart::Export(Export { target: Chosen { target, options }, fields: sources }) = &planned.part else {
+            return Ok(job(planned, value));
         };
-        if let Export::Pack(sources) = export {
-            let mut fields = [const { None }; 4];
-            for (field, source) in fields.iter_mut().zip(sources) {
-                let Some(source) = source else { continue };
-                *field = self.run.values(&[source])?.first().and_then(Value::field);
-            }
-            return Ok(bundled(planned, pack(fields, &place(false))));
+        let output = planned.output;
+        let mut fields = Vec::new();
+        for (name, source) in sources {
+            fields.extend(self.run.values(&[*source])?.first().and_then(Value::field).map(|field| (*name, field)));
         }
-        let Value::Material(material) = value else { return Ok(job(planned, value)) };
+        let bare = Material::default();
+        let material = if let Value::Material(material) = value { material } else { &bare };
         let (material, shape) = self.on_mesh(output, material)?;
-        let (bundle, target) = match export {
-            Export::MaterialX(shading) => {
-                let made = materialx(&material, &place(false), shading);
-                (made.map_err(|error| Failure::File(error.to_string()))?, "MaterialX")
-            }
-            Export::Obj(colors) => (obj(&material, &shape, &place(false), colors), "OBJ"),
-            Export::Usd { packed, colors } => {
-                let once = output.mesh.is_some_and(ExportMesh::is_atlas);
-                (usd(&material, &shape, &place(once), packed, colors), "the shaders of USD")
-            }
-            Export::Preset(program) => (preset(&material, &place(false), program), "this target"),
-            Export::Pack(_) => return Ok(job(planned, value)),
-            Export::Gltf { embed, colors } => {
-                let exported = Exported::new(material, colors, (!embed).then(|| self.planner.stem(output)));
-                self.warn_lost(output, "glTF", &exported.lost());
-                let fields = exported.textures.iter().flat_map(|texture| &texture.fields);
-                let fields = fields.map(|field| (String::new(), field.clone())).collect();
-                let files = Some(Files::Glb(Box::new((exported, shape))));
-                return Ok(textures(planned, fields, files));
-            }
-        };
-        self.warn_lost(output, target, &bundle.lost);
-        Ok(bundled(planned, bundle))
+        let canvas = &self.planner.graph.canvas;
+        let place =
+            ExportContext { stem: self.planner.stem(output), size_mm: canvas.size_mm, wraps: self.wraps(output) };
+        let source = Source { material: &material, shape: &shape, fields, place };
+        let files = target.write(&source, options).map_err(|error| Failure::File(error.to_string()))?;
+        self.warn_lost(output, target.info().title, &files.lost());
+        let fields = files.fields().into_iter().map(|field| (String::new(), field)).collect();
+        Ok(Job { planned, fields, lines: None, beyond: 0, mips: Vec::new(), files: Some(files) })
     }
 
-    /// A material as it lies on the mesh of an output, and the mesh.
+    /// Directions in which the pictures of an export repeat. Those of an atlas end at its edges.
+    fn wraps(&self, output: &GraphOutput) -> [bool; 2] {
+        let tile = self.planner.graph.canvas.tile;
+        let tile = if output.mesh.is_some_and(ExportMesh::is_atlas) { Tiling::NONE } else { tile };
+        [tile.x, tile.y]
+    }
+
+    /// The material as laid on the mesh of an output, and the mesh.
     fn on_mesh(&self, output: &GraphOutput, material: &Material) -> Result<(Material, Shape), Failure> {
         let size = self.planner.graph.canvas.size_mm;
         let simple = |shape| (material.clone(), Shape::simple(shape, size));
@@ -83,43 +67,13 @@ impl Render<'_, '_> {
         }
     }
 
-    /// What the rows of an exported file are written to.
+    /// Opens the writer for the rows of an exported file.
     pub(super) fn exported(&self, job: &Job<'_>, files: &Files, compression: Compression) -> Result<Sink, Failure> {
-        let bundle = match files {
-            Files::Glb(export) => return self.glb(job, export, compression),
-            Files::Bundle(bundle) => bundle.clone(),
-        };
-        let window = self.planner.window;
-        let folder = job.planned.path.parent().unwrap_or_else(|| std::path::Path::new(""));
-        let how = (self.planner.request.dither, compression);
-        let size = (UVec2::new(window.width, window.height), self.pixel_mm());
-        let writer = BundleWriter::create(folder, bundle, size, how).map_err(|e| Failure::File(e.to_string()))?;
-        Ok(Sink::Bundle(Box::new(writer)))
-    }
-
-    /// Starts a glTF file.
-    fn glb(&self, job: &Job<'_>, export: &(Exported, Shape), compression: Compression) -> Result<Sink, Failure> {
         let (planned, window) = (&job.planned, self.planner.window);
-        // The textures of an atlas end at its edges.
-        let tile = self.planner.graph.canvas.tile;
-        let tile = if planned.output.mesh.is_some_and(ExportMesh::is_atlas) { Tiling::NONE } else { tile };
-        let (name, wraps) = (&planned.output.name, [tile.x, tile.y]);
         let size = (UVec2::new(window.width, window.height), self.pixel_mm());
         let how = (self.planner.request.dither, compression);
-        let glb = GlbWriter::create(&planned.path, name, export.clone(), size, wraps, how)
-            .map_err(|e: WriteError| Failure::File(e.to_string()))?;
-        Ok(Sink::Glb(Box::new(glb)))
+        let writer = files.create(&planned.path, &planned.output.name, size, self.wraps(planned.output), how);
+        writer.map(|writer| Sink::Export(Box::new(writer))).map_err(|error| Failure::File(error.to_string()))
     }
 }
 
-/// The job of several files.
-fn bundled(planned: Planned<'_>, bundle: Bundle) -> Job<'_> {
-    let fields = bundle.maps.iter().flat_map(|map| &map.fields);
-    let fields = fields.map(|field| (String::new(), field.clone())).collect();
-    textures(planned, fields, Some(Files::Bundle(bundle)))
-}
-
-/// A job whose fields are the textures of files.
-fn textures(planned: Planned<'_>, fields: Vec<(String, Field)>, files: Option<Files>) -> Job<'_> {
-    Job { planned, fields, lines: None, beyond: 0, mips: Vec::new(), files }
-}

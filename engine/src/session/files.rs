@@ -1,4 +1,4 @@
-//! Which files a render makes, without making them.
+//! Lists the files that a render would write, without writing them.
 use super::plan::{Planner, wanted};
 use super::render::{Render, RenderRequest, window};
 use super::{Failure, Session};
@@ -8,10 +8,11 @@ use crate::value::Key;
 use std::path::PathBuf;
 
 impl Session {
-    /// The files that a render makes, and the keys of what they hold. Of several files for another program only the main one.
+    /// The files that a render would write, with the keys of their content. An export of several files counts as its
+    /// main file.
     ///
     /// # Errors
-    /// What went wrong, at its place.
+    /// Errors of the graph, at their places.
     pub fn files(
         &self,
         graph: &Graph,

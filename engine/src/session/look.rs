@@ -1,19 +1,19 @@
-//! Looking into a graph part by part, as an interactive program does: the keys are derived once, and every look reads
-//! what the last one left in the caches.
+//! Inspects a graph part by part, as an interactive program does: the keys are derived once, and each look reuses the
+//! results that the last one left in the caches.
 use super::{Failure, Session, located};
 use crate::eval::{CancelToken, Keys, NodeStats, Observer, Run};
 use crate::graph::{Graph, Input};
 use crate::value::{Field, Grid, Key, Stop, Tile, Value, Window};
 use petgraph::graph::NodeIndex;
 
-/// One look into a graph: its values and pictures, and what was done for them.
+/// One look into a graph: its values and pictures, and statistics of the work.
 pub struct Look<'r> {
     run: &'r Run<'r>,
     graph: &'r Graph,
 }
 
 impl Session {
-    /// The keys of all results of `graph`. Reads the files that it names.
+    /// The keys of all results of `graph`. Reads the files that the graph names.
     ///
     /// # Errors
     /// Files that cannot be read, at the parameters that name them.
@@ -21,7 +21,7 @@ impl Session {
         Keys::of(graph).map_err(Failure::Errors)
     }
 
-    /// Lets `work` look into `graph` on the session's threads. What it makes is kept in the caches; the store is not
+    /// Runs `work` with a look into `graph` on the session's threads. Results stay in the caches; the store is not
     /// trimmed, see [`trim`](Self::trim).
     ///
     /// # Errors
@@ -40,7 +40,7 @@ impl Session {
         })
     }
 
-    /// Brings the store of results back below its bound.
+    /// Trims the store of results to its bound.
     pub fn trim(&self) {
         if let Some(store) = &self.caches.store {
             store.tidy();
@@ -49,18 +49,18 @@ impl Session {
 }
 
 impl Look<'_> {
-    /// The value of an output of a node, if the node makes it; a field is not evaluated yet.
+    /// The value of an output of a node, if the node produces it; a field is not evaluated yet.
     ///
     /// # Errors
-    /// What went wrong, at its place.
+    /// Errors of the graph, at their places.
     pub fn value(&self, node: NodeIndex, output: usize) -> Result<Option<Value>, Failure> {
         Ok(self.run.values(&[(node, output)])?.pop())
     }
 
-    /// What the main output of `by` would be with an output of `node` in the slot `slot`.
+    /// The main output that `by` would have with an output of `node` connected to the slot `slot`.
     ///
     /// # Errors
-    /// What went wrong, at its place.
+    /// Errors of the graph, at their places.
     pub fn through(
         &self,
         (node, output): (NodeIndex, usize),
@@ -84,20 +84,20 @@ impl Look<'_> {
         Ok(made.take(main, true).cloned())
     }
 
-    /// The values of a field in a window of a grid.
+    /// Computes the values of a field in a window of a grid.
     ///
     /// # Errors
-    /// What went wrong, at its place.
+    /// Errors of the graph, at their places.
     pub fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Failure> {
         self.run.raster(field, grid, window).map_err(|stop: Stop| located(self.run, self.graph, stop))
     }
 
-    /// Whether the work was cancelled.
+    /// Returns true if the work was cancelled.
     pub fn is_over(&self) -> bool {
         self.run.is_over()
     }
 
-    /// What was done for each node so far, in the order of the graph.
+    /// The work done for each node so far, in the order of the graph.
     pub fn stats(&self) -> Vec<NodeStats> {
         self.run.stats()
     }

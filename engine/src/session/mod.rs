@@ -1,4 +1,4 @@
-//! The engine as a program uses it: load a graph, render it, look into it. All state lives in a [`Session`].
+//! The engine's interface for programs: load a graph, render it, inspect it. A [`Session`] holds all state.
 mod bands;
 mod clipped;
 mod export;
@@ -29,20 +29,21 @@ use crate::value::{Field, Grid, Stop, Tile, Value, Window};
 use petgraph::graph::NodeIndex;
 use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// Memory that is held back to be used again is so small a part of what results may take.
+/// Memory kept for reuse is at most one part in this many of the memory for results.
 const SPARE: u64 = 8;
 
 /// The resources that a session may use.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// Threads that compute; 0 is one per core.
+    /// Number of worker threads; 0 for one per core.
     pub threads: usize,
-    /// Bytes for results in memory; nodes may take as much again for what they compute.
+    /// Bytes for results in memory; nodes may take as many again for their computation.
     pub memory: u64,
-    /// The folder of the disk cache; none without.
+    /// The folder of the disk cache, if one is used.
     pub cache_dir: Option<PathBuf>,
-    /// The most bytes that the disk cache keeps.
+    /// The most bytes in the disk cache.
     pub disk: u64,
 }
 
@@ -52,29 +53,29 @@ impl Default for Settings {
     }
 }
 
-/// Why a session could not begin.
+/// Reason why a session could not start.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {
-    /// No threads.
+    /// The threads could not be started.
     #[error("cannot start {threads} threads: {source}")]
     Threads {
-        /// How many.
+        /// Number of threads.
         threads: usize,
-        /// Why not.
+        /// The cause.
         source: rayon::ThreadPoolBuildError,
     },
 }
 
-/// Why there is no result.
+/// Reason why there is no result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Failure {
     /// The work was cancelled.
     Cancelled,
     /// Errors in the graph, at their places.
     Errors(Vec<Diagnostic>),
-    /// A file that could not be written, and why.
+    /// A file that could not be written, with the cause.
     File(String),
-    /// The request itself makes no sense.
+    /// An invalid request.
     Usage(String),
 }
 
@@ -101,7 +102,7 @@ impl From<Vec<Diagnostic>> for Failure {
 
 /// The engine with its nodes, threads and caches.
 pub struct Session {
-    registry: Registry,
+    registry: Arc<Registry>,
     caches: Caches,
     pool: ThreadPool,
     memory: u64,
@@ -109,12 +110,13 @@ pub struct Session {
 }
 
 impl Session {
-    /// A session that knows the kinds of `registry`. A cache folder that cannot be used is left out; see
-    /// [`cache_error`](Self::cache_error).
+    /// A session with the node kinds of `registry`. If the cache folder cannot be used, the session runs without it;
+    /// see [`cache_error`](Self::cache_error).
     ///
     /// # Errors
-    /// Threads that cannot be started.
-    pub fn new(registry: Registry, settings: &Settings) -> Result<Self, SessionError> {
+    /// Threads cannot be started.
+    pub fn new(registry: impl Into<Arc<Registry>>, settings: &Settings) -> Result<Self, SessionError> {
+        let registry = registry.into();
         let open = |dir: &PathBuf| DiskCache::open(dir, settings.disk, Seal::new(registry.code()));
         match settings.cache_dir.as_ref().map(open).transpose() {
             Ok(disk) => Self::with_store(registry, settings, disk.map(|disk| Box::new(disk) as Box<dyn Store>)),
@@ -122,12 +124,12 @@ impl Session {
         }
     }
 
-    /// The same with another place for results than a folder; the settings' folder is not used.
+    /// Creates a session with the given store instead of a cache folder; the folder in `settings` is ignored.
     ///
     /// # Errors
-    /// Threads that cannot be started.
+    /// Threads cannot be started.
     pub fn with_store(
-        registry: Registry,
+        registry: impl Into<Arc<Registry>>,
         settings: &Settings,
         store: Option<Box<dyn Store>>,
     ) -> Result<Self, SessionError> {
@@ -140,7 +142,7 @@ impl Session {
             .map_err(|source| SessionError::Threads { threads, source })?;
         let caches = Caches::new(MemoryCache::new(settings.memory), store);
         crate::value::hold_back(settings.memory / SPARE);
-        Ok(Self { registry, caches, pool, memory: settings.memory, cache_error: None })
+        Ok(Self { registry: registry.into(), caches, pool, memory: settings.memory, cache_error: None })
     }
 
     /// Bytes for results in memory, as in [`Settings::memory`].
@@ -148,7 +150,7 @@ impl Session {
         self.memory
     }
 
-    /// The kinds that graphs may use.
+    /// The node kinds that graphs may use.
     pub fn registry(&self) -> &Registry {
         &self.registry
     }
@@ -158,7 +160,7 @@ impl Session {
         &self.caches
     }
 
-    /// Why the cache folder is not used, if it could not be.
+    /// The reason why the cache folder is not used, if it could not be opened.
     pub fn cache_error(&self) -> Option<&CacheError> {
         self.cache_error.as_ref()
     }
@@ -168,7 +170,7 @@ impl Session {
         graph::load(path, &self.registry, options)
     }
 
-    /// Advice that needs the whole graph: outputs that do not tile although they should.
+    /// Advice that needs the whole graph: outputs that should tile but do not.
     pub fn advice(&self, graph: &Graph) -> Vec<Diagnostic> {
         graph.advice()
     }
@@ -191,8 +193,8 @@ impl Session {
         })
     }
 
-    /// Runs `work` on the session's threads. A panic is told of `graph`: the code of nodes tells its own at the node, so this is one of
-    /// the engine.
+    /// Runs `work` on the session's threads. A panic is reported at the canvas of `graph`: panics in code of nodes are
+    /// reported at the node, so this one is a defect of the engine.
     fn pooled<T: Send>(&self, graph: &Graph, work: impl FnOnce() -> Result<T, Failure> + Send) -> Result<T, Failure> {
         let told = |said: String| Failure::Errors(vec![Diagnostic::from_problem(defect(&said), graph.canvas_span)]);
         contained(|| self.pool.install(work)).unwrap_or_else(|said| Err(told(said)))
@@ -201,7 +203,7 @@ impl Session {
     /// The value of an output of a node; a field is not evaluated yet.
     ///
     /// # Errors
-    /// What went wrong, at its place.
+    /// Errors of the graph, at their places.
     pub fn value(
         &self,
         graph: &Graph,
@@ -217,10 +219,10 @@ impl Session {
         })
     }
 
-    /// The values of a field of `graph` in windows of grids, and what was done for them.
+    /// Computes the values of a field of `graph` in windows of grids; also returns statistics of the work.
     ///
     /// # Errors
-    /// What went wrong, at its place.
+    /// Errors of the graph, at their places.
     pub fn rasters(
         &self,
         graph: &Graph,
@@ -247,11 +249,12 @@ impl Session {
 }
 
 impl Session {
-    /// The values of a field of `graph` in a window of a grid, written into memory of the caller: row by row from the top,
-    /// the channels of a pixel side by side, `window.len() * field.channels()` values. Returns what was done for them.
+    /// Computes the values of a field of `graph` in a window of a grid into the caller's memory: row by row from the
+    /// top, with the channels of a pixel interleaved, `window.len() * field.channels()` values. Returns statistics of
+    /// the work.
     ///
     /// # Errors
-    /// What went wrong, at its place; memory of another length. What `out` then holds is not known.
+    /// Errors of the graph, at their places; `out` with another length. The content of `out` is then unspecified.
     pub fn raster_into(
         &self,
         graph: &Graph,
@@ -272,7 +275,7 @@ impl Session {
     }
 }
 
-/// The failure for a stop, at its place; at the canvas if no better place is known.
+/// The failure for a stop, at its place, or at the canvas if its place is unknown.
 fn located(run: &Run<'_>, graph: &Graph, stop: Stop) -> Failure {
     run.diagnose(stop, graph.canvas_span).map_or(Failure::Cancelled, |d| Failure::Errors(vec![d]))
 }

@@ -1,7 +1,7 @@
 //! One picture by many machines: what all of them need is made once, and each computes some rows.
 use super::bands::near;
 use super::job::Job;
-use super::plan::{Part, Planned, Planner, wanted};
+use super::plan::{OutputPart, Planned, Planner, wanted};
 use super::render::{Render, make_dir};
 use super::sink::Sink;
 use super::{Failure, RenderRequest, Session, located};
@@ -57,7 +57,7 @@ impl Session {
             let planner = Planner { graph, keys: run.keys(), request, window };
             let render = Render::new(self, run, planner, observer, area);
             let pictures = render.pictures(&wanted)?;
-            if let Some(export) = pictures.iter().find(|picture| matches!(picture.part, Part::Export(_))) {
+            if let Some(export) = pictures.iter().find(|picture| matches!(picture.part, OutputPart::Export(_))) {
                 let message = format!("`{}` is made for another program, with whole pictures", export.output.name);
                 return Err(Failure::Usage(format!(
                     "{message}; name other outputs with --output, or leave --part out"

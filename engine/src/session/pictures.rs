@@ -1,4 +1,4 @@
-//! The pictures that a name of an output stands for, as fields, for programs that evaluate them into memory of their own.
+//! Finds the pictures of a named output as fields, for programs that evaluate them into their own memory.
 use super::plan::wanted;
 use super::{Failure, Session};
 use crate::eval::{CancelToken, Observer};
@@ -6,11 +6,12 @@ use crate::graph::{Graph, GraphOutput};
 use crate::value::{Channel, Field, Type, Value};
 
 impl Session {
-    /// What `name` shows, by names: the one field of an output or of `NAME.CHANNEL`, all channels of a material, or, if
-    /// `name` is a channel and no output, that channel of the only material that has it. The fields are not evaluated yet.
+    /// The pictures of `name`, with their names: the one field of an output or of `NAME.CHANNEL`, all channels of a
+    /// material, or, if `name` is a channel and not an output, that channel of the only material that has it. The
+    /// fields are not evaluated yet.
     ///
     /// # Errors
-    /// A name that the graph does not have, or of what is no picture; what went wrong, at its place.
+    /// An unknown name, or an output that is not a picture; errors of the graph, at their places.
     pub fn pictures(
         &self,
         graph: &Graph,
@@ -45,7 +46,7 @@ impl Session {
         }
     }
 
-    /// The output whose material alone has a channel.
+    /// The output with the only material that has a channel.
     fn only_material<'g>(
         &self,
         graph: &'g Graph,
@@ -56,7 +57,7 @@ impl Session {
     ) -> Result<(&'g GraphOutput, Option<Channel>), Failure> {
         let mut found: Vec<&GraphOutput> = Vec::new();
         for output in graph.outputs.iter().filter(|output| output.ty == Type::Material) {
-            // One material may be written in several ways.
+            // Several outputs may share one material.
             if found.iter().any(|known| (known.node, known.output) == (output.node, output.output)) {
                 continue;
             }

@@ -1,4 +1,4 @@
-//! Which pictures a render makes, how each is encoded, and under which key it is kept.
+//! Plans the pictures of a render: their encoding, and the keys under which they are cached.
 use super::{Failure, RenderRequest};
 use crate::diagnostics::{did_you_mean, suggest};
 use crate::eval::Keys;
@@ -7,63 +7,52 @@ use crate::picture::{Depth, Format, texture_attributes};
 use crate::value::{Channel, Key, Renders, Type, Window};
 use std::path::PathBuf;
 
-/// Which part of an output a picture shows.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+/// The part of an output that a picture shows.
+#[derive(Clone, Debug)]
+pub(super) enum OutputPart {
     /// The field itself.
     Field,
     /// A channel of a material.
     Channel(Channel),
     /// All channels of a material.
     All,
-    /// What is drawn as lines.
+    /// Segments drawn as lines.
     Lines,
     /// Files for another program.
     Export(Export),
 }
 
-impl Part {
-    /// A different name for each, for keys.
-    const fn name(&self) -> &'static str {
+impl OutputPart {
+    /// A distinct name for each part, used in keys.
+    fn name(&self) -> String {
         match self {
-            Self::Field => "field",
-            Self::Channel(channel) => channel.name(),
-            Self::All => "all channels",
-            Self::Lines => "lines",
-            Self::Export(export) => export_name(export),
+            Self::Field => "field".to_owned(),
+            Self::Channel(channel) => channel.name().to_owned(),
+            Self::All => "all channels".to_owned(),
+            Self::Lines => "lines".to_owned(),
+            Self::Export(export) => export.target.target.info().name.to_ascii_lowercase(),
         }
     }
 }
 
-const fn export_name(export: &Export) -> &'static str {
-    match export {
-        Export::Gltf { .. } => "gltf",
-        Export::Obj(_) => "obj",
-        Export::MaterialX(_) => "materialx",
-        Export::Usd { .. } => "usd",
-        Export::Preset(_) => "preset",
-        Export::Pack(_) => "pack",
-    }
-}
-
-/// A picture to be made.
+/// A picture to be written.
 #[derive(Clone, Debug)]
 pub(super) struct Planned<'g> {
     pub(super) output: &'g GraphOutput,
-    pub(super) part: Part,
+    pub(super) part: OutputPart,
     pub(super) path: PathBuf,
     pub(super) format: Format,
     pub(super) depth: Depth,
     pub(super) range: (f64, f64),
     pub(super) metadata: Vec<(String, String)>,
-    /// Of the encoded file.
+    /// The key of the encoded file.
     pub(super) key: Key,
 }
 
-/// An output, and which channel of it was asked for.
+/// A requested output, with the channel if only one was requested.
 pub(super) type Wanted<'g> = (&'g GraphOutput, Option<Channel>);
 
-/// The outputs that a request names; all, if it names none.
+/// The outputs that a request names; all outputs if it names none.
 pub(super) fn wanted<'g>(graph: &'g Graph, names: &[String]) -> Result<Vec<Wanted<'g>>, Failure> {
     if names.is_empty() {
         return Ok(graph.outputs.iter().map(|output| (output, None)).collect());
@@ -94,7 +83,7 @@ fn one_wanted<'g>(graph: &'g Graph, name: &str) -> Result<Wanted<'g>, Failure> {
     }
 }
 
-/// What all pictures of a render have in common.
+/// Common data of all pictures of a render.
 pub(super) struct Planner<'a> {
     pub(super) graph: &'a Graph,
     pub(super) keys: &'a Keys,
@@ -103,29 +92,29 @@ pub(super) struct Planner<'a> {
 }
 
 impl Planner<'_> {
-    /// What the names of an output's files begin with.
+    /// The common beginning of the names of an output's files.
     pub(super) fn stem(&self, output: &GraphOutput) -> String {
         format!("{}{}", self.request.prefix, output.name)
     }
 
-    /// The picture of a part of an output, `key` naming what it shows.
-    pub(super) fn picture<'g>(&self, output: &'g GraphOutput, part: Part, key: Key) -> Result<Planned<'g>, Failure> {
+    /// Plans the picture of a part of an output; `key` identifies its content.
+    pub(super) fn picture<'g>(
+        &self,
+        output: &'g GraphOutput,
+        part: OutputPart,
+        key: Key,
+    ) -> Result<Planned<'g>, Failure> {
         let (stem, ty, channel) = match &part {
-            Part::Channel(channel) => (format!("{}_{}", output.name, channel.name()), channel.ty(), Some(*channel)),
-            Part::Field | Part::All | Part::Lines | Part::Export(_) => (output.name.clone(), output.ty, None),
+            OutputPart::Channel(channel) => {
+                (format!("{}_{}", output.name, channel.name()), channel.ty(), Some(*channel))
+            }
+            OutputPart::Field | OutputPart::All | OutputPart::Lines | OutputPart::Export(_) => {
+                (output.name.clone(), output.ty, None)
+            }
         };
-        let (extension, (format, depth)) = if let Part::Export(export) = &part {
+        let (extension, (format, depth)) = if let OutputPart::Export(export) = &part {
             self.check_whole(&stem)?;
-            let extension = match export {
-                Export::Gltf { embed: true, .. } => "glb",
-                Export::Gltf { embed: false, .. } => "gltf",
-                Export::Obj(_) => "obj",
-                Export::MaterialX(_) => "mtlx",
-                Export::Usd { packed: false, .. } => "usda",
-                Export::Usd { packed: true, .. } => "usdz",
-                Export::Preset(_) | Export::Pack(_) => "png",
-            };
-            (extension, (Format::Png, Depth::U8))
+            (export.target.plan().extension, (Format::Png, Depth::U8))
         } else {
             let encoding = self.encoding(output, ty, channel, &stem)?;
             (encoding.0.extension(), encoding)
@@ -146,7 +135,7 @@ impl Planner<'_> {
         Ok(planned)
     }
 
-    /// Refuses to put a part of a picture on a mesh.
+    /// Refuses to put a region of a picture on a mesh.
     fn check_whole(&self, stem: &str) -> Result<(), Failure> {
         let size = self.graph.canvas.resolution;
         if self.window == Window::full(size) {
@@ -157,7 +146,7 @@ impl Planner<'_> {
         Err(Failure::Usage(format!("{message} with --output")))
     }
 
-    /// Format and depth: of the command line, of the graph file, or what suits the type.
+    /// Format and depth from the command line, from the graph file, or as suits the type.
     fn encoding(
         &self,
         output: &GraphOutput,
@@ -227,7 +216,7 @@ impl Planner<'_> {
         metadata
     }
 
-    /// The key of the encoded file: everything that its bytes depend on.
+    /// The key of the encoded file, derived from everything its bytes depend on.
     fn file_key(&self, planned: &Planned<'_>, ty: Type) -> Key {
         let Window { x, y, width, height } = self.window;
         let resolution = self.graph.canvas.resolution;
@@ -240,7 +229,8 @@ impl Planner<'_> {
             [request.dither, request.best_compression, storage.mip, storage.widen_roughness, storage.normal_down];
         let how = [planned.depth as u8, storage.color_space.map_or(0, |space| space as u8 + 1)];
         let how: Vec<u8> = how.into_iter().chain(flags.map(u8::from)).collect();
-        let mut parts: Vec<&[u8]> = vec![planned.key.as_bytes(), planned.part.name().as_bytes(), ty.name().as_bytes()];
+        let part = planned.part.name();
+        let mut parts: Vec<&[u8]> = vec![planned.key.as_bytes(), part.as_bytes(), ty.name().as_bytes()];
         parts.extend([planned.format.extension().as_bytes(), range.as_flattened(), &pixels, &how]);
         parts.extend(planned.metadata.iter().flat_map(|(name, value)| [name.as_bytes(), value.as_bytes()]));
         Key::of("file", &parts)
@@ -262,7 +252,7 @@ pub(super) fn decode_channels(bytes: &[u8]) -> Option<Vec<(Channel, Key)>> {
     entries.iter().map(entry).collect::<Option<Vec<_>>>().filter(|_| rest.is_empty())
 }
 
-/// The type of the field whose picture is rendered of a value of type `ty`.
+/// The type of the field that is rendered for a value of type `ty`.
 fn pixels(ty: Type) -> Type {
     match ty.renders() {
         Some(Renders::Field(field)) => field,

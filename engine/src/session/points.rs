@@ -1,4 +1,4 @@
-//! Fields at points of the canvas.
+//! Evaluates fields at points of the canvas.
 use super::{Failure, Session, located};
 use crate::diagnostics::Diagnostic;
 use crate::eval::{Caches, CancelToken, Event, Fields, MemoryCache, Observer, Run};
@@ -8,15 +8,15 @@ use glam::{DVec2, UVec2};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
-/// A value is taken exactly at a point if it follows from at most so many pixels along a side of each field that it reads.
+/// A value is computed exactly at a point if it needs at most this many pixels along a side of each field it reads.
 const NEAR: u64 = 32;
-/// So many points are computed by one run, and the bytes of its cache: the tiles of a point are of no use to other points.
+/// Number of points computed in one run, and the bytes of its cache: the tiles of a point are useless for other points.
 const AT_ONCE: usize = 256;
 const SCRATCH: u64 = 16 << 20;
-/// The farthest pixel, counted from the canvas' corner.
+/// The farthest allowed pixel, counted from the corner of the canvas.
 const FARTHEST: f64 = 16_777_216.0;
 
-/// Tells each warning once.
+/// Passes each warning on once.
 struct Once<'a> {
     observer: &'a dyn Observer,
     told: Mutex<Vec<Diagnostic>>,
@@ -35,7 +35,7 @@ impl Observer for Once<'_> {
     }
 }
 
-/// The one pixel at a place of a grid.
+/// The window of one pixel of a grid.
 const fn pixel(x: i32, y: i32) -> Window {
     Window { x, y, width: 1, height: 1 }
 }
@@ -45,7 +45,7 @@ fn channels(tile: &Tile) -> Vec<f32> {
     (0..tile.channels()).map(|channel| tile.plane(channel)[0]).collect()
 }
 
-/// The pixel of a grid that holds a point, if that is not too far away.
+/// The pixel of a grid that contains a point, unless it is too far away.
 #[expect(clippy::cast_possible_truncation, reason = "compared with the farthest first")]
 fn holds(grid: &Grid, point: DVec2) -> Option<(i32, i32)> {
     let at = ((point - grid.origin) / grid.step).floor();
@@ -53,10 +53,11 @@ fn holds(grid: &Grid, point: DVec2) -> Option<(i32, i32)> {
 }
 
 impl Session {
-    /// The values of a field of `graph` at points in mm, one point after another, the channels of each side by side.
+    /// The values of a field of `graph` at points in mm, one point after another, with the channels of each point
+    /// adjacent.
     ///
-    /// A point is the centre of a pixel as large as those of the canvas. Where values follow from whole pictures, or from
-    /// many pixels of one, the pixel of the canvas around the point stands for it. Points then share tiles.
+    /// A point is the centre of a pixel of the canvas' pixel size. If its value depends on whole pictures, or on many
+    /// pixels of one, the canvas pixel that contains the point is used instead. Points then share tiles.
     ///
     /// # Errors
     /// Errors of the graph, at their places; points very far from the canvas.
@@ -82,7 +83,7 @@ impl Session {
         })
     }
 
-    /// The values where each point is the centre of a pixel.
+    /// The values with each point as the centre of its own pixel.
     fn exactly(
         &self,
         run: &Run<'_>,
@@ -103,7 +104,7 @@ impl Session {
     }
 }
 
-/// The values of the pixels that hold points, tile by tile.
+/// The values of the canvas pixels that contain the points, tile by tile.
 fn in_picture(
     run: &Run<'_>,
     (graph, field, grid): (&Graph, &Field, &Grid),

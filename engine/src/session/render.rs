@@ -1,6 +1,6 @@
-//! Rendering: from the outputs of a graph to picture files.
+//! Renders the outputs of a graph to picture files.
 use super::job::{Job, files};
-use super::plan::{Part, Planned, Planner, Wanted, decode_channels, encode_channels, wanted};
+use super::plan::{OutputPart, Planned, Planner, Wanted, decode_channels, encode_channels, wanted};
 use super::sink::Sink;
 use super::storage::{self, encoding};
 use super::{Failure, Session, located};
@@ -9,7 +9,7 @@ use crate::eval::{CancelToken, Event, Fields, Neighbor, NodeStats, Observer, Run
 use crate::export::SimpleShape;
 use crate::graph::{ExportMesh, Graph, GraphOutput};
 use crate::picture::{
-    AtomicFile, Compression, Depth, Drawing, Encoding, Format, PictureSpec, WriteError, Writer, Written,
+    AtomicFile, Compression, Depth, Drawing, Encoding, Format, PictureSpec, WriteError, WriteStats, Writer,
     remove_stale_temporaries, svg,
 };
 use crate::value::{Channel, Field, Grid, Key, Renders, Segments, TILE, Value, Window};
@@ -19,45 +19,45 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// What to render, and how.
+/// The outputs to render, and the form of their files.
 #[derive(Clone, Debug, Default)]
 pub struct RenderRequest {
-    /// The folder that the files go into; made if need be.
+    /// The folder for the files; created if needed.
     pub dir: PathBuf,
-    /// What the names of all files begin with.
+    /// Prefix of all file names.
     pub prefix: String,
-    /// The outputs, as `NAME` or, of a material, `NAME.CHANNEL`; all, if empty.
+    /// Outputs, as `NAME` or, for a material, `NAME.CHANNEL`; all outputs if empty.
     pub outputs: Vec<String>,
-    /// A part of the picture instead of the whole: x, y, width, height in pixels.
+    /// Region of the picture to render: x, y, width, height in pixels.
     pub region: Option<[u32; 4]>,
-    /// The format of all files, instead of what the graph says.
+    /// Format of all files; overrides the graph.
     pub format: Option<Format>,
-    /// The sample type of all files, instead of what the graph says.
+    /// Sample type of all files; overrides the graph.
     pub depth: Option<Depth>,
-    /// Whether to dither what is rounded to integers.
+    /// Dither values that are rounded to integers.
     pub dither: bool,
-    /// Whether small files matter more than time.
+    /// Prefer small files over short encoding time.
     pub best_compression: bool,
-    /// Whether all channels of a material go into one EXR file.
+    /// Write all channels of a material into one EXR file.
     pub combined: bool,
-    /// Whether this is the only render of the session: tiles that it will not read again are not kept in memory.
+    /// This is the only render of the session: tiles that it will not read again are not kept in memory.
     pub once: bool,
 }
 
-/// What a render did.
+/// The result of a render.
 #[derive(Clone, Debug, Default)]
 pub struct Report {
     /// The files, in the order of the graph's outputs.
     pub files: Vec<PathBuf>,
-    /// What was done for each node.
+    /// The work done for each node.
     pub nodes: Vec<NodeStats>,
 }
 
 impl Session {
-    /// Renders outputs of `graph` to files. Either all files are written, or those that were there before are kept.
+    /// Renders outputs of `graph` to files. Either all files are written, or the previous files remain.
     ///
     /// # Errors
-    /// What went wrong, at its place.
+    /// Errors of the graph, at their places.
     pub fn render(
         &self,
         graph: &Graph,
@@ -97,7 +97,7 @@ pub(super) fn make_dir(dir: &std::path::Path) -> Result<(), Failure> {
     let dir = if dir.as_os_str().is_empty() { std::path::Path::new(".") } else { dir };
     std::fs::create_dir_all(dir)
         .map_err(|e| Failure::File(format!("cannot make the folder `{}`: {e}", dir.display())))?;
-    // Processes that were killed may have left temporary files.
+    // Killed processes may have left temporary files.
     let _ = remove_stale_temporaries(dir);
     Ok(())
 }
@@ -108,14 +108,14 @@ pub(super) struct Render<'r, 'g> {
     pub(super) run: &'r Run<'g>,
     pub(super) planner: Planner<'r>,
     pub(super) observer: &'r dyn Observer,
-    /// The pixels to be computed: those of the pictures, or some rows of them.
+    /// The pixels to compute: whole pictures, or some of their rows.
     pub(super) area: Window,
-    /// Other parts of the pictures that other processes make.
+    /// Parts of the pictures that other processes compute.
     pub(super) neighbors: Vec<Neighbor>,
 }
 
 impl<'r, 'g> Render<'r, 'g> {
-    /// Of `area`, alone.
+    /// Renders `area` without neighbours.
     pub(super) fn new(
         session: &'r Session,
         run: &'r Run<'g>,
@@ -139,27 +139,30 @@ impl<'r> Render<'r, '_> {
         Ok(pictures)
     }
 
-    /// The pictures that an output is made of, and the keys of what they show.
-    fn parts(&self, output: &GraphOutput, channel: Option<Channel>) -> Result<Vec<(Part, Key)>, Failure> {
+    /// The pictures of an output, with keys that identify their content.
+    fn parts(&self, output: &GraphOutput, channel: Option<Channel>) -> Result<Vec<(OutputPart, Key)>, Failure> {
         let key = self.planner.keys.output(output.node, output.output);
-        if let Some(export) = output.export.filter(|_| channel.is_none()) {
+        if let Some(export) = output.export.as_ref().filter(|_| channel.is_none()) {
             let mesh = match output.mesh {
                 None => Key::of(SimpleShape::Plane.name(), &[]),
                 Some(ExportMesh::Simple(shape)) => Key::of(shape.name(), &[]),
                 Some(ExportMesh::Atlas { node, output }) => self.planner.keys.output(node, output),
             };
-            // What is said of files lies in them, and so do the names of those that are packed.
-            let (said, stem) = (format!("{export:?}"), self.planner.stem(output));
-            let parts = [key.as_bytes(), mesh.as_bytes(), said.as_bytes(), stem.as_bytes()];
-            return Ok(vec![(Part::Export(export), Key::of("export", &parts))]);
+            // A file contains the options of its export, and the names of packed files.
+            let (said, stem) = (format!("{:?}", export.target), self.planner.stem(output));
+            let fields = export.fields.iter().map(|(name, (node, of))| (*name, self.planner.keys.output(*node, *of)));
+            let fields: Vec<_> = fields.collect();
+            let mut parts = vec![&key.as_bytes()[..], mesh.as_bytes(), said.as_bytes(), stem.as_bytes()];
+            parts.extend(fields.iter().flat_map(|(name, key)| [name.as_bytes(), key.as_bytes()]));
+            return Ok(vec![(OutputPart::Export(export.clone()), Key::of("export", &parts))]);
         }
         match output.ty.renders() {
             Some(Renders::Channels) => {}
-            Some(Renders::Lines) => return Ok(vec![(Part::Lines, key)]),
-            Some(Renders::Field(_)) | None => return Ok(vec![(Part::Field, key)]),
+            Some(Renders::Lines) => return Ok(vec![(OutputPart::Lines, key)]),
+            Some(Renders::Field(_)) | None => return Ok(vec![(OutputPart::Field, key)]),
         }
         if channel.is_none() && (output.combined || self.planner.request.combined) {
-            return Ok(vec![(Part::All, key)]);
+            return Ok(vec![(OutputPart::All, key)]);
         }
         let mut channels = self.channels(output.node, output.output)?;
         if let Some(channel) = channel {
@@ -169,7 +172,7 @@ impl<'r> Render<'r, '_> {
                 self.warn_default(output, channel);
             }
         }
-        Ok(channels.into_iter().map(|(channel, key)| (Part::Channel(channel), key)).collect())
+        Ok(channels.into_iter().map(|(channel, key)| (OutputPart::Channel(channel), key)).collect())
     }
 
     fn warn_default(&self, output: &GraphOutput, channel: Channel) {
@@ -182,7 +185,8 @@ impl<'r> Render<'r, '_> {
         self.observer.event(Event::Warning(warning.as_warning()));
     }
 
-    /// The channels of a material and their keys, remembered so that files in the cache can be found without making it.
+    /// The channels of a material and their keys. They are stored, so that cached files can be found without making the
+    /// material.
     fn channels(&self, node: NodeIndex, output: usize) -> Result<Vec<(Channel, Key)>, Failure> {
         let key = Key::of("channels", &[self.planner.keys.output(node, output).as_bytes()]);
         let store = self.session.caches.store.as_ref();
@@ -194,19 +198,19 @@ impl<'r> Render<'r, '_> {
         let keyed = |(channel, field): &(Channel, Field)| Some((*channel, field.key()?));
         let channels: Vec<_> = material.channels().iter().filter_map(keyed).collect();
         if let Some(store) = store {
-            // Always kept: without it a second run would have to evaluate the nodes.
+            // Always stored: otherwise a second run would have to evaluate the nodes.
             store.put(Shelf::Channels, key, &encode_channels(&channels), Duration::ZERO, &|| false);
         }
         Ok(channels)
     }
 
-    /// Copies the files that the cache has, and makes the fields of the others.
+    /// Copies cached files; returns jobs for the others.
     fn jobs(&self, pictures: Vec<Planned<'r>>) -> Result<Vec<Job<'r>>, Failure> {
         let mut missing = Vec::new();
         for planned in pictures {
-            // Of several files only the tiles that they show are in the cache.
-            let one = match planned.part {
-                Part::Export(export) => export.is_one_file(),
+            // For an export of several files, the cache holds only the tiles of its textures.
+            let one = match &planned.part {
+                OutputPart::Export(export) => export.target.plan().one_file,
                 _ => true,
             };
             let copied = match &self.session.caches.store {
@@ -222,7 +226,7 @@ impl<'r> Render<'r, '_> {
         self.made(missing)
     }
 
-    /// Makes the fields of pictures.
+    /// Makes the jobs of pictures, with their fields.
     pub(super) fn made(&self, missing: Vec<Planned<'r>>) -> Result<Vec<Job<'r>>, Failure> {
         let wanted: Vec<_> = missing.iter().map(|p| (p.output.node, p.output.output)).collect();
         let values = self.run.values(&wanted)?;
@@ -253,7 +257,7 @@ impl<'r> Render<'r, '_> {
         Ok(())
     }
 
-    /// All that must be known before the first band of pictures.
+    /// Checks sizes and prepares fields before the first band of pictures.
     pub(super) fn ready(&self, jobs: &[&Job<'_>], grid: &Grid) -> Result<(), Failure> {
         self.check_size(jobs)?;
         let fields: Vec<&Field> = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field).collect();
@@ -266,7 +270,7 @@ impl<'r> Render<'r, '_> {
         Ok(())
     }
 
-    /// Refuses what would not fit the memory budget, before anything is allocated.
+    /// Refuses pictures that exceed the memory budget, before anything is allocated.
     fn check_size(&self, jobs: &[&Job<'_>]) -> Result<(), Failure> {
         let channels: usize = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field.channels()).sum();
         let band = u64::from(self.planner.window.width) * u64::from(TILE) * 4 * channels as u64 * 2;
@@ -293,7 +297,7 @@ impl<'r> Render<'r, '_> {
         if self.planner.request.best_compression { Compression::Best } else { Compression::Fast }
     }
 
-    /// How a picture is encoded.
+    /// The encoding of a picture.
     pub(super) fn spec(&self, job: &Job<'_>) -> PictureSpec {
         let (request, planned, window) = (self.planner.request, &job.planned, self.planner.window);
         PictureSpec {
@@ -315,13 +319,13 @@ impl<'r> Render<'r, '_> {
         }
     }
 
-    /// Width and height of a pixel.
+    /// Width and height of a pixel in mm.
     pub(super) fn pixel_mm(&self) -> [f32; 2] {
         let canvas = &self.planner.graph.canvas;
         (canvas.size_mm / canvas.resolution.as_dvec2()).as_vec2().to_array()
     }
 
-    /// Writes segments as lines on a page of the canvas, or of the region that is asked for.
+    /// Writes segments as lines on a page of the canvas, or of the requested region.
     fn write_lines(&self, job: &Job<'_>, segments: &Segments, grid: &Grid) -> Result<(), Failure> {
         let bytes = self.drawn(job, segments, grid)?;
         let path = &job.planned.path;
@@ -331,7 +335,7 @@ impl<'r> Render<'r, '_> {
         Ok(())
     }
 
-    /// The same as bytes.
+    /// The drawing as bytes.
     pub(super) fn drawn(&self, job: &Job<'_>, segments: &Segments, grid: &Grid) -> Result<Vec<u8>, Failure> {
         let window = self.planner.window;
         let corner = grid.origin + DVec2::new(f64::from(window.x), f64::from(window.y)) * grid.step;
@@ -341,7 +345,7 @@ impl<'r> Render<'r, '_> {
         svg(&drawing).map_err(|e| Failure::File(e.to_string()))
     }
 
-    fn warn_clipped(&self, job: &Job<'_>, written: &Written) {
+    fn warn_clipped(&self, job: &Job<'_>, written: &WriteStats) {
         let Some(message) = written.loss(&job.planned.path, job.planned.range) else { return };
         let help = self.help_for_clipped(job);
         let warning = Diagnostic::new(Code::OutOfRange, job.planned.output.span, message).help(help);
@@ -349,8 +353,8 @@ impl<'r> Render<'r, '_> {
     }
 
     fn keep(&self, job: &Job<'_>) {
-        let Some(store) = self.session.caches.store.as_ref().filter(|_| match job.planned.part {
-            Part::Export(export) => export.is_one_file(),
+        let Some(store) = self.session.caches.store.as_ref().filter(|_| match &job.planned.part {
+            OutputPart::Export(export) => export.target.plan().one_file,
             _ => true,
         }) else {
             return;

@@ -1,7 +1,7 @@
 //! What the blocks of pictures are written to.
 use super::Failure;
-use crate::export::{BundleWriter, GlbWriter};
-use crate::picture::{AtomicFile, PartWriter, WriteError, Writer, Written};
+use crate::export::FilesWriter;
+use crate::picture::{AtomicFile, PartWriter, WriteError, WriteStats, Writer};
 use crate::value::{Grid, Tile, Window};
 use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -10,8 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// A file, or several, made of the samples of a job.
 pub(super) enum Sink {
     Picture(Box<Writer>),
-    Glb(Box<GlbWriter>),
-    Bundle(Box<BundleWriter>),
+    Export(Box<FilesWriter>),
     /// The picture of this number in a part.
     Part(Arc<Mutex<PartWriter>>, usize),
 }
@@ -25,8 +24,7 @@ impl Sink {
     fn write(&mut self, planes: &[&[f32]], block: Window) -> Result<(), Failure> {
         let done = match self {
             Self::Picture(writer) => writer.write_rows(planes, block.height),
-            Self::Glb(writer) => writer.write_rows(planes, block.height),
-            Self::Bundle(writer) => writer.write_rows(planes, block.height),
+            Self::Export(writer) => writer.write_rows(planes, block.height),
             Self::Part(writer, number) => {
                 let place = [block.x.cast_unsigned(), block.y.cast_unsigned(), block.width, block.height];
                 writer.lock().unwrap_or_else(PoisonError::into_inner).write_block(*number, planes, place)
@@ -35,12 +33,11 @@ impl Sink {
         done.map_err(|error| failed(&error))
     }
 
-    /// What became of the pictures, once the file has its name.
-    pub(super) fn finish(self) -> Result<Vec<Written>, Failure> {
+    /// Closes the file under its final name; returns statistics of the pictures written.
+    pub(super) fn finish(self) -> Result<Vec<WriteStats>, Failure> {
         let done = match self {
             Self::Picture(writer) => writer.finish().map(|written| vec![written]),
-            Self::Glb(writer) => writer.finish(),
-            Self::Bundle(writer) => writer.finish(),
+            Self::Export(writer) => writer.finish(),
             Self::Part(..) => Ok(Vec::new()),
         };
         done.map_err(|error| failed(&error))

@@ -1,6 +1,6 @@
-//! The fields of a picture as its file stores them: colour spaces, the direction of normals, and what mip levels need.
+//! The fields of a picture as stored in its file: colour spaces, direction of normals, and fields for mip levels.
 use super::job::Job;
-use super::plan::{Part, Planned};
+use super::plan::{OutputPart, Planned};
 use crate::export::y_down;
 use crate::graph::{FileColors, Storage};
 use crate::picture::{Depth, Encoding, MipFilter, REC709_TO_AP1, Transfer};
@@ -8,15 +8,15 @@ use crate::value::{Channel, Field, Halo, Material, Tile, Type, Value};
 
 /// The chromaticities of AP1: red, green, blue and white.
 const AP1: [f32; 8] = [0.713, 0.293, 0.165, 0.83, 0.128, 0.044, 0.321_68, 0.337_67];
-/// Those of Rec.709.
+/// The chromaticities of Rec.709.
 const REC709: [f32; 8] = [0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329];
 
-/// The primaries that a file's header states, if the graph does.
+/// The primaries that a file's header states, if the graph states a colour space.
 pub(super) fn chromaticities(storage: &Storage) -> Option<[f32; 8]> {
     storage.color_space.map(|space| if space == FileColors::AcesCg { AP1 } else { REC709 })
 }
 
-/// A field as it is stored.
+/// Converts a field to its stored form.
 pub(super) fn stored(storage: &Storage, field: Field) -> Field {
     match field.ty() {
         Type::Normal if storage.normal_down => y_down(&field),
@@ -35,8 +35,8 @@ fn to_ap1(color: &Field) -> Field {
     })
 }
 
-/// What makes the mip levels of a job's picture; empty without. A normal that a roughness needs and the picture has not is
-/// added to the fields.
+/// The mip filters of a job's picture; empty without mip levels. Adds the normal that a roughness needs to the fields,
+/// if the picture lacks it.
 pub(super) fn mips(job: &mut Job<'_>, channel: Option<Channel>, material: Option<&Material>) -> Vec<MipFilter> {
     let storage = job.planned.output.storage;
     if !storage.mip || !job.planned.format.has_mips() {
@@ -65,7 +65,7 @@ pub(super) fn mips(job: &mut Job<'_>, channel: Option<Channel>, material: Option
     filters
 }
 
-/// The normals whose loss widens a roughness.
+/// The normals whose averaging widens a roughness.
 fn normal_of(channel: Option<Channel>) -> Option<Channel> {
     match channel? {
         Channel::Roughness => Some(Channel::Normal),
@@ -74,7 +74,7 @@ fn normal_of(channel: Option<Channel>) -> Option<Channel> {
     }
 }
 
-/// The names of a field's channels in a file; those of a material are `channel.R`.
+/// The names of a field's channels in a file; for a material `channel.R`.
 fn channel_names(prefix: &str, ty: Type) -> Vec<String> {
     let parts: &[&str] = match ty {
         Type::Rgb => &["R", "G", "B"],
@@ -89,7 +89,7 @@ fn channel_names(prefix: &str, ty: Type) -> Vec<String> {
     parts.iter().map(|part| format!("{prefix}{dot}{part}")).collect()
 }
 
-/// How values become samples.
+/// The conversion of values to samples.
 pub(super) fn encoding(planned: &Planned<'_>, job: &Job<'_>) -> Encoding {
     let ty = job.fields.first().map_or(Type::Gray, |(_, field)| field.ty());
     let whole = match planned.depth {
@@ -107,7 +107,7 @@ pub(super) fn encoding(planned: &Planned<'_>, job: &Job<'_>) -> Encoding {
 /// The job of a picture of `value`.
 pub(super) fn job<'g>(mut planned: Planned<'g>, value: &Value) -> Job<'g> {
     let fields = match (value, &planned.part) {
-        (Value::Material(material), Part::Channel(channel)) => {
+        (Value::Material(material), OutputPart::Channel(channel)) => {
             vec![(String::new(), material.or_default(*channel))]
         }
         (Value::Material(material), _) => {
@@ -124,7 +124,7 @@ pub(super) fn job<'g>(mut planned: Planned<'g>, value: &Value) -> Job<'g> {
         (planned.part.clone(), fields.into_iter().map(|(name, field)| (name, stored(&storage, field))));
     let fields = fields.collect();
     let mut job = Job { planned, fields, lines: value.lines(), beyond: 0, mips: Vec::new(), files: None };
-    let channel = if let Part::Channel(channel) = part { Some(channel) } else { None };
+    let channel = if let OutputPart::Channel(channel) = part { Some(channel) } else { None };
     job.mips = mips(&mut job, channel, if let Value::Material(material) = value { Some(material) } else { None });
     job
 }

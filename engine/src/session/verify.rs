@@ -1,4 +1,4 @@
-//! A check that the caches are right: everything is computed once more without them and compared.
+//! Verifies the caches: computes everything once more without them and compares.
 use super::{Failure, Session};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Caches, CancelToken, Keys, MemoryCache, Observer, Run, encode};
@@ -12,11 +12,11 @@ use std::collections::BTreeSet;
 const SIDE: u32 = 320;
 
 impl Session {
-    /// Evaluates every output of every node twice, with the caches and without any, and compares the bytes. The nodes
-    /// that differ are reported, but not those that merely read one of them.
+    /// Evaluates every output of every node with and without the caches, and compares the bytes. Reports the nodes that
+    /// differ, but not the nodes that merely read one of them.
     ///
     /// # Errors
-    /// What goes wrong while evaluating.
+    /// Errors of the evaluation.
     pub fn verify(
         &self,
         graph: &Graph,
@@ -48,7 +48,7 @@ impl Session {
     }
 }
 
-/// The first output of a node that is not the same in both runs.
+/// The first output of a node that differs between two runs.
 fn differs(graph: &Graph, a: &Run<'_>, b: &Run<'_>, index: NodeIndex) -> Result<Option<&'static str>, Failure> {
     let grid = graph.canvas.grid(graph.canvas.resolution.min(UVec2::splat(SIDE)));
     for (i, output) in graph.nodes[index].node.outputs().iter().enumerate() {
@@ -61,7 +61,7 @@ fn differs(graph: &Graph, a: &Run<'_>, b: &Run<'_>, index: NodeIndex) -> Result<
     Ok(None)
 }
 
-/// A value as bytes; of a field those of a small picture of it.
+/// A value as bytes; a field as a small picture.
 fn bytes(run: &Run<'_>, graph: &Graph, grid: &Grid, values: Vec<Value>) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
     for value in values {

@@ -1,15 +1,15 @@
-//! Which bracket belongs to which.
+//! Pairs opening and closing brackets.
 use super::lex::{Token, TokenKind};
 
-/// No token.
+/// Marks the absence of a token.
 pub(super) const NONE: u32 = u32::MAX;
-/// So many open brackets are considered for a closing one.
+/// The most open brackets considered for a closing one.
 const DEEPEST: usize = 256;
 
 /// The pairs of brackets among tokens.
 #[derive(Debug)]
 pub(super) struct Pairs {
-    /// For each token its partner, or [`NONE`].
+    /// For each token, the index of its partner, or [`NONE`].
     partner: Vec<u32>,
     /// The closing brackets without a partner, in order.
     pub(super) strays: Vec<usize>,
@@ -31,7 +31,7 @@ impl Pairs {
         self.partner.get(token).copied().filter(|&partner| partner != NONE).map(|partner| partner as usize)
     }
 
-    /// The first closing bracket without a partner from `from` on.
+    /// The first closing bracket without a partner, from token `from` on.
     pub(super) fn stray_from(&self, from: usize) -> Option<usize> {
         self.strays.get(self.strays.partition_point(|&stray| stray < from)).copied()
     }
@@ -41,7 +41,7 @@ impl Pairs {
         self.partner[close] = super::lex::short(open);
     }
 
-    /// Pairs each closing bracket with the last open one. Whether all fit.
+    /// Pairs each closing bracket with the last open one. Returns true if all match.
     fn all_fit(&mut self, text: &str, tokens: &[Token]) -> bool {
         let mut open = Vec::new();
         for (i, token) in tokens.iter().enumerate() {
@@ -58,7 +58,7 @@ impl Pairs {
     }
 }
 
-/// Which of the three sorts a bracket is of.
+/// The sort of a bracket: 0 to 2 for `(`, `[` and `{`.
 fn sort(text: &str, token: Token) -> usize {
     match text.as_bytes().get(token.start()) {
         Some(b'(' | b')') => 0,
@@ -67,16 +67,17 @@ fn sort(text: &str, token: Token) -> usize {
     }
 }
 
-/// Pairs brackets of which some are missing or too many.
+/// Pairs the brackets of a text with missing or superfluous ones.
 struct Guess<'a> {
     text: &'a str,
     tokens: &'a [Token],
-    /// For each token its line, how far that line is indented, and whether only closing brackets and commas stand before it there.
+    /// For each token its line, the indentation of that line, and whether only closing brackets and commas precede it
+    /// there.
     places: Vec<Place>,
     open: Vec<usize>,
-    /// How many of `open` are of each sort.
+    /// Number of brackets of each sort in `open`.
     count: [usize; 3],
-    /// How many more closing than opening brackets of each sort there still are.
+    /// For each sort, the remaining closing brackets minus the opening ones.
     surplus: [i64; 3],
 }
 
@@ -125,7 +126,7 @@ impl<'a> Guess<'a> {
         }
     }
 
-    /// Gives up the open brackets from `depth` on.
+    /// Gives up the open brackets from index `depth` on.
     fn close(&mut self, depth: usize) {
         for opening in self.open.split_off(depth) {
             let sort = self.sort(opening);
@@ -138,7 +139,7 @@ impl<'a> Guess<'a> {
         sort(self.text, self.tokens[token])
     }
 
-    /// Which of the open brackets a closing one belongs to: its number among them.
+    /// Chooses the open bracket that a closing one belongs to; returns its index in `open`.
     fn choose(&mut self, close: usize, sort: usize) -> Option<usize> {
         let top = self.open.len().checked_sub(1)?;
         let fits = self.sort(self.open[top]) == sort;
@@ -154,15 +155,15 @@ impl<'a> Guess<'a> {
             return Some(top);
         }
         if let Some(found) = possible.then(|| nearest(&aligned)).flatten() {
-            // One too many, while the inner one is closed later?
+            // This bracket is superfluous if the inner one is closed later.
             if !fits && self.surplus[sort] > 0 && self.surplus[self.sort(self.open[top])] >= 0 {
                 return None;
             }
-            // A wrong bracket in the place of the right one closes the inner one.
+            // A wrong bracket in place of the right one closes the inner one.
             return Some(if self.is_mistyped(top, sort) { self.mistyped(top, sort) } else { found });
         }
         if fits {
-            // One too many, in the middle of what an outer bracket holds?
+            // This bracket is superfluous if the content of the outer one continues after it.
             let goes_on = self.surplus[sort] > 0 && self.next_indent(close) > self.places[self.open[top]].indent;
             return (!goes_on).then_some(top);
         }
@@ -175,15 +176,15 @@ impl<'a> Guess<'a> {
         nearest(&|_| true)
     }
 
-    /// How far the line after that of a token is indented; 0 if it is far away.
+    /// The indentation of the line after a token's line; 0 if that line is far away.
     fn next_indent(&self, token: usize) -> u32 {
         let line = self.places[token].line;
         let mut after = self.places[token..].iter().take(DEEPEST);
         after.find(|place| place.line > line).map_or(0, |place| place.indent)
     }
 
-    /// Whether a closing bracket of this sort stands where one for the innermost should: one is too many and the other
-    /// missing.
+    /// Returns true if a closing bracket of this sort stands in place of the innermost bracket's own: there is one too
+    /// many of this sort, and one of the other is missing.
     fn is_mistyped(&self, top: usize, sort: usize) -> bool {
         let inner = self.sort(self.open[top]);
         inner != sort && self.surplus[sort] > 0 && self.surplus[inner] < 0
@@ -204,7 +205,7 @@ fn places(text: &str, tokens: &[Token]) -> Vec<Place> {
         let gap = &text[end..token.start()];
         if let Some(at) = gap.rfind('\n') {
             line += super::lex::short(gap.matches('\n').count());
-            // A comment before it does not move it.
+            // A comment before the token does not change its indentation.
             let blank = &gap[at + 1..];
             indent = super::lex::short(blank.len() - blank.trim_start_matches([' ', '\t']).len());
             leads = true;

@@ -1,4 +1,4 @@
-//! What is wrong with a text that is not RON.
+//! Mistakes in a text that is not valid RON.
 use crate::diagnostics::{Code, Diagnostic, FileId, Span};
 use std::borrow::Cow;
 use std::ops::Range;
@@ -6,21 +6,21 @@ use std::ops::Range;
 /// A mistake in a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SyntaxError {
-    /// Where it was noticed; at the end of the text, an empty range.
+    /// The place where it was noticed; an empty range at the end of the text.
     pub range: Range<usize>,
     /// [`Code::Syntax`], or [`Code::TooLarge`] where brackets are nested too deep.
     pub code: Code,
-    /// What is wrong, lower case.
+    /// The message, lower case.
     pub message: Cow<'static, str>,
-    /// What to do about it.
+    /// How to fix it.
     pub help: Option<&'static str>,
-    /// The bracket that it is about.
+    /// The bracket that the mistake is about.
     pub bracket: Option<Range<usize>>,
-    /// Whether the text ends where more should follow, as it does while a file is being written.
+    /// True if the text ends where more must follow, as it does while a file is being written.
     pub unfinished: bool,
-    /// Whether the closing quote of a string is missing.
+    /// True if the closing quote of a string is missing.
     pub(super) torn: bool,
-    /// Whether it follows from another mistake, if there is one before it in its line.
+    /// True if it is a consequence of a preceding mistake in the same line, if there is one.
     pub(super) weak: bool,
 }
 
@@ -31,7 +31,7 @@ impl SyntaxError {
         Self { range, code, message, help: None, bracket: None, unfinished: false, torn: false, weak: false }
     }
 
-    /// The same in a file.
+    /// The diagnostic of the mistake in a file.
     pub fn located(&self, file: FileId) -> Diagnostic {
         let span = |range: &Range<usize>| Span { file, start: range.start, end: range.end };
         let mut diagnostic = Diagnostic::new(self.code, span(&self.range), self.message.clone());
@@ -43,22 +43,22 @@ impl SyntaxError {
         }
     }
 
-    /// The same with advice.
+    /// Adds advice.
     pub(super) fn help(self, help: &'static str) -> Self {
         Self { help: Some(help), ..self }
     }
 
-    /// The same about the bracket at `range`.
+    /// Sets the bracket that the mistake is about.
     pub(super) fn bracket(self, range: Range<usize>) -> Self {
         Self { bracket: Some(range), ..self }
     }
 }
 
-/// The mistakes in the order of the text, without those that follow from another one: a line in which a quote is missing is told
+/// Sorts the mistakes by position and drops consequences of other mistakes: a line with a missing quote is reported
 /// once.
 pub(super) fn settle(text: &str, mut faults: Vec<SyntaxError>) -> Vec<SyntaxError> {
     faults.sort_by_key(|fault| fault.range.start);
-    // Of several at one place the first is the reason of the others.
+    // Of several mistakes at one place, the first causes the others.
     faults.dedup_by_key(|fault| fault.range.start);
     if faults.len() < 2 && !faults.iter().any(|fault| fault.torn) {
         return faults;
@@ -78,7 +78,7 @@ pub(super) fn settle(text: &str, mut faults: Vec<SyntaxError>) -> Vec<SyntaxErro
         told.extend((told.last() != Some(&at)).then_some(at));
         !follows
     });
-    // Where a text just ends, what it ends in is no mistake of its own.
+    // At the end of an unfinished text, the last incomplete item is not a separate mistake.
     if let [.., before, last] = &faults[..]
         && last.unfinished
         && before.range.end >= text.trim_end().len()
@@ -89,7 +89,7 @@ pub(super) fn settle(text: &str, mut faults: Vec<SyntaxError>) -> Vec<SyntaxErro
 }
 
 fn one_of_each_torn_line(text: &str, line: &dyn Fn(usize) -> usize, faults: Vec<SyntaxError>) -> Vec<SyntaxError> {
-    // In order, as the mistakes are.
+    // Sorted like the mistakes.
     let mut torn: Vec<usize> = faults.iter().filter(|fault| fault.torn).map(|fault| line(fault.range.start)).collect();
     torn.dedup();
     let is_torn = |line: usize| torn.binary_search(&line).is_ok();
@@ -97,7 +97,7 @@ fn one_of_each_torn_line(text: &str, line: &dyn Fn(usize) -> usize, faults: Vec<
     let mut kept = Vec::with_capacity(faults.len());
     for fault in faults {
         let at = line(fault.range.start);
-        // The bracket may have a partner inside of the string.
+        // The bracket's partner may be inside the string.
         let inside = fault.bracket.as_ref().is_some_and(|bracket| is_torn(line(bracket.start)));
         if inside && !fault.unfinished {
             continue;

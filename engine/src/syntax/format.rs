@@ -1,27 +1,28 @@
-//! The one way in which graph files are laid out.
+//! Formats graph files in the one standard layout.
 //!
-//! Tokens and comments stay as they are and in their order; only blanks, and commas before closing brackets, are made. A bracket is
-//! written in one line if it fits, else with one item a line. Sections of a graph that are lists of things have one a
-//! line in any case. Lists of numbers, such as tables of points, keep their rows. A comment that had a line of its own keeps one, and one behind something stays behind it.
+//! Tokens and comments are kept, in their order; only blanks, and commas before closing brackets, change. A bracket is
+//! written in one line if it fits, otherwise with one item per line. List sections of a graph always have one entry per
+//! line. Lists of numbers, such as tables of points, keep their rows. A comment on its own line stays there, and a
+//! comment at the end of a line stays at the end.
 use super::fault::SyntaxError;
 use super::lex::{Token, TokenKind};
 use super::tree::{Node, NodeKind, Tree};
 use std::ops::Range;
 
-/// The longest line, with its comma.
+/// The maximum line length, including the comma.
 const WIDTH: usize = 120;
-/// How far the items of a bracket are indented.
+/// Indentation of the items of a bracket.
 const INDENT: usize = 2;
-/// The sections of a graph with one entry a line.
+/// The sections of a graph with one entry per line.
 const LISTS: [&str; 4] = ["params", "presets", "inputs", "nodes"];
 
-/// A text as it should be laid out; its mistakes if it is not RON.
+/// Formats a text; returns its mistakes if it is not valid RON.
 pub fn format(text: &str) -> Result<String, Vec<SyntaxError>> {
     Ok(Layout::of(&sound(text)?).out)
 }
 
-/// The same for the smallest whole entries that cover a range of the text: what is replaced, and by what. `None` if there is nothing
-/// to be laid out.
+/// Formats the smallest whole entries that cover a range of the text: returns the range to replace and the new text.
+/// `None` if there is nothing to format.
 pub fn format_range(text: &str, range: Range<usize>) -> Result<Option<(Range<usize>, String)>, Vec<SyntaxError>> {
     let tree = sound(text)?;
     let outer = tree.covering(range.clone());
@@ -57,29 +58,29 @@ fn sound(text: &str) -> Result<Tree, Vec<SyntaxError>> {
     if tree.errors().is_empty() { Ok(tree) } else { Err(tree.errors().to_vec()) }
 }
 
-/// A bracket that is being written.
+/// A bracket being written.
 struct Frame {
-    /// Whether each item has a line.
+    /// True if each item has its own line.
     broken: bool,
-    /// Whether it holds nothing but numbers, whose lines are kept.
+    /// True if it contains only numbers, whose rows are kept.
     table: bool,
-    /// How far the line is indented in which it was opened.
+    /// Indentation of the line in which it was opened.
     indent: usize,
 }
 
-/// What stands before a token.
+/// White space before a token.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Space {
     None,
     One,
-    /// A new line; whether an empty line before it is kept.
+    /// A new line; `spaced` keeps an empty line before it.
     Line {
         indent: usize,
         spaced: bool,
     },
 }
 
-/// A text that is being laid out.
+/// State of the formatter.
 struct Layout<'t> {
     tree: &'t Tree,
     text: &'t str,
@@ -88,15 +89,16 @@ struct Layout<'t> {
     /// The first comment that is not written yet.
     comment: usize,
     newline: &'static str,
-    /// For each token, how wide everything before it is in one line, and how much before it must not stand in one line.
+    /// For each token, the width of all text before it on one line, and the number of tokens and comments before it
+    /// that need a line break.
     widths: Vec<(usize, usize)>,
-    /// The brackets with one item a line in any case.
+    /// The brackets that always have one item per line.
     forced: Vec<usize>,
     frames: Vec<Frame>,
     out: String,
-    /// Where the line begins.
+    /// The start of the current line in `out`.
     line: usize,
-    /// Where each token is written.
+    /// The place in `out` of each token.
     places: Vec<Range<usize>>,
 }
 
@@ -130,13 +132,13 @@ impl<'t> Layout<'t> {
         self.tokens.get(token).map_or("", |token| &self.text[token.range()])
     }
 
-    /// What is between the token before `token` and itself.
+    /// The range between `token` and the token before it.
     fn gap(&self, token: usize) -> Range<usize> {
         let start = token.checked_sub(1).map_or(0, |before| self.tokens[before].end());
         start..self.tokens.get(token).map_or(self.text.len(), |token| token.start())
     }
 
-    /// What stands before a token in one line.
+    /// The white space before a token on one line.
     fn flat(&self, token: usize) -> Space {
         let Some(before) = token.checked_sub(1) else { return Space::None };
         match (self.kind(before), self.kind(token)) {
@@ -150,7 +152,7 @@ impl<'t> Layout<'t> {
         }
     }
 
-    /// Whether a token is a comma that is left out in one line.
+    /// Returns true if a token is a comma that is left out on one line.
     fn is_last_comma(&self, token: usize) -> bool {
         self.kind(token) == Some(TokenKind::Comma) && self.kind(token + 1) == Some(TokenKind::Close)
     }
@@ -176,16 +178,16 @@ impl<'t> Layout<'t> {
         self.forced = forced;
     }
 
-    /// Whether a comment may stand in the middle of a line: it is no `//`, and stood there.
+    /// Returns true if a comment may stay inside a line: it is a `/* */` that stood inside a line.
     fn is_inline(&self, comment: &Range<usize>, gap: &Range<usize>) -> bool {
         let text = &self.text[comment.clone()];
         text.starts_with("/*") && !text.contains('\n') && !self.text[gap.start..comment.start].contains('\n')
     }
 
-    /// Whether a bracket is written with one item a line, if it begins at the end of what is written.
+    /// Returns true if a bracket is written with one item per line when it begins at the end of `out`.
     fn is_broken(&self, open: usize, close: usize) -> bool {
         let ((start, before), (end, after)) = (self.widths[open], self.widths[close + 1]);
-        // The comments before it are not in it.
+        // Comments before the bracket are not inside it.
         let inside = self.widths[open + 1].1 - before;
         let own = usize::from(self.forced.binary_search(&open).is_ok());
         let breaks = after - before - (inside - own);
@@ -195,7 +197,7 @@ impl<'t> Layout<'t> {
         breaks > 0 || column + (end - start) - space + 1 + comma > WIDTH
     }
 
-    /// Whether a list holds numbers, and brackets with numbers.
+    /// Returns true if a list contains only numbers and brackets with numbers.
     fn is_table(&self, open: usize, close: usize) -> bool {
         use TokenKind::{Close, Comma, Number, Open};
         let numbers = self.tokens[open..close].iter().all(|t| matches!(t.kind(), Open | Close | Comma | Number));
@@ -207,7 +209,7 @@ impl<'t> Layout<'t> {
         place(self.tokens[close].start()) - place(self.tokens[open].start())
     }
 
-    /// Whether an item of a table fits into the line.
+    /// Returns true if an item of a table fits into the line.
     fn fits(&self, token: usize) -> bool {
         let mut depth = 0_usize;
         let end = (token..self.tokens.len()).find(|&i| match self.kind(i) {
@@ -224,7 +226,7 @@ impl<'t> Layout<'t> {
         });
         let end = end.unwrap_or(self.tokens.len());
         let column = self.out[self.line..].chars().count();
-        // Its comma needs room, too.
+        // Reserve room for the comma.
         column + (self.widths[end].0 - self.widths[token].0) < WIDTH
     }
 
@@ -262,7 +264,7 @@ impl<'t> Layout<'t> {
         self.out.push_str(self.newline);
     }
 
-    /// Writes the attributes as they are, one a line; how many tokens they have.
+    /// Writes the attributes unchanged, one per line; returns the number of their tokens.
     fn attributes(&mut self) -> usize {
         let nodes: Vec<_> = self.tree.root().children().filter(|node| node.kind() == NodeKind::Attribute).collect();
         let mut end = 0;
@@ -273,13 +275,13 @@ impl<'t> Layout<'t> {
             self.out.push_str(node.text());
             end = node.token_range().end;
             self.places.resize(end, start..self.out.len());
-            // The comments in it are written.
+            // The comments inside the attribute are written already.
             self.comment = self.comments.partition_point(|comment| comment.start < node.range().end);
         }
         end
     }
 
-    /// What stands before a token.
+    /// The white space before a token.
     fn space(&self, token: usize, first: usize) -> Space {
         let before = token.checked_sub(1).and_then(|before| self.kind(before)).filter(|_| token > first);
         let line = |indent: usize, spaced: bool| Space::Line { indent, spaced };
@@ -298,7 +300,7 @@ impl<'t> Layout<'t> {
         }
     }
 
-    /// Writes the comments before a token, and what is between them and it.
+    /// Writes the comments before a token, and the white space around them.
     fn gap_before(&mut self, token: usize, space: Space) {
         let gap = self.gap(token);
         let closes = self.kind(token) == Some(TokenKind::Close);
@@ -307,7 +309,7 @@ impl<'t> Layout<'t> {
         if closes && in_lines && !matches!(before, Some(TokenKind::Comma | TokenKind::Open)) {
             self.out.push(',');
         }
-        // Comments are indented like the items of the bracket, and within an item further.
+        // Comments are indented like the items of the bracket; inside an item, one level more.
         let items = self.frames.last().map_or(0, |frame| frame.indent + if frame.broken { INDENT } else { 0 });
         let inner = if in_lines || self.frames.is_empty() { items } else { items + INDENT };
         let mut end = gap.start;
@@ -337,7 +339,7 @@ impl<'t> Layout<'t> {
                 let own = self.text[gap.start..comment.start].contains('\n') || token == 0 || gap.start == 0;
                 let follows = matches!(self.kind(token), Some(TokenKind::Comma | TokenKind::Colon | TokenKind::Close));
                 match space {
-                    // A comment before a token in its line stays there.
+                    // A comment in the same line before a token stays there.
                     Space::Line { .. }
                         if own && !line && !closes && !blank.contains('\n') && token < self.tokens.len() =>
                     {
@@ -354,7 +356,7 @@ impl<'t> Layout<'t> {
         }
     }
 
-    /// Writes a space, where the text has `blank`.
+    /// Writes white space in place of `blank` in the text.
     fn new_line(&mut self, space: Space, blank: &str) {
         match space {
             Space::None => {}
@@ -373,7 +375,7 @@ impl<'t> Layout<'t> {
     }
 }
 
-/// The brackets with one item a line in any case, in order.
+/// The brackets that always have one item per line, in order.
 fn forced(tree: &Tree) -> Vec<usize> {
     let Some(top) = tree.value().filter(|top| top.kind() == NodeKind::Parens) else { return Vec::new() };
     let lists = top.entries().filter(|entry| entry.key_text().is_some_and(|key| LISTS.contains(&key.as_str())));

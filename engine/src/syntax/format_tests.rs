@@ -1,8 +1,8 @@
-//! How texts are laid out.
+//! Tests of the formatter.
 use super::{TokenKind, Tree, format, format_range};
 use proptest::prelude::*;
 
-/// Lays out a text, and checks what holds for every text.
+/// Formats a text, and checks invariants that hold for every text.
 fn formatted(text: &str) -> String {
     let out = format(text).unwrap();
     assert_eq!(format(&out).as_deref(), Ok(out.as_str()), "not settled:\n{text}\n{out}");
@@ -10,7 +10,7 @@ fn formatted(text: &str) -> String {
     out
 }
 
-/// The tokens and comments of a text, but for commas before closing brackets.
+/// The tokens and comments of a text, except commas before closing brackets.
 fn solid(text: &str) -> Vec<String> {
     let tree = Tree::parse(text);
     let mut pieces: Vec<_> = tree.tokens().iter().map(|token| (token.kind(), token.range())).collect();
@@ -26,7 +26,7 @@ fn solid(text: &str) -> Vec<String> {
 }
 
 #[test]
-fn a_graph_is_laid_out() {
+fn formats_a_graph() {
     let text = r##"// head
 
 
@@ -80,7 +80,7 @@ outputs:{"o":"a",},
 }
 
 #[test]
-fn comments_stay_where_they_are() {
+fn keeps_comments_in_place() {
     for (text, wanted) in [
         ("[1 /* a */, /* b */ 2]", "[1 /* a */, /* b */ 2]\n"),
         ("(a: // why\n 1)", "(\n  a: // why\n    1,\n)\n"),
@@ -115,7 +115,7 @@ fn tables_keep_their_rows() {
 fn lines_have_at_most_their_width() {
     for extra in 0..4 {
         let line = |text: &str| format!("(\n  nodes: {{\n    \"a\": Kind(text: \"{text}\"),\n  }},\n)\n");
-        // The fixed part is 23 columns wide, the comma included.
+        // The rest of the line is 23 columns wide, including the comma.
         let text = line(&"x".repeat(120 - 23 - 2 + extra));
         let long = formatted(&text).lines().map(str::len).max().unwrap();
         assert_eq!(formatted(&text) == text, extra <= 1, "{extra} {long}");
@@ -124,7 +124,7 @@ fn lines_have_at_most_their_width() {
 }
 
 #[test]
-fn a_range_is_laid_out_as_its_entries() {
+fn formats_the_entries_of_a_range() {
     let text = "(nodes: { \"a\":Kind(x:1),\n \"b\":Kind( y : 2 ), \"c\":Kind(z:3) })";
     let at = |word: &str| text.find(word).unwrap();
     let range = |range| {
@@ -141,7 +141,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn layout_is_settled(words in proptest::collection::vec(0..PARTS.len(), 0..24), wide in 0_usize..3) {
+    fn formatting_is_idempotent(words in proptest::collection::vec(0..PARTS.len(), 0..24), wide in 0_usize..3) {
         let text: String = words.iter().map(|&word| PARTS[word]).collect();
         for text in [format!("[{text}]"), format!("(nodes: {{ {text} \"x\": K({}) }})", "a: 1, ".repeat(wide * 20))] {
             if Tree::parse(text.as_str()).errors().is_empty() {

@@ -1,18 +1,18 @@
-//! From text to tokens.
+//! Splits a text into tokens.
 use super::fault::SyntaxError;
 use super::literal;
 use std::ops::Range;
 
-/// What a token is.
+/// Kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TokenKind {
-    /// A word, `true` and `r#word` included.
+    /// A word, including `true` and `r#word`.
     Ident,
-    /// A number with its sign; `inf`, `NaN` and bytes such as `b'x'` too.
+    /// A number with its sign, including `inf`, `NaN` and bytes such as `b'x'`.
     Number,
-    /// A string, raw and byte strings included. Its closing quote may be missing.
+    /// A string, including raw and byte strings. Its closing quote may be missing.
     Str,
-    /// A character.
+    /// A character literal.
     Char,
     /// `(`, `[` or `{`.
     Open,
@@ -28,7 +28,7 @@ pub enum TokenKind {
     Other,
 }
 
-/// A piece of a text that is neither blank nor comment.
+/// A run of characters of a text that is neither blank nor comment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Token {
     kind: TokenKind,
@@ -37,7 +37,7 @@ pub struct Token {
 }
 
 impl Token {
-    /// What it is.
+    /// The kind of the token.
     pub fn kind(self) -> TokenKind {
         self.kind
     }
@@ -52,17 +52,17 @@ impl Token {
         self.end as usize
     }
 
-    /// Where it is.
+    /// The bytes of the token.
     pub fn range(self) -> Range<usize> {
         self.start()..self.end()
     }
 }
 
-/// What a text consists of.
+/// Result of splitting a text.
 #[derive(Debug, Default)]
 pub(super) struct Lexed {
     pub(super) tokens: Vec<Token>,
-    /// Where the comments are.
+    /// The bytes of the comments.
     pub(super) comments: Vec<(u32, u32)>,
     pub(super) faults: Vec<SyntaxError>,
 }
@@ -73,7 +73,7 @@ pub(super) fn lex(text: &str) -> Lexed {
     if !out.faults.iter().any(|fault| fault.torn) {
         return out;
     }
-    // Lines in which a quote is missing are read again, with guesses which one it is.
+    // Lines with a missing quote are read again, guessing the place of the quote.
     let line =
         |fault: &SyntaxError| text[fault.range.start..].find('\n').map_or(text.len(), |len| fault.range.start + len);
     let mut torn: Vec<usize> = out.faults.iter().filter(|fault| fault.torn).map(line).collect();
@@ -81,12 +81,12 @@ pub(super) fn lex(text: &str) -> Lexed {
     tokens(text, torn)
 }
 
-/// The tokens of a text of which the lines that end at `torn` lack a quote.
+/// The tokens of a text in which the lines that end at `torn` lack a quote.
 fn tokens(text: &str, torn: Vec<usize>) -> Lexed {
     let out = Lexed { tokens: Vec::with_capacity(text.len() / 5), ..Lexed::default() };
     let mut lexer =
         Lexer { text, at: 0, out, searched: None, endless: None, comment_open: false, torn, mended: 0, begin: 0 };
-    // The parser complains of it.
+    // The parser reports the mark.
     lexer.at = if text.starts_with(super::parse::MARK) { super::parse::MARK.len_utf8() } else { 0 };
     loop {
         lexer.skip_blank();
@@ -98,14 +98,14 @@ fn tokens(text: &str, torn: Vec<usize>) -> Lexed {
         if let (TokenKind::Colon, Some(before)) = (kind, lexer.out.tokens.last_mut())
             && literal::is_number_word(&text[before.range()])
         {
-            // `inf` is a number, and also a name.
+            // `inf` is a number, but also a valid name.
             before.kind = TokenKind::Ident;
         }
         lexer.out.tokens.push(Token { kind, start: short(start), end: short(lexer.at) });
     }
 }
 
-/// So many characters after a `'` the other one is looked for.
+/// The closing `'` is searched within this many characters.
 const LONGEST_QUOTE: usize = 200;
 
 /// An offset in a text whose length was checked.
@@ -117,16 +117,16 @@ struct Lexer<'a> {
     text: &'a str,
     at: usize,
     out: Lexed,
-    /// Where the last search for the end of a string began, and what it found.
+    /// The start of the last search for the end of a string, and its result.
     searched: Option<(usize, Option<usize>)>,
-    /// Raw strings with at least so many `#` have no end.
+    /// Raw strings with at least this many `#` have no end.
     endless: Option<usize>,
-    /// Whether a comment had no end; the later ones end at the first `*/`, and perhaps there is none.
+    /// True once a comment had no end; later comments end at the first `*/`, if there is one.
     comment_open: bool,
-    /// Where the lines end in which a quote is missing, and how many of them lie behind or have been mended.
+    /// The ends of the lines with a missing quote, and the number of lines already passed or repaired.
     torn: Vec<usize>,
     mended: usize,
-    /// Where the token begins that is being read.
+    /// The start of the current token.
     begin: usize,
 }
 
@@ -154,7 +154,7 @@ impl<'a> Lexer<'a> {
             let start = self.at;
             if self.rest().starts_with("//") {
                 self.take_while(|c| c != '\n');
-                // The end of the line is not part of the comment.
+                // The line break is not part of the comment.
                 self.at -= usize::from(self.text[start..self.at].ends_with('\r'));
             } else if self.rest().starts_with("/*") {
                 self.block_comment();
@@ -188,14 +188,14 @@ impl<'a> Lexer<'a> {
                 return;
             }
         }
-        // Only its line is a comment, so that the rest is read.
+        // Treats only the first line as a comment, so that the rest is read.
         self.comment_open = true;
         self.at = self.line_end(start);
         let fault = SyntaxError::new(start..start + 2, "this comment has no end").help("write `*/` where it ends");
         self.fault(SyntaxError { unfinished: true, ..fault });
     }
 
-    /// Where the line of `at` ends.
+    /// The end of the line that contains `at`.
     fn line_end(&self, at: usize) -> usize {
         let line = self.text[at..].find('\n').map_or(self.text.len(), |i| at + i);
         if self.text[at..line].ends_with('\r') { line - 1 } else { line }
@@ -223,14 +223,14 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// A string from its quote on.
+    /// A string, starting at its quote.
     fn string(&mut self) -> TokenKind {
         let start = self.at;
         if self.is_torn() && self.mend() {
             return TokenKind::Str;
         }
         let close = self.closing_quote(start + 1);
-        // One that goes on into other lines must be followed by what may follow a string.
+        // A string over several lines must be followed by something that may follow a string.
         let good = close.filter(|&close| !self.text[start..close].contains('\n') || self.may_follow(close + 1));
         match good {
             Some(close) => {
@@ -250,7 +250,7 @@ impl<'a> Lexer<'a> {
         TokenKind::Str
     }
 
-    /// Whether a quote is missing in this line, and was not found yet.
+    /// Returns true if a quote is missing in this line and was not found yet.
     fn is_torn(&mut self) -> bool {
         while self.torn.get(self.mended).is_some_and(|&end| end < self.at) {
             self.mended += 1;
@@ -258,15 +258,15 @@ impl<'a> Lexer<'a> {
         self.torn.get(self.mended).is_some_and(|&end| !self.text[self.at..end].contains('\n'))
     }
 
-    /// Reads a string whose opening or closing quote is missing, if that is what is here: one that goes on like the fields of a node,
-    /// or whose quote stands like a closing one.
+    /// Reads a string whose opening or closing quote is missing, if there is one here: a string followed by text like
+    /// the fields of a node, or a quote in the position of a closing one.
     fn mend(&mut self) -> bool {
         let start = self.at;
         let line = &self.text[start + 1..self.line_end(start)];
         let mut from = self.begin;
         let first = line.trim_start().chars().next();
         if first.is_none_or(|c| matches!(c, ',' | ':' | ')' | ']' | '}')) {
-            // The words before it belong to the text.
+            // The words before the quote belong to the string.
             while let Some(before) = self.out.tokens.last()
                 && before.end() == from
                 && matches!(before.kind, TokenKind::Ident | TokenKind::Number | TokenKind::Other)
@@ -295,8 +295,8 @@ impl<'a> Lexer<'a> {
         true
     }
 
-    /// The quote that ends a string that begins at `from`. The text between two searches is looked at once: if both come
-    /// by the same byte that does not follow a `\`, both find the same.
+    /// The closing quote of a string that begins at `from`. The text is scanned once for all searches: if two searches
+    /// reach the same byte, and it does not follow a `\`, both find the same quote.
     fn closing_quote(&mut self, from: usize) -> Option<usize> {
         let bytes = self.text.as_bytes();
         let mut at = from;
@@ -319,7 +319,7 @@ impl<'a> Lexer<'a> {
         found
     }
 
-    /// Whether a string may end before `at`.
+    /// Returns true if a string may end before `at`.
     fn may_follow(&self, at: usize) -> bool {
         let rest = self.text[at..].trim_start_matches(is_blank);
         rest.is_empty() || rest.starts_with([',', ':', ')', ']', '}', '/'])
@@ -328,7 +328,7 @@ impl<'a> Lexer<'a> {
     fn character(&mut self) -> TokenKind {
         let start = self.at;
         let line = self.rest();
-        // RON also knows the quote itself, unescaped: '''.
+        // RON also allows the unescaped quote: `'''`.
         let from = if line.starts_with("'''") { 2 } else { 1 };
         let mut escaped = false;
         let close = line[from..].char_indices().take(LONGEST_QUOTE).find(|&(_, c)| {
@@ -395,7 +395,7 @@ impl<'a> Lexer<'a> {
         let raw = &self.rest()[prefix..];
         let hashes = raw.len() - raw.trim_start_matches('#').len();
         let body = start + prefix + hashes + 1;
-        // With more `#` an end is not found either.
+        // With more `#`, the search would fail too.
         let search = self.endless.is_none_or(|endless| hashes < endless);
         let close = format!("\"{}", "#".repeat(hashes));
         match search.then(|| self.text[body..].find(&close)).flatten() {
@@ -411,7 +411,7 @@ impl<'a> Lexer<'a> {
     }
 }
 
-/// How much of the rest of a line belongs to a string whose closing quote is missing.
+/// Length of the part of a line that belongs to a string whose closing quote is missing.
 fn torn(rest: &str) -> usize {
     let mut depth = 0_usize;
     let end = rest.char_indices().find(|&(at, c)| match c {
@@ -431,7 +431,7 @@ fn torn(rest: &str) -> usize {
     rest[..end.map_or(rest.len(), |(at, _)| at)].trim_end().len()
 }
 
-/// What RON takes for white space.
+/// The white space of RON.
 pub(super) fn is_blank(c: char) -> bool {
     matches!(
         c,

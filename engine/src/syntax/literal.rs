@@ -1,14 +1,14 @@
 //! Numbers, strings and names.
 //!
-//! Forms that graphs hardly ever contain, such as `0x1F`, `3u8` and texts with escapes, are checked and read by `ron`, token by token.
+//! Forms that are rare in graphs, such as `0x1F`, `3u8` and texts with escapes, are read by `ron`, token by token.
 use serde::de::IgnoredAny;
 
-/// Whether `ron` can read a literal.
+/// Returns true if `ron` can read a literal.
 pub(super) fn is_good(literal: &str) -> bool {
     ron::Options::default().from_str::<IgnoredAny>(literal).is_ok()
 }
 
-/// How long the number at the beginning of `text` is, and whether it is a number at all; 0 if there is none.
+/// The length of the number at the start of `text`, and whether it is valid; 0 if there is none.
 pub(super) fn number_len(text: &str) -> (usize, bool) {
     let bytes = text.as_bytes();
     let sign = usize::from(text.starts_with(['+', '-']));
@@ -33,7 +33,7 @@ pub(super) fn number_len(text: &str) -> (usize, bool) {
     if is_a_number(run) {
         return (len, true);
     }
-    // `2mm` is a number and a word.
+    // `2mm` is a number followed by a word.
     let digits = |c: char| c.is_ascii_digit() || matches!(c, '.' | '_');
     let plain = run[sign..].find(|c| !digits(c)).map_or(len, |end| sign + end);
     if plain < len && is_plain(&run[sign..plain]) { (plain, true) } else { (len, false) }
@@ -42,23 +42,23 @@ pub(super) fn number_len(text: &str) -> (usize, bool) {
 fn is_a_number(run: &str) -> bool {
     match ron::Options::default().from_str::<IgnoredAny>(run) {
         Ok(_) => true,
-        // One that is too large is a number. Who reads it finds it out of range.
+        // A number that is too large is still a number; its reader reports the range.
         Err(error) => matches!(error.code, ron::Error::IntegerOutOfBounds),
     }
 }
 
-/// Whether this is digits, with a point perhaps.
+/// Returns true for digits with at most one decimal point.
 fn is_plain(digits: &str) -> bool {
     let points = digits.bytes().filter(|&byte| byte == b'.').count();
     points <= 1 && digits.len() > points && digits.bytes().all(|byte| byte == b'.' || byte.is_ascii_digit())
 }
 
-/// Whether a word without sign is a number.
+/// Returns true if a word without a sign is a number.
 pub(super) fn is_number_word(word: &str) -> bool {
     number_word(word).is_some()
 }
 
-/// The value of a number as written in RON, underscores, bases and suffixes included; `None` if it is none.
+/// The value of a number in RON, including underscores, bases and suffixes; `None` for other words.
 pub fn number(word: &str) -> Option<f64> {
     let (sign, digits) = match word.strip_prefix('-') {
         Some(rest) => (-1.0, rest),
@@ -77,7 +77,7 @@ pub fn number(word: &str) -> Option<f64> {
     plain[..end].parse::<f64>().ok().map(|value| sign * value)
 }
 
-/// Where the type of a number begins that is written behind it, as in `3u8` and `2.5f32`.
+/// The start of a number's type suffix, as in `3u8` and `2.5f32`.
 pub(crate) fn suffix(word: &str) -> Option<usize> {
     let unsigned = word.trim_start_matches(['+', '-']);
     let begin = word.len() - unsigned.len();
@@ -90,7 +90,7 @@ pub(crate) fn suffix(word: &str) -> Option<usize> {
     at.map(|at| begin + at).filter(|&at| at < word.len())
 }
 
-/// The value of a number that is written as a word, without its sign.
+/// The value of a number written as a word, without its sign.
 fn number_word(word: &str) -> Option<f64> {
     match word {
         "inf" | "inff32" | "inff64" => Some(f64::INFINITY),
@@ -99,7 +99,8 @@ fn number_word(word: &str) -> Option<f64> {
     }
 }
 
-/// Whether a number is written as infinity, with or without a sign. One that is merely too large, such as `1e400`, is not.
+/// Returns true if a number is written as infinity, with or without a sign. A number that is merely too large, such as
+/// `1e400`, is not.
 pub fn is_infinity(word: &str) -> bool {
     let unsigned = word.strip_prefix(['+', '-']).unwrap_or(word);
     number_word(unsigned).is_some_and(f64::is_infinite)
@@ -114,14 +115,14 @@ fn radix(digits: &str, base: u32) -> Option<f64> {
     Some(value)
 }
 
-/// Whether `name` may name a node, an input, a parameter or an import.
+/// Returns true if `name` is a valid name of a node, an input, a parameter or an import.
 pub fn is_name(name: &str) -> bool {
     let first = name.bytes().next();
     first.is_some_and(|b| b == b'_' || b.is_ascii_alphabetic())
         && name.bytes().all(|b| b == b'_' || b.is_ascii_alphanumeric())
 }
 
-/// The text that a string literal stands for. Of one with a quote missing, that is the rest.
+/// The text of a string literal; if one quote is missing, the text without the other.
 pub fn decode(literal: &str) -> Option<String> {
     let body = match literal.strip_prefix('"') {
         Some(body) => Some(body.strip_suffix('"').unwrap_or(body)),
@@ -151,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn types_behind_numbers_are_found() {
+    fn finds_type_suffixes_of_numbers() {
         let cut = |word: &str| suffix(word).map(|at| word[..at].to_owned());
         assert_eq!(cut("3f32").as_deref(), Some("3"));
         assert_eq!(cut("-2.5f64").as_deref(), Some("-2.5"));

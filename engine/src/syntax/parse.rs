@@ -1,4 +1,4 @@
-//! From tokens to the tree.
+//! Parses tokens into the tree.
 use super::brackets::{NONE, Pairs};
 use super::fault::{SyntaxError, settle};
 use super::lex::{Lexed, Token, TokenKind, lex, short};
@@ -7,10 +7,10 @@ use crate::diagnostics::Code;
 use serde::de::IgnoredAny;
 use std::cell::OnceCell;
 
-/// The mark that some editors put before a text in UTF-8. It is no part of the text.
+/// The byte order mark that some editors write before a UTF-8 text. It is not part of the text.
 pub(super) const MARK: char = '\u{FEFF}';
 
-/// What a tree is made of.
+/// The components of a tree.
 pub(super) struct Parsed {
     pub(super) tokens: Vec<Token>,
     pub(super) comments: Vec<(u32, u32)>,
@@ -18,7 +18,7 @@ pub(super) struct Parsed {
     pub(super) errors: Vec<SyntaxError>,
 }
 
-/// Reads a text in which brackets are nested at most `nesting` deep.
+/// Parses a text with brackets nested at most `nesting` deep.
 pub(super) fn parse(text: &str, nesting: usize) -> Parsed {
     let mut lexed = if short(text.len()) < NONE { lex(text) } else { Lexed::default() };
     let pairs = Pairs::of(text, &lexed.tokens);
@@ -50,28 +50,28 @@ pub(super) struct Parser<'a> {
     pub(super) pairs: Pairs,
     pub(super) nodes: Vec<NodeData>,
     pub(super) faults: Vec<SyntaxError>,
-    /// The next token.
+    /// The index of the next token.
     pub(super) at: usize,
     depth: usize,
     nesting: usize,
-    /// The node that is being made.
+    /// The current node.
     parent: u32,
-    /// Whether the item that was read last has garbage behind it.
+    /// True if the last item is followed by garbage.
     pub(super) recovering: bool,
-    /// The end of the bracket of which it was said that its fields have no quotes.
+    /// The end of the last bracket for which quoted field names were reported.
     pub(super) quoted_until: usize,
-    /// Where lines begin, once that was asked.
+    /// The starts of lines, computed on first use.
     lines: OnceCell<Vec<usize>>,
 }
 
-/// A bracket that is being read.
+/// A bracket being parsed.
 #[derive(Clone, Copy)]
-pub(super) struct Block {
+pub(super) struct BracketBlock {
     /// `Parens`, `List` or `Map`.
     pub(super) kind: NodeKind,
-    /// Whether it has named fields.
+    /// True if it has named fields.
     pub(super) named: bool,
-    /// Its opening bracket, if that is known to have no partner.
+    /// Its opening bracket, if that has no partner.
     pub(super) open_ended: Option<usize>,
 }
 
@@ -91,30 +91,30 @@ impl<'a> Parser<'a> {
         self.tokens.get(token).map_or("", |token| &self.text[token.range()])
     }
 
-    /// Where the line of a byte begins.
+    /// The start of the line that contains a byte.
     pub(super) fn line(&self, at: usize) -> usize {
         let begins = |text: &str| text.match_indices('\n').map(|(i, _)| i + 1).collect();
         let lines = self.lines.get_or_init(|| begins(self.text));
         lines.partition_point(|&line| line <= at).checked_sub(1).map_or(0, |line| lines[line])
     }
 
-    /// Whether brackets may be nested deeper here.
+    /// Returns true if brackets may nest deeper here.
     pub(super) fn may_nest(&self) -> bool {
         self.depth < self.nesting
     }
 
-    /// True if a token begins where the one before it ends.
+    /// Returns true if a token begins where the previous one ends.
     pub(super) fn touches(&self, token: usize) -> bool {
         token < self.tokens.len()
             && token.checked_sub(1).is_some_and(|before| self.tokens[before].end() == self.tokens[token].start())
     }
 
-    /// Whether two tokens follow in this order.
+    /// Returns true if `token` and the token after it have these kinds.
     pub(super) fn are(&self, token: usize, first: TokenKind, second: TokenKind) -> bool {
         self.kind_of(token) == Some(first) && self.kind_of(token + 1) == Some(second)
     }
 
-    /// Begins a node; its number.
+    /// Starts a node; returns its index.
     pub(super) fn open(&mut self, kind: NodeKind) -> usize {
         let (index, lo) = (self.nodes.len(), short(self.at));
         self.nodes.push(NodeData { kind, broken: false, lo, hi: lo, parent: self.parent, next: 0 });
@@ -133,7 +133,7 @@ impl<'a> Parser<'a> {
         self.parent = data.parent;
     }
 
-    /// Begins a node that contains what was read since the node `first` began, which is the last child of the current one.
+    /// Inserts a node around everything since the node `first`, which is the last child of the current node.
     pub(super) fn open_around(&mut self, first: usize, kind: NodeKind) -> usize {
         let NodeData { lo, parent, .. } = self.nodes[first];
         self.nodes.insert(first, NodeData { kind, broken: false, lo, hi: lo, parent, next: 0 });
@@ -147,14 +147,14 @@ impl<'a> Parser<'a> {
         first
     }
 
-    /// A node without children of the next `len` tokens.
+    /// Adds a node without children that covers the next `len` tokens.
     pub(super) fn leaf(&mut self, kind: NodeKind, len: usize) {
         let node = self.open(kind);
         self.at += len;
         self.close(node);
     }
 
-    /// There is a mistake in `node`, and so in all that it is in.
+    /// Marks `node` and all its ancestors as broken.
     fn mark(&mut self, mut node: usize) {
         while !self.nodes[node].broken {
             self.nodes[node].broken = true;
@@ -187,7 +187,7 @@ impl<'a> Parser<'a> {
         self.close(root);
     }
 
-    /// `#![…]`, which `ron` judges.
+    /// Parses `#![…]`; `ron` checks its content.
     fn attribute(&mut self) {
         let node = self.open(NodeKind::Attribute);
         let first = self.at;
@@ -201,7 +201,7 @@ impl<'a> Parser<'a> {
         self.close(node);
     }
 
-    /// A value. It ends before `limit`, and there is a token.
+    /// Parses a value that ends before `limit`. There must be a token.
     pub(super) fn value(&mut self, limit: usize) {
         if self.implied_map(limit) || self.implied_parens(limit) || self.implied_values(limit) {
             return;
@@ -209,7 +209,7 @@ impl<'a> Parser<'a> {
         self.plain_value(limit);
     }
 
-    /// A value that is not followed by a colon.
+    /// Parses a value that is not followed by a colon.
     pub(super) fn plain_value(&mut self, limit: usize) {
         let next = Some(self.at + 1).filter(|&next| next < limit);
         match self.kind() {
@@ -273,7 +273,7 @@ impl<'a> Parser<'a> {
         self.leaf(NodeKind::Range, number + 1 + usize::from(ends));
     }
 
-    /// A bracket with what is in it. Without a partner it ends before `limit` at the latest.
+    /// Parses a bracket with its content. Without a partner, it ends before `limit` at the latest.
     fn block(&mut self, limit: usize) {
         self.block_as(
             match self.word(self.at) {
@@ -285,7 +285,7 @@ impl<'a> Parser<'a> {
         );
     }
 
-    /// The same, read as one of that kind.
+    /// Parses a bracket as the given kind.
     fn block_as(&mut self, kind: NodeKind, limit: usize) {
         let opening = self.at;
         let partner = self.pairs.partner(opening);
@@ -299,7 +299,7 @@ impl<'a> Parser<'a> {
         let end = partner.unwrap_or(limit);
         let named = kind == NodeKind::Map || (kind == NodeKind::Parens && self.begins_named(end));
         let open_ended = partner.is_none().then_some(opening);
-        self.items(Block { kind, named, open_ended }, end);
+        self.items(BracketBlock { kind, named, open_ended }, end);
         self.depth -= 1;
         match partner {
             Some(close) => self.closing(opening, close),
@@ -308,18 +308,18 @@ impl<'a> Parser<'a> {
         self.close(node);
     }
 
-    /// The entries of a bracket that has no opening one, up to `end`, where perhaps its closing one is.
+    /// Parses the entries of a bracket without an opening one, up to `end`, where its closing one may be.
     pub(super) fn implied(&mut self, kind: NodeKind, end: usize) {
         let node = self.open(kind);
         self.depth += 1;
         let named = kind == NodeKind::Map || (kind == NodeKind::Parens && self.begins_named(end));
-        self.items(Block { kind, named, open_ended: None }, end);
+        self.items(BracketBlock { kind, named, open_ended: None }, end);
         self.depth -= 1;
         self.at += usize::from(self.kind() == Some(TokenKind::Close));
         self.close(node);
     }
 
-    /// The closing bracket, which may be one of another sort.
+    /// Reads the closing bracket, which may be of the wrong sort.
     fn closing(&mut self, opening: usize, close: usize) {
         let (message, help) = match self.word(opening) {
             "(" => ("expected `)`", "the bracket that it closes is `(`"),
@@ -343,7 +343,7 @@ impl<'a> Parser<'a> {
     }
 }
 
-/// The help for a character where a value belongs.
+/// The help for a character in place of a value.
 fn help_for(character: &str) -> &'static str {
     match character {
         "+" | "-" => "a sign belongs to a number: write `-1`, or calculate in a text, `\"= -$name\"`",

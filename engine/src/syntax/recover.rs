@@ -1,21 +1,21 @@
-//! What is in brackets, and where reading goes on after a mistake.
+//! The content of brackets, and recovery after mistakes.
 use super::fault::SyntaxError;
 use super::lex::TokenKind::{self, Close, Colon, Comma, Ident, Number, Open, Str};
-use super::parse::{Block, Parser};
+use super::parse::{BracketBlock, Parser};
 use super::tree::NodeKind;
 
-/// Lines that are indented further count as indented so far.
+/// Indentation beyond this many columns is ignored.
 const WIDE: usize = 1000;
 
-/// The longest list of which the opening bracket may be missing, in tokens.
+/// The longest list, in tokens, that is recognized without its opening bracket.
 const LONGEST_LIST: usize = 100;
 
-/// The help for an `=` in the place of a colon.
+/// The help for an `=` in place of a colon.
 const EQUALS: &str = "write `name: value`, with a colon";
 
 impl Parser<'_> {
-    /// Everything in a bracket that ends before the token `end`; one without a partner may end sooner.
-    pub(super) fn items(&mut self, block: Block, end: usize) {
+    /// Parses the content of a bracket that ends before the token `end`, or earlier if it has no partner.
+    pub(super) fn items(&mut self, block: BracketBlock, end: usize) {
         while self.at < end && !self.is_over(block) {
             match self.kind() {
                 Some(Close) => self.stray(),
@@ -39,7 +39,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Whether the fields of a bracket have names, as the first of them tells.
+    /// Returns true if the fields of a bracket have names, judged by the first field.
     pub(super) fn begins_named(&self, end: usize) -> bool {
         let kind = |i: usize| self.kind_of(self.at + i).filter(|_| self.at + i < end);
         match (kind(0), kind(1)) {
@@ -54,30 +54,30 @@ impl Parser<'_> {
         }
     }
 
-    /// Whether a word looks like the name of a field.
+    /// Returns true if a word looks like the name of a field.
     fn is_name(&self, token: usize) -> bool {
         self.word(token).starts_with(|c: char| c.is_lowercase()) && !matches!(self.word(token), "true" | "false")
     }
 
-    /// Whether a token is the first of its line.
+    /// Returns true if a token is the first in its line.
     fn starts_line(&self, token: usize) -> bool {
         let Some(here) = self.tokens.get(token) else { return true };
         let before = token.checked_sub(1).map_or(0, |before| self.tokens[before].end());
         token == 0 || self.text[before..here.start()].contains('\n')
     }
 
-    /// How far the line of a token is indented.
+    /// The indentation of a token's line.
     fn indent(&self, token: usize) -> usize {
         let at = self.tokens.get(token).map_or(self.text.len(), |token| token.start());
         let line = &self.text.as_bytes()[self.line(at)..];
         line.iter().take(WIDE).take_while(|&&byte| matches!(byte, b' ' | b'\t')).count()
     }
 
-    /// Whether an entry of another bracket begins here, so that the closing bracket of this one must be missing before it.
-    fn is_over(&self, block: Block) -> bool {
+    /// Returns true if an entry of another bracket begins here, so the closing bracket of this one must be missing.
+    fn is_over(&self, block: BracketBlock) -> bool {
         let Some(opening) = block.open_ended else { return false };
         if self.kind() == Some(Comma) {
-            // What is left of `),` without the bracket.
+            // The comma left over from `),` without its bracket.
             return self.starts_line(self.at);
         }
         let field = self.are(self.at, Ident, Colon);
@@ -89,8 +89,8 @@ impl Parser<'_> {
         }
     }
 
-    /// Whether an entry of this bracket begins at a token.
-    fn starts_entry(&self, block: Block, token: usize) -> bool {
+    /// Returns true if an entry of this bracket begins at a token.
+    fn starts_entry(&self, block: BracketBlock, token: usize) -> bool {
         let lost_colon =
             || self.kind_of(token) == Some(Str) && self.starts_line(token) && self.are(token + 1, Ident, Open);
         match block.kind {
@@ -100,13 +100,13 @@ impl Parser<'_> {
         }
     }
 
-    /// Whether something follows an item that cannot follow it.
-    fn is_garbage(&self, block: Block, end: usize) -> bool {
+    /// Returns true if an item is followed by something that cannot follow it.
+    fn is_garbage(&self, block: BracketBlock, end: usize) -> bool {
         let here = self.at;
         if here >= end || self.kind() == Some(Comma) || self.is_over(block) || self.starts_entry(block, here) {
             return false;
         }
-        // In a list, a value in a line of its own is another item.
+        // In a list, a value on its own line is another item.
         block.named || !self.starts_line(here) || !self.starts_value(here)
     }
 
@@ -114,8 +114,8 @@ impl Parser<'_> {
         !matches!(self.kind_of(token), None | Some(Close | Comma | Colon | TokenKind::Other))
     }
 
-    /// Puts what follows the node `first` into an error node together with it, up to where the next item begins.
-    fn garbage(&mut self, first: usize, block: Block, end: usize) {
+    /// Puts the node `first` and everything up to the next item into an error node.
+    fn garbage(&mut self, first: usize, block: BracketBlock, end: usize) {
         self.fault_after();
         self.recovering = true;
         let node = self.open_around(first, NodeKind::Error);
@@ -131,14 +131,14 @@ impl Parser<'_> {
         self.close(node);
     }
 
-    /// Whether the comma that is next ends an item.
-    fn is_separator(&self, block: Block, end: usize) -> bool {
+    /// Returns true if the next token, a comma, ends an item.
+    fn is_separator(&self, block: BracketBlock, end: usize) -> bool {
         let next = self.at + 1;
         !block.named || next >= end || self.starts_line(next) || self.starts_entry(block, next)
     }
 
-    /// The comma after an item.
-    fn separator(&mut self, block: Block, end: usize) {
+    /// Reads the comma after an item.
+    fn separator(&mut self, block: BracketBlock, end: usize) {
         let told = std::mem::take(&mut self.recovering);
         if self.at >= end || self.is_over(block) {
             return;
@@ -150,7 +150,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Commas with nothing before them.
+    /// Reads commas without a value before them.
     fn lonely_commas(&mut self, end: usize) {
         self.fault_here("expected a value before the comma", "leave out the comma");
         let node = self.open(NodeKind::Error);
@@ -160,7 +160,7 @@ impl Parser<'_> {
         self.close(node);
     }
 
-    /// A closing bracket without an opening one. What is around it can be read nevertheless.
+    /// Reads a closing bracket without an opening one. The text around it is still read.
     fn stray(&mut self) {
         self.fault_here("this bracket closes nothing", "leave it out, or write the opening one");
         if let Some(fault) = self.faults.last_mut() {
@@ -175,7 +175,7 @@ impl Parser<'_> {
         }
     }
 
-    /// The number of tokens of an `=`, or `=>`, that stands where a colon belongs; 0 if there is none.
+    /// The number of tokens of an `=`, or `=>`, in place of a colon; 0 if there is none.
     fn equals(&self, token: usize) -> usize {
         match self.word(token) {
             "=" if self.word(token + 1) == ">" && self.touches(token + 1) => 2,
@@ -184,8 +184,8 @@ impl Parser<'_> {
         }
     }
 
-    /// An entry of a map.
-    fn entry(&mut self, block: Block, end: usize) {
+    /// Parses an entry of a map.
+    fn entry(&mut self, block: BracketBlock, end: usize) {
         let entry = self.open(NodeKind::Entry);
         let key = self.kind();
         self.plain_value(end);
@@ -216,8 +216,8 @@ impl Parser<'_> {
         self.close(entry);
     }
 
-    /// A field: `name: value`.
-    fn field(&mut self, block: Block, end: usize) {
+    /// Parses a field: `name: value`.
+    fn field(&mut self, block: BracketBlock, end: usize) {
         let next = self.kind_of(self.at + 1).filter(|_| self.at + 1 < end);
         let same_line = !self.starts_line(self.at + 1);
         match (self.kind(), next) {
@@ -254,7 +254,7 @@ impl Parser<'_> {
                     }
                     _ => "write `name: value`",
                 };
-                // Entries of another bracket come in numbers.
+                // Entries of another bracket come in groups: report only the first.
                 let quoted = (self.kind(), next) == (Some(Str), Some(Colon));
                 if !quoted || self.quoted_until != end {
                     self.fault_here("expected the name of a field", help);
@@ -271,8 +271,8 @@ impl Parser<'_> {
         }
     }
 
-    /// What began with `node` is not a field.
-    fn as_error(&mut self, node: usize, block: Block, end: usize) {
+    /// Turns the item that began with `node` into an error, as it is not a field.
+    fn as_error(&mut self, node: usize, block: BracketBlock, end: usize) {
         if self.is_garbage(block, end) {
             self.garbage(node, block, end);
         } else {
@@ -281,8 +281,8 @@ impl Parser<'_> {
         }
     }
 
-    /// An entry whose key is one token; with its colon, `head` tokens.
-    fn named_value(&mut self, block: Block, end: usize, head: usize) {
+    /// Parses an entry whose key is one token; key and colon together are `head` tokens.
+    fn named_value(&mut self, block: BracketBlock, end: usize, head: usize) {
         let entry = self.open(NodeKind::Entry);
         let key = if self.kind() == Some(Str) { NodeKind::Text } else { NodeKind::Word };
         self.leaf(key, 1);
@@ -291,8 +291,8 @@ impl Parser<'_> {
         self.close(entry);
     }
 
-    /// The value of an entry, after its colon.
-    fn entry_value(&mut self, block: Block, end: usize) {
+    /// Parses the value of an entry, after its colon.
+    fn entry_value(&mut self, block: BracketBlock, end: usize) {
         let first = self.nodes.len();
         let nothing = self.at >= end || matches!(self.kind(), None | Some(Comma | Close));
         if nothing || (self.starts_line(self.at) && self.starts_entry(block, self.at)) {
@@ -307,7 +307,7 @@ impl Parser<'_> {
         }
     }
 
-    /// Reads a map whose `{` is missing, if that is what is there.
+    /// Parses a map without its `{`, if there is one here.
     pub(super) fn implied_map(&mut self, limit: usize) -> bool {
         let stray = self.pairs.stray_from(self.at).filter(|&stray| stray < limit && self.word(stray) == "}");
         let begins = self.are(self.at, Str, Colon) && self.may_nest();
@@ -317,7 +317,7 @@ impl Parser<'_> {
         true
     }
 
-    /// Reads fields whose `(` is missing, if that is what is there.
+    /// Parses fields without their `(`, if there are some here.
     pub(super) fn implied_parens(&mut self, limit: usize) -> bool {
         if !self.lacks_opening(self.at, limit) {
             return false;
@@ -328,7 +328,7 @@ impl Parser<'_> {
         true
     }
 
-    /// Whether a field begins here and a `)` without partner ends its line, or stands below in a line of its own.
+    /// Returns true if a field begins here, and a `)` without a partner ends its line or stands below on its own line.
     pub(super) fn lacks_opening(&self, token: usize, limit: usize) -> bool {
         let Some(stray) = self.pairs.stray_from(token).filter(|&stray| stray < limit) else { return false };
         if !self.are(token, Ident, Colon) || self.word(stray) != ")" || !self.may_nest() {
@@ -340,8 +340,8 @@ impl Parser<'_> {
         block || self.line(self.tokens[token].start()) == self.line(self.tokens[stray].start())
     }
 
-    /// Reads a list or a tuple whose opening bracket is missing, if that is what is there: values up to a closing bracket without
-    /// partner in the same line.
+    /// Parses a list or a tuple without its opening bracket, if there is one here: values up to a closing bracket
+    /// without a partner in the same line.
     pub(super) fn implied_values(&mut self, limit: usize) -> bool {
         let Some(stray) = self.pairs.stray_from(self.at).filter(|&stray| stray < limit) else { return false };
         let same_line = self.line(self.tokens[self.at].start()) == self.line(self.tokens[stray].start());
@@ -358,7 +358,7 @@ impl Parser<'_> {
         true
     }
 
-    /// Whether only values and commas stand before `stray`.
+    /// Returns true if only values and commas stand before `stray`.
     fn are_values(&self, stray: usize) -> bool {
         let (mut at, mut commas) = (self.at, 0);
         for _ in 0..LONGEST_LIST {
@@ -379,7 +379,7 @@ impl Parser<'_> {
         false
     }
 
-    /// The closing bracket of a bracket is missing here.
+    /// Reports that the closing bracket is missing here.
     pub(super) fn not_closed(&mut self, opening: usize, kind: NodeKind) {
         let message = match kind {
             NodeKind::Parens => "expected `)` before this",
@@ -390,13 +390,13 @@ impl Parser<'_> {
         if let Some(fault) = self.faults.last_mut() {
             fault.bracket = Some(self.tokens[opening].range());
         }
-        // More fields may belong there.
+        // More fields may belong here.
         if kind == NodeKind::Parens {
             self.leaf(NodeKind::Error, 0);
         }
     }
 
-    /// A mistake at the next token, or at the end of the text.
+    /// Reports a mistake at the next token, or at the end of the text.
     pub(super) fn fault_here(&mut self, message: &'static str, help: &'static str) {
         let fault = match self.tokens.get(self.at) {
             Some(token) => SyntaxError::new(token.range(), message).help(help),
@@ -410,7 +410,7 @@ impl Parser<'_> {
         self.faults.push(fault);
     }
 
-    /// A mistake at the next token, which cannot follow what is before it.
+    /// Reports that the next token cannot follow the one before it.
     fn fault_after(&mut self) {
         let after_number = self.at.checked_sub(1).is_some_and(|before| self.kind_of(before) == Some(Number))
             && !self.starts_line(self.at);

@@ -1,4 +1,4 @@
-//! What holds for every text, and what is found in texts with mistakes.
+//! Invariants of all texts, and mistakes found in faulty texts.
 use super::*;
 use proptest::prelude::*;
 use ron::value::Number;
@@ -32,7 +32,7 @@ fn broken(text: &str) -> Vec<(usize, usize, String)> {
     tree.errors().iter().map(place).collect()
 }
 
-/// What holds for every tree.
+/// Invariants of every tree.
 fn check(tree: &Tree) {
     let pieces: String = tree.pieces().iter().map(|piece| &tree.text()[piece.range.clone()]).collect();
     assert_eq!(pieces, **tree.text());
@@ -55,7 +55,7 @@ fn check(tree: &Tree) {
     assert!(!tree.root().is_broken() || !tree.errors().is_empty());
 }
 
-/// The value of a node as `ron` would give it, which does not keep words.
+/// The value of a node as `ron` would return it; `ron` does not keep words.
 fn value(node: Node<'_>) -> ron::Value {
     let leaf = |text: &str| ron::from_str::<ron::Value>(text).unwrap();
     match node.kind() {
@@ -94,7 +94,7 @@ fn same(a: &ron::Value, b: &ron::Value) -> bool {
     }
 }
 
-/// Compares with `ron`; says whether it accepts the text.
+/// Compares with `ron`; returns true if it accepts the text.
 fn compare(text: &str) -> Result<bool, String> {
     let tree = Tree::parse(text);
     check(&tree);
@@ -119,7 +119,7 @@ fn compare(text: &str) -> Result<bool, String> {
     Ok(good)
 }
 
-/// Words of RON, so that many texts of them are nearly right.
+/// Words of RON, chosen so that many random texts of them are nearly valid.
 const WORDS: [&str; 44] = [
     "(",
     ")",
@@ -171,7 +171,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
 
     #[test]
-    fn every_text_is_kept(text in "\\PC{0,40}|[()\\[\\]{},:\"'a-c0-9 \\n/*.#r\\\\-]{0,60}") {
+    fn preserves_every_text(text in "\\PC{0,40}|[()\\[\\]{},:\"'a-c0-9 \\n/*.#r\\\\-]{0,60}") {
         check(&Tree::parse(text.as_str()));
     }
 
@@ -280,7 +280,7 @@ fn ron_agrees_on_forms_of_values() {
 }
 
 #[test]
-fn places_in_the_text_are_found() {
+fn finds_nodes_at_offsets() {
     let tree = Tree::parse(GRAPH);
     let at = GRAPH.find("$pitch").unwrap();
     let node = tree.covering(at..at);
@@ -297,7 +297,7 @@ fn places_in_the_text_are_found() {
 }
 
 #[test]
-fn great_texts_take_linear_time() {
+fn parses_large_texts_in_linear_time() {
     let many = 1 << 20;
     let mut texts: Vec<String> = [
         "(",
@@ -330,13 +330,13 @@ fn great_texts_take_linear_time() {
     for text in texts {
         let tree = Tree::parse(text.as_str());
         assert!(!tree.errors().is_empty());
-        // Every token is in few nodes, and no mistake is told again and again.
+        // Every token is in few nodes, and no mistake is reported repeatedly.
         assert!(tree.nodes().count() <= 3 * tree.tokens().len() + 300, "{}", &text[..20]);
     }
 }
 
 #[test]
-fn deep_brackets_are_refused_where_they_are_too_deep() {
+fn rejects_brackets_nested_too_deep() {
     let tree = Tree::parse(format!("{}1{}", "[".repeat(128), "]".repeat(128)));
     assert!(tree.errors().is_empty());
     let tree = Tree::parse(format!("{}1{}", "[".repeat(129), "]".repeat(129)));
@@ -348,7 +348,7 @@ fn deep_brackets_are_refused_where_they_are_too_deep() {
 }
 
 #[test]
-fn one_mistake_is_told_once_at_its_place() {
+fn reports_one_mistake_once_at_its_place() {
     let graph = |line: &str| {
         format!(
             "(\n  nodes: {{\n    \"x\": A(),\n    {line}\n    \"y\": B(z: 1),\n  }},\n  outputs: {{ \"o\": \"x\" }},\n)\n"
@@ -396,7 +396,7 @@ fn one_mistake_is_told_once_at_its_place() {
         assert_eq!(found.len(), 1, "{line}\n{found:#?}");
         assert_eq!((found[0].0, found[0].1), wanted, "{line}\n{found:#?}");
         assert!(found[0].2.contains(message), "{line}\n{found:#?}");
-        // What is around it is read.
+        // The text around the mistake is read.
         let tree = Tree::parse(text.as_str());
         let top = tree.value().unwrap();
         let nodes = top.entry("nodes").and_then(Node::value).unwrap_or_else(|| panic!("{line}"));
@@ -407,7 +407,7 @@ fn one_mistake_is_told_once_at_its_place() {
 }
 
 #[test]
-fn lost_brackets_of_sections_cost_no_other_section() {
+fn keeps_other_sections_when_a_bracket_is_missing() {
     for (text, line) in [
         ("(\n  canvas: (size: 1,\n  nodes: {\n    \"a\": A(),\n  },\n  outputs: { \"o\": \"a\" },\n)\n", 3),
         ("(\n  canvas: (size: 1),\n  nodes: {\n    \"a\": A(),\n  outputs: { \"o\": \"a\" },\n)\n", 5),
@@ -430,7 +430,7 @@ fn lost_brackets_of_sections_cost_no_other_section() {
 }
 
 #[test]
-fn a_text_that_just_ends_is_one_mistake() {
+fn reports_an_unfinished_text_as_one_mistake() {
     for text in ["(\n  version: 1,\n  node", "(nodes: { \"a\": Bands(pitch: 2, cou", "(nodes: {"] {
         let tree = Tree::parse(text);
         assert_eq!(tree.errors().len(), 1, "{text}: {:#?}", tree.errors());

@@ -5,7 +5,7 @@ use super::{MAX_NESTING, literal, parse};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// What a node is.
+/// Kind of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum NodeKind {
     /// The whole text.
@@ -32,9 +32,9 @@ pub enum NodeKind {
     Char,
     /// `1..2`
     Range,
-    /// The place of a value that is missing.
+    /// The place of a missing value.
     Missing,
-    /// What could not be read.
+    /// Unreadable text.
     Error,
 }
 
@@ -42,13 +42,13 @@ pub enum NodeKind {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NodeData {
     pub(super) kind: NodeKind,
-    /// Whether there is a mistake in it.
+    /// True if the node contains a mistake.
     pub(super) broken: bool,
-    /// Its tokens.
+    /// Range of its tokens.
     pub(super) lo: u32,
     pub(super) hi: u32,
     pub(super) parent: u32,
-    /// The first node that is not in it.
+    /// The first node after it that is not inside it.
     pub(super) next: u32,
 }
 
@@ -62,33 +62,33 @@ pub struct Tree {
     errors: Vec<SyntaxError>,
 }
 
-/// What a piece of a text is.
+/// Kind of a piece of text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PieceKind {
     /// Spaces and ends of lines.
     Blank,
-    /// A comment, without the end of its line.
+    /// A comment, without its line break.
     Comment,
     /// A token.
     Token(TokenKind),
 }
 
-/// A piece of a text.
+/// A piece of text.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Piece {
-    /// What it is.
+pub struct TextPiece {
+    /// The kind.
     pub kind: PieceKind,
-    /// Where it is.
+    /// The bytes of the piece.
     pub range: Range<usize>,
 }
 
 impl Tree {
-    /// The tree of a text.
+    /// Parses a text.
     pub fn parse(text: impl Into<Arc<str>>) -> Self {
         Self::parse_nested(text, MAX_NESTING)
     }
 
-    /// The same with another limit for the depth of brackets, at most [`MAX_NESTING`].
+    /// Parses with a different limit for the depth of brackets, at most [`MAX_NESTING`].
     pub fn parse_nested(text: impl Into<Arc<str>>, nesting: usize) -> Self {
         let text = text.into();
         let parsed = parse::parse(&text, nesting.min(MAX_NESTING));
@@ -111,7 +111,7 @@ impl Tree {
         &self.tokens
     }
 
-    /// Where the comments are, in order. A comment does not contain the end of its line.
+    /// The bytes of the comments, in order. A comment does not include its line break.
     pub fn comments(&self) -> impl Iterator<Item = Range<usize>> + '_ {
         self.comments.iter().map(|&(start, end)| start as usize..end as usize)
     }
@@ -123,8 +123,8 @@ impl Tree {
         comments.take_while(move |comment| comment.end <= range.end)
     }
 
-    /// All pieces of the text in order: their texts put together are the text.
-    pub fn pieces(&self) -> Vec<Piece> {
+    /// All pieces of the text in order; their concatenation is the text.
+    pub fn pieces(&self) -> Vec<TextPiece> {
         let tokens = self.tokens.iter().map(|token| (PieceKind::Token(token.kind()), token.range()));
         let mut solid: Vec<_> = tokens.chain(self.comments().map(|range| (PieceKind::Comment, range))).collect();
         solid.sort_by_key(|(_, range)| range.start);
@@ -132,29 +132,29 @@ impl Tree {
         let mut end = 0;
         for (kind, range) in solid {
             if end < range.start {
-                pieces.push(Piece { kind: PieceKind::Blank, range: end..range.start });
+                pieces.push(TextPiece { kind: PieceKind::Blank, range: end..range.start });
             }
             end = range.end;
-            pieces.push(Piece { kind, range });
+            pieces.push(TextPiece { kind, range });
         }
         if end < self.text.len() {
-            pieces.push(Piece { kind: PieceKind::Blank, range: end..self.text.len() });
+            pieces.push(TextPiece { kind: PieceKind::Blank, range: end..self.text.len() });
         }
         pieces
     }
 
-    /// The number of the token that contains the byte at `offset`.
+    /// The index of the token that contains the byte at `offset`.
     pub fn token_at(&self, offset: usize) -> Option<usize> {
         let index = self.tokens.partition_point(|token| token.end() <= offset);
         self.tokens.get(index).filter(|token| token.start() <= offset).map(|_| index)
     }
 
-    /// The number of the last token that begins before `offset`.
+    /// The index of the last token that begins before `offset`.
     pub fn token_before(&self, offset: usize) -> Option<usize> {
         self.tokens.partition_point(|token| token.start() < offset).checked_sub(1)
     }
 
-    /// Whether `offset` is inside of a comment, or at the end of one that ends with its line.
+    /// Returns true if `offset` is inside a comment, or at the end of a `//` comment.
     pub fn is_comment(&self, offset: usize) -> bool {
         let index = self.comments.partition_point(|&(_, end)| (end as usize) < offset);
         self.comments.get(index).is_some_and(|&(start, end)| {
@@ -168,7 +168,7 @@ impl Tree {
         Node { tree: self, index: 0 }
     }
 
-    /// The value that the text consists of.
+    /// The value of the whole text.
     pub fn value(&self) -> Option<Node<'_>> {
         self.root().children().find(|child| child.kind() != NodeKind::Attribute)
     }
@@ -178,14 +178,14 @@ impl Tree {
         (0..self.nodes.len()).map(|index| self.node(index))
     }
 
-    /// The node with this number.
+    /// The node with this index.
     pub fn node(&self, index: usize) -> Node<'_> {
         Node { tree: self, index: super::lex::short(index.min(self.nodes.len().saturating_sub(1))) }
     }
 
     /// The smallest node that covers a range, which may be empty.
     pub fn covering(&self, range: Range<usize>) -> Node<'_> {
-        // Nodes lie in the order of their beginnings.
+        // Nodes are ordered by their start.
         let (mut low, mut high) = (0, self.nodes.len());
         while low < high {
             let middle = low + (high - low) / 2;
@@ -232,27 +232,27 @@ impl<'t> Node<'t> {
         self.tree
     }
 
-    /// Its number among [`Tree::nodes`].
+    /// Its index in [`Tree::nodes`].
     pub fn index(self) -> usize {
         self.index as usize
     }
 
-    /// What it is.
+    /// The kind of the node.
     pub fn kind(self) -> NodeKind {
         self.data().kind
     }
 
-    /// Whether there is a mistake in it.
+    /// Returns true if the node contains a mistake.
     pub fn is_broken(self) -> bool {
         self.data().broken
     }
 
-    /// Whether a part that could not be read is directly in it.
+    /// Returns true if an unreadable part is a direct child.
     pub fn is_torn(self) -> bool {
         self.is_broken() && self.children().any(|child| child.kind() == NodeKind::Error)
     }
 
-    /// Where it is: from its first token to its last one. A missing value is the blank where it belongs.
+    /// The bytes from its first to its last token. A missing value covers the blank in its place.
     pub fn range(self) -> Range<usize> {
         let (lo, hi) = (self.data().lo as usize, self.data().hi as usize);
         let (tokens, len) = (&self.tree.tokens, self.tree.text.len());
@@ -261,19 +261,19 @@ impl<'t> Node<'t> {
         }
         if lo == hi {
             let next = tokens.get(lo).map_or(len, |token| token.start());
-            // A node does not begin before the one that it is in.
+            // A node does not begin before its parent.
             let first = self.parent().is_some_and(|outer| outer.index > 0 && outer.data().lo == self.data().lo);
             return lo.checked_sub(1).filter(|_| !first).map_or(next, |before| tokens[before].end())..next;
         }
         tokens[lo].start()..tokens[hi - 1].end()
     }
 
-    /// Its text, with what stands between its tokens.
+    /// Its text, including the text between its tokens.
     pub fn text(self) -> &'t str {
         &self.tree.text[self.range()]
     }
 
-    /// The numbers of its tokens.
+    /// The indices of its tokens.
     pub fn token_range(self) -> Range<usize> {
         self.data().lo as usize..self.data().hi as usize
     }
@@ -283,7 +283,7 @@ impl<'t> Node<'t> {
         &self.tree.tokens[self.token_range()]
     }
 
-    /// The node that it is in.
+    /// The parent.
     pub fn parent(self) -> Option<Self> {
         (self.index > 0).then(|| Self { index: self.data().parent, ..self })
     }
@@ -293,19 +293,19 @@ impl<'t> Node<'t> {
         std::iter::successors(Some(self), |node| node.parent())
     }
 
-    /// The nodes directly in it.
+    /// The direct children.
     pub fn children(self) -> impl Iterator<Item = Self> {
         let end = self.data().next;
         let within = move |index: u32| (index < end).then_some(Self { index, ..self });
         std::iter::successors(within(self.index + 1), move |child| within(child.data().next))
     }
 
-    /// The nodes in it, at all depths, itself first.
+    /// The node and all nodes inside it.
     pub fn descendants(self) -> impl Iterator<Item = Self> {
         (self.index..self.data().next).map(move |index| Self { index, ..self })
     }
 
-    /// The entries directly in it.
+    /// The direct children that are entries.
     pub fn entries(self) -> impl Iterator<Item = Self> {
         self.children().filter(|child| child.kind() == NodeKind::Entry)
     }
@@ -326,13 +326,13 @@ impl<'t> Node<'t> {
         key.string().or_else(|| Some(key.text().trim_start_matches("r#").to_owned()))
     }
 
-    /// The value of an entry. It may be [`Missing`](NodeKind::Missing), or an [`Error`](NodeKind::Error) with the value among what it
-    /// contains.
+    /// The value of an entry. It may be [`Missing`](NodeKind::Missing), or an [`Error`](NodeKind::Error) that contains
+    /// the value.
     pub fn value(self) -> Option<Self> {
         self.children().nth(1).filter(|_| self.kind() == NodeKind::Entry)
     }
 
-    /// The word of a call, or of a word by itself.
+    /// The word of a call, or of a single word.
     pub fn name(self) -> Option<&'t str> {
         let token = self.tokens().first().filter(|_| matches!(self.kind(), NodeKind::Call | NodeKind::Word))?;
         Some(&self.tree.text[token.range()])
@@ -343,7 +343,7 @@ impl<'t> Node<'t> {
         self.children().next().filter(|_| self.kind() == NodeKind::Call)
     }
 
-    /// What a text stands for.
+    /// The decoded text of a string.
     pub fn string(self) -> Option<String> {
         (self.kind() == NodeKind::Text).then(|| literal::decode(self.text())).flatten()
     }

@@ -1,19 +1,19 @@
-//! What ports accept, and the conversions on the way into them.
+//! Types that ports accept, and the conversions into them.
 use super::{Type, Value};
 use std::fmt;
 
-/// What a port accepts.
+/// Types that a port accepts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Accepts {
-    /// Values of one type, and those that can be converted to it.
+    /// Values of one type, and values that can be converted to it.
     One(Type),
-    /// A field of numbers or colours, whichever is connected: `Gray`, `Rgb` or `Normal`.
+    /// A field of numbers or colours: `Gray`, `Rgb` or `Normal`.
     Field,
-    /// Any field at all.
+    /// Any field.
     EveryField,
-    /// A field of several numbers that are taken apart: `Rgb`, `Normal` or `Vec2`.
+    /// A field of vectors whose components are used separately: `Rgb`, `Normal` or `Vec2`.
     AnyVector,
-    /// A direction: degrees from +x towards +y (`Gray`), or a vector whose direction counts (`Vec2`).
+    /// A direction: degrees from +x towards +y (`Gray`), or a vector of any length (`Vec2`).
     Direction,
     /// Any solid.
     AnySolid,
@@ -26,7 +26,7 @@ impl From<Type> for Accepts {
 }
 
 impl Accepts {
-    /// All that a port may accept.
+    /// All variants.
     pub fn all() -> impl Iterator<Item = Self> {
         let several = [Self::Field, Self::EveryField, Self::AnyVector, Self::Direction, Self::AnySolid];
         Type::ALL.iter().copied().map(Self::One).chain(several)
@@ -44,12 +44,12 @@ impl Accepts {
         }
     }
 
-    /// The one of that name.
+    /// The variant with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::all().find(|accepts| accepts.name() == name)
     }
 
-    /// The type of the values that come out of the port, if it is always the same.
+    /// Type of the converted values, if it is always the same.
     pub const fn only(self) -> Option<Type> {
         match self {
             Self::One(ty) => Some(ty),
@@ -58,7 +58,7 @@ impl Accepts {
         }
     }
 
-    /// Whether everything that it accepts may also go into the port `other`. A port that accepts several types fits only
+    /// True if the port `other` accepts everything that this port accepts. A port that accepts several types fits only
     /// into a port that accepts the same ones.
     pub fn fits(self, other: Self) -> bool {
         match self {
@@ -77,15 +77,15 @@ impl fmt::Display for Accepts {
 }
 
 impl Type {
-    /// The table of conversions: whether a wire of this type may go into `port`. [`Value::convert`] does what it says.
+    /// The table of conversions: true if a wire of this type may go into `port`. [`Value::convert`] performs the
+    /// conversion.
     ///
     /// A type goes into itself; `Gray` → `Rgb` is grey; `Picture` → `Gray` is its only channel or its luminance,
-    /// `Picture` → `Rgb` its colour; `Normal` and `Rgb` go into each other as they are, and so does `Picture` → `Normal`;
-    /// a `Field` port takes `Gray`, `Rgb`, `Normal` and `Picture`, as `Gray` if the picture has one channel and as `Rgb` if
-    /// it has more; an `EveryField` port takes all these and every other field; an `AnyVector` port takes `Rgb`, `Normal`,
-    /// `Vec2` and `Picture`, as `Rgb`; a `Direction` port takes `Gray`, which is degrees, `Vec2`, whose angle it becomes, and
-    /// `Picture`; an `AnySolid` port takes every solid.
-    /// Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields.
+    /// `Picture` → `Rgb` its colour; `Normal` ↔ `Rgb` and `Picture` → `Normal` keep the numbers; a `Field` port takes
+    /// `Gray`, `Rgb`, `Normal` and `Picture` (as `Gray` if the picture has one channel, else as `Rgb`); an `EveryField`
+    /// port takes all these and every other field; an `AnyVector` port takes `Rgb`, `Normal`, `Vec2` and `Picture` (as
+    /// `Rgb`); a `Direction` port takes `Gray` (degrees), `Vec2` (its angle) and `Picture`; an `AnySolid` port takes
+    /// every solid. Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields.
     pub const fn fits(self, port: Accepts) -> bool {
         match port {
             Accepts::Field => matches!(self, Self::Gray | Self::Rgb | Self::Normal | Self::Picture),
@@ -108,7 +108,7 @@ impl Type {
 }
 
 impl Value {
-    /// The value as it goes into a port, by the table of [`Type::fits`].
+    /// Converts the value for a port, by the table of [`Type::fits`].
     pub fn convert(&self, port: impl Into<Accepts>) -> Option<Self> {
         let port = port.into();
         if !self.ty().fits(port) {
@@ -149,7 +149,7 @@ mod tests {
         assert_eq!(vector(1.0, -1.0).1, Some(vec![-45.0]));
         assert_eq!(vector(0.0, 0.0).1, Some(vec![0.0]));
         assert_eq!(vector(f32::NAN, 1.0).1, Some(vec![0.0]));
-        // Degrees stay what they are.
+        // Degrees are unchanged.
         assert_eq!(angle(Field::constant(Type::Gray, &[400.0])).1, Some(vec![400.0]));
         assert!(Value::from(Field::constant(Type::Rgb, &[1.0; 3])).convert(Accepts::Direction).is_none());
     }

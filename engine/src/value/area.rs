@@ -3,12 +3,12 @@ use super::Tiling;
 use glam::{DVec2, IVec2, UVec2, Vec2};
 use serde::{Deserialize, Serialize};
 
-/// A part of the canvas, as distances from its contour.
+/// A part of the canvas, stored as distances to its contour.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Area {
     /// Columns and rows of samples over the canvas.
     pub size: UVec2,
-    /// By rows, at the centres of equal cells: mm from the contour, positive inside, negative outside.
+    /// Distances to the contour in mm at the centres of equal cells, row by row; positive inside, negative outside.
     pub distance: Vec<f32>,
     /// The canvas in mm.
     pub size_mm: DVec2,
@@ -17,7 +17,7 @@ pub struct Area {
 }
 
 impl Area {
-    /// Millimetres from a place to the contour, linear between samples: positive inside, negative outside.
+    /// Distance in mm from a point to the contour, interpolated linearly; positive inside, negative outside.
     pub fn distance_at(&self, place: Vec2) -> f32 {
         let at = (place.as_dvec2() / self.size_mm * self.size.as_dvec2()).as_vec2() - 0.5;
         let (cell, t) = (at.floor().as_ivec2(), at - at.floor());

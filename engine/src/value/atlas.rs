@@ -4,26 +4,27 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A mesh and where each of its triangles lies in the unit square, v down, which is the canvas: what walks over the surface
-/// and pictures of it need, computed once.
+/// A mesh with the position of each triangle in the unit square (v down), which is the canvas. Also holds precomputed
+/// data for walking over the surface and for pictures of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Atlas {
     /// The surface.
     pub mesh: Arc<Mesh>,
-    /// Where the corners of each triangle lie, in multiples of 2⁻²⁴.
+    /// The UVs of the corners of each triangle, in multiples of 2⁻²⁴.
     pub uvs: Vec<[Vec2; 3]>,
-    /// For each triangle the number of its chart, counted by their lowest triangles.
+    /// Chart of each triangle. Charts are numbered in the order of their lowest triangles.
     pub charts: Vec<u16>,
-    /// For each triangle what lies beyond its edges `k`, from corner `k + 1` to corner `k + 2`: four times the number of the
-    /// neighbour, plus the number of the same edge there; [`END`](Self::END) where the surface ends.
+    /// Neighbours of each triangle beyond its edges `k`, from corner `k + 1` to corner `k + 2`: four times the index of
+    /// the neighbour, plus the index of the shared edge there; [`END`](Self::END) at the border of the surface.
     pub across: Vec<[u32; 3]>,
-    /// For each triangle the edges `k` beyond which its chart goes on, as bits `1 << k`: both sides have the same UVs.
+    /// The inner edges `k` of each triangle, as bits `1 << k`: both sides have the same UVs, so the chart continues
+    /// there.
     pub inner: Vec<u8>,
-    /// The normal of each vertex, of length 1: those of the triangles around it, weighted by their angles.
+    /// The unit normal of each vertex: the mean of the normals of its triangles, weighted by their angles.
     pub smooth: Vec<Vec3>,
-    /// For each triangle by how many mm the place on the surface changes per unit of u, and of v.
+    /// The derivatives of the position on the surface in mm by u and by v, for each triangle.
     pub jacobians: Vec<[Vec3; 2]>,
-    /// The triangles by where they lie.
+    /// Triangles sorted into cells by position.
     pub bins: Bins,
     /// The area on the surface in mm².
     pub area: f64,
@@ -31,16 +32,16 @@ pub struct Atlas {
     pub used: f64,
     /// The canvas that the unit square covers, in mm.
     pub size_mm: DVec2,
-    /// The bytes of the [`Key`] of all this: atlases with the same one are equal, and so are fields made of them.
+    /// Bytes of the [`Key`] of all this. Atlases with the same key are equal, and so are fields made from them.
     pub key: [u8; 16],
 }
 
-/// A grid of square cells over the unit square, and the triangles whose boxes touch each of them.
+/// A grid of square cells over the unit square, with the triangles whose bounding boxes touch each cell.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bins {
-    /// How many cells there are along a side.
+    /// Number of cells along a side.
     pub side: u32,
-    /// For each cell, by rows, where in `triangles` its own begin; one more entry marks the end.
+    /// For each cell, row by row, the start of its range in `triangles`; one more entry marks the end.
     pub starts: Vec<u32>,
     /// The triangles of all cells, in rising order within each.
     pub triangles: Vec<u32>,
@@ -55,38 +56,38 @@ impl Bins {
 }
 
 impl Atlas {
-    /// What stands in `across` where the surface ends.
+    /// Value in `across` at the border of the surface.
     pub const END: u32 = u32::MAX;
 
-    /// The triangle beyond an edge, and which of its edges it is.
+    /// Triangle beyond an edge, and the index of the shared edge there.
     pub fn across(&self, triangle: usize, edge: usize) -> Option<(usize, usize)> {
         let across = self.across[triangle][edge];
         (across != Self::END).then_some(((across >> 2) as usize, (across & 3) as usize))
     }
 
-    /// Whether the chart goes on beyond an edge.
+    /// True if the chart continues beyond an edge.
     pub fn is_inner(&self, triangle: usize, edge: usize) -> bool {
         self.inner[triangle] & (1 << edge) != 0
     }
 
-    /// The key of a field made of this atlas, by its name and its parameters.
+    /// The key of a field made from this atlas, by its name and its parameters.
     pub fn key_of(&self, name: &str, parameters: &[u8]) -> Key {
         Key::of(name, &[&self.key, parameters])
     }
 
-    /// How many charts there are.
+    /// Number of charts.
     pub fn chart_count(&self) -> usize {
         self.charts.iter().max().map_or(0, |most| usize::from(*most) + 1)
     }
 
-    /// The place on the surface of a point of the unit square, if the triangle's plane goes on there.
+    /// Position on the surface of a point of the unit square, extrapolated in the plane of the triangle.
     pub fn place(&self, triangle: usize, uv: DVec2) -> DVec3 {
         let [u, v] = self.jacobians[triangle].map(|axis| axis.as_dvec3());
         let d = uv - self.uvs[triangle][0].as_dvec2();
         self.mesh.corners(triangle)[0] + u * d.x + v * d.y
     }
 
-    /// How many times longer lengths are on the surface than on the canvas, on average.
+    /// Mean ratio of lengths on the surface to lengths on the canvas.
     pub fn scale(&self) -> f64 {
         let canvas = self.used * self.size_mm.x * self.size_mm.y;
         if canvas > 0.0 { (self.area / canvas).sqrt() } else { 1.0 }
@@ -97,7 +98,7 @@ impl Atlas {
 struct ChartData {
     triangles: usize,
     area_mm2: Number<f64>,
-    /// The corners of the smallest box around it.
+    /// The corners of the bounding box.
     uv: [[Number; 2]; 2],
 }
 

@@ -1,18 +1,18 @@
-//! The memory of tiles and of what kernels keep for the while of a tile, handed from one to the next.
+//! Recycled memory for tiles, and for temporary data of kernels.
 //!
-//! Tiles come and go by the thousand, and are large enough that the allocator would give their memory back to the system
-//! and fetch it again, page by page, which costs about as much as a cheap node. So a few of them are held back. This is
-//! part of how memory is allocated and holds no results, so it belongs to the process and not to a session.
+//! Tiles are created and dropped by the thousand. They are so large that the allocator would return their memory to the
+//! system and fetch it again, page by page, which costs about as much as a cheap node. So some buffers are kept for
+//! reuse. They hold no results, so they belong to the process and not to a session.
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Smaller buffers are left to the allocator, which does well with them.
+/// Smaller buffers are left to the allocator, which handles them well.
 const LEAST: usize = 1 << 13;
-/// The most numbers held back in all, unless a session says another bound: 32 MiB.
+/// The maximum total of kept numbers, unless a session sets another limit: 32 MiB.
 const MOST: usize = 1 << 23;
 
-/// Buffers that nobody uses, by their capacity.
+/// Unused buffers, by their capacity.
 struct Spare {
     by_capacity: BTreeMap<usize, Vec<Vec<f32>>>,
     held: usize,
@@ -26,7 +26,7 @@ fn spare() -> MutexGuard<'static, Spare> {
 }
 
 impl Spare {
-    /// The smallest that holds `length` numbers, if it is not much too large.
+    /// Takes the smallest buffer that holds `length` numbers, if it is not much too large.
     fn take(&mut self, length: usize) -> Option<Vec<f32>> {
         let (capacity, list) = self.by_capacity.range_mut(length..=length + length / 2).next()?;
         let (capacity, buffer) = (*capacity, list.pop());
@@ -44,13 +44,13 @@ impl Spare {
     }
 }
 
-/// From now on holds back at most so many bytes. Whole rows of tiles are freed at once, so it is worth to hold back an eighth or
-/// so of what tiles may take.
+/// Sets the maximum number of kept bytes. Whole rows of tiles are freed at once, so about an eighth of the memory for
+/// tiles is a good limit.
 pub(crate) fn hold_back(bytes: u64) {
     spare().most = usize::try_from(bytes / 4).unwrap_or(MOST);
 }
 
-/// Numbers whose memory is used again by another buffer when this one is dropped.
+/// Numbers whose memory is reused by another buffer after the drop.
 #[derive(Debug, PartialEq)]
 pub struct Buffer(Vec<f32>);
 
@@ -66,12 +66,12 @@ impl Buffer {
         }
     }
 
-    /// `length` numbers of any values, for code that sets all of them.
+    /// A buffer of `length` arbitrary values, for code that sets all of them.
     pub fn unset(length: usize) -> Self {
         Self::used(length).unwrap_or_else(|| Self(vec![0.0; length]))
     }
 
-    /// Of memory that was used before, with what was left in it.
+    /// A recycled buffer with its old content.
     fn used(length: usize) -> Option<Self> {
         let mut buffer = if length < LEAST { None } else { spare().take(length) }?;
         buffer.resize(length, 0.0);
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn no_more_is_held_back_than_the_bound() {
+    fn keeps_at_most_the_bound() {
         let most = spare().most;
         let many: Vec<Buffer> = (0..40).map(|_| Buffer::zeros(most / 16)).collect();
         drop(many);

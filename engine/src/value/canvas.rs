@@ -2,7 +2,7 @@
 use glam::{DVec2, UVec2};
 use serde::{Deserialize, Serialize};
 
-/// In which directions something repeats with the canvas.
+/// Directions in which something repeats with the canvas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub struct Tiling {
     /// Left and right edges match.
@@ -17,19 +17,19 @@ impl Tiling {
     /// Repeats in both directions.
     pub const BOTH: Self = Self { x: true, y: true };
 
-    /// Repeats only where both do.
+    /// Repeats in the directions in which both do.
     #[must_use]
     pub const fn and(self, other: Self) -> Self {
         Self { x: self.x && other.x, y: self.y && other.y }
     }
 
-    /// Whether it repeats in every direction in which `other` does.
+    /// True if it repeats in every direction in which `other` does.
     pub const fn covers(self, other: Self) -> bool {
         (self.x || !other.x) && (self.y || !other.y)
     }
 }
 
-/// How the canvas is meant to repeat, as written in a graph file.
+/// The tiling of the canvas as written in a graph file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum TileMode {
     /// In both directions.
@@ -44,6 +44,10 @@ pub enum TileMode {
 }
 
 impl TileMode {
+    /// All of them, by name.
+    pub const ALL: [(&'static str, Self); 4] =
+        [("Both", Self::Both), ("X", Self::X), ("Y", Self::Y), ("None", Self::None)];
+
     /// As directions.
     pub const fn tiling(self) -> Tiling {
         match self {
@@ -55,17 +59,17 @@ impl TileMode {
     }
 }
 
-/// How many pixels a picture of the canvas is to have.
+/// The resolution of pictures of the canvas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Resolution {
-    /// The number along the longer side; the other one follows from the shape of the canvas.
+    /// Number of pixels along the longer side; the other side follows from the shape of the canvas.
     Longer(u32),
-    /// Width and height, whatever the shape of the canvas.
+    /// Width and height, for any shape of the canvas.
     Exact(UVec2),
 }
 
 impl Resolution {
-    /// The width and height of a picture of a canvas of that size.
+    /// Width and height of a picture of a canvas of this size.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the range of pixels")]
     pub fn of(self, size_mm: DVec2) -> UVec2 {
         match self {
@@ -78,7 +82,7 @@ impl Resolution {
         }
     }
 
-    /// Whether pixels are square on a canvas of that size, apart from rounding.
+    /// True if pixels are square on a canvas of this size, apart from rounding.
     pub fn fits(self, size_mm: DVec2) -> bool {
         let size = self.of(size_mm).as_dvec2();
         let apart = size - DVec2::new(size.y * size_mm.x / size_mm.y, size.x * size_mm.y / size_mm.x);
@@ -91,7 +95,7 @@ impl Resolution {
 pub struct Canvas {
     /// Width and height in mm.
     pub size_mm: DVec2,
-    /// Width and height of pictures in pixels. No object depends on it.
+    /// Width and height of pictures in pixels. Objects never depend on it.
     pub resolution: UVec2,
     /// The directions in which the result must repeat.
     pub tile: Tiling,
@@ -111,19 +115,19 @@ impl Canvas {
     }
 }
 
-/// Where the pixels of a picture lie: the centre of pixel `(i, j)` is at `origin + (i + ½, j + ½) · step` mm.
+/// Positions of the pixels of a picture: the centre of pixel `(i, j)` is at `origin + (i + ½, j + ½) · step` mm.
 ///
-/// Pixels are addressed by whole numbers, negative ones included: a grid has no edge.
+/// Pixels have integer coordinates, including negative ones: a grid has no edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     /// The outer corner of pixel (0, 0) in mm.
     pub origin: DVec2,
     /// The size of a pixel in mm.
     pub step: DVec2,
-    /// The pixels that cover the canvas exactly, if a whole number does: fields that repeat are read in the first ones alone.
+    /// Size of the canvas in pixels, if that is a whole number: fields that repeat are read only within one period.
     pub period: Option<UVec2>,
-    /// The part that is shown of a grid without a period, in mm from the origin on, if that is known. Beyond it little is read,
-    /// so blocks are small there.
+    /// Size in mm of the visible part from the origin on, for a grid without a period, if it is known. Little is read
+    /// beyond it, so blocks are small there.
     pub shown: Option<DVec2>,
 }
 
@@ -139,15 +143,15 @@ impl Grid {
         Self { origin: point - 0.5 * self.step, step: self.step, period: None, shown: None }
     }
 
-    /// The number of pixels that cover `mm` millimetres, rounded up, in x and y, and no more than a [`Window`] can have.
+    /// Pixels that cover `mm` millimetres, rounded up, in x and y, limited to the maximum of a [`Window`].
     #[expect(clippy::cast_possible_truncation, reason = "limited to the pixels of a window")]
     pub fn pixels(&self, mm: f64) -> (i32, i32) {
         let count = |step: f64| (mm / step).ceil().min(f64::from(Window::FARTHEST)) as i32;
         (count(self.step.x), count(self.step.y))
     }
 
-    /// The pixels from (0, 0) on that make a picture, if that is known: one period, or the part that is shown of a grid without
-    /// one.
+    /// Size in pixels of the picture that starts at (0, 0), if it is known: one period, or the visible part of a grid
+    /// without one.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the pixels of a window")]
     pub fn picture(&self) -> Option<UVec2> {
         let side = |pixels: f64| pixels.round().clamp(1.0, f64::from(Window::FARTHEST)) as u32;
@@ -177,7 +181,7 @@ pub struct GridId {
 }
 
 impl GridId {
-    /// As bytes, the same on every machine.
+    /// The identity as bytes, the same on every machine.
     pub fn bytes(&self) -> [u8; 56] {
         let mut bytes = [0; 56];
         let words = self.words.iter().flat_map(|word| word.to_le_bytes());
@@ -201,10 +205,10 @@ pub struct Window {
 }
 
 impl Window {
-    /// No window reaches farther from pixel (0, 0).
+    /// Maximum distance of a window from pixel (0, 0).
     pub const FARTHEST: i32 = 1 << 29;
 
-    /// The whole of a picture.
+    /// The window of a whole picture.
     pub const fn full(size: UVec2) -> Self {
         Self { x: 0, y: 0, width: size.x, height: size.y }
     }
@@ -214,12 +218,12 @@ impl Window {
         self.width as usize * self.height as usize
     }
 
-    /// Whether there is no pixel.
+    /// True if there is no pixel.
     pub const fn is_empty(&self) -> bool {
         self.width == 0 || self.height == 0
     }
 
-    /// The same with `dx` more columns on both sides and `dy` more rows, without those beyond [`Self::FARTHEST`].
+    /// Adds `dx` columns on both sides and `dy` rows above and below, limited to [`Self::FARTHEST`].
     #[must_use]
     pub const fn grow(&self, dx: i32, dy: i32) -> Self {
         let (x, width) = grown(self.x, self.width, dx);
@@ -240,7 +244,7 @@ impl Window {
         }
     }
 
-    /// The smallest window that holds this one and `other`.
+    /// The smallest window that contains this one and `other`.
     #[must_use]
     pub fn union(&self, other: &Self) -> Self {
         let (x, y) = (self.x.min(other.x), self.y.min(other.y));
@@ -248,7 +252,7 @@ impl Window {
         Self { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) }
     }
 
-    /// The pixels that this window and `other` have in common; the two must overlap.
+    /// The common pixels of this window and `other`; the two must overlap.
     #[must_use]
     pub fn intersection(&self, other: &Self) -> Self {
         let (x, y) = (self.x.max(other.x), self.y.max(other.y));
@@ -256,7 +260,7 @@ impl Window {
         Self { x, y, width: right.abs_diff(x), height: bottom.abs_diff(y) }
     }
 
-    /// The pixels that this window and `other` have in common, if there are any.
+    /// The common pixels of this window and `other`, if there are any.
     #[must_use]
     pub fn overlap(&self, other: &Self) -> Option<Self> {
         let apart =
@@ -264,7 +268,7 @@ impl Window {
         (!apart && !self.is_empty() && !other.is_empty()).then(|| self.intersection(other))
     }
 
-    /// Whether all of `other` lies within.
+    /// True if all of `other` lies within.
     pub const fn contains(&self, other: &Self) -> bool {
         self.x <= other.x && self.y <= other.y && other.right() <= self.right() && other.bottom() <= self.bottom()
     }
@@ -280,7 +284,7 @@ impl Window {
     }
 }
 
-/// The first of `count` pixels from `start` on with `more` on both sides, and how many these are.
+/// Extends `count` pixels from `start` on by `more` on both sides; returns the new start and count.
 const fn grown(start: i32, count: u32, more: i32) -> (i32, u32) {
     const fn within(at: i32) -> i32 {
         let far = Window::FARTHEST;
@@ -302,7 +306,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn windows_grow_no_farther_than_they_may() {
+    fn limits_the_growth_of_windows() {
         let window = Window { x: -3, y: 5, width: 10, height: 20 };
         assert_eq!(window.grow(2, 0), Window { x: -5, y: 5, width: 14, height: 20 });
         let far = Window::FARTHEST;
@@ -323,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_is_squashed_does_not_fit() {
+    fn rejects_only_resolutions_that_distort_pixels() {
         let fits = |w: u32, h: u32, x: f64, y: f64| Resolution::Exact(UVec2::new(w, h)).fits(DVec2::new(x, y));
         assert!(fits(64, 64, 5.0, 5.0) && fits(2048, 1024, 200.0, 100.0));
         assert!(fits(1000, 333, 90.0, 30.0) && fits(1000, 334, 90.0, 30.0) && fits(100, 1, 1e6, 1.0));

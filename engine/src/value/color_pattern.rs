@@ -1,15 +1,15 @@
-//! Colours of wood through the year.
+//! Colours of wood over a year of growth.
 use super::{Number, Object, Pixels, Sketch, Type, data};
 use serde::{Deserialize, Serialize};
 
-/// The colours of wood through the year, from early to late, for one or several years.
+/// The colours of wood over a year, from early to late wood, for one or several years.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColorPattern {
     /// Scene-linear colours, [`entries`](Self::entries) for each year.
     pub table: Vec<[f32; 3]>,
     /// The number of entries of a year.
     pub entries: usize,
-    /// The relative widths of the years that it was sampled from, if it was.
+    /// The relative widths of the years that it was sampled from; empty if it was not sampled.
     pub widths: Vec<f32>,
 }
 
@@ -20,7 +20,7 @@ struct ColorPatternData {
     widths: Vec<Number>,
 }
 
-/// The narrowest strip that shows a pattern, in pixels.
+/// Least width of the strip that shows a pattern, in pixels.
 const STRIP: usize = 960;
 
 impl Object for ColorPattern {

@@ -1,4 +1,4 @@
-//! The coordinates that synthesis finds in exemplars.
+//! Coordinates in an exemplar, the result of a synthesis.
 use super::object::Renders;
 use super::surface::SeamData;
 use super::{ExemplarFrame, Field, Number, Object, Pixels, Sketch, Surface, Tile, Tiling, Type};
@@ -11,32 +11,34 @@ use std::sync::Arc;
 pub struct CoordMap {
     /// Columns and rows.
     pub size: UVec2,
-    /// The number of the first column and row; pixel (0, 0) has its corner at the canvas' corner.
+    /// Index of the first column and row; pixel (0, 0) has its corner at the canvas' corner.
     pub start: IVec2,
     /// The size of a pixel in mm.
     pub pitch: DVec2,
     /// The directions in which it repeats.
     pub periodic: Tiling,
-    /// How many pixels of the finest level a pixel stands for, in x and in y.
+    /// Size of a pixel in pixels of the finest level, in x and in y.
     pub spacing: u32,
-    /// Positions by rows, in exemplar pixels: the centre of pixel `i` is at `i + ½`.
+    /// Positions in exemplar pixels, row by row: the centre of pixel `i` is at `i + ½`.
     pub coords: Arc<Vec<[f32; 2]>>,
     /// The exemplar, if it is known.
     pub exemplar: Option<ExemplarFrame>,
-    /// The share of pixels that go on in the exemplar to the right and below; 0 if it was not counted.
+    /// Fraction of pixels whose right and lower neighbours are also neighbours in the exemplar; 0 if it was not
+    /// computed.
     pub coherence: f32,
-    /// The share of the exemplar that is shown, counting even use; 0 if it was not counted.
+    /// The effective number of exemplar pixels in use (the exponential of the entropy of their use), as a fraction of
+    /// the possible maximum; 0 if it was not computed.
     pub coverage: f32,
-    /// The surface that it lies on, if it is not the plane: then coordinates mean nothing beyond its charts.
+    /// The surface of the synthesis, if it is not the plane. Coordinates outside of its charts have no meaning.
     pub surface: Option<Arc<Surface>>,
 }
 
 impl CoordMap {
-    /// What tells in a file how many columns and rows the exemplar has, as `128 96`.
+    /// The metadata name for the size of the exemplar, as `128 96`.
     pub const EXEMPLAR: &'static str = "shibo:exemplar";
 
-    /// The coordinates as a field of vectors, times `scale`: those of the map's pixel, gone on from its centre in the plane;
-    /// 0 where a surface has no chart.
+    /// The coordinates as a field of vectors, times `scale`: those of the map's pixel, extrapolated from its centre in
+    /// the plane; 0 outside of the charts of a surface.
     pub fn to_field(self: &Arc<Self>, scale: DVec2) -> Field {
         let map = Arc::clone(self);
         Field::generate(Type::Vec2, self.periodic, move |out, _| {
@@ -62,7 +64,7 @@ impl CoordMap {
             let index = usize::try_from(y * size.x + x).unwrap_or(0);
             let known = self.coords.get(index).copied().filter(|at| !at[0].is_nan());
             let [u, v] = known.unwrap_or_default();
-            // At the map's own pixels nothing is added, not even an error of rounding.
+            // At the centres of the map's own pixels the coordinates are exact, without rounding errors.
             let goes_on = known.is_some() && self.surface.is_none() && rest.abs().max_element() >= 1e-4;
             let rest = if goes_on { rest } else { DVec2::ZERO };
             #[expect(clippy::cast_possible_truncation, reason = "a field holds f32")]
@@ -72,27 +74,27 @@ impl CoordMap {
     }
 }
 
-/// Positions in an exemplar, by rows.
+/// Positions in an exemplar, row by row.
 #[derive(Serialize)]
 struct CoordMapData {
     size: [u32; 2],
     start: [i32; 2],
-    /// Finest pixels per pixel.
+    /// The spacing in finest pixels.
     spacing: u32,
-    /// Shares, after a whole synthesis.
+    /// Fractions, set after a complete synthesis.
     coherence: Number,
     coverage: Number,
-    /// How borders of charts compare with the inside, on a surface.
+    /// The visibility of chart borders, on a surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     seam: Option<SeamData>,
-    /// Nothing where no chart is.
+    /// `null` outside of charts.
     coords: Vec<Option<[Number; 2]>>,
 }
 
 impl Object for CoordMap {
     const RENDERS: Option<Renders> = Some(Renders::Field(Type::Vec2));
 
-    /// The coordinates in pixels; a file tells the size of the exemplar, see [`EXEMPLAR`](Self::EXEMPLAR).
+    /// The coordinates in pixels, with the size of the exemplar as metadata, see [`EXEMPLAR`](Self::EXEMPLAR).
     fn rendered(self: &Arc<Self>) -> Option<(Field, Vec<(String, String)>)> {
         let told = self.exemplar.map(|frame| (Self::EXEMPLAR.to_owned(), format!("{} {}", frame.size.x, frame.size.y)));
         Some((self.to_field(DVec2::ONE), told.into_iter().collect()))
@@ -114,8 +116,8 @@ impl Object for CoordMap {
         }
     }
 
-    /// Where in the exemplar each pixel comes from: (0, 0) is black, (1, 0) red, (0, 1) green, (1, 1) yellow. Within
-    /// a piece colours change smoothly; where pieces meet, they jump.
+    /// Position of each pixel in the exemplar as a colour: (0, 0) is black, (1, 0) red, (0, 1) green, (1, 1) yellow.
+    /// Within a patch colours change smoothly; between patches they jump.
     fn sketch(&self) -> Option<Sketch> {
         let finite = || self.coords.iter().filter(|c| c[0].is_finite() && c[1].is_finite());
         let frame = self.exemplar.map(|frame| frame.size.as_vec2().to_array());

@@ -24,7 +24,7 @@ impl Object for Curve {
         CurveData { points: self.points.iter().map(data::triple).collect() }
     }
 
-    /// Its points, and the way from each to the next.
+    /// Its points, joined by lines.
     fn sketch(&self) -> Option<Sketch> {
         Some(Sketch::Space(Shapes {
             points: self.points.clone(),

@@ -1,8 +1,8 @@
 //! The fields of cuts through solids.
 //!
-//! Every solid that the cut one reads, directly or not, becomes a field with a key of its own. So the tiles of a solid that
+//! Every solid that is read, directly or indirectly, becomes a field with its own key. So the tiles of a solid that
 //! several solids or outputs read, such as the growth time of a tree, are computed once and cached.
-use super::shown::{Shown, ShownInput};
+use super::shown::{CutField, CutInput};
 use super::solid::{Body, Solid};
 use super::{Cut, Field, FieldId, Halo, Key, Tile, Type};
 use std::collections::HashMap;
@@ -11,20 +11,20 @@ use std::sync::{Mutex, PoisonError};
 
 type Id = (FieldId, FieldId);
 
-/// Cuts through solids, each made once: by the solid and by the cut.
+/// A cache of cuts: each pair of a solid and a cut becomes one field.
 #[derive(Default)]
 pub struct Cuts(Mutex<Known>);
 
 #[derive(Default)]
 struct Known {
-    /// The fields, with their solids and cuts. These are held because an identity can be an address in memory.
+    /// The fields, with their solids and cuts. These are kept alive because an identity can be an address in memory.
     fields: HashMap<Id, (Field, Solid, Cut)>,
-    /// By what moves the points, and from which cut.
+    /// The moved cuts, by the solid that moves the points and the original cut.
     moved: HashMap<Id, Cut>,
 }
 
 impl Cuts {
-    /// The field that `cut` shows of `solid`.
+    /// The field of `cut` through `solid`.
     pub fn cut(&self, solid: &Solid, cut: &Cut) -> Field {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).cut(solid, cut)
     }
@@ -58,7 +58,7 @@ impl Known {
         }
     }
 
-    /// The cut through one solid, or those that must be made first.
+    /// The field of a cut through one solid, or the cuts that must be made before.
     fn make(&mut self, solid: &Solid, cut: &Cut) -> Result<Field, Vec<(Solid, Cut)>> {
         let field = match solid.body() {
             Body::Moved { inner, place, keeps_z } => {
@@ -68,13 +68,13 @@ impl Known {
             Body::Computed { source, inputs } => {
                 let parts: Vec<(&Solid, Range<usize>)> = inputs.iter().map(Solid::whole).collect();
                 let read = |(of, channels): &(&Solid, Range<usize>)| {
-                    Some(ShownInput { field: self.get(of, cut)?.clone(), channels: channels.clone() })
+                    Some(CutInput { field: self.get(of, cut)?.clone(), channels: channels.clone() })
                 };
                 let Some(inputs) = parts.iter().map(read).collect() else {
                     let missing = parts.iter().filter(|(of, _)| self.get(of, cut).is_none());
                     return Err(missing.map(|(of, _)| ((*of).clone(), cut.clone())).collect());
                 };
-                let shown = Shown { source: source.clone(), inputs, cut: cut.clone() };
+                let shown = CutField { source: source.clone(), inputs, cut: cut.clone() };
                 Field::new(solid.field_type(), cut.tiling(), shown).overwriting()
             }
             Body::Channels { of, channels } => {
@@ -97,7 +97,7 @@ impl Known {
         })
     }
 
-    /// The cut through the points to which `place` moves those of `cut`.
+    /// The cut whose points are those of `cut`, moved by `place`.
     fn moved(&mut self, cut: &Cut, place: &Solid, keeps_z: bool) -> Result<Cut, Vec<(Solid, Cut)>> {
         let id = (place.id(), cut.id());
         if let Some(moved) = self.moved.get(&id) {

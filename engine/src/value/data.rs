@@ -1,8 +1,8 @@
-//! Objects as programs read them.
+//! Objects as data for other programs.
 use super::{Object, Type, Value, objects};
 use serde::{Serialize, Serializer};
 
-/// A number that is read back exactly. Numbers that JSON does not have are words: `nan`, `inf`, `-inf`.
+/// A number that is read back exactly. Numbers missing in JSON are written as `"nan"`, `"inf"`, `"-inf"`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Number<T = f32>(pub T);
 
@@ -34,12 +34,12 @@ impl Serialize for Number<f64> {
     }
 }
 
-/// Places on the canvas as pairs of numbers.
+/// Positions on the canvas as pairs of numbers.
 pub(super) fn pairs(vectors: &[glam::Vec2]) -> Vec<[Number; 2]> {
     vectors.iter().map(|v| v.to_array().map(Number)).collect()
 }
 
-/// A place in space as three numbers.
+/// A position in space as three numbers.
 pub(super) fn triple(v: &glam::DVec3) -> [Number<f64>; 3] {
     v.to_array().map(Number)
 }
@@ -54,7 +54,7 @@ pub(super) fn numbers(values: &[f32]) -> Vec<Number> {
 pub struct ObjectData(Value);
 
 impl Value {
-    /// An object as programs read it; nothing for values that must be evaluated first.
+    /// The data of an object; `None` for values that must be evaluated first.
     pub fn data(&self) -> Option<ObjectData> {
         let evaluated = matches!(self, Self::Field(_) | Self::Picture(_) | Self::Material(_) | Self::Solid(_));
         (!evaluated).then(|| ObjectData(self.clone()))

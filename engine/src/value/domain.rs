@@ -1,13 +1,14 @@
-//! The domain of a field: where its pixels repeat or end, and the blocks in which it is computed.
+//! The domain of a field: its periods and ends, and the blocks in which it is computed.
 use super::{Grid, Tiling, Window};
 
 /// The width and height of a block in pixels: fields are computed and kept in tiles of one block each.
 pub const TILE: u32 = 256;
 
-/// The domain of a field: the canvas, repeated where the field tiles and going on beyond its edges where it does not.
+/// The domain of a field: the canvas, repeated in the directions in which the field tiles, and extended beyond its
+/// edges in the others.
 ///
-/// The engine learns about edges, repeats and blocks only from here. So a field on something else than the canvas would
-/// not need a second way of evaluation.
+/// The engine learns about edges, periods and blocks only from here. So a field on another domain would need no second
+/// way of evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Domain {
     tiling: Tiling,
@@ -19,12 +20,12 @@ impl Domain {
         Self { tiling }
     }
 
-    /// In which directions its fields repeat.
+    /// Directions in which its fields repeat.
     pub const fn tiling(&self) -> Tiling {
         self.tiling
     }
 
-    /// `window`, but no wider and no higher than the domain where that repeats: one repeat of it holds all its pixels.
+    /// Limits `window` to one period of the domain, which holds all its pixels.
     pub fn one_repeat(&self, grid: &Grid, mut window: Window) -> Window {
         let Some(period) = grid.period else { return window };
         if self.tiling.x && window.width > period.x {
@@ -50,7 +51,7 @@ impl Domain {
     }
 }
 
-/// Blocks of a domain: all that lie in one of the columns and one of the rows.
+/// The blocks of a domain in the given columns and rows.
 #[derive(Clone, Debug, Default)]
 pub struct Blocks {
     /// From left to right.
@@ -60,7 +61,7 @@ pub struct Blocks {
 }
 
 impl Blocks {
-    /// The blocks that cover `window` where nothing repeats or ends.
+    /// The blocks that cover `window` in a domain without periods and ends.
     pub fn endless(window: Window) -> Self {
         Self {
             columns: pieces(window.x, window.right(), Extent::Endless),
@@ -68,12 +69,12 @@ impl Blocks {
         }
     }
 
-    /// How many there are.
+    /// Number of blocks.
     pub fn count(&self) -> usize {
         self.columns.len() * self.rows.len()
     }
 
-    /// The column and the row of the block with this number, row by row.
+    /// The column and the row of the block with this index, row by row.
     pub fn get(&self, number: usize) -> Option<(Piece, Piece)> {
         let across = self.columns.len().max(1);
         Some((*self.columns.get(number % across)?, *self.rows.get(number / across)?))
@@ -84,7 +85,7 @@ impl Blocks {
         self.rows.iter().flat_map(|row| self.columns.iter().map(|column| (*column, *row)))
     }
 
-    /// The pixels that they cover; `None` if there is no block.
+    /// The window that they cover; `None` if there is no block.
     pub fn window(&self) -> Option<Window> {
         let (x, y) = (self.columns.first()?.from(), self.rows.first()?.from());
         let (right, bottom) = (self.columns.last()?.to(), self.rows.last()?.to());
@@ -95,13 +96,13 @@ impl Blocks {
 /// A column or a row of blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Piece {
-    /// Its number.
+    /// Its index.
     pub index: i32,
     /// Its first pixel.
     pub start: i32,
     /// Its number of pixels.
     pub length: u32,
-    /// By how many pixels it must be shifted to the place where it is wanted.
+    /// The shift in pixels to the position where it is wanted.
     pub shift: i32,
 }
 
@@ -111,38 +112,40 @@ impl Piece {
         Window { x: column.start, y: row.start, width: column.length, height: row.length }
     }
 
-    /// Its first pixel where it is wanted.
+    /// Its first pixel after the shift.
     pub const fn from(&self) -> i32 {
         self.start + self.shift
     }
 
-    /// One past its last pixel there.
+    /// One past its last pixel after the shift.
     pub const fn to(&self) -> i32 {
         self.from() + self.length.cast_signed()
     }
 }
 
-/// How far the domain reaches in one direction, in pixels.
+/// Extent of the domain in one direction, in pixels.
 #[derive(Clone, Copy, Debug)]
 enum Extent {
     /// It has no edge.
     Endless,
-    /// It repeats after this many.
+    /// It repeats with this period.
     Repeats(i32),
-    /// It ends after this many. Few pixels beyond an edge are read, so blocks are small there.
+    /// It ends after this many pixels. Few pixels beyond the end are read, so blocks are small there.
     Ends(i32),
 }
 
-/// The block at `away` pixels beyond an edge: its number from there, its first pixel and one past its last. The first eight
-/// have 16 pixels, the next four twice as many each, the next four twice as many again, and so on up to whole tiles.
+/// The block that contains the pixel at distance `away` beyond an edge: its index counted from the edge, its first
+/// pixel and one past its last. The first eight blocks have 16 pixels, the next four twice as many each, the next four
+/// twice as many again, and so on up to whole tiles.
 ///
-/// A read that reaches a little into a block makes it be computed whole, and each level of a pyramid reaches a little further
-/// than the one before. So blocks are small beside their distance from the edge: were they half as large as that, the
-/// reach of a pyramid would double with each of its levels. Beside a picture of less than 16 pixels they begin as small as that.
+/// A read that touches a block computes all of it, and each level of a pyramid reads a little further than the level
+/// before. So blocks are small relative to their distance from the edge: with blocks half as large as their distance,
+/// the reach of a pyramid would double with each level. For a picture of less than 16 pixels the first blocks are as
+/// small as the picture.
 fn beyond(away: i32, picture: i32) -> (i32, i32, i32) {
     let first = 1 << picture.clamp(1, 16).ilog2();
     let tile = TILE.cast_signed();
-    // The next larger blocks begin at twice this distance, the ones after those at four times it, and so on.
+    // Blocks double in size at this distance, at twice this distance, at four times, and so on.
     let near = 4 * first;
     let larger = (away / near).max(1).ilog2().min((tile / first).ilog2());
     let (size, begin) = (first << larger, if away < near { 0 } else { near << larger });
@@ -199,7 +202,7 @@ mod tests {
                     let end = piece.start + piece.length.cast_signed();
                     match extent {
                         Extent::Repeats(size) => assert!(piece.start >= 0 && end <= size),
-                        // No block is part of the canvas and of what is beyond.
+                        // No block may contain pixels on both sides of the edge.
                         Extent::Ends(size) => {
                             assert!(end <= 0 || (piece.start >= 0 && end <= size) || piece.start >= size)
                         }
@@ -214,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn little_is_computed_beyond_an_edge() {
+    fn computes_little_beyond_an_edge() {
         let list = pieces(-1, 513, Extent::Ends(512));
         let parts: Vec<_> = list.iter().map(|p| (p.index, p.start, p.length)).collect();
         assert_eq!(parts, [(-1, -16, 16), (0, 0, 256), (1, 256, 256), (2, 512, 16)]);
@@ -223,19 +226,19 @@ mod tests {
         assert_eq!(lengths, [&[16], &*beyond].concat());
         let tiny: Vec<_> = pieces(-2, 3, Extent::Ends(1)).iter().map(|p| p.length).collect();
         assert_eq!(tiny, [1; 5]);
-        // Nine numbers in a row, the last ones whole tiles.
+        // Nine block sizes, the last ones whole tiles.
         let far: Vec<_> = pieces(915, 1915, Extent::Ends(16)).iter().map(|p| (p.index, p.length)).collect();
         assert_eq!(far, [(20, 128), (21, 256), (22, 256), (23, 256), (24, 256)].map(|(n, l)| (n, l)));
     }
 
     #[test]
-    fn the_reach_of_a_pyramid_hardly_grows_with_its_levels() {
-        // Each level reads twice as many pixels of the finer one, and one more.
+    fn limits_the_reach_of_a_pyramid() {
+        // Each level reads twice as many pixels of the finer level, and one more.
         let reach = |wanted: i32| {
             pieces(16, 16 + wanted, Extent::Ends(16)).last().map_or(0, |p| p.start + p.length.cast_signed() - 16)
         };
         let read = (0..4).fold(24, |reached, _| reach(2 * reached + 1));
-        // 399 pixels are needed. Blocks as large as their distance from the edge would make it 4096.
+        // 399 pixels are needed. With blocks as large as their distance from the edge, 4096 would be read.
         assert!((399..1000).contains(&read), "{read}");
     }
 }

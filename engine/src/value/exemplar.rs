@@ -1,24 +1,24 @@
-//! Exemplars.
+//! Exemplars of texture synthesis.
 use super::{Number, Object, Pixels, Sketch, Tiling, Type};
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Where the pixels of an exemplar lie.
+/// Positions of the pixels of an exemplar.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExemplarFrame {
     /// Columns and rows.
     pub size: UVec2,
-    /// The outer corner of the first pixel in mm, in the field that it was taken from.
+    /// The outer corner of the first pixel in mm, in the field that the exemplar was taken from.
     pub origin: DVec2,
     /// The size of a pixel in mm.
     pub pitch: DVec2,
-    /// The directions in which it repeats: its opposite sides fit.
+    /// Directions in which it tiles.
     pub periodic: Tiling,
 }
 
-/// Which neighbours of a pixel are compared.
+/// Neighbours of a pixel that are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Neighborhood {
     /// The four neighbours along the diagonals.
@@ -31,7 +31,7 @@ pub enum Neighborhood {
 }
 
 impl Neighborhood {
-    /// The offsets, without the pixel itself, by rows.
+    /// The offsets, row by row, without the pixel itself.
     pub fn offsets(self) -> Vec<[i32; 2]> {
         let square = |r: i32| (-r..=r).flat_map(move |y| (-r..=r).map(move |x| [x, y])).filter(|o| *o != [0, 0]);
         match self {
@@ -41,7 +41,7 @@ impl Neighborhood {
         }
     }
 
-    /// How far it reaches, in pixels of the level.
+    /// Its reach, in pixels of the level.
     pub const fn reach(self) -> i32 {
         match self {
             Self::Diagonal4 | Self::Square3 => 1,
@@ -50,55 +50,56 @@ impl Neighborhood {
     }
 }
 
-/// A level of an exemplar, analysed.
+/// An analysed level of an exemplar.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExemplarLevel {
     /// Spacing in finest pixels.
     pub h: usize,
-    /// Which neighbours are compared.
+    /// Neighbours that are compared.
     pub hood: Neighborhood,
-    /// What surrounds each pixel, as eight numbers.
+    /// The appearance of each pixel's surroundings, as eight numbers.
     pub appearance: Vec<[f32; 8]>,
-    /// From the eight numbers of each neighbour, one after another, to eight of the whole neighbourhood.
+    /// The projection from the eight numbers of each neighbour, one neighbour after another, to eight numbers of the
+    /// whole neighbourhood.
     pub matrix: Vec<[f32; 8]>,
-    /// Those eight numbers of every pixel.
+    /// The projected neighbourhood of every pixel.
     pub neighborhoods: Vec<[f32; 8]>,
-    /// For every pixel the number of another one that looks similar, then for every pixel that of a further one, and so on;
-    /// its own number where there is none. Empty if none were searched.
+    /// Index of a similar pixel for every pixel, then the index of a second one for every pixel, and so on; the pixel's
+    /// own index if there is none. Empty if none were searched.
     pub second: Vec<u32>,
 }
 
-/// The vectors by which an exemplar repeats.
+/// The periods of an exemplar.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExemplarLattice {
-    /// In exemplar pixels; `None` if it does not repeat.
+    /// Two vectors in exemplar pixels; `None` if it does not repeat.
     pub vectors: Option<[DVec2; 2]>,
-    /// How strongly, 0..1.
+    /// The strength of the repetition, 0..1.
     pub strength: f64,
 }
 
-/// A picture to synthesise from.
+/// A picture for texture synthesis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Exemplar {
-    /// Size and place.
+    /// Size and position.
     pub frame: ExemplarFrame,
-    /// What is shown: one plane of grey, or three of scene-linear colour.
+    /// The visible values: one plane of grey, or three of scene-linear colour.
     pub shown: Arc<Vec<f32>>,
-    /// Numbers that are compared, per pixel.
+    /// Number of features per pixel.
     pub channels: usize,
-    /// What is compared: the numbers of a pixel side by side.
+    /// The features that are compared, pixel-interleaved.
     pub features: Arc<Vec<f32>>,
     /// A guide value for each pixel; empty without a guide.
     pub guide: Arc<Vec<f32>>,
-    /// Whether each pixel may be shown; empty if all may.
+    /// True for each pixel that may appear in the output; empty if all may.
     pub usable: Arc<Vec<bool>>,
-    /// Whether levels are halved pictures instead of blurred ones.
+    /// True if levels are downsampled pictures instead of blurred ones.
     pub pyramid: bool,
-    /// Distance from the border within which nothing is shown, in level spacings.
+    /// Width of the border that never appears in the output, in level spacings.
     pub margin: f64,
-    /// Its levels from the finest, once they are analysed.
+    /// Its levels from the finest, after the analysis.
     pub levels: Arc<Vec<ExemplarLevel>>,
-    /// How it repeats, once that is known.
+    /// Its periods, after the analysis.
     pub lattice: Option<ExemplarLattice>,
 }
 
@@ -108,27 +109,27 @@ impl Exemplar {
         self.frame.size.x as usize * self.frame.size.y as usize
     }
 
-    /// Whether there is no pixel.
+    /// True if there is no pixel.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Whether colour is shown, and not grey.
+    /// True if it shows colour, not grey.
     pub fn is_color(&self) -> bool {
         self.shown.len() > self.len()
     }
 }
 
-/// What is shown of an exemplar, and what is known of it.
+/// The visible values and the analysis of an exemplar.
 #[derive(Serialize)]
 struct ExemplarData {
     size: [u32; 2],
     channels: usize,
     values: Vec<Number>,
     periodic: [bool; 2],
-    /// Spacings of the levels that are analysed.
+    /// Spacings of the analysed levels.
     levels: Vec<usize>,
-    /// The vectors by which it repeats, in pixels, once they are known.
+    /// The periods in pixels, after the analysis.
     #[serde(skip_serializing_if = "Option::is_none")]
     lattice: Option<[[f64; 2]; 2]>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -159,7 +160,7 @@ impl Object for Exemplar {
         }
     }
 
-    /// What it shows.
+    /// Its visible values.
     fn sketch(&self) -> Option<Sketch> {
         let size = self.frame.size;
         let ty = if self.is_color() { Type::Rgb } else { Type::Gray };

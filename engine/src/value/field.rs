@@ -1,8 +1,8 @@
 //! Fields: functions on the canvas, evaluated lazily in windows.
 //!
-//! A field is defined on the whole plane. Where it tiles it is periodic with the canvas; elsewhere it goes on beyond the
-//! canvas' edge in whatever way its node says. Asking for any window at any grid gives the same bits as cutting that
-//! window out of a larger one.
+//! A field is defined on the whole plane. In directions in which it tiles it is periodic with the canvas; in others its
+//! node defines how it continues beyond the edge. Any window on any grid has the same bits as the same part of a larger
+//! window.
 use super::link::Link;
 use super::{Cost, Domain, FieldSource, Given, Grid, Key, Read, Stop, Tile, Tiling, Type, Window};
 use std::fmt;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 pub enum FieldId {
     /// Its key.
     Key(Key),
-    /// The address of its code.
+    /// The address of its source.
     Code(usize),
 }
 
@@ -57,7 +57,7 @@ impl Field {
         }
     }
 
-    /// A field that has the same value everywhere; `values` as many as the type has channels.
+    /// A field with one constant value; `values` has one number per channel.
     pub fn constant(ty: Type, values: &[f32]) -> Self {
         let mut constant = [0.0; 4];
         constant[..values.len()].copy_from_slice(values);
@@ -69,7 +69,7 @@ impl Field {
         }
     }
 
-    /// A field computed from others by `fill(out, inputs)`, each input covering the window of `out` grown by `halo`.
+    /// A field computed from others by `fill(out, inputs)`. Each input covers the window of `out` grown by `halo`.
     pub fn map<const N: usize, F>(ty: Type, inputs: [Field; N], halo: Halo, fill: F) -> Self
     where
         F: Fn(&mut Tile, [&Tile; N]) -> Result<(), Stop> + Send + Sync + 'static,
@@ -78,7 +78,7 @@ impl Field {
         Self::new(ty, tiling, Map { inputs, halo, fill })
     }
 
-    /// A field computed from nothing but positions by `fill(out, given)`; `given` only tells when to stop.
+    /// A field computed only from positions by `fill(out, given)`; `given` reports cancellation.
     pub fn generate<F>(ty: Type, tiling: Tiling, fill: F) -> Self
     where
         F: Fn(&mut Tile, &Given<'_>) -> Result<(), Stop> + Send + Sync + 'static,
@@ -86,36 +86,36 @@ impl Field {
         Self::new(ty, tiling, Generate(fill))
     }
 
-    /// The same, declared to tile in these directions.
+    /// Declares the directions in which the field tiles.
     #[must_use]
     pub fn tiled(mut self, tiling: Tiling) -> Self {
         self.domain = Domain::canvas(tiling);
         self
     }
 
-    /// The same, made from a picture whose pixels are those of `grid`.
+    /// Declares that it was made from a picture with the pixels of `grid`.
     #[must_use]
     pub fn with_native(mut self, grid: Grid) -> Self {
         self.native = Some(grid);
         self
     }
 
-    /// The same, made from a picture of `size` pixels at the origin of the grid.
+    /// Declares that it was made from a picture of `size` pixels at the origin of the grid.
     #[must_use]
     pub fn with_pixels(mut self, size: glam::UVec2) -> Self {
         self.pixels = Some(size);
         self
     }
 
-    /// The same, with the promise that its code sets every value of a tile and reads none of those that were there, so
-    /// that the tile need not be cleared before.
+    /// Promises that its code sets every value of a tile and reads no old values, so the tile need not be cleared
+    /// before.
     #[must_use]
     pub fn overwriting(mut self) -> Self {
         self.overwrites = true;
         self
     }
 
-    /// The same field, computed by code that is made of it.
+    /// Replaces its code by code that wraps the field itself.
     #[must_use]
     pub(crate) fn wrapped<S: FieldSource + 'static>(mut self, wrap: impl FnOnce(Self) -> S) -> Self {
         self.source = Link::new(Arc::new(wrap(self.clone())));
@@ -127,7 +127,7 @@ impl Field {
         self.ty
     }
 
-    /// Where it repeats.
+    /// Directions in which it repeats.
     pub fn tiling(&self) -> Tiling {
         self.domain.tiling()
     }
@@ -142,46 +142,46 @@ impl Field {
         self.ty.channels()
     }
 
-    /// The pixels of the picture that it was made from, if it is a picture.
+    /// The pixel grid of the picture that it was made from, if any.
     pub fn native(&self) -> Option<Grid> {
         self.native
     }
 
-    /// How many pixels that picture has.
+    /// Size in pixels of that picture.
     pub fn pixels(&self) -> Option<glam::UVec2> {
         self.pixels
     }
 
-    /// Its value, if it has the same everywhere.
+    /// Its value, if it is constant.
     pub fn as_constant(&self) -> Option<&[f32]> {
         self.constant.as_ref().map(|c| &c[..self.channels()])
     }
 
-    /// Its key; `None` for a field that is a part of another and was never given one.
+    /// Its key; `None` for a part of another field that was not given one.
     pub fn key(&self) -> Option<Key> {
         self.key
     }
 
-    /// Gives a new field its key; a field that has one keeps it.
+    /// Gives a new field its key; an existing key is kept.
     #[must_use]
     pub fn keyed(mut self, key: Key) -> Self {
         self.key.get_or_insert(key);
         self
     }
 
-    /// The same as a part of the result `owner`: work on it counts as work on that result.
+    /// Marks it as a part of the result `owner`: its work is counted for that result.
     #[must_use]
     pub fn owned_by(mut self, owner: Key) -> Self {
         self.owner = Some(owner);
         self
     }
 
-    /// The result that it is a part of, if there is one: work on the field counts as work on that result.
+    /// The result that its work is counted for, if any.
     pub fn owner(&self) -> Option<Key> {
         self.owner
     }
 
-    /// Whether its code sets every value of a tile, whatever was there.
+    /// True if its code sets every value of a tile.
     pub fn overwrites(&self) -> bool {
         self.overwrites
     }
@@ -195,18 +195,18 @@ impl Field {
         }
     }
 
-    /// The code behind it.
+    /// Its code.
     pub fn source(&self) -> &dyn FieldSource {
         self.source.get()
     }
 
-    /// The identity of the field: its key, or the address of its code if it has none. Fields that exist at the same time
-    /// and have the same identity have equal values.
+    /// The identity of the field: its key, or the address of its code if it has none. Fields that exist at the same
+    /// time and have the same identity have equal values.
     pub fn id(&self) -> FieldId {
         self.key.map_or_else(|| FieldId::Code(self.source.address()), FieldId::Key)
     }
 
-    /// The same values as `Rgb`: grey for a `Gray` field.
+    /// The field as `Rgb`: grey for a `Gray` field.
     #[must_use]
     pub fn to_rgb(&self) -> Self {
         if self.ty != Type::Gray {
@@ -226,7 +226,8 @@ impl Field {
         }
     }
 
-    /// Degrees from +x towards +y, -180..180, of a `Vec2` field; 0 of a vector without length. A `Gray` field as it is.
+    /// Angle of a `Vec2` field in degrees from +x towards +y, -180..180; 0 for a zero vector. A `Gray` field is
+    /// unchanged.
     #[must_use]
     pub fn to_angle(&self) -> Self {
         if self.ty != Type::Vec2 {
@@ -252,7 +253,7 @@ impl Field {
     }
 }
 
-/// How much farther than its own window a field reads its inputs, in pixels of the grid, in x and y.
+/// Halo of a field: the margin by which it reads its inputs beyond its own window, in pixels of the grid, in x and y.
 #[derive(Clone)]
 pub struct Halo {
     rule: Option<HaloRule>,
@@ -265,28 +266,28 @@ impl Halo {
     /// Reads only its own window.
     pub const NONE: Self = Self { rule: None, parameter: None };
 
-    /// As many pixels as `rule` says for a grid.
+    /// A halo of `rule(grid)` pixels.
     pub fn new(rule: impl Fn(&Grid) -> [usize; 2] + Send + Sync + 'static) -> Self {
         Self { rule: Some(Arc::new(rule)), parameter: None }
     }
 
-    /// The same, following from this parameter of the node.
+    /// Names the parameter of the node that determines the halo.
     #[must_use]
     pub fn from_parameter(self, name: &'static str) -> Self {
         Self { parameter: Some(name), ..self }
     }
 
-    /// The parameter that it follows from, if that is known.
+    /// The parameter that determines the halo, if it is known.
     pub const fn parameter(&self) -> Option<&'static str> {
         self.parameter
     }
 
-    /// As many pixels on every grid.
+    /// The same number of pixels on every grid.
     pub fn px(pixels: usize) -> Self {
         Self::new(move |_| [pixels; 2])
     }
 
-    /// The pixels to be read on each side, in x and y.
+    /// Width of the halo on each side in pixels, in x and y.
     pub fn pixels(&self, grid: &Grid) -> (i32, i32) {
         let [x, y] = self.rule.as_ref().map_or([0, 0], |rule| rule(grid));
         (i32::try_from(x).unwrap_or(i32::MAX / 8), i32::try_from(y).unwrap_or(i32::MAX / 8))

@@ -4,21 +4,22 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Directions on a mesh along which features lie, at its vertices.
+/// Directions of features on a mesh, at its vertices.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Frames {
     /// The surface.
     pub mesh: Arc<Mesh>,
-    /// The direction at each vertex, across the vertex' normal; as long as features are large, 1 by default.
+    /// Direction at each vertex, perpendicular to the vertex' normal; its length is the size of features, 1 by default.
     pub t: Vec<Vec3>,
-    /// The second direction; empty if it is t × n everywhere, as long as t.
+    /// The second direction; empty if it is t × n everywhere, with the length of t.
     pub b: Vec<Vec3>,
-    /// How many directions are equally good at each point, evenly spaced round it: 1, 2 or 4.
+    /// Number of equivalent directions at each point, evenly spaced around it: 1, 2 or 4.
     pub symmetry: u8,
-    /// For each edge of each triangle, from corner `k + 1` to corner `k + 2`, by how many of those directions the field turns
-    /// from its one end to the other; empty if it nowhere does. Within a triangle directions fit that of the first corner.
+    /// The turn of the field along each edge of each triangle, from corner `k + 1` to corner `k + 2`, in steps between
+    /// equivalent directions; empty if all are 0. Within a triangle, directions match that of the first corner.
     pub turns: Vec<[u8; 3]>,
-    /// The triangles in which the field has no direction somewhere, and how often it turns round there, in `symmetry`ths.
+    /// The singular triangles, in which the field has no direction at some point, and their index in `symmetry`ths of a
+    /// turn.
     pub singular: Vec<(u32, i8)>,
 }
 
@@ -35,16 +36,16 @@ struct FramesData {
     t: Vec<[Number; 3]>,
     symmetry: u8,
     singular: Vec<SingularData>,
-    /// The length in mm of the lines at which the field turns.
+    /// The length in mm of the lines where directions do not match.
     ends_mm: Number<f64>,
 }
 
 impl Frames {
-    /// The edges, as triangle and `k`, at which the directions of two triangles do not fit each other: the lines where a
-    /// combed field ends. Both sides are listed, in rising order.
+    /// The edges, as triangle and `k`, at which the directions of two triangles do not match: the lines where a combed
+    /// field ends. Both sides are listed, in ascending order.
     pub fn ends(&self) -> Vec<(usize, usize)> {
         let n = i32::from(self.symmetry.max(1));
-        // By how many of the directions corners are turned to fit the first one.
+        // The turn of a corner, in steps, that makes it match the first corner.
         let turned = |triangle: usize, corner: usize| {
             let [_, from_last, to_next] = self.turns[triangle].map(i32::from);
             [0, -to_next, from_last][corner].rem_euclid(n)
@@ -63,13 +64,13 @@ impl Frames {
         found
     }
 
-    /// How long those lines are, in mm.
+    /// Length of those lines in mm.
     pub fn ends_mm(&self) -> f64 {
         let length = |(triangle, k): (usize, usize)| {
             let corners = self.mesh.corners(triangle);
             corners[(k + 1) % 3].distance(corners[(k + 2) % 3])
         };
-        // Both sides list an edge.
+        // An edge is listed from both sides.
         self.ends().into_iter().map(length).sum::<f64>() / 2.0
     }
 }
@@ -115,7 +116,7 @@ impl Object for Frames {
 mod tests {
     use super::*;
 
-    /// Two triangles on both sides of the edge from vertex 1 to 2, of 5 mm, with directions that fit up to a half turn.
+    /// Two triangles that share the edge from vertex 1 to 2, of 5 mm, with directions that match up to half a turn.
     fn frames(turns: Vec<[u8; 3]>) -> Frames {
         let positions = vec![Vec3::ZERO, Vec3::new(3.0, 0.0, 0.0), Vec3::new(0.0, 4.0, 0.0), Vec3::new(3.0, 4.0, 0.0)];
         let mesh = Mesh { positions, triangles: vec![[0, 1, 2], [2, 1, 3]], parts: vec![0; 2], ..Mesh::default() };
@@ -125,10 +126,10 @@ mod tests {
     #[test]
     fn combed_directions_end_where_triangles_do_not_fit() {
         assert!(frames(Vec::new()).ends().is_empty());
-        // Vertex 0 is turned, and the first triangle follows it.
+        // The direction at vertex 0 is turned, and the first triangle matches it.
         let turned = frames(vec![[0, 1, 1], [0; 3]]);
         assert_eq!((turned.ends(), turned.ends_mm()), (vec![(0, 0), (1, 2)], 5.0));
-        // Vertex 3 is turned, but the second triangle begins with another corner.
+        // The direction at vertex 3 is turned, but the second triangle starts at another corner.
         assert_eq!(frames(vec![[0; 3], [1, 1, 0]]).ends(), []);
     }
 }

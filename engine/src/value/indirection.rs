@@ -1,14 +1,14 @@
-//! Indirection: which pixel of an atlas lies beside another one on the surface.
+//! Indirection maps: the neighbours on the surface of the pixels of an atlas.
 use super::{Atlas, Number, Object, Pixels, Sketch, Type};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A pixel that stands for a place on the surface, and where that place lies seen from it.
+/// A reference to a pixel that stands for a position on the surface, with the offset of that position from the pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Jump {
-    /// The number of the pixel, by rows; [`NONE`](Self::NONE) says where there is none.
+    /// Index of the pixel, row by row; see [`NONE`](Self::NONE).
     pub to: u32,
-    /// Where the place lies from the pixel's centre, in 1/4096 of its pixels.
+    /// Offset of the position from the pixel's centre, in 1/4096 of a pixel.
     pub residue: [i16; 2],
 }
 
@@ -19,10 +19,10 @@ impl Jump {
     /// No pixel: the surface ends there.
     pub const NONE: Self = Self { to: u32::MAX, residue: [0; 2] };
 
-    /// How many steps of a residue make a pixel.
+    /// Number of steps of a residue per pixel.
     pub const STEPS: f32 = 4096.0;
 
-    /// Whether there is a pixel.
+    /// True if there is a pixel.
     pub const fn is_some(self) -> bool {
         self.to != u32::MAX
     }
@@ -34,14 +34,14 @@ impl Jump {
     }
 }
 
-/// What the coordinates of a pixel start from, if that is not simply the pixel around it of the next coarser level.
+/// The starting point for the coordinates of a pixel, if it is not the pixel around it in the next coarser level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Parent {
     /// The pixel.
     pub pixel: u32,
-    /// Where its parent lies, or, if `still`, where it lies itself, at the coarser level.
+    /// Position of its parent in the coarser level or, if `still`, the position of the pixel itself there.
     pub jump: Jump,
-    /// Whether `jump` tells where the pixel itself lies.
+    /// True if `jump` is the position of the pixel itself.
     pub still: bool,
 }
 
@@ -52,23 +52,23 @@ pub struct IndirectionLevel {
     pub h: u32,
     /// Columns and rows.
     pub size: [u32; 2],
-    /// For each pixel the number of the triangle at its centre, plus one; 0 if there is none. [`BORDER`](Self::BORDER) is
-    /// set for pixels that have an entry in `jumps`.
+    /// For each pixel the index of the triangle at its centre, plus one; 0 if there is none. [`BORDER`](Self::BORDER)
+    /// is set for pixels that have an entry in `jumps`.
     pub owner: Vec<u32>,
-    /// The pixels near borders of charts, in rising order.
+    /// Pixels near borders of charts, in ascending order.
     pub border: Vec<u32>,
-    /// For each of them its neighbours.
+    /// Neighbours of each of these pixels.
     pub jumps: Vec<Jump8>,
-    /// For each row how many border pixels lie before it; one more entry counts all.
+    /// For each row the number of border pixels before it; one more entry holds the total.
     pub rows: Vec<u32>,
-    /// The pixels whose parent is not the pixel around them, in rising order.
+    /// Pixels whose parent is not the pixel around them, in ascending order.
     pub parents: Vec<Parent>,
-    /// Pixels without an owner that are near one, and what is found there.
+    /// Pixels without an owner next to a pixel with one, and the reference used for each.
     pub ring: Vec<(u32, Jump)>,
 }
 
 impl IndirectionLevel {
-    /// The bit in `owner` of pixels near borders.
+    /// The bit in `owner` that marks pixels near borders.
     pub const BORDER: u32 = 1 << 31;
 
     /// The triangle at a pixel's centre.
@@ -88,7 +88,7 @@ impl IndirectionLevel {
         Some(&self.jumps[first + at])
     }
 
-    /// How many pixels have an owner.
+    /// Number of pixels with an owner.
     pub fn owned(&self) -> usize {
         self.owner.iter().filter(|owner| **owner != 0).count()
     }
@@ -105,14 +105,14 @@ impl IndirectionLevel {
     }
 }
 
-/// For the pixels of an atlas, level by level, which pixels lie beside them on the surface.
+/// Neighbours on the surface of the pixels of an atlas, level by level.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IndirectionMap {
     /// The surface.
     pub atlas: Arc<Atlas>,
     /// Columns and rows of the finest level.
     pub size: [u32; 2],
-    /// The levels from the finest; the spacing of each is twice that of the one before.
+    /// The levels from the finest; each has twice the spacing of the one before.
     pub levels: Vec<IndirectionLevel>,
 }
 
@@ -128,7 +128,7 @@ struct LevelData {
     h: u32,
     size: [u32; 2],
     owned: usize,
-    /// What is found at pixels of no chart beside one.
+    /// The references of pixels next to a chart but outside of all charts.
     jumps: Vec<JumpData>,
 }
 
@@ -156,7 +156,8 @@ impl Object for IndirectionMap {
         IndirectionData { levels: self.levels.iter().map(level).collect() }
     }
 
-    /// The finest level: grey where a chart is, light near its border, and in the ring around it where one arrives.
+    /// The finest level: charts are grey, lighter near their borders; in the ring around them, the colour shows the
+    /// target of the reference.
     fn sketch(&self) -> Option<Sketch> {
         let level = self.levels.first()?;
         let [w, h] = level.size.map(|n| n as usize);

@@ -1,12 +1,13 @@
 //! The identity of a computation's result.
 use std::fmt;
 
-/// A 128-bit name for a result: equal keys mean equal results.
+/// A 128-bit identifier of a result: equal keys mean equal results.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Key([u8; 16]);
 
 impl Key {
-    /// The key of `parts` under a `domain`; every part is delimited, so moving a byte from one to the next changes the key.
+    /// The key of `parts` under a `domain`. Every part is delimited, so moving a byte from one part to the next changes
+    /// the key.
     pub fn of(domain: &str, parts: &[&[u8]]) -> Self {
         let mut hasher = blake3::Hasher::new();
         for part in std::iter::once(domain.as_bytes()).chain(parts.iter().copied()) {

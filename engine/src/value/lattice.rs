@@ -4,15 +4,15 @@ use glam::Vec2;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A lattice whose points are those of a grid by rows, and whose links are among those to the next point of the row and to
-/// the one below.
+/// A lattice whose points form a grid, row by row, and whose links connect points only to the next point of the row and
+/// to the one below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct GridLinks {
     /// Points in a row.
     pub columns: u32,
     /// Rows.
     pub rows: u32,
-    /// Whether there are links to the two points beside the one below, too.
+    /// True if there are diagonal links too.
     pub diagonals: bool,
 }
 
@@ -23,15 +23,15 @@ pub struct Lattice {
     pub points: Arc<Points>,
     /// Pairs of point indices.
     pub links: Arc<Vec<[u32; 2]>>,
-    /// By how many canvases the second end of each link is shifted; empty if none is.
+    /// The shift of the second end of each link in canvases; empty if no end is shifted.
     pub offsets: Arc<Vec<[i8; 2]>>,
-    /// Whether the links are those of a regular layout, or of the part of it that is left.
+    /// True if the links are those of a regular layout, or of a part of one.
     pub regular: bool,
-    /// Present when the lattice is the whole of a grid.
+    /// Present if the lattice is a complete grid.
     pub grid: Option<GridLinks>,
     /// After a simulation: the velocity of each point in mm per unit of time.
     pub velocities: Option<Vec<Vec2>>,
-    /// After a simulation: links whose springs broke, and the step at which they did, by step.
+    /// After a simulation: links whose springs broke, with the step of the break, sorted by step.
     pub broken: Vec<(u32, u32)>,
 }
 
@@ -46,7 +46,7 @@ impl Lattice {
         positions[j as usize] + shift - positions[i as usize]
     }
 
-    /// For each link, whether its spring is intact.
+    /// For each link, true if its spring is intact.
     pub fn alive(&self) -> Vec<bool> {
         let mut alive = vec![true; self.links.len()];
         for &(link, _) in &self.broken {
@@ -58,13 +58,13 @@ impl Lattice {
     }
 }
 
-/// What is printed of a lattice.
+/// The printed data of a lattice.
 #[derive(Serialize)]
 pub(super) struct LatticeData<'l> {
     points: Vec<[Number; 2]>,
     links: &'l [[u32; 2]],
     alive: Vec<bool>,
-    /// By how many canvases the second end of each link is shifted, on canvases that tile.
+    /// The shift of the second end of each link in canvases, on canvases that tile.
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     offsets: &'l [[i8; 2]],
     /// After a simulation only.
@@ -141,7 +141,7 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn what_a_simulation_leaves_is_printed_after_one() {
+    fn prints_velocities_and_breaks_only_after_a_simulation() {
         let mut lattice = link();
         let plain =
             json!({ "type": "Lattice", "points": [[0.0, 0.0], [0.5, "inf"]], "links": [[0, 1]], "alive": [true] });

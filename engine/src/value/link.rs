@@ -3,12 +3,12 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 thread_local! {
-    /// Values to be dropped after the drop that is running on this thread.
+    /// Values to be dropped after the current drop on this thread.
     static LATER: RefCell<Option<Vec<Box<dyn Send>>>> = const { RefCell::new(None) };
 }
 
-/// An `Arc` whose drop does not recurse: fields and solids hold those that they read, in chains of many thousands, and a
-/// drop that went down such a chain call by call would overflow the stack.
+/// An `Arc` whose drop does not recurse. Fields and solids own their inputs, in chains of many thousands, so a
+/// recursive drop would overflow the stack.
 pub(super) struct Link<T: ?Sized + Send + Sync + 'static>(Option<Arc<T>>);
 
 impl<T: ?Sized + Send + Sync + 'static> Link<T> {
@@ -20,7 +20,7 @@ impl<T: ?Sized + Send + Sync + 'static> Link<T> {
         self.0.as_deref().expect("taken only by drop")
     }
 
-    /// Where it lies in memory: the same for all clones, as long as one of them lives.
+    /// The address in memory: the same for all clones, as long as one of them lives.
     pub(super) fn address(&self) -> usize {
         self.0.as_ref().map_or(0, |shared| Arc::as_ptr(shared).cast::<()>().addr())
     }
@@ -35,7 +35,7 @@ impl<T: ?Sized + Send + Sync + 'static> Clone for Link<T> {
 impl<T: ?Sized + Send + Sync + 'static> Drop for Link<T> {
     fn drop(&mut self) {
         let Some(last) = self.0.take().filter(|shared| Arc::strong_count(shared) == 1) else { return };
-        // When a thread ends, its list no longer exists; values are then dropped directly.
+        // When a thread ends, its list no longer exists. Values are then dropped directly.
         let _ = LATER.try_with(|later| {
             let mut list = later.borrow_mut();
             if let Some(list) = list.as_mut() {
@@ -46,7 +46,7 @@ impl<T: ?Sized + Send + Sync + 'static> Drop for Link<T> {
             drop(list);
             drop(last);
             loop {
-                // The list is not borrowed while something is dropped, which may add to it.
+                // The list must not be borrowed during a drop, which may add to it.
                 let next = later.borrow_mut().as_mut().and_then(Vec::pop);
                 if next.is_none() {
                     break;

@@ -1,7 +1,7 @@
 //! Materials: named channels of a surface.
 //!
-//! Which channels a material has is known without making it ([`ChannelSet`], which every node derives from those of its
-//! inputs); a channel that it lacks counts as [`Channel::default_values`] everywhere.
+//! The channels of a material are known without evaluating it ([`ChannelSet`], which every node derives from its
+//! inputs). A missing channel has the value [`Channel::default_values`] everywhere.
 use super::{Field, Type};
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,7 @@ macro_rules! channels {
                 match self { $(Channel::$name => $text,)* }
             }
 
-            /// What it carries.
+            /// Type of its field.
             pub const fn ty(self) -> Type {
                 match self { $(Channel::$name => Type::$ty,)* }
             }
@@ -34,44 +34,45 @@ macro_rules! channels {
 }
 
 channels! {
-    /// Diffuse or metal colour, scene-linear; middle grey, 0.5, in a material without one.
+    /// Diffuse or metal colour, scene-linear; default 0.5, middle grey.
     BaseColor "base_color" Rgb [0.5; 3],
-    /// Roughness, 0 (mirror) to 1; 0.5 in a material without one.
+    /// Roughness, 0 (mirror) to 1; default 0.5.
     Roughness "roughness" Gray [0.5],
-    /// 0 for dielectrics, 1 for metals; 0 in a material without one.
+    /// 0 for dielectrics, 1 for metals; default 0.
     Metallic "metallic" Gray [0.0],
-    /// Tangent-space normal, ½ + ½n; straight up, (0.5, 0.5, 1), in a material without one.
+    /// Tangent-space normal, ½ + ½n; default straight up, (0.5, 0.5, 1).
     Normal "normal" Normal [0.5, 0.5, 1.0],
-    /// Height in mm; 0 in a material without one.
+    /// Height in mm; default 0.
     Height "height" Gray [0.0],
-    /// Ambient occlusion: 1 is open, 0 is shut; 1 in a material without one.
+    /// Ambient occlusion, 0 (closed) to 1 (open); default 1.
     Ao "ao" Gray [1.0],
-    /// Opacity, 0..1; 1 in a material without one.
+    /// Opacity, 0..1; default 1.
     Opacity "opacity" Gray [1.0],
-    /// Sheen, 0..1; 0 in a material without one.
+    /// Sheen, 0..1; default 0.
     Sheen "sheen" Gray [0.0],
-    /// Clear coat, 0..1; 0 in a material without one.
+    /// Clear coat, 0..1; default 0.
     Coat "coat" Gray [0.0],
-    /// Anisotropy, 0..1; 0 in a material without one.
+    /// Anisotropy, 0..1; default 0.
     Anisotropy "anisotropy" Gray [0.0],
-    /// Direction of brush lines or fibres in degrees, from +x towards +y on the canvas; highlights are wide across it. 0 in a material without one.
+    /// Direction of brush lines or fibres in degrees, from +x towards +y on the canvas; highlights are wide across it.
+    /// Default 0.
     AnisotropyAngle "anisotropy_angle" Gray [0.0],
-    /// Roughness of the clear coat, 0..1; 0 in a material without one.
+    /// Roughness of the clear coat, 0..1; default 0.
     CoatRoughness "coat_roughness" Gray [0.0],
-    /// Normal of the clear coat, which lies level over a rough ground; straight up, (0.5, 0.5, 1), in a material without one.
+    /// Normal of the clear coat, which can be flat over a rough base; default straight up, (0.5, 0.5, 1).
     CoatNormal "coat_normal" Normal [0.5, 0.5, 1.0],
-    /// Light that the surface gives off, scene-linear; none in a material without one.
+    /// Light that the surface emits, scene-linear; default black.
     Emission "emission" Rgb [0.0; 3],
-    /// Index of refraction; 1.5 in a material without one.
+    /// Index of refraction; default 1.5.
     Ior "ior" Gray [1.5],
-    /// Strength of the reflections of a dielectric, 0..1; 1 in a material without one.
+    /// Strength of the reflections of a dielectric, 0..1; default 1.
     Specular "specular" Gray [1.0],
-    /// How much light is scattered below the surface, 0..1; 0 in a material without one.
+    /// Amount of subsurface scattering, 0..1; default 0.
     Subsurface "subsurface" Gray [0.0],
 }
 
 impl Channel {
-    /// The channel of that name.
+    /// The channel with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|c| c.name() == name)
     }
@@ -81,7 +82,7 @@ impl Channel {
         Field::constant(self.ty(), self.default_values())
     }
 
-    /// [`default_values`](Self::default_values) in words: `0.5`, or `(0.5, 0.5, 1)`.
+    /// [`default_values`](Self::default_values) as text: `0.5`, or `(0.5, 0.5, 1)`.
     pub fn default_text(self) -> String {
         match self.default_values() {
             [one] => one.to_string(),
@@ -90,7 +91,7 @@ impl Channel {
     }
 }
 
-/// A set of channels, such as those of a material that is not made yet.
+/// A set of channels, such as those of a material before its evaluation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ChannelSet(u32);
 
@@ -101,12 +102,12 @@ impl ChannelSet {
     /// Every channel.
     pub const ALL: Self = Self((1 << Channel::ALL.len()) - 1);
 
-    /// Whether a channel is among them.
+    /// True if a channel is in the set.
     pub const fn has(self, channel: Channel) -> bool {
         self.0 & (1 << channel as u32) != 0
     }
 
-    /// The channels of both.
+    /// The channels in either set.
     #[must_use]
     pub const fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
@@ -124,7 +125,7 @@ impl FromIterator<Channel> for ChannelSet {
     }
 }
 
-/// The channels of a surface that are given, in the order of [`Channel::ALL`].
+/// A material: fields of the channels that it has, in the order of [`Channel::ALL`].
 #[derive(Clone, Debug, Default)]
 pub struct Material {
     channels: Vec<(Channel, Field)>,
@@ -144,12 +145,12 @@ impl Material {
         &self.channels
     }
 
-    /// One channel, if it is given.
+    /// The field of a channel, if the material has it.
     pub fn get(&self, channel: Channel) -> Option<&Field> {
         self.channels.iter().find(|c| c.0 == channel).map(|c| &c.1)
     }
 
-    /// One channel; its default if it is not given.
+    /// The field of a channel, or its default.
     pub fn or_default(&self, channel: Channel) -> Field {
         self.get(channel).cloned().unwrap_or_else(|| channel.default_field())
     }
@@ -170,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_hold_what_is_put_in() {
+    fn channel_sets_hold_their_channels() {
         let set: ChannelSet = [Channel::Ao, Channel::BaseColor].into_iter().collect();
         assert_eq!(set.iter().collect::<Vec<_>>(), [Channel::BaseColor, Channel::Ao]);
         assert!(set.has(Channel::Ao) && !set.has(Channel::Height));

@@ -4,35 +4,35 @@ use glam::{DVec3, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// A surface of triangles in space, in mm, z up: what a file contains.
+/// A triangle mesh in space, in mm, z up: the content of a mesh file.
 ///
-/// Triangles are counter-clockwise seen from outside. Corners at the same place are one vertex; what differs between the
-/// triangles that meet there, UVs and normals, is kept for each corner.
+/// Triangles are counter-clockwise seen from outside. Corners at the same position are one vertex; UVs and normals can
+/// differ between triangles, so they are stored per corner.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
-    /// The places of the vertices.
+    /// Positions of the vertices.
     pub positions: Vec<Vec3>,
-    /// The numbers of each triangle's vertices.
+    /// The vertex indices of each triangle.
     pub triangles: Vec<[u32; 3]>,
     /// Texture coordinates of the corners of each triangle, v down; empty if there are none.
     pub uvs: Vec<[Vec2; 3]>,
-    /// Normals of length 1 of the corners of each triangle; empty if there are none.
+    /// Unit normals of the corners of each triangle; empty if there are none.
     pub normals: Vec<[Vec3; 3]>,
-    /// For each triangle the number of its part.
+    /// Index of each triangle's part.
     pub parts: Vec<u16>,
     /// The names of the parts.
     pub part_names: Vec<String>,
-    /// For each triangle the number of the polygon of the file that it was cut from; empty if all of those are triangles.
+    /// Index of the polygon in the file that each triangle was cut from; empty if all polygons are triangles.
     pub polygons: Vec<u32>,
 }
 
 impl Mesh {
-    /// The places of a triangle's corners.
+    /// Positions of a triangle's corners.
     pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
         self.triangles[triangle].map(|vertex| self.positions[vertex as usize].as_dvec3())
     }
 
-    /// The normal of a triangle, twice as long as its area in mm².
+    /// The normal of a triangle, with twice its area in mm² as its length.
     pub fn cross(&self, triangle: usize) -> DVec3 {
         let [a, b, c] = self.corners(triangle);
         (b - a).cross(c - a)
@@ -43,13 +43,13 @@ impl Mesh {
         (0..self.triangles.len()).map(|triangle| 0.5 * self.cross(triangle).length()).sum()
     }
 
-    /// The smallest box around it; at the origin if it has no vertex.
+    /// The bounding box; at the origin if there are no vertices.
     pub fn bounds(&self) -> [DVec3; 2] {
         let ends = self.positions.iter().map(|p| [p.as_dvec3(); 2]);
         ends.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or_default()
     }
 
-    /// For each edge between two vertices how many triangles have it: once it is an end of the surface. In no order.
+    /// Number of triangles at each edge; 1 at the border of the surface. In no order.
     fn edges(&self) -> HashMap<[u32; 2], u32> {
         let mut edges = HashMap::with_capacity(self.triangles.len() * 3 / 2);
         for triangle in &self.triangles {
@@ -61,8 +61,8 @@ impl Mesh {
         edges
     }
 
-    /// For each triangle the number of the connected piece that it belongs to, counted by their lowest triangles, and how
-    /// many there are. Triangles that share a vertex are connected.
+    /// Index of the connected component of each triangle, and the number of components. Components are numbered in the
+    /// order of their lowest triangles. Triangles that share a vertex are connected.
     pub fn pieces(&self) -> (Vec<u32>, usize) {
         let mut parent: Vec<u32> = (0..).take(self.positions.len()).collect();
         let find = |parent: &mut Vec<u32>, mut v: u32| {
@@ -105,9 +105,9 @@ struct MeshData {
     bounds: [[Number<f64>; 3]; 2],
     /// In mm².
     area: Number<f64>,
-    /// How many connected pieces there are.
+    /// Number of connected components.
     pieces: usize,
-    /// The length of the edges that only one triangle has, in mm.
+    /// Length of the edges with only one triangle, in mm.
     ends: Number<f64>,
     /// Vertices - edges + triangles.
     euler: i64,

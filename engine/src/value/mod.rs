@@ -1,6 +1,8 @@
-//! What wires carry: objects, computed whole, and fields, evaluated lazily by tiles. Data and accessors, no algorithm.
+//! Values of wires: objects, which are computed whole, and fields, which are evaluated lazily by tiles. Contains data
+//! and accessors, no algorithms.
 //!
-//! To add a type of objects, write a file with the struct and its [`Object`], and add a line to the table `objects` below.
+//! To add an object type, write a file with the struct and its [`Object`] implementation, and add a line to the table
+//! `objects` below.
 mod accepts;
 mod area;
 mod atlas;
@@ -53,7 +55,7 @@ pub use color::{linear_to_srgb, srgb_to_linear};
 pub use color_pattern::ColorPattern;
 pub use coord_map::CoordMap;
 pub use curve::Curve;
-pub use cut::{Cut, PieceAxes, PiecePlanes, Pieces};
+pub use cut::{Cut, PieceAxes, PieceMap, PiecePlanes};
 pub use cuts::Cuts;
 pub use data::{Number, ObjectData};
 pub use domain::{Blocks, Domain, Piece, TILE};
@@ -86,8 +88,8 @@ pub use ty::Type;
 use std::any::Any;
 use std::sync::{Arc, Weak};
 
-/// The table of all types of objects: their names, their colours on drawings of graphs, what they are. It passes its lines,
-/// after those of the caller, to the macro `$make`, which generates code from them.
+/// The table of all object types: name, colour in drawings of graphs, description. The macro `$make` gets these lines
+/// after the lines of the caller, and generates code from them.
 macro_rules! objects {
     ($make:ident! { $($before:tt)* }) => {
         $make! {
@@ -119,32 +121,32 @@ pub struct PictureFields {
     pub gray: Field,
     /// Its colour, scene-linear.
     pub rgb: Field,
-    /// Whether it has one channel: a port for any field then takes it as grey.
+    /// True if it has one channel: a port for any field then takes `gray`.
     pub is_gray: bool,
 }
 
-/// Tells whether an object is still alive.
+/// A weak reference that tells whether an object is still alive.
 pub(crate) type Handle = Weak<dyn Any + Send + Sync>;
 
 macro_rules! values {
     ($($name:ident $color:literal $doc:literal,)*) => {
-        /// What a wire carries.
+        /// A value of a wire.
         #[derive(Clone, Debug)]
         #[non_exhaustive]
         pub enum Value {
-            /// Any of the field types.
+            /// A field, of any field type.
             Field(Field),
             /// A picture file.
             Picture(Arc<PictureFields>),
-            /// Any of the solid types.
+            /// A solid, of any solid type.
             Solid(Solid),
-            /// Channels of a surface.
+            /// A material.
             Material(Arc<Material>),
             $(#[doc = $doc] $name(Arc<$name>),)*
         }
 
         impl Value {
-            /// The type it has.
+            /// Its type.
             pub fn ty(&self) -> Type {
                 match self {
                     Self::Field(field) => field.ty(),
@@ -155,7 +157,7 @@ macro_rules! values {
                 }
             }
 
-            /// The memory it takes; what several values share counts in each of them.
+            /// Its memory in bytes, including data that it shares with other values.
             pub fn bytes(&self) -> usize {
                 match self {
                     Self::Field(field) => field.source().bytes() + size_of::<Field>(),
@@ -166,7 +168,7 @@ macro_rules! values {
                 }
             }
 
-            /// What tells whether an object is still alive; `None` for values that are evaluated later.
+            /// A handle that tells whether an object is still alive; `None` for values that are evaluated later.
             pub(crate) fn handle(&self) -> Option<Handle> {
                 match self {
                     Self::Field(_) | Self::Picture(_) | Self::Solid(_) | Self::Material(_) => None,
@@ -174,7 +176,7 @@ macro_rules! values {
                 }
             }
 
-            /// The field that it is, if it is one.
+            /// The field in this value, if it is one.
             pub fn field(&self) -> Option<Field> {
                 match self {
                     Self::Field(field) => Some(field.clone()),
@@ -183,7 +185,7 @@ macro_rules! values {
                 }
             }
 
-            /// The field that is rendered for it, if there is one, and what files of it tell besides: names and texts.
+            /// The field that is rendered for it, if any, with metadata for the files: names and texts.
             pub fn rendered(&self) -> Option<(Field, Vec<(String, String)>)> {
                 match self {
                     $(Self::$name(object) => object.rendered(),)*
@@ -191,7 +193,7 @@ macro_rules! values {
                 }
             }
 
-            /// The lines that are rendered for it, if it is rendered to lines.
+            /// The lines that are rendered for it, if any.
             pub fn lines(&self) -> Option<Arc<Segments>> {
                 match self {
                     $(Self::$name(object) => object.lines(),)*
@@ -199,7 +201,7 @@ macro_rules! values {
                 }
             }
 
-            /// What is drawn for an object; nothing for other values.
+            /// The sketch of an object; `None` for other values.
             pub fn sketch(&self) -> Option<Sketch> {
                 match self {
                     $(Self::$name(object) => object.sketch(),)*
@@ -228,7 +230,7 @@ macro_rules! values {
 objects! { values! {} }
 
 impl Value {
-    /// The fields that it consists of; none for objects and solids.
+    /// Its fields; empty for objects and solids.
     pub fn fields(&self) -> Vec<Field> {
         match self {
             Self::Field(field) => vec![field.clone()],

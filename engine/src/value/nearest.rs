@@ -1,12 +1,12 @@
-//! The nearest points of the surface of an atlas, found by a tree of boxes.
+//! Nearest points on the surface of an atlas, found with a tree of bounding boxes.
 use super::{Atlas, Mesh};
 use glam::{DVec2, DVec3};
 use std::ops::Range;
 
-/// So many triangles may lie in one box.
+/// Maximum number of triangles in a leaf.
 const FEW: usize = 4;
 
-/// A box around some triangles.
+/// The bounding box of some triangles.
 #[derive(Clone, Copy)]
 struct Bounds {
     low: DVec3,
@@ -20,20 +20,21 @@ impl Bounds {
         corners.fold(none, |all, corner| Self { low: all.low.min(corner), high: all.high.max(corner) })
     }
 
-    /// The square of the distance to a place; no triangle inside is nearer.
+    /// Squared distance to a point, a lower bound for the triangles inside.
     fn distance(&self, place: DVec3) -> f64 {
         place.distance_squared(place.clamp(self.low, self.high))
     }
 }
 
-/// A node of the tree: its box, its triangles, and where its second child is; the first one follows it. 0 for none.
+/// A node of the tree: its box, its triangles, and the index of its second child (0 for a leaf). The first child
+/// follows the node.
 struct Node {
     bounds: Bounds,
     triangles: Range<usize>,
     second: usize,
 }
 
-/// Finds the nearest points of the surface of an atlas.
+/// Finds the nearest points on the surface of an atlas.
 pub struct Nearest<'a> {
     atlas: &'a Atlas,
     triangles: Vec<u32>,
@@ -41,13 +42,13 @@ pub struct Nearest<'a> {
 }
 
 impl<'a> Nearest<'a> {
-    /// For an atlas. O(n log n).
+    /// Builds the tree of an atlas in O(n log n).
     pub fn new(atlas: &'a Atlas) -> Self {
         let mesh = &*atlas.mesh;
         let count = u32::try_from(mesh.triangles.len()).unwrap_or(u32::MAX);
         let mut triangles: Vec<u32> = (0..count).collect();
         let mut nodes: Vec<Node> = Vec::new();
-        // The triangles of a node, and whose second child it is.
+        // Triangles of a node, and the parent for which it is the second child.
         let mut open = vec![(0..triangles.len(), None)];
         while let Some((range, parent)) = open.pop() {
             let own = &mut triangles[range.clone()];
@@ -73,8 +74,8 @@ impl<'a> Nearest<'a> {
         Self { atlas, triangles, nodes }
     }
 
-    /// Where the point of the surface that is nearest to a place lies on the canvas, in mm: of several, that of the lowest
-    /// triangle. Nothing if there are no triangles.
+    /// Position on the canvas, in mm, of the surface point nearest to `place`; of equally near points, that of the
+    /// lowest triangle. `None` if there are no triangles.
     pub fn at(&self, place: DVec3) -> Option<DVec2> {
         let mesh = &*self.atlas.mesh;
         let mut best: Option<(f64, u32, [f64; 3])> = None;
@@ -110,8 +111,8 @@ impl<'a> Nearest<'a> {
     }
 }
 
-/// The weights of the corners at the point of a triangle that is nearest to a place (Ericson, *Real-Time Collision Detection*,
-/// 5.1.5).
+/// The barycentric weights of the point of a triangle that is nearest to `place` (Ericson, *Real-Time Collision
+/// Detection*, 5.1.5).
 fn closest([a, b, c]: [DVec3; 3], place: DVec3) -> [f64; 3] {
     let (ab, ac) = (b - a, c - a);
     let [to_a, to_b, to_c] = [place - a, place - b, place - c];
@@ -173,7 +174,7 @@ mod tests {
             (state >> 40) as f32 / (1 << 24) as f32
         };
         let mut corner = |size: f32| Vec3::new(random(), random(), random()) * size;
-        // Small triangles, a few large ones, one twice.
+        // Small triangles, a few large ones, and one duplicate.
         let mut positions: Vec<Vec3> = Vec::new();
         for n in 0..500 {
             let middle = corner(100.0);

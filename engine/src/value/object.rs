@@ -1,4 +1,4 @@
-//! What the engine and the command must know about every type of objects, besides its data.
+//! The interface between object types and the engine and commands.
 use super::{Field, Material, Segments, Sketch, Type, Value, objects};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -6,41 +6,43 @@ use std::sync::Arc;
 
 /// An object: data that is computed whole, once, and kept on disk.
 pub trait Object: Carried + Serialize + DeserializeOwned {
-    /// What it is rendered to when an output of a graph is of this type; nothing, if only nodes and people read it.
+    /// The rendering of an output of this type; `None` if it is only read by nodes and shown to people.
     const RENDERS: Option<Renders> = None;
 
-    /// The memory it takes, with what it shares with others.
+    /// Its memory in bytes, including shared data.
     fn bytes(&self) -> usize;
 
-    /// What `shibo dump` prints of it, besides the name of its type: a struct whose numbers are [`Number`](super::Number)s.
+    /// The data that `shibo dump` prints, besides the name of the type: a struct whose numbers are
+    /// [`Number`](super::Number)s.
     fn data(&self) -> impl Serialize;
 
-    /// What is drawn for it.
+    /// A sketch for display.
     fn sketch(&self) -> Option<Sketch> {
         None
     }
 
-    /// The field that is rendered where [`RENDERS`](Self::RENDERS) says [`Renders::Field`], and what files of it tell besides:
-    /// names and texts.
+    /// The rendered field, if [`RENDERS`](Self::RENDERS) is [`Renders::Field`], with metadata for the files: names and
+    /// texts.
     fn rendered(self: &Arc<Self>) -> Option<(Field, Vec<(String, String)>)> {
         None
     }
 
-    /// The lines that are rendered where [`RENDERS`](Self::RENDERS) says [`Renders::Lines`].
+    /// The rendered lines, if [`RENDERS`](Self::RENDERS) is [`Renders::Lines`].
     fn lines(self: &Arc<Self>) -> Option<Arc<Segments>> {
         None
     }
 }
 
-/// A type that wires carry behind an `Arc`, and its conversions to and from [`Value`]. The table of objects implements it.
+/// A type that wires carry behind an `Arc`, and its conversions to and from [`Value`]. The table of objects implements
+/// it.
 pub trait Carried: Send + Sync + Sized + 'static {
     /// The type of the wire.
     const TYPE: Type;
 
-    /// The value that carries it.
+    /// Wraps an object in a value.
     fn wrap(object: Arc<Self>) -> Value;
 
-    /// What the value carries, if it is this.
+    /// The object in a value, if it has this type.
     fn unwrap(value: Value) -> Option<Arc<Self>>;
 }
 
@@ -83,7 +85,7 @@ impl From<Field> for Value {
     }
 }
 
-/// What an output of a graph is rendered to.
+/// The rendering of an output of a graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Renders {
     /// A picture of a field of this type.
@@ -97,7 +99,7 @@ pub enum Renders {
 macro_rules! renders {
     ($($name:ident $color:literal $doc:literal,)*) => {
         impl Type {
-            /// What an output of a graph of this type is rendered to; nothing, if only nodes and people read it.
+            /// The rendering of an output of this type; `None` if it is only read by nodes and shown to people.
             pub const fn renders(self) -> Option<Renders> {
                 match self {
                     Self::Gray | Self::Rgb | Self::Normal | Self::Vec2 | Self::Jacobian | Self::Ids => {

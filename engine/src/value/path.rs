@@ -4,14 +4,14 @@ use glam::{DVec2, Vec2};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// A line of straight pieces. Curves are cut into pieces that are short enough where the path is made.
+/// A polyline. The node that makes a path cuts curves into short straight pieces.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Polyline {
-    /// Its corners in mm, at least two, none equal to the one before. Where it is closed, the last one is the first one
-    /// again; on a periodic canvas it may also be the first one moved by whole canvases, so that the line goes round
-    /// the canvas.
+    /// Its corners in mm, at least two, with no two equal in a row. In a closed line the last corner equals the first;
+    /// on a periodic canvas it may also be the first corner shifted by whole canvases, so that the line goes around the
+    /// canvas.
     pub points: Vec<DVec2>,
-    /// Whether the line goes on where it begins.
+    /// True if the end is joined to the beginning.
     pub closed: bool,
 }
 
@@ -39,12 +39,12 @@ impl Path {
         self.curves.iter().flat_map(|curve| curve.points.windows(2).map(|pair| [pair[0], pair[1]]))
     }
 
-    /// How many straight pieces there are.
+    /// Number of straight pieces.
     pub fn len(&self) -> usize {
         self.curves.iter().map(|curve| curve.points.len().saturating_sub(1)).sum()
     }
 
-    /// Whether there is none.
+    /// True if there is no straight piece.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lengths_and_lines() {
+    fn measures_lengths_and_draws_lines() {
         let points = vec![DVec2::ZERO, DVec2::new(3.0, 4.0), DVec2::new(3.0, 10.0)];
         let curve = Polyline { points, closed: false };
         assert_eq!(curve.length(), 11.0);

@@ -4,7 +4,7 @@ use glam::{DVec2, Vec2};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The order of points that were laid out as a grid: point `(i, j)` has index `j · columns + i`.
+/// Order of points of a grid: point `(i, j)` has index `j · columns + i`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GridOrder {
     /// Points per row.
@@ -13,27 +13,28 @@ pub struct GridOrder {
     pub rows: u32,
     /// The distances between columns and between rows in mm, before jitter.
     pub pitch: Vec2,
-    /// How far odd rows are shifted, as a share of the pitch.
+    /// Shift of odd rows, as a fraction of the pitch.
     pub stagger: f32,
 }
 
-/// The edges of a tiling whose corners are points.
+/// The edges of a tessellation whose corners are points.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Edges {
-    /// Pairs of points, by the indices that they have in the whole tiling.
+    /// Pairs of points, by their indices in the whole tessellation.
     pub links: Arc<Vec<[u32; 2]>>,
-    /// By how many canvases the second end of each edge is shifted; empty if none is.
+    /// The shift of the second end of each edge in canvases; empty if no end is shifted.
     pub offsets: Arc<Vec<[i8; 2]>>,
-    /// Columns and rows, if the points are a grid by rows and the edges lead to the next point and to the one below.
+    /// Columns and rows, if the points form a grid, row by row, and the edges connect each point to the next one and to
+    /// the one below.
     pub grid: Option<[u32; 2]>,
 }
 
 /// Positions in mm on a canvas.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Points {
-    /// Where they are. A point of a periodic set may lie outside the canvas; it stands for the one inside.
+    /// Positions. A point of a periodic set may lie outside the canvas; it stands for its copy inside.
     pub positions: Vec<Vec2>,
-    /// Where they would be without jitter, if they come from a regular layout that was jittered.
+    /// Positions without jitter, if the points come from a jittered regular layout.
     pub regular: Option<Vec<Vec2>>,
     /// The canvas in mm.
     pub size_mm: DVec2,
@@ -41,13 +42,13 @@ pub struct Points {
     pub periodic: Tiling,
     /// The mean distance between neighbours in mm, as asked for.
     pub pitch: f32,
-    /// Present when the points are in grid order.
+    /// Present if the points are in grid order.
     pub grid: Option<GridOrder>,
-    /// Present when the points are the corners of a tiling.
+    /// Present if the points are the corners of a tessellation.
     pub edges: Option<Edges>,
-    /// Present when only a part of a grid or of a tiling is left: the index that each point had in the whole.
+    /// Present if the points are only a part of a grid or tessellation: the index of each point in the whole.
     pub sites: Option<Vec<u32>>,
-    /// The part of the canvas that the points keep to, if it is not the whole.
+    /// The part of the canvas that contains the points, if it is not the whole.
     pub area: Option<Arc<Area>>,
 }
 
@@ -57,7 +58,7 @@ impl Points {
         self.positions.len()
     }
 
-    /// Whether there is none.
+    /// True if there are no points.
     pub fn is_empty(&self) -> bool {
         self.positions.is_empty()
     }
@@ -67,7 +68,7 @@ impl Points {
         self.regular.as_deref().unwrap_or(&self.positions)
     }
 
-    /// The same positions without their layout.
+    /// Positions without their layout.
     #[must_use]
     pub fn alone(&self) -> Self {
         Self { regular: None, grid: None, edges: None, sites: None, ..self.clone() }

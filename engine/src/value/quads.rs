@@ -1,15 +1,15 @@
-//! Solids at points in space of which each stands for what is around it.
+//! Evaluates solids at quads: points in space that stand for their surroundings.
 use super::FieldId;
 use super::solid::{Body, Patch, Planes, Solid};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Solids at quads of points in space, each evaluated once.
+/// Evaluates solids at quads of points, each solid once per set of points.
 pub(super) struct AtQuads {
-    /// The planes of the points, then of those to which solids are moved; two rows each.
+    /// The planes of each set: first the original points, then sets to which solids are moved; two rows each.
     points: Vec<[Arc<[f32]>; 3]>,
     pixel: f32,
-    /// By the set of points and what moves it: the number of the set that it is moved to.
+    /// Index of the moved set, by the original set and the solid that moves it.
     moved: HashMap<(usize, FieldId), usize>,
     known: HashMap<(usize, FieldId), Arc<[f32]>>,
 }
@@ -24,8 +24,8 @@ impl AtQuads {
         Self { points: vec![[0, 1, 2].map(axis)], pixel, moved: HashMap::new(), known: HashMap::new() }
     }
 
-    /// The values of `solid` at the first point of each quad. Uses a work-list, because solids may read each other in long
-    /// chains.
+    /// The values of `solid` at the first point of each quad. Uses a work-list, because solids may read each other in
+    /// long chains.
     pub(super) fn values(mut self, solid: &Solid) -> Vec<f32> {
         let mut open = vec![(0, solid)];
         while let Some(&(set, top)) = open.last() {
@@ -54,7 +54,7 @@ impl AtQuads {
         })
     }
 
-    /// The set of points that `place` leads to from `set`, if its values there are known.
+    /// The set of points to which `place` moves `set`, if its values there are known.
     fn move_to(&mut self, set: usize, place: &Solid) -> Option<usize> {
         if let Some(to) = self.moved.get(&(set, place.id())) {
             return Some(*to);

@@ -1,19 +1,19 @@
-//! Scalars over the canvas, as samples.
+//! Sampled scalars over the canvas.
 use glam::UVec2;
 use serde::{Deserialize, Serialize};
 
-/// A scalar over the canvas, as samples, and how it is read at a place.
+/// A sampled scalar over the canvas, with the rule for reading it at a point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScalarMap {
     /// Columns and rows of samples over the canvas.
     pub size: UVec2,
-    /// The samples by rows.
+    /// The samples, row by row.
     pub values: Vec<f32>,
-    /// What 0 and 1 of the samples stand for.
+    /// Values that samples of 0 and 1 stand for.
     pub range: [f32; 2],
-    /// The samples within this distance of a place, in mm, are read; if it is `None`, the one on which the place lies.
+    /// Radius in mm of the disk whose samples are read; `None` reads only the sample at the point.
     pub radius: Option<f32>,
-    /// Whether these samples are summed up rather than averaged.
+    /// True to sum these samples instead of averaging them.
     pub sum: bool,
 }
 

@@ -9,11 +9,12 @@ use std::sync::Arc;
 pub struct Segments {
     /// The two ends of each, in mm.
     pub ends: Vec<[Vec2; 2]>,
-    /// The length of the link that each was made from, as a multiple of the median length; empty if there is none.
+    /// Length of the link that each segment was made from, as a multiple of the median length; empty if there are no
+    /// links.
     pub length_ratio: Vec<f32>,
-    /// How far that link is stretched: its length over its length before the motion; empty if unknown.
+    /// The stretch of that link: its length divided by its length before the motion; empty if unknown.
     pub stretch: Vec<f32>,
-    /// The full width of each in mm; empty if it has none of its own.
+    /// The full width of each segment in mm; empty if segments have no width.
     pub width: Vec<f32>,
     /// The canvas in mm.
     pub size_mm: DVec2,
@@ -27,20 +28,20 @@ impl Segments {
         self.ends.len()
     }
 
-    /// Whether there is none.
+    /// True if there are no segments.
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
 
-    /// The segments within the rectangle from `low` to `high`, in order and cut at its edges, with their widths (0 if they
-    /// have none). Where the set repeats, copies that reach into the rectangle are included.
+    /// The segments within the rectangle from `low` to `high`, in order and clipped, with their widths (0 if they have
+    /// none). If the set repeats, copies that reach into the rectangle are included.
     pub fn within(&self, low: Vec2, high: Vec2) -> Vec<([Vec2; 2], f32)> {
         let size = self.size_mm.as_vec2();
         let mut pieces = Vec::with_capacity(self.ends.len());
         for (n, &ends) in self.ends.iter().enumerate() {
             let width = self.width.get(n).copied().unwrap_or(0.0);
             let (from, to) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-            // By how many canvases a copy must be moved to reach the rectangle.
+            // Range of shifts, in canvases, for which a copy reaches the rectangle.
             let first = ((low - to) / size).ceil();
             let last = ((high - from) / size).floor();
             let range = |repeats: bool, axis: usize| {
@@ -91,7 +92,7 @@ impl Object for Segments {
     }
 }
 
-/// The part of a line between two points that lies in a rectangle (Liang and Barsky); nothing where it only touches it.
+/// The part of a line segment inside a rectangle (Liang and Barsky); `None` if the segment only touches it.
 pub fn clip_line([a, b]: [Vec2; 2], low: Vec2, high: Vec2) -> Option<[Vec2; 2]> {
     let d = b - a;
     let (mut from, mut to) = (0.0f32, 1.0f32);
@@ -134,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn copies_come_in_at_the_other_edge() {
+    fn includes_copies_at_the_opposite_edge() {
         let cut = one(Tiling::BOTH).within(Vec2::ZERO, Vec2::splat(8.0));
         let pieces: Vec<_> = cut.iter().map(|c| c.0).collect();
         let line = |x0, x1| [Vec2::new(x0, 4.0), Vec2::new(x1, 4.0)];

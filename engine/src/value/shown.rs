@@ -1,22 +1,22 @@
-//! The code of the field of a cut through a solid.
+//! The field of a cut through a solid.
 use super::solid::{Patch, PatchPieces, Planes, SolidSource};
-use super::{Cost, Cut, Field, FieldSource, Given, Grid, Pieces, Read, Stop, Tile, Window};
+use super::{Cost, Cut, Field, FieldSource, Given, Grid, PieceMap, Read, Stop, Tile, Window};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// What a cut shows of a solid.
-pub(super) struct Shown {
+/// Code of the field of a cut.
+pub(super) struct CutField {
     pub(super) source: Arc<dyn SolidSource>,
-    /// What the code reads.
-    pub(super) inputs: Vec<ShownInput>,
+    /// The solids that the code reads.
+    pub(super) inputs: Vec<CutInput>,
     pub(super) cut: Cut,
 }
 
-/// A solid that the code of another reads.
-pub(super) struct ShownInput {
-    /// Its field, or one that it is a part of.
+/// A solid that the code of another solid reads.
+pub(super) struct CutInput {
+    /// Its field, or a field of which it is a part.
     pub(super) field: Field,
-    /// Its channels there, read where they lie.
+    /// Its channels within that field.
     pub(super) channels: Range<usize>,
 }
 
@@ -28,13 +28,13 @@ struct Rows {
 }
 
 impl Rows {
-    /// Where their values lie in a plane of the window.
+    /// Range of these rows in a plane of the window.
     fn points(&self) -> Range<usize> {
         let columns = self.window.width as usize;
         self.rows.start * columns..self.rows.end * columns
     }
 
-    /// Their values of a channel of a tile of the window.
+    /// Values of these rows in a channel of a tile of the window.
     fn of<'a>(&self, tile: &'a Tile, channel: usize) -> &'a [f32] {
         &tile.plane(channel)[self.points()]
     }
@@ -51,19 +51,19 @@ fn quads(window: Window) -> Window {
     Window { x, y, width: even(x, window.right()), height: even(y, window.bottom()) }
 }
 
-/// How far beyond a quad its neighbours may lie that tell the footprint of a pixel at the border of a piece.
+/// Distance beyond a quad at which neighbours are read for the footprint of a pixel at the border of a piece.
 const BESIDE: i32 = 2;
-/// So many rows of a surface with holes are computed at a time.
+/// Number of rows of a surface with holes that are computed at a time.
 const BAND: u32 = 64;
 
-impl Shown {
-    /// Whether the code needs whole quads on this grid.
+impl CutField {
+    /// True if the code needs whole quads on this grid.
     fn in_quads(&self, grid: &Grid) -> bool {
         self.source.wants().quads && self.cut.pixel(grid) != 0.0
     }
 
-    /// The window that is computed: of whole quads, where the code needs them. At the border of a piece, the neighbours that
-    /// tell the footprint of a pixel may be those of the next quad.
+    /// The window that is computed: of whole quads, if the code needs them. At the border of a piece, the footprint of
+    /// a pixel may depend on the next quad.
     fn window(&self, grid: &Grid, window: Window) -> Window {
         if !self.in_quads(grid) {
             return window;
@@ -72,35 +72,35 @@ impl Shown {
         quads(window).grow(beside, beside)
     }
 
-    /// Whether its reads come in two stages on this grid: first the pieces over all that may be needed, then the others only where pieces
-    /// meet at the edges of the window.
+    /// True if its reads come in two stages on this grid: first the ids of pieces over the maximal window, then the
+    /// other inputs, over that window only if pieces meet at the edges.
     fn in_stages(&self, grid: &Grid) -> bool {
         self.in_quads(grid) && self.cut.pieces().is_some()
     }
 
-    /// The window that is computed for `window`, where the pieces are `ids`: without what lies beyond it, unless pieces meet in a quad
-    /// at its edges.
+    /// The window that is computed for `window` if the pieces are `ids`: without a margin, unless pieces meet in a quad
+    /// at the edges.
     fn window_of(&self, ids: &Tile, grid: &Grid, window: Window) -> Window {
         let close = quads(window);
         if unbroken_at_edges(ids, close) { close } else { self.window(grid, window) }
     }
 
-    /// The pieces of the cut, if the code must know them, or there are holes between them.
-    fn pieces(&self) -> Option<&Pieces> {
+    /// The pieces of the cut, if the code needs them or there are holes between them.
+    fn pieces(&self) -> Option<&PieceMap> {
         self.cut.pieces().filter(|pieces| self.source.wants().quads || pieces.holes)
     }
 
-    /// The metric of the cut, if the code must know it.
+    /// The metric of the cut, if the code needs it.
     fn metric(&self) -> Option<&Field> {
         self.cut.metric().filter(|_| self.source.wants().quads)
     }
 
-    /// The normals of the rounded surface, if the code must know them.
+    /// The normals of the rounded surface, if the code needs them.
     fn rounded(&self) -> Option<&Field> {
         self.cut.rounded().filter(|_| self.source.wants().rounded)
     }
 
-    /// What the code reads besides the numbers of pieces: before them, and after them.
+    /// The inputs besides the ids of pieces: the one before the ids, and those after.
     fn reads(&self) -> (Option<&Field>, impl Iterator<Item = &Field>) {
         let place = self.source.wants().place.then_some(self.cut.place());
         let planes = self.pieces().and_then(|pieces| pieces.planes.as_ref());
@@ -108,7 +108,7 @@ impl Shown {
         (place, after.chain(self.inputs.iter().map(|input| &input.field)))
     }
 
-    /// Computes planes of some rows of a window from tiles of that window.
+    /// Computes some rows of a window from tiles of that window.
     fn compute(&self, given: &Given<'_>, tiles: &[&Tile], rows: &Rows, out: &mut [&mut [f32]]) {
         let (columns, n, points) = (rows.window.width as usize, rows.window.len(), rows.points());
         let mut tiles = tiles.iter().copied();
@@ -121,7 +121,7 @@ impl Shown {
         });
         let metric = self.metric().and_then(|_| tiles.next());
         let rounded = self.rounded().and_then(|_| tiles.next());
-        let channels = |input: &ShownInput| input.channels.start * n..input.channels.end * n;
+        let channels = |input: &CutInput| input.channels.start * n..input.channels.end * n;
         let planes = tiles.zip(&self.inputs).map(|(tile, input)| Planes::new(&tile.data()[channels(input)], n));
         let inputs: Vec<Planes<'_>> = planes.map(|planes| planes.part(points.clone())).collect();
         let patch = Patch {
@@ -140,7 +140,7 @@ impl Shown {
         self.source.fill(&patch, &inputs, out);
     }
 
-    /// Computes a tile from others of the window `whole` around it.
+    /// Computes a tile from tiles of the larger window `whole`.
     fn compute_whole(&self, given: &Given<'_>, tiles: &[&Tile], whole: Window, out: &mut Tile) {
         let rows = Rows { grid: out.grid, window: whole, rows: 0..whole.height as usize };
         if whole == out.window {
@@ -151,7 +151,8 @@ impl Shown {
         out.copy_from(&larger, 0, 0);
     }
 
-    /// Computes the parts of a tile where there is a surface, from tiles of the window `whole` around it. Elsewhere all values are 0.
+    /// Computes the parts of a tile outside of holes, from tiles of the larger window `whole`. In holes all values are
+    /// 0.
     fn compute_between_holes(
         &self,
         given: &Given<'_>,
@@ -191,7 +192,7 @@ impl Shown {
         for y in out.window.y..out.window.bottom() {
             let from = (out.window.x.abs_diff(whole.x)) as usize;
             let ids = &ids.row(0, y.abs_diff(whole.y) as usize)[from..from + out.width()];
-            // Without an early end, so that many are looked at together.
+            // No early exit, so that the loop can be vectorized.
             if ids.iter().fold(true, |all, id| all & (*id != 0.0)) {
                 continue;
             }
@@ -211,8 +212,8 @@ fn crop(tile: &Tile, window: Window) -> Tile {
     part
 }
 
-/// Windows of whole quads that together hold all pixels of `window` with a number that is not 0, and few others: in bands of
-/// rows, from the first such column to the last, or in whole rows.
+/// Windows of whole quads that contain all pixels of `window` with an id other than 0, and few others: bands of rows,
+/// either from the first to the last such column or over the whole width.
 fn occupied(ids: &[f32], window: Window) -> Vec<Window> {
     let mut parts: Vec<Window> = Vec::new();
     let columns = window.width as usize;
@@ -221,7 +222,7 @@ fn occupied(ids: &[f32], window: Window) -> Vec<Window> {
         let Some(first) = rows().filter_map(|row| row.iter().position(|id| *id != 0.0)).min() else { continue };
         let last = rows().filter_map(|row| row.iter().rposition(|id| *id != 0.0)).max().unwrap_or(first);
         let (first, end) = (first & !1, ((last + 2) & !1).min(columns));
-        // Whole rows are computed where they lie; of others all that is read is copied first.
+        // Whole rows are computed in place; for others all inputs must be copied first.
         let (first, end) = if 2 * (end - first) > columns { (0, columns) } else { (first, end) };
         #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "a window's columns and rows")]
         let part =
@@ -236,7 +237,7 @@ fn occupied(ids: &[f32], window: Window) -> Vec<Window> {
     parts
 }
 
-/// Whether each quad at the edges of `window`, which is one of whole quads, lies in one piece.
+/// True if each quad at the edges of `window` lies in one piece. `window` must consist of whole quads.
 fn unbroken_at_edges(ids: &Tile, window: Window) -> bool {
     let row = |y: i32| {
         let from = window.x.abs_diff(ids.window.x) as usize;
@@ -256,7 +257,7 @@ fn unbroken_at_edges(ids: &Tile, window: Window) -> bool {
     })
 }
 
-impl FieldSource for Shown {
+impl FieldSource for CutField {
     fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
         let ids = self.pieces().map(|pieces| &pieces.ids);
         let (place, after) = self.reads();
@@ -310,7 +311,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn windows_around_what_is_there_leave_no_hole_out() {
+    fn occupied_windows_cover_all_pieces_and_few_holes() {
         let window = Window { x: -2, y: 4, width: 20, height: 140 };
         let at = |x: usize, y: usize| y * 20 + x;
         let mut ids = vec![0.0; window.len()];
@@ -319,9 +320,9 @@ mod tests {
         ids[at(9, 60)] = 1.0;
         ids[at(19, 130)] = 1.0;
         let part = |x: i32, y: i32, width: u32, height: u32| Window { x, y, width, height };
-        // Nothing in the second band; columns are those of whole quads.
+        // The second band is empty; columns are rounded to whole quads.
         assert_eq!(occupied(&ids, window), [part(2, 4, 6, 64), part(16, 132, 2, 12)]);
-        // Most of a row is as good as all of it.
+        // If most of a row is occupied, the whole row is taken.
         ids[at(16, 10)] = 1.0;
         assert_eq!(occupied(&ids, window)[0], part(-2, 4, 20, 64));
         ids.fill(1.0);
@@ -329,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn only_pieces_that_meet_at_the_edges_need_what_lies_beyond() {
+    fn needs_a_margin_only_if_pieces_meet_at_the_edges() {
         let close = Window { x: 4, y: -2, width: 8, height: 6 };
         let grid = Grid { origin: glam::DVec2::ZERO, step: glam::DVec2::ONE, period: None, shown: None };
         let with = |others: &[(i32, i32)]| {
@@ -342,7 +343,7 @@ mod tests {
             unbroken_at_edges(&ids, close)
         };
         assert!(with(&[]));
-        // Within, and just outside.
+        // Another piece in the interior, or just outside, does not matter.
         assert!(with(&[(7, 0), (3, 0), (12, 1), (6, -3), (6, 4)]));
         for edge in [(4, 0), (5, 1), (10, 0), (11, -1), (7, -2), (8, -1), (7, 2), (4, 3)] {
             assert!(!with(&[edge]), "{edge:?}");

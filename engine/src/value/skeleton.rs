@@ -6,26 +6,26 @@ use serde::{Deserialize, Serialize};
 /// A branch: a straight axis that starts on the trunk's skeleton.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Branch {
-    /// Where it starts, in mm.
+    /// Its start in mm.
     pub start: DVec3,
-    /// The direction in which it grows, of length 1.
+    /// The unit vector of its growth.
     pub direction: DVec3,
-    /// How fast it thickens, in mm a year.
+    /// Its thickening in mm per year.
     pub thickening: f64,
     /// Its length in mm; may be infinite.
     pub length: f64,
-    /// The year of the tree after which it grew no more; infinite for a living one.
+    /// The year of the tree in which it died; infinite for a living branch.
     pub dead_from: f64,
-    /// How many years it lived, where that is known instead; infinite for a living one.
+    /// Its lifetime in years, where that is known instead; infinite for a living branch.
     pub lifetime: f64,
 }
 
-/// The line along which a trunk grew, as cubic Bézier segments, and its branches.
+/// The axis of a trunk, as cubic Bézier segments, and its branches.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Skeleton {
     /// The control points of each segment in mm; a segment ends where the next one starts.
     pub trunk: Vec<[DVec3; 4]>,
-    /// Whether the control points of every segment are evenly spaced in z.
+    /// True if the control points of every segment are evenly spaced in z.
     pub even: bool,
     /// The branches.
     pub branches: Vec<Branch>,
@@ -47,9 +47,9 @@ struct BranchData {
     lifetime: Number<f64>,
 }
 
-/// The greatest length at which a branch is drawn, in mm.
+/// The maximum drawn length of a branch, in mm.
 const LONGEST: f64 = 3000.0;
-/// The number of lines that each cubic segment of a trunk is drawn with.
+/// Number of lines that draw a cubic segment of a trunk.
 const PIECES: usize = 12;
 
 impl Object for Skeleton {

@@ -1,50 +1,50 @@
-//! Sketches of objects: simple shapes for all that draw them.
+//! Sketches of objects: simple shapes for display.
 use super::Type;
 use glam::{DVec3, Vec2};
 
-/// What is drawn for an object.
+/// The sketch of an object.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Sketch {
     /// Points and lines on the canvas, in mm.
     Canvas(Shapes<Vec2>),
     /// Points and lines in space, in mm; z points up.
     Space(Shapes<DVec3>),
-    /// A picture with pixels of its own, which has no place on the canvas.
+    /// A picture with its own pixels, without a position on the canvas.
     Pixels(Pixels),
 }
 
 /// Points and lines.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shapes<P> {
-    /// Points, thinned out where there are too many to be seen.
+    /// Points, thinned out if there are too many.
     pub points: Vec<P>,
     /// Lines, thinned out in the same way.
     pub lines: Vec<[P; 2]>,
-    /// For each line, whether what it represents is broken; empty if that cannot break.
+    /// For each line, true if the thing that it shows is broken; empty if things cannot break.
     pub broken: Vec<bool>,
-    /// Counts and what is counted, such as 12 and `links`.
+    /// Counts with their nouns, such as 12 and `links`.
     pub counts: Vec<(usize, &'static str)>,
 }
 
 impl<P> Shapes<P> {
-    /// The most points or lines of a sketch.
+    /// Maximum number of points or lines of a sketch.
     pub const MOST: usize = 40_000;
 
-    /// Of the numbers below `count`, evenly spaced ones, at most [`MOST`](Self::MOST).
+    /// Evenly spaced indices below `count`, at most [`MOST`](Self::MOST).
     pub fn thinned(count: usize) -> impl ExactSizeIterator<Item = usize> + Clone {
         (0..count).step_by(count.div_ceil(Self::MOST).max(1))
     }
 }
 
 impl Shapes<DVec3> {
-    /// The smallest box around them; what is not finite does not count.
+    /// The bounding box of all finite points.
     pub fn extent(&self) -> Option<(DVec3, DVec3)> {
         let ends = self.lines.iter().flatten().chain(&self.points).filter(|p| p.is_finite());
         ends.map(|p| (*p, *p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
 }
 
-/// A picture with pixels of its own.
+/// A picture with its own pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pixels {
     ty: Type,
@@ -53,15 +53,15 @@ pub struct Pixels {
 }
 
 impl Pixels {
-    /// A picture of `size` pixels, one plane after another, which hold what a field of type `ty` would; nothing without
-    /// pixels, or if they are not whole planes.
+    /// A picture of `size` pixels, one plane after another, with the channels of a field of type `ty`. `None` without
+    /// pixels, or if the planes are incomplete.
     pub fn new(ty: Type, size: [usize; 2], planes: Vec<f32>) -> Option<Self> {
         let pixels = size[0] * size[1];
         let whole = pixels > 0 && planes.len() >= pixels && planes.len().is_multiple_of(pixels);
         whole.then_some(Self { ty, size, planes })
     }
 
-    /// What the pixels hold.
+    /// Type of the values.
     pub const fn ty(&self) -> Type {
         self.ty
     }
@@ -71,7 +71,7 @@ impl Pixels {
         self.size
     }
 
-    /// The planes, by rows.
+    /// The planes, row by row.
     pub fn planes(&self) -> impl ExactSizeIterator<Item = &[f32]> {
         self.planes.chunks_exact(self.size[0] * self.size[1])
     }
@@ -82,7 +82,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn crowds_are_thinned_out() {
+    fn thins_out_many_points() {
         assert_eq!(Shapes::<Vec2>::thinned(5).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
         let many = Shapes::<Vec2>::thinned(100_000);
         assert_eq!((many.len(), many.clone().nth(1)), (33_334, Some(3)));

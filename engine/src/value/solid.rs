@@ -1,8 +1,8 @@
 //! Solids: functions of a point in space, in millimetres.
 //!
-//! A solid is evaluated for many points at once. Its code computes its values from the points and from the values of other
-//! solids at the same points; [`Solid::moved`] evaluates a solid at other points. A cut through a solid ([`Solid::cut`]) is
-//! a field, see [`Cuts`].
+//! A solid is evaluated for many points at once. Its code computes values from the points and from the values of other
+//! solids at the same points; [`Solid::moved`] evaluates a solid at other points. A cut through a solid
+//! ([`Solid::cut`]) is a field, see [`Cuts`].
 use super::link::Link;
 use super::quads::AtQuads;
 use super::{Cost, Cut, Cuts, Field, FieldId, Key, PieceAxes, Type};
@@ -14,38 +14,39 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Points at which solids are evaluated, by rows, and what is known about how they lie.
+/// Points at which solids are evaluated, row by row, with facts about their arrangement.
 #[derive(Clone, Copy, Debug)]
 pub struct Patch<'a> {
-    /// The coordinates in mm, x, y and z by themselves; empty for code that does not want them.
+    /// The planes of the x, y and z coordinates in mm; empty for code that does not need them.
     pub place: [&'a [f32]; 3],
     /// The number of points in a row.
     pub columns: usize,
     /// The number of rows.
     pub rows: usize,
-    /// Whether z is the same for all points of a row.
+    /// True if z is the same for all points of a row.
     pub level: bool,
-    /// The directions of length 1 that run to the right and down, if the points lie in a plane.
+    /// The unit vectors that point to the right and down, if the points lie in a plane.
     pub flat: Option<[[f32; 3]; 2]>,
-    /// The pieces to which the points belong, if the cut is made of several; `None` for code that does not want quads.
+    /// The pieces to which the points belong, if the cut has several; `None` for code that does not need quads.
     pub pieces: Option<PatchPieces<'a>>,
-    /// How gradients on the surface follow from differences of pixels, where pixels may be stretched: the inverse A, B, C of
-    /// the metric, in 1/mm². A number that differs by (x, y) from pixel to pixel changes by √(A·x² + 2B·x·y + C·y²) a mm at
-    /// most. A is 0 where the surface has no extent. Footprints are then measured along the surface, and are the same however
-    /// the surface lies on the canvas; `None` for code that does not want quads.
+    /// The inverse metric A, B, C in 1/mm², which gives gradients on a surface whose pixels may be stretched: a number
+    /// that differs by (x, y) from pixel to pixel changes by at most √(A·x² + 2B·x·y + C·y²) per mm. A is 0 where the
+    /// surface has no extent. Footprints are then measured along the surface, independent of its layout on the canvas.
+    /// `None` for code that does not need quads.
     pub metric: Option<[&'a [f32]; 3]>,
-    /// The normal of a rounded surface whose facets the quads are, by what it has of a facet's own directions: to the right, down and
-    /// along its normal; `None` where there is none, and for code that does not want it.
+    /// The normal of a rounded surface whose facets are the quads, in the frame of the facet: its components to the
+    /// right, down and along the facet's normal. `None` if there is none, and for code that does not need it.
     pub rounded: Option<[&'a [f32]; 3]>,
-    /// Whether quads lie in space instead of on a surface: a point, and those `pixel` mm beside it along x, y and z.
+    /// True if quads lie in space instead of on a surface: a point, and the points `pixel` mm beside it along x, y and
+    /// z.
     pub space: bool,
-    /// The largest distance of neighbours in mm; 0 for single points, which are taken as they are.
+    /// Maximum distance between neighbours in mm; 0 for single points without a footprint.
     pub pixel: f32,
-    /// Where to tell what the user should know about the values, if anybody listens.
+    /// The receiver of warnings about the values, if any.
     pub listener: Option<Listener<'a>>,
 }
 
-/// What takes reports about values.
+/// A receiver of warnings about values.
 #[derive(Clone, Copy)]
 pub struct Listener<'a>(pub &'a dyn Fn(Problem));
 
@@ -55,13 +56,14 @@ impl std::fmt::Debug for Listener<'_> {
     }
 }
 
-/// The pieces of a cut at the points of a patch. Neighbours of different pieces do not tell the footprint of a pixel.
+/// The pieces of a cut at the points of a patch. Neighbours in different pieces are not used for the footprint of a
+/// pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct PatchPieces<'a> {
-    /// The number of the piece of each point.
+    /// Id of the piece of each point.
     pub ids: &'a [f32],
-    /// For plane pieces: the cosine and the sine of the angle of each piece's own x axis on the canvas, and what tells the
-    /// directions of its axes in space.
+    /// For plane pieces: the cosine and the sine of the angle of each piece's x axis on the canvas, and the directions
+    /// of its axes in space.
     pub planes: Option<([&'a [f32]; 2], &'a PieceAxes)>,
 }
 
@@ -79,7 +81,7 @@ impl<'a> Patch<'a> {
         self.columns * self.rows
     }
 
-    /// Whether there is none.
+    /// True if there are no points.
     pub const fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -90,7 +92,7 @@ impl<'a> Patch<'a> {
 pub struct Planes<'a> {
     data: &'a [f32],
     points: usize,
-    /// From one plane to the next.
+    /// Distance between planes.
     stride: usize,
     channels: usize,
 }
@@ -101,7 +103,7 @@ impl<'a> Planes<'a> {
         Self { data, points, stride: points, channels: data.len() / if points == 0 { 1 } else { points } }
     }
 
-    /// The same of some of the points.
+    /// Values at some of the points.
     pub(super) fn part(self, points: Range<usize>) -> Self {
         Self { data: self.data.get(points.start..).unwrap_or_default(), points: points.len(), ..self }
     }
@@ -117,46 +119,47 @@ impl<'a> Planes<'a> {
     }
 }
 
-/// What the code of a solid needs to be given.
+/// The inputs that the code of a solid needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wants {
-    /// The points themselves, besides the values of the inputs.
+    /// The coordinates of the points, besides the values of the inputs.
     pub place: bool,
-    /// Patches of whole quads, 2×2 points, whose upper left ones have even numbers, so that differences between the
-    /// points of a quad tell the footprint of a pixel. Single points are not in quads.
+    /// Patches of whole quads, 2×2 points whose upper left pixel has even coordinates, so that differences within a
+    /// quad give the footprint of a pixel. Single points are not in quads.
     pub quads: bool,
-    /// The normals of rounded surfaces, which code with quads may ask for.
+    /// The normals of rounded surfaces; only together with quads.
     pub rounded: bool,
 }
 
-/// The code behind a solid.
+/// Code of a solid.
 pub trait SolidSource: Send + Sync {
     /// Computes all planes of `out` at the points of `patch` from the values of the inputs there. Runs on one thread.
-    /// The value at a point (in a quad) depends on that point (that quad) alone.
+    /// The value at a point (in a quad) may depend only on that point (that quad).
     fn fill(&self, patch: &Patch<'_>, inputs: &[Planes<'_>], out: &mut [&mut [f32]]);
 
-    /// The same in double precision, from the inputs' values one channel after another, if that is possible.
+    /// Computes the values in double precision, one channel after another, if the code supports that. Inputs have the
+    /// same layout.
     fn exact(&self, _at: &[DVec3], _inputs: &[Vec<f64>]) -> Option<Vec<f64>> {
         None
     }
 
-    /// What it needs to be given.
+    /// The inputs that it needs.
     fn wants(&self) -> Wants {
         Wants { place: true, quads: false, rounded: false }
     }
 
-    /// How to treat tiles of its cuts.
+    /// The caching policy for tiles of its cuts.
     fn cost(&self) -> Cost {
         Cost::Local
     }
 
-    /// The memory it holds, in bytes.
+    /// Its memory in bytes.
     fn bytes(&self) -> usize {
         0
     }
 }
 
-/// How the values of a solid are computed.
+/// The computation of a solid.
 pub(super) enum Body {
     /// Computed from inputs at the same point.
     Computed { source: Arc<dyn SolidSource>, inputs: Vec<Solid> },
@@ -188,18 +191,19 @@ impl Solid {
         Self { ty, channels, key: None, owner: None, note: None, body: Link::new(Arc::new(body)) }
     }
 
-    /// A solid of type `ty` (one of the solid types) computed by `source` from the values of `inputs` at the same point.
+    /// A solid of type `ty` (one of the solid types) computed by `source` from the values of `inputs` at the same
+    /// point.
     pub fn new(ty: Type, inputs: Vec<Solid>, source: impl SolidSource + 'static) -> Self {
         Self::of(ty, ty.channels(), Body::Computed { source: Arc::new(source), inputs })
     }
 
-    /// A solid of several numbers (at most 4) of which [`channel`](Self::channel) makes solids of one, computed together.
+    /// A solid of several numbers (at most 4) that are computed together. [`channel`](Self::channel) gives solids of
+    /// one number.
     pub fn bundle(channels: usize, inputs: Vec<Solid>, source: impl SolidSource + 'static) -> Self {
         Self { channels: channels.clamp(1, 4), ..Self::new(Type::SolidVector, inputs, source) }
     }
 
-    /// This solid at the points that the `SolidVector` `place` gives for each point; `keeps_z` promises that it changes
-    /// no z.
+    /// This solid at the points that the `SolidVector` `place` gives; `keeps_z` promises that z does not change.
     #[must_use]
     pub fn moved(&self, place: Solid, keeps_z: bool) -> Self {
         Self::of(self.ty, self.channels, Body::Moved { inner: self.clone(), place, keeps_z })
@@ -211,22 +215,22 @@ impl Solid {
         self.pick(Type::Solid, &[channel])
     }
 
-    /// Some of its channels, as a solid of type `ty`, which has as many.
+    /// Some of its channels, as a solid of type `ty` with as many channels.
     #[must_use]
     pub fn pick(&self, ty: Type, channels: &[usize]) -> Self {
         let channels: Arc<[usize]> = channels.iter().map(|c| (*c).min(self.channels - 1)).collect();
         Self::of(ty, channels.len(), Body::Channels { of: self.clone(), channels })
     }
 
-    /// The same with a note for the nodes that read it: what they may know of it besides its values. Only code that names
-    /// the type of the note can read it.
+    /// Attaches a note for the nodes that read the solid: facts besides its values. Only code that names the type of
+    /// the note can read it.
     #[must_use]
     pub fn noted(mut self, note: impl Any + Send + Sync) -> Self {
         self.note = Some(Arc::new(note));
         self
     }
 
-    /// The [note](Self::noted) on it, if it is of this type.
+    /// The [note](Self::noted), if it has this type.
     pub fn note<T: Any>(&self) -> Option<&T> {
         self.note.as_deref()?.downcast_ref()
     }
@@ -241,7 +245,7 @@ impl Solid {
         self.channels
     }
 
-    /// The type of fields that show it, such as its cuts.
+    /// Type of its fields, such as cuts.
     pub const fn field_type(&self) -> Type {
         match self.channels {
             1 => Type::Gray,
@@ -251,19 +255,19 @@ impl Solid {
         }
     }
 
-    /// Its key; `None` for a part of another that was never given one. Cuts of solids without a key are not kept.
+    /// Its key; `None` for a part of another solid that was not given one. Cuts of solids without a key are not cached.
     pub const fn key(&self) -> Option<Key> {
         self.key
     }
 
-    /// Gives a new solid its key; a solid that has one keeps it.
+    /// Gives a new solid its key; an existing key is kept.
     #[must_use]
     pub fn keyed(mut self, key: Key) -> Self {
         self.key.get_or_insert(key);
         self
     }
 
-    /// The same as a part of the result `owner`: work on its cuts counts as work on that result.
+    /// Marks it as a part of the result `owner`: work on its cuts is counted for that result.
     #[must_use]
     pub const fn owned_by(mut self, owner: Key) -> Self {
         self.owner = Some(owner);
@@ -275,7 +279,7 @@ impl Solid {
         self.key.map_or_else(|| FieldId::Code(self.body.address()), FieldId::Key)
     }
 
-    /// The result that it is a part of, if there is one.
+    /// The result that its work is counted for, if any.
     pub(super) const fn owner(&self) -> Option<Key> {
         self.owner
     }
@@ -284,7 +288,8 @@ impl Solid {
         self.body.get()
     }
 
-    /// Of channels that lie side by side in another solid: that one, and which of its channels. Else itself and all of its own.
+    /// If its channels are consecutive channels of another solid: that solid and the range of channels. Otherwise
+    /// itself and all its channels.
     pub(super) fn whole(&self) -> (&Self, Range<usize>) {
         let (mut solid, mut part) = (self, 0..self.channels);
         while let Body::Channels { of, channels } = solid.body() {
@@ -298,7 +303,7 @@ impl Solid {
         (solid, part)
     }
 
-    /// The memory it holds, in bytes.
+    /// Its memory in bytes.
     pub fn bytes(&self) -> usize {
         match self.body() {
             Body::Computed { source, .. } => source.bytes() + size_of::<Self>(),
@@ -312,25 +317,25 @@ impl Solid {
         Cuts::default().cut(self, cut)
     }
 
-    /// Its values at points of which the planes of x, y and z are given, one channel after another. Each stands for the space
-    /// around it, `pixel` mm wide: its value depends on the point alone, not on any surface. A solid that several others read
-    /// is evaluated once.
+    /// Its values at the points with these planes of x, y and z, one channel after another. Each point stands for the
+    /// space around it, `pixel` mm wide: its value depends only on the point, not on any surface. A solid that several
+    /// others read is evaluated once.
     pub fn quads(&self, points: &[&[f32]; 3], pixel: f32) -> Vec<f32> {
         AtQuads::new(points, pixel).values(self)
     }
 
-    /// Its values at single points, one channel after another, in double precision wherever that is possible. A solid that
-    /// several others read is evaluated once.
+    /// Its values at single points, one channel after another, in double precision where the code supports it. A solid
+    /// that several others read is evaluated once.
     pub fn at(&self, points: &[DVec3]) -> Vec<f64> {
         At::new(points).values(self)
     }
 }
 
-/// Solids at single points, each evaluated once at each set of points.
+/// Evaluates solids at single points, each solid once per set of points.
 struct At {
-    /// The points themselves, then those to which solids are moved.
+    /// The original points, then the sets to which solids are moved.
     points: Vec<Arc<[DVec3]>>,
-    /// By the set of points and what moves it: the number of the set that it is moved to.
+    /// Index of the moved set, by the original set and the solid that moves it.
     moved: HashMap<(usize, FieldId), usize>,
     known: HashMap<(usize, FieldId), Arc<[f64]>>,
 }
@@ -368,7 +373,7 @@ impl At {
         self.known.get(&(0, solid.id())).map_or_else(Vec::new, |values| values.to_vec())
     }
 
-    /// The set of points that `place` leads to from `set`, if its values there are known.
+    /// The set of points to which `place` moves `set`, if its values there are known.
     fn move_to(&mut self, set: usize, place: &Solid) -> Option<usize> {
         if let Some(to) = self.moved.get(&(set, place.id())) {
             return Some(*to);
@@ -431,14 +436,14 @@ mod tests {
     }
 
     #[test]
-    fn channels_side_by_side_are_read_where_they_lie() {
+    fn reads_consecutive_channels_in_place() {
         let all = Solid::bundle(4, Vec::new(), Nothing);
         let three = all.pick(Type::SolidColor, &[1, 2, 3]);
         for (solid, channels) in [(&all, 0..4), (&three, 1..4), (&three.channel(1), 2..3)] {
             let (whole, part) = solid.whole();
             assert_eq!((whole.id() == all.id(), part), (true, channels));
         }
-        // What is in another order, or leaves one out, is a solid of its own.
+        // Channels in another order, or with gaps, form a separate solid.
         for channels in [[2, 1, 0], [0, 2, 3]] {
             let solid = all.pick(Type::SolidColor, &channels);
             let (whole, part) = solid.whole();

@@ -15,11 +15,11 @@ pub struct SpringNet {
     pub rest_length: Vec<f32>,
     /// Mass of each point; empty if all are 1.
     pub mass: Vec<f32>,
-    /// Damping coefficient of each spring: the force against a change of its length, per unit of speed; empty if there is
-    /// none.
+    /// Damping coefficient of each spring: the force that opposes a change of its length, per unit of speed; empty if
+    /// there is none.
     pub damping: Vec<f32>,
-    /// Present when masses belong to places rather than to points: the mass at every place. `mass` then holds those where
-    /// the points are.
+    /// Present if masses belong to positions on the canvas rather than to points: the mass everywhere. `mass` then
+    /// holds the values at the points.
     pub mass_map: Option<Arc<ScalarMap>>,
 }
 
@@ -71,7 +71,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn masses_and_dampers_are_printed_even_if_all_are_alike() {
+    fn prints_equal_masses_and_dampers() {
         let springs = SpringNet {
             lattice: Arc::new(link()),
             stiffness: vec![2.0],

@@ -1,13 +1,13 @@
-//! Why computations end early.
+//! Reasons why computations end early.
 use crate::diagnostics::Problem;
 use std::fmt;
 
-/// Why a computation ended without a result.
+/// Reason why a computation ended without a result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Stop {
-    /// It was cancelled.
+    /// The work was cancelled.
     Cancelled,
-    /// It could not be done.
+    /// The computation is impossible.
     Failed(Box<Problem>),
 }
 

@@ -1,37 +1,37 @@
-//! Surfaces under coordinates that were synthesised on an atlas.
+//! Surfaces of coordinates that were synthesised on an atlas.
 use super::{Atlas, IndirectionLevel, Number};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// The pixels of an atlas on which coordinates were found.
+/// Pixels of an atlas for which coordinates were computed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
     /// The atlas.
     pub atlas: Arc<Atlas>,
-    /// Columns and rows of the finest level, of which these pixels may be a coarser one.
+    /// Columns and rows of the finest level; these pixels may belong to a coarser level.
     pub finest: [u32; 2],
-    /// Who owns the pixels, and what lies beside them across borders.
+    /// The owners of the pixels, and their neighbours across borders.
     pub level: IndirectionLevel,
-    /// For each pixel how coordinates change, in exemplar pixels per pixel: J00 J01 J10 J11.
+    /// The derivatives of the coordinates at each pixel, in exemplar pixels per pixel: J00 J01 J10 J11.
     pub jacobians: Vec<[f32; 4]>,
-    /// How borders of charts compare with the inside.
+    /// The visibility of chart borders.
     pub seam: Option<Seam>,
 }
 
-/// How steps across borders of charts compare with those inside: 1 where nothing is to be seen of the borders.
+/// Differences across chart borders, relative to those inside charts: 1 means that borders are invisible.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Seam {
-    /// How many pairs of pixels across borders were compared.
+    /// Number of compared pairs of pixels across borders.
     pub pairs: u32,
-    /// The mean difference of colours per mm across borders, over that inside.
+    /// Mean difference of colours per mm across borders, divided by that inside.
     pub mean: f32,
-    /// The difference that 99 of 100 pairs do not exceed, over that inside.
+    /// The 99th percentile of the difference, divided by that inside.
     pub p99: f32,
-    /// The share of pairs that do not continue in the exemplar, over that inside.
+    /// Fraction of pairs that are not continuous in the exemplar, divided by that inside.
     pub torn: f32,
 }
 
-/// A [`Seam`] as others read it.
+/// The data of a [`Seam`] for output.
 #[derive(Serialize)]
 pub(super) struct SeamData {
     pairs: u32,

@@ -4,35 +4,35 @@ use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
-/// Points on a mesh, and links between them. Nothing of it depends on how the mesh is laid out.
+/// Points on a mesh, and links between them. Independent of any layout of the mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SurfaceNet {
     /// The surface.
     pub mesh: Arc<Mesh>,
-    /// The places of the points in mm.
+    /// Positions of the points in mm.
     pub positions: Vec<DVec3>,
     /// The triangle on which each point lies.
     pub triangles: Vec<u32>,
-    /// The normal of the surface at each point, of length 1.
+    /// The unit normal of the surface at each point.
     pub normals: Vec<Vec3>,
-    /// The mean distance of neighbours for which they were made, in mm.
+    /// Mean distance between neighbours for which they were made, in mm.
     pub pitch: f64,
     /// The two ends of each link.
     pub links: Vec<[u32; 2]>,
     /// The length of each link when it was made, in mm.
     pub lengths: Vec<f32>,
-    /// For each link whether its spring broke; empty if none did.
+    /// For each link, true if its spring broke; empty if none did.
     pub broken: Vec<bool>,
 }
 
 impl SurfaceNet {
-    /// From one end of a link to the other.
+    /// The vector from one end of a link to the other.
     pub fn span(&self, link: usize) -> DVec3 {
         let [a, b] = self.links[link].map(|point| self.positions[point as usize]);
         b - a
     }
 
-    /// Whether the spring of a link broke.
+    /// True if the spring of a link broke.
     pub fn is_broken(&self, link: usize) -> bool {
         self.broken.get(link).is_some_and(|broken| *broken)
     }

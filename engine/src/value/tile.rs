@@ -1,13 +1,13 @@
-//! A rectangle of a field, computed.
+//! Computed rectangles of fields.
 use super::buffer::Buffer;
 use super::{Grid, Window};
 
 /// The values of a field in a window: planar `f32`, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
-    /// The grid that `window` counts in.
+    /// The grid of `window`.
     pub grid: Grid,
-    /// Which pixels.
+    /// Pixels.
     pub window: Window,
     channels: usize,
     data: Buffer,
@@ -19,7 +19,7 @@ impl Tile {
         Self { grid, window, channels, data: Buffer::zeros(window.len() * channels) }
     }
 
-    /// A tile of any values, for code that sets all of them.
+    /// A tile of arbitrary values, for code that sets all of them.
     pub(crate) fn unset(grid: Grid, window: Window, channels: usize) -> Self {
         Self { grid, window, channels, data: Buffer::unset(window.len() * channels) }
     }
@@ -78,12 +78,12 @@ impl Tile {
         &mut self.plane_mut(channel)[row * w..(row + 1) * w]
     }
 
-    /// Copies what `source` and this tile have in common, `source` being shifted by `(dx, dy)` pixels first.
+    /// Copies the common pixels of this tile and `source`, after shifting `source` by `(dx, dy)` pixels.
     pub fn copy_from(&mut self, source: &Tile, dx: i32, dy: i32) {
         self.copy_part(source, self.window, dx, dy);
     }
 
-    /// The same of the pixels within `part` only.
+    /// Like [`copy_from`](Self::copy_from), only for pixels within `part`.
     pub(super) fn copy_part(&mut self, source: &Tile, part: Window, dx: i32, dy: i32) {
         let (a, b) = (self.window, source.window);
         let (left, right) = (a.x.max(part.x).max(b.x + dx), a.right().min(part.right()).min(b.right() + dx));
@@ -103,8 +103,7 @@ impl Tile {
         }
     }
 
-    /// Copies the pixels, which lie within `whole`, to their places in a picture of `whole` whose rows follow each other
-    /// and whose channels lie side by side.
+    /// Copies the pixels, which lie within `whole`, into a pixel-interleaved picture of `whole`.
     pub(crate) fn interleave(&self, whole: Window, out: &mut [f32]) {
         let (channels, width) = (self.channels, whole.width as usize);
         let offset = |from: i32, to: i32| to.abs_diff(from) as usize;

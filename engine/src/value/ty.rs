@@ -3,7 +3,7 @@ use std::fmt;
 
 macro_rules! types {
     ($($name:ident $color:literal $doc:literal,)*) => {
-        /// What a wire carries.
+        /// Type of a wire.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[non_exhaustive]
         pub enum Type { $(#[doc = $doc] $name,)* }
@@ -17,7 +17,7 @@ macro_rules! types {
                 match self { $(Self::$name => stringify!($name),)* }
             }
 
-            /// Its colour on drawings of graphs.
+            /// Its colour in drawings of graphs.
             pub const fn color(self) -> &'static str {
                 match self { $(Self::$name => $color,)* }
             }
@@ -40,22 +40,22 @@ super::objects! { types! {
 } }
 
 impl Type {
-    /// The type of that name.
+    /// Type with this name.
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|ty| ty.name() == name)
     }
 
-    /// Whether it is evaluated by tiles.
+    /// True if it is evaluated by tiles.
     pub const fn is_field(self) -> bool {
         matches!(self, Self::Gray | Self::Rgb | Self::Normal | Self::Vec2 | Self::Jacobian | Self::Ids)
     }
 
-    /// Whether it is a function of a point in space.
+    /// True if it is a function of a point in space.
     pub const fn is_solid(self) -> bool {
         matches!(self, Self::Solid | Self::SolidColor | Self::SolidVector)
     }
 
-    /// The number of channels of a field or a solid; 0 for anything else.
+    /// Number of channels of a field or a solid; 0 for any other type.
     pub const fn channels(self) -> usize {
         match self {
             Self::Gray | Self::Ids | Self::Solid => 1,

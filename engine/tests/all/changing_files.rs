@@ -1,4 +1,5 @@
-//! Files that change between loading a graph and evaluating it: no result is kept under the key of another content.
+//! Files that change between loading a graph and evaluating it. A result is never stored under the key of another
+//! content.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use schemars::JsonSchema;
@@ -46,12 +47,12 @@ impl Node for Early {
     }
 }
 
-/// The number in a file, read when the first tile is filled, and remembered.
+/// Number in a file, read when the first tile is filled, and then kept.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 struct Late {
     path: FilePath,
-    /// Written to the file just before it is read, as by another program; nothing if 0.
+    /// Written to the file just before the file is read, as if by another program; 0 writes nothing.
     intruder: u16,
 }
 
@@ -119,7 +120,7 @@ impl Desk {
         Ok(read(&request.dir.join("out.exr"), &ReadLimits::default()).unwrap().planes[0])
     }
 
-    /// The number in a pixel, under keys that were derived before.
+    /// Number in a pixel, under keys that were derived earlier.
     fn seen(&self, session: &Session, keys: &Keys, x: i32) -> Result<f32, Failure> {
         let output = &self.graph.outputs[0];
         session.look(&self.graph, keys, &CancelToken::default(), &Silent, |look| {
@@ -130,7 +131,7 @@ impl Desk {
     }
 }
 
-/// The message of a refused result, which is at the parameter that names the file.
+/// The message of a refused result; its span must be the parameter that names the file.
 #[track_caller]
 fn refused(desk: &Desk, result: Result<f32, Failure>) -> String {
     let Err(Failure::Errors(errors)) = result else { panic!("{result:?}") };
@@ -140,10 +141,10 @@ fn refused(desk: &Desk, result: Result<f32, Failure>) -> String {
 }
 
 #[test]
-fn a_file_that_changes_before_a_run_is_read_anew() {
+fn rereads_a_file_that_changed_before_the_run() {
     for node in ["Early(path: \"number\")", "Late(path: \"number\")"] {
         let desk = Desk::new(node, 1);
-        // Loaded with 1 in the file, and rendered with others.
+        // The graph was loaded with 1 in the file, and is rendered with other numbers.
         for number in [2, 3, 1, 2, 1] {
             desk.write(number);
             assert_eq!(desk.rendered(), Ok(f32::from(number)), "{node}");
@@ -152,7 +153,7 @@ fn a_file_that_changes_before_a_run_is_read_anew() {
 }
 
 #[test]
-fn a_result_of_a_file_that_changed_during_a_run_is_refused() {
+fn refuses_results_of_files_changed_during_the_run() {
     for node in ["Early(path: \"number\")", "Late(path: \"number\")"] {
         let desk = Desk::new(node, 1);
         let session = desk.session();
@@ -164,7 +165,7 @@ fn a_result_of_a_file_that_changed_during_a_run_is_refused() {
         }
         fs::remove_file(desk.folder.path().join("number")).unwrap();
         refused(&desk, desk.seen(&session, &keys, 0));
-        // The same content again, in another file.
+        // The same content again, in a new file.
         desk.write(1);
         assert_eq!(desk.seen(&session, &keys, 0), Ok(1.0), "{node}");
         assert_eq!(desk.rendered(), Ok(1.0), "{node}");
@@ -172,29 +173,29 @@ fn a_result_of_a_file_that_changed_during_a_run_is_refused() {
 }
 
 #[test]
-fn what_was_read_stays_although_the_file_changes_later() {
+fn keeps_content_read_before_a_change() {
     let desk = Desk::new("Late(path: \"number\")", 1);
     let session = desk.session();
     let keys = session.keys(&desk.graph).unwrap();
     assert_eq!(desk.seen(&session, &keys, 0), Ok(1.0));
     desk.write(2);
-    // Beyond the tile that is in memory.
+    // Outside the tile that is in memory.
     assert_eq!(desk.seen(&session, &keys, 3000), Ok(1.0));
     assert_eq!(desk.rendered(), Ok(2.0));
 }
 
 #[test]
-fn a_file_that_changes_while_it_is_read_is_refused_for_good() {
+fn refuses_a_file_changed_while_it_is_read() {
     let desk = Desk::new("Late(path: \"number\", intruder: 9)", 1);
     let session = desk.session();
     let keys = session.keys(&desk.graph).unwrap();
     let message = refused(&desk, desk.seen(&session, &keys, 0));
     assert!(message.contains("was changed after the run had begun"), "{message}");
-    // The node remembers the other content, so the old one does not help.
+    // The node keeps the other content, so restoring the old content does not help.
     desk.write(1);
     let message = refused(&desk, desk.seen(&session, &keys, 0));
     assert!(message.contains("was changed while it was read"), "{message}");
-    // Nothing of it was kept: a new session reads what is there.
+    // The result was not stored: a new session reads the current content.
     desk.write(9);
     assert_eq!(desk.rendered(), Ok(9.0));
 }

@@ -1,4 +1,4 @@
-//! Evaluation: graphs of any depth and width, each thing computed once, nothing held back by what it does not need.
+//! Evaluation of deep and wide graphs: computes each value once, and no node waits for values that it does not read.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 #![allow(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "small numbers")]
 
@@ -103,8 +103,8 @@ fn wide_graphs_are_computed() {
 }
 
 #[test]
-fn what_is_read_twice_is_computed_once() {
-    // Without that, twenty levels would take a million tiles.
+fn computes_shared_fields_once() {
+    // Without sharing, twenty levels would take a million tiles.
     let text = chain(20, "Ramp()", |i| format!("Plus(a: \"n{i}\", b: \"n{i}\")"));
     let stats = render(&session(64 << 20), &graph(&text, "n20", 256));
     let tiles: Vec<u64> = stats.iter().map(|node| node.tiles).collect();
@@ -112,7 +112,7 @@ fn what_is_read_twice_is_computed_once() {
 }
 
 #[test]
-fn solids_that_are_read_twice_are_computed_once() {
+fn computes_shared_solids_once() {
     let text = chain(20, "Block()", |i| format!("Block(a: \"n{i}\", b: \"n{i}\")"));
     let graph = graph(&format!("{text} \"slice\": Slice(solid: \"n20\")"), "slice", 256);
     let session = session(64 << 20);
@@ -130,7 +130,7 @@ fn solids_that_are_read_twice_are_computed_once() {
 }
 
 #[test]
-fn a_tile_that_would_read_too_much_is_made_in_parts() {
+fn splits_tiles_that_would_read_too_much() {
     let by = "\"ramp\": Ramp(factor: 1), \"by\": Ramp(factor: 80000)";
     let text = format!("{by}, \"out\": Shift(input: \"ramp\", by: \"by\", most: 20000000)");
     let picture = picture(&session(256 << 20), &graph(&text, "out", 16));
@@ -142,7 +142,7 @@ fn a_tile_that_would_read_too_much_is_made_in_parts() {
 }
 
 #[test]
-fn a_long_node_holds_back_only_what_reads_it() {
+fn long_nodes_delay_only_their_readers() {
     let text = "\"long\": Wait(), \"a\": Seed(), \"b\": Seed(after: \"a\"), \"c\": Seed(after: \"b\", tells: true), \
                 \"both\": Both(a: \"long\", b: \"c\")";
     assert_eq!(picture(&session(64 << 20), &graph(text, "both", 1)).data(), [0.0]);
@@ -160,7 +160,7 @@ fn pictures_are_the_same_whatever_the_budget() {
 }
 
 #[test]
-fn a_cancelled_run_tells_nothing() {
+fn cancelled_runs_report_nothing() {
     let text = chain(50, "Ramp()", |i| format!("Smooth(input: \"n{i}\")"));
     let cancel = CancelToken::default();
     cancel.cancel();
@@ -178,7 +178,7 @@ fn a_window_is_written_into_memory_of_the_caller() {
     let (name, field) = session.pictures(&graph, "out", &cancel, &Silent).unwrap().remove(0);
     assert_eq!(name, "out");
     let grid = graph.canvas.grid(graph.canvas.resolution);
-    // Over the border of blocks, and beyond that of the picture, where it repeats.
+    // Across the border between blocks, and beyond the edge of the picture, where the picture repeats.
     for window in [Window { x: 250, y: 3, width: 40, height: 290 }, Window { x: -7, y: 290, width: 20, height: 30 }] {
         let mut mine = vec![f32::NAN; window.len()];
         session.raster_into(&graph, &field, (&grid, window), &mut mine, &cancel, &Silent).unwrap();

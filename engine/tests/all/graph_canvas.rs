@@ -1,4 +1,4 @@
-//! What a graph says of its canvas: the resolution, and whether the outputs repeat with it.
+//! The canvas of a graph: its resolution, and whether the outputs repeat with it.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::graph_nodes;
 
@@ -47,7 +47,7 @@ fn a_pair_is_taken_literally_with_a_warning() {
     assert_eq!(loaded.sources.position(warning.span.file, warning.span.start).column, 42);
     assert_eq!(warning.help.as_deref(), Some("write `64` for the longer side alone, or `(64, 32)`"));
 
-    // What the caller asks for counts, and what the canvas says does not matter then.
+    // A resolution of the caller overrides that of the canvas.
     let typed = on("size_mm: (60, 30), resolution: (64, 64)", Some(Resolution::Exact(UVec2::new(32, 64))));
     assert_eq!(pixels(&typed), [32, 64]);
     let [warning] = &typed.diagnostics[..] else { panic!("{:?}", typed.diagnostics) };
@@ -58,7 +58,7 @@ fn a_pair_is_taken_literally_with_a_warning() {
 }
 
 #[test]
-fn the_canvas_of_what_is_imported_asks_for_nothing() {
+fn ignores_the_canvas_of_imported_graphs() {
     let folder = tempfile::tempdir().unwrap();
     let inner = "(canvas: (size_mm: (60, 30), resolution: 64), nodes: {\"n\": Bands()}, outputs: {\"o\": \"n\"})";
     std::fs::write(folder.path().join("i.ron"), inner.replace("64", "(64, 64)")).unwrap();
@@ -68,7 +68,7 @@ fn the_canvas_of_what_is_imported_asks_for_nothing() {
     assert_eq!((pixels(&loaded), loaded.diagnostics.len()), ([1024, 1024], 0));
 }
 
-/// The advice about a graph of these nodes and outputs: messages, and the columns where they are.
+/// The advice about a graph of these nodes and outputs: messages and columns.
 fn advice(tile: &str, nodes: &str, outputs: &[&str]) -> Vec<(String, usize)> {
     let outputs: String = outputs.iter().enumerate().map(|(i, o)| format!("\"o{i}\": \"{o}\",")).collect();
     let text = format!("(canvas: (tile: {tile}), outputs: {{{outputs}}}, nodes: {{\n{nodes}\n}})");
@@ -81,7 +81,7 @@ fn advice(tile: &str, nodes: &str, outputs: &[&str]) -> Vec<(String, usize)> {
 }
 
 #[test]
-fn a_node_that_breaks_the_tiling_is_told_of_once() {
+fn reports_a_node_that_breaks_the_tiling_once() {
     let nodes = "\"ramp\": Ramp(), \"good\": Bands(), \"a\": Mix(a: \"ramp\"), \"b\": Mix(a: \"a\", b: \"good\")";
     assert_eq!(
         advice("Both", nodes, &["a", "b", "good", "ramp", "b", "a"]),
@@ -99,7 +99,7 @@ fn a_node_that_breaks_the_tiling_is_told_of_once() {
 }
 
 #[test]
-fn every_node_at_fault_is_told_of() {
+fn reports_every_node_at_fault() {
     let nodes = "\"x\": Ramp(), \"y\": Ramp(), \"both\": Mix(a: \"x\", b: \"y\"), \"after\": Ramp(input: \"x\")";
     let found = advice("X", nodes, &["both", "y", "after"]);
     let expected = |outputs: &str, node: &str| {
@@ -115,7 +115,7 @@ fn a_node_can_make_its_input_tile() {
     let ramp =
         |outputs: &str, does: &str| format!("the {outputs} {does} not tile: node `x` does not repeat with the canvas");
     assert_eq!(advice("Both", nodes, &["after", "x"]), [(ramp("output `o1`", "does"), 6)]);
-    // What it does not make repeat is its own fault.
+    // The direction that the node does not make repeat is reported at this node.
     let nodes = "\"s\": Seamless(input: \"x\", x_only: true), \"x\": Ramp()";
     let found = advice("Both", nodes, &["s"]);
     assert_eq!(found, [("the output `o0` does not tile: node `s` does not repeat with the canvas".to_owned(), 6)]);
@@ -134,7 +134,7 @@ fn the_seed_may_be_given_like_a_parameter() {
     assert_eq!(seed(&load(plain, &[("seed", "7")])), 7);
     assert_eq!(seed(&load(plain, &[("seed", "7"), ("seed", "18446744073709551615")])), u64::MAX);
 
-    // A parameter of that name comes first.
+    // A parameter of the same name takes precedence.
     let own = r#"(params: {"seed": Integer(default: 5)}, nodes: {"n": Bands()}, outputs: {"o": "n"})"#;
     let loaded = load(own, &[("seed", "7")]);
     assert_eq!((seed(&loaded), loaded.graph.unwrap().params[0].value.as_str()), (0, "7"));

@@ -1,5 +1,5 @@
-//! Every graph file in `errors/` says beside each fault what must be reported there: `//~ COLUMN CODE`, then, after `|`,
-//! parts of the message, the help, or the message of a related place. `//~v` means the next line.
+//! In the graph files of `errors/`, a mark after each fault states the expected report: `//~ COLUMN CODE`, then, after
+//! `|`, parts of the message, the help, or the message of a related place. `//~v` means the next line.
 use crate::bless;
 use crate::graph_nodes;
 
@@ -44,13 +44,13 @@ impl Expected {
         (&self.file, self.line, self.column, &self.code) == (&other.file, other.line, other.column, &other.code)
     }
 
-    /// Whether this, which was found, says all that a mark asks for.
+    /// True if this report contains all texts that a mark expects.
     fn says_all_of(&self, mark: &Self) -> bool {
         mark.says.iter().all(|part| self.says.iter().any(|text| text.contains(part)))
     }
 }
 
-/// A text with marks for what was found: those that are right stay, the others go, and what has none gets one.
+/// Updates the marks of a text: correct marks stay, wrong ones are removed, and reports without a mark get one.
 fn remarked(path: &Path, text: &str, found: &[Expected]) -> String {
     let mut left: Vec<&Expected> = found.iter().filter(|found| found.file == path).collect();
     let mut lines: Vec<String> = Vec::new();
@@ -130,7 +130,7 @@ fn check(path: &Path) -> Vec<String> {
 }
 
 #[test]
-fn marks_are_put_right() {
+fn corrects_marks() {
     let path = Path::new("a.ron");
     let found = |line, column, says: &str| Expected {
         file: path.to_owned(),
@@ -145,7 +145,7 @@ fn marks_are_put_right() {
 }
 
 #[test]
-fn every_error_is_where_it_is_said_to_be() {
+fn reports_every_error_at_its_mark() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/errors");
     let mut wrong = Vec::new();
     let mut codes = std::collections::BTreeSet::new();

@@ -1,4 +1,4 @@
-//! Expressions in graphs, and nodes without a name: what comes out of them.
+//! Results of expressions in graphs, and of nodes without a name.
 use crate::graph_nodes;
 
 use shibo_engine::eval::Keys;
@@ -65,7 +65,7 @@ fn defaults_follow_other_parameters() {
 }
 
 #[test]
-fn the_canvas_and_its_parameters_come_first() {
+fn evaluates_the_canvas_and_its_parameters_first() {
     let text = r#"(canvas: (size_mm: "= $side * 2"), nodes: { "it": Bands(pitch: "$part") },
         params: { "side": Number(default: "= $base + 1"), "base": Number(default: 4), "part": Number(default: "= canvas.width / 5") })"#;
     let graph = graph(text, &[("base", "9")]);
@@ -86,7 +86,7 @@ fn random_numbers_come_from_the_seed() {
 }
 
 #[test]
-fn nodes_tell_the_types_of_their_outputs() {
+fn nodes_compute_the_types_of_their_outputs() {
     let text = r##"(nodes: { "a": Compute(a: (1, 2), formula: ""), "b": Compute(a: "a", formula: ""), "c": Warp(input: 1, vector: "b"),
         "d": Compute(a: "#fff", formula: "a.r"), "e": Mix(a: "d") })"##;
     let graph = graph(text, &[]);
@@ -183,7 +183,7 @@ fn structs_in_lists_have_ports() {
     assert_eq!(it.slots, slots);
     assert_eq!(node(&graph, "it.layers.2.material.height").kind, "Bands");
     assert_eq!(graph.nodes[graph.outputs[0].node].channels.iter().count(), 2, "of all materials");
-    // What the struct is told.
+    // The slots that the struct received.
     let told = load(&text(77), &[]).diagnostics;
     let expected = r#"Some(0) ["Some(1) None None 1", "Some(2) Some(3) Some(4) 77"] Some(5)"#;
     assert_eq!(told.iter().map(|d| d.message.as_str()).collect::<Vec<_>>(), [expected]);

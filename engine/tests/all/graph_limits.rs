@@ -1,5 +1,5 @@
-//! Graphs as large as they may be, and larger: nothing is recursive, nothing grows faster than the text, and nobody is
-//! told more than can be read.
+//! Graphs at and above the size limits: no recursion, no cost above linear in the text, and a bounded number of
+//! reports.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::graph_nodes;
 
@@ -7,7 +7,7 @@ use shibo_engine::diagnostics::{Code, Diagnostic};
 use shibo_engine::graph::{LoadOptions, Loaded, load, load_text};
 use std::path::Path;
 
-/// The most nodes of a graph, and the most reports of a file.
+/// The limit of nodes in a graph, and of reports for a file.
 const NODES: usize = 100_000;
 const REPORTS: usize = 1000;
 
@@ -15,7 +15,7 @@ fn check(text: &str) -> Loaded {
     load_text(Path::new("a.ron"), text, &graph_nodes::registry(), &LoadOptions::default())
 }
 
-/// A graph of `count` nodes; the first has no input, and the others are made of their number.
+/// A graph of `count` nodes; the first has no input, the others are made from their index.
 fn graph(count: usize, node: impl Fn(usize) -> String, output: &str) -> String {
     let nodes: String = (1..count).map(|i| format!("\"n{i}\": {},\n", node(i))).collect();
     format!("(nodes: {{\"n0\": Bands(),\n{nodes}}}, outputs: {{\"o\": \"{output}\"}})")
@@ -46,7 +46,7 @@ fn chains_and_wide_graphs_of_the_limit_are_checked() {
 }
 
 #[test]
-fn one_node_more_is_refused_with_the_reason() {
+fn refuses_one_node_more_with_the_reason() {
     let loaded = check(&chain(NODES + 1));
     let error = only(&loaded);
     assert_eq!(error.code, Code::TooLarge);
@@ -54,7 +54,7 @@ fn one_node_more_is_refused_with_the_reason() {
 }
 
 #[test]
-fn a_cycle_of_the_limit_is_one_short_report() {
+fn reports_a_cycle_of_maximum_length_briefly() {
     let text = chain(NODES).replace("Bands()", &format!("Mix(a: \"n{}\")", NODES - 1));
     let loaded = check(&text);
     let error = only(&loaded);
@@ -90,7 +90,7 @@ fn a_thousand_imports_are_refused_with_the_reason() {
 }
 
 #[test]
-fn a_great_many_errors_are_cut_short() {
+fn limits_the_number_of_errors() {
     let many = 20_000;
     let texts = [
         (graph(many, |_| "Perlim(size: 2)".to_owned(), "n0"), Code::UnknownKind),
@@ -116,7 +116,7 @@ fn a_great_many_errors_are_cut_short() {
 }
 
 #[test]
-fn errors_are_told_before_warnings() {
+fn reports_errors_before_warnings() {
     let warnings = graph(3000, |_| "Bands(pitch: 13)".to_owned(), "n0");
     let loaded = check(&warnings);
     assert!(loaded.graph.is_some() && loaded.diagnostics.iter().all(|d| d.warning));
@@ -129,7 +129,7 @@ fn errors_are_told_before_warnings() {
 }
 
 #[test]
-fn long_ways_through_inputs_are_walked_once() {
+fn walks_long_chains_of_inputs_once() {
     let count = 20_000;
     let inputs: String = (0..count).map(|i| format!("\"i{i}\": Gray(default: \"i{}\"),", i + 1)).collect();
     let text = |last: &str, node: &str| {
@@ -146,7 +146,7 @@ fn long_ways_through_inputs_are_walked_once() {
 }
 
 #[test]
-fn brackets_without_end_are_refused() {
+fn refuses_deeply_nested_expressions() {
     for text in ["(".repeat(1 << 17), "-".repeat(1 << 17), "min(".repeat(1 << 15), "2^".repeat(1 << 16)] {
         let loaded = check(&format!("(nodes: {{\"n\": Bands(amount: \"= {text}1\")}})"));
         let error = only(&loaded);

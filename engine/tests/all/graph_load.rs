@@ -1,4 +1,4 @@
-//! Loading graph files: what comes out, what the command line changes, and that nothing breaks it.
+//! Loading graph files: the linked graph, settings of the command line, and robustness against bad input.
 use crate::graph_nodes;
 
 use proptest::prelude::*;
@@ -132,7 +132,7 @@ fn the_command_line_sets_parameters() {
 }
 
 #[test]
-fn a_value_from_outside_is_at_fault_itself() {
+fn reports_bad_values_of_the_command_line() {
     let text = "(params: {\"x\": Number(default: 1)}, nodes: {\"a\": Bands(pitch: \"$x\")})";
     let options = LoadOptions { set: vec![("x".to_owned(), "-1".to_owned())], ..LoadOptions::default() };
     let loaded = with(text, &options);
@@ -151,7 +151,7 @@ fn sub_graphs_are_expanded() {
     std::fs::write(folder.path().join("o.ron"), outer).unwrap();
     let loaded = load(&folder.path().join("o.ron"), &graph_nodes::registry(), &LoadOptions::default());
     assert_eq!(messages(&loaded), Vec::<String>::new());
-    // A `shibo.toml` that is not there, here or in a folder above, could be made, and would then say where imports are.
+    // A missing `shibo.toml`, in this folder or above, counts as read: once created, it would state where imports are.
     let (own, above): (Vec<_>, Vec<_>) = loaded.files.iter().partition(|path| path.starts_with(folder.path()));
     assert_eq!(own, ["o.ron", "shibo.toml", "i.ron"].map(|name| folder.path().join(name)).iter().collect::<Vec<_>>());
     assert!(!above.is_empty() && above.iter().all(|path| path.ends_with("shibo.toml")), "{above:?}");
@@ -166,7 +166,7 @@ fn sub_graphs_are_expanded() {
 }
 
 #[test]
-fn paths_are_relative_to_where_they_are_written() {
+fn paths_are_relative_to_their_graph_file() {
     let folder = tempfile::tempdir().unwrap();
     let (lib, work) = (folder.path().join("lib"), folder.path().join("work"));
     std::fs::create_dir(&lib).unwrap();
@@ -217,7 +217,7 @@ fn unsaved_texts_count_instead_of_files() {
 }
 
 #[test]
-fn files_that_are_none_are_refused() {
+fn refuses_unusable_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let code = |name: &str| {
@@ -252,7 +252,7 @@ fn files_that_are_none_are_refused() {
 }
 
 #[test]
-fn bombs_are_refused() {
+fn refuses_exponential_imports() {
     let folder = tempfile::tempdir().unwrap();
     for i in 0..12 {
         let nodes: String = (0..10).map(|n| format!("\"n{n}\": Use(graph: \"i\"),")).collect();
@@ -280,7 +280,7 @@ fn chain(nodes: usize) -> String {
 
 #[test]
 fn every_node_is_built_once() {
-    // How long that takes is measured by `cargo bench --bench commands`.
+    // The time is measured by `cargo bench --bench commands`.
     let registry = graph_nodes::registry();
     for count in [60, 600] {
         let before = graph_nodes::built();
@@ -305,14 +305,14 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn no_text_breaks_it(at in 0..VALID.len(), len in 0_usize..40, put in ".{0,6}|[\"$=(){},.:a-z0-9#-]{0,8}") {
+    fn never_panics_at_changed_texts(at in 0..VALID.len(), len in 0_usize..40, put in ".{0,6}|[\"$=(){},.:a-z0-9#-]{0,8}") {
         let (at, end) = (VALID.floor_char_boundary(at), VALID.floor_char_boundary((at + len).min(VALID.len())));
         check_spans(&plain(&format!("{}{put}{}", &VALID[..at], &VALID[end.max(at)..])));
         check_spans(&plain(&VALID[..at]));
     }
 
     #[test]
-    fn no_exchange_of_words_breaks_it(from in 0_usize..200, to in 0_usize..200) {
+    fn never_panics_at_exchanged_words(from in 0_usize..200, to in 0_usize..200) {
         let words: Vec<_> = VALID.split_inclusive([' ', ',', '(', ')', ':']).collect();
         let mut changed = words.clone();
         changed.swap(from % words.len(), to % words.len());
@@ -322,7 +322,7 @@ proptest! {
     }
 
     #[test]
-    fn no_setting_breaks_it(value in "\\PC{0,12}", name in 0_usize..6) {
+    fn never_panics_at_any_setting(value in "\\PC{0,12}", name in 0_usize..6) {
         let name = ["pitch", "n", "on", "tint", "label", "form"][name];
         let options = LoadOptions { set: vec![(name.to_owned(), value)], ..LoadOptions::default() };
         check_spans(&with(VALID, &options));

@@ -1,4 +1,4 @@
-//! Mistakes in the syntax: each is told once at its place, and hides nothing else.
+//! Syntax errors: each is reported once, near its place, and hides no other error.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::graph_nodes;
 
@@ -7,7 +7,7 @@ use shibo_engine::graph::{LoadOptions, Loaded, load_text};
 use shibo_engine::syntax::{TokenKind, Tree};
 use std::path::Path;
 
-/// A graph as people write them, with an error of meaning in its second line, and in the last node and the last output.
+/// A typical graph, with a semantic error in its second line, in the last node and in the last output.
 const GRAPH: &str = r##"(
   canvas: (size_mm: -40, resolution: 64, tile: Both),
   params: {
@@ -46,19 +46,20 @@ fn show(text: &str, found: &[Diagnostic]) -> String {
     found.iter().map(|d| format!("  line {}: {} {}\n", line(text, d.span.start), d.code, d.message)).collect()
 }
 
-/// The errors of meaning, with what they are about.
+/// The semantic errors, with the text that each one marks.
 fn meant(text: &str, found: &[Diagnostic]) -> Vec<(Code, String)> {
     let of_meaning = found.iter().filter(|d| d.code != Code::Syntax && !d.warning);
     of_meaning.map(|d| (d.code, text[d.span.start..d.span.end].to_owned())).collect()
 }
 
 #[test]
-fn a_lost_token_is_told_where_it_was() {
+fn reports_a_lost_token_near_its_place() {
     let whole = load(GRAPH);
     let wanted = meant(GRAPH, &whole.diagnostics);
     assert_eq!(wanted.len(), 3, "{}", show(GRAPH, &whole.diagnostics));
     let tokens = Tree::parse(GRAPH).tokens().to_vec();
-    // Without each token in turn, and without each quote: one mistake, near it, and all else is told as before.
+    // Removes each token and each quote in turn. One syntax error must be reported nearby, and all other reports must
+    // stay.
     let (mut faults, mut silent, mut wrong) = (0, 0, String::new());
     for token in &tokens {
         let mut cuts = vec![token.range()];
@@ -87,7 +88,7 @@ fn a_lost_token_is_told_where_it_was() {
                 .collect();
             let at = syntax.first().map_or(0, |d| d.span.start);
             let here = line(&text, at);
-            // What is missing at the end of a line is noticed where the next entry begins; there may be a comment between.
+            // A missing token at the end of a line is noticed at the next entry; a comment may lie between.
             let near = (own..=own + 2).contains(&here);
             if syntax.len() != 1 || !extra.is_empty() || !lost.is_empty() || !near {
                 wrong += &format!(
@@ -104,7 +105,7 @@ fn a_lost_token_is_told_where_it_was() {
 }
 
 #[test]
-fn several_mistakes_are_all_told() {
+fn reports_all_of_several_mistakes() {
     let text = GRAPH
         .replace("count: 3,", "count: ,")
         .replace("\"points\": GridPoints(pitch: 1),", "\"points\": GridPoints(pitch: 1mm),")

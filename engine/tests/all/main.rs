@@ -1,4 +1,4 @@
-//! The engine as hosts see it.
+//! Tests of the engine through its public interface.
 #![allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions")]
 #![allow(
     clippy::cast_possible_truncation,
@@ -10,7 +10,6 @@
 #[path = "../../../tests/support/bless.rs"]
 mod bless;
 mod changing_files;
-mod code_fingerprint;
 mod evaluating;
 mod evaluation;
 mod graph_canvas;
@@ -28,8 +27,5 @@ mod picture_read;
 mod picture_write;
 mod pictures;
 mod points;
-#[allow(dead_code, reason = "its `main` is that of a build script")]
-#[path = "../../../build/fingerprint.rs"]
-mod script;
 mod store;
 mod tiff_read;

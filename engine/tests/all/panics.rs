@@ -1,4 +1,4 @@
-//! Nodes whose code panics: the session tells it once, at the node, and works on.
+//! Nodes whose code panics: the session reports the panic once, at the node, and continues.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use schemars::JsonSchema;
@@ -11,7 +11,7 @@ use shibo_engine::session::{Failure, RenderRequest, Session, Settings};
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window};
 use std::path::Path;
 
-/// Where a node panics.
+/// The function in which a node panics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 enum Where {
     #[default]
@@ -23,7 +23,7 @@ enum Where {
     Load,
 }
 
-/// A node that panics somewhere.
+/// A node that panics in a chosen function.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 #[serde(default)]
 struct Panics {
@@ -84,7 +84,7 @@ fn load(at: Where) -> Loaded {
 }
 
 #[test]
-fn panics_of_nodes_are_told_at_the_node() {
+fn reports_panics_at_the_node() {
     let session = Session::new(registry(), &Settings { threads: 2, ..Settings::default() }).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let request = RenderRequest { dir: folder.path().to_path_buf(), ..RenderRequest::default() };
@@ -92,7 +92,7 @@ fn panics_of_nodes_are_told_at_the_node() {
         let graph = load(at).graph.unwrap();
         let done = session.render(&graph, &request, &CancelToken::default(), &Silent);
         if at == Where::Nowhere {
-            // The session works on.
+            // The session still works.
             assert_eq!(done.unwrap().files.len(), 1);
             continue;
         }
@@ -106,7 +106,7 @@ fn panics_of_nodes_are_told_at_the_node() {
 }
 
 #[test]
-fn a_panic_while_a_graph_is_read_is_an_error_of_the_file() {
+fn reports_panics_while_loading_as_errors_of_the_file() {
     let loaded = load(Where::Load);
     assert!(loaded.graph.is_none());
     let [error] = &loaded.diagnostics[..] else { panic!("{:?}", loaded.diagnostics) };

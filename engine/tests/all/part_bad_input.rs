@@ -1,4 +1,4 @@
-//! Parts that are not what they should be: joining says so, writes nothing, and never panics.
+//! Damaged parts: joining returns an error, writes nothing, and never panics.
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, its helpers too")]
 use proptest::prelude::*;
 use proptest::sample::Index;
@@ -17,7 +17,7 @@ fn specs() -> Vec<PictureSpec> {
         channels: channels.iter().map(ToString::to_string).collect(),
         format,
         depth,
-        // Dithered, which depends on the place.
+        // Dithered, which depends on the position of the pixel.
         encoding: Encoding { dither: true, ..Encoding::default() },
         compression: Compression::Fast,
         mips: Vec::new(),
@@ -51,12 +51,12 @@ fn columns(plane: &[f32], [x, width]: [u32; 2]) -> Vec<f32> {
     rows.flat_map(|row| &row[x as usize..][..width as usize]).copied().collect()
 }
 
-/// Parts that are written in blocks of columns, from top to bottom.
+/// Writes parts in blocks of columns, from top to bottom.
 fn parts_of(dir: &Path, blocks: &[[u32; 2]]) {
     parts_named(dir, blocks, names());
 }
 
-/// The same, of pictures with these names.
+/// Like `parts_of`, with these names of the pictures.
 fn parts_named(dir: &Path, blocks: &[[u32; 2]], names: [&str; 3]) {
     for (number, rows) in [(1, [0, 256]), (2, [256, 44])] {
         let part = PartOf { number, count: 2 };
@@ -85,7 +85,7 @@ fn parts_named(dir: &Path, blocks: &[[u32; 2]], names: [&str; 3]) {
                 continue;
             }
             for [x, width] in blocks {
-                // In two goes, the lower rows first.
+                // In two runs, the lower rows first.
                 for [first, count] in [[20, rows[1] - 20], [0, 20]] {
                     let rows_of = |plane: &Vec<f32>| {
                         let [from, to] = [first, first + count].map(|row| (row * SIZE[0]) as usize);
@@ -109,15 +109,15 @@ fn blocks_become_the_files_of_a_single_run() {
 }
 
 #[test]
-fn blocks_that_do_not_fit_together_are_no_part() {
-    // As many pixels as there should be, but some twice and others not at all.
+fn refuses_blocks_that_do_not_fit_together() {
+    // The right number of pixels, but some pixels twice and others missing.
     for blocks in [&[[0, 20], [0, 20]][..], &[[0, 20], [21, 19], [39, 1]]] {
         let [dir, out] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
         parts_of(dir.path(), blocks);
         assert!(matches!(joined(dir.path(), out.path()), Err(JoinError::Parts(_))), "{blocks:?}");
         assert_eq!(out.path().read_dir().unwrap().count(), 0);
     }
-    // Too many of them are refused at once.
+    // Too many pixels are refused immediately.
     let dir = tempfile::tempdir().unwrap();
     let more = std::panic::catch_unwind(|| parts_of(dir.path(), &[[0, 40], [0, 1]]));
     assert!(more.is_err());
@@ -125,7 +125,7 @@ fn blocks_that_do_not_fit_together_are_no_part() {
 }
 
 #[test]
-fn names_that_no_output_has_are_refused() {
+fn refuses_names_that_no_output_can_have() {
     let long = format!("{}.png", "x".repeat(252));
     let bad = [
         ".bashrc",
@@ -167,7 +167,7 @@ fn names_that_no_output_has_are_refused() {
 }
 
 #[test]
-fn a_file_without_rows_is_a_drawing() {
+fn accepts_only_drawings_as_files_without_rows() {
     let part = PartOf { number: 1, count: 1 };
     for (file, content, good) in [
         ("a.svg", &b"<?xml version=\"1.0\"?><svg/>"[..], true),
@@ -224,13 +224,13 @@ fn parts_become_the_files_of_a_single_run() {
     assert_eq!(stopped.path().read_dir().unwrap().count(), 0);
 }
 
-/// Changes of a file: where, how far, what is put there, and how.
+/// A change of a file: position, length, new value, and kind of change.
 type Change = (Index, Index, u8, u8);
 
 fn changed(sample: &[u8], changes: &[Change]) -> Vec<u8> {
     let mut bytes = sample.to_vec();
     for (place, length, value, how) in changes {
-        // Most of it is rows; header, index and end are where it hurts.
+        // Most of the file is rows; header, index and end are the sensitive parts.
         let (from, to) = match how % 4 {
             0 => (0, bytes.len().min(1500)),
             1 => (bytes.len().saturating_sub(1500), bytes.len()),
@@ -250,7 +250,7 @@ fn changed(sample: &[u8], changes: &[Change]) -> Vec<u8> {
 
 proptest! {
     #[test]
-    fn no_change_of_a_part_is_believed(changes in prop::collection::vec(any::<Change>(), 1..5), second: bool, blocks: bool) {
+    fn detects_any_change_of_a_part(changes in prop::collection::vec(any::<Change>(), 1..5), second: bool, blocks: bool) {
         let [dir, out] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
         if blocks {
             parts_of(dir.path(), &[[0, 25], [25, 15]]);

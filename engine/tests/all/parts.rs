@@ -1,4 +1,4 @@
-//! Pictures in parts: the joined files are those of a single run, and the parts compute hardly more than it does.
+//! Pictures in parts: the joined files equal those of a single run, and the parts compute little more than it does.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 #![allow(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "small numbers")]
 
@@ -13,18 +13,18 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The pixels that were filtered.
+/// Number of filtered pixels.
 static PIXELS: AtomicU64 = AtomicU64::new(0);
-/// Held by the test that counts.
+/// Locked by tests that count.
 static COUNTED: Mutex<()> = Mutex::new(());
 
-/// The mean of the pixels above and below, `reach` away; counts what it computes.
+/// Mean of the pixels `reach` above and below; counts the pixels it computes.
 #[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 struct Across {
-    /// What.
+    /// Input.
     input: In<Gray>,
-    /// In pixels.
+    /// Reach in pixels.
     reach: u32,
 }
 
@@ -87,7 +87,7 @@ fn files(dir: &Path) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Renders the parts, the last ones first, each in a session of its own, and joins them.
+/// Renders the parts in reverse order, each in its own session, and joins them.
 fn in_parts(graph: &Graph, count: u32) -> Vec<(String, Vec<u8>)> {
     let [parts, out] = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
     let request = request(parts.path());
@@ -102,7 +102,7 @@ fn in_parts(graph: &Graph, count: u32) -> Vec<(String, Vec<u8>)> {
     files(out.path())
 }
 
-/// Renders the parts where none finds anything of another.
+/// Renders each part in an empty folder, so that no part finds results of another.
 fn apart(graph: &Graph, count: u32) {
     for number in 1..=count {
         let (parts, part) = (tempfile::tempdir().unwrap(), (PartOf { number, count }, "parts"));
@@ -145,7 +145,7 @@ fn joined_parts_are_the_files_of_a_single_run() {
 }
 
 #[test]
-fn parts_compute_hardly_more_than_a_single_run() {
+fn parts_compute_little_more_than_a_single_run() {
     let _counted = COUNTED.lock();
     let mut nodes = "\"n0\": Ramp(factor: 0.001), ".to_owned();
     for i in 1..=4 {
@@ -164,7 +164,7 @@ fn parts_compute_hardly_more_than_a_single_run() {
     assert!(parts * 10 <= alone * 12, "{parts} of {alone}");
 }
 
-/// Filters in a chain, each of which reads `reach` pixels beyond its window and takes its time.
+/// A chain of slow filters, each of which reads `reach` pixels beyond its window.
 fn filters(reach: u32, size: (u32, u32), tile: &str) -> Graph {
     let mut nodes = "\"n0\": Ramp(factor: 0.001), ".to_owned();
     for i in 1..=4 {
@@ -180,7 +180,7 @@ fn counted(work: impl FnOnce()) -> u64 {
 }
 
 #[test]
-fn what_two_parts_need_is_computed_once_in_any_order() {
+fn computes_shared_pixels_once_in_any_order() {
     let _counted = COUNTED.lock();
     for (tile, orders) in
         [("Both", &[[8, 7, 6, 5, 4, 3, 2, 1], [5, 2, 8, 1, 4, 7, 3, 6]][..]), ("None", &[[1, 2, 3, 4, 5, 6, 7, 8]])]
@@ -202,13 +202,13 @@ fn what_two_parts_need_is_computed_once_in_any_order() {
             assert!(shared * 100 <= alone * 103, "{tile} {order:?}: {shared} of {alone}, {apart} without");
             join(parts.path(), out.path(), 64 << 20, &|_, _| true).unwrap();
             assert!(files(out.path()) == right, "{tile} {order:?}");
-            // What was used is gone.
+            // The shared results have been removed.
             assert_eq!(files(parts.path()).len(), 8, "{tile} {order:?}");
         }
     }
 }
 
-/// Counts the bands of rows.
+/// Counts the row bands.
 #[derive(Default)]
 struct Bands(AtomicU64);
 
@@ -221,7 +221,7 @@ impl Observer for Bands {
 }
 
 #[test]
-fn strips_hand_on_what_both_read() {
+fn strips_pass_on_shared_pixels() {
     let _counted = COUNTED.lock();
     let graph = filters(100, (8192, 2304), "Both");
     let made = |memory: u64| {
@@ -235,7 +235,7 @@ fn strips_hand_on_what_both_read() {
         assert_eq!(pictures.len(), 1, "the files that wait are gone");
         (pictures, count as f64 / (4.0 * 8192.0 * 2304.0), bands.0.into_inner())
     };
-    // Two strips fit the less memory, the whole does not.
+    // The smaller memory holds two strips, but not the whole picture.
     let (whole, once, bands) = made(2 << 30);
     let (strips, count, more) = made(136 << 20);
     assert!(once == 1.0 && more >= 2 * bands, "the picture was not made in strips: {once}, {more} of {bands}");

@@ -1,4 +1,4 @@
-//! Checking without decoding: whatever is wrong with a file but its compressed samples, with the words for it.
+//! Checking without decoding: finds every fault of a file except damage in compressed samples, and names it.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, its helpers too")]
 use crate::pictures;
@@ -11,7 +11,7 @@ use shibo_engine::picture::{
     Compression, Depth, Format, Picture, ReadError, ReadLimits, check, check_bytes, header_bytes, read_bytes,
 };
 
-/// What is said of a bad file, the same by a check and by reading it.
+/// The error of a bad file, which must be the same for a check and for reading.
 #[track_caller]
 fn refused(bytes: &[u8]) -> String {
     let error = check_bytes(bytes, &LIMITS).expect_err("the file is bad").to_string();
@@ -46,7 +46,7 @@ fn good_files_pass() {
 }
 
 #[test]
-fn every_cut_is_seen_without_decoding() {
+fn detects_every_truncation_without_decoding() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a");
     for (number, bytes) in samples().iter().enumerate() {
@@ -59,7 +59,7 @@ fn every_cut_is_seen_without_decoding() {
                     std::fs::write(&path, cut).unwrap();
                     assert_eq!(check(&path, None, &LIMITS).unwrap_err().reason.to_string(), error.to_string());
                 }
-                // What is missing may be text that ends a file.
+                // Only text at the end of the file may be missing.
                 Ok(_) => assert_eq!(read_bytes(cut, &LIMITS).unwrap(), whole, "sample {number}: {length} bytes"),
             }
         }
@@ -67,7 +67,7 @@ fn every_cut_is_seen_without_decoding() {
 }
 
 #[test]
-fn limits_hold_for_a_check_too() {
+fn checks_apply_limits() {
     let png = written(Format::Png, Depth::U8, 3, Compression::Fast);
     for limits in [ReadLimits { max_pixels: 1000, ..LIMITS }, ReadLimits { max_bytes_decoded: 1000, ..LIMITS }] {
         for bytes in [&png, &jpeg(), &tiled_exr(), &tiff(tiff::encoder::Compression::Lzw, 8)] {
@@ -77,7 +77,7 @@ fn limits_hold_for_a_check_too() {
 }
 
 #[test]
-fn other_formats_are_named() {
+fn names_unsupported_formats() {
     let mut tga = [&[0, 0, 2][..], &[0; 9], &[4, 0, 4, 0, 24, 0], &[7; 48]].concat();
     refused_for(&tga, "it looks like TGA");
     tga[2] = 99;
@@ -108,7 +108,7 @@ fn other_formats_are_named() {
 }
 
 #[test]
-fn chunks_of_png_are_whole_and_in_order() {
+fn refuses_incomplete_or_misplaced_png_chunks() {
     let bytes = written(Format::Png, Depth::U8, 3, Compression::Fast);
     let chunks = chunks_of(&bytes);
     type Chunks = Vec<([u8; 4], Vec<u8>)>;
@@ -131,7 +131,7 @@ fn chunks_of_png_are_whole_and_in_order() {
         chunks.insert(at + 2, (*b"IDAT", tail));
     };
     refused_for(&changed(&apart), "do not follow one another");
-    // Chunks of other programs, and samples in several chunks, are nothing unusual.
+    // Chunks of other programs, and samples in several chunks, are valid.
     let split = |chunks: &mut Vec<_>| {
         let at = data(chunks);
         let tail = chunks[at].1.split_off(9);
@@ -153,7 +153,7 @@ fn chunks_of_png_are_whole_and_in_order() {
 }
 
 #[test]
-fn palettes_fit_their_pictures() {
+fn refuses_palettes_that_do_not_fit() {
     let colors = [10, 20, 30, 40, 50, 60, 70, 80, 90];
     let samples = [0, 1, 2, 2, 1, 0];
     let of = |palette: &[u8], opacities: Option<&[u8]>| indexed_png(&samples, (3, 2), 2, palette, opacities);
@@ -175,11 +175,11 @@ fn palettes_fit_their_pictures() {
 }
 
 #[test]
-fn palette_indices_exist() {
+fn refuses_indices_beyond_the_palette() {
     for bits in [1, 2, 4, 8] {
         let most = u8::MAX >> (8 - bits);
         let palette: Vec<u8> = (0..3 * u16::from(most)).map(|value| value.to_le_bytes()[0]).collect();
-        // 13 pixels a row: what is left over of a byte is no sample.
+        // 13 pixels a row: the unused bits of the last byte are not a sample.
         let mut samples: Vec<u8> = (0..26).map(|k| k % most).collect();
         good(&indexed_png(&samples, (13, 2), bits, &palette, None));
         samples[13 + 12] = most;
@@ -187,11 +187,11 @@ fn palette_indices_exist() {
         let last = most - 1;
         let reason = format!("column 12 of row 1 has colour {most} of the palette, which ends with colour {last}");
         refused_for(&bad, &reason);
-        // With a whole palette there is nothing that could be wrong.
+        // With a complete palette every index is valid.
         let whole: Vec<u8> = (0..3 * (u16::from(most) + 1)).map(|value| value.to_le_bytes()[0]).collect();
         good(&indexed_png(&samples, (13, 2), bits, &whole, None));
     }
-    // The passes of 2 × 2 interlaced pixels: the first, the one beside it, the row below.
+    // The three passes of 2 × 2 interlaced pixels: the first pixel, the one beside it, the row below.
     let passes = |last: u8| [0, 0, 0, 1 << 6, 0, (1 << 6) | (last << 4)];
     let colors = [1, 2, 3, 4, 5, 6, 7, 8, 9];
     assert_eq!(good(&indexed_png_of(&passes(2), (2, 2), 2, true, &colors, None)).plane(0)[3], 7.0 / 255.0);
@@ -200,7 +200,7 @@ fn palette_indices_exist() {
 }
 
 #[test]
-fn damage_of_compressed_samples_is_left_to_reading() {
+fn leaves_damaged_samples_to_reading() {
     let mut png = written(Format::Png, Depth::U8, 3, Compression::Fast);
     let data = png.windows(4).position(|name| name == b"IDAT").unwrap() + 4;
     png[data + 40..data + 60].fill(0xff);
@@ -219,7 +219,7 @@ fn damage_of_compressed_samples_is_left_to_reading() {
 }
 
 #[test]
-fn jpegs_have_all_they_need() {
+fn refuses_incomplete_jpegs() {
     let plain = Jpeg::default();
     for jpeg in [&plain, &Jpeg::progressive()] {
         assert!(good(&jpeg.bytes()).plane(0).iter().all(|sample| (sample * 255.0 - 128.0).abs() < 1.5));
@@ -264,7 +264,7 @@ fn jpegs_have_all_they_need() {
 }
 
 #[test]
-fn pictures_of_cameras_stand_upright() {
+fn turns_camera_pictures_upright() {
     let stored = jpeg();
     let lying = good(&stored);
     let (w, h) = (lying.width as usize, lying.height as usize);
@@ -276,7 +276,7 @@ fn pictures_of_cameras_stand_upright() {
         let swapped = (5..=8).contains(&orientation);
         assert_eq!((upright.width, upright.height), if swapped { (41, 37) } else { (37, 41) });
         for (x, y) in (0..h).flat_map(|y| (0..w).map(move |x| (x, y))) {
-            // Where EXIF says that the stored rows and columns are seen.
+            // Position at which EXIF shows the stored rows and columns.
             let (seen_x, seen_y) = match orientation {
                 2 => (w - 1 - x, y),
                 3 => (w - 1 - x, h - 1 - y),
@@ -303,14 +303,14 @@ fn set_tag(bytes: &mut [u8], tag: u16, value: u32) {
     let count = usize::from(u16::from_le_bytes(bytes[start..start + 2].try_into().unwrap()));
     let mut entries = bytes[start + 2..].chunks_mut(12).take(count);
     let entry = entries.find(|entry| entry[..2] == tag.to_le_bytes()).unwrap();
-    // The type decides how much of the value counts.
+    // The type decides how many bytes of the value count.
     let kind = u16::from_le_bytes(entry[2..4].try_into().unwrap());
     let width = if kind == 3 { 2 } else { 4 };
     entry[8..8 + width].copy_from_slice(&value.to_le_bytes()[..width]);
 }
 
 #[test]
-fn strips_of_tiff_lie_within_it() {
+fn refuses_tiff_strips_beyond_the_file() {
     let packed = tiff(tiff::encoder::Compression::Lzw, 41);
     let plain = tiff(tiff::encoder::Compression::Uncompressed, 41);
     let with = |bytes: &[u8], tag: u16, value: u32| {
@@ -322,7 +322,7 @@ fn strips_of_tiff_lie_within_it() {
     refused_for(&with(&packed, 273, beyond), "it ends within the picture");
     refused_for(&with(&packed, 279, beyond), "it ends within the picture");
     refused_for(&with(&packed, 279, 0), "part 0 of its samples is empty");
-    // What is not packed is read whatever length is stated.
+    // For uncompressed strips the stated length is ignored.
     good(&with(&plain, 279, 1));
     refused_for(&with(&plain, 273, u32::try_from(plain.len()).unwrap() - 100), "it ends within the picture");
     refused_for(&with(&packed, 259, 34_926), "it is packed by the method");
@@ -330,7 +330,7 @@ fn strips_of_tiff_lie_within_it() {
     refused_for(&with(&packed, 262, 3), "its palette has 1 numbers of 16 bits");
 }
 
-/// Where the table of `count` blocks of an EXR file begins: its first entry leads behind it.
+/// The offset of the table of `count` blocks in an EXR file: its first entry points directly behind the table.
 fn table_of(bytes: &[u8], count: usize) -> usize {
     let leads = |at: &usize| u64::from_le_bytes(bytes[*at..*at + 8].try_into().unwrap()) == (at + 8 * count) as u64;
     (0..bytes.len() - 8).find(leads).unwrap()
@@ -348,7 +348,7 @@ fn an_exr_that_ends_within_its_header_is_truncated() {
 }
 
 #[test]
-fn blocks_of_exr_are_all_there() {
+fn refuses_missing_exr_blocks() {
     let plain = plain_exr();
     let (table, first) = (table_of(&plain, 41), table_of(&plain, 41) + 41 * 8);
     let with = |at: usize, value: &[u8]| {
@@ -360,13 +360,13 @@ fn blocks_of_exr_are_all_there() {
     refused_for(&with(table + 8, &(first as u64).to_le_bytes()), "a block occurs twice");
     refused_for(&with(table + 8, &[0; 8]), "it was not written to its end");
     refused_for(&with(table + 8, &(plain.len() as u64 - 5).to_le_bytes()), "it ends within the picture");
-    // A block is its row, its length and its samples.
+    // A block consists of its row, its length and its samples.
     refused_for(&with(first, &41_i32.to_le_bytes()), "the file is corrupt");
     refused_for(&with(first, &(-1_i32).to_le_bytes()), "the file is corrupt");
     refused_for(&with(first + 4, &147_i32.to_le_bytes()), "a block has 147 bytes; it must have 148");
     refused_for(&with(first + 4, &i32::MAX.to_le_bytes()), "it ends within the picture");
     refused_for(&with(first + 4, &(-1_i32).to_le_bytes()), "a negative place or length");
-    // The last part of several is checked although the first is read.
+    // The last of several parts is checked although the first is read.
     let parts = exr_of_parts();
     good(&parts);
     refused_for(&parts[..parts.len() - 3], "it ends within the picture");

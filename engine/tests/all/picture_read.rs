@@ -1,4 +1,4 @@
-//! Files as other programs write them: all kinds of samples, palettes, tiles, layers and windows.
+//! Files of other programs: all sample types, palettes, tiles, layers and windows.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, its helpers too")]
 
@@ -98,7 +98,7 @@ fn tiff_of_all_samples_in_strips() {
     assert!(matches!(doubles, Err(ReadError::Unsupported { .. })), "{doubles:?}");
 }
 
-/// A little-endian TIFF from (tag, type, values) with the data behind the directory; `u32::MAX` stands for its place.
+/// A little-endian TIFF from (tag, type, values), followed by the data; `u32::MAX` stands for the offset of the data.
 fn tiff_by_hand(entries: &[(u16, u16, u32)], data: &[u8]) -> Vec<u8> {
     let mut bytes = b"II\x2a\0\x08\0\0\0".to_vec();
     bytes.extend(u16::try_from(entries.len()).unwrap().to_le_bytes());
@@ -120,7 +120,7 @@ fn tiff_of_halves_and_tiles() {
     let entries = [&base[..], &[(273, 4, u32::MAX), (277, 3, 1), (278, 3, 2), (279, 4, 8), (339, 3, 3)]].concat();
     let picture = decode(&tiff_by_hand(&entries, &half));
     assert_eq!((picture.source, &picture.planes[..]), (SampleKind::F16, &[0.5, -2.0, 3.0, 65504.0][..]));
-    // A tile is larger than the picture.
+    // The tile is larger than the picture.
     let tile: Vec<u8> = (0..=255).collect();
     let base = [(256, 3, 2), (257, 3, 2), (258, 3, 8), (259, 3, 1), (262, 3, 1), (277, 3, 1)];
     let entries = [&base[..], &[(322, 3, 16), (323, 3, 16), (324, 4, u32::MAX), (325, 4, 256)]].concat();
@@ -166,7 +166,7 @@ impl<L> WithLayers for Image<L> {
 }
 
 #[test]
-fn exr_of_one_channel_whatever_its_name() {
+fn exr_of_one_channel_with_any_name() {
     let encodings = [
         Encoding::UNCOMPRESSED,
         Encoding::FAST_LOSSLESS,

@@ -1,10 +1,11 @@
-//! What is written is what is read back, for every format, depth and compression; and what the writer promises besides.
+//! Writing and reading back, for every format, depth and compression, and the other guarantees of the writer.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking, its helpers too")]
 
 use shibo_engine::picture::{
     Compression, Depth, Encoding, Format, MipFilter, Picture, PictureSpec, ReadLimits, SampleKind, Transfer,
-    WriteError, Writer, Written, header, linear_sample, read, read_layer, remove_stale_temporaries, texture_attributes,
+    WriteError, WriteStats, Writer, header, linear_sample, read, read_layer, remove_stale_temporaries,
+    texture_attributes,
 };
 use std::path::Path;
 
@@ -25,7 +26,7 @@ fn spec(format: Format, depth: Depth, channels: usize) -> PictureSpec {
     }
 }
 
-/// Smooth values in 0..1 with some grain.
+/// Smooth values in 0..1 with some noise.
 fn planes(spec: &PictureSpec) -> Vec<Vec<f32>> {
     let (width, pixels) = (spec.width as usize, spec.width as usize * spec.height as usize);
     let value = |channel: usize, pixel: usize| {
@@ -36,7 +37,7 @@ fn planes(spec: &PictureSpec) -> Vec<Vec<f32>> {
     (0..spec.channels.len()).map(|channel| (0..pixels).map(|pixel| value(channel, pixel)).collect()).collect()
 }
 
-fn write(path: &Path, spec: &PictureSpec, planes: &[Vec<f32>], band: u32) -> Result<Written, WriteError> {
+fn write(path: &Path, spec: &PictureSpec, planes: &[Vec<f32>], band: u32) -> Result<WriteStats, WriteError> {
     let mut writer = Writer::create(path, spec)?;
     let width = spec.width as usize;
     while writer.next_row() < spec.height {
@@ -79,7 +80,7 @@ fn every_combination_survives_the_round_trip() {
                     };
                     assert_eq!(picture.source, kind);
                     if format == Format::Exr {
-                        // Written as B A R G: colours come back in their order, else the order of the file.
+                        // The file order is B A R G. Colours are read in the order R G B, other channels in file order.
                         let order: &[usize] = [&[0][..], &[1, 0], &[1, 0, 2], &[2, 3, 0, 1]][channels - 1];
                         planes = order.iter().map(|index| planes[*index].clone()).collect();
                         let names: Vec<_> = order.iter().map(|index| spec.channels[*index].clone()).collect();
@@ -197,7 +198,7 @@ fn materials_are_written_as_one_file() {
 }
 
 #[test]
-fn metadata_is_there() {
+fn writes_metadata() {
     let folder = tempfile::tempdir().unwrap();
     for format in [Format::Png, Format::Tiff, Format::Exr] {
         let path = folder.path().join("a").with_extension(format.extension());
@@ -210,7 +211,7 @@ fn metadata_is_there() {
             assert!(bytes.windows(text.len()).any(|part| part == text.as_bytes()), "{format}: {text}");
         }
     }
-    // What we write, the `exr` crate reads by itself.
+    // The `exr` crate can read the file without our code.
     let picture = exr::prelude::read_first_flat_layer_from_file(folder.path().join("a.exr")).unwrap();
     assert_eq!(picture.layer_data.attributes.software_name.unwrap().to_string(), "Shibo test");
 }
@@ -299,7 +300,7 @@ fn tiles_have_all_their_levels() {
             let spec = PictureSpec { width, height, mips, metadata, ..spec(Format::Exr, depth, 3) };
             let planes = planes(&spec);
             let mut writer = Writer::create(&path, &spec).unwrap();
-            // Bands that do not end where tiles do.
+            // The bands end at other rows than the tiles.
             for first in (0..height).step_by(10) {
                 let rows = 10.min(height - first);
                 let band =
@@ -345,7 +346,7 @@ fn tiles_have_all_their_levels() {
     assert!(wrong.check().is_err());
 }
 
-/// A picture of so many mm a pixel, as a file.
+/// A picture file whose pixels have this size in mm.
 fn of_size(format: Format, pixel_mm: Option<[f32; 2]>) -> Vec<u8> {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("a");
@@ -361,7 +362,7 @@ fn writes_the_size_of_pixels() {
     use std::io::Cursor;
     use tiff::decoder::ifd::Value;
     use tiff::tags::Tag;
-    // 10 pixels in a mm across, 4 down.
+    // 10 pixels per mm across, 4 down.
     let size = Some([0.1, 0.25]);
     let png = |size| {
         let reader = png::Decoder::new(Cursor::new(of_size(Format::Png, size))).read_info().unwrap();
@@ -385,7 +386,7 @@ fn writes_the_size_of_pixels() {
         (header.own_attributes.horizontal_density, header.shared_attributes.pixel_aspect)
     };
     assert_eq!((exr(size), exr(Some([0.1, 0.1])), exr(None)), ((Some(254.0), 0.4), (Some(254.0), 1.0), (None, 1.0)));
-    // The header of JFIF: unit, and pixels of that unit across and down.
+    // The JFIF header: unit, and pixels per unit across and down.
     let jpeg = |size| of_size(Format::Jpeg(90), size)[13..18].to_vec();
     assert_eq!((jpeg(size), jpeg(None)), (vec![1, 0, 254, 0, 102], vec![0, 0, 1, 0, 1]));
 }

@@ -1,4 +1,4 @@
-//! Fields at points: exact where that is cheap, and shared pictures where it is not.
+//! Fields at points: computed exactly if that is cheap, otherwise read from shared pictures.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 #![allow(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "small numbers")]
 
@@ -25,7 +25,7 @@ fn session() -> Session {
     Session::new(registry(), &Settings { threads: 2, memory: 256 << 20, ..Settings::default() }).unwrap()
 }
 
-/// The x of each pixel in mm, and how many pixels were computed.
+/// A field of the x of each pixel in mm, and a count of its computed pixels.
 fn counted() -> (Field, Arc<AtomicU64>) {
     let pixels = Arc::new(AtomicU64::new(0));
     let count = pixels.clone();
@@ -40,7 +40,7 @@ fn counted() -> (Field, Arc<AtomicU64>) {
     (field.keyed(Key::of("counted", &[])), pixels)
 }
 
-/// The middle of the pixels around each, so many to every side.
+/// Copies the central pixel, but reads `halo` pixels to every side.
 fn middle(of: Field, halo: usize) -> Field {
     let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
         for row in 0..out.height() {
@@ -71,11 +71,11 @@ fn computes_only_the_pixels_around_points() {
 }
 
 #[test]
-fn shares_what_lies_far_around_points() {
+fn shares_pictures_for_large_halos() {
     let (source, pixels) = counted();
     let (session, graph) = (session(), graph("\"n\": Ramp()", "n"));
     let found = values(&session, &graph, &middle(source, 100), &points()).unwrap();
-    // The pixels that hold them, in a picture that is computed once.
+    // Values of the pixels that contain the points, from a picture computed once.
     assert!(found.iter().zip(points()).all(|(value, point)| f64::from(*value) == point.x.floor() + 0.5));
     assert!(pixels.load(Ordering::Relaxed) <= 512 * 512, "{pixels:?}");
     let far = values(&session, &graph, &middle(counted().0, 100), &[DVec2::ZERO, DVec2::splat(1e12)]);
@@ -84,7 +84,7 @@ fn shares_what_lies_far_around_points() {
     assert_eq!(values(&session, &graph, &middle(counted().0, 100), &[]), Ok(Vec::new()));
 }
 
-/// Some fields read the canvas as a picture, of which a grid around a point has none.
+/// Some fields read the whole canvas as a picture, which a small grid around a point does not have.
 #[test]
 fn takes_whole_pictures_from_the_canvas() {
     let (session, graph) = (session(), graph("\"n\": Ramp(), \"out\": Centre(input: \"n\")", "out"));

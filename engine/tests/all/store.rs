@@ -1,5 +1,5 @@
-//! A store is never trusted: whatever lies in the cache folder, or comes from a store of another kind, a render writes the
-//! same files, and nobody is told.
+//! Cache entries are never trusted: for any content of the cache folder or another kind of store, a render writes the
+//! same files without a warning.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use cpu_time::ThreadTime;
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// Takes so long on this thread that the result is kept for sure.
+/// Uses enough thread time that the result is certainly stored.
 fn work() {
     let start = ThreadTime::now();
     while start.elapsed() < Duration::from_millis(4) {
@@ -115,7 +115,7 @@ fn graph() -> Graph {
     loaded.graph.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics))
 }
 
-/// Fails when it is told of anything but progress.
+/// Fails on any event except progress.
 struct Quiet;
 
 impl Observer for Quiet {
@@ -124,12 +124,12 @@ impl Observer for Quiet {
     }
 }
 
-/// The shelves that the graph fills: none of its fields prepares whole pictures.
+/// The shelves that the graph fills. None of its fields prepares whole pictures.
 const SHELVES: [Shelf; 4] = [Shelf::Objects, Shelf::Tiles, Shelf::Files, Shelf::Channels];
 
 type Files = BTreeMap<String, Vec<u8>>;
 
-/// What a render writes, and which nodes it computes.
+/// The files that a render writes, and the nodes that it computes.
 fn render(session: &Session) -> (Files, Vec<String>) {
     let out = tempfile::tempdir().unwrap();
     let request = RenderRequest { dir: out.path().to_path_buf(), once: true, ..RenderRequest::default() };
@@ -167,7 +167,7 @@ fn copy_all(from: &Path, to: &Path) {
     }
 }
 
-/// A cache folder after a render, what the render wrote, and a folder of another build.
+/// A cache folder after a render, the rendered files, and a cache folder of another build.
 struct Shop {
     cache: tempfile::TempDir,
     other: tempfile::TempDir,
@@ -181,17 +181,18 @@ impl Shop {
         assert_eq!((files.len(), computed.len()), (4, 6));
         assert_eq!(render(&in_folder(other.path(), registry().with_code("other"))).0, files);
         let shelves: Vec<usize> = SHELVES.iter().map(|shelf| entries(&cache.path().join(shelf.name())).len()).collect();
-        // Two lists of points; four tiles each of four fields, two of which do without some; four files; one material.
+        // Two lists of points; four tiles each of four fields, some of them skipped for two fields; four files; one
+        // material.
         assert!(shelves[0] == 2 && shelves[1] >= 12 && shelves[2..] == [4, 1], "{shelves:?}");
         Self { cache, other, files }
     }
 }
 
-/// What may befall an entry.
+/// The ways in which an entry is damaged.
 #[derive(Clone, Debug)]
 enum Damage {
     Exchange(usize, usize),
-    /// Takes the place of another entry, on whatever shelf.
+    /// Replaces another entry, on any shelf.
     Copy(usize, usize),
     Flip(usize, usize),
     Cut(usize, usize),
@@ -199,7 +200,7 @@ enum Damage {
     Replace(usize, Vec<u8>),
     Remove(usize),
     Folder(usize),
-    /// Is one of another build.
+    /// Comes from another build.
     Foreign(usize, usize),
 }
 
@@ -252,7 +253,7 @@ fn apply(damage: &Damage, all: &[PathBuf], foreign: &[PathBuf]) {
 }
 
 #[test]
-fn whatever_lies_in_the_folder_the_files_are_the_same() {
+fn writes_the_same_files_for_any_content_of_the_folder() {
     let shop = Shop::new();
     let foreign = entries(shop.other.path());
     let mut runner = proptest::test_runner::TestRunner::new(ProptestConfig { cases: 40, ..ProptestConfig::default() });
@@ -260,12 +261,12 @@ fn whatever_lies_in_the_folder_the_files_are_the_same() {
     let outcome = runner.run(&few, |all| {
         let dir = tempfile::tempdir().unwrap();
         copy_all(shop.cache.path(), dir.path());
-        // A folder whose marker is damaged is no cache any more: nothing is kept there.
+        // A folder without a valid marker is not a cache, so the marker is not damaged.
         let mut paths = entries(dir.path());
         paths.retain(|path| !path.ends_with("CACHEDIR.TAG"));
         all.iter().for_each(|damage| apply(damage, &paths, &foreign));
         prop_assert!(render(&in_folder(dir.path(), registry())).0 == shop.files);
-        // Once more: what was made again is there now, but where a folder is in the way.
+        // A second render finds the repaired entries, except where a folder blocks the path.
         let (files, computed) = render(&in_folder(dir.path(), registry()));
         prop_assert!(files == shop.files);
         let blocked = all.iter().any(|damage| matches!(damage, Damage::Folder(_)));
@@ -276,12 +277,12 @@ fn whatever_lies_in_the_folder_the_files_are_the_same() {
 }
 
 #[test]
-fn exchanged_entries_are_made_again() {
+fn recomputes_exchanged_entries() {
     let shop = Shop::new();
     for shelf in SHELVES {
         let dir = tempfile::tempdir().unwrap();
         copy_all(shop.cache.path(), dir.path());
-        // Without the files and the list of channels the entries of the other shelves are read.
+        // Without the files and channel lists, the entries of the other shelves are read.
         for gone in [Shelf::Files, Shelf::Channels].into_iter().filter(|gone| *gone != shelf) {
             fs::remove_dir_all(dir.path().join(gone.name())).unwrap();
         }
@@ -295,7 +296,7 @@ fn exchanged_entries_are_made_again() {
 }
 
 #[test]
-fn another_build_makes_everything_itself_and_leaves_the_rest() {
+fn other_builds_compute_everything_and_keep_old_entries() {
     let shop = Shop::new();
     let before = entries(shop.cache.path());
     let other = || registry().with_code("another build of the nodes");
@@ -307,7 +308,7 @@ fn another_build_makes_everything_itself_and_leaves_the_rest() {
     assert!(before.iter().all(|path| path.exists()));
 }
 
-/// A store that is no folder and can be looked into.
+/// A store in memory that tests can inspect.
 #[derive(Default)]
 struct Open(Mutex<BTreeMap<(&'static str, Key), Vec<u8>>>);
 
@@ -341,19 +342,19 @@ fn a_store_need_not_be_a_folder() {
     assert_eq!(computed.len(), 6);
     let (again, computed) = render(&on(store));
     assert!(again == files && computed.is_empty());
-    // One that has no room is as good as none.
+    // A store without room behaves like no store.
     let (none, computed) = render(&on(Arc::new(MemoryStore::new(0))));
     assert!(none == files && computed.len() == 6);
 }
 
 #[test]
-fn contents_that_cannot_be_are_not_believed() {
+fn rejects_impossible_contents() {
     let store = Arc::new(Open::default());
     let (files, _) = render(&on(store.clone()));
     let good = store.0.lock().unwrap().clone();
     let curve = encode(&Value::Curve(Arc::new(Curve { points: Vec::new() }))).unwrap();
     let wrong = |shelf: &str| match shelf {
-        // An object of another type than the output's, a tile of another size, a channel that there is not.
+        // An object of the wrong type, a tile of the wrong size, an unknown channel.
         "objects" => vec![curve.clone(), Vec::new(), vec![2, b'P', 255, 255, 255, 255]],
         "tiles" => vec![Vec::new(), vec![0; 4 * 300]],
         _ => vec![vec![99; 17], vec![0; 5]],

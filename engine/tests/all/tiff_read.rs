@@ -1,4 +1,4 @@
-//! TIFF as other programs write it: every way to store samples in strips and tiles, and several directories.
+//! TIFF files of other programs: all sample types in strips and tiles, and several directories.
 use crate::pictures::LIMITS;
 use half::f16;
 use shibo_engine::picture::{Picture, ReadError, SampleKind, check_bytes, header_bytes, read_bytes};
@@ -7,10 +7,10 @@ use std::io::Write;
 const WIDTH: usize = 37;
 const HEIGHT: usize = 23;
 
-/// A directory with the strips or tiles that it names.
+/// A directory with its strips or tiles.
 #[derive(Clone, Default)]
 struct Directory {
-    /// Tags of whole numbers: SHORT if they fit, else LONG.
+    /// Integer tags: SHORT if the values fit, else LONG.
     tags: Vec<(u16, Vec<u32>)>,
     /// Tags of bytes.
     bytes: Vec<(u16, Vec<u8>)>,
@@ -33,7 +33,7 @@ impl Directory {
         self
     }
 
-    /// Appends the directory to a file, and gives its place and that of the place of the next one.
+    /// Appends the directory to a file; returns its offset, and the offset of the field that points to the next one.
     fn write(&self, file: &mut Vec<u8>, big_endian: bool) -> (usize, usize) {
         let word = |n: u32| {
             if big_endian { u16::try_from(n).unwrap().to_be_bytes() } else { u16::try_from(n).unwrap().to_le_bytes() }
@@ -111,12 +111,12 @@ fn refused(bytes: &[u8], reason: &str) -> ReadError {
     error
 }
 
-/// The code of a sample, of so many bytes.
+/// Code of a sample, from which its bytes and its value are derived.
 fn code(x: usize, y: usize, channel: usize) -> u32 {
     u32::try_from(x * x * 3 + y * 91 + channel * 57 + 1).unwrap().wrapping_mul(2_654_435_761) >> 3
 }
 
-/// A sort of samples: its format, the bytes of a code, and the value of it.
+/// A sample type: its format, and the bytes and the value of a code.
 struct Sort {
     kind: SampleKind,
     format: u32,
@@ -160,7 +160,7 @@ const SORTS: &[Sort] = &[
     Sort { kind: SampleKind::F32, format: 3, bytes: |c| (c as f32).to_be_bytes().to_vec(), value: |c| c as f32 },
 ];
 
-/// Packs the rows of a strip or tile.
+/// Compresses the rows of a strip or tile.
 fn pack(rows: &[u8], method: u32) -> Vec<u8> {
     match method {
         5 => weezl::encode::Encoder::with_tiff_size_switch(weezl::BitOrder::Msb, 8).encode(rows).unwrap(),
@@ -174,7 +174,7 @@ fn pack(rows: &[u8], method: u32) -> Vec<u8> {
     }
 }
 
-/// Stores the differences of a row whose samples have their highest byte first.
+/// Stores the differences between the samples of a row; the highest byte of each sample comes first.
 fn predict(row: &mut [u8], bytes: usize, together: usize, predictor: u32) {
     let size = row.len();
     if predictor == 3 {
@@ -192,7 +192,7 @@ fn predict(row: &mut [u8], bytes: usize, together: usize, predictor: u32) {
     }
 }
 
-/// How samples are stored.
+/// Storage of samples.
 #[derive(Clone, Copy, Debug)]
 struct How {
     channels: usize,
@@ -265,7 +265,7 @@ fn reads_all_depths_and_methods_in_strips_and_tiles() {
         for (method, predictor) in [(1, 1), (5, 1), (5, 2), (8, 1), (8, 2), (8, float), (5, float), (32773, 1)] {
             for tile in [None, Some((16, 16)), Some((48, 32))] {
                 for (channels, apart) in [(1, false), (3, false), (3, true), (4, true)] {
-                    // One order of bytes for each, both in all.
+                    // One byte order per case; both orders occur.
                     let big_endian = (channels + method as usize).is_multiple_of(2) != apart;
                     reads(sort, How { channels, method, predictor, tile, apart, big_endian });
                 }
@@ -307,7 +307,7 @@ fn reads_jpeg_strips_and_tiles_in_their_colors() {
                 );
             }
         }
-        // Markers are followed by a check.
+        // A marker in the data is rejected by the check.
         let mut broken = shipped(name);
         let scan = broken.windows(3).rposition(|bytes| bytes == [0xff, 0xda, 0]).unwrap();
         broken[scan..scan + 2].copy_from_slice(&[0xff, 0xd8]);
@@ -317,13 +317,13 @@ fn reads_jpeg_strips_and_tiles_in_their_colors() {
 
 #[test]
 fn reads_samples_of_few_bits() {
-    // Rows begin at whole bytes.
+    // Each row begins at a whole byte.
     let one = Directory::gray(10, 2, 1, vec![0b1010_1010, 0b1100_0000, 0b0000_0001, 0b0100_0000]);
     let expected: Vec<f32> = b"10101010110000000101".iter().map(|digit| f32::from(digit - b'0')).collect();
     assert_eq!(good(&file(std::slice::from_ref(&one), false)).planes, expected);
     let inverted: Vec<f32> = expected.iter().map(|value| 1.0 - value).collect();
     assert_eq!(good(&file(&[one.clone().with(262, &[0])], false)).planes, inverted);
-    // The first bit is the lowest.
+    // The first pixel is the lowest bit.
     let turned =
         Directory { parts: vec![one.parts[0].iter().map(|byte| byte.reverse_bits()).collect()], ..one.clone() };
     assert_eq!(good(&file(&[turned.with(266, &[2])], true)).planes, expected);
@@ -344,14 +344,14 @@ fn reads_palettes_as_three_channels() {
     assert_eq!((picture.channels, picture.has_alpha, picture.source), (3, false, SampleKind::U8));
     let expected = |channel: usize| [0, 1, 2, 15, 3, 4].map(|k| ((channel * 16 + k) * 5) as f32 / 255.0);
     (0..3).for_each(|channel| assert_eq!(picture.plane(channel as u8), expected(channel)));
-    // Bytes in place of words.
+    // Palette of bytes instead of words.
     let bytes: Vec<u32> = (0..48).map(|k| k * 5).collect();
     assert_eq!(good(&file(&[indexed.clone().with(320, &bytes)], true)).planes, picture.planes);
     refused(&file(&[indexed.clone().with(320, &words[..45])], false), "its palette has 45 numbers; it must have 48");
     refused(&file(&[indexed], false), "it has no palette");
 }
 
-/// The picture of six pixels with six values.
+/// A picture of six pixels with six different values.
 fn six() -> Directory {
     Directory::gray(3, 2, 8, vec![1, 2, 3, 4, 5, 6])
 }
@@ -375,7 +375,7 @@ fn turns_pictures_upright() {
         assert_eq!((picture.width, &picture.planes[..]), (width, &values[..]), "orientation {orientation}");
         assert_eq!(header_bytes(&bytes).unwrap().width, width);
     }
-    // Each channel by itself.
+    // Separate channels.
     let colors = Directory::gray(2, 1, 8, vec![1, 2, 3, 4, 5, 6]).with(258, &[8; 3]).with(277, &[3]).with(262, &[2]);
     let picture = good(&file(&[colors.with(274, &[6])], false));
     let values: Vec<u8> = picture.planes.iter().map(|value| (value * 255.0).round() as u8).collect();
@@ -396,7 +396,7 @@ fn finds_the_picture_among_several() {
     let mask = Directory::gray(2, 1, 1, vec![0]).with(254, &[4]).with(262, &[4]);
     assert_eq!(wide(file(&[mask, six()], false)), 3, "no mask");
     assert_eq!(wide(file(&[small.clone(), small.clone()], false)), 1, "all are smaller ones");
-    // A chain that leads into itself is refused.
+    // A cyclic chain of directories is refused.
     let mut circle = file(&[small.clone(), small], false);
     let first: [u8; 4] = circle[4..8].try_into().unwrap();
     let start = u32::from_le_bytes(first) as usize;
@@ -406,7 +406,7 @@ fn finds_the_picture_among_several() {
 }
 
 #[test]
-fn tells_profiles_and_associated_opacity() {
+fn reads_profiles_and_associated_opacity() {
     let pixels = Directory::gray(1, 1, 8, vec![1, 2, 3, 4]).with(258, &[8; 4]).with(277, &[4]).with(262, &[2]);
     let header = |directory: &Directory| header_bytes(&file(std::slice::from_ref(directory), false)).unwrap();
     assert_eq!((header(&pixels).has_alpha, header(&pixels).associated, header(&pixels).icc), (true, false, None));
@@ -419,7 +419,7 @@ fn tells_profiles_and_associated_opacity() {
 }
 
 #[test]
-fn refuses_what_is_not_read_by_name() {
+fn refuses_unsupported_features_by_name() {
     let colors = Directory::gray(1, 1, 8, vec![1, 2, 3, 4]).with(258, &[8; 4]).with(277, &[4]).with(262, &[5]);
     refused(&file(&[colors], false), "its colours are CMYK; save it as grey or RGB");
     let luma = Directory::gray(2, 2, 8, vec![0; 12]).with(258, &[8; 3]).with(277, &[3]).with(262, &[6]);

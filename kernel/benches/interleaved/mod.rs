@@ -1,28 +1,27 @@
 //! Interleaved measurements: several kinds of work run in short slices, one after another, again and again, so that
-//! other load on the machine affects all of them alike. The medians of many slices can be compared where single runs
-//! cannot.
+//! other load on the machine affects all of them equally. Medians of many slices can be compared, unlike single runs.
 use cpu_time::ProcessTime;
 use std::sync::{Condvar, Mutex, PoisonError};
 
-/// CPU seconds of a slice, at least.
+/// Minimum CPU seconds of a slice.
 const SLICE: f64 = 0.025;
-/// Slices that are not counted, in which caches and memory get warm.
+/// Number of warm-up slices, which are not counted.
 const WARM: usize = 2;
 
-/// Work in units: before each unit it calls the function with the number of units done, and ends when that returns
-/// false.
+/// Work in units: before each unit it calls the function with the number of units done, and ends when the function
+/// returns false.
 pub(crate) type Work<'w> = Box<dyn FnOnce(&mut (dyn FnMut(u32) -> bool + Send)) + Send + 'w>;
 
-/// Which work runs, and what has been measured.
+/// The running work, and the measurements.
 struct State {
     turn: usize,
-    /// How many kinds of work are ready.
+    /// Number of kinds of work that are ready.
     ready: usize,
     done: bool,
     times: Vec<Vec<f64>>,
 }
 
-/// Ends the measurement when one kind of work leaves, also by a panic, so that none waits for ever.
+/// Ends the measurement when one kind of work ends, also by a panic, so that no other waits forever.
 struct Leave<'s>(&'s Mutex<State>, &'s Condvar);
 
 impl Drop for Leave<'_> {

@@ -1,8 +1,8 @@
-//! Line integral convolution: means along the lines of a field of directions.
+//! Line integral convolution: means along the streamlines of a direction field.
 //!
 //! Source: B. Cabral, L. Leedom, "Imaging vector fields using line integral convolution" (1993). From each pixel a
-//! line is followed both ways in steps of about a pixel, by the midpoint rule; directions are those of the nearest
-//! pixel. A direction and its opposite are the same line: each step goes on as the one before. Cost: O(pixels ·
+//! streamline is followed both ways in steps of about a pixel, by the midpoint rule, with the direction of the nearest
+//! pixel. Opposite directions are the same line: each step takes the sign nearest to the step before. Cost: O(pixels ·
 //! length in pixels), about 15 ns for each.
 
 use super::paths::Reader;
@@ -10,17 +10,17 @@ use crate::ground::math::{clamp, cos_degrees, floor_int, sin_degrees};
 use crate::ground::window::{View, WindowExt, index, offset};
 use shibo_engine::value::{Buffer, Window};
 
-/// Samples to each side, at most.
+/// Maximum number of samples to each side.
 const MOST: f64 = 256.0;
 
-/// Directions over a window, as unit vectors.
+/// Directions in a window, as unit vectors.
 pub struct Directions {
     planes: [Buffer; 2],
     window: Window,
 }
 
 impl Directions {
-    /// From angles in degrees.
+    /// Takes angles in degrees.
     pub fn new(angles: &View<'_>) -> Self {
         let window = angles.window();
         let planes = [cos_degrees as fn(f32) -> f32, sin_degrees].map(|part| {
@@ -34,7 +34,7 @@ impl Directions {
         Self { planes, window }
     }
 
-    /// At a place in pixels from the centre of pixel (x, y): that of the nearest pixel.
+    /// Direction at `at` pixels from the centre of pixel (x, y): that of the nearest pixel.
     #[inline(always)]
     fn at(&self, x: i32, y: i32, at: [f32; 2]) -> [f32; 2] {
         let near = |d: f32| floor_int(clamp(d, -1e6, 1e6) + 0.5).1;
@@ -46,17 +46,17 @@ impl Directions {
     }
 }
 
-/// How lines are followed.
+/// The sampling of streamlines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineSpec {
-    /// Length of a step in pixels across and down.
+    /// Length of a step in pixels, across and down.
     step: [f32; 2],
-    /// Steps to each side.
+    /// Number of steps to each side.
     count: usize,
 }
 
 impl LineSpec {
-    /// Lines of a length in mm on pixels of a size in mm.
+    /// Takes the length of lines in mm and the size of a pixel in mm.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a limited number, and steps in f32")]
     pub fn new(length: f64, pixel: [f64; 2]) -> Self {
         let half = 0.5 * length;
@@ -65,7 +65,7 @@ impl LineSpec {
     }
 }
 
-/// The mean over the line through each pixel of `rect`.
+/// Mean along the streamline through each pixel of `rect`.
 ///
 /// # Panics
 /// If a plane is smaller than `rect`.
@@ -99,7 +99,7 @@ pub fn along(input: &Reader<'_>, lines: &Directions, rect: Window, spec: &LineSp
 mod tests {
     use super::*;
 
-    /// Values by a formula over a window.
+    /// Values of a formula over a window.
     fn plane(window: Window, value: impl Fn(f32, f32) -> f32) -> Vec<f32> {
         let w = window.columns();
         (0..window.len()).map(|k| value((window.x + index(k % w)) as f32, (window.y + index(k / w)) as f32)).collect()
@@ -118,17 +118,17 @@ mod tests {
 
     #[test]
     fn straight_lines_are_running_means() {
-        // 4 mm are 8 pixels: nine samples. On a parabola the mean of (x + k)² is x² + 20/3.
+        // 4 mm are 8 pixels, so nine samples. On a parabola the mean of (x + k)² is x² + 20/3.
         let out = mean(|_, _| 0.0, |x, _| x * x, 4.0);
         assert!((0..40).all(|x| (out[800 + x] - ((x * x) as f32 + 20.0 / 3.0)).abs() < 1e-3 * (1.0 + (x * x) as f32)));
-        // Opposite directions from column to column are one line.
+        // Directions that alternate in sign from column to column are the same lines.
         let flipped = mean(|x, _| if x % 2.0 == 0.0 { 90.0 } else { -90.0 }, |_, y| y * y, 4.0);
         assert!((flipped[20 * 40 + 7] - (400.0 + 20.0 / 3.0)).abs() < 0.01, "{}", flipped[20 * 40 + 7]);
     }
 
     #[test]
     fn circles_are_followed() {
-        // Round (20, 20): what depends on the distance alone stays.
+        // Circles around (20, 20) keep a value that depends only on the distance.
         let round = |x: f32, y: f32| (y - 20.0).atan2(x - 20.0).to_degrees() + 90.0;
         let distance = |x: f32, y: f32| (x - 20.0).hypot(y - 20.0);
         let out = mean(round, distance, 20.0);
@@ -136,7 +136,7 @@ mod tests {
             let (got, want) = (out[y * 40 + x], distance(x as f32, y as f32));
             assert!((got - want).abs() < 0.25, "{x} {y}: {got} {want}");
         }
-        // A straight mean would miss it by far: (11² + 20²)^½ at its ends.
+        // The mean along a straight line is far off: its ends have (11² + 20²)^½.
         assert!(mean(|_, _| 90.0, distance, 20.0)[20 * 40 + 31] > 13.0);
     }
 }

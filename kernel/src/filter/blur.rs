@@ -1,10 +1,10 @@
 //! Gaussian blur whose cost hardly depends on its width.
 //!
-//! Up to 3 px the kernel is applied as it is. Wider ones work on a coarser grid, halved until 1.5 ≤ σ < 3 of its
-//! pixels: variances of successive filters add up exactly, so the halvings ([1 3 3 1]/8, variance ¾), the blur on the
-//! coarse grid and the cubic B-spline that enlarges it again (variance ⅓ of a coarse pixel) add up to σ². Coarse pixel
-//! I covers pixels I·2^k … of the absolute grid, so the result does not depend on the window. Error against the exact
-//! Gaussian: below 0.3 % of the range.
+//! Up to 3 px the kernel is applied directly. Wider kernels work on a coarser grid, halved until 1.5 ≤ σ < 3 of its
+//! pixels. Variances of successive filters add up exactly: those of the halvings ([1 3 3 1]/8, variance ¾), of the blur
+//! on the coarse grid and of the cubic B-spline that enlarges it again (variance ⅓ of a coarse pixel) add up to σ².
+//! Coarse pixel I covers pixels I·2^k … of the absolute grid, so the result does not depend on the window. Error
+//! against the exact Gaussian: below 0.3 % of the range.
 //!
 //! Cost: see `benches/texel.rs`; independent of σ apart from the halo.
 
@@ -15,7 +15,7 @@ use shibo_engine::value::Window;
 
 /// One axis of the filter.
 struct Axis {
-    /// The grid is halved this many times.
+    /// Number of halvings of the grid.
     levels: u32,
     /// Half of the symmetric kernel on the coarse grid, centre first.
     kernel: Vec<f32>,
@@ -43,7 +43,8 @@ impl Axis {
         1 << self.levels
     }
 
-    /// First coarse pixel needed and their number, after the coarse blur, for `n` pixels from `start`.
+    /// The first coarse pixel and the number of coarse pixels needed after the coarse blur, for `n` pixels from
+    /// `start`.
     fn coarse(&self, start: i32, n: usize) -> (i32, usize) {
         if self.levels == 0 {
             return (start, n);
@@ -54,27 +55,27 @@ impl Axis {
         (first, offset(last - first + 1))
     }
 
-    /// The same before the coarse blur.
+    /// Like [`coarse`](Self::coarse), before the coarse blur.
     fn padded(&self, start: i32, n: usize) -> (i32, usize) {
         let (first, count) = self.coarse(start, n);
         (first - self.radius(), count + 2 * offset(self.radius()))
     }
 }
 
-/// How many times [`blur`] halves the grid for this sigma.
+/// Number of times that [`blur`] halves the grid for this sigma.
 pub(crate) fn levels(sigma: f64) -> u32 {
     Axis::new(sigma).levels
 }
 
-/// How many pixels beyond a window its blur reads, on each side.
+/// Halo of the blur: the pixels that it reads beyond a window on each side.
 pub fn halo(sigma: f64) -> usize {
     let axis = Axis::new(sigma);
     let (f, r) = (offset(axis.factor()), offset(axis.radius()));
     if axis.levels == 0 { r } else { f * (r + 4) }
 }
 
-/// Blurs `input` by a Gaussian of `sigma` pixels in x and y into `out`, which covers `rect` without gaps.
-/// A sigma of 0 leaves that axis as it is.
+/// Blurs `input` by a Gaussian of `sigma` pixels in x and y into `out`, which covers `rect` without gaps. A sigma of 0
+/// leaves that axis unchanged.
 ///
 /// # Panics
 /// If `input` does not cover `rect` grown by [`halo`], or `out` is smaller than `rect`.
@@ -87,7 +88,7 @@ pub fn blur(input: &View<'_>, rect: Window, sigma: [f64; 2], out: &mut [f32]) {
     );
 }
 
-/// A plane whose rows follow each other without gaps.
+/// A plane with contiguous rows.
 struct Plane {
     data: Buffer,
     w: usize,
@@ -154,7 +155,7 @@ fn blur_axes(input: &View<'_>, rect: Window, [ax, ay]: &[Axis; 2], out: &mut [f3
     }
 }
 
-/// Pixels of the fine grid from which `n` coarse ones come.
+/// The fine pixels from which `n` coarse ones are computed.
 fn source(start: i32, n: usize, levels: u32) -> (i32, usize) {
     (0..levels).fold((start, n), |(start, n), _| (2 * start - 1, 2 * n + 2))
 }
@@ -210,7 +211,7 @@ fn shrink_columns(mut plane: Plane, levels: u32, w: usize) -> Plane {
     plane
 }
 
-/// Values summed in registers at a time.
+/// Number of values summed in registers at a time.
 const BLOCK: usize = 32;
 
 /// out = Σ kernel[k]·(before(k) + after(k)), the centre counted once.
@@ -254,9 +255,9 @@ pub(crate) fn bspline(phase: i32, factor: i32) -> [f32; 4] {
 /// Enlarges rows of coarse pixels to the fine grid.
 struct Spline {
     weights: [Vec<f32>; 4],
-    /// The fine pixels, a few more than wanted on either side.
+    /// The fine pixels, with a few extra ones on either side.
     line: Vec<f32>,
-    /// Where the wanted ones begin.
+    /// Index of the first wanted pixel.
     skip: usize,
 }
 
@@ -363,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_blurred_is_the_same() {
+    fn zero_sigma_changes_nothing() {
         let rect = Window::of(-3, 2, 33, 5);
         let data = picture(rect);
         let mut out = vec![0.0; rect.len()];

@@ -1,15 +1,15 @@
-//! Disks as sets of pixels: what medians and morphology look at.
+//! Disks of pixels: the neighbourhoods of medians and morphology.
 
 use crate::ground::window::{index, offset};
 
-/// The pixels whose centres lie within a radius of a pixel's own, by rows.
+/// Pixels whose centres lie within a radius of the central pixel, row by row.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Disk {
-    /// How far the row `dy` reaches to both sides, for dy = 0, 1, …; the same above and below.
+    /// Half-widths of the rows dy = 0, 1, …; rows above and below are symmetric.
     halves: Vec<i32>,
 }
 
-/// A pixel may lie outside by so much of its size, lest rounding decides.
+/// The tolerance for pixels on the circle, in pixels, so that rounding does not decide.
 const ROUNDING: f64 = 1e-6;
 
 impl Disk {
@@ -21,23 +21,23 @@ impl Disk {
         Self { halves: (0..=rows).map(|dy| (across(f64::from(dy)) + ROUNDING).floor().min(1e6) as i32).collect() }
     }
 
-    /// How far each row reaches to both sides, from the middle on.
+    /// Half-width of each row, from the middle on.
     pub fn halves(&self) -> &[i32] {
         &self.halves
     }
 
-    /// How far it reaches, in pixels, in x and y.
+    /// Halo in pixels, in x and y.
     pub fn halo(&self) -> [usize; 2] {
         [offset(self.halves[0]), self.halves.len() - 1]
     }
 
-    /// The rows from the top on: where each lies, and how far it reaches to both sides.
+    /// Rows from the top: offset and half-width.
     pub fn rows(&self) -> impl Iterator<Item = (i32, i32)> + '_ {
         let last = index(self.halves.len() - 1);
         (-last..=last).map(|dy| (dy, self.halves[offset(dy.abs())]))
     }
 
-    /// How many pixels it has.
+    /// Number of pixels.
     pub fn count(&self) -> usize {
         self.rows().map(|(_, half)| 2 * offset(half) + 1).sum()
     }

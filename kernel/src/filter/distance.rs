@@ -1,23 +1,24 @@
 //! Exact Euclidean distance to the region where a field exceeds a threshold, limited to a radius.
 //!
 //! The region's edge is known to fractions of a pixel: where the field crosses the threshold between two neighbouring
-//! pixels, linear interpolation gives the point. Distances are measured to these points, so there is no staircase. The
-//! points on rows and those on columns have a separable transform each (T. Saito, J. Toriwaki, 1994): crossings on rows
-//! are found by scanning the rows and then searching up and down the columns, crossings on columns the other way round.
-//! The search along the second axis stops as soon as nothing nearer can follow, so the cost depends on the distances
-//! that occur rather than on the radius: O(pixels · min(distance, radius)), eight pixels at a time.
+//! pixels, linear interpolation gives the crossing. Distances are measured to these crossings, so there is no
+//! staircase. Crossings on rows and those on columns have a separable transform each (T. Saito, J. Toriwaki, 1994):
+//! crossings on rows are found by scanning the rows, and then by searching up and down the columns; crossings on
+//! columns the other way round. The search along the second axis stops when no nearer crossing can follow, so the cost
+//! depends on the distances that occur rather than on the radius: O(pixels · min(distance, radius)), eight pixels at a
+//! time.
 //!
-//! Units: mm, with pixels of any aspect. Results do not depend on the window: what lies beyond the radius is cut off.
+//! Units: mm, with pixels of any aspect. Distances are limited to the radius, so results do not depend on the window.
 
 use crate::ground::math::{max, min};
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index};
 use shibo_engine::value::Window;
 
-/// What to measure.
+/// Parameters of a distance transform.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistanceSpec {
-    /// The region is where the field is above this.
+    /// The region is where the field is above this threshold.
     pub threshold: f32,
     /// Largest distance of interest, mm.
     pub radius: f64,
@@ -26,7 +27,7 @@ pub struct DistanceSpec {
 }
 
 impl DistanceSpec {
-    /// How many pixels beyond a window are read, in x and y.
+    /// Halo: the pixels read beyond a window, in x and y.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a radius in pixels")]
     pub fn halo(&self) -> [usize; 2] {
         self.step.map(|step| ((self.radius / step).ceil().max(0.0) as usize).saturating_add(1))
@@ -58,7 +59,7 @@ pub fn row_squares(input: &View<'_>, rect: Window, spec: &DistanceSpec, out: &mu
     );
 }
 
-/// The same along the column.
+/// The same as [`row_squares`], along the column.
 ///
 /// # Panics
 /// If `input` does not cover `rect` grown by the halo in y, or `out` is smaller than `rect`.
@@ -102,7 +103,7 @@ pub fn combine(rows: &View<'_>, columns: &View<'_>, rect: Window, spec: &Distanc
     );
 }
 
-/// The profile 1 - (1 - min(d/radius, 1))²: 0 at the edge, steep there, level at the radius.
+/// The profile 1 - (1 - min(d/radius, 1))²: 0 and steep at the edge, flat at the radius.
 pub fn dome(distances: &mut [f32], radius: f32) {
     let scale = 1.0 / radius;
     simd::dispatch(
@@ -121,10 +122,10 @@ fn single(x: f64) -> f32 {
     x as f32
 }
 
-/// Further than any pixel, in pixels; its square is finite.
+/// A distance in pixels beyond any pixel, with a finite square.
 const FAR: f32 = 1e9;
 
-/// Distance in pixels from a pixel with value `v` to the region along the line to its neighbours `a` and `b`.
+/// Distance in pixels from a pixel with value `v` to the region on the line through its neighbours `a` and `b`.
 #[inline(always)]
 fn seed(v: f32, a: f32, b: f32, threshold: f32) -> f32 {
     let reach = |n: f32| {
@@ -159,8 +160,8 @@ fn along_rows(input: &View<'_>, rect: Window, spec: &DistanceSpec, out: &mut [f3
     }
 }
 
-/// next[i] = the least of line[i] and its neighbours `jump` away, plus `step`. With jumps 1, 2, 4 … every distance is
-/// the sum of the same parts in the same order, whatever the window.
+/// next[i] = the least of line[i] and of its neighbours at distance `jump` plus `step`. With jumps 1, 2, 4 … every
+/// distance is a sum of the same terms in the same order, for any window.
 #[inline(always)]
 fn spread(line: &[f32], next: &mut [f32], jump: usize, step: f32) {
     let n = line.len();
@@ -184,7 +185,7 @@ fn spread(line: &[f32], next: &mut [f32], jump: usize, step: f32) {
     }
 }
 
-/// Crossings on columns: scan the columns, a row at a time.
+/// Crossings on columns: scan the columns, one row at a time.
 #[inline(always)]
 fn along_columns(input: &View<'_>, rect: Window, spec: &DistanceSpec, out: &mut [f32]) {
     let [_, hy] = spec.halo();
@@ -208,7 +209,7 @@ fn along_columns(input: &View<'_>, rect: Window, spec: &DistanceSpec, out: &mut 
     }
 }
 
-/// Pixels that are searched together, in registers, and stop together.
+/// Pixels that are searched together, in registers, until all of them stop.
 const BLOCK: usize = 64;
 
 /// out = min over k of squares(±k) + (k·step)², for k up to `reach`.
@@ -246,7 +247,7 @@ fn look<'a>(out: &mut [f32], reach: usize, step: f64, squares: impl Fn(usize, bo
     }
 }
 
-/// The largest of a block, by eight lanes.
+/// Largest value of a block, computed in eight lanes.
 #[inline(always)]
 fn furthest(block: &[f32; BLOCK]) -> f32 {
     let mut lanes = [0.0; 8];
@@ -264,7 +265,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A field with the slope of one pixel across the edge of a disc.
+    /// A disc with a slope of one pixel across its edge.
     fn disc(rect: Window, r: f32) -> Vec<f32> {
         let value = |x: i32, y: i32| {
             0.5 + 0.5 * (r - ((x as f32 - 3.3).powi(2) + (y as f32 - 1.7).powi(2)).sqrt()).clamp(-1.0, 1.0)

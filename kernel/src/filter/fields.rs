@@ -1,9 +1,10 @@
-//! Wide filters as fields, for all families: their cost must not grow with their width.
+//! Wide filters as fields: their cost must not grow with their width.
 //!
-//! A tile that reads a halo of hundreds of pixels reads its surroundings again and again. So what many tiles have in
-//! common becomes a field of its own, whose tiles the engine keeps: a wide blur reads the picture at a half, a quarter
-//! … of the resolution, each made from the one before; a wide distance is split into its passes along rows and columns,
-//! which have a halo in one direction only. Which of the ways is taken depends on the grid alone, never on the window.
+//! Tiles with a halo of hundreds of pixels would read the same surroundings again and again. So data that many tiles
+//! share becomes a field of its own, whose tiles the engine caches. A wide blur reads the picture at a half, a quarter
+//! … of the resolution, each level computed from the one before. A wide distance transform is split into its passes
+//! along rows and columns, which have a halo in one direction only. The choice of the method depends only on the grid,
+//! never on the window.
 
 use super::distance::{self, DistanceSpec};
 use super::{blur, pyramid};
@@ -25,16 +26,16 @@ pub fn blurred(input: &Field, sigma: f64, size: DVec2) -> Field {
     Field::new(input.ty(), input.tiling(), Blurred { levels, sigma, size })
 }
 
-/// More halvings than any canvas needs: 2^16 pixels are at most 256 then.
+/// Maximum number of halvings, enough for any canvas: 2^16 pixels become 256.
 const MOST_LEVELS: usize = 8;
 
-/// So many of the halvings are done within a tile by the blur itself, which is quicker.
+/// Number of halvings that the blur does itself within a tile, which is faster.
 const WITHIN: u32 = 3;
 
-/// A smaller part of a canvas counts as so many pixels wide: a blur as wide as that is quick enough.
+/// A visible part counts as at least this wide, in pixels: a blur of that width is fast enough.
 const LEAST_PART: f64 = 64.0;
 
-/// At most so many halvings are skipped: places within a pixel are exact up to there.
+/// Maximum number of skipped halvings: up to there positions within a pixel are exact.
 const MOST_SKIPPED: f64 = 20.0;
 
 fn keyed(field: Field, key: Option<Key>) -> Field {
@@ -61,7 +62,7 @@ fn finer(grid: &Grid, size: DVec2) -> Grid {
     Grid { step, period, ..*grid }
 }
 
-/// A field at half the resolution, as it is on the grid with pixels half as large.
+/// A field at half the resolution, seen on the grid with pixels half as large.
 struct Half {
     finer: Field,
     size: DVec2,
@@ -83,34 +84,34 @@ impl FieldSource for Half {
 }
 
 struct Blurred {
-    /// The picture and its halves.
+    /// The picture and its halved levels.
     levels: Vec<Field>,
     sigma: f64,
     size: DVec2,
 }
 
-/// How a grid is blurred.
+/// The method for blurring on a grid.
 struct Plan {
-    /// On which of the levels.
+    /// Index of the level.
     level: u32,
-    /// The number of halvings from the result's pixels to those.
+    /// Number of halvings from the result's pixels to those of the grid that is blurred.
     coarser: u32,
     grid: Grid,
-    /// Width there, in its pixels.
+    /// Width in pixels of that grid.
     sigma: [f64; 2],
 }
 
 impl Plan {
-    /// The pixels of its level that are blurred to make `rect`.
+    /// Pixels of its grid that are blurred to make `rect`.
     fn coarse(&self, rect: Window) -> Window {
         if self.coarser == 0 { rect } else { pyramid::magnify_reads(rect, self.coarser) }
     }
 }
 
 impl Blurred {
-    /// The number of halvings that are left out, since the input is read on a coarser grid. Where an enlarged part of the canvas is
-    /// shown, the blur reaches many times as far as the part, and all pixels that are read would serve that part alone. The blur
-    /// hides the loss.
+    /// Number of halvings that are skipped because the input is read directly on a coarser grid. In an enlarged part of
+    /// the canvas, the blur can be much wider than the part, and the pixels it reads would be useful for that part
+    /// only. The blur hides the loss of detail.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to a few")]
     fn skipped(&self, grid: &Grid) -> u32 {
         let Some(shown) = grid.shown else { return 0 };
@@ -185,7 +186,7 @@ pub fn distances(input: &Field, threshold: f32, radius: f64) -> Field {
     Field::new(Type::Gray, input.tiling(), Distances { input: input.clone(), rows, columns, threshold, radius })
 }
 
-/// Up to this halo in pixels one pass is the faster way.
+/// Up to this halo in pixels a single pass is faster.
 const ONE_PASS: usize = 40;
 
 struct Squares {
@@ -278,7 +279,7 @@ mod tests {
         let reads = field.source().inputs(&grid, window);
         assert!(reads[0].window.len() < 1 << 20, "{:?}", reads[0].window);
         let mut tile = Tile::new(reads[0].grid, reads[0].window, 1);
-        // The input by itself, or halved from a grid that is coarse too.
+        // The input itself, or the input halved from a grid that is coarse too.
         let mut source = reads[0].field.source();
         let (mut grids, mut at) = (vec![reads[0].grid], reads[0].window);
         while let Some(read) = source.inputs(&grids[grids.len() - 1], at).first().copied() {
@@ -297,14 +298,14 @@ mod tests {
         }
         let mut out = Tile::new(grid, window, 1);
         field.source().fill(&Given::new(&[std::sync::Arc::new(tile)], None, &|| false), &mut out).unwrap();
-        // A wave of 16 mm at its crest, x = 4 mm, keeps exp(-σ²·k²/2) of its height.
+        // A wave of 16 mm keeps exp(-σ²·k²/2) of its height, here at its crest, x = 4 mm.
         let k = std::f64::consts::TAU / 16.0;
         let want = libm::exp(-0.5 * sigma * sigma * k * k);
         assert!(out.plane(0).iter().all(|v| (f64::from(*v) - want).abs() < 0.003), "{} {want}", out.plane(0)[0]);
     }
 
     #[test]
-    fn grids_are_found_again() {
+    fn finer_inverts_coarser() {
         for resolution in [512, 300, 77] {
             let canvas = Canvas {
                 resolution: UVec2::splat(resolution),

@@ -1,10 +1,10 @@
-//! The median of a disk of pixels.
+//! The median over a disk of pixels.
 //!
-//! Small disks by forgetful selection: of a little more than half of the values, the least and the greatest cannot be the
-//! median of all, so they are dropped and the next value comes in, until three are left. That is a fixed sequence of
-//! comparisons, done for 32 pixels at a time. Larger disks by a window that slides along the row (T. Huang, G. Yang, G.
-//! Tang, 1979): the pixels of the tile are ranked once, and a set of bits says which ranks are in the disk. Both give the
-//! same values, and are exact.
+//! Small disks use forgetful selection: among a little more than half of the values, the least and the greatest cannot
+//! be the median of all, so they are dropped and the next value is added, until three are left. That is a fixed
+//! sequence of comparisons, done for 32 pixels at a time. Larger disks use a window that slides along the row (T.
+//! Huang, G. Yang, G. Tang, 1979): the pixels of the tile are ranked once, and a bit set holds the ranks in the disk.
+//! Both methods are exact and give the same values.
 //!
 //! Cost: see `benches/texel.rs`; for large disks O(pixels · radius in pixels).
 
@@ -14,7 +14,7 @@ use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index, offset};
 use shibo_engine::value::Window;
 
-/// Up to so many pixels selection is the faster way.
+/// Up to this number of pixels selection is faster.
 const SELECTED: usize = 49;
 
 /// The median of the pixels of `disk` around each pixel of `rect`.
@@ -37,11 +37,11 @@ pub fn median(input: &View<'_>, rect: Window, disk: &Disk, out: &mut [f32]) {
     }
 }
 
-/// Pixels that are done at a time.
+/// Number of pixels processed at a time.
 const LANES: usize = 32;
 type Lanes = [f32; LANES];
 
-/// Puts the smaller of two into the first place, which comes before the second.
+/// Orders two values: the smaller one goes to index `first`, which must be less than `second`.
 #[inline(always)]
 fn order(values: &mut [Lanes], first: usize, second: usize) {
     let (low, high) = values.split_at_mut(second);
@@ -50,7 +50,7 @@ fn order(values: &mut [Lanes], first: usize, second: usize) {
     }
 }
 
-/// Puts the least into the first place and the greatest into the last.
+/// Moves the least value to the first index and the greatest to the last.
 #[inline(always)]
 fn extremes(values: &mut [Lanes]) {
     let n = values.len();
@@ -84,7 +84,7 @@ fn select(input: &View<'_>, rect: Window, disk: &Disk, out: &mut [f32]) {
             let mut left = most.min(n);
             for place in &places[left..] {
                 extremes(&mut values[..left]);
-                // The greatest is forgotten, and the least gives way.
+                // Drops the greatest value, and replaces the least.
                 left -= 1;
                 fill(&mut values[0], *place);
             }
@@ -94,13 +94,13 @@ fn select(input: &View<'_>, rect: Window, disk: &Disk, out: &mut [f32]) {
     }
 }
 
-/// Which ranks are in the window: a bit for each, and how many there are in each block of bits.
+/// The set of ranks in the window: a bit for each, and the number of bits set in each block.
 struct Ranks {
     bits: Vec<u64>,
     blocks: Vec<u32>,
 }
 
-/// Words of a block.
+/// Number of words in a block.
 const BLOCK: usize = 32;
 
 impl Ranks {
@@ -128,7 +128,7 @@ impl Ranks {
         self.blocks.fill(0);
     }
 
-    /// The rank below which `below` of those in the window lie.
+    /// The rank in the window that has `below` smaller ranks in the window.
     fn find(&self, mut below: u32) -> usize {
         let mut block = 0;
         while self.blocks[block] <= below {
@@ -203,7 +203,7 @@ mod tests {
         ] {
             let disk = Disk::new(radius, step);
             let big = rect.with_halo(disk.halo());
-            // Half of them are equal to others.
+            // Half of the values have duplicates.
             let data: Vec<f32> = (0..big.len() as u64)
                 .map(|k| if k % 2 == 0 { hash.unit_f32(k) } else { (hash.unit_f32(k) * 8.0).floor() / 8.0 })
                 .collect();

@@ -1,4 +1,4 @@
-//! Filters, whose pixels depend on a neighbourhood: blur, median, morphology, slopes, distance, halving, resampling, warps.
+//! Filters that read a neighbourhood of pixels: blur, median, morphology, slopes, distance, halving, resampling, warps.
 
 pub mod along;
 pub mod blur;

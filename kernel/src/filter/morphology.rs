@@ -1,8 +1,8 @@
 //! Dilation and erosion by a disk of pixels.
 //!
-//! The disk is taken apart into its rows. The extreme of a run of n pixels is that of two runs of 2^k ≤ n that overlap
-//! (after M. van Herk, 1992, in the form that has no branches), and the runs of 2^k come from those of half the length. So
-//! a row of the disk costs three comparisons of a pixel, eight pixels at a time, however long it is.
+//! The disk is split into its rows. The extreme of a run of n pixels is that of two overlapping runs of 2^k ≤ n (after
+//! M. van Herk, 1992, in a form without branches), and runs of 2^k are computed from runs of half the length. So a row
+//! of the disk costs three comparisons per pixel for any length, eight pixels at a time.
 //!
 //! Cost: O(pixels · radius in pixels), see `benches/texel.rs`.
 
@@ -12,7 +12,7 @@ use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index, offset};
 use shibo_engine::value::Window;
 
-/// The greatest value within `disk` around each pixel of `rect`; the least if `erode`.
+/// The maximum over `disk` around each pixel of `rect`; the minimum if `erode`.
 ///
 /// # Panics
 /// If `input` does not cover `rect` grown by the disk's halo, or `out` is smaller than `rect`.
@@ -54,7 +54,8 @@ fn fill<const LEAST: bool>(input: &View<'_>, rect: Window, disk: &Disk, out: &mu
             }
         }
         for (dy, half) in disk.halves().iter().enumerate() {
-            // The rows of the result that see this one as their row -dy and dy, `row` being above the first one by `hy`.
+            // Rows of the result for which this row has the offset -dy and dy in the disk; `row` starts `hy` above the
+            // first one.
             let below = (row + dy).checked_sub(hy).filter(|j| *j < rect.rows());
             let above = row.checked_sub(hy + dy).filter(|j| *j < rect.rows() && dy > 0);
             if below.is_none() && above.is_none() {

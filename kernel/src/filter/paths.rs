@@ -1,7 +1,7 @@
-//! Blurs along paths: means over what lies on a line, an arc or a ray through each pixel.
+//! Blurs along paths: means over a line, an arc or a ray through each pixel.
 //!
-//! Values between pixels are linear in x and y. A line that is the same everywhere becomes a kernel of pixels once, and is
-//! applied to whole rows; paths that differ from pixel to pixel are followed one by one.
+//! Values between pixels are bilinear. A line that is the same for all pixels is converted to a kernel once, and
+//! applied to whole rows. Paths that differ from pixel to pixel are sampled one by one.
 
 use crate::ground::math::{clamp, floor_int, lerp};
 use crate::ground::simd;
@@ -9,28 +9,28 @@ use crate::ground::window::{View, WindowExt, index, offset};
 use shibo_engine::value::Window;
 use std::collections::BTreeMap;
 
-/// Samples of a path, at most.
+/// Maximum number of samples of a path.
 pub const MOST: usize = 512;
 
-/// How many samples a path of that many pixels has: two a pixel, an odd number, so that one lies in the middle.
+/// Number of samples for a path of this length in pixels: two per pixel, and odd, so that one lies in the middle.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to a few hundred")]
 pub fn samples(pixels: f64) -> usize {
     2 * (pixels.abs().ceil().min(MOST as f64 / 2.0 - 1.0) as usize) + 1
 }
 
-/// Where the samples of a path lie, from -½ to ½ of its length.
+/// Positions of the samples of a path, from -½ to ½ of its length.
 fn places(count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |k| if count == 1 { 0.0 } else { k as f64 / (count - 1) as f64 - 0.5 })
 }
 
-/// A line through each pixel, the same everywhere, as a kernel of pixels.
+/// A line that is the same for all pixels, as a kernel.
 #[derive(Clone, Debug)]
 pub struct Line {
     taps: Vec<(i32, i32, f32)>,
 }
 
 impl Line {
-    /// The line of `length` pixels in x and y.
+    /// The line with this extent in pixels, in x and y.
     #[expect(clippy::cast_possible_truncation, reason = "small numbers of pixels, and weights in f32")]
     pub fn new(length: [f64; 2]) -> Self {
         let count = samples(length[0].abs().max(length[1].abs()));
@@ -50,13 +50,13 @@ impl Line {
         Self { taps: taps.into_iter().map(|((dy, dx), weight)| (dx, dy, weight as f32)).collect() }
     }
 
-    /// How far it reaches, in pixels, in x and y.
+    /// Halo in pixels, in x and y.
     pub fn halo(&self) -> [usize; 2] {
         let reach = |of: fn(&(i32, i32, f32)) -> i32| self.taps.iter().map(|t| of(t).unsigned_abs()).max().unwrap_or(0);
         [reach(|t| t.0) as usize, reach(|t| t.1) as usize]
     }
 
-    /// The mean over the line through each pixel of `rect`.
+    /// Mean along the line through each pixel of `rect`.
     ///
     /// # Panics
     /// If `input` does not cover `rect` grown by the halo, or `out` is smaller than `rect`.
@@ -78,21 +78,21 @@ impl Line {
     }
 }
 
-/// Planes of one window, read between pixels.
+/// Planes over one window, with bilinear sampling.
 pub struct Reader<'a> {
     data: Vec<&'a [f32]>,
     stride: usize,
     window: Window,
 }
 
-/// Channels of a picture, at most.
+/// Maximum number of channels.
 const CHANNELS: usize = 4;
 
 impl<'a> Reader<'a> {
-    /// Reads views of one window of at least 2 × 2 pixels.
+    /// Takes views of one window of at least 2 × 2 pixels.
     ///
     /// # Panics
-    /// If there are more than four, or the window is smaller.
+    /// If there are more than four views, or the window is smaller.
     pub fn new(views: &[View<'a>]) -> Self {
         let window = views[0].window();
         let [w, h] = [window.columns(), window.rows()];
@@ -100,8 +100,8 @@ impl<'a> Reader<'a> {
         Self { data: views.iter().map(|view| view.raw().0).collect(), stride: views[0].raw().1, window }
     }
 
-    /// The values at a place in pixels from the centre of pixel (x, y), limited to the window. The same bits in every window:
-    /// the place is taken apart before it is moved to the pixel.
+    /// Values at an offset in pixels from the centre of pixel (x, y), clamped to the window. The bits are the same in
+    /// every window, because the offset is split into whole pixels and a fraction before it is added.
     #[inline(always)]
     pub fn at(&self, x: i32, y: i32, [dx, dy]: [f32; 2]) -> [f32; CHANNELS] {
         let part = |d: f32| {
@@ -123,11 +123,11 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// No place is farther away, in pixels; beyond that its fraction would be lost.
+/// Maximum offset in pixels; beyond it the fraction would be lost.
 const FARTHEST: f32 = (1 << 20) as f32;
 
-/// Fills `out` with means over paths: `path(x, y, pixel)` says for a pixel how many samples it has, and `place(k)` of what it
-/// returns where they lie, in pixels from the pixel's centre.
+/// Fills `out` with means over paths. For each pixel, `path(x, y, pixel)` returns the number of samples and a function
+/// that gives their offsets in pixels from the pixel's centre.
 ///
 /// # Panics
 /// If a plane is smaller than `rect`.
@@ -151,19 +151,19 @@ pub fn mean_along<P: Fn(f32) -> [f32; 2]>(
     }
 }
 
-/// What is made of the values on a path.
+/// The reduction of the values on a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reduce {
     /// Their mean.
     Mean,
-    /// The least.
+    /// Least value.
     Least,
-    /// The greatest.
+    /// The greatest value.
     Greatest,
 }
 
-/// Follows `slope`, displacements in pixels per step in two planes, from each pixel for `steps` steps, and reduces what
-/// `input` has on the way, the pixel itself included.
+/// Follows `slope`, displacements in pixels per step in two planes, for `steps` steps from each pixel, and reduces the
+/// values of `input` on the way, including the pixel itself.
 ///
 /// # Panics
 /// If a plane is smaller than `rect`.

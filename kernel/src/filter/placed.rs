@@ -1,5 +1,5 @@
-//! A picture shown on a grid parallel to its own: every column and every row reads the same places, so weights are made
-//! once for each and rows are filtered once.
+//! Resamples a picture on a grid parallel to its own: weights are computed once per column and row, and each row is
+//! filtered once.
 
 use super::sample::{Filter, Outside, Pyramid};
 use crate::ground::cubic::{bspline, catmull_rom};
@@ -8,29 +8,29 @@ use crate::ground::simd;
 use crate::ground::window::WindowExt;
 use shibo_engine::value::Window;
 
-/// Where the pixels of a window lie on a picture, in pixels of the picture.
+/// Position of a window on a picture, in pixels of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct PlacedWindow {
     /// The window.
     pub window: Window,
     /// The corner of the grid's pixel (0, 0).
     pub origin: [f64; 2],
     /// Size of a pixel of the grid.
     pub step: [f64; 2],
-    /// How values between pixel centres are made.
+    /// The interpolation filter.
     pub filter: Filter,
-    /// What lies outside the picture.
+    /// Values outside the picture.
     pub outside: [Outside; 2],
 }
 
-/// Fills `out` over the window: by the filter where the grid is as fine as the picture, else by its smaller versions.
+/// Fills `out` over the window: with the filter if the grid is as fine as the picture, otherwise from its mip levels.
 ///
 /// # Panics
 /// If `out` is smaller than the window.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small number ≥ 0")]
-pub fn fill(picture: &Pyramid, place: &Place, out: &mut [f32]) {
+pub fn fill(picture: &Pyramid, place: &PlacedWindow, out: &mut [f32]) {
     let out = &mut out[..place.window.len()];
-    // A grid that is as fine but for rounding reads the picture itself.
+    // The tolerance makes a grid of equal size read the picture itself, despite rounding.
     let footprint = place.step[0].max(place.step[1]);
     let level = if footprint > 1.0 + 1e-9 { libm::log2(footprint) } else { 0.0 };
     let level = level.min((picture.levels() - 1) as f64);
@@ -54,7 +54,7 @@ struct Taps {
 }
 
 impl Taps {
-    /// For position `x` on a line of `n` pixels.
+    /// The taps for position `x` on a line of `n` pixels.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited, and brought into the line")]
     fn new(x: f64, n: usize, filter: Filter, outside: Outside) -> Self {
         let x = (x - 0.5).clamp(-1e15, 1e15);
@@ -77,7 +77,7 @@ impl Taps {
     }
 }
 
-fn read(picture: &Pyramid, level: usize, place: &Place, out: &mut [f32]) {
+fn read(picture: &Pyramid, level: usize, place: &PlacedWindow, out: &mut [f32]) {
     let ((w0, h0, _), (w, h, data)) = (picture.level(0), picture.level(level));
     let filter = if level == 0 { place.filter } else { Filter::Bilinear };
     let taps = |k: usize, start: i32, count: usize, full: usize, n: usize| -> Vec<Taps> {
@@ -103,7 +103,7 @@ fn read(picture: &Pyramid, level: usize, place: &Place, out: &mut [f32]) {
     );
 }
 
-/// Rows of the picture, filtered in x; the last four are kept.
+/// Rows of the picture, filtered in x. The last four are kept.
 struct Lines {
     held: [usize; 4],
     data: [Vec<f32>; 4],
@@ -116,7 +116,7 @@ impl Lines {
             if self.held.contains(&y) {
                 continue;
             }
-            // A buffer that holds none of the four rows wanted now; there is one, since row `y` is not held yet.
+            // A buffer that holds none of the four wanted rows. There is one, because row `y` is not held yet.
             let place = (0..4).find(|k| !row.at.contains(&self.held[*k])).unwrap_or(0);
             self.held[place] = y;
             let source = &data[y * w..(y + 1) * w];
@@ -138,8 +138,14 @@ mod tests {
         (Pyramid::new(data.clone(), 12, 7, [Outside::Wrap; 2]), data)
     }
 
-    fn place(window: Window, step: f64) -> Place {
-        Place { window, origin: [0.0; 2], step: [step; 2], filter: Filter::CatmullRom, outside: [Outside::Wrap; 2] }
+    fn place(window: Window, step: f64) -> PlacedWindow {
+        PlacedWindow {
+            window,
+            origin: [0.0; 2],
+            step: [step; 2],
+            filter: Filter::CatmullRom,
+            outside: [Outside::Wrap; 2],
+        }
     }
 
     #[test]
@@ -147,13 +153,13 @@ mod tests {
         let (picture, data) = picture();
         for filter in [Filter::Nearest, Filter::Bilinear, Filter::CatmullRom] {
             let mut out = vec![0.0; 12 * 7 * 4];
-            fill(&picture, &Place { filter, ..place(Window::of(0, 0, 24, 14), 1.0) }, &mut out);
+            fill(&picture, &PlacedWindow { filter, ..place(Window::of(0, 0, 24, 14), 1.0) }, &mut out);
             for (k, v) in out.iter().enumerate() {
                 assert_eq!(*v, data[(k / 24 % 7) * 12 + k % 24 % 12]);
             }
             let third = place(Window::of(0, 0, 36, 21), 1.0 / 3.0);
             let mut out = vec![0.0; 36 * 21];
-            fill(&picture, &Place { filter, ..third }, &mut out);
+            fill(&picture, &PlacedWindow { filter, ..third }, &mut out);
             assert!((0..84).all(|k| out[(k / 12 * 3 + 1) * 36 + k % 12 * 3 + 1] == data[k]));
         }
     }

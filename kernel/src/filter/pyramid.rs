@@ -1,8 +1,8 @@
-//! Image pyramid: planes at a half, a quarter … of the resolution, and back, for wide filters.
+//! Image pyramid for wide filters: planes at a half, a quarter … of the resolution, and enlarging them again.
 //!
-//! Coarse pixel I of level k covers pixels I·2^k … of the absolute grid, so nothing depends on the window. Halving has
-//! the weights [1 3 3 1]/8 in x and y (variance ¾ of a pixel), enlarging is a cubic B-spline (variance ⅓ of a coarse
-//! pixel).
+//! Coarse pixel I of level k covers pixels I·2^k … of the absolute grid, so results do not depend on the window.
+//! Halving has the weights [1 3 3 1]/8 in x and y (variance ¾ of a pixel); enlarging uses a cubic B-spline (variance ⅓
+//! of a coarse pixel).
 
 use super::blur::bspline;
 use crate::ground::simd;
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn straight_lines_stay_straight() {
+    fn keeps_linear_ramps() {
         let rect = Window::of(-5, 7, 40, 30);
         let value = |x: f64, y: f64| 0.25 * x - 0.5 * y + 3.0;
         for levels in 1..4 {

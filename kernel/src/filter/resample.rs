@@ -1,47 +1,48 @@
-//! Catmull-Rom reading of planes at positions that vary from pixel to pixel, for warps and rotations.
+//! Catmull-Rom sampling of planes at positions that vary from pixel to pixel, for warps and rotations.
 //!
-//! A position is kept as the pixel whose centre lies before it and a fraction, 0..1, so it is as exact at column 60 000
-//! as at column 0 and does not depend on the window. At a pixel's centre the value is the pixel's own, exactly. Four
-//! rows of four values are summed four at a time; weights and places serve all channels. Cost: see `benches/texel.rs`.
+//! A position is stored as the pixel whose centre lies before it, plus a fraction, 0..1. So it is as exact at column 60
+//! 000 as at column 0, and does not depend on the window. At a pixel's centre the value is exactly the pixel's own.
+//! Four rows of four values are summed four at a time; weights and positions are shared by all channels. Cost: see
+//! `benches/texel.rs`.
 //!
-//! Between pixels a value may lie a little beyond theirs. Read over and over at the same places, as by a chain of thousands
-//! of warps, values would so grow by up to a hundredth each time, beyond all numbers. So values beyond ±10⁶ are kept within
-//! the range of the 16 pixels that they are read from, and grow no further.
+//! Between pixels a value can overshoot the values around it a little. A chain of thousands of warps that read the same
+//! positions could let values grow by up to a hundredth each time, to infinity. So values beyond ±10⁶ are clamped to
+//! the range of the 16 pixels that they are computed from.
 
 use crate::ground::cubic::catmull_rom_in_step;
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index};
 use shibo_engine::value::Window;
 
-/// Pixels placed at a time.
+/// Number of pixels whose positions are computed at a time.
 pub const BLOCK: usize = 64;
 
-/// Pixels read beyond the smallest and largest places, on each side.
+/// Halo: pixels read beyond the smallest and largest positions, on each side.
 pub const HALO: usize = 2;
 
-/// Values beyond this, up or down, are kept within the range of the pixels that they are read from.
+/// Values beyond ± this are clamped to the range of the pixels that they are computed from.
 const LARGE: f32 = 1e6;
 
-/// Where a run of pixels reads.
+/// Positions that a run of pixels reads.
 #[derive(Clone, Debug)]
-pub struct Places {
+pub struct SamplePositions {
     /// Columns: the pixel whose centre lies at or before the position.
     pub i: [i32; BLOCK],
     /// Rows.
     pub j: [i32; BLOCK],
-    /// How far the position lies beyond that centre, 0..1, in x.
+    /// Distance of the position from that centre, 0..1, in x.
     pub u: [f32; BLOCK],
-    /// In y.
+    /// The same in y.
     pub v: [f32; BLOCK],
 }
 
-impl Places {
+impl SamplePositions {
     const ZERO: Self = Self { i: [0; BLOCK], j: [0; BLOCK], u: [0.0; BLOCK], v: [0.0; BLOCK] };
 }
 
 /// Fills `out`, planes over `rect` without gaps, from `sources`, which cover the same window. `place(x, y, places)`
-/// gives the positions that pixel (x, y) and those to its right read; places too near the window's border are moved
-/// inwards.
+/// gives the positions that pixel (x, y) and the pixels to its right read. Positions too near the window's border are
+/// moved inwards.
 ///
 /// # Panics
 /// If the window is smaller than 4 × 4 pixels, sources differ in size, or a plane of `out` is smaller than `rect`.
@@ -49,7 +50,7 @@ pub fn resample(
     sources: &[View<'_>],
     rect: Window,
     out: &mut [&mut [f32]],
-    mut place: impl FnMut(i32, i32, &mut Places),
+    mut place: impl FnMut(i32, i32, &mut SamplePositions),
 ) {
     let Some(window) = sources.first().map(View::window) else { return };
     assert!(window.columns() >= 4 && window.rows() >= 4, "four rows of four are read");
@@ -57,7 +58,7 @@ pub fn resample(
     simd::dispatch(
         #[inline(always)]
         || {
-            let mut places = Places::ZERO;
+            let mut places = SamplePositions::ZERO;
             for (row, y) in (0..rect.rows()).zip(rect.y..) {
                 for start in (0..rect.columns()).step_by(BLOCK) {
                     place(rect.x + index(start), y, &mut places);
@@ -74,7 +75,7 @@ pub fn resample(
 
 #[inline(always)]
 #[expect(clippy::cast_sign_loss, reason = "clamped into the window just before")]
-fn read(source: &View<'_>, window: Window, places: &Places, out: &mut [f32]) {
+fn read(source: &View<'_>, window: Window, places: &SamplePositions, out: &mut [f32]) {
     let (data, stride) = source.raw();
     let (right, bottom) = (index(window.columns()) - 4, index(window.rows()) - 4);
     let step = index(stride);
@@ -102,7 +103,7 @@ fn read(source: &View<'_>, window: Window, places: &Places, out: &mut [f32]) {
     }
 }
 
-/// Brings large values into the range of the 16 pixels from `base` on. NaN stays NaN.
+/// Clamps large values to the range of the 16 pixels from `base` on. NaN stays NaN.
 #[cold]
 #[inline(never)]
 fn limit(data: &[f32], stride: usize, base: &[u32; BLOCK], out: &mut [f32]) {
@@ -150,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn places_stay_within() {
+    fn clamps_positions_to_the_window() {
         let window = Window::of(0, 0, 4, 4);
         let data: Vec<f32> = (0..16u8).map(f32::from).collect();
         let mut out = vec![0.0; 2];
@@ -162,12 +163,12 @@ mod tests {
 
     #[test]
     #[expect(clippy::cast_possible_truncation, reason = "displacements by a pixel")]
-    fn stays_finite_however_often_it_is_repeated() {
-        // The same displacements by up to a pixel, 20,000 times, on a picture of 16 × 16 that repeats.
+    fn stays_finite_after_many_repeats() {
+        // The same displacements by up to a pixel, 20,000 times, on a periodic picture of 16 × 16.
         let (window, rect) = (Window::of(-3, -3, 22, 22), Window::of(0, 0, 16, 16));
         let hash = crate::ground::hash::Hash::new(2);
         let mut picture: Vec<f32> = (0..256).map(|p| hash.unit_f32(p)).collect();
-        let place = |x: i32, y: i32, places: &mut Places| {
+        let place = |x: i32, y: i32, places: &mut SamplePositions| {
             for (k, x) in (0..BLOCK).zip(x..) {
                 let word = hash.with((y * 16 + x.rem_euclid(16)).unsigned_abs().into());
                 let [dx, dy] = [word.unit_f32(0), word.unit_f32(1)].map(|d| 2.0 * d - 1.0);

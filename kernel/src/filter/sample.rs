@@ -1,7 +1,7 @@
-//! Reading planes between pixels, and pictures shown smaller than they are.
+//! Sampling of planes between pixels, and of pictures at reduced size.
 //!
-//! Positions are in pixels of the plane's own grid, absolute: the centre of pixel (i, j) is (i + ½, j + ½). Every
-//! filter but the B-spline gives a pixel's own value at its centre exactly.
+//! Positions are absolute, in pixels of the plane's own grid: the centre of pixel (i, j) is (i + ½, j + ½). At a
+//! pixel's centre, every filter except the B-spline gives exactly the pixel's own value.
 
 use crate::ground::cubic::{bspline, catmull_rom};
 use crate::ground::math::{clamp, lerp};
@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::value::Window;
 
-/// How values between pixel centres are made.
+/// The interpolation between pixel centres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Filter {
     /// The nearest pixel.
@@ -25,17 +25,17 @@ pub enum Filter {
     BSpline,
 }
 
-/// What lies outside the plane.
+/// Values outside the plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Outside {
     /// The plane repeats.
     Wrap,
-    /// The pixels at the border are repeated.
+    /// The border pixels are repeated.
     #[default]
     Clamp,
 }
 
-/// A plane with a rule for reading it.
+/// A plane with its sampling rule.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler<'a> {
     view: View<'a>,
@@ -44,12 +44,12 @@ pub struct Sampler<'a> {
 }
 
 impl<'a> Sampler<'a> {
-    /// Reads `view`, which has at least one pixel; `outside` in x and y.
+    /// Samples `view`, which has at least one pixel; `outside` for x and y.
     pub const fn new(view: View<'a>, filter: Filter, outside: [Outside; 2]) -> Self {
         Self { view, filter, outside }
     }
 
-    /// How many pixels beyond a rectangle are read for positions in it, its border included.
+    /// Halo for positions within a rectangle, including its border.
     pub const fn halo(filter: Filter) -> usize {
         match filter {
             Filter::Nearest => 1,
@@ -69,7 +69,7 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// The value at one position; a position that is not a number reads as 0.
+    /// Value at one position; a NaN position reads as 0.
     #[inline]
     pub fn at(&self, x: f32, y: f32) -> f32 {
         match self.filter {
@@ -109,7 +109,7 @@ impl<'a> Sampler<'a> {
     }
 }
 
-/// The integer part and the rest of a position of reasonable size.
+/// The integer part and the fraction of a position of moderate size.
 #[inline(always)]
 fn cell(x: f32) -> (i32, f32) {
     let floor = clamp(x, -1e9, 1e9).floor();
@@ -130,7 +130,7 @@ fn bring(x: i32, start: i32, n: usize, outside: Outside) -> i32 {
     }
 }
 
-/// A plane and its halves, for reading it smaller than it is.
+/// A plane and its mip levels, for sampling at reduced size.
 #[derive(Clone, Debug)]
 pub struct Pyramid {
     levels: Vec<(usize, usize, Vec<f32>)>,
@@ -165,8 +165,8 @@ impl Pyramid {
         self.levels.len()
     }
 
-    /// The value at a position in pixels of the full plane, averaged over about `footprint` pixels of it across:
-    /// `filter` up to one pixel, trilinear above.
+    /// Value at a position in pixels of the full plane, averaged over about `footprint` pixels: with `filter` up to one
+    /// pixel, trilinear above.
     #[inline]
     pub fn at(&self, x: f32, y: f32, footprint: f32, filter: Filter) -> f32 {
         let level = if footprint > 1.0 { crate::ground::math::log2(footprint) } else { 0.0 };
@@ -187,7 +187,7 @@ impl Pyramid {
     }
 }
 
-/// Area averages of a line of rows (each `width` wide) at `n` equal parts.
+/// Area averages of a group of rows (each `width` wide) over `n` equal parts.
 fn halve(line: &[f32], width: usize, n: usize) -> Vec<f32> {
     let count = line.len() / width;
     let size = count as f64 / n as f64;

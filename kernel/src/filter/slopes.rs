@@ -4,11 +4,11 @@ use crate::ground::simd;
 use crate::ground::window::{View, WindowExt};
 use shibo_engine::value::Window;
 
-/// Pixels read beyond the window.
+/// Halo: pixels read beyond the window.
 pub const HALO: usize = 1;
 
-/// Fills `gx` and `gy` over `rect` with the rise of `input` per mm to the right and down: differences over one pixel on
-/// each side, with the weights 3 10 3 across (H. Scharr), which are the same in all directions.
+/// Fills `gx` and `gy` over `rect` with the slope of `input` per mm to the right and down: central differences, with
+/// the weights 3 10 3 across (H. Scharr), which make them isotropic.
 ///
 /// # Panics
 /// If `input` does not cover `rect` grown by [`HALO`], or a plane is smaller than `rect`.

@@ -1,13 +1,13 @@
-//! The structure tensor: which way the features of a field run, and how clearly.
+//! The structure tensor: the direction of the features of a field, and how clear it is.
 //!
 //! Source: J. Bigün, G. Granlund, "Optimal orientation detection of linear symmetry" (1987). The products of the
-//! gradient's components are averaged over a neighbourhood; the direction of the smaller eigenvalue is that of the
-//! features, and the coherence is the difference of both eigenvalues over their sum.
+//! gradient's components are averaged over a neighbourhood. The eigenvector of the smaller eigenvalue gives the
+//! direction of the features, and the coherence is the difference of both eigenvalues divided by their sum.
 
 use crate::ground::math::{atan2_degrees, clamp, max, min};
 use crate::ground::simd;
 
-/// Slopes beyond this count as this: their square is finite.
+/// Steeper slopes are clamped to this value, whose square is finite.
 const STEEPEST: f32 = 1e12;
 
 /// Fills the tensor (xx, yy, xy) from the gradient.
@@ -28,15 +28,14 @@ pub fn products(gx: &[f32], gy: &[f32], [xx, yy, xy]: [&mut [f32]; 3]) {
     );
 }
 
-/// The direction of the features, degrees in -90..90 from +x towards +y, from a tensor (xx, yy, xy); 0 where there is
-/// none.
+/// Direction of the features in degrees, -90..90 from +x towards +y, from a tensor (xx, yy, xy); 0 if there is none.
 #[inline(always)]
 pub fn angle([xx, yy, xy]: [f32; 3]) -> f32 {
-    // The gradient lies at half of that angle, features at a right angle to it.
+    // The gradient has half of that angle, and features are perpendicular to it.
     0.5 * atan2_degrees(-2.0 * xy, yy - xx)
 }
 
-/// How clear that direction is: 0 where there is none, 1 where all gradients are parallel.
+/// The clarity of that direction: 0 if there is none, 1 if all gradients are parallel.
 #[inline(always)]
 pub fn coherence([xx, yy, xy]: [f32; 3]) -> f32 {
     let (sum, difference) = (xx + yy, xx - yy);
@@ -50,9 +49,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_gradient_has_a_direction_and_two_have_none() {
+    fn finds_the_direction_of_one_gradient_but_not_of_two() {
         for degrees in [-80.0f32, -45.0, 0.0, 10.0, 60.0, 89.0] {
-            // Features along `degrees`: the gradient is at a right angle to them.
+            // Features along `degrees`: the gradient is perpendicular to them.
             let (x, y) = (-degrees.to_radians().sin() * 3.0, degrees.to_radians().cos() * 3.0);
             let mut t = [[0.0]; 3];
             let [xx, yy, xy] = &mut t;
@@ -60,10 +59,10 @@ mod tests {
             let t = t.map(|t| t[0]);
             assert!((angle(t) - degrees).abs() < 0.01, "{degrees}: {}", angle(t));
             assert!((coherence(t) - 1.0).abs() < 1e-5);
-            // The same as its opposite; and with as much at a right angle nothing is left.
+            // Features in two perpendicular directions of equal strength have no direction.
             let both = [t[0] + t[1], t[1] + t[0], 0.0];
             assert!(coherence(both) < 1e-5);
-            // Twice as much this way as that: (2 - 1) / 3.
+            // Twice as much in one direction as across: (2 - 1) / 3.
             let some = [2.0 * t[0] + t[1], 2.0 * t[1] + t[0], t[2]];
             assert!((coherence(some) - 1.0 / 3.0).abs() < 1e-5 && (angle(some) - degrees).abs() < 0.01);
         }

@@ -1,21 +1,21 @@
 //! Displacement of planes by two planes of offsets.
 
-use super::resample::{BLOCK, HALO, Places, resample};
+use super::resample::{BLOCK, HALO, SamplePositions, resample};
 use crate::ground::math::{clamp, floor_int, max, min};
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, offset};
 use shibo_engine::value::Window;
 
-/// How displacements in mm become pixels.
+/// Parameters of a displacement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarpSpec {
     /// Size of a pixel, mm.
     pub step: [f64; 2],
-    /// Largest displacement in x and y, mm; longer ones are cut.
+    /// The maximum displacement in x and y, mm; longer ones are clamped.
     pub limit: [f64; 2],
 }
 
-/// No displacement is longer, in pixels; further away positions would lose their fractions.
+/// The maximum displacement in pixels; positions farther away would lose their fractions.
 const FARTHEST: f64 = (1 << 20) as f64;
 
 impl WarpSpec {
@@ -25,7 +25,7 @@ impl WarpSpec {
         Axis { scale: pixels as f32, limit: (self.limit[k] * pixels).min(FARTHEST) as f32 }
     }
 
-    /// The pixels that may be read for `rect`, whatever the displacements.
+    /// Pixels that may be read for `rect` with any displacements.
     pub fn reach(&self, rect: Window) -> Window {
         let far = |k| offset(floor_int(self.axis(k).limit).1.max(0)) + 1 + HALO;
         rect.with_halo([far(0), far(1)])
@@ -63,7 +63,7 @@ impl Axis {
         clamp(d * self.scale, -self.limit, self.limit)
     }
 
-    /// The smallest and the largest displacement, by lanes.
+    /// The smallest and the largest displacement, computed in lanes.
     #[inline(always)]
     fn span(self, d: &[f32]) -> (f32, f32) {
         const LANES: usize = 32;
@@ -87,8 +87,8 @@ impl Axis {
     }
 }
 
-/// out(p) = source(p + (dx, dy)) for each channel, with displacements in mm over `rect` without gaps; what is not a
-/// number counts as the largest negative one.
+/// out(p) = source(p + (dx, dy)) for each channel, with displacements in mm over `rect` without gaps. NaN counts as the
+/// largest negative displacement.
 ///
 /// # Panics
 /// If the sources do not cover [`WarpSpec::reads`], or a plane is smaller than `rect`.
@@ -99,7 +99,7 @@ pub fn warp(sources: &[View<'_>], rect: Window, [dx, dy]: [&[f32]; 2], spec: &Wa
         rect,
         out,
         #[inline(always)]
-        |x, y, places: &mut Places| {
+        |x, y, places: &mut SamplePositions| {
             let from = offset(y - rect.y) * rect.columns() + offset(x - rect.x);
             let to = from + BLOCK.min(rect.columns() - offset(x - rect.x));
             ax.place(&dx[from..to], &mut places.i, &mut places.u);

@@ -1,8 +1,8 @@
-//! A spatial index of boxes of many sizes: hierarchical grids.
+//! A spatial index of boxes of very different sizes: hierarchical grids.
 //!
-//! There is a grid of bins for each power of two of sizes, and a box lies in the one bin of its level that holds its
-//! middle. So memory is O(n) whatever the sizes, nothing is found twice, and a search goes no further around than the
-//! largest box of a level reaches.
+//! There is a grid of bins for each power of two of sizes. A box lies in the one bin of its level that contains its
+//! middle. So memory is O(n) for any sizes, no box is found twice, and a search is extended only by the largest box of
+//! a level.
 
 use super::number::index_u32;
 use glam::{IVec2, Vec2};
@@ -17,38 +17,38 @@ pub(crate) struct Extent {
     pub(crate) half: Vec2,
 }
 
-/// The most levels; boxes that are too small for them share the last one.
+/// Maximum number of levels; boxes that are too small for them share the last one.
 const LEVELS: usize = 16;
-/// Bins along one side at the most.
+/// Maximum number of bins along one side.
 const SIDE: f32 = 8192.0;
 
 /// The index.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bins {
     levels: Vec<Level>,
-    /// The bounds of all boxes; 0 to 0 without any.
+    /// Bounds of all boxes; 0 to 0 if there are none.
     pub(crate) low: Vec2,
     pub(crate) high: Vec2,
 }
 
-/// The boxes of one size.
+/// The boxes of one size class.
 #[derive(Clone, Debug)]
 struct Level {
     /// The bounds of their middles.
     low: Vec2,
     high: Vec2,
-    /// Half the largest size.
+    /// Half the size of the largest box.
     reach: Vec2,
     count: usize,
     bins: IVec2,
     /// Bins per mm.
     scale: Vec2,
-    /// Where each bin begins in the order, and where the last ends.
+    /// Start of each bin in the order, and the end of the last one.
     start: Vec<u32>,
 }
 
 impl Bins {
-    /// Sorts `count` boxes into bins; those that are `None` are left out. Also returns their numbers in the order of
+    /// Sorts `count` boxes into bins; boxes that are `None` are left out. Also returns their indices in the order of
     /// the bins. O(n).
     pub(crate) fn new(count: usize, extent: impl Fn(usize) -> Option<Extent>) -> (Self, Vec<u32>) {
         let power = |e: &Extent| (e.half.max_element().to_bits() >> 23) as usize;
@@ -101,7 +101,7 @@ impl Bins {
         (Self { levels, low, high }, order)
     }
 
-    /// Calls `found` with ranges of the order that hold, among others, all boxes that touch the given one.
+    /// Calls `hear` with ranges of the order that contain all boxes that touch the given one, and possibly others.
     pub(crate) fn find(&self, low: Vec2, high: Vec2, mut hear: impl FnMut(Range<usize>)) {
         for level in &self.levels {
             let (low, high) = (low - level.reach, high + level.reach);
@@ -142,7 +142,7 @@ impl Level {
         self.count += other.count;
     }
 
-    /// Chooses bins about half as large as a box, and no more of them than boxes.
+    /// Chooses bins of about half the size of a box, and at most as many bins as boxes.
     fn divide(&mut self, size: f32) {
         if self.count == 0 {
             return;
@@ -154,7 +154,7 @@ impl Level {
         self.scale = bins / area.max(Vec2::splat(f32::MIN_POSITIVE));
     }
 
-    /// The bin of a place, or the one nearest to it.
+    /// The bin of a position, or the nearest bin.
     #[inline(always)]
     fn bin(&self, place: Vec2) -> IVec2 {
         ((place - self.low) * self.scale).as_ivec2().clamp(IVec2::ZERO, self.bins - 1)
@@ -169,7 +169,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn finds_each_thing_once(seed: u64, count in 0usize..200, x in -30f32..30.0, y in -30f32..30.0) {
+        fn finds_each_box_once(seed: u64, count in 0usize..200, x in -30f32..30.0, y in -30f32..30.0) {
             let hash = Hash::new(seed);
             let extent = |n: usize| {
                 let r = |i: u64| hash.unit_f32(8 * n as u64 + i);

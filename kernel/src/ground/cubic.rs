@@ -1,7 +1,7 @@
 //! Weights of cubic interpolation: for four values in a row and a position `t`, 0..1, between the second and the third.
 use super::real::Real;
 
-/// Catmull-Rom weights: the curve goes through the values and is as sharp as they are.
+/// Catmull-Rom weights: the curve interpolates the values without blurring.
 #[inline(always)]
 pub fn catmull_rom<T: Real>(t: T) -> [T; 4] {
     let (t2, t3, half) = (t * t, t * t * t, T::HALF);
@@ -14,8 +14,8 @@ pub fn catmull_rom<T: Real>(t: T) -> [T; 4] {
     ]
 }
 
-/// The same by Horner's rule, all four side by side, for loops that compute four at a time. The bits differ from those
-/// of [`catmull_rom`].
+/// The same as [`catmull_rom`], but by Horner's rule with all four side by side, for loops that compute four at a time.
+/// The bits differ.
 #[inline(always)]
 pub fn catmull_rom_in_step(t: f32) -> [f32; 4] {
     const A: [f32; 4] = [-0.5, 1.5, -1.5, 0.5];
@@ -29,7 +29,7 @@ pub fn catmull_rom_in_step(t: f32) -> [f32; 4] {
     w
 }
 
-/// Weights of the uniform cubic B-spline: smooth; the curve does not go through the values.
+/// Weights of the uniform cubic B-spline: a smooth curve that does not interpolate the values.
 #[inline(always)]
 pub fn bspline(t: f32) -> [f32; 4] {
     let u = 1.0 - t;

@@ -1,12 +1,12 @@
 //! Random numbers as a function of a key and a counter.
 //!
-//! [`Hash`](struct@Hash) is the splitmix64 generator read at any position: `u64(n)` is the value its stream yields at step `n`, so
-//! numbers can be drawn in any order and on any thread.
+//! [`Hash`](struct@Hash) is the splitmix64 generator with random access: `u64(n)` is the value that its stream yields
+//! at step `n`, so numbers can be drawn in any order and on any thread.
 
 /// The increment of splitmix64: 2^64 divided by the golden ratio, made odd.
 const GOLDEN: u64 = 0x9E37_79B9_7F4A_7C15;
 
-/// A key from which random numbers are drawn by counter.
+/// A key for random numbers drawn by counter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Hash(u64);
 
@@ -17,7 +17,7 @@ impl Hash {
         Self(seed)
     }
 
-    /// A stream of its own for `word`, unrelated to this one and to those of other words.
+    /// A separate stream for `word`, independent of this one and of those of other words.
     #[must_use]
     #[inline]
     pub const fn with(self, word: u64) -> Self {

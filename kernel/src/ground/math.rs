@@ -1,7 +1,7 @@
 //! Transcendental functions with the same bits on every machine: pure Rust, never the system's library.
 //!
-//! Every function is branch-free and inlined, so a loop over a slice vectorises. None of them fuses a product and a
-//! sum. Results are defined for every input: where mathematics has none, the doc says what comes out.
+//! Every function is branch-free and inlined, so a loop over a slice vectorises. No function fuses a product and a sum.
+//! Results are defined for every input; where mathematics defines none, the doc states the result.
 
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, LOG2_E, PI};
 
@@ -12,28 +12,28 @@ const SNAP64: f64 = 6_755_399_441_055_744.0;
 
 /// Coefficients of `(e^r - 1 - r) / r²` for `|r| ≤ ln 2 / 2`, after Cephes.
 const EXP: [f32; 6] = [1.987_569_1e-4, 1.398_199_9e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 0.5];
-/// ln 2 in two parts, of which the first has few bits.
+/// ln 2 as the sum of two numbers; the first one has few bits.
 const LN_2: [f32; 2] = [0.693_359_4, -2.121_944_4e-4];
 
-/// The larger of two numbers; `b` if either is not a number. One instruction, with one meaning everywhere.
+/// The larger of two numbers; `b` if either is NaN. A single instruction with the same result on every machine.
 #[inline(always)]
 pub fn max(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// The smaller of two numbers; `b` if either is not a number.
+/// The smaller of two numbers; `b` if either is NaN.
 #[inline(always)]
 pub fn min(a: f32, b: f32) -> f32 {
     if a < b { a } else { b }
 }
 
-/// `x` limited to `low ≤ x ≤ high`; `low` if it is not a number.
+/// `x` limited to `low ≤ x ≤ high`; `low` if it is NaN.
 #[inline(always)]
 pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
     min(max(x, low), high)
 }
 
-/// `x` limited to 0..1; 0 if it is not a number.
+/// `x` limited to 0..1; 0 if it is NaN.
 #[inline(always)]
 pub fn saturate(x: f32) -> f32 {
     clamp(x, 0.0, 1.0)
@@ -52,7 +52,7 @@ pub fn smooth(t: f32) -> f32 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// The largest integer not above `x`, as float and as integer, for |x| < 2^22. Without the saturation of a cast, which
+/// The largest integer not above `x`, as float and as integer, for |x| < 2^22. Avoids the saturation of a cast, which
 /// costs five instructions.
 #[inline(always)]
 pub fn floor_int(x: f32) -> (f32, i32) {
@@ -75,7 +75,7 @@ pub fn cos(x: f32) -> f32 {
     quarter_turns(x, 1)
 }
 
-/// [`sin`] and [`cos`] together, for less than two.
+/// [`sin`] and [`cos`] together, cheaper than two calls.
 #[inline(always)]
 pub fn sin_cos(x: f32) -> (f32, f32) {
     let (turns, s, c) = reduced(x);
@@ -144,13 +144,14 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     angle(y, x, 1.0, [FRAC_PI_4, FRAC_PI_2, PI])
 }
 
-/// The same in degrees, -180..180, exact at multiples of 45; error ≤ 3e-5.
+/// The same angle in degrees, -180..180, exact at multiples of 45; error ≤ 3e-5.
 #[inline(always)]
 pub fn atan2_degrees(y: f32, x: f32) -> f32 {
     angle(y, x, 180.0 / PI, [45.0, 90.0, 180.0])
 }
 
-/// The angle of a vector in any unit, given how many of them are a radian, an eighth, a quarter and half of a turn.
+/// Angle of a vector in any unit; `radian`, `eighth`, `quarter` and `half` are a radian and parts of a turn in that
+/// unit.
 #[inline(always)]
 fn angle(y: f32, x: f32, radian: f32, [eighth, quarter, half]: [f32; 3]) -> f32 {
     let (ax, ay) = (x.abs(), y.abs());
@@ -166,7 +167,7 @@ fn angle(y: f32, x: f32, radian: f32, [eighth, quarter, half]: [f32; 3]) -> f32 
     if y < 0.0 { -angle } else { angle }
 }
 
-/// 2^x; relative error ≤ 2e-7. 0 below -126, at most 2^127.49; 0 if `x` is not a number.
+/// 2^x; relative error ≤ 2e-7. 0 below -126, at most 2^127.49; 0 if `x` is NaN.
 #[inline(always)]
 pub fn exp2(x: f32) -> f32 {
     let alive = x >= -126.0;
@@ -181,7 +182,7 @@ pub fn exp2(x: f32) -> f32 {
     if alive { p * scale } else { 0.0 }
 }
 
-/// The exponential of `x`, to 3e-7 of its value; below -87 it stays at e^-87.
+/// The exponential of `x`; relative error ≤ 3e-7. Below -87 the result is e^-87.
 #[inline(always)]
 pub fn exp(x: f32) -> f32 {
     let x = x.clamp(-87.0, 88.0);
@@ -196,7 +197,7 @@ pub fn exp(x: f32) -> f32 {
 /// Coefficients of a polynomial for e^-x on 0..1, most accurate where its 16th power is large.
 const BELL: [f32; 4] = [-0.999_992_9, 0.499_715_57, -0.163_786_49, 0.032_358_542];
 
-/// e^-16x for 0 ≤ x ≤ 1; absolute error ≤ 1.3e-6, and 1 for 0 exactly. Outside it has no meaning.
+/// e^-16x for 0 ≤ x ≤ 1; absolute error ≤ 1.3e-6, and exactly 1 for 0. Meaningless for other `x`.
 #[inline(always)]
 pub fn bell_simd<S: pulp::Simd>(simd: S, x: S::f32s) -> S::f32s {
     let mut p = simd.splat_f32s(BELL[3]);
@@ -209,7 +210,7 @@ pub fn bell_simd<S: pulp::Simd>(simd: S, x: S::f32s) -> S::f32s {
     p
 }
 
-/// Logarithm to base 2; error ≤ 2e-7·(1 + |result|). -126 for anything below 2^-126, also for negative numbers.
+/// Logarithm to base 2; error ≤ 2e-7·(1 + |result|). -126 for all numbers below 2^-126, including negative ones.
 #[inline(always)]
 pub fn log2(x: f32) -> f32 {
     let (e, s) = split(x);
@@ -229,7 +230,7 @@ fn split(x: f32) -> (f32, f32) {
     (e, (m - 1.0) / (m + 1.0))
 }
 
-/// x^y for x > 0; relative error ≤ 3e-7. 0 for x ≤ 0 or not a number (1 if y is 0); the result is limited as [`exp2`].
+/// x^y for x > 0; relative error ≤ 3e-7. 0 for x ≤ 0 or NaN (1 if y is 0); the result is limited as in [`exp2`].
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "computed in f64 and rounded once")]
 pub fn pow(x: f32, y: f32) -> f32 {
@@ -240,7 +241,7 @@ pub fn pow(x: f32, y: f32) -> f32 {
     let e = f64::from(bits.cast_signed() >> 23);
     let s = (m - 1.0) / (m + 1.0);
     let z = s * s;
-    // 2/ln 2 · (1, 1/3, 1/5, …): artanh in f64; the product with y would cost too many digits in f32.
+    // 2/ln 2 · (1, 1/3, 1/5, …): artanh in f64, because the product with y would lose too many digits in f32.
     let log = 2.885_390_081_777_926_8
         + z * (0.961_796_693_925_975_6
             + z * (0.577_078_016_355_585_4

@@ -1,5 +1,5 @@
-//! The base of all rooms: numbers, random numbers, mathematical functions with the same bits on every machine, windows
-//! on grids and the engine's tiles as kernels see them, vector instructions, and stopping early.
+//! The foundation of all kernels: numbers, random numbers, mathematical functions with the same bits on every machine,
+//! windows on grids, access to the engine's tiles, vector instructions, and cancellation.
 
 pub(crate) mod bins;
 pub mod cubic;

@@ -1,4 +1,4 @@
-//! Numbers of either precision, for kernels that run in single precision and are tested in double.
+//! Numbers of either precision, for kernels that run in single precision and are tested in double precision.
 use super::math;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
@@ -28,7 +28,7 @@ pub trait Real:
     const INFINITY: Self;
     /// The nearest number to a double.
     fn of(value: f64) -> Self;
-    /// As a double.
+    /// Widens to a double.
     fn wide(self) -> f64;
     /// The square root.
     fn sqrt(self) -> Self;

@@ -1,8 +1,8 @@
-//! The one place where the vector variant of a kernel is chosen at run time.
+//! Chooses the vector variant of a kernel at run time. No other code does.
 //!
 //! A kernel is an `#[inline(always)]` body of plain loops that the compiler vectorises. [`dispatch`] compiles it twice,
-//! for the baseline and for AVX2, and picks one. Both give the same bits: no kernel fuses a product and a sum, and
-//! everything else they use (`+ - × ÷ √ floor`) is rounded exactly by IEEE 754.
+//! for the baseline and for AVX2, and picks one. Both give the same bits: no kernel fuses a product and a sum, and all
+//! other operations they use (`+ - × ÷ √ floor`) are rounded exactly by IEEE 754.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -17,15 +17,15 @@ impl<R, F: FnOnce() -> R> WithSimd for Op<F> {
     }
 }
 
-/// Runs `body` with the widest instructions this machine has. Write the closure as `#[inline(always)] || …`, or it may
-/// be compiled apart and for the baseline only.
+/// Runs `body` with the widest instructions that this machine has. Write the closure as `#[inline(always)] || …`, or it
+/// may be compiled separately and only for the baseline.
 #[inline]
 pub fn dispatch<R, F: FnOnce() -> R>(body: F) -> R {
     Arch::new().dispatch(Op(body))
 }
 
-/// A closure that is compiled into the kernel that calls it: written `inlined(#[inline(always)] |x| …)`, since only
-/// arguments can be marked so.
+/// A closure that is inlined into the kernel that calls it. Write `inlined(#[inline(always)] |x| …)`, because only
+/// arguments can carry the attribute.
 #[inline(always)]
 pub fn inlined<F>(body: F) -> F {
     body

@@ -1,8 +1,8 @@
-//! Tiles of the engine as the kernels see them.
+//! Access to the engine's tiles for kernels.
 use super::window::{Frame, View};
 use shibo_engine::value::{Field, Grid, Tile, Type};
 
-/// Where a tile lies.
+/// The window and position of a tile.
 #[inline]
 pub fn frame(tile: &Tile) -> Frame {
     Frame { window: tile.window, origin: tile.grid.origin.to_array(), step: tile.grid.step.to_array() }
@@ -28,13 +28,13 @@ pub fn step(grid: &Grid) -> [f64; 2] {
     grid.step.to_array()
 }
 
-/// A channel of a tile; all channels of a tile that has only one are that one.
+/// A channel of a tile; the only channel if there is just one.
 #[inline]
 pub fn channel(tile: &Tile, channel: usize) -> &[f32] {
     tile.plane(channel.min(tile.channels() - 1))
 }
 
-/// The type of what is computed from these fields channel by channel: the widest of theirs.
+/// Type of a channel-wise result of these fields: the widest of their types.
 pub fn widest<'a>(fields: impl IntoIterator<Item = &'a Field>) -> Type {
     fields.into_iter().fold(Type::Gray, |widest, field| match (widest, field.ty()) {
         (Type::Normal, _) | (_, Type::Normal) => Type::Normal,

@@ -1,16 +1,16 @@
-//! Windows on a sampling grid: lengths of the engine's [`Window`], where a tile lies, and views of planes that are
-//! larger than the tile.
+//! Windows on a sampling grid: sizes of the engine's [`Window`] as lengths, the position of a tile, and views of planes
+//! that are larger than the tile.
 //!
-//! Pixels are addressed by their absolute index on the grid; index 0 is the first pixel of the canvas, and windows may
+//! Pixels are addressed by their absolute index on the grid. Index 0 is the first pixel of the canvas, and windows may
 //! begin before it. A kernel that computes positions from absolute indices gives the same bits in every tile.
 
 use super::number::index_u32;
 use shibo_engine::value::Window;
 
-/// The immediate neighbours counter-clockwise from +x, in eighths of a turn from +x towards +y.
+/// The eight immediate neighbours, in eighths of a turn from +x towards +y.
 pub const OCTANTS: [[i32; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
 
-/// The sizes of a [`Window`] as the lengths that kernels count with.
+/// The sizes of a [`Window`] as `usize`.
 pub trait WindowExt {
     /// The window of `columns` × `rows` pixels whose first one is (`x`, `y`).
     fn of(x: i32, y: i32, columns: usize, rows: usize) -> Self;
@@ -21,7 +21,7 @@ pub trait WindowExt {
     /// The number of rows.
     fn rows(&self) -> usize;
 
-    /// The window grown by a halo, `[columns, rows]` on every side, as far as windows reach.
+    /// The window grown by a halo, `[columns, rows]` on every side, limited to the maximum of windows.
     #[must_use]
     fn with_halo(&self, halo: [usize; 2]) -> Self;
 }
@@ -55,21 +55,21 @@ pub(crate) fn index(n: usize) -> i32 {
     i32::try_from(n).expect("a window has fewer than 2^31 columns and rows")
 }
 
-/// A difference of pixel indices that is known not to be negative.
+/// A difference of pixel indices that is known to be non-negative.
 #[inline(always)]
 pub(crate) fn offset(n: i32) -> usize {
     usize::try_from(n).expect("the window contains the pixel")
 }
 
-/// A window of the sampling grid with its place on the canvas: a [`Window`] counts pixels only, a frame also says where
-/// they lie in mm.
+/// A window of the sampling grid with its position on the canvas: a [`Window`] counts only pixels, a frame also gives
+/// positions in mm.
 ///
 /// The centre of pixel (i, j) lies at `origin + (i + ½, j + ½)·step` millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     /// The pixels.
     pub window: Window,
-    /// Where the corner of pixel (0, 0) lies, mm.
+    /// The corner of pixel (0, 0), mm.
     pub origin: [f64; 2],
     /// Size of a pixel, mm.
     pub step: [f64; 2],
@@ -98,7 +98,7 @@ pub struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// Rows that follow each other without a gap.
+    /// A view of contiguous rows.
     ///
     /// # Panics
     /// If `data` is shorter than the window.
@@ -107,7 +107,7 @@ impl<'a> View<'a> {
         Self::with_stride(data, window, window.columns())
     }
 
-    /// Rows that begin every `stride` values.
+    /// A view of rows that begin every `stride` values.
     ///
     /// # Panics
     /// If `data` is shorter than the window or `stride` smaller than its width.
@@ -123,14 +123,14 @@ impl<'a> View<'a> {
         self.window
     }
 
-    /// `n` pixels of a row, from the pixel (x, y) (absolute index) on.
+    /// `n` pixels of a row, starting at the pixel (x, y) (absolute index).
     #[inline(always)]
     pub fn row(&self, x: i32, y: i32, n: usize) -> &'a [f32] {
         let start = offset(y - self.window.y) * self.stride + offset(x - self.window.x);
         &self.data[start..start + n]
     }
 
-    /// The values, and the distance from one row to the next.
+    /// Values, and the distance between rows.
     #[inline(always)]
     pub(crate) const fn raw(&self) -> (&'a [f32], usize) {
         (self.data, self.stride)

@@ -1,6 +1,6 @@
-//! Work areas of any shape: which points lie inside, which near the contour, and segments cut at it.
+//! Work areas of any shape: tests points against the contour, and clips segments at it.
 //!
-//! Source: JP4905282B2 §3, §5 and §7. The shape is an [`Area`], distances from its contour.
+//! Source: JP4905282B2 §3, §5 and §7. The shape is an [`Area`], which holds distances from its contour.
 use super::segments::Segment;
 use glam::Vec2;
 use shibo_engine::value::Area;
@@ -17,9 +17,9 @@ pub fn near_contour(points: &[Vec2], area: &Area, margin: f32) -> Vec<bool> {
     points.iter().map(|p| area.distance_at(*p) <= margin).collect()
 }
 
-/// Cuts segments at the contour and keeps what is inside; one that leaves and comes back becomes several. The contour
-/// is searched for in steps of half a sample, and then interpolated from the distances on both sides of it. O(n ·
-/// length).
+/// Clips segments at the contour and keeps the parts inside; a segment that leaves and comes back becomes several. The
+/// contour is searched for in steps of half a sample, and then interpolated from the distances on both sides of it. O(n
+/// · length).
 pub fn clip(segments: &[Segment], area: &Area) -> Vec<Segment> {
     let reach = 0.5 * area.step().min_element();
     let mut cut = Vec::with_capacity(segments.len());
@@ -32,7 +32,7 @@ pub fn clip(segments: &[Segment], area: &Area) -> Vec<Segment> {
         while step <= steps {
             let t = step / steps;
             let now = (t, area.distance_at(a + (b - a) * t));
-            // Where the distance passes zero between the two.
+            // Interpolate the zero of the distance between the two samples.
             let cross = || before.0 + (t - before.0) * (before.1 / (before.1 - now.1));
             match from {
                 None if now.1 >= 0.0 => from = Some(cross()),
@@ -50,7 +50,7 @@ pub fn clip(segments: &[Segment], area: &Area) -> Vec<Segment> {
     cut
 }
 
-/// The part of a segment between two shares of its length; nothing if there is none.
+/// The part of a segment between two shares of its length; `None` if it is empty.
 fn piece(segment: &Segment, from: f32, to: f32) -> Option<Segment> {
     let [a, b] = segment.ends;
     let at = |t: f32| {
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn points_are_sorted_by_where_they_lie() {
+    fn separates_points_by_position() {
         let points = [Vec2::splat(4.0), Vec2::new(4.0, 6.9), Vec2::ZERO];
         assert_eq!(inside(&points, &disc()), [0, 1]);
         assert_eq!(near_contour(&points, &disc(), 0.2), [false, true, true]);
@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_segment_that_comes_back_is_two() {
+    fn splits_segment_that_comes_back() {
         let ring = Area { distance: disc().distance.iter().map(|d| d.min(2.0 - d)).collect(), ..disc() };
         let cut = clip(&[Segment { ends: [Vec2::new(0.0, 4.0), Vec2::new(8.0, 4.0)], link: 0 }], &ring);
         assert_eq!(cut.len(), 2);

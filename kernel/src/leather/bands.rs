@@ -9,11 +9,11 @@ use crate::ground::math;
 use crate::strokes::{Profile, Stroke};
 use glam::{DVec2, Vec2};
 
-/// Where nuclei lie: the source's claim 10 and its flow chart differ, and both leave edges empty.
+/// Placement of nuclei. The source's claim 10 and its flow chart differ, and both leave edges empty.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Nuclei {
-    /// Everywhere within reach of the canvas; on a periodic canvas the distance is fitted so that a whole number lies
-    /// on it. The default, since claim 10 leaves a strip of F/2 along two edges empty.
+    /// Everywhere within reach of the canvas; on a periodic canvas the distance is fitted so that a whole number fits.
+    /// The default, since claim 10 leaves a strip of F/2 along two edges empty.
     #[default]
     Cover,
     /// `X = F i + F Rnd`, `Y = F j + F Rnd` for i = 1..=I, j = 1..=J with the largest I, J on the canvas (claim 10).
@@ -83,8 +83,8 @@ fn nucleus(pitch: f32, i: u32, j: u32, n: u64, hash: Hash) -> Vec2 {
     (DVec2::new(f64::from(i), f64::from(j)) * pitch + rnd * pitch).as_vec2()
 }
 
-/// Nuclei at every place: a grid of half-open cells with one nucleus each, a margin of `reach` mm around the canvas
-/// included; on a periodic canvas whole cells and no margin. A cell's draws depend on its place only.
+/// Nuclei that leave no gaps: a grid of half-open cells with one nucleus each, including a margin of `reach` mm around
+/// the canvas; on a periodic canvas whole cells and no margin. A cell's random numbers depend on its position only.
 pub fn cover(pitch: f32, size: Vec2, reach: f32, periodic: bool, hash: Hash) -> Vec<Vec2> {
     let fitted = (size / pitch).round().max(Vec2::ONE);
     let cell = if periodic { size / fitted } else { Vec2::splat(pitch) };
@@ -114,7 +114,7 @@ pub fn bands(nuclei: &[Vec2], spec: &BandSpec, hash: Hash) -> Vec<Band> {
     (0u64..).zip(nuclei).map(band).collect()
 }
 
-/// Nuclei and bands on a canvas; the two draw from streams of their own.
+/// Nuclei and bands on a canvas, with separate streams of random numbers.
 pub fn place(spec: &BandSpec, nuclei: Nuclei, periodic: bool, hash: Hash) -> Vec<Band> {
     let (of_nuclei, of_bands) = (hash.with(0), hash.with(1));
     let reach = 0.5 * Vec2::new(spec.length[0].max(spec.length[1]), spec.width[0].max(spec.width[1])).length();

@@ -1,7 +1,7 @@
-//! Links of the Delaunay triangulation, plain or on the torus.
+//! Links of the Delaunay triangulation, in the plane or on the torus.
 //!
-//! Not in the source, which does not say which points are neighbours when they are not a grid (JP4905282B2 §3).
-//! Wrinkles perpendicular to these links enclose each point, so that hills appear between the grooves.
+//! Not in the source, which does not say which points are neighbours unless they form a grid (JP4905282B2 §3). Wrinkles
+//! perpendicular to these links enclose each point, so that hills appear between the grooves.
 
 use super::links::{Links, small};
 use crate::ground::hash::Hash;
@@ -22,20 +22,20 @@ struct Site<'w> {
 impl HasPosition for Site<'_> {
     type Scalar = f64;
     fn position(&self) -> Point2<f64> {
-        // The library calls this all the time, and nothing else of ours, so this is where to ask whether to stop.
+        // The library calls this often, and no other code of this project; so check for cancellation here.
         self.watch.tick();
         Point2::new(self.at.x, self.at.y)
     }
 }
 
-/// Links of the Delaunay triangulation of `points`, sorted, each once with the smaller index first. Of points in the
-/// same place only the first is linked; points that are not finite are left out. With `periodic` points must lie in
+/// Links of the Delaunay triangulation of `points`, sorted, each once with the smaller index first. Of points at the
+/// same position only the first is linked; points that are not finite are skipped. With `periodic`, points must lie in
 /// `0 ≤ p < size`; links then carry wraps, also between a point and its own copy if there are very few. O(n log n).
 pub fn delaunay(points: &[Vec2], size: Vec2, periodic: bool) -> Links {
     delaunay_until(points, size, periodic, NEVER)
 }
 
-/// The same, or no links if it was stopped.
+/// Like [`delaunay`]; returns no links if stopped.
 pub fn delaunay_until(points: &[Vec2], size: Vec2, periodic: bool, until: Until<'_>) -> Links {
     unwind_when(until, |watch| links(points, size, periodic, watch)).unwrap_or_default()
 }
@@ -56,7 +56,7 @@ fn links(points: &[Vec2], size: Vec2, periodic: bool, watch: &Watch<'_>) -> Link
     loop {
         let whole = margin >= size.max_element();
         let triangulation = triangulate(with_ghosts(&sites, size, margin));
-        // Triangles on the canvas are right if no copy that was left out can lie in their circumcircles.
+        // Triangles on the canvas are right if no omitted copy can lie in their circumcircles.
         if whole || circles_inside(&triangulation, size, margin) {
             let links = edges(&triangulation, watch);
             return Links { pairs: links.iter().map(|l| l.0).collect(), wraps: links.iter().map(|l| l.1).collect() };
@@ -65,8 +65,8 @@ fn links(points: &[Vec2], size: Vec2, periodic: bool, watch: &Watch<'_>) -> Link
     }
 }
 
-/// The first of the points in each place, in order. On the torus every point is moved by a tiny
-/// amount, hashed from its index: if four points lie on a circle, all copies must choose the same diagonal.
+/// The first of the points at each position, in order. On the torus every point is moved by a tiny amount, hashed from
+/// its index: if four points lie on a circle, all copies must choose the same diagonal.
 fn unique<'w>(points: &[Vec2], size: Vec2, periodic: bool, watch: &'w Watch<'w>) -> Vec<Site<'w>> {
     let mut order: Vec<u32> = (0..index_u32(points.len())).filter(|&i| points[i as usize].is_finite()).collect();
     let key = |i: u32| points[i as usize].map(|v| v + 0.0);
@@ -85,14 +85,14 @@ fn unique<'w>(points: &[Vec2], size: Vec2, periodic: bool, watch: &'w Watch<'w>)
     let site = |&id: &u32| {
         let n = 2 * u64::from(id);
         let shift = if periodic { DVec2::new(hash.unit(n), hash.unit(n + 1)) * tiny } else { DVec2::ZERO };
-        // The triangulation refuses numbers that are too close to 0.
+        // The triangulation rejects numbers too close to 0.
         let at = (points[id as usize].as_dvec2() + shift).map(|v| if v.abs() < 1e-30 { 0.0 } else { v });
         Site { at, id, wrap: [0, 0], watch }
     };
     order.iter().map(site).collect()
 }
 
-/// The points and those of their copies that lie within `margin` of the canvas.
+/// The points, and their copies within `margin` of the canvas.
 fn with_ghosts<'w>(sites: &[Site<'w>], size: DVec2, margin: f64) -> Vec<Site<'w>> {
     let mut all = sites.to_vec();
     for y in -1..=1i8 {
@@ -115,7 +115,7 @@ fn triangulate(sites: Vec<Site<'_>>) -> DelaunayTriangulation<Site<'_>> {
     DelaunayTriangulation::bulk_load(sites).expect("coordinates are finite, neither huge nor all but 0")
 }
 
-/// Whether the circumcircles of all triangles with a corner on the canvas lie within the canvas and its margin.
+/// Returns whether the circumcircles of all triangles with a corner on the canvas lie within the canvas and its margin.
 fn circles_inside(triangulation: &DelaunayTriangulation<Site<'_>>, size: DVec2, margin: f64) -> bool {
     let hull_is_ghosts = triangulation.convex_hull().all(|e| e.from().data().wrap != [0, 0]);
     hull_is_ghosts

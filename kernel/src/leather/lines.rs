@@ -1,8 +1,8 @@
-//! What links read from a scalar field: the pixels on them or near them, or samples between the pixels.
+//! Reads a scalar field along links: from the pixels on or near a link, or from samples between the pixels.
 //!
 //! Source: JP4905282B2 §4, claim 3, and §6(1) for masses. The source's pixels "on the line" are taken to be those of
-//! Bresenham's line between the two end pixels, which gives the numbers of its figure 10. [`Sample::Smooth`] reads the
-//! picture between its pixels instead and is the better default: small motions of a point change its value a little
+//! Bresenham's line between the two end pixels, which gives the numbers of its figure 10. [`Sample::Smooth`]
+//! interpolates the picture instead and is the better default: a small motion of a point changes its value a little
 //! rather than by jumps.
 
 use crate::ground::number::narrow;
@@ -22,14 +22,14 @@ pub struct Raster<'a> {
     pub height: usize,
     /// Size of the work area in mm, > 0.
     pub size: Vec2,
-    /// Places outside continue at the opposite edge; otherwise they read the nearest pixel.
+    /// Positions outside wrap to the opposite edge; otherwise they read the nearest pixel.
     pub periodic: bool,
 }
 
-/// Which places of the field belong to a link.
+/// The positions of the field that belong to a link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Sample {
-    /// Two samples per pixel along the link, between the pixels: the better choice in practice.
+    /// Two interpolated samples per pixel along the link: the better choice in practice.
     #[default]
     Smooth,
     /// The pixels of Bresenham's line, as in the source.
@@ -38,7 +38,7 @@ pub enum Sample {
     Near(f64),
 }
 
-/// How the values that belong to a link or a point are summed up.
+/// Reduction of the values of a link or a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Reduction {
     /// Their mean.
@@ -92,7 +92,7 @@ impl Raster<'_> {
         self.get(self.pixel(point))
     }
 
-    /// The mean or sum along the line between two points. `Near` finds the pixel of the middle when no other is near.
+    /// The mean or sum along the line between two points. `Near` uses the pixel of the middle if no pixel is near.
     pub fn along(&self, ends: [Vec2; 2], along: Sample, reduce: Reduction) -> f32 {
         let (mut sum, mut count) = (0.0f64, 0u32);
         let mut add = |value: f32| {
@@ -104,7 +104,7 @@ impl Raster<'_> {
             Sample::Near(radius) => self.near(ends, narrow(radius), |p| add(self.get(p))),
             Sample::Smooth => {
                 let [a, b] = ends;
-                // Middles of equal parts, so that no part of the line counts more than another.
+                // Sample the middles of equal parts, so that all parts of the line have the same weight.
                 let parts = (2.0 * ((b - a) * self.scale()).length()).ceil().clamp(1.0, 65536.0);
                 let mut part = 0.5;
                 while part < parts {

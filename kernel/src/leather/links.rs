@@ -1,8 +1,8 @@
-//! Links between points: which points are neighbours.
+//! Links between neighbouring points.
 //!
 //! Source: JP4905282B2 §3, claim 8. A link is a pair of indices; it stays when points move and springs break. On a
-//! periodic canvas a link also says in which copy of the canvas its second end lies: the vector of link `[a, b]` with
-//! wrap `w` is `p[b] + w · size - p[a]`. Points need not lie inside the canvas; [`wrap`] brings them back.
+//! periodic canvas a link also stores the copy of the canvas that holds its second end: the vector of link `[a, b]`
+//! with wrap `w` is `p[b] + w · size - p[a]`. Points need not lie inside the canvas; [`wrap`] brings them back.
 
 use crate::ground::number::index_u32;
 use crate::ground::stop::{NEVER, Until};
@@ -43,7 +43,7 @@ impl Links {
     }
 }
 
-/// The four directions of grid links, in their order per point: step in x, and whether to the row below.
+/// The four directions of grid links, in their order per point: step in x, and whether the link leads to the row below.
 pub(crate) const DIRECTIONS: [(i8, bool); 4] = [(1, false), (0, true), (1, true), (-1, true)];
 
 /// The shape of a lattice that is a grid, points by rows.
@@ -60,12 +60,12 @@ pub struct GridShape {
 }
 
 impl GridShape {
-    /// Kinds of links: 2 or 4.
+    /// Number of directions: 2 or 4.
     pub(crate) fn directions(self) -> usize {
         if self.eight { 4 } else { 2 }
     }
 
-    /// The links in their order, as the point where they start and the index into [`DIRECTIONS`].
+    /// The links in their order: start point, and index into [`DIRECTIONS`].
     pub(super) fn slots(self) -> impl Iterator<Item = (usize, usize)> {
         let inside = move |point: usize, (dx, down): (i8, bool)| {
             let (x, y) = (point % self.nx, point / self.nx);
@@ -80,8 +80,8 @@ impl GridShape {
         slots.filter(move |&(p, dir)| inside(p, DIRECTIONS[dir]))
     }
 
-    /// The neighbour of the point in column `x` of row `y` in a direction of [`DIRECTIONS`], and in which copy of the
-    /// canvas.
+    /// The neighbour of the point in column `x` of row `y` in a direction of [`DIRECTIONS`], and the copy of the canvas
+    /// that holds it.
     fn neighbor(self, [x, y]: [usize; 2], dir: usize) -> (usize, [i8; 2]) {
         let (dx, down) = DIRECTIONS[dir];
         let (to_x, wrap_x) = match dx {
@@ -95,11 +95,11 @@ impl GridShape {
         (to_y * self.nx + to_x, [wrap_x, wrap_y])
     }
 
-    /// By direction and point the number of the link that starts there, or `u32::MAX`; nothing if a link is none of the
-    /// grid's. `wraps` may be empty.
+    /// For each direction and point the index of the link that starts there, or `u32::MAX`; `None` if a link does not
+    /// belong to the grid. `wraps` may be empty.
     pub(crate) fn numbers(self, links: &[[u32; 2]], wraps: &[[i8; 2]]) -> Option<Vec<Vec<u32>>> {
         let mut numbers = vec![vec![u32::MAX; self.nx * self.ny]; self.directions()];
-        // Most links start at the same point as the one before, or at the next point: then no division is needed.
+        // Most links start at the same point as the one before, or at the next one: this needs no division.
         let (mut point, mut at) = (0, [0, 0]);
         for (id, &[from, to]) in (0u32..).zip(links) {
             let (from, to) = (from as usize, (to as usize, wraps.get(id as usize).copied().unwrap_or_default()));
@@ -116,7 +116,7 @@ impl GridShape {
         Some(numbers)
     }
 
-    /// How many links there are.
+    /// Number of links.
     pub fn link_count(self) -> usize {
         let (nx, ny) = (self.nx, self.ny);
         if self.periodic || nx == 0 || ny == 0 {
@@ -132,7 +132,7 @@ pub fn grid_links(shape: GridShape) -> Links {
     grid_links_until(shape, NEVER)
 }
 
-/// The same, or fewer if it was stopped.
+/// Like [`grid_links`]; returns fewer links if stopped.
 pub fn grid_links_until(shape: GridShape, until: Until<'_>) -> Links {
     let mut links = Links::default();
     for (point, dir) in shape.slots() {
@@ -183,7 +183,7 @@ impl Buckets {
     }
 }
 
-/// About how many links [`radius_links`] would make, in O(n): the share π/9 of the pairs in neighbouring cells.
+/// Estimates the number of links of [`radius_links`] in O(n): the share π/9 of the pairs in neighbouring cells.
 pub fn radius_estimate(points: &[Vec2], radius: f32, size: Vec2, periodic: bool) -> f64 {
     let buckets = Buckets::new(points, radius, size, periodic);
     let ([nx, ny], cells) = (buckets.count, buckets.sort(points));
@@ -210,7 +210,7 @@ pub fn radius_links(points: &[Vec2], radius: f32, size: Vec2, periodic: bool) ->
     radius_links_until(points, radius, size, periodic, NEVER)
 }
 
-/// The same, or fewer if it was stopped.
+/// Like [`radius_links`]; returns fewer links if stopped.
 pub fn radius_links_until(points: &[Vec2], radius: f32, size: Vec2, periodic: bool, until: Until<'_>) -> Links {
     let buckets = Buckets::new(points, radius, size, periodic);
     let ([nx, ny], cells) = (buckets.count, buckets.sort(points));

@@ -1,5 +1,5 @@
-//! Leather by the method of JP4905282B2: points, the links between them, what links read from pictures, segments
-//! across them and bands. The springs are in [`crate::springs`], the drawing of lines in [`crate::strokes`].
+//! Leather by the method of JP4905282B2: points, the links between them, the reading of pictures along links, segments
+//! across links, and bands. The springs are in [`crate::springs`], the drawing of lines in [`crate::strokes`].
 
 pub mod area;
 pub mod bands;

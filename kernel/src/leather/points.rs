@@ -1,8 +1,8 @@
-//! Point sets: where the virtual springs meet.
+//! Point sets: the end points of the virtual springs.
 //!
-//! Source: JP4905282B2 §3, claims 1, 6, 7. The source's own sets are a regular grid and that grid jittered
-//! by `d · Rnd`; it allows hexagons, random points and "any algorithm with an almost uniform distribution", of which
-//! [`super::poisson`] is the one to use. Lengths are mm, y points down; random numbers are drawn by index.
+//! Source: JP4905282B2 §3, claims 1, 6, 7. The source's own sets are a regular grid and that grid jittered by `d ·
+//! Rnd`; it allows hexagons, random points and "any algorithm with an almost uniform distribution", for which
+//! [`super::poisson`] is recommended. Lengths are mm, y points down; random numbers are drawn by index.
 
 use super::links::{GridShape, Links};
 use crate::ground::hash::Hash;
@@ -17,16 +17,17 @@ use std::collections::BTreeMap;
 pub struct GridSpec {
     /// Size of the canvas, > 0.
     pub size: Vec2,
-    /// Wanted distance of columns and of rows, > 0; the nearest one that divides the canvas is taken.
+    /// Wanted distance of columns and of rows, > 0; rounded to the nearest one that divides the canvas.
     pub pitch: Vec2,
-    /// By how much every second row is shifted, 0..1 of a column; ½ makes a grid of triangles.
+    /// Shift of every second row, 0..1 of a column; ½ makes a grid of triangles.
     pub stagger: f32,
     /// Points move by up to half this share of the pitch in x and in y; 1 is the source's `d · Rnd`.
     pub jitter: f32,
-    /// Border points stay (they draw their random numbers all the same): jitter would break the rectangle. Without
-    /// effect on a periodic grid, which has no border.
+    /// Border points stay, because jitter would break the rectangle; they still use their random numbers. No effect on
+    /// a periodic grid, which has no border.
     pub keep_border: bool,
-    /// The canvas' edges join: columns and rows divide it, and the number of rows is even if they are staggered.
+    /// Opposite edges of the canvas join: columns and rows divide it, and the number of rows is even if they are
+    /// staggered.
     pub periodic: bool,
 }
 
@@ -39,7 +40,7 @@ pub struct GridPoints {
     pub nx: usize,
     /// Rows.
     pub ny: usize,
-    /// The pitch as fitted to the canvas.
+    /// The pitch fitted to the canvas.
     pub pitch: Vec2,
 }
 
@@ -50,7 +51,7 @@ impl GridPoints {
     }
 }
 
-/// How many columns and rows [`grid`] makes, before anything is allocated.
+/// Numbers of columns and rows of [`grid`], without allocating it.
 pub fn grid_counts(spec: &GridSpec) -> (usize, usize) {
     let cells = (spec.size.as_dvec2() / spec.pitch.as_dvec2()).round().max(DVec2::ONE);
     let (cx, cy) = (count(cells.x), count(cells.y));
@@ -93,23 +94,23 @@ pub fn random(count: usize, size: Vec2, hash: Hash) -> Vec<Vec2> {
     (0..count as u64).into_par_iter().map(point).collect()
 }
 
-/// True for points at most `margin` mm from the edge of the canvas, or outside: those that stay. A small tolerance
-/// is added so that points meant to lie on the contour count at margin 0.
+/// True for points at most `margin` mm from the edge of the canvas, or outside: the fixed points. A small tolerance is
+/// added so that points meant to lie on the contour count at margin 0.
 pub fn border(points: &[Vec2], size: Vec2, margin: f32) -> Vec<bool> {
     let margin = margin + 1e-5 * size.min_element();
     points.iter().map(|p| p.min(size - *p).min_element() <= margin).collect()
 }
 
-/// A tiling by hexagons: cells of 3 edges by 2 rows, which hold 4 corners: at 1 and 2 edges in even rows, at ½ and 2½
+/// A tiling by hexagons, in cells of 3 edges by 2 rows, each with 4 corners: at 1 and 2 edges in even rows, at ½ and 2½
 /// in odd ones.
 struct Hexagons {
     /// An edge by a row, in mm.
     unit: DVec2,
     columns: i32,
     rows: i32,
-    /// The canvas in half edges and rows.
+    /// Size of the canvas in half edges and rows.
     turn: IVec2,
-    /// Where corners end in x; infinity on a periodic canvas.
+    /// Upper bound of the corners' x; infinity on a periodic canvas.
     end: f64,
 }
 
@@ -128,7 +129,7 @@ impl Hexagons {
         Self { unit, columns: coordinate(columns), rows: coordinate(rows), turn, end }
     }
 
-    /// The corners in a row: their x in half edges, their places.
+    /// The corners in a row: their x in half edges, and their positions.
     fn row(&self, y: i32) -> impl Iterator<Item = (i32, DVec2)> {
         let corners = (0..self.columns).flat_map(move |c| if y % 2 == 0 { [2, 4] } else { [1, 5] }.map(|x| 6 * c + x));
         let placed = corners.map(move |x| (x, DVec2::new(f64::from(x) * 0.5, f64::from(y)) * self.unit));
@@ -136,8 +137,8 @@ impl Hexagons {
     }
 }
 
-/// The shape of the grid whose points, by rows, are those of [`hexagons`], if all rows have as many: their edges are
-/// links to the right, of every second point, and down.
+/// The shape of the grid whose points, by rows, are those of [`hexagons`], if all rows have the same number: their
+/// edges are links to the right, of every second point, and down.
 pub fn hexagon_grid(size: Vec2, edge: f32, periodic: bool) -> Option<GridShape> {
     let tiling = Hexagons::new(size, edge, periodic);
     let [even, odd] = [0, 1].map(|y| tiling.row(y).count());
@@ -152,7 +153,7 @@ pub fn hexagons(size: Vec2, edge: f32, periodic: bool) -> (Vec<Vec2>, Links) {
     hexagons_until(size, edge, periodic, NEVER)
 }
 
-/// The same, or fewer of both if it was stopped.
+/// Like [`hexagons`]; returns fewer points and links if stopped.
 pub fn hexagons_until(size: Vec2, edge: f32, periodic: bool, until: Until<'_>) -> (Vec<Vec2>, Links) {
     let tiling = Hexagons::new(size, edge, periodic);
     let turn = tiling.turn;
@@ -172,7 +173,7 @@ pub fn hexagons_until(size: Vec2, edge: f32, periodic: bool, until: Until<'_>) -
         if from.is_multiple_of(1 << 12) && until() {
             break;
         }
-        // The neighbour beside it, and those in the row below.
+        // Its neighbours in the same row and in the row below.
         let left = matches!((y % 2 == 0, x.rem_euclid(6)), (true, 2) | (false, 5));
         let (beside, aside) = (if left { 2 } else { -2 }, if left { -1 } else { 1 });
         for (dx, dy) in [(beside, 0), (aside, 1)] {

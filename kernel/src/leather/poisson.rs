@@ -1,11 +1,11 @@
-//! Points at random that keep their distance: Poisson discs.
+//! Random points with a minimum distance: Poisson discs.
 //!
-//! Stands for the source's "any algorithm with an almost uniform distribution" (JP4905282B2 §3). Dart throwing in
-//! rounds: in each, darts are thrown at some of the free cells of a grid whose cells hold one point at most. A dart
-//! lands unless a point is too near, or another dart of the same round with a higher number; both depend on the state
-//! before the round only, so each round runs in parallel and the result depends on the hash alone. Few darts in the
-//! first rounds keep the grid out of the pattern: throwing cell by cell in a fixed order left peaks of the grid in the
-//! spectrum, 240 times the mean. About 40 darts per square pitch give `.97 / aspect · A / pitch²` points.
+//! Implements the source's "any algorithm with an almost uniform distribution" (JP4905282B2 §3). Dart throwing in
+//! rounds: each round throws darts at some of the free cells of a grid whose cells hold at most one point. A dart lands
+//! unless it is too near to a point, or to another dart of the same round with a higher priority. Both tests depend
+//! only on the state before the round, so each round runs in parallel and the result depends on the hash alone. Few
+//! darts in the first rounds keep the grid out of the pattern: throwing cell by cell in a fixed order left peaks of the
+//! grid in the spectrum, 240 times the mean. About 40 darts per square pitch give `.97 / aspect · A / pitch²` points.
 
 use crate::ground::hash::Hash;
 use crate::ground::stop::{NEVER, Until};
@@ -14,7 +14,7 @@ use rayon::prelude::*;
 
 /// Disc radius over pitch: the mean distance of neighbours is then about the pitch.
 const RADIUS: f32 = 0.8;
-/// In each round, the share of free cells that a dart is thrown at.
+/// For each round, the share of free cells at which a dart is thrown.
 const ROUNDS: [f32; 24] = [
     0.05, 0.05, 0.1, 0.1, 0.1, 0.15, 0.2, 0.2, 0.3, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0,
     1.0, 1.0,
@@ -27,22 +27,22 @@ pub struct PoissonSpec<'a> {
     pub size: Vec2,
     /// Wanted mean distance of neighbours in mm, > 0.
     pub pitch: f32,
-    /// By how much the discs are longer than wide, ≥ 1.
+    /// Aspect ratio of the discs, length over width, ≥ 1.
     pub aspect: f32,
     /// Direction of their long axis in radians, from +x towards +y.
     pub angle: f32,
     /// Distances are measured across the canvas' edges.
     pub periodic: bool,
-    /// Factor of the radius by place, clamped to 1..=`most`: sparser where it is large.
+    /// Factor on the radius by position, clamped to 1..=`most`: sparser where it is large.
     pub factor: Option<&'a (dyn Fn(Vec2) -> f32 + Sync)>,
-    /// By how much discs are longer than wide, 1 to `aspect`, and the direction of their long axis in radians, by place: instead of
+    /// Aspect ratio of the discs, 1 to `aspect`, and direction of their long axis in radians, by position; replaces
     /// `angle`. Two points are far enough apart if neither lies in the disc of the other.
     pub shape: Option<&'a (dyn Fn(Vec2) -> (f32, f32) + Sync)>,
     /// Largest factor, 1 to 8; cost grows with its square.
     pub most: f32,
 }
 
-/// The cells and what is in them.
+/// The grid of cells with its points.
 struct BackgroundGrid<'a> {
     spec: PoissonSpec<'a>,
     /// Cells per side.
@@ -52,14 +52,14 @@ struct BackgroundGrid<'a> {
     axis: Vec2,
     /// Cells that may hold a point too near, nearest first.
     reach: Vec<IVec2>,
-    /// The same as differences of indices, and how far they go: what counts away from the canvas' edges.
+    /// The same as differences of indices, and their extent, for cells away from the canvas' edges.
     steps: Vec<isize>,
     span: IVec2,
     /// Per cell the point and its factor; the factor is 0 in free cells.
     held: Vec<(Vec2, f32)>,
 }
 
-/// A dart: where, its factor, and its number, which is above 0.
+/// A dart: position, factor, and priority, which is above 0.
 type Dart = (Vec2, f32, u32);
 
 /// Points on the canvas, `0 ≤ p < size`, by cells from the top. O(darts); about two microseconds a point.
@@ -67,7 +67,7 @@ pub fn poisson(spec: &PoissonSpec<'_>, hash: Hash) -> Vec<Vec2> {
     poisson_until(spec, hash, NEVER)
 }
 
-/// The same, or fewer points if it was stopped.
+/// Like [`poisson`]; returns fewer points if stopped.
 pub fn poisson_until(spec: &PoissonSpec<'_>, hash: Hash, until: Until<'_>) -> Vec<Vec2> {
     let mut grid = BackgroundGrid::new(spec);
     let columns = grid.cells.as_usizevec2().x;
@@ -99,7 +99,7 @@ pub fn poisson_until(spec: &PoissonSpec<'_>, hash: Hash, until: Until<'_>) -> Ve
     grid.held.iter().filter(|h| h.1 > 0.0).map(|h| h.0).collect()
 }
 
-/// About how many points [`poisson`] gives for a factor of 1.
+/// Estimates the number of points of [`poisson`] for a factor of 1.
 pub fn poisson_estimate(spec: &PoissonSpec<'_>) -> f64 {
     0.97 * f64::from(spec.size.x) * f64::from(spec.size.y)
         / (f64::from(spec.aspect) * f64::from(spec.pitch) * f64::from(spec.pitch))
@@ -111,7 +111,7 @@ impl<'a> BackgroundGrid<'a> {
         let radius = RADIUS * spec.pitch;
         let side = radius * std::f32::consts::FRAC_1_SQRT_2;
         let (long, short) = (radius * spec.aspect * spec.most, radius * spec.most);
-        // The box around the largest disc.
+        // The bounding box of the largest disc.
         let axis = Vec2::new(crate::ground::math::cos(spec.angle), crate::ground::math::sin(spec.angle));
         let half = match spec.shape {
             None => {
@@ -140,7 +140,7 @@ impl<'a> BackgroundGrid<'a> {
         grid
     }
 
-    /// Throws darts at a share of the free cells of row `y`, and keeps those that no point is too near to.
+    /// Throws darts at a share of the free cells of row `y`, and keeps those that are not too near to a point.
     fn throw_row(&self, y: i32, share: f32, hash: Hash, row: &mut [Dart]) {
         for (dart, x) in row.iter_mut().zip(0..) {
             let at = IVec2::new(x, y);
@@ -151,7 +151,7 @@ impl<'a> BackgroundGrid<'a> {
                 continue;
             }
             let rnd = Vec2::new(hash.unit_f32(n), hash.unit_f32(n + 1));
-            // Rounding must not carry a point into the next cell's place beyond the canvas.
+            // Rounding must not move a point beyond the canvas, into the next cell.
             let point = ((at.as_vec2() + rnd) * self.cell).min(self.spec.size * (1.0 - f32::EPSILON));
             let factor = self.spec.factor.map_or(1.0, |f| f(point).clamp(1.0, self.spec.most));
             let free = self.all_near(at, |other, turn| {
@@ -165,7 +165,7 @@ impl<'a> BackgroundGrid<'a> {
         }
     }
 
-    /// Whether no other dart of the round that is too near has a higher number; of equals the later cell's counts.
+    /// Returns whether the dart has the highest priority among the darts too near to it; a tie goes to the later cell.
     fn is_highest(&self, at: IVec2, (point, factor, number): Dart, darts: &[Dart]) -> bool {
         let cell = self.index(at);
         self.all_near(at, |other, turn| {
@@ -174,8 +174,8 @@ impl<'a> BackgroundGrid<'a> {
         })
     }
 
-    /// Whether `holds` for all cells that may hold something too near to a point in cell `at`; it gets the cell, and by
-    /// how much what is in it is shifted across the canvas' edges.
+    /// Returns whether `holds` is true for all cells that may hold a point too near to one in cell `at`. Its arguments
+    /// are the cell, and the shift of the cell's points across the canvas' edges.
     fn all_near(&self, at: IVec2, holds: impl Fn(usize, Vec2) -> bool) -> bool {
         let (low, high) = (at - self.span, at + self.span);
         if low.min_element() >= 0 && high.x < self.cells.x && high.y < self.cells.y {
@@ -192,7 +192,7 @@ impl<'a> BackgroundGrid<'a> {
         })
     }
 
-    /// Whether two points are at least a disc's radius apart, times `factor`.
+    /// Returns whether the distance of two points is at least a disc's radius times `factor`.
     fn is_apart(&self, a: Vec2, b: Vec2, factor: f32) -> bool {
         let limit = RADIUS * self.spec.pitch * factor;
         let lies_beyond = |aspect: f32, axis: Vec2| {

@@ -1,12 +1,12 @@
-//! Values known at scattered places, spread over the canvas.
+//! Spreads values at scattered points over the canvas.
 //!
-//! Each place has a smooth weight `(1 - d²/r²)²` out to the radius r; a sample is the weighted mean of the values in its
-//! reach (Shepard's method with a compact weight), so constants stay constant and nothing overshoots. O(n · r² · samples
-//! per mm²); places are added in their order, so the result has the same bits on any number of threads.
+//! Each point has a smooth weight `(1 - d²/r²)²` out to the radius r; a sample is the weighted mean of the values in
+//! its reach (Shepard's method with a compact weight), so constants stay constant and nothing overshoots. O(n · r² ·
+//! samples per mm²); points are added in their order, so the result has the same bits for any number of threads.
 use glam::{IVec2, UVec2, Vec2};
 use rayon::prelude::*;
 
-/// Where to spread values, and how far.
+/// Settings of the spreading.
 #[derive(Clone, Copy, Debug)]
 pub struct Spread {
     /// Columns and rows of samples.
@@ -15,22 +15,22 @@ pub struct Spread {
     pub size_mm: Vec2,
     /// Reach of a value in mm, > 0.
     pub radius: f32,
-    /// Whether places near an edge also count at the opposite one.
+    /// True if points near an edge also count at the opposite one.
     pub periodic: bool,
-    /// What samples take that no place reaches.
+    /// Value of the samples that no point reaches.
     pub empty: f32,
 }
 
-/// Rows that one task makes.
+/// Rows per task.
 const ROWS: usize = 16;
 
-/// Samples at the centres of equal cells, by rows, of the mean of the `(place, value)` around them.
+/// The weighted means of the `(point, value)` around the centres of equal cells, by rows.
 pub fn spread(values: &[(Vec2, f32)], spec: &Spread) -> Vec<f32> {
     let (columns, rows) = (spec.size.x as usize, spec.size.y as usize);
     let step = spec.size_mm / spec.size.as_vec2();
     let reach = Vec2::splat(spec.radius) / step;
     let mut out = vec![spec.empty; columns * rows];
-    // Which places each band of rows sees, in their order.
+    // The points that reach each band of rows, in their order.
     let bands = rows.div_ceil(ROWS);
     let mut seen = vec![Vec::new(); bands];
     for (n, (place, _)) in (0u32..).zip(values) {
@@ -65,7 +65,7 @@ pub fn spread(values: &[(Vec2, f32)], spec: &Spread) -> Vec<f32> {
     out
 }
 
-/// Adds one place, in samples, to the band of rows that begins at `top`.
+/// Adds one point, in sample coordinates, to the band of rows that begins at `top`.
 fn add(at: Vec2, value: f32, spec: &Spread, top: usize, weights: &mut [f32], sums: &mut [f32]) {
     let columns = spec.size.x as usize;
     let step = spec.size_mm / spec.size.as_vec2();
@@ -128,7 +128,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_join_where_they_should() {
+    fn wraps_edges_of_periodic_canvas() {
         let value = [(Vec2::new(0.1, 0.1), 5.0)];
         assert_eq!(spread(&value, &spec(true))[36 * 40 + 39], 5.0);
         assert_eq!(spread(&value, &spec(false))[36 * 40 + 39], -1.0);

@@ -7,7 +7,7 @@ use glam::Vec2;
 use rayon::prelude::*;
 use shibo_engine::value::clip_line;
 
-/// How to place segments.
+/// Settings for placing segments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SegmentSpec {
     /// Size of the canvas in mm, for links that wrap.
@@ -28,7 +28,7 @@ pub struct Segment {
 }
 
 /// The segments of all links that `keep` accepts, in the order of the links. From end 0 to end 1 is the link's
-/// direction turned from +x towards +y. O(links).
+/// direction rotated by 90° from +x towards +y. O(links).
 pub fn place(points: &[Vec2], links: &Links, spec: &SegmentSpec, keep: impl Fn(usize) -> bool + Sync) -> Vec<Segment> {
     let longest = if spec.max_length.is_finite() {
         spec.max_length * median(&links.lengths(points, spec.size))
@@ -46,14 +46,14 @@ pub fn place(points: &[Vec2], links: &Links, spec: &SegmentSpec, keep: impl Fn(u
     (0..count).into_par_iter().filter_map(|l| segment((l as usize, l))).collect()
 }
 
-/// The middle one of `values` by size, 0 if there are none.
+/// The median of `values`, 0 if there are none.
 pub fn median(values: &[f32]) -> f32 {
     let mut sorted = values.to_vec();
     let middle = sorted.len() / 2;
     if sorted.is_empty() { 0.0 } else { *sorted.select_nth_unstable_by(middle, f32::total_cmp).1 }
 }
 
-/// Cuts segments at the rectangle from `low` to `high` and drops those outside. O(n).
+/// Clips segments to the rectangle from `low` to `high` and drops those outside. O(n).
 pub fn clip(segments: &[Segment], low: Vec2, high: Vec2) -> Vec<Segment> {
     let cut = |s: &Segment| clip_line(s.ends, low, high).map(|ends| Segment { ends, ..*s });
     segments.iter().filter_map(cut).collect()

@@ -1,38 +1,38 @@
-//! What lies beyond the border of a chart on the surface: the value in the chart where the surface goes on.
+//! Continues a picture beyond the border of a chart, with the values of the chart where the surface goes on.
 //!
-//! From the nearest pixel of the chart a way leads over the surface to where a pixel of the gutter would be; there the picture
-//! is read between the pixels of that chart. Cost: O(pixels of gutters), about 0.5 µs each.
+//! A path leads over the surface from the nearest pixel of the chart to the position of a gutter pixel; there the
+//! picture is interpolated between the pixels of that chart. Cost: O(pixels of gutters), about 0.5 µs each.
 use super::texels;
-use super::walk::{Spot, walk_turning};
+use super::walk::{SurfacePoint, walk_turning};
 use crate::ground::number::narrow;
 use crate::ground::window::{WindowExt, index};
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 use shibo_engine::value::{Atlas, Grid, Window};
 
-/// A picture of an atlas.
+/// A picture of an atlas, or a window of it.
 #[derive(Clone, Copy)]
-pub struct Sheet<'a> {
+pub struct AtlasPicture<'a> {
     /// The atlas.
     pub atlas: &'a Atlas,
-    /// The pixels.
+    /// The pixel grid of the whole picture.
     pub grid: &'a Grid,
-    /// Those of the picture.
+    /// The window of the grid.
     pub window: Window,
 }
 
-/// What a picture holds.
+/// Kind of the values of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holds {
-    /// Values, which may be mixed.
+    /// Values that may be interpolated.
     Values,
-    /// Normals, stored as ½ + ½n, in three planes: they are turned with their charts.
+    /// Normals, stored as ½ + ½n, in three planes; they are rotated with their charts.
     Normals,
-    /// Numbers, which must not be mixed.
+    /// Ids, which must not be interpolated.
     Ids,
 }
 
-/// How the place on the surface changes per mm of the canvas, along the canvas' x axis and across: columns for x and y.
+/// Change of the point on the surface per mm of the canvas, along the canvas' x axis and across: columns for x and y.
 pub fn axes(atlas: &Atlas, triangle: usize) -> DMat2 {
     let [x, y] = atlas.jacobians[triangle].map(|axis| axis.as_dvec3());
     let (x, y) = (x / atlas.size_mm.x, y / atlas.size_mm.y);
@@ -40,10 +40,10 @@ pub fn axes(atlas: &Atlas, triangle: usize) -> DMat2 {
     DMat2::from_cols(DVec2::new(x.length(), 0.0), DVec2::new(along.dot(y), (y - along * along.dot(y)).length()))
 }
 
-/// No pixel of a chart is near.
+/// Marks a pixel without a chart nearby.
 const NONE: u32 = u32::MAX;
 
-impl Sheet<'_> {
+impl AtlasPicture<'_> {
     fn uv(&self, pixel: usize) -> DVec2 {
         let (x, y) = (pixel % self.window.columns(), pixel / self.window.columns());
         self.grid.center(self.window.x + index(x), self.window.y + index(y)) / self.atlas.size_mm
@@ -62,7 +62,7 @@ impl Sheet<'_> {
         (0..9).filter(|n| *n != 4).filter_map(move |n| self.pixel(x + n % 3 - 1, y + n / 3 - 1))
     }
 
-    /// For each pixel the nearest one of a chart.
+    /// For each pixel the nearest pixel of a chart, within `width` rings.
     fn anchors(&self, owners: &[u32], width: usize) -> Vec<u32> {
         let mut anchors: Vec<u32> = (0..).zip(owners).map(|(p, owner)| if *owner > 0 { p } else { NONE }).collect();
         let mut edge: Vec<usize> = (0..owners.len())
@@ -88,7 +88,7 @@ impl Sheet<'_> {
         anchors
     }
 
-    /// Fills `width` rings of pixels around charts with what lies there on the surface.
+    /// Fills `width` rings of pixels around charts with the values of the surface there.
     pub fn carry(&self, width: usize, holds: Holds, planes: &mut [Vec<f32>]) {
         let owners = texels::owners(self.atlas, self.grid, self.window);
         let anchors = self.anchors(&owners, width);
@@ -106,14 +106,14 @@ impl Sheet<'_> {
 
     fn value(&self, pixel: usize, anchor: usize, (owners, holds): (&[u32], Holds), planes: &[Vec<f32>]) -> Vec<f32> {
         let triangle = owners[anchor] as usize - 1;
-        let from = Spot { triangle, uv: self.uv(anchor) };
+        let from = SurfacePoint { triangle, uv: self.uv(anchor) };
         let kept = || planes.iter().map(|plane| plane[anchor]).collect();
         let Some((way, turn)) = walk_turning(self.atlas, from, self.uv(pixel) - from.uv) else { return kept() };
         let Some(mut value) = self.between(way.spot, (owners, holds), planes) else { return kept() };
         if holds == Holds::Normals && way.crossed {
             let size = DMat2::from_diagonal(self.atlas.size_mm);
             let (here, there) = (axes(self.atlas, triangle), axes(self.atlas, way.spot.triangle));
-            // From the axes of the chart that is read to those of the chart that is carried on.
+            // From the axes of the chart read to the axes of the chart continued.
             let back = here * size * turn.inverse() * size.inverse() * there.inverse();
             let flat = DVec2::new(f64::from(value[0]) * 2.0 - 1.0, 1.0 - f64::from(value[1]) * 2.0);
             let turned = (back * flat).normalize_or_zero() * flat.length();
@@ -124,8 +124,8 @@ impl Sheet<'_> {
         value
     }
 
-    /// The picture at a place, between the pixels of its chart.
-    fn between(&self, spot: Spot, (owners, holds): (&[u32], Holds), planes: &[Vec<f32>]) -> Option<Vec<f32>> {
+    /// Interpolates the picture at a point, between the pixels of its chart.
+    fn between(&self, spot: SurfacePoint, (owners, holds): (&[u32], Holds), planes: &[Vec<f32>]) -> Option<Vec<f32>> {
         let charts = &self.atlas.charts;
         let start = DVec2::new(f64::from(self.window.x), f64::from(self.window.y));
         let at = (spot.uv * self.atlas.size_mm - self.grid.origin) / self.grid.step - start - 0.5;
@@ -153,8 +153,8 @@ impl Sheet<'_> {
     }
 }
 
-/// Turns slopes of a height per mm of the canvas into normals of the surface, stored as ½ + ½n, y up: relative to the axes of
-/// the atlas in the triangle. A triangle without area in the atlas keeps them.
+/// Converts slopes of a height per mm of the canvas to normals of the surface, stored as ½ + ½n, y up, relative to the
+/// axes of the atlas in the triangle. A triangle without area in the atlas keeps the slopes as they are.
 pub fn normal_of(atlas: &Atlas, triangle: usize, slope: DVec2) -> [f32; 3] {
     let turned = axes(atlas, triangle).transpose().inverse() * slope;
     let slope = if turned.is_finite() { turned } else { slope };
@@ -173,12 +173,12 @@ mod tests {
         (grid, Window::full(UVec2::splat(n)))
     }
 
-    /// A value that depends on the place on the surface only goes on across borders, and at the ends of the surface.
+    /// A function of the position continues across borders, and at the ends of the surface.
     #[test]
-    fn functions_of_the_place_go_on() {
+    fn continues_functions_of_position() {
         for (atlas, closed) in [(plane("plane_wild"), false), (sphere(), true)] {
             let (grid, window) = pixels(300);
-            let sheet = Sheet { atlas: &atlas, grid: &grid, window };
+            let sheet = AtlasPicture { atlas: &atlas, grid: &grid, window };
             let owners = texels::owners(&atlas, &grid, window);
             let of = |place: DVec3| place.dot(DVec3::new(0.01, 0.02, 0.015));
             let own =
@@ -196,7 +196,7 @@ mod tests {
                 }
                 let Some(triangle) = texels::triangle(ids[p]) else { continue };
                 let place = atlas.place(triangle, sheet.uv(p));
-                // The surface bends where the triangle's plane goes straight on.
+                // The surface bends; the triangle's plane goes straight on.
                 let place = if closed { place.normalize() * 30.0 } else { place };
                 let beyond = !closed && (place.x.min(place.y) < 0.0 || place.x.max(place.y) > 64.0);
                 if !beyond {
@@ -204,14 +204,14 @@ mod tests {
                     count += 1;
                 }
             }
-            // A texel is 0.3 mm and more: 0.01 a texel.
+            // A texel is at least 0.3 mm: 0.01 per texel.
             assert!(count > 500 && off / f64::from(count) < 2e-3, "{closed}: {} over {count}", off / f64::from(count));
         }
     }
 
-    /// Lit from one side, a slope on the surface looks the same in every chart.
+    /// Lit from one side, a slope on the surface looks the same in all charts.
     #[test]
-    fn normals_are_those_of_the_surface() {
+    fn matches_normals_across_charts() {
         let atlas = plane("plane_wild");
         let slope = DVec3::new(0.3, -0.2, 0.0);
         for triangle in 0..atlas.uvs.len() {
@@ -225,12 +225,12 @@ mod tests {
         }
     }
 
-    /// A normal carried across a border is the same direction on the surface.
+    /// A normal carried across a border keeps its direction on the surface.
     #[test]
-    fn normals_turn_with_their_charts() {
+    fn rotates_normals_with_charts() {
         let atlas = plane("plane_wild");
         let (grid, window) = pixels(300);
-        let sheet = Sheet { atlas: &atlas, grid: &grid, window };
+        let sheet = AtlasPicture { atlas: &atlas, grid: &grid, window };
         let slope = DVec3::new(0.5, 0.4, 0.0);
         let normal = |triangle: usize| {
             let [u, v] = atlas.jacobians[triangle].map(|axis| axis.as_dvec3());

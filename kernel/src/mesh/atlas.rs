@@ -1,4 +1,4 @@
-//! Atlases: all that is known of a mesh on the canvas.
+//! Atlases: the layout of a mesh on the canvas, with everything derived from it.
 //!
 //! Row C19: the Jacobian of a triangle, `J_f = [P1-P0  P2-P0]·[U1-U0  U2-U0]⁻¹`. Cost: O(n).
 use super::charts::{Charts, charts, cross, snap};
@@ -10,21 +10,21 @@ use rayon::prelude::*;
 use shibo_engine::value::{Atlas, Bins, Key, Mesh};
 use std::sync::Arc;
 
-/// UVs that no atlas can be made of.
+/// Reasons why UVs make no atlas.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AtlasError {
-    /// There are none.
+    /// The mesh has no UVs.
     #[error("it has no UVs")]
     Missing,
-    /// They leave the unit square.
+    /// UVs leave the unit square.
     #[error("its UVs reach from ({:.4}, {:.4}) to ({:.4}, {:.4}); they must lie between 0 and 1", low.x, low.y, high.x, high.y)]
     Outside {
-        /// The least u and v.
+        /// The smallest u and v.
         low: Vec2,
-        /// The largest.
+        /// The largest u and v.
         high: Vec2,
     },
-    /// Nothing of the canvas is covered.
+    /// The UVs cover no area of the canvas.
     #[error("its UVs cover nothing: each triangle lies on a line or a point")]
     Flat,
     /// There are too many charts.
@@ -32,14 +32,14 @@ pub enum AtlasError {
     Charts(usize),
 }
 
-/// So many triangles are looked at between two questions whether to stop.
+/// Number of triangles between two checks of a cancellation.
 const AT_ONCE: usize = 1 << 15;
 
-/// How far UVs may leave the unit square before that is an error.
+/// Distance by which UVs may leave the unit square without an error.
 pub(super) const SLACK: f32 = 1e-4;
 
-/// By how much the place on a surface changes per unit of u, and of v (row C19); 0 where the triangle has no area in the
-/// unit square.
+/// Change of the point on the surface per unit of u, and of v (row C19); 0 if the triangle has no area in the unit
+/// square.
 pub fn jacobian(places: [DVec3; 3], uvs: [DVec2; 3]) -> [DVec3; 2] {
     let (p, q) = (places[1] - places[0], places[2] - places[0]);
     let (u, v) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
@@ -47,15 +47,15 @@ pub fn jacobian(places: [DVec3; 3], uvs: [DVec2; 3]) -> [DVec3; 2] {
     if det == 0.0 { [DVec3::ZERO; 2] } else { [(p * v.y - q * u.y) / det, (q * u.x - p * v.x) / det] }
 }
 
-/// The atlas of a mesh whose triangles lie at these UVs, v down, on a canvas of that size.
+/// Builds the atlas of a mesh with these UVs, v down, on a canvas of `size_mm`.
 ///
 /// # Errors
-/// UVs that leave the unit square or cover nothing, and too many charts.
+/// Returns an error if UVs leave the unit square or cover nothing, or if there are too many charts.
 pub fn atlas(mesh: Arc<Mesh>, uvs: &[[Vec2; 3]], size_mm: DVec2) -> Result<Atlas, AtlasError> {
     laid_out(mesh, uvs, size_mm, &Watch::never())
 }
 
-/// The same, left by unwinding when `watch` says so.
+/// Like [`atlas`], but can be cancelled: unwinds when `watch` says so.
 ///
 /// # Errors
 /// As [`atlas`].
@@ -92,7 +92,7 @@ pub fn laid_out(mesh: Arc<Mesh>, uvs: &[[Vec2; 3]], size_mm: DVec2, watch: &Watc
     })
 }
 
-/// The key of everything that an atlas follows from.
+/// Key of all inputs of an atlas.
 fn key(mesh: &Mesh, uvs: &[[Vec2; 3]], size_mm: DVec2, watch: &Watch<'_>) -> [u8; 16] {
     let places = bytes(&mesh.positions, |p| p.to_array().map(f32::to_le_bytes), watch);
     let normals = bytes(mesh.normals.as_flattened(), |n| n.to_array().map(f32::to_le_bytes), watch);
@@ -103,7 +103,7 @@ fn key(mesh: &Mesh, uvs: &[[Vec2; 3]], size_mm: DVec2, watch: &Watch<'_>) -> [u8
     *Key::of("atlas", &[&places, &normals, &corners, &triangles, &parts, &size]).as_bytes()
 }
 
-/// The bytes of all items, one after another.
+/// The bytes of all items, concatenated.
 fn bytes<T, const N: usize, const B: usize>(
     items: &[T],
     of: impl Fn(&T) -> [[u8; B]; N],
@@ -121,19 +121,19 @@ fn finite(axes: [Vec3; 2]) -> bool {
     axes.iter().all(|axis| axis.is_finite())
 }
 
-/// True if all UVs lie in the unit square.
+/// Returns whether all UVs lie in the unit square.
 pub fn fits(uvs: &[[Vec2; 3]]) -> bool {
     let inside = |uv: &Vec2| uv.cmpge(Vec2::splat(-SLACK)).all() && uv.cmple(Vec2::splat(1.0 + SLACK)).all();
     uvs.iter().flatten().all(inside)
 }
 
-/// The error of UVs that do not.
+/// The error for UVs outside the unit square.
 pub(super) fn outside(uvs: &[[Vec2; 3]]) -> AtlasError {
     let ends = uvs.iter().flatten().fold([Vec2::MAX, Vec2::MIN], |[low, high], uv| [low.min(*uv), high.max(*uv)]);
     AtlasError::Outside { low: ends[0], high: ends[1] }
 }
 
-/// The UVs as multiples of 2⁻²⁴ in the unit square.
+/// Rounds the UVs to multiples of 2⁻²⁴ in the unit square.
 fn snapped(uvs: &[[Vec2; 3]], triangles: usize, watch: &Watch<'_>) -> Result<Vec<[Vec2; 3]>, AtlasError> {
     if uvs.len() != triangles || triangles == 0 {
         return Err(AtlasError::Missing);
@@ -144,13 +144,13 @@ fn snapped(uvs: &[[Vec2; 3]], triangles: usize, watch: &Watch<'_>) -> Result<Vec
     Ok(watch.over(uvs).map(|uvs| uvs.map(snap)).collect())
 }
 
-/// The cells along a side that hold two triangles each, if triangles are as large as each other.
+/// Number of cells along a side, so that a cell holds about two triangles if all have the same size.
 fn side(triangles: usize) -> u32 {
     let cells = (triangles / 2).max(1);
     1 << (cells.ilog2() / 2).min(11)
 }
 
-/// The cells that the box of a triangle touches: first and last column, first and last row.
+/// The cells that the bounding box of a triangle touches: first and last column, first and last row.
 fn cells(uvs: &[Vec2; 3], side: u32) -> [usize; 4] {
     let [a, b, c] = *uvs;
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
@@ -160,14 +160,14 @@ fn cells(uvs: &[Vec2; 3], side: u32) -> [usize; 4] {
     [cell(low.x), cell(high.x), cell(low.y), cell(high.y)]
 }
 
-/// The triangles by where they lie.
+/// Sorts the triangles into the cells that they touch.
 fn bins(uvs: &[[Vec2; 3]], watch: &Watch<'_>) -> Bins {
     let mut side = side(uvs.len());
     let entries = |side: u32| -> usize {
         let one = |[left, right, top, bottom]: [usize; 4]| (right - left + 1) * (bottom - top + 1);
         watch.over(uvs).map(|uvs| one(cells(uvs, side))).sum()
     };
-    // Large triangles that overlap lie in many cells each; then cells are made larger.
+    // Large overlapping triangles lie in many cells each; use larger cells then.
     while side > 1 && entries(side) > 8 * uvs.len() + 4096 {
         side /= 2;
     }
@@ -201,9 +201,9 @@ mod tests {
     use super::*;
     use crate::mesh::samples;
 
-    /// Row C19: triangles with numbers drawn at random, and their Jacobians computed with another program.
+    /// Row C19: random triangles, and their Jacobians computed with another program.
     #[test]
-    fn jacobians_are_those_of_the_formula() {
+    fn matches_jacobians_of_formula() {
         let cases = [
             (
                 [
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cube_is_measured() {
+    fn builds_atlas_of_cube() {
         let cube = of(samples::cube());
         assert_eq!((cube.chart_count(), cube.area, cube.used), (6, 21_600.0, 6.0 / 16.0));
         assert!((cube.scale() - (21_600.0_f64 / 3750.0).sqrt()).abs() < 1e-12);
@@ -300,7 +300,7 @@ mod tests {
     }
 
     #[test]
-    fn uvs_that_make_no_atlas_are_refused() {
+    fn rejects_uvs_without_atlas() {
         let cube = samples::cube();
         let make = |uvs: &[[Vec2; 3]]| atlas(Arc::new(cube.clone()), uvs, DVec2::ONE).unwrap_err();
         assert_eq!(make(&[]), AtlasError::Missing);

@@ -1,8 +1,9 @@
-//! What a surface is like at each texel of its atlas: places, normals, numbers of triangles' own.
+//! Properties of the surface at each texel of its atlas: positions, normals, values per triangle or vertex.
 //!
-//! All of them read the [`texels`](super::texels) of a window. Within a chart and its gutter there is a value, elsewhere 0
-//! or what the function says. Values depend on the place on the canvas alone, so windows have the same bits.
-use super::motion::Motion;
+//! All functions read the [`texels`](super::texels) of a window. Charts and their gutters have a value; elsewhere it is
+//! 0 unless the function says otherwise. Values depend on the position on the canvas alone, so the bits of a window are
+//! those of the whole picture.
+use super::motion::RigidMotion;
 use super::texels::{Barycentric, triangle};
 use crate::ground::number::narrow;
 use crate::ground::simd::dispatch;
@@ -19,13 +20,13 @@ pub struct Texels<'a> {
     pub grid: &'a Grid,
     /// The window on it.
     pub window: Window,
-    /// The values of the field, by rows.
+    /// The values of the texel field, by rows.
     pub values: &'a [f32],
 }
 
 impl Texels<'_> {
-    /// Calls `body(v, triangle, pixels)` for each run of pixels of a row that belong to one triangle or to none, `v` being the
-    /// place of their centres in the unit square.
+    /// Calls `body(v, triangle, pixels)` for each run of pixels in a row that belong to one triangle or to none. `v` is
+    /// the coordinate of their centres in the unit square.
     pub fn runs(&self, mut body: impl FnMut(f64, Option<usize>, Range<usize>)) {
         let width = self.window.width as usize;
         for (row, y) in self.values.chunks(width.max(1)).zip(self.window.y..) {
@@ -41,7 +42,7 @@ impl Texels<'_> {
         }
     }
 
-    /// The centres of all columns in the unit square.
+    /// The u of the centres of all columns.
     pub fn columns(&self) -> Vec<f64> {
         let center = |x: i32| self.grid.center(x, 0).x / self.atlas.size_mm.x;
         (self.window.x..self.window.right()).map(center).collect()
@@ -53,9 +54,9 @@ impl Texels<'_> {
     }
 }
 
-/// The places of texels on the surface, each triangle's moved as `motion` says; 0 where there is none. In the gutter the plane
-/// of the triangle goes on.
-pub fn places(texels: &Texels<'_>, motion: impl Fn(usize) -> Motion, out: [&mut [f32]; 3]) {
+/// Positions of texels on the surface, transformed by the `motion` of their triangle; 0 without a surface. In the
+/// gutter, the plane of the triangle is continued.
+pub fn places(texels: &Texels<'_>, motion: impl Fn(usize) -> RigidMotion, out: [&mut [f32]; 3]) {
     let us = texels.columns();
     let [x, y, z] = out;
     texels.runs(|v, triangle, pixels| {
@@ -64,7 +65,7 @@ pub fn places(texels: &Texels<'_>, motion: impl Fn(usize) -> Motion, out: [&mut 
         };
         let first = texels.column(&pixels);
         let us = &us[first..first + pixels.len()];
-        let Motion { turn, shift } = motion(n);
+        let RigidMotion { turn, shift } = motion(n);
         let [along, down] = texels.atlas.jacobians[n].map(|axis| turn * axis.as_dvec3());
         let corner = texels.atlas.uvs[n][0].as_dvec2();
         let start = turn * texels.atlas.mesh.corners(n)[0] + shift + down * (v - corner.y);
@@ -79,7 +80,7 @@ pub fn places(texels: &Texels<'_>, motion: impl Fn(usize) -> Motion, out: [&mut 
     });
 }
 
-/// The inverse of the metric of `Patch::metric`, in 1/mm²; 0 where there is no surface or it has no extent.
+/// Inverse of the metric of `Patch::metric`, in 1/mm²; 0 where there is no surface or its area is 0.
 pub fn metric(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
     let [a, b, c] = out;
     let step = texels.grid.step / texels.atlas.size_mm;
@@ -93,13 +94,14 @@ pub fn metric(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
     });
 }
 
-/// The normal of a corner: the file's, or the vertex' own.
+/// The normals of a triangle's corners: from the file, or of the vertices.
 fn corner_normals(atlas: &Atlas, n: usize) -> [DVec3; 3] {
     let own = || atlas.mesh.triangles[n].map(|v| atlas.smooth[v as usize]);
     atlas.mesh.normals.get(n).copied().unwrap_or_else(own).map(Vec3::as_dvec3)
 }
 
-/// The weights of a triangle's corners at a place of the unit square; outside of it those of a place near on its border.
+/// Weights of a triangle's corners at a point of the unit square; for a point outside, those of a nearby point on the
+/// border.
 pub fn weights(atlas: &Atlas, n: usize, at: DVec2) -> [f64; 3] {
     let inside = Barycentric::new(atlas.uvs[n].map(|uv| uv.as_dvec2())).map_or([1.0, 0.0, 0.0], |b| b.at(at));
     let inside = inside.map(|w| w.max(0.0));
@@ -107,8 +109,8 @@ pub fn weights(atlas: &Atlas, n: usize, at: DVec2) -> [f64; 3] {
     inside.map(|w| w / sum)
 }
 
-/// Calls `body(pixel, normal)` for all pixels: with the normal between those that `corners` tells for the corners of their
-/// triangle, or with the triangle's own, which points up where there is none.
+/// Calls `body(pixel, normal)` for all pixels. The normal is interpolated between `corners`, or is the triangle's own
+/// if `corners` returns `None`; without a surface it points up.
 fn each_normal(texels: &Texels<'_>, corners: impl Fn(usize) -> Option<[DVec3; 3]>, mut body: impl FnMut(usize, DVec3)) {
     let us = texels.columns();
     texels.runs(|v, triangle, pixels| {
@@ -125,8 +127,8 @@ fn each_normal(texels: &Texels<'_>, corners: impl Fn(usize) -> Option<[DVec3; 3]
     });
 }
 
-/// The normals of texels as ½ + ½n, in space: `smooth` between the corners of triangles, the file's if it has some, or one
-/// for each triangle. Where there is no surface they point up.
+/// The normals of texels as ½ + ½n, in space. `smooth`: interpolated between corners, using the file's normals if it
+/// has any; else one per triangle. Without a surface they point up.
 pub fn normals(texels: &Texels<'_>, smooth: bool, out: [&mut [f32]; 3]) {
     let [x, y, z] = out;
     let corners = |n: usize| smooth.then(|| corner_normals(texels.atlas, n));
@@ -136,12 +138,12 @@ pub fn normals(texels: &Texels<'_>, smooth: bool, out: [&mut [f32]; 3]) {
     });
 }
 
-/// What [`normals`] between corners have of the directions of the facet on which they stand, as `Patch::rounded` wants them; 0
-/// where there is no surface.
+/// Components of the interpolated [`normals`] along the axes of their facet, in the form of `Patch::rounded`; 0 without
+/// a surface.
 pub fn rounded(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
     let us = texels.columns();
     let [x, y, z] = out;
-    // A row meets the triangles of the row above again.
+    // Cache facets: a row meets the triangles of the row above again.
     let mut known: Vec<Option<(usize, Facet)>> = vec![None; FACETS];
     texels.runs(|v, triangle, pixels| {
         let planes = [&mut *x, &mut *y, &mut *z].map(|plane| &mut plane[pixels.clone()]);
@@ -156,16 +158,16 @@ pub fn rounded(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
     });
 }
 
-/// Facets that are remembered at most: 2⁸.
+/// Number of cached facets, 2⁸.
 const FACETS: usize = 1 << 8;
 
-/// Where a facet is remembered. The numbers of neighbours may differ by any step.
+/// Cache slot of a triangle. Hashed, since neighbours may differ by any number.
 #[expect(clippy::cast_possible_truncation, reason = "any bits do")]
 fn slot(n: usize) -> usize {
     ((n as u32).wrapping_mul(0x9E37_79B1) >> 24) as usize
 }
 
-/// What [`rounded`] needs of a triangle: the normals of its corners as seen from it, and its coordinates.
+/// The data of a triangle for [`rounded`]: the normals of its corners in its axes, and its barycentric coordinates.
 #[derive(Clone, Copy)]
 struct Facet {
     corners: [Vec3; 3],
@@ -182,16 +184,16 @@ impl Facet {
         Self { corners, inside: Barycentric::new(atlas.uvs[n].map(|uv| uv.as_dvec2())) }
     }
 
-    /// Directions between those of the corners, at the places `us` of a row.
+    /// Interpolates the directions of the corners, at the coordinates `us` of a row.
     fn mixed(&self, v: f64, us: &[f64], [x, y, z]: [&mut [f32]; 3]) {
         let corners = self.corners;
-        // Without area, all is at the first corner.
+        // Without area, the first corner has the whole weight.
         let row = self.inside.map_or([[0.0, 0.0, 1.0], [0.0; 3], [0.0; 3]], |inside| inside.row(v));
         dispatch(
             #[inline(always)]
             || {
                 for (((u, x), y), z) in us.iter().zip(x).zip(y).zip(z) {
-                    // Beyond the triangle, too, what lies between its corners; only the direction counts.
+                    // Clamp beyond the triangle: only the direction counts.
                     let [a, b, c] = row.map(|[slope, from, base]| narrow((slope * (u - from) + base).max(0.0)));
                     let mean = corners[0] * a + corners[1] * b + corners[2] * c;
                     let inverse = 1.0 / (mean.x * mean.x + mean.y * mean.y + mean.z * mean.z).sqrt();
@@ -205,7 +207,7 @@ impl Facet {
     }
 }
 
-/// The normals of texels between those of vertices.
+/// The normals of texels, interpolated between those of vertices.
 pub fn vertex_normals(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
     let [x, y, z] = out;
     let atlas = texels.atlas;
@@ -216,16 +218,16 @@ pub fn vertex_normals(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
     });
 }
 
-/// The places of texels on the surface, and the normals there between those of vertices.
+/// Positions of texels on the surface, and the normals there, interpolated between those of vertices.
 pub fn places_and_normals(texels: &Texels<'_>) -> [[Vec<f32>; 3]; 2] {
     let [mut place, mut normal] = [0, 1].map(|_| [0, 1, 2].map(|_| vec![0.0; texels.values.len()]));
-    places(texels, |_| Motion::NONE, place.each_mut().map(Vec::as_mut_slice));
+    places(texels, |_| RigidMotion::NONE, place.each_mut().map(Vec::as_mut_slice));
     vertex_normals(texels, normal.each_mut().map(Vec::as_mut_slice));
     [place, normal]
 }
 
-/// The places of texels, those of the gutter moved to the nearest border of their triangle: where the surface bends, its plane
-/// would go on inside of the body.
+/// Positions of texels; those of the gutter are moved to the nearest border of their triangle. Where the surface bends,
+/// its continued plane would lie inside the body.
 pub fn places_on_triangles(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
     let us = texels.columns();
     let [x, y, z] = out;
@@ -242,12 +244,12 @@ pub fn places_on_triangles(texels: &Texels<'_>, out: [&mut [f32]; 3]) {
     });
 }
 
-/// A number of each triangle; 0 where there is none.
+/// Looks up a value per triangle; 0 without a surface.
 pub fn of_triangles(texels: &Texels<'_>, values: &[f32], out: &mut [f32]) {
     texels.runs(|_, triangle, pixels| out[pixels].fill(triangle.map_or(0.0, |n| values[n])));
 }
 
-/// A number of each vertex, even between them; 0 where there is no surface.
+/// Interpolates a value per vertex; 0 without a surface.
 pub fn of_vertices(texels: &Texels<'_>, values: &[f32], out: &mut [f32]) {
     let us = texels.columns();
     texels.runs(|v, triangle, pixels| {
@@ -268,14 +270,14 @@ pub fn mask(texels: &[f32], out: &mut [f32]) {
     out.iter_mut().zip(texels).for_each(|(out, texel)| *out = f32::from(u8::from(*texel > 0.0)));
 }
 
-/// The singular values of a triangle's map from the canvas in mm to the surface in mm, the larger one first: by how much
-/// lengths grow. 0 for a triangle without area.
+/// Singular values of a triangle's map from the canvas to the surface, both in mm, the larger one first: the scales of
+/// lengths. 0 for a triangle without area.
 pub fn stretch(atlas: &Atlas, n: usize) -> [f64; 2] {
     let [u, v] = atlas.jacobians[n];
     let (a, b) = (u.as_dvec3() / atlas.size_mm.x, v.as_dvec3() / atlas.size_mm.y);
     let (sum, difference) = (0.5 * (a.dot(a) + b.dot(b)), 0.5 * (a.dot(a) - b.dot(b)));
     let root = libm::hypot(difference, a.dot(b));
-    // The product is known more exactly than the difference.
+    // The product has less rounding error than the difference.
     let large = (sum + root).sqrt();
     let area = a.cross(b).length();
     [large, if large > 0.0 { area / large } else { 0.0 }]
@@ -308,9 +310,9 @@ mod tests {
         std::array::from_fn(|_| vec![f32::NAN; n])
     }
 
-    /// Places on shapes lie on them, by no more than triangles cut off.
+    /// Positions lie on the shapes, up to the error of flat triangles.
     #[test]
-    fn places_lie_on_the_shapes() {
+    fn places_texels_on_shapes() {
         let size = DVec3::splat(60.0);
         type Distance = fn(DVec3) -> f64;
         let cases: [(Mesh, Distance, f64); 3] = [
@@ -323,7 +325,7 @@ mod tests {
             with(&atlas, 200, |texels| {
                 let mut out = three(texels.values.len());
                 let [x, y, z] = &mut out;
-                places(texels, |_| Motion::NONE, [x, y, z]);
+                places(texels, |_| RigidMotion::NONE, [x, y, z]);
                 let mut found = 0;
                 for k in (0..texels.values.len()).filter(|k| texels.values[*k] > 0.0) {
                     let p = DVec3::new(f64::from(out[0][k]), f64::from(out[1][k]), f64::from(out[2][k]));
@@ -337,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn normals_are_those_of_the_shapes() {
+    fn matches_normals_of_shapes() {
         let size = DVec3::splat(60.0);
         let mut plain = shapes::sphere(size, 96);
         plain.normals.clear();
@@ -348,7 +350,7 @@ mod tests {
             with(&atlas, 200, |texels| {
                 let (mut at, mut out) = (three(texels.values.len()), three(texels.values.len()));
                 let ([x, y, z], [a, b, c]) = (&mut at, &mut out);
-                places(texels, |_| Motion::NONE, [x, y, z]);
+                places(texels, |_| RigidMotion::NONE, [x, y, z]);
                 normals(texels, smooth, [a, b, c]);
                 for k in (0..texels.values.len()).filter(|k| texels.values[*k] > 0.0) {
                     let p = Vec3::new(at[0][k], at[1][k], at[2][k]);
@@ -378,12 +380,12 @@ mod tests {
                 assert!(back.distance(wanted) < 1e-5, "{back} {wanted}");
                 least = least.min(on[2][k]);
             }
-            // Facets of a sphere lean away from it by some degrees, and never look inside.
+            // Facets of a sphere lean away from it by some degrees, and never face inwards.
             assert!(least > 0.98 && least < 0.999, "{least}");
         });
     }
 
-    /// Gutters end where triangles do, and texels in charts stay where they are.
+    /// Gutters end at the border of triangles, and texels in charts stay where they are.
     #[test]
     fn places_on_triangles_stay_on_the_surface() {
         let atlas = of(shapes::cube(DVec3::splat(60.0), 16));
@@ -391,7 +393,7 @@ mod tests {
             let (mut on, mut plane) = (three(texels.values.len()), three(texels.values.len()));
             let ([x, y, z], [a, b, c]) = (&mut on, &mut plane);
             places_on_triangles(texels, [x, y, z]);
-            places(texels, |_| Motion::NONE, [a, b, c]);
+            places(texels, |_| RigidMotion::NONE, [a, b, c]);
             let mut beyond = 0;
             for k in (0..texels.values.len()).filter(|k| texels.values[*k] != 0.0) {
                 let [p, q] = [&on, &plane].map(|from| Vec3::new(from[0][k], from[1][k], from[2][k]));
@@ -404,13 +406,13 @@ mod tests {
     }
 
     #[test]
-    fn values_of_vertices_are_even_between_them() {
+    fn interpolates_values_of_vertices() {
         let atlas = of(samples::plane_wild());
         let values: Vec<f32> = atlas.mesh.positions.iter().map(|p| 2.0 * p.x - 3.0 * p.y + 1.0).collect();
         with(&atlas, 128, |texels| {
             let (mut at, mut out) = (three(texels.values.len()), vec![f32::NAN; texels.values.len()]);
             let [x, y, z] = &mut at;
-            places(texels, |_| Motion::NONE, [x, y, z]);
+            places(texels, |_| RigidMotion::NONE, [x, y, z]);
             of_vertices(texels, &values, &mut out);
             for k in (0..texels.values.len()).filter(|k| texels.values[*k] > 0.0) {
                 assert!((out[k] - (2.0 * at[0][k] - 3.0 * at[1][k] + 1.0)).abs() < 1e-3);
@@ -423,8 +425,8 @@ mod tests {
     }
 
     #[test]
-    fn stretches_are_those_of_the_charts() {
-        // Scaled by 1, 1.4 and 0.8, so alike in both directions.
+    fn matches_stretch_of_charts() {
+        // Scaled by 1, 1.4 and 0.8, equally in both directions.
         let atlas = of(samples::plane_wild());
         for n in 0..atlas.uvs.len() {
             let [large, small] = stretch(&atlas, n);
@@ -433,7 +435,7 @@ mod tests {
         let torus = of(shapes::torus(DVec2::splat(60.0), 15.0, 64));
         let ratios = (0..torus.uvs.len()).map(|n| stretch(&torus, n)).map(|[a, b]| a / b);
         let (low, high) = ratios.fold((f64::MAX, 0.0_f64), |(low, high), r| (low.min(r), high.max(r)));
-        // From 15 mm to 45 mm from the axis, where the chart is right at 30 mm.
+        // From 15 mm to 45 mm from the axis; the scale of the chart is right at 30 mm.
         assert!(low < 1.1 && (1.9..2.1).contains(&high), "{low} {high}");
     }
 }

@@ -1,14 +1,14 @@
-//! Charts: the parts of a surface that lie connected in the unit square.
+//! Charts: parts of a surface that are connected in the unit square.
 use crate::ground::stop::Watch;
 use glam::{DVec2, Vec2};
 use shibo_engine::value::Atlas;
 
-/// UVs are multiples of 1/2²⁴: so they are exact in `f32`, and equal on both sides of an edge or not.
+/// UVs are multiples of 1/2²⁴. Then `f32` holds them exactly, and the two sides of an edge can be compared exactly.
 const STEPS: f64 = 16_777_216.0;
 
-/// A UV as the nearest multiple of 2⁻²⁴ in the unit square.
+/// Rounds a UV to a multiple of 2⁻²⁴ in the unit square.
 pub fn snap(uv: Vec2) -> Vec2 {
-    // Adding 0 makes 0 of -0.
+    // Adding 0 turns -0 into 0.
     (((uv.as_dvec2() * STEPS).round() / STEPS).clamp(DVec2::ZERO, DVec2::ONE) + 0.0).as_vec2()
 }
 
@@ -18,21 +18,21 @@ pub fn cross(uvs: [Vec2; 3]) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// Which edges of a triangle lie inside a chart, and which charts there are.
+/// The charts of a surface.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Charts {
-    /// For each triangle the number of its chart, counted by their lowest triangles.
+    /// Chart index of each triangle; charts are sorted by their lowest triangles.
     pub of: Vec<u32>,
-    /// How many there are.
+    /// Number of charts.
     pub count: usize,
-    /// For each triangle the edges beyond which its chart goes on in the unit square, as bits.
+    /// For each triangle the edges beyond which its chart continues in the unit square, as bits.
     pub inner: Vec<u8>,
 }
 
 /// Finds the charts of a surface: triangles belong together if both sides of a common edge have the same UVs.
 ///
-/// Where the surface is folded over at such an edge, as by mirrored UVs, each side is a chart of its own. Triangles
-/// without area in the unit square belong to a chart, but no chart goes on straight through them.
+/// Where the UVs fold over at such an edge, as with mirrored UVs, the two sides are separate charts. Triangles without
+/// area in the unit square belong to a chart, but no chart continues across them.
 pub fn charts(uvs: &[[Vec2; 3]], across: &[[u32; 3]], watch: &Watch<'_>) -> Charts {
     let areas: Vec<f64> = watch.over(uvs).map(|uvs| cross(*uvs)).collect();
     let mut inner = vec![0u8; uvs.len()];
@@ -52,7 +52,7 @@ pub fn charts(uvs: &[[Vec2; 3]], across: &[[u32; 3]], watch: &Watch<'_>) -> Char
     Charts { of, count, inner }
 }
 
-/// The numbers of the components that edges of `joined` connect.
+/// Numbers the components that edges of `joined` connect.
 fn components(across: &[[u32; 3]], joined: &[u8], watch: &Watch<'_>) -> (Vec<u32>, usize) {
     let mut of = vec![u32::MAX; across.len()];
     let mut count = 0;
@@ -85,7 +85,7 @@ mod tests {
     use crate::mesh::topology::topology;
 
     #[test]
-    fn charts_are_those_of_the_files() {
+    fn matches_charts_of_files() {
         for (mesh, count) in [
             (samples::cube(), 6),
             (samples::plane_one(), 1),
@@ -96,7 +96,7 @@ mod tests {
             let uvs: Vec<_> = mesh.uvs.iter().map(|uvs| uvs.map(snap)).collect();
             let charts = charts(&uvs, &topology(&mesh.triangles).across, &Watch::never());
             assert_eq!(charts.count, count);
-            // They are numbered by their lowest triangles.
+            // Charts are numbered by their lowest triangles.
             let mut most = 0;
             for chart in charts.of {
                 assert!(chart <= most);
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_folded_over_is_two_charts() {
+    fn splits_folded_uvs_into_two_charts() {
         let corners = [Vec2::new(0.25, 0.25), Vec2::new(0.75, 0.25), Vec2::new(0.25, 0.75)];
         let triangles = [[0, 1, 2], [3, 2, 1]];
         let across = topology(&triangles).across;
@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn uvs_are_multiples() {
+    fn snaps_uvs_to_multiples() {
         assert_eq!(snap(Vec2::new(1.00005, -1e-5)), Vec2::new(1.0, 0.0));
         let uv = snap(Vec2::new(0.123_456_79, 0.987_654_3)).as_dvec2() * STEPS;
         assert_eq!(uv.fract(), DVec2::ZERO);

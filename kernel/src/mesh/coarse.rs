@@ -1,30 +1,30 @@
-//! A coarse picture of a system of directions: groups of neighbouring vertices that turn together.
+//! The coarse level of a system of directions: groups of neighbouring vertices that turn together.
 //!
-//! What a solver by neighbours carries a long way in many rounds, it carries in one: the second level of an additive
-//! preconditioner. In a group every vertex follows the first one by the connection; the equations of the groups are few
-//! enough to be solved exactly. Groups and sums are made in a fixed order.
+//! This is the second level of an additive preconditioner: it carries values over long distances in one round, for
+//! which a solver by neighbours needs many. In a group every vertex follows the first one by the connection; the
+//! equations of the groups are few enough to be solved exactly. Groups and sums are made in a fixed order.
 use super::connection::times;
 use glam::DVec2;
 
-/// About so many groups.
+/// Approximate number of groups.
 const GROUPS: usize = 512;
-/// A vertex that is held so many times as firmly as its neighbours hold it takes part in no group.
+/// A vertex whose pull exceeds that of its neighbours by this factor takes part in no group.
 const FIRM: f64 = 10.0;
-/// No group.
+/// Marks a vertex without a group.
 const NONE: u32 = u32::MAX;
 
 fn conjugate(a: DVec2) -> DVec2 {
     DVec2::new(a.x, -a.y)
 }
 
-/// The rows of a system: for each vertex where its entries begin, the entries, and the diagonal.
+/// The rows of a system: the offsets of the entries of each vertex, the entries, and the diagonal.
 #[derive(Clone, Copy)]
 pub struct Rows<'a> {
-    /// For each vertex where its entries begin; one more marks the end.
+    /// Offset of the entries of each vertex, plus the end.
     pub starts: &'a [u32],
-    /// The other vertex, and what its value is multiplied by.
+    /// The other vertex, and the factor on its value.
     pub entries: &'a [(u32, DVec2)],
-    /// What the vertex' own value is multiplied by.
+    /// Factor on the vertex' own value.
     pub diagonal: &'a [f64],
 }
 
@@ -33,25 +33,25 @@ impl<'a> Rows<'a> {
         &self.entries[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
     }
 
-    /// Whether a vertex is held by a wish rather than by its neighbours.
+    /// Returns whether the given directions hold a vertex, rather than its neighbours.
     fn firm(&self, vertex: usize) -> bool {
         self.diagonal[vertex] > FIRM * self.of(vertex).iter().map(|(_, by)| by.length()).sum::<f64>()
     }
 }
 
-/// The groups and the factors of their equations.
+/// The groups and the factorised matrix of their equations.
 pub struct Coarse {
     /// The group of each vertex.
     group: Vec<u32>,
-    /// What a group's value is multiplied by at each vertex; of length 1.
+    /// Rotation from a group's value to each vertex' value; of length 1.
     carried: Vec<DVec2>,
-    /// The rows of L in L·D·Lᴴ, the ones of its diagonal left out.
+    /// The rows of L in L·D·Lᴴ, without the ones of its diagonal.
     lower: Vec<Vec<DVec2>>,
     diagonal: Vec<f64>,
 }
 
 impl Coarse {
-    /// That of a system, or `None` for one that is small anyway.
+    /// Builds the groups of a system; `None` for a small system, which needs none.
     pub fn new(rows: Rows<'_>) -> Option<Self> {
         let count = rows.diagonal.len();
         if count < 4 * GROUPS {
@@ -64,7 +64,7 @@ impl Coarse {
         Some(Self { group, carried, lower, diagonal })
     }
 
-    /// Adds to `out` what the groups' equations give for `rest`.
+    /// Adds the solution of the groups' equations for the residual `rest` to `out`.
     pub fn add(&self, rest: &[DVec2], out: &mut [DVec2]) {
         let mut x = vec![DVec2::ZERO; self.diagonal.len()];
         for ((group, carried), rest) in self.group.iter().zip(&self.carried).zip(rest) {
@@ -89,7 +89,7 @@ impl Coarse {
     }
 }
 
-/// Groups of up to `most` vertices, each grown from the lowest vertex that is free.
+/// Grows groups of up to `most` vertices, each from the lowest free vertex.
 fn grow(rows: Rows<'_>, most: usize) -> (Vec<u32>, Vec<DVec2>) {
     let count = rows.diagonal.len();
     let mut group = vec![NONE; count];
@@ -120,7 +120,7 @@ fn grow(rows: Rows<'_>, most: usize) -> (Vec<u32>, Vec<DVec2>) {
     (group, carried)
 }
 
-/// Joins each group of fewer than `least` vertices to one beside it.
+/// Joins each group of fewer than `least` vertices to an adjacent one.
 fn join(rows: Rows<'_>, group: &mut [u32], carried: &mut [DVec2], least: usize) {
     let mut members: Vec<Vec<usize>> = Vec::new();
     for (v, group) in group.iter().enumerate().filter(|(_, group)| **group != NONE) {
@@ -145,7 +145,7 @@ fn join(rows: Rows<'_>, group: &mut [u32], carried: &mut [DVec2], least: usize) 
     }
 }
 
-/// Numbers groups by their first vertices, and tells how many there are.
+/// Numbers groups by their first vertices, and returns their number.
 fn renumber(group: &mut [u32]) -> usize {
     let most = group.iter().filter(|group| **group != NONE).max().map_or(0, |most| *most as usize + 1);
     let mut names = vec![NONE; most];
@@ -161,7 +161,7 @@ fn renumber(group: &mut [u32]) -> usize {
     count as usize
 }
 
-/// The lower half of the groups' equations, by rows.
+/// The lower half of the matrix of the groups, by rows.
 fn matrix(rows: Rows<'_>, group: &[u32], carried: &[DVec2], groups: usize) -> Vec<Vec<DVec2>> {
     let mut lower: Vec<Vec<DVec2>> = (1..=groups).map(|length| vec![DVec2::ZERO; length]).collect();
     for (v, own) in group.iter().enumerate().filter(|(_, group)| **group != NONE) {
@@ -177,14 +177,14 @@ fn matrix(rows: Rows<'_>, group: &[u32], carried: &[DVec2], groups: usize) -> Ve
     lower
 }
 
-/// The factors L, without the ones of its diagonal, and D of a Hermitian matrix.
+/// Factorises a Hermitian matrix into L, without the ones of its diagonal, and D.
 fn factors(mut lower: Vec<Vec<DVec2>>) -> (Vec<Vec<DVec2>>, Vec<f64>) {
     let mut diagonal: Vec<f64> = Vec::with_capacity(lower.len());
     let largest = lower.iter().filter_map(|row| row.last()).map(|own| own.x).fold(0.0, f64::max);
     for i in 0..lower.len() {
         let (done, rest) = lower.split_at_mut(i);
         let row = &mut rest[0];
-        // First L·D, then L.
+        // First compute L·D, then L.
         for j in 0..i {
             let known = row[..j].iter().zip(&done[j]).fold(DVec2::ZERO, |sum, (a, l)| sum + times(*a, conjugate(*l)));
             row[j] -= known;
@@ -196,7 +196,7 @@ fn factors(mut lower: Vec<Vec<DVec2>>) -> (Vec<Vec<DVec2>>, Vec<f64>) {
             left -= entry.dot(scaled);
             *entry = scaled;
         }
-        // What rounding left of a group that nothing holds.
+        // Values below this are rounding errors of a group that nothing holds.
         diagonal.push(if left > 1e-12 * largest { left } else { 0.0 });
     }
     (lower, diagonal)
@@ -207,7 +207,7 @@ mod tests {
     use super::*;
     use crate::mesh::connection::unit;
 
-    /// A ring of vertices, each tied to the next two on both sides, one of them held.
+    /// A ring of vertices, each connected to the next two on both sides; one vertex is held.
     fn ring(count: usize) -> (Vec<u32>, Vec<(u32, DVec2)>, Vec<f64>) {
         let mut starts = vec![0];
         let mut entries = Vec::new();
@@ -227,9 +227,9 @@ mod tests {
         (starts, entries, diagonal)
     }
 
-    /// The groups' part is a projection: what the groups can show at all is found exactly.
+    /// The groups' part is a projection: fields that are constant on groups are found exactly.
     #[test]
-    fn values_that_follow_groups_are_found_at_once() {
+    fn solves_values_constant_on_groups_in_one_step() {
         let (starts, entries, diagonal) = ring(5000);
         let rows = Rows { starts: &starts, entries: &entries, diagonal: &diagonal };
         let coarse = Coarse::new(rows).expect("a large system");

@@ -1,4 +1,4 @@
-//! Where a field of directions has none, and which of several equally good directions are taken.
+//! Singular points of a field of directions, and the choice among equivalent directions.
 use super::connection::{Connection, wrapped};
 use crate::ground::number::index_u32;
 use shibo_engine::value::Mesh;
@@ -6,14 +6,14 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::f64::consts::TAU;
 
-/// The triangles round which a field turns, and how often, in `n`ths of a turn; `angles` are `n` times those. On a closed surface they add up to `n` times
-/// its Euler characteristic.
+/// The triangles around which a field rotates, with their index in `n`ths of a turn; `angles` are `n` times the
+/// directions. On a closed surface the indices add up to `n` times its Euler characteristic.
 pub fn singular(mesh: &Mesh, connection: &Connection, angles: &[f64], n: f64) -> Vec<(u32, i8)> {
     let index = |triangle: &[u32; 3]| -> i8 {
         let (mut turned, mut holonomy) = (0.0, 0.0);
         for k in 0..3 {
             let (from, to) = (triangle[k], triangle[(k + 1) % 3]);
-            // From the lower vertex, so that both sides of an edge see the same difference.
+            // Start at the lower vertex, so that both sides of an edge compute the same difference.
             let (low, high) = (from.min(to), from.max(to));
             let carried = connection.carried(low, high);
             let off = wrapped(angles[high as usize] - angles[low as usize] - n * carried);
@@ -29,14 +29,14 @@ pub fn singular(mesh: &Mesh, connection: &Connection, angles: &[f64], n: f64) ->
     found.filter(|(_, index)| *index != 0).collect()
 }
 
-/// The edges of a mesh, and by how many of the equal directions a field turns along each.
+/// For each edge of a mesh the number of `n`ths of a turn by which the field changes along it.
 pub type Turns = Vec<[u8; 3]>;
 
-/// Chooses among equally good directions so that neighbours fit: over a tree of the edges, those first that fit best.
-/// Angles come in as those of one of the directions; edges along which the choice does not close turn.
+/// Chooses among equivalent directions so that neighbours fit, over a spanning tree of the edges, best fits first. The
+/// input angles belong to `n`th powers. Edges outside the tree where the choice does not close get a turn.
 pub fn comb(mesh: &Mesh, connection: &Connection, mut angles: Vec<f64>, symmetry: u8) -> (Vec<f64>, Turns) {
     let n = f64::from(symmetry);
-    // What came in are angles of the `n`th powers.
+    // The input angles belong to `n`th powers.
     angles.iter_mut().for_each(|angle| *angle /= n);
     if symmetry <= 1 {
         return (angles, Vec::new());

@@ -1,9 +1,9 @@
-//! How directions at neighbouring vertices of a mesh compare: tangent planes, transport along edges, and the matrix of the
-//! differences.
+//! Comparison of directions at neighbouring vertices of a mesh: tangent planes, transport along edges, and the matrix
+//! of the differences.
 //!
-//! A vertex' plane is across its smooth normal; a direction is carried to a neighbour by the least rotation between the
-//! two normals. Directions are angles in the planes, and for a field that looks the same after 1/N of a turn complex
-//! numbers of N times that angle (Knöppel et al. 2013, with other planes).
+//! The tangent plane of a vertex is perpendicular to its smooth normal; a direction is transported to a neighbour by
+//! the smallest rotation between the two normals. Directions are angles in the planes. For a field with N-fold symmetry
+//! they are complex numbers of N times that angle (Knöppel et al. 2013, with other planes).
 use crate::ground::number::index_u32;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -29,20 +29,20 @@ pub fn angle(of: DVec2) -> f64 {
     libm::atan2(of.y, of.x)
 }
 
-/// An angle brought to within half a turn.
+/// Wraps an angle to within half a turn.
 pub fn wrapped(angle: f64) -> f64 {
     angle - (angle / std::f64::consts::TAU).round() * std::f64::consts::TAU
 }
 
-/// The plane of a vertex.
+/// The tangent plane of a vertex.
 #[derive(Clone, Copy)]
-pub struct Plane {
+pub struct TangentPlane {
     /// The directions of the angles 0 and a quarter of a turn, and the normal.
     pub axes: [DVec3; 3],
 }
 
-impl Plane {
-    /// The angle of a direction, or nothing if it leads out of the plane.
+impl TangentPlane {
+    /// Projects a direction to the plane, in coordinates along the axes.
     pub fn flat(&self, direction: DVec3) -> DVec2 {
         DVec2::new(self.axes[0].dot(direction), self.axes[1].dot(direction))
     }
@@ -54,26 +54,26 @@ impl Plane {
     }
 }
 
-/// A vertex beside another one.
+/// A neighbour of a vertex.
 #[derive(Clone, Copy)]
 pub struct Beside {
-    /// Its number.
+    /// Its vertex index.
     pub vertex: u32,
-    /// How much the difference counts.
+    /// Weight of the difference.
     pub weight: f64,
-    /// By which angle directions there are carried here.
+    /// The angle by which transport from there to here rotates directions.
     pub carried: f64,
 }
 
-/// The planes of a mesh's vertices, and the vertices beside each.
+/// The tangent planes of a mesh's vertices, and the neighbours of each vertex.
 pub struct Connection {
-    /// For each vertex its plane.
-    pub planes: Vec<Plane>,
-    /// For each vertex where in `beside` its own begin; one more entry marks the end.
+    /// Tangent plane of each vertex.
+    pub planes: Vec<TangentPlane>,
+    /// Offset of each vertex' neighbours in `beside`, plus the end.
     pub starts: Vec<u32>,
-    /// The vertices beside each, in rising order.
+    /// The neighbours of each vertex, in ascending order.
     pub beside: Vec<Beside>,
-    /// For each vertex the area that belongs to it, in mm².
+    /// The area of each vertex, in mm².
     pub areas: Vec<f64>,
     /// The mean length of edges in mm.
     pub edge: f64,
@@ -86,15 +86,15 @@ fn half_cotangent(corners: [DVec3; 3], k: usize) -> f64 {
 }
 
 impl Connection {
-    /// That of a mesh.
+    /// Builds the connection of a mesh.
     pub fn new(mesh: &Mesh) -> Self {
         let normals = smooth_normals(mesh);
-        let planes: Vec<Plane> = normals
+        let planes: Vec<TangentPlane> = normals
             .iter()
             .map(|n| {
                 let n = n.as_dvec3().normalize_or(DVec3::Z);
                 let x = n.any_orthonormal_vector();
-                Plane { axes: [x, n.cross(x), n] }
+                TangentPlane { axes: [x, n.cross(x), n] }
             })
             .collect();
         let mut areas = vec![0.0; planes.len()];
@@ -110,7 +110,7 @@ impl Connection {
                 ways.push(([b, a], weight));
             }
         }
-        // A stable order, so that sums have one too.
+        // A stable sort, so that sums have a fixed order.
         ways.par_sort_by_key(|way| way.0);
         let mut edges: Vec<([u32; 2], f64)> =
             ways.chunk_by(|a, b| a.0 == b.0).map(|same| (same[0].0, same.iter().map(|way| way.1).sum())).collect();
@@ -132,19 +132,19 @@ impl Connection {
         Self { planes, starts, beside, areas, edge: length / edges.len().max(1) as f64 }
     }
 
-    /// The vertices beside one.
+    /// The neighbours of a vertex.
     #[inline]
     pub fn beside(&self, vertex: usize) -> &[Beside] {
         &self.beside[self.starts[vertex] as usize..self.starts[vertex + 1] as usize]
     }
 
-    /// By which angle directions are carried from one vertex to one beside it.
+    /// The angle by which transport from one vertex to a neighbour rotates directions.
     pub fn carried(&self, from: u32, to: u32) -> f64 {
         let beside = self.beside(to as usize);
         beside.binary_search_by_key(&from, |b| b.vertex).map_or(0.0, |at| beside[at].carried)
     }
 
-    /// For each vertex the number of the lowest vertex that it is connected with.
+    /// For each vertex the lowest vertex of its connected component.
     pub fn pieces(&self) -> Vec<u32> {
         let mut piece = vec![u32::MAX; self.planes.len()];
         let mut open = Vec::new();

@@ -1,18 +1,18 @@
-//! Which of many small things may touch a place in space: an index by cubes.
+//! Spatial index of small objects, by cubes.
 use glam::Vec3;
 use std::collections::HashMap;
 
-/// Things by the cubes that they reach into.
+/// Objects by the cubes that they reach into.
 #[derive(Clone, Debug)]
 pub struct Cubes {
     side: f32,
-    /// Where in `order` the things of each cube begin, and how many there are.
+    /// For each cube the offset of its objects in `order`, and their number.
     cells: HashMap<[i32; 3], (u32, u32)>,
     order: Vec<u32>,
 }
 
 impl Cubes {
-    /// Sorts things, each of which lies within `reach` mm of its middle, into cubes of `side` mm.
+    /// Sorts objects, each within `reach` mm of its middle, into cubes of `side` mm.
     pub fn new(things: impl Iterator<Item = (Vec3, f32)>, side: f32) -> Self {
         let mut lists: HashMap<[i32; 3], Vec<u32>> = HashMap::new();
         for (n, (middle, reach)) in (0..).zip(things) {
@@ -36,8 +36,8 @@ impl Cubes {
         Self { side, cells, order }
     }
 
-    /// Calls `each` for every place with its number, and with the things that reach into its cube, in their order. Places that
-    /// follow each other should lie near each other.
+    /// Calls `each` for every position, with its index and the objects that reach into its cube, in their order.
+    /// Consecutive positions should be close to each other.
     pub fn around(&self, places: [&[f32]; 3], mut each: impl FnMut(usize, Vec3, &[u32])) {
         let mut known: Option<([i32; 3], &[u32])> = None;
         for n in 0..places[0].len() {
@@ -56,7 +56,7 @@ impl Cubes {
         self.cells.get(&at).map_or(&[][..], |(from, count)| &self.order[*from as usize..(*from + *count) as usize])
     }
 
-    /// The memory it takes.
+    /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.order) + self.cells.len() * 24
     }

@@ -1,21 +1,21 @@
 //! The mean curvature of a surface at its vertices.
 //!
-//! `H = ½·|Σ ½(cot α + cot β)(x_j - x_i)|/A` with A the mixed Voronoi area of the vertex; positive where the surface bulges
-//! out. Noise of triangles is evened out by diffusion along the surface. Cost: O(n · rounds), a few dozen rounds.
+//! `H = ½·|Σ ½(cot α + cot β)(x_j - x_i)|/A` with A the mixed Voronoi area of the vertex; positive on convex parts.
+//! Diffusion along the surface removes the noise of the triangulation. Cost: O(n · rounds), a few dozen rounds.
 use glam::DVec3;
 use shibo_engine::value::Mesh;
 
-/// The largest cotangent that is taken: angles are at least about 0.06°.
+/// Upper bound of cotangents: angles count as at least about 0.06°.
 const STEEPEST: f64 = 1e3;
-/// The most rounds of the solver, and how small its error must become.
+/// Maximum number of rounds of the solver, and its target error.
 const ROUNDS: usize = 400;
 const ERROR: f64 = 1e-7;
 
-/// What is known of the edges and vertices of a mesh.
+/// The edge weights and areas of a mesh.
 struct Weights {
-    /// For each vertex where its own entries of `to` begin.
+    /// Offset of each vertex' entries in `to`.
     starts: Vec<u32>,
-    /// Neighbours with ½ cot of one angle opposite; most come twice.
+    /// Neighbours with ½ cot of one opposite angle; most appear twice.
     to: Vec<(u32, f64)>,
     areas: Vec<f64>,
 }
@@ -62,8 +62,7 @@ fn cotangent(corners: [DVec3; 3], k: usize) -> f64 {
     if across > 0.0 { (a.dot(b) / across).clamp(-STEEPEST, STEEPEST) } else { 0.0 }
 }
 
-/// The part of a triangle's area that belongs to a corner: what is nearest to it, or shares of the whole where an angle is
-/// obtuse.
+/// The part of a triangle's area that belongs to a corner: its Voronoi region, or fixed shares if an angle is obtuse.
 fn share(corners: [DVec3; 3], cot: [f64; 3], k: usize) -> f64 {
     let (a, b) = (corners[(k + 1) % 3] - corners[k], corners[(k + 2) % 3] - corners[k]);
     let area = 0.5 * a.cross(b).length();
@@ -74,7 +73,7 @@ fn share(corners: [DVec3; 3], cot: [f64; 3], k: usize) -> f64 {
     }
 }
 
-/// The mean curvature at each vertex in 1/mm, evened out over about `radius` mm, with the normals of vertices.
+/// Mean curvature at each vertex in 1/mm, smoothed over about `radius` mm; `normals` are those of the vertices.
 pub fn mean_curvature(mesh: &Mesh, normals: &[glam::Vec3], radius: f64) -> Vec<f32> {
     let weights = Weights::new(mesh);
     let sharp = |v: usize| {
@@ -89,7 +88,7 @@ pub fn mean_curvature(mesh: &Mesh, normals: &[glam::Vec3], radius: f64) -> Vec<f
     diffused(&weights, &start, 0.5 * radius * radius).into_iter().map(|h| h as f32).collect()
 }
 
-/// The values after diffusion for a time: solves (A + time·L)·h = A·start by conjugate gradients.
+/// Diffuses values for a time: solves (A + time·L)·h = A·start by conjugate gradients.
 fn diffused(weights: &Weights, start: &[f64], time: f64) -> Vec<f64> {
     let n = start.len();
     let positive = |w: f64| w.max(1e-6);
@@ -159,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn flat_sheets_have_none_and_hollows_less() {
+    fn gives_zero_on_flat_sheets_and_negative_in_hollows() {
         let plane = shapes::plane(glam::DVec2::splat(40.0), 32);
         assert!(of(&plane, 2.0).iter().all(|h| h.abs() < 1e-6));
         let mut hollow = shapes::sphere(DVec3::splat(60.0), 32);

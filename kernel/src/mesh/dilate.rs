@@ -1,18 +1,18 @@
-//! What charts show, carried on beyond their borders, so that filters and smaller pictures never read what lies between them.
+//! Continues charts beyond their borders, so that filters and reduced pictures never read the empty space between them.
 
-/// Some planes of a picture, and which of its pixels hold something.
+/// Planes of a picture, with marks of the filled pixels.
 #[derive(Clone, Debug)]
 pub struct Picture {
     /// The values, by rows.
     pub planes: Vec<Vec<f32>>,
-    /// Which pixels hold something.
+    /// Marks of the filled pixels.
     pub filled: Vec<bool>,
-    /// The pixels of a row.
+    /// Pixels per row.
     pub columns: usize,
 }
 
 impl Picture {
-    /// The eight pixels around one, those of the row above first.
+    /// The eight neighbours of a pixel, those of the row above first.
     fn around(&self, k: usize) -> impl Iterator<Item = usize> {
         let (columns, rows) = (self.columns, self.filled.len() / self.columns.max(1));
         let (x, y) = (k % columns, k / columns);
@@ -21,8 +21,8 @@ impl Picture {
         (0..9).filter(|n| *n != 4).map(at).filter(within).map(move |(x, y)| (y - 1) * columns + x - 1)
     }
 
-    /// Fills rings of pixels around those that hold something, one after another: with the mean of the neighbours that were
-    /// filled before, or with the `lowest` of them, for numbers that must not be mixed.
+    /// Fills rings of pixels around the filled ones, one after another: with the mean of the neighbours filled before,
+    /// or with the `lowest` of them for ids, which must not be averaged.
     ///
     /// A pixel depends on those up to `width` pixels around it. O(pixels + filled ones).
     pub fn rings(&mut self, width: usize, lowest: bool) {
@@ -40,12 +40,12 @@ impl Picture {
         }
     }
 
-    /// Whether an empty pixel has a filled neighbour.
+    /// Returns whether an empty pixel has a filled neighbour.
     fn on_edge(&self, k: usize) -> bool {
         !self.filled[k] && self.around(k).any(|n| self.filled[n])
     }
 
-    /// What the filled neighbours of a pixel make of it.
+    /// The value of a pixel from its filled neighbours.
     fn value(&self, k: usize, lowest: bool) -> Vec<f32> {
         let of = |plane: &Vec<f32>| {
             let values = self.around(k).filter(|n| self.filled[*n]).map(|n| plane[n]);
@@ -58,7 +58,7 @@ impl Picture {
         self.planes.iter().map(of).collect()
     }
 
-    /// A picture half as wide and high: of the filled pixels of each four their mean, or the lowest.
+    /// Halves the picture: the mean (or lowest value) of the filled pixels of each four.
     fn halved(&self, lowest: bool) -> Self {
         let rows = self.filled.len() / self.columns;
         let (columns, halves) = (self.columns.div_ceil(2), rows.div_ceil(2));
@@ -81,8 +81,7 @@ impl Picture {
         out
     }
 
-    /// Fills all empty pixels with what is found near them in smaller and smaller pictures. If none holds anything, all stay
-    /// as they are. O(pixels).
+    /// Fills all empty pixels from a pyramid of reduced pictures. If no pixel is filled, nothing changes. O(pixels).
     pub fn fill_all(&mut self, lowest: bool) {
         if self.filled.len() < 2 || !self.filled.contains(&false) {
             return;
@@ -98,7 +97,7 @@ impl Picture {
         }
     }
 
-    /// Fills empty pixels from a picture half as large.
+    /// Fills empty pixels from a picture of half the size.
     fn take(&mut self, coarse: &Self) {
         for k in (0..self.filled.len()).filter(|k| !self.filled[*k]).collect::<Vec<_>>() {
             let from = k / self.columns / 2 * coarse.columns + k % self.columns / 2;

@@ -1,7 +1,8 @@
-//! Fields of directions on a mesh (rows C20, C21): drawn, given, or found.
+//! Fields of directions on a mesh (rows C20, C21): drawn, given, or computed.
 //!
-//! A wish for each vertex, with a weight, and between them the smoothest field: [`solver`](super::solver). A field that
-//! looks the same after half or a quarter of a turn is made so that neighbours fit where they can.
+//! Each vertex has a wished direction with a weight; the field between is as smooth as possible:
+//! [`solver`](super::solver). For a field with 2- or 4-fold symmetry, the equivalent directions are chosen so that
+//! neighbours fit where possible.
 use super::comb::{comb, singular};
 use super::connection::{Connection, angle, unit};
 use super::solver::{Accuracy, System, dot};
@@ -15,65 +16,65 @@ use serde::{Deserialize, Serialize};
 use shibo_engine::value::{Frames, Mesh};
 use std::sync::Arc;
 
-/// Which of the two principal directions.
+/// One of the two principal directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Principal {
-    /// That in which the surface bends most.
+    /// Direction of the largest curvature.
     #[default]
     Max,
-    /// That in which it bends least: along edges and folds.
+    /// Direction of the smallest curvature: along edges and folds.
     Min,
 }
 
-/// What is wished for.
+/// Wished directions.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wish {
-    /// One direction, laid onto the surface.
+    /// One direction, projected to the surface.
     Direction(DVec3),
-    /// Round an axis: its direction, and a point of it.
+    /// Around an axis: its direction, and a point on it.
     Around(DVec3, DVec3),
     /// Along lines on the surface; elsewhere in a direction, if `smooth` is given.
     Strokes(Vec<Vec<DVec3>>, DVec3),
     /// As smooth as possible.
     Smooth(Hash),
-    /// As the surface bends.
+    /// Along a principal direction of curvature.
     Curvature(Principal),
 }
 
-/// How to make a field.
+/// Settings of a field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FieldSpec {
-    /// What is wished for.
+    /// Wished directions.
     pub wish: Wish,
-    /// Over which length wishes are smoothed, in mm; 0 for what suits the wish.
+    /// Length over which wishes are smoothed, in mm; 0 for the default of the wish.
     pub smooth: f64,
-    /// 1, 2 or 4.
+    /// Rotational symmetry: 1, 2 or 4.
     pub symmetry: u8,
-    /// By which angle directions are turned at last, from t towards b.
+    /// Angle of a final rotation, from t towards b.
     pub turn: f64,
-    /// How large features are.
+    /// Size of features: the length of the vectors.
     pub length: f64,
 }
 
-/// Why there is no field.
+/// Reasons why there is no field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// A point of a stroke lies that many mm off the surface: the stroke, the point, how far, how far it may.
+    /// A point of a stroke is off the surface: index of the stroke and of the point, distance and tolerance in mm.
     Far(usize, usize, f64, f64),
-    /// It was stopped.
+    /// Stopped.
     Stopped,
 }
 
-/// A wish for each vertex: complex numbers of length 1, and how much they count.
+/// A wish for each vertex: complex numbers of length 1, and their weights.
 struct Wishes {
     wanted: Vec<DVec2>,
     weight: Vec<f64>,
 }
 
-/// The field.
+/// Computes the field.
 ///
 /// # Errors
-/// Strokes off the surface; stopped.
+/// Returns an error for strokes off the surface, or if stopped.
 pub fn tangent_field(mesh: &Arc<Mesh>, spec: &FieldSpec, until: Until<'_>) -> Result<Frames, Fault> {
     let connection = Connection::new(mesh);
     let symmetry = match spec.wish {
@@ -95,17 +96,17 @@ pub fn tangent_field(mesh: &Arc<Mesh>, spec: &FieldSpec, until: Until<'_>) -> Re
     let singular = singular(mesh, &connection, &angles, n);
     let (angles, turns) = comb(mesh, &connection, angles, symmetry);
     // Seen from outside, b lies clockwise of t.
-    let direction = |(plane, angle): (&super::connection::Plane, &f64)| {
+    let direction = |(plane, angle): (&super::connection::TangentPlane, &f64)| {
         (plane.direction(angle - spec.turn) * spec.length).as_vec3()
     };
     let t = connection.planes.iter().zip(&angles).map(direction).collect();
     Ok(Frames { mesh: Arc::clone(mesh), t, b: Vec::new(), symmetry, turns, singular })
 }
 
-/// What is wished for at each vertex, and whether wishes that count are kept strictly.
+/// Computes the wish of each vertex; and whether the weights already are those of the system.
 fn wishes(mesh: &Mesh, connection: &Connection, spec: &FieldSpec, n: f64) -> Result<(Wishes, bool), Fault> {
     let of = |wish: &dyn Fn(usize) -> DVec3| {
-        let flat = |(v, plane): (usize, &super::connection::Plane)| {
+        let flat = |(v, plane): (usize, &super::connection::TangentPlane)| {
             let flat = plane.flat(wish(v));
             (unit(n * angle(flat)), flat.length_squared())
         };
@@ -132,7 +133,7 @@ fn wishes(mesh: &Mesh, connection: &Connection, spec: &FieldSpec, n: f64) -> Res
     })
 }
 
-/// What strokes ask for: the directions of all their pieces at the corners of the triangles that they pass.
+/// Wishes of strokes: the directions of all their segments, at the corners of the triangles that they pass.
 fn drawn(mesh: &Mesh, connection: &Connection, strokes: &[Vec<DVec3>], n: f64) -> Result<Wishes, Fault> {
     let surface = Surface::new(mesh, 2.0 * connection.edge);
     let [low, high] = mesh.bounds();
@@ -165,8 +166,8 @@ fn drawn(mesh: &Mesh, connection: &Connection, strokes: &[Vec<DVec3>], n: f64) -
     Ok(Wishes { wanted: wanted.iter().map(|u| u.normalize_or_zero()).collect(), weight })
 }
 
-/// Strokes hold strictly; elsewhere nothing is wished, or a direction over the length `smooth`. Pieces of the surface
-/// without strokes follow the direction.
+/// Combines strokes, which hold strictly, with an optional direction elsewhere, over the length `smooth`. Components of
+/// the surface without strokes follow the direction.
 fn beside_strokes(connection: &Connection, drawn: Wishes, direction: Wishes, smooth: f64) -> Wishes {
     let pieces = connection.pieces();
     let mut has = vec![false; pieces.len()];
@@ -189,7 +190,7 @@ fn beside_strokes(connection: &Connection, drawn: Wishes, direction: Wishes, smo
     all
 }
 
-/// The field that follows wishes. `kept`: the weights are those of the system already.
+/// The field that follows wishes. `kept`: the weights already are those of the system.
 fn follow(
     connection: &Connection,
     n: f64,
@@ -228,12 +229,12 @@ fn smoothest(connection: &Connection, n: f64, hash: Hash, until: Until<'_>) -> V
     field
 }
 
-/// The principal directions at each vertex, from the bending towards the vertices beside it.
+/// The principal directions at each vertex, from the curvature towards its neighbours.
 fn bent(mesh: &Mesh, connection: &Connection, which: Principal, n: f64) -> Wishes {
     let place = |v: usize| mesh.positions[v].as_dvec3();
     let at = |v: usize| -> (DVec2, f64) {
         let plane = &connection.planes[v];
-        // Least squares for the bending a·c² + 2b·cs + d·s² in the direction (c, s).
+        // Least squares for the curvature a·c² + 2b·cs + d·s² in the direction (c, s).
         let (mut m, mut right) = (glam::DMat3::ZERO, DVec3::ZERO);
         for beside in connection.beside(v) {
             let way = place(beside.vertex as usize) - place(v);
@@ -249,7 +250,7 @@ fn bent(mesh: &Mesh, connection: &Connection, which: Principal, n: f64) -> Wishe
         let [a, b, d] = (m.inverse() * right).to_array();
         let twice = DVec2::new(a - d, 2.0 * b);
         let (mean, half) = (0.5 * (a + d), 0.5 * twice.length());
-        // The larger bending by size: where the mean is negative that is the other one.
+        // The curvature with the larger magnitude: with a negative mean, it is the other one.
         let most = 0.5 * angle(twice) + if mean < 0.0 { std::f64::consts::FRAC_PI_2 } else { 0.0 };
         let chosen = most + if which == Principal::Min { std::f64::consts::FRAC_PI_2 } else { 0.0 };
         let sure = half * half / (half * half + mean * mean).max(1e-300);

@@ -19,9 +19,9 @@ fn degrees(a: Vec3, b: DVec3) -> f64 {
     libm::atan2(a.cross(b).length(), a.dot(b)).to_degrees()
 }
 
-/// Row C21: however a field is made, it has as many singular points as the surface demands.
+/// Row C21: every kind of field has as many singular points as the topology of the surface requires.
 #[test]
-fn singular_points_add_up_to_the_euler_characteristic() {
+fn sums_singular_points_to_euler_characteristic() {
     let wishes = [
         Wish::Direction(DVec3::new(0.3, -0.2, 0.9)),
         Wish::Around(DVec3::new(0.1, 0.2, 1.0), DVec3::new(3.0, 1.0, 0.0)),
@@ -35,7 +35,7 @@ fn singular_points_add_up_to_the_euler_characteristic() {
                 let sum: i32 = frames.singular.iter().map(|s| i32::from(s.1)).sum();
                 assert_eq!(sum, euler * i32::from(frames.symmetry), "{wish:?} {symmetry}: {:?}", frames.singular);
                 assert!(frames.t.iter().all(|t| (t.length() - 1.0).abs() < 1e-5));
-                // Directions that are fixed by a singular point turn along some way from it.
+                // Directions near a singular point have a turn along some edge path from it.
                 assert!(frames.symmetry == 1 || frames.singular.is_empty() || !frames.turns.is_empty() || euler == 2);
             }
         }
@@ -43,7 +43,7 @@ fn singular_points_add_up_to_the_euler_characteristic() {
 }
 
 #[test]
-fn round_a_torus_nothing_is_singular_and_directions_are_exact() {
+fn follows_torus_exactly_without_singular_points() {
     let mesh = torus(48, 24).mesh;
     let frames = of(&mesh, &spec(Wish::Around(DVec3::Z, DVec3::ZERO)));
     assert!(frames.singular.is_empty());
@@ -51,7 +51,7 @@ fn round_a_torus_nothing_is_singular_and_directions_are_exact() {
         let wanted = DVec3::Z.cross(place.as_dvec3());
         assert!(degrees(*t, wanted) < 0.1, "{t} {wanted}");
     }
-    // Turned by a quarter from t towards b, and twice as large.
+    // Rotated by a quarter turn from t towards b, and twice as long.
     let turned = of(
         &mesh,
         &FieldSpec { turn: std::f64::consts::FRAC_PI_2, length: 2.0, ..spec(Wish::Around(DVec3::Z, DVec3::ZERO)) },
@@ -62,14 +62,14 @@ fn round_a_torus_nothing_is_singular_and_directions_are_exact() {
     }
 }
 
-/// Row C20: what is drawn is kept.
+/// Row C20: drawn strokes are kept.
 #[test]
 fn strokes_are_kept_and_continued() {
     let mesh = plane("plane_one").mesh;
     let stroke = vec![DVec3::new(8.0, 8.0, 0.5), DVec3::new(24.0, 40.0, 0.0)];
     let frames = of(&mesh, &spec(Wish::Strokes(vec![stroke.clone()], DVec3::X)));
     let along = stroke[1] - DVec3::new(8.0, 8.0, 0.0);
-    // On a plane, one stroke decides everything.
+    // On a plane, one stroke determines everything.
     assert!(frames.t.iter().all(|t| degrees(*t, along) < 1.0));
     let other = vec![DVec3::new(56.0, 8.0, 0.0), DVec3::new(56.0, 56.0, 0.0)];
     let frames = of(&mesh, &spec(Wish::Strokes(vec![stroke, other], DVec3::X)));
@@ -109,9 +109,9 @@ fn curvature_follows_a_tube() {
     }
 }
 
-/// The order of triangles in a file changes nothing.
+/// The result does not depend on the order of triangles in a file.
 #[test]
-fn the_order_of_triangles_does_not_matter() {
+fn ignores_order_of_triangles() {
     let mesh = sphere().mesh;
     let mut other = Mesh::clone(&mesh);
     other.triangles.reverse();
@@ -121,7 +121,7 @@ fn the_order_of_triangles_does_not_matter() {
     ] {
         let (a, b) = (of(&mesh, &spec(wish.clone())), of(&Arc::new(other.clone()), &spec(wish)));
         let worst = a.t.iter().zip(&b.t).map(|(a, b)| a.distance(*b)).fold(0.0f32, f32::max);
-        // Normals are sums in another order; the equations are solved to 1e-8 of their right-hand side.
+        // Normals are summed in another order; the equations are solved to 1e-8 of their right-hand side.
         assert!(worst < 1e-4, "{worst}");
     }
 }

@@ -1,12 +1,12 @@
 //! Fields on atlases that several nodes read.
 use super::bake::{self, Texels};
-use super::motion::Motion;
+use super::motion::RigidMotion;
 use super::texels;
 use shibo_engine::value::{Atlas, Field, Given, Halo, Stop, Tile, Tiling, Type};
 use std::sync::Arc;
 
-/// Which triangle each pixel of an atlas belongs to, see [`texels::fill`]. Fields of the same atlas are the same, so their
-/// tiles are shared.
+/// The triangle of each pixel of an atlas, see [`texels::fill`]. Fields of the same atlas are equal, so their tiles are
+/// shared.
 pub fn texels(atlas: &Arc<Atlas>) -> Field {
     let of = atlas.clone();
     let fill = move |out: &mut Tile, _: &Given<'_>| -> Result<(), Stop> {
@@ -17,7 +17,7 @@ pub fn texels(atlas: &Arc<Atlas>) -> Field {
     Field::generate(Type::Ids, Tiling::NONE, fill).overwriting().keyed(atlas.key_of("texels", &[]))
 }
 
-/// A field that is computed from the texels of an atlas, pixel by pixel: `fill` sets every value.
+/// A field computed from the texels of an atlas, pixel by pixel: `fill` sets every value.
 pub fn baked<F>(ty: Type, atlas: &Arc<Atlas>, fill: F) -> Field
 where
     F: Fn(&Texels<'_>, Vec<&mut [f32]>) + Send + Sync + 'static,
@@ -31,11 +31,11 @@ where
     Field::map(ty, [texels(atlas)], Halo::NONE, run).overwriting()
 }
 
-/// The places of texels on the surface in mm: what solids are cut along, and other nodes ask for.
+/// Positions of texels on the surface in mm; solids are evaluated there.
 pub fn places(atlas: &Arc<Atlas>) -> Field {
     let field = baked(Type::Rgb, atlas, |texels, planes| {
         if let Ok(planes) = <[&mut [f32]; 3]>::try_from(planes) {
-            bake::places(texels, |_| Motion::NONE, planes);
+            bake::places(texels, |_| RigidMotion::NONE, planes);
         }
     });
     field.keyed(atlas.key_of("places of texels", &[]))

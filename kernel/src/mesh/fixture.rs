@@ -61,7 +61,7 @@ pub(crate) fn torus(n: u32, m: u32) -> Atlas {
     atlas(mesh(positions, triangles), &uvs)
 }
 
-/// Two squares of 8 mm at a right angle: the mesh of the vectors for indirection.
+/// Two squares of 8 mm at a right angle: the mesh of the indirection test vectors.
 pub(crate) fn strip() -> Mesh {
     let v = |x: f32, y: f32, z: f32| Vec3::new(x, y, z);
     let places = vec![v(0., 0., 0.), v(8., 0., 0.), v(8., 8., 0.), v(0., 8., 0.), v(8., 0., 8.), v(8., 8., 8.)];

@@ -1,18 +1,18 @@
-//! Frames on a surface, and the Jacobians that they give: equation (4), `J = (t b)⁺ J_f` (rows C19 to C23).
+//! Frames on a surface, and their Jacobians: equation (4), `J = (t b)⁺ J_f` (rows C19 to C23).
 //!
-//! At a point of a triangle the directions of its corners are mixed and made orthogonal to the smooth normal there. Then
-//! they are turned by the least rotation that takes that normal to the triangle's own, so that they lie in its plane and
-//! features keep their size at creases. Without a second direction, `b = t × n`: textures and atlases have y down, so
-//! b points down if t points to the right.
+//! At a point of a triangle the directions of its corners are interpolated and made orthogonal to the smooth normal
+//! there. Then the smallest rotation from that normal to the triangle's own turns them, so that they lie in the
+//! triangle's plane and features keep their size at creases. Without a second direction, `b = t × n`: textures and
+//! atlases have y down, so b points down if t points to the right.
 use super::atlas::jacobian as parameterisation;
 use super::walk::{barycentric, corners, flatten};
 use glam::{DVec2, DVec3};
 use shibo_engine::value::{Atlas, Frames};
 
-/// The two directions at a place, in which the exemplar's x and y axes lie; as long as features are large.
+/// The two directions at a point in which the exemplar's x and y axes lie; their length is the size of features.
 pub type Frame = [DVec3; 2];
 
-/// `(t b)⁺ J_f` by rows; the transposed frame where its vectors are orthonormal (C23). Singular frames give numbers that
+/// `(t b)⁺ J_f` by rows; the transposed frame if its vectors are orthonormal (C23). A singular frame gives numbers that
 /// are not finite.
 pub fn jacobian(frame: Frame, jf: [DVec3; 2]) -> [f64; 4] {
     let [t, b] = frame;
@@ -21,11 +21,11 @@ pub fn jacobian(frame: Frame, jf: [DVec3; 2]) -> [f64; 4] {
     [x.x, y.x, x.y, y.y]
 }
 
-/// A vector under the least rotation that takes the direction `from` to another, both of length 1.
+/// Rotates a vector by the smallest rotation from the direction `from` to `to`, both of length 1.
 pub fn least_turned(v: DVec3, from: DVec3, to: DVec3) -> DVec3 {
     let (axis, cosine) = (from.cross(to), from.dot(to));
     if cosine < -0.999_999 {
-        // Half a turn, round anything across.
+        // Half a turn, around any perpendicular axis.
         let across = from.any_orthonormal_vector();
         return across * (2.0 * across.dot(v)) - v;
     }
@@ -33,7 +33,7 @@ pub fn least_turned(v: DVec3, from: DVec3, to: DVec3) -> DVec3 {
     v + by + axis.cross(by) / (1.0 + cosine)
 }
 
-/// A vector turned round an axis of length 1.
+/// Rotates a vector around an axis of length 1.
 pub fn turned(v: DVec3, axis: DVec3, angle: f64) -> DVec3 {
     let (s, c) = libm::sincos(angle);
     v * c + axis.cross(v) * s + axis * (axis.dot(v) * (1.0 - c))
@@ -48,7 +48,7 @@ pub struct Framing<'a> {
     pub frames: &'a Frames,
 }
 
-/// What a triangle has in common for all of its points.
+/// The part of a frame that is the same for all points of a triangle.
 pub struct Face {
     corners: [DVec2; 3],
     /// The Jacobian of the parameterisation, in mm per unit of u and v.
@@ -61,7 +61,7 @@ pub struct Face {
 }
 
 impl Framing<'_> {
-    /// What a triangle has in common.
+    /// Computes the constant part of a triangle.
     pub fn face(&self, triangle: usize) -> Face {
         let mesh = &self.atlas.mesh;
         let vertices = mesh.triangles[triangle].map(|v| v as usize);
@@ -78,7 +78,8 @@ impl Framing<'_> {
         }
     }
 
-    /// The directions of a triangle's corners, those of the second and third turned so as to fit the first.
+    /// The directions of a triangle's corners; those of the second and third are replaced by the equivalent direction
+    /// that fits the first.
     fn combed(&self, triangle: usize, t: [DVec3; 3], normals: [DVec3; 3]) -> [DVec3; 3] {
         let Some(turns) = self.frames.turns.get(triangle) else { return t };
         let step = std::f64::consts::TAU / f64::from(self.frames.symmetry.max(1));
@@ -101,7 +102,7 @@ impl Face {
             let flat = |v: DVec3| v - smooth * smooth.dot(v);
             let mut mixed = flat(sum(of));
             if mixed.length() < 1e-6 * length {
-                // Round a singular point directions cancel out.
+                // Around a singular point directions cancel out.
                 let nearest = (1..3).fold(0, |best, k| if weights[k] > weights[best] { k } else { best });
                 mixed = flat(of[nearest]);
             }
@@ -111,7 +112,7 @@ impl Face {
         [t, self.b.as_ref().map_or_else(|| t.cross(self.normal), across)]
     }
 
-    /// The frame at a point, turned by an angle from t towards b, and scaled.
+    /// The frame at a point, rotated by an angle from t towards b, and scaled.
     pub fn frame_turned(&self, uv: DVec2, angle: f64, scale: f64) -> Frame {
         let [t, b] = self.frame(uv);
         if angle == 0.0 {
@@ -132,7 +133,7 @@ mod tests {
         DVec3::from_array([0, 1, 2].map(|k| v[k].as_f64().expect("a number")))
     }
 
-    /// Rows C19, C22: the vectors `surface_jacobian`.
+    /// Rows C19, C22: the test vectors `surface_jacobian`.
     #[test]
     fn jacobians_are_those_of_the_vectors() {
         let all: serde_json::Value =
@@ -176,9 +177,9 @@ mod tests {
         Frames { mesh, t, b: Vec::new(), symmetry: 1, turns: Vec::new(), singular: Vec::new() }
     }
 
-    /// S-24: on a chart that lies as t does, J is a multiple of 1 and not mirrored.
+    /// S-24: on a chart aligned with t, J is a positive multiple of 1.
     #[test]
-    fn a_plane_along_x_is_the_special_case() {
+    fn scales_only_on_plane_along_x() {
         let atlas = plane("plane_one");
         let frames = along_x(&atlas);
         let framing = Framing { atlas: &atlas, frames: &frames };
@@ -192,7 +193,7 @@ mod tests {
         }
     }
 
-    /// Frames lie in the triangles' planes and keep their length, on creases too.
+    /// Frames lie in the triangles' planes and keep their length, at creases too.
     #[test]
     fn frames_lie_in_the_plane_and_keep_their_length() {
         for atlas in [cube(), sphere()] {

@@ -1,4 +1,5 @@
-//! Grooves on a surface, as a function of a place and its normal: both sides of a border between charts show the same.
+//! Grooves on a surface, as a function of a position and its normal, so that both sides of a border between charts show
+//! the same.
 use super::cubes::Cubes;
 use crate::ground::math::exp;
 use crate::ground::number::narrow;
@@ -8,21 +9,21 @@ use glam::{DVec3, Vec3};
 /// A straight groove in the tangent plane at its middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Groove {
-    /// Its middle in mm.
+    /// Middle in mm.
     pub middle: Vec3,
-    /// The normal there, of length 1.
+    /// Normal at the middle, of length 1.
     pub normal: Vec3,
-    /// Its direction, of length 1.
+    /// Direction, of length 1.
     pub along: Vec3,
-    /// Half its length in mm.
+    /// Half the length in mm.
     pub half_length: f32,
-    /// Half its width in mm.
+    /// Half the width in mm.
     pub half_width: f32,
-    /// Its depth.
+    /// Depth.
     pub depth: f32,
 }
 
-/// Many grooves, sorted by where they lie.
+/// Many grooves, indexed by their positions.
 #[derive(Clone, Debug)]
 pub struct Grooves {
     grooves: Vec<Groove>,
@@ -32,7 +33,7 @@ pub struct Grooves {
 }
 
 impl Grooves {
-    /// Sorts grooves that are at most `pixel` mm wider than they say.
+    /// Builds the index; grooves may be drawn up to `pixel` mm wider than their width.
     pub fn new(grooves: Vec<Groove>, style: StrokeStyle, pixel: f32) -> Self {
         let margin = pixel * style.min_width.max(1.0);
         let reach = |g: &Groove| g.half_length + (g.half_width + margin) * cut(style.profile);
@@ -42,12 +43,13 @@ impl Grooves {
         Self { grooves, style, cubes, deepest }
     }
 
-    /// The memory they take.
+    /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(&*self.grooves) + self.cubes.bytes()
     }
 
-    /// The depths at places with these normals, `pixel` mm apart; the cross-section alone if `mask`.
+    /// Fills `out` with the depths at positions with these normals, `pixel` mm apart; with the cross-section alone if
+    /// `mask`.
     pub fn fill(&self, places: [&[f32]; 3], normals: [&[f32]; 3], (pixel, mask): (f32, bool), out: &mut [f32]) {
         self.cubes.around(places, |n, place, list| {
             let normal = Vec3::from_array(normals.map(|plane| plane[n]));
@@ -69,14 +71,14 @@ impl Grooves {
     }
 }
 
-/// Where a cross-section ends, in half widths.
+/// The end of a cross-section, in half widths.
 fn cut(profile: Profile) -> f32 {
     if let Profile::Gaussian { cutoff, .. } = profile { 2.0 * cutoff } else { 1.0 }
 }
 
-/// The cross-section of a groove at a place, 0..1, with its taper and its fading.
+/// The cross-section of a groove at a position, 0..1, with its taper and fading.
 fn section(groove: &Groove, style: &StrokeStyle, place: Vec3, normal: Vec3, pixel: f32) -> f32 {
-    // The other side of a thin wall has none of it.
+    // The other side of a thin wall has no groove.
     if groove.normal.dot(normal) <= 0.5 {
         return 0.0;
     }
@@ -100,12 +102,12 @@ fn section(groove: &Groove, style: &StrokeStyle, place: Vec3, normal: Vec3, pixe
     profile(style.profile, t, drawn / pixel) * ends * fade * (1.0 - style.tip * e4)
 }
 
-/// 1 inside and 0 outside of an edge that is a pixel wide.
+/// 1 inside and 0 outside of an edge that is one pixel wide.
 fn soft(inside: f32, pixel: f32) -> f32 {
     (inside / pixel + 0.5).clamp(0.0, 1.0)
 }
 
-/// `t` is the distance from the middle line in half widths, of `half` pixels each.
+/// The profile at distance `t` from the middle line, in half widths of `half` pixels each.
 fn profile(profile: Profile, t: f32, half: f32) -> f32 {
     match profile {
         Profile::Flat | Profile::Brush => soft((1.0 - t) * half, 1.0),
@@ -121,7 +123,8 @@ fn profile(profile: Profile, t: f32, half: f32) -> f32 {
     }
 }
 
-/// A groove across the middle of a link: perpendicular to its chord, in the tangent plane; none if that has no direction.
+/// Makes a groove across the middle of a link: perpendicular to its chord, in the tangent plane; `None` if it has no
+/// direction.
 pub fn across(ends: [DVec3; 2], normals: [Vec3; 2], length_scale: f64, [width, depth]: [f32; 2]) -> Option<Groove> {
     let chord = ends[1] - ends[0];
     let normal = (normals[0] + normals[1]).as_dvec3().try_normalize()?;
@@ -160,15 +163,15 @@ mod tests {
         let grooves = Grooves::new(vec![groove], style(), 0.01);
         let at = |x: f32, y: f32| value(&grooves, Vec3::new(x, y, 5.0), Vec3::Z);
         assert!((at(0.0, 1.0) - 0.3).abs() < 1e-6 && (at(0.0, 1.9) - 0.3).abs() < 1e-6);
-        // The bell of the plane: σ is a quarter of the width.
+        // The bell profile of the plane: σ is a quarter of the width.
         assert!((at(0.1, 1.0) - 0.3 * (-0.5_f32).exp()).abs() < 1e-4);
         assert_eq!((at(0.0, 3.0), at(0.5, 1.0)), (0.0, 0.0));
-        // The other side of a wall has none of it.
+        // The other side of a wall has no groove.
         assert_eq!(value(&grooves, Vec3::new(0.0, 1.0, 5.0), -Vec3::Z), 0.0);
     }
 
     #[test]
-    fn sizes_of_cells_do_not_matter() {
+    fn ignores_sizes_of_cells() {
         let groove = |n: i32| {
             let x = f64::from(n) * 0.7;
             across([DVec3::new(x, 0.0, 0.0), DVec3::new(x + 1.0, 0.5, 0.2)], [Vec3::Z; 2], 1.0, [0.3, 0.2]).unwrap()

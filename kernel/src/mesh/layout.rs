@@ -1,27 +1,27 @@
-//! How the charts of an atlas lie: whether they overlap, and how close they are to each other.
+//! Checks the layout of an atlas: overlaps of charts, and the distance between them.
 use super::texels::{centers, held, owners};
 use crate::ground::stop::Watch;
 use glam::DVec2;
 use shibo_engine::value::{Atlas, Grid, Window};
 
-/// How far inside two triangles a centre must lie to count as covered twice, in barycentric coordinates.
+/// Minimum barycentric coordinate of a centre in two triangles to count as covered twice.
 const INSIDE: f64 = 1e-4;
 
-/// What is found on a grid of texels.
+/// Findings on a grid of texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Layout {
-    /// The share of the texels in charts that several triangles hold, and two of these triangles.
+    /// Share of the texels in charts that several triangles cover, and two of these triangles.
     pub overlap: Option<(f64, [usize; 2])>,
-    /// Whether charts come closer to each other than two texels, so that their gutters meet.
+    /// True if the distance of two charts is less than two texels, so that their gutters meet.
     pub close: bool,
 }
 
-/// So many rows are looked at between two questions whether to stop.
+/// Number of rows between two checks of a cancellation.
 const ROWS: u32 = 32;
 
-/// Looks at an atlas with `side` texels along each side. O(side²).
+/// Checks an atlas with `side` texels along each side. O(side²).
 ///
-/// Left by unwinding when `watch` says so.
+/// Unwinds when `watch` says so.
 pub fn layout(atlas: &Atlas, side: u32, watch: &Watch<'_>) -> Layout {
     let step = atlas.size_mm / f64::from(side);
     let grid = Grid { origin: DVec2::ZERO, step, period: None, shown: None };
@@ -34,7 +34,7 @@ pub fn layout(atlas: &Atlas, side: u32, watch: &Watch<'_>) -> Layout {
     Layout { overlap: overlap(atlas, &grid, &owned, watch), close: close(atlas, &owned, side as usize, watch) }
 }
 
-/// The share of texels that several triangles hold.
+/// Share of the texels that several triangles cover.
 fn overlap(atlas: &Atlas, grid: &Grid, owned: &[u32], watch: &Watch<'_>) -> Option<(f64, [usize; 2])> {
     let side = owned.len().isqrt();
     let us = centers(grid.origin.x, grid.step.x, atlas.size_mm.x, 0, side);
@@ -58,7 +58,7 @@ fn overlap(atlas: &Atlas, grid: &Grid, owned: &[u32], watch: &Watch<'_>) -> Opti
     first.map(|pair| (count(owned.iter().filter(|owner| **owner > 0).count()), pair))
 }
 
-/// Whether texels of two charts lie within two of each other.
+/// Returns whether texels of two charts are at most two texels apart.
 fn close(atlas: &Atlas, owned: &[u32], side: usize, watch: &Watch<'_>) -> bool {
     let chart = |k: usize| (owned[k] > 0).then(|| atlas.charts[owned[k] as usize - 1]);
     watch.over(0..owned.len()).any(|k| {
@@ -91,15 +91,15 @@ mod tests {
         {
             assert_eq!(layout(&of(mesh), 512, &Watch::never()).overlap, None);
         }
-        // At few texels charts come close.
+        // With few texels, charts are close.
         assert!(!layout(&of(shapes::cube(DVec3::splat(60.0), 8)), 256, &Watch::never()).close);
         assert!(layout(&of(shapes::cube(DVec3::splat(60.0), 8)), 32, &Watch::never()).close);
     }
 
     #[test]
-    fn what_lies_twice_is_found() {
+    fn finds_overlapping_charts() {
         let mut mesh = samples::cube();
-        // The first side is laid over the third.
+        // Lay the first side over the third.
         for uv in mesh.uvs[..2].as_flattened_mut() {
             *uv += Vec2::new(0.625, 0.0);
         }

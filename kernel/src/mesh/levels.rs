@@ -1,9 +1,9 @@
-//! Which pixels of an atlas lie beside each other on the surface: the indirection maps of the source (rows C24, C25).
+//! Neighbours of pixels of an atlas on the surface: the indirection maps of the source (rows C24, C25).
 //!
-//! At each level, ways of one pixel lead from the pixels near a border of a chart in all eight directions. Where a way
-//! arrives, a pixel of the chart there stands for the place; how far the place is from its centre is kept as a residue,
-//! since the pixels of two charts do not line up. That goes beyond the source, which keeps whole pixels only. Pointers
-//! belong to a pixel and a direction, so charts may touch. Cost: O(border pixels), about 0.3 µs for each way.
+//! At each level, paths of one pixel lead from the pixels near a border of a chart in all eight directions. At the end
+//! of a path, a pixel of the chart there represents the point. The offset of the point from the pixel's centre is kept
+//! as a residue, since the pixels of two charts are not aligned; the source keeps whole pixels only. Pointers belong to
+//! a pixel and a direction, so charts may touch. Cost: O(border pixels), about 0.3 µs for each path.
 use super::raster::{Raster, inside};
 use super::sites::Sites;
 use super::walk::walk;
@@ -15,22 +15,22 @@ use rayon::prelude::*;
 use shibo_engine::value::{Atlas, IndirectionLevel, IndirectionMap, Jump, Jump8, Parent};
 use std::sync::Arc;
 
-/// How pointers are made.
+/// Settings of an indirection map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelsSpec<'a> {
     /// Columns and rows of the finest level.
     pub size: [u32; 2],
-    /// How many levels.
+    /// Number of levels.
     pub levels: u32,
-    /// Whether residues are kept; without them pointers are those of the source.
+    /// True if residues are kept; without them the pointers are those of the source.
     pub exact: bool,
-    /// How many pixels wide the ring is that is listed.
+    /// Width of the listed ring around charts, in pixels.
     pub ring: u32,
-    /// Edges, as triangle and `k`, at which the surface ends, from both sides: those of combed frames (S-21).
+    /// Edges, as triangle and `k`, at which the surface ends, from both sides: those where combed frames turn (S-21).
     pub ends: &'a [(usize, usize)],
 }
 
-/// An atlas whose surface ends at some edges too.
+/// A copy of the atlas whose surface ends at some edges too.
 fn ended(atlas: &Atlas, ends: &[(usize, usize)]) -> Atlas {
     let mut atlas = atlas.clone();
     for &(triangle, k) in ends {
@@ -40,7 +40,7 @@ fn ended(atlas: &Atlas, ends: &[(usize, usize)]) -> Atlas {
     atlas
 }
 
-/// The indirection map of an atlas. If it was stopped, one that must not be used.
+/// Builds the indirection map of an atlas. If stopped, the result must not be used.
 pub fn indirection(atlas: &Arc<Atlas>, spec: &LevelsSpec<'_>, until: Until<'_>) -> IndirectionMap {
     let ended = (!spec.ends.is_empty()).then(|| ended(atlas, spec.ends));
     let raster = |l: u32| Raster { atlas: ended.as_ref().unwrap_or(atlas), finest: spec.size, h: 1 << l };
@@ -65,7 +65,7 @@ pub fn indirection(atlas: &Arc<Atlas>, spec: &LevelsSpec<'_>, until: Until<'_>) 
     IndirectionMap { atlas: Arc::clone(atlas), size: spec.size, levels: levels.collect() }
 }
 
-/// A level, without its owners.
+/// Builds a level, without its owners.
 fn level(sites: &Sites<'_>, coarser: Option<&Sites<'_>>, ring: u32) -> IndirectionLevel {
     let size = sites.raster.size();
     let is_border = |&p: &usize| sites.near[p] > 0 && sites.owner[p] > 0;
@@ -84,7 +84,7 @@ fn level(sites: &Sites<'_>, coarser: Option<&Sites<'_>>, ring: u32) -> Indirecti
     IndirectionLevel { h: sites.raster.h, size, owner: Vec::new(), border, jumps, rows, parents, ring }
 }
 
-/// What lies around a pixel.
+/// The eight neighbours of a pixel.
 fn jumps(sites: &Sites<'_>, pixel: usize) -> Jump8 {
     let Sites { raster, owner, near, .. } = sites;
     let size = raster.size().map(u32::cast_signed);
@@ -103,7 +103,7 @@ fn jumps(sites: &Sites<'_>, pixel: usize) -> Jump8 {
     })
 }
 
-/// What a pixel's coordinates start from, if that is not the coarser pixel around it.
+/// The parent of a pixel, if it is not simply the coarser pixel around it.
 fn parent(sites: &Sites<'_>, coarser: &Sites<'_>, pixel: usize) -> Option<Parent> {
     let triangle = sites.owner[pixel].checked_sub(1)? as usize;
     let (w, across) = (sites.raster.size()[0] as usize, coarser.raster.size()[0] as usize);
@@ -123,7 +123,8 @@ fn parent(sites: &Sites<'_>, coarser: &Sites<'_>, pixel: usize) -> Option<Parent
     (!plain).then_some(Parent { pixel: index_u32(pixel), jump, still })
 }
 
-/// What is found at the pixels of no chart within `reach` of one: the way from the nearest pixel of a chart leads there.
+/// Pointers of the pixels outside charts, within `reach` of one: the path from the nearest pixel of a chart leads
+/// there.
 fn ring_of(sites: &Sites<'_>, reach: i64) -> Vec<(u32, Jump)> {
     let size = sites.raster.size().map(u32::cast_signed);
     let w = sites.raster.size()[0] as usize;
@@ -159,14 +160,14 @@ mod tests {
         indirection(&Arc::new(atlas.clone()), &spec, NEVER)
     }
 
-    /// Rows C24, C25: the vectors `indirection`, all pixels of the ring that jump.
+    /// Rows C24, C25: the test vectors `indirection`, all pixels of the ring that jump.
     #[test]
-    fn pointers_are_those_of_the_vectors() {
+    fn matches_pointers_of_vectors() {
         let all: serde_json::Value =
             serde_json::from_str(include_str!("../../tests/vectors/synthesis.json")).expect("JSON");
         let vectors = &all["indirection"];
         let number = |v: &serde_json::Value| v.as_f64().expect("a number");
-        // Sides of 32 pixels keep the UVs exact.
+        // Sides of 32 pixels make the UVs exact.
         let uv = |uv: &serde_json::Value| DVec2::new(number(&uv[0]) / 32.0, number(&uv[1]) / 32.0).as_vec2();
         let uvs: Vec<[Vec2; 3]> =
             vectors["uvs"].as_array().unwrap().iter().map(|uvs| [0, 1, 2].map(|k| uv(&uvs[k]))).collect();
@@ -186,7 +187,7 @@ mod tests {
         assert_eq!(found.len(), 32);
     }
 
-    /// The place that a pointer stands for, and where it should be: on a plane, exactly there.
+    /// On a plane, the point that a pointer represents is exactly the expected one.
     #[test]
     fn on_a_plane_pointers_lead_to_the_next_pixel() {
         for (name, near) in [("plane_one", 1e-4), ("plane_cut", 1e-4), ("plane_wild", 1e-3)] {
@@ -221,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn parents_are_where_the_coarser_pixel_would_be() {
+    fn places_parents_at_coarser_pixels() {
         let atlas = plane("plane_wild");
         let map = of(&atlas, [160, 160], 4);
         for pair in map.levels.windows(2) {
@@ -245,7 +246,7 @@ mod tests {
         }
     }
 
-    /// On closed surfaces every pixel has all of its neighbours, about as far away as they should be.
+    /// On closed surfaces every pixel has all of its neighbours, about as far away as expected.
     #[test]
     fn closed_surfaces_have_all_pointers_of_the_right_length() {
         for (atlas, size, curved) in [(sphere(), 320, true), (torus(48, 24), 256, true), (cube(), 128, false)] {
@@ -273,7 +274,8 @@ mod tests {
                     }
                 }
                 assert_eq!(missing, 0, "spacing {}", level.h);
-                // Where triangles meet in the plane of the atlas, their own stretch differs; a cube's corners are chords.
+                // The stretch differs between triangles that meet in the plane of the atlas; at a cube's corners,
+                // distances are chords.
                 let mean = sum / (8 * level.border.len()) as f64;
                 let most = if curved { [0.02, 0.04, 0.06, 0.1][level.h.ilog2() as usize] } else { 0.1 };
                 assert!(mean < most, "spacing {}: {mean}", level.h);
@@ -281,7 +283,7 @@ mod tests {
         }
     }
 
-    /// Without residues pointers are the source's: whole pixels.
+    /// Without residues, pointers are whole pixels as in the source.
     #[test]
     fn nearest_pointers_keep_no_residue() {
         let atlas = plane("plane_wild");
@@ -296,7 +298,7 @@ mod tests {
         assert!(exact.levels[0].jumps.as_flattened().iter().any(|j| j.residue != [0; 2]));
     }
 
-    /// S-21: nothing lies beyond the edges at which combed directions end, as at the end of the surface.
+    /// S-21: edges at which combed directions end act like the end of the surface.
     #[test]
     fn pointers_do_not_cross_the_ends_of_combed_directions() {
         let atlas = torus(48, 24);
@@ -315,7 +317,7 @@ mod tests {
                 };
                 pairs.filter(there).count()
             };
-            // Where the edges end within a pixel, it may stand for either side.
+            // If an edge ends within a pixel, the pixel may represent either side.
             assert!(crossing(&free) > 8, "spacing {}", level.h);
             assert_eq!(crossing(level), 0, "spacing {}", level.h);
             assert!(level.jumps.as_flattened().iter().any(|jump| !jump.is_some()), "spacing {}", level.h);

@@ -1,23 +1,23 @@
 //! Links between points of a surface.
 //!
-//! Around each point the surface is taken as its tangent plane: neighbours lie in the direction of their chord, as far as it
-//! is long. Two points are linked if the cells of both, which hold what is nearer to them than to any neighbour, touch: on a
-//! plane that is the triangulation of Delaunay. Cost: O(points · neighbours).
+//! Around each point the surface is approximated by its tangent plane: neighbours lie in the direction of their chord,
+//! at its length. Two points are linked if their Voronoi cells touch; on a plane this is the Delaunay triangulation.
+//! Cost: O(points · neighbours).
 use super::near::Near;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
-/// Points of a surface and its normals there.
+/// Points of a surface with their normals.
 #[derive(Clone, Copy, Debug)]
 pub struct Points<'a> {
-    /// The places in mm.
+    /// Positions in mm.
     pub places: &'a [DVec3],
-    /// The normals, of length 1.
+    /// Normals, of length 1.
     pub normals: &'a [Vec3],
 }
 
 impl Points<'_> {
-    /// The points within a distance of one, itself left out, whose normals differ by less than a right angle; in rising order.
+    /// The other points within `radius` of a point whose normals differ by less than a right angle, in ascending order.
     fn around(&self, near: &Near, point: usize, radius: f64) -> Vec<u32> {
         let (place, normal) = (self.places[point], self.normals[point]);
         let fits = |other: &u32| {
@@ -29,7 +29,7 @@ impl Points<'_> {
         found
     }
 
-    /// Links all points that are at most `radius` mm apart. The lower number comes first, and links are in rising order.
+    /// Links all points that are at most `radius` mm apart. In a link the lower index is first; links are sorted.
     pub fn within(&self, radius: f64) -> Vec<[u32; 2]> {
         let near = Near::of(radius, self.places);
         let of = |point: usize| {
@@ -40,7 +40,7 @@ impl Points<'_> {
         (0..self.places.len()).into_par_iter().map(of).collect::<Vec<_>>().concat()
     }
 
-    /// Links neighbours, at most `longest` mm apart, in the same order.
+    /// Links Delaunay neighbours, at most `longest` mm apart, in the same order.
     pub fn delaunay(&self, longest: f64) -> Vec<[u32; 2]> {
         let near = Near::of(longest, self.places);
         let star = |point: usize| self.star(point, &self.around(&near, point, longest), longest);
@@ -53,7 +53,7 @@ impl Points<'_> {
         links
     }
 
-    /// The neighbours whose cells touch that of a point, in rising order.
+    /// The Delaunay neighbours of a point, in ascending order.
     fn star(&self, point: usize, around: &[u32], longest: f64) -> Vec<u32> {
         let normal = self.normals[point].as_dvec3();
         let [x, y] = <[DVec3; 2]>::from(normal.any_orthonormal_pair());
@@ -64,13 +64,13 @@ impl Points<'_> {
         let mut flats: Vec<(f64, u32, DVec2)> =
             around.iter().map(|n| (flat(*n), *n)).map(|(q, n)| (q.length_squared(), n, q)).collect();
         flats.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        // The corners of the cell, each with the neighbour beyond the side that follows it.
+        // The corners of the cell, each with the neighbour beyond the following side.
         let square = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
         let mut cell: Vec<(DVec2, Option<u32>)> =
             square.iter().map(|(x, y)| (DVec2::new(*x, *y) * longest, None)).collect();
         for (square, neighbor, at) in flats {
             let reach = cell.iter().map(|(corner, _)| corner.length_squared()).fold(0.0, f64::max);
-            // Those farther away than twice the farthest corner cut nothing off.
+            // Points farther away than twice the farthest corner cut nothing off.
             if square > 4.0 * reach || square <= 0.0 {
                 continue;
             }
@@ -83,7 +83,7 @@ impl Points<'_> {
     }
 }
 
-/// What is left of a polygon where `p · at <= most`; the new side belongs to `neighbor`.
+/// Clips a polygon to `p · at <= most`; the new side belongs to `neighbor`.
 fn cut(polygon: &[(DVec2, Option<u32>)], at: DVec2, most: f64, neighbor: u32) -> Vec<(DVec2, Option<u32>)> {
     let mut left = Vec::with_capacity(polygon.len() + 1);
     for (k, (corner, side)) in polygon.iter().enumerate() {
@@ -107,9 +107,9 @@ mod tests {
     use super::*;
     use crate::ground::hash::Hash;
 
-    /// On a plane: an empty circle through three points makes each pair of them neighbours (worked out by brute force).
+    /// On a plane: an empty circle through three points makes each pair of them neighbours (computed by brute force).
     #[test]
-    fn on_a_plane_links_are_those_of_delaunay() {
+    fn matches_delaunay_on_a_plane() {
         let place = |n: u64| DVec3::new(Hash::new(3).with(n).unit(0) * 10.0, Hash::new(3).with(n).unit(1) * 10.0, 0.0);
         let places: Vec<DVec3> = (0..120).map(place).collect();
         let normals = vec![Vec3::Z; places.len()];

@@ -1,23 +1,23 @@
-//! Means of values at scattered places of a surface, as a function of a place and its normal: both sides of a border between
-//! charts have the same.
+//! Means of scattered values on a surface, as a function of a position and its normal, so that both sides of a border
+//! between charts get the same values.
 //!
 //! Each value has the smooth weight `(1 - d²/r²)²` out to the radius r, as in the plane
 //! ([`leather::scatter`](crate::leather::scatter)), so constants stay constant and nothing overshoots.
 use super::cubes::Cubes;
 use glam::Vec3;
 
-/// A value somewhere on a surface.
+/// A value at a point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// Its place in mm.
+    /// Position in mm.
     pub place: Vec3,
-    /// The normal there, of length 1.
+    /// Normal, of length 1.
     pub normal: Vec3,
-    /// The value.
+    /// Value.
     pub value: f32,
 }
 
-/// Values, sorted by where they lie.
+/// Values, indexed by their positions.
 #[derive(Clone, Debug)]
 pub struct Means {
     samples: Vec<Sample>,
@@ -26,13 +26,13 @@ pub struct Means {
 }
 
 impl Means {
-    /// Values that reach `radius` mm, which is more than 0.
+    /// Builds the index; values have a reach of `radius` > 0 mm.
     pub fn new(samples: Vec<Sample>, radius: f32) -> Self {
         let cubes = Cubes::new(samples.iter().map(|sample| (sample.place, radius)), 2.0 * radius);
         Self { samples, radius, cubes }
     }
 
-    /// The means around places with these normals; `empty` where there is no value.
+    /// Fills `out` with the means around positions with these normals; `empty` if no value is in reach.
     pub fn fill(&self, places: [&[f32]; 3], normals: [&[f32]; 3], empty: f32, out: &mut [f32]) {
         self.cubes.around(places, |n, place, list| {
             let normal = Vec3::from_array(normals.map(|plane| plane[n]));
@@ -44,7 +44,7 @@ impl Means {
         let (mut sum, mut weights) = (0.0, 0.0);
         for sample in list.iter().map(|n| &self.samples[*n as usize]) {
             let left = 1.0 - place.distance_squared(sample.place) / (self.radius * self.radius);
-            // The other side of a thin wall has none of it.
+            // The other side of a thin wall does not count.
             if left > 0.0 && sample.normal.dot(normal) > 0.0 {
                 sum += left * left * sample.value;
                 weights += left * left;

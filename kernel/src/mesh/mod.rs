@@ -1,7 +1,7 @@
-//! Meshes: what lies beside what on a surface, how it lies on the canvas, and what is read from both.
+//! Meshes: topology, layout on the canvas, and everything computed from both.
 //!
-//! Places are a triangle and a point of the atlas, which is the unit square, v down. Topology and walks are computed in
-//! double precision, and nothing depends on the order of a hash map.
+//! A point of a surface is a triangle and a point of the atlas, which is the unit square, v down. Topology and paths
+//! are computed in double precision, and nothing depends on the order of a hash map.
 
 pub mod across;
 pub mod atlas;

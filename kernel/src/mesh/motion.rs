@@ -1,37 +1,37 @@
-//! Parts of a mesh moved to other places, each as a whole: as if every board of a piece of furniture had been cut from
-//! another place of the tree.
+//! Rigid motions of the parts of a mesh, for solid textures: as if each board of a piece of furniture had been cut from
+//! another position in the tree.
 use crate::ground::hash::Hash;
 use glam::{DMat3, DQuat, DVec3};
 use shibo_engine::value::Mesh;
 
-/// A motion of a rigid body: a point `p` comes to `turn · p + shift`.
+/// A rigid motion: maps a point `p` to `turn · p + shift`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
-    /// How it is turned.
+pub struct RigidMotion {
+    /// Rotation.
     pub turn: DMat3,
-    /// How it is moved then.
+    /// Shift after the rotation.
     pub shift: DVec3,
 }
 
-impl Motion {
-    /// None at all.
+impl RigidMotion {
+    /// The identity.
     pub const NONE: Self = Self { turn: DMat3::IDENTITY, shift: DVec3::ZERO };
 }
 
-/// How parts are moved.
+/// Settings of random motions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {
-    /// How far they are moved at most along each axis, one way or the other.
+    /// Maximum shift along each axis, in either direction.
     pub spread: DVec3,
-    /// By how much they are turned at most about the z axis, one way or the other, in radians.
+    /// Maximum rotation about the z axis, in either direction, in radians.
     pub turn: f64,
-    /// Whether the longest axis of each is turned to z first.
+    /// True if the longest axis of each part is first rotated to z.
     pub upright: bool,
-    /// What chance depends on.
+    /// Random numbers.
     pub hash: Hash,
 }
 
-/// The longest axis of a part, pointing up or, if it is level, to positive x or y: that in which its surface spreads most.
+/// The longest axis of a part, in which its surface varies most; pointing up or, if level, to positive x or y.
 fn longest(mesh: &Mesh, triangles: &[usize], middle: DVec3) -> DVec3 {
     let mut spread = DMat3::ZERO;
     for &n in triangles {
@@ -43,7 +43,7 @@ fn longest(mesh: &Mesh, triangles: &[usize], middle: DVec3) -> DVec3 {
             spread += DMat3::from_cols(p * p.x, p * p.y, p * p.z) * area;
         }
     }
-    // The axis that the matrix stretches most, found by applying it over and over.
+    // The dominant eigenvector, by power iteration.
     let mut power = spread * (1.0 / spread.to_cols_array().iter().fold(f64::MIN_POSITIVE, |most, v| most.max(v.abs())));
     for _ in 0..24 {
         power *= power;
@@ -58,9 +58,9 @@ fn longest(mesh: &Mesh, triangles: &[usize], middle: DVec3) -> DVec3 {
     axis * first.signum()
 }
 
-/// The motions of all parts, of which `of` tells the number for each triangle: each is turned about the middle of its box,
-/// and moved.
-pub fn motions(mesh: &Mesh, of: &[u32], scatter: &Scatter) -> Vec<Motion> {
+/// The motions of all parts; `of` holds the part of each triangle. Each part is rotated about the middle of its
+/// bounding box, and shifted.
+pub fn motions(mesh: &Mesh, of: &[u32], scatter: &Scatter) -> Vec<RigidMotion> {
     let count = of.iter().max().map_or(0, |most| *most as usize + 1);
     let mut triangles = vec![Vec::new(); count];
     of.iter().enumerate().for_each(|(n, part)| triangles[*part as usize].push(n));
@@ -78,7 +78,7 @@ pub fn motions(mesh: &Mesh, of: &[u32], scatter: &Scatter) -> Vec<Motion> {
         let (sin, cos) = libm::sincos(0.5 * scatter.turn * chance(3));
         let turn = DMat3::from_quat(DQuat::from_xyzw(0.0, 0.0, sin, cos) * up);
         let to = middle + scatter.spread * DVec3::new(chance(0), chance(1), chance(2));
-        Motion { turn, shift: to - turn * middle }
+        RigidMotion { turn, shift: to - turn * middle }
     };
     (0..).zip(&triangles).map(one).collect()
 }

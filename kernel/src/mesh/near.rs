@@ -1,8 +1,8 @@
-//! Which of many places in space lie near another one.
+//! Spatial index of points, by cubes.
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Numbers of places, by cubes in space.
+/// Indices of points, by cubes in space.
 #[derive(Clone, Debug)]
 pub struct Near {
     side: f64,
@@ -10,12 +10,12 @@ pub struct Near {
 }
 
 impl Near {
-    /// Without places; `side` is the length of a cube's edge in mm.
+    /// An empty index with cubes of `side` mm.
     pub fn new(side: f64) -> Self {
         Self { side, cells: HashMap::new() }
     }
 
-    /// Those of a list, numbered in its order.
+    /// Indexes a list of points, numbered in its order.
     pub fn of(side: f64, places: &[DVec3]) -> Self {
         let mut near = Self::new(side);
         for (number, place) in (0..).zip(places) {
@@ -29,12 +29,12 @@ impl Near {
         (place / self.side).floor().to_array().map(|x| x as i64)
     }
 
-    /// Adds a place.
+    /// Adds a point.
     pub fn add(&mut self, number: u32, place: DVec3) {
         self.cells.entry(self.cell(place)).or_default().push(number);
     }
 
-    /// The numbers of the places in all cubes that a ball touches: cube by cube, and in the order in which they were added.
+    /// The points in all cubes that a ball touches: cube by cube, in the order in which they were added.
     pub fn within(&self, place: DVec3, radius: f64) -> impl Iterator<Item = u32> + '_ {
         let (low, high) = (self.cell(place - radius), self.cell(place + radius));
         let range = move |axis: usize| low[axis]..=high[axis];

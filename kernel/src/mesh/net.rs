@@ -1,7 +1,8 @@
-//! Springs between points of a surface, set in motion.
+//! Simulation of springs between points of a surface.
 //!
-//! A spring pulls along its chord by k(D - L); each end takes the part in the plane of its triangle. Points go straight over
-//! the surface, and their velocities are carried along. On a plane this is the motion of `springs`. Cost: O(steps · links).
+//! A spring pulls along its chord by k(D - L); each end uses the component in the plane of its triangle. Points move
+//! straight over the surface, and their velocities are transported. On a plane this is the motion of `springs`. Cost:
+//! O(steps · links).
 use super::slide::{flat, slide};
 use crate::ground::stop::Until;
 use glam::DVec3;
@@ -11,56 +12,56 @@ use shibo_engine::value::Atlas;
 /// Springs of a net.
 #[derive(Clone, Copy, Debug)]
 pub struct Springs<'a> {
-    /// The points at the ends of each.
+    /// The end points of each spring.
     pub links: &'a [[u32; 2]],
-    /// Their stiffness.
+    /// Stiffness of each spring.
     pub stiffness: &'a [f64],
-    /// Their lengths at rest in mm; may be negative.
+    /// Rest length of each spring in mm; may be negative.
     pub rest: &'a [f64],
-    /// The force beyond which each breaks; empty if none can.
+    /// Force beyond which each spring breaks; empty if none breaks.
     pub limit: &'a [f64],
-    /// For each point whether it stays; empty if all move.
+    /// Marks of the points that stay; empty if all move.
     pub fixed: &'a [bool],
 }
 
-/// How they move.
+/// Settings of the simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion {
+pub struct NetMotion {
     /// Length of a step.
     pub step: f64,
-    /// How many steps.
+    /// Number of steps.
     pub steps: u32,
-    /// This factor times a point's speed is a force against it.
+    /// Drag: force against a point's motion per unit of its speed.
     pub drag: f64,
-    /// This factor times the speed at which a spring grows is a force against it.
+    /// Damping: force against a spring's change of length per unit of its speed.
     pub damping: f64,
-    /// Whether velocity advances before position; else position first, by the rule of the source.
+    /// True if velocity advances before position; false: position first, as in the source.
     pub semi_implicit: bool,
-    /// The longest way of a point in a step, in mm.
+    /// Maximum distance that a point may move in a step, in mm.
     pub farthest: f64,
 }
 
-/// Where points are.
+/// State of the points and springs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct State {
-    /// The places in mm.
+pub struct NetState {
+    /// Positions in mm.
     pub places: Vec<DVec3>,
-    /// The triangles that they are on.
+    /// The triangle under each point.
     pub triangles: Vec<u32>,
-    /// For each spring whether it broke.
+    /// Marks of the broken springs.
     pub broken: Vec<bool>,
 }
 
-/// Why there is no result.
+/// Reasons why there is no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stopped {
-    /// A point went too far in this step.
+    /// A point moved too far in this step.
     Diverged(u32),
-    /// The work was to stop.
+    /// Cancelled.
     Cancelled,
 }
 
-/// The springs of each point, in rising order.
+/// The springs of each point, in ascending order.
 fn adjacency(links: &[[u32; 2]], points: usize) -> (Vec<usize>, Vec<(u32, u32)>) {
     let mut starts = vec![0; points + 1];
     for point in links.iter().flatten() {
@@ -80,20 +81,20 @@ fn adjacency(links: &[[u32; 2]], points: usize) -> (Vec<usize>, Vec<(u32, u32)>)
     (starts, entries)
 }
 
-/// Sets springs in motion from rest.
+/// Simulates springs that start at rest.
 ///
 /// # Errors
-/// A motion that diverges, or that was cancelled.
+/// Returns an error if the motion diverges or is cancelled.
 pub fn simulate(
     atlas: &Atlas,
     (places, triangles): (&[DVec3], &[u32]),
     springs: &Springs<'_>,
-    motion: &Motion,
+    motion: &NetMotion,
     (until, progress): (Until<'_>, &mut dyn FnMut(u32)),
-) -> Result<State, Stopped> {
+) -> Result<NetState, Stopped> {
     let (starts, entries) = adjacency(springs.links, places.len());
     let mut state =
-        State { places: places.to_vec(), triangles: triangles.to_vec(), broken: vec![false; springs.links.len()] };
+        NetState { places: places.to_vec(), triangles: triangles.to_vec(), broken: vec![false; springs.links.len()] };
     let mut velocities = vec![DVec3::ZERO; places.len()];
     for step in 0..motion.steps {
         if until() {
@@ -144,7 +145,7 @@ pub fn simulate(
     Ok(state)
 }
 
-/// The force of each spring at the start, pushes included.
+/// Force of each spring at the start, including pushes.
 pub fn forces(places: &[DVec3], springs: &Springs<'_>) -> Vec<f64> {
     let of = |link: usize| force(places, springs, link);
     (0..springs.links.len()).map(of).collect()
@@ -155,8 +156,8 @@ fn force(places: &[DVec3], springs: &Springs<'_>, link: usize) -> f64 {
     (springs.stiffness[link] * (a.distance(b) - springs.rest[link])).abs()
 }
 
-/// Breaks the springs whose force is beyond their limit.
-fn snap(springs: &Springs<'_>, state: &mut State) {
+/// Breaks the springs whose force exceeds their limit.
+fn snap(springs: &Springs<'_>, state: &mut NetState) {
     for (link, limit) in springs.limit.iter().enumerate() {
         if !state.broken[link] && force(&state.places, springs, link) > *limit {
             state.broken[link] = true;
@@ -182,13 +183,13 @@ mod tests {
         (places, sown.iter().map(|s| s.triangle).collect(), normals, links)
     }
 
-    fn motion(semi_implicit: bool) -> Motion {
-        Motion { step: 0.1, steps: 40, drag: 3.0, damping: 0.2, semi_implicit, farthest: 2.0 }
+    fn motion(semi_implicit: bool) -> NetMotion {
+        NetMotion { step: 0.1, steps: 40, drag: 3.0, damping: 0.2, semi_implicit, farthest: 2.0 }
     }
 
-    /// Springs in the plane, worked out here in two dimensions; the cuts of the atlas mean nothing.
+    /// Compares with springs computed in two dimensions; the cuts of the atlas have no effect.
     #[test]
-    fn on_a_plane_points_move_as_in_the_plane() {
+    fn matches_planar_motion_on_a_plane() {
         let mut results = Vec::new();
         for name in ["plane_one", "plane_cut"] {
             let atlas = plane(name);
@@ -256,14 +257,14 @@ mod tests {
         for (force, broken) in forces.iter().zip(&state.broken) {
             assert!(*broken || *force <= limit[0]);
         }
-        // Faster than half a pitch a step is refused.
-        let wild = Motion { step: 10.0, ..motion(false) };
+        // More than half a pitch per step is rejected.
+        let wild = NetMotion { step: 10.0, ..motion(false) };
         let stopped = simulate(&atlas, (&places, &triangles), &springs, &wild, (NEVER, &mut |_| ()));
         assert!(matches!(stopped, Err(Stopped::Diverged(_))));
     }
 
     #[test]
-    fn points_are_evenly_apart_and_know_nothing_of_charts() {
+    fn strews_points_evenly_independent_of_charts() {
         let (one, cut) = (plane("plane_one"), plane("plane_cut"));
         let (places, _, _, links) = net(&one, 4.0);
         for (n, a) in places.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! The pixels of an atlas at one spacing.
 use super::texels;
-use super::walk::{Spot, corners};
+use super::walk::{SurfacePoint, corners};
 use glam::{DVec2, UVec2};
 use shibo_engine::value::{Atlas, Grid, Window};
 
@@ -21,13 +21,13 @@ impl Raster<'_> {
         self.finest.map(|n| n.div_ceil(self.h))
     }
 
-    /// The size of a pixel in the unit square.
+    /// Size of a pixel in the unit square.
     #[inline]
     pub fn step(&self) -> DVec2 {
         f64::from(self.h) / UVec2::from(self.finest).as_dvec2()
     }
 
-    /// The centre of a pixel in the unit square.
+    /// Centre of a pixel in the unit square.
     #[inline]
     pub fn center(&self, pixel: usize) -> DVec2 {
         let w = self.size()[0] as usize;
@@ -52,7 +52,8 @@ impl Raster<'_> {
         bands.par_iter().map(band).collect::<Vec<_>>().concat()
     }
 
-    /// How near pixels are to a border of a chart: 3 where one passes through the pixel, 2 and 1 one and two pixels beside.
+    /// Distance class of each pixel to a border of a chart: 3 if one passes through the pixel, 2 one pixel away, 1 two
+    /// pixels away.
     pub fn near(&self) -> Vec<u8> {
         let size = self.size().map(u32::cast_signed);
         let (w, count) = (self.size()[0] as usize, self.size().map(|n| n as usize).iter().product());
@@ -78,7 +79,7 @@ impl Raster<'_> {
         near
     }
 
-    /// Calls for each pixel that a border of a chart passes through, or touches: some more than once.
+    /// Calls `call` for each pixel that a border of a chart crosses or touches, for some more than once.
     #[expect(clippy::cast_possible_truncation, reason = "pixels of an atlas")]
     fn each_border(&self, mut call: impl FnMut(i64, i64)) {
         let step = self.step();
@@ -92,7 +93,7 @@ impl Raster<'_> {
                 if a.y > b.y {
                     (a, b) = (b, a);
                 }
-                // A border along pixels' sides counts for both.
+                // A border along the sides of pixels counts for both.
                 const CLOSE: f64 = 1e-7;
                 let at = |y: f64| {
                     let share = if b.y > a.y { ((y - a.y) / (b.y - a.y)).clamp(0.0, 1.0) } else { 0.0 };
@@ -107,14 +108,14 @@ impl Raster<'_> {
         }
     }
 
-    /// The place of a pixel that the triangle owns.
+    /// The surface point of a pixel that the triangle owns.
     #[inline]
-    pub fn spot(&self, triangle: usize, pixel: usize) -> Spot {
-        Spot { triangle, uv: self.center(pixel) }
+    pub fn spot(&self, triangle: usize, pixel: usize) -> SurfacePoint {
+        SurfacePoint { triangle, uv: self.center(pixel) }
     }
 }
 
-/// The number of pixel (x, y), if there is one.
+/// Index of pixel (x, y), if it exists.
 pub(super) fn inside(x: i64, y: i64, [w, h]: [i32; 2]) -> Option<usize> {
     let all = (0..i64::from(w)).contains(&x) && (0..i64::from(h)).contains(&y);
     usize::try_from(y * i64::from(w) + x).ok().filter(|_| all)
@@ -125,7 +126,7 @@ mod tests {
     use super::*;
     use crate::mesh::fixture::{plane, sphere};
 
-    /// A pixel that no border passes through lies in one chart, or in none, with everything near its centre.
+    /// If no border crosses a pixel, everything near its centre lies in the same chart, or in none.
     #[test]
     fn borders_pass_through_pixels_that_are_marked() {
         for (atlas, aligned) in [(plane("plane_wild"), false), (sphere(), false), (plane("plane_cut"), true)] {

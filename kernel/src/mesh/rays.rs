@@ -1,8 +1,7 @@
-//! Rays that meet a surface: what is in the way of light, and how thick a body is.
+//! Ray casting against a surface: occlusion of light, and the thickness of a body.
 //!
-//! Boxes around triangles are those of the crate `obvhs`, of which no other file knows; whether a ray meets a triangle is
-//! decided here, so that none slips through between two that share an edge (Woop, Benthin & Wald, 2013). Cost: about 0.4 µs
-//! a ray.
+//! The bounding boxes use the crate `obvhs`, which no other file uses. The ray-triangle test is done here, so that no
+//! ray slips through between two triangles that share an edge (Woop, Benthin & Wald, 2013). Cost: about 0.4 µs per ray.
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -12,14 +11,14 @@ use obvhs::{Boundable, BvhBuildParams};
 use shibo_engine::value::Mesh;
 use std::time::Duration;
 
-/// The triangles of a surface, by where they are.
+/// The triangles of a surface in a bounding volume hierarchy.
 pub struct Rays {
     boxes: Bvh2,
-    /// The corners of triangles in the order of the boxes.
+    /// Corners of the triangles, in the order of the boxes.
     triangles: Vec<[Vec3; 3]>,
 }
 
-/// The box around a triangle, a little larger, so that rounding never loses a ray.
+/// The bounding box of a triangle, slightly enlarged, so that rounding never loses a ray.
 struct Wide(Aabb);
 
 impl Boundable for Wide {
@@ -28,7 +27,7 @@ impl Boundable for Wide {
     }
 }
 
-/// A ray with the axes along which triangles are sheared, so that it runs along the last of them.
+/// A ray with the axes of a shear that aligns it with the last of them.
 struct Sheared {
     axes: [usize; 3],
     shear: Vec3,
@@ -53,7 +52,7 @@ impl Sheared {
         Self { axes: [x, y, z], shear, origin }
     }
 
-    /// How far along the ray it meets a triangle; infinity if it does not.
+    /// Distance along the ray to a triangle; infinity if the ray misses it.
     fn meet(&self, triangle: &[Vec3; 3]) -> f32 {
         let [x, y, z] = self.axes;
         let at = triangle.map(|p| {
@@ -74,7 +73,7 @@ impl Sheared {
 }
 
 impl Rays {
-    /// Sorts the triangles of a mesh. O(n log n).
+    /// Builds the hierarchy of a mesh. O(n log n).
     pub fn new(mesh: &Mesh) -> Self {
         let [low, high] = mesh.bounds();
         #[expect(clippy::cast_possible_truncation, reason = "a little more or less")]
@@ -90,14 +89,14 @@ impl Rays {
         Self { boxes, triangles }
     }
 
-    /// Whether nothing is in the way of a ray within a distance; `direction` has the length 1.
+    /// Returns whether a ray meets nothing within a distance; `direction` has length 1.
     pub fn escapes(&self, origin: Vec3, direction: Vec3, distance: f32) -> bool {
         let sheared = Sheared::new(origin, direction);
         let ray = Ray::new(origin.into(), direction.into(), 0.0, distance);
         self.boxes.ray_traverse_miss(ray, |_, n| sheared.meet(&self.triangles[n]))
     }
 
-    /// How far a ray goes until it meets the surface, `most` if it does not before.
+    /// Distance along a ray to the surface, at most `most`.
     pub fn reach(&self, origin: Vec3, direction: Vec3, most: f32) -> f32 {
         let sheared = Sheared::new(origin, direction);
         let ray = Ray::new(origin.into(), direction.into(), 0.0, most);
@@ -112,8 +111,8 @@ impl Rays {
     }
 }
 
-/// Directions spread evenly, the same for each point: about z, as dense as their cosine if `spread` is 1 in squared sine; up to
-/// the angle whose squared sine is `spread`. From the Hammersley set.
+/// Directions around z, the same for each point, with a density proportional to the cosine, up to the angle whose
+/// squared sine is `spread`. From the Hammersley set.
 pub fn directions(count: u32, spread: f64) -> Vec<Vec3> {
     let one = |i: u32| {
         let (share, angle) = ((f64::from(i) + 0.5) / f64::from(count), f64::from(i.reverse_bits()) / 4_294_967_296.0);
@@ -124,7 +123,7 @@ pub fn directions(count: u32, spread: f64) -> Vec<Vec3> {
     (0..count).map(one).collect()
 }
 
-/// Directions turned so that their z is `normal`: a function of it alone (Duff et al., 2017).
+/// Rotates directions so that their z axis becomes `normal`; depends on the normal alone (Duff et al., 2017).
 pub fn turned(normal: Vec3) -> impl Fn(Vec3) -> Vec3 {
     let n = normal;
     let sign = 1.0f32.copysign(n.z);
@@ -146,9 +145,9 @@ mod tests {
         Vec3::new(r(0), r(1), r(2)).normalize_or(Vec3::X)
     }
 
-    /// From inside of a closed body nothing escapes, also not through edges and corners.
+    /// From inside a closed body no ray escapes, not even through edges and corners.
     #[test]
-    fn nothing_slips_through() {
+    fn lets_no_ray_slip_through_edges() {
         let size = DVec3::splat(60.0);
         for mesh in [shapes::cube(size, 64), shapes::sphere(size, 64), shapes::cylinder(size, 64)] {
             let rays = Rays::new(&mesh);
@@ -168,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn ways_are_as_long_as_they_should_be() {
+    fn returns_lengths_of_rays() {
         let rays = Rays::new(&shapes::cube(DVec3::splat(60.0), 32));
         for n in 0..1000 {
             let d = unit(Hash::new(9), n);

@@ -1,4 +1,4 @@
-//! Meshes for tests: the files of `tests/meshes`, which are triangles and quads with UVs.
+//! Test meshes: the files of `tests/meshes`, with triangles, quads and UVs.
 use glam::{Vec2, Vec3};
 use shibo_engine::value::Mesh;
 
@@ -30,7 +30,7 @@ pub(crate) fn sphere() -> Mesh {
     obj(include_str!("../../../tests/meshes/sphere.obj"))
 }
 
-/// Reads what those files consist of.
+/// Reads the subset of OBJ that the files use.
 fn obj(text: &str) -> Mesh {
     let mut mesh = Mesh { part_names: vec!["mesh".into()], ..Mesh::default() };
     let mut uvs: Vec<Vec2> = Vec::new();

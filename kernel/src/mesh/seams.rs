@@ -1,6 +1,6 @@
-//! Where a mesh is to be cut before it is laid flat: lines of points become ways along its edges.
+//! Seams for cutting a mesh before it is unwrapped: converts lines of points to paths along its edges.
 //!
-//! From each point of a line to the next runs the shortest way along edges (E. Dijkstra, 1959) between the vertices that are
+//! From each point of a line to the next runs the shortest path along edges (E. Dijkstra, 1959) between the vertices
 //! nearest to them. Cost: O(edges · log edges) for each pair of points.
 use crate::ground::number::index_u32;
 use glam::DVec3;
@@ -8,37 +8,37 @@ use shibo_engine::value::Mesh;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 
-/// How far a point may lie from the nearest vertex, as a share of the mesh's diagonal.
+/// Maximum distance of a point from the nearest vertex, as a share of the mesh's diagonal.
 const FAR: f64 = 0.05;
 
-/// What is wrong with lines; counted from 0.
+/// Errors of lines; indices start at 0.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SeamError {
-    /// A point is not on the mesh.
+    /// A point is too far from the mesh.
     #[error("point {point} of seam {line} lies {far:.1} mm from the nearest vertex; up to {most:.1} mm are allowed")]
     Far {
-        /// The line.
+        /// Index of the line.
         line: usize,
-        /// The point of it.
+        /// Index of the point in it.
         point: usize,
-        /// How far, in mm.
+        /// Distance in mm.
         far: f64,
-        /// How far it may be.
+        /// Maximum distance in mm.
         most: f64,
     },
-    /// No edges lead from a point to the next one.
+    /// No edges connect a point with the next one.
     #[error("no edges lead from point {point} of seam {line} to the next one")]
     Apart {
-        /// The line.
+        /// Index of the line.
         line: usize,
-        /// The first of both points.
+        /// Index of the first of the two points.
         point: usize,
     },
 }
 
-/// The edges of a mesh at which it may be cut: between vertices, which are one where they are at the same place.
+/// The edges along which a mesh may be cut, between vertices; vertices at the same position count as one.
 struct Edges {
-    /// The first vertex at the place of each.
+    /// For each vertex the first vertex at its position.
     first: Vec<u32>,
     /// Neighbours of each vertex, in ascending order, with lengths in mm.
     beside: HashMap<u32, Vec<(u32, f64)>>,
@@ -50,7 +50,7 @@ impl Edges {
         let place = |v: usize| (mesh.positions[v] + glam::Vec3::ZERO).to_array().map(f32::to_bits);
         let first: Vec<u32> =
             (0..mesh.positions.len()).map(|v| *places.entry(place(v)).or_insert(index_u32(v))).collect();
-        // An edge inside of a polygon is none.
+        // Skip edges inside polygons.
         let mut inner: HashSet<(u32, [u32; 2])> = HashSet::new();
         let mut outer: HashSet<[u32; 2]> = HashSet::new();
         let polygons = mesh.polygons.len() == mesh.triangles.len();
@@ -76,10 +76,10 @@ impl Edges {
         Self { first, beside }
     }
 
-    /// The shortest way from one vertex to another; `None` if there is none.
+    /// The shortest path from one vertex to another; `None` if there is none.
     fn way(&self, from: u32, to: u32) -> Option<Vec<u32>> {
         let mut best: HashMap<u32, (f64, u32)> = HashMap::from([(from, (0.0, from))]);
-        // Lengths are not negative, so their bits are in their order.
+        // Lengths are not negative, so their bits sort like the numbers.
         let mut open = BinaryHeap::from([Reverse((0.0f64.to_bits(), from))]);
         while let Some(Reverse((bits, vertex))) = open.pop() {
             if vertex == to {
@@ -109,16 +109,16 @@ fn at(mesh: &Mesh, vertex: u32) -> DVec3 {
     mesh.positions[vertex as usize].as_dvec3()
 }
 
-/// The ends of the edge from corner `k` of a triangle to the next one, the lower number first.
+/// The ends of the edge from corner `k` of a triangle to the next one, the lower index first.
 fn ends(first: &[u32], triangle: &[u32; 3], k: usize) -> [u32; 2] {
     let [a, b] = [triangle[k], triangle[(k + 1) % 3]].map(|v| first[v as usize]);
     [a.min(b), a.max(b)]
 }
 
-/// For each triangle, and each of its edges from corner k to the next one, whether lines of points in mm run along it.
+/// For each triangle, marks of the edges (from corner k to the next) on lines of points in mm.
 ///
 /// # Errors
-/// Points that are not on the mesh, or between which no edges lead.
+/// Returns an error for points that are not on the mesh, or that no edges connect.
 pub fn seams(mesh: &Mesh, lines: &[Vec<DVec3>]) -> Result<Vec<[bool; 3]>, SeamError> {
     let edges = Edges::of(mesh);
     let (low, high) = mesh
@@ -153,7 +153,7 @@ mod tests {
     use crate::mesh::{samples, shapes};
 
     #[test]
-    fn a_line_runs_along_edges_from_end_to_end() {
+    fn follows_edges_from_end_to_end() {
         let mesh = shapes::sphere(DVec3::splat(60.0), 32);
         let (top, bottom) = (DVec3::new(0.0, 0.0, 30.0), DVec3::new(0.0, 0.0, -30.0));
         let marked = seams(&mesh, &[vec![top, DVec3::new(30.0, 0.0, 0.0), bottom]]).unwrap();
@@ -165,12 +165,12 @@ mod tests {
                 length += (a - b).length() / 2.0;
             }
         }
-        // Half of a great circle, each edge seen from both sides.
+        // Half of a great circle; each edge counts from both sides.
         assert!((90.0..98.0).contains(&length), "{length}");
     }
 
     #[test]
-    fn diagonals_of_polygons_are_no_edges() {
+    fn ignores_diagonals_of_polygons() {
         let mut mesh = samples::cube();
         // Its sides are squares of two triangles each.
         mesh.polygons = (0..12).map(|n| n / 2).collect();
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn points_beside_the_mesh_and_between_its_pieces_are_told() {
+    fn rejects_points_off_the_mesh_and_unconnected_points() {
         let mesh = shapes::sphere(DVec3::splat(60.0), 16);
         let (top, away) = (DVec3::new(0.0, 0.0, 30.0), DVec3::new(0.0, 0.0, 90.0));
         let found = seams(&mesh, &[vec![top, -top], vec![top, away]]);

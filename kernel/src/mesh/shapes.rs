@@ -1,6 +1,6 @@
 //! Meshes of simple shapes, with UVs: no chart is mirrored, and none touches another.
 //!
-//! Each is made of patches, grids of quads that are cut into triangles, which are welded afterwards. Cost: O(triangles).
+//! Each is made of patches, which are grids of quads cut into triangles, and welded afterwards. Cost: O(triangles).
 use super::topology::weld;
 use crate::ground::number::index_u32;
 use crate::ground::stop::Watch;
@@ -8,18 +8,18 @@ use glam::{DVec2, DVec3};
 use shibo_engine::value::Mesh;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
-/// How much of the unit square stays free around charts.
+/// Free margin around charts, in units of the unit square.
 const MARGIN: f64 = 1.0 / 64.0;
 
 /// A corner of a patch.
 struct Corner {
     place: DVec3,
     normal: DVec3,
-    /// v down.
+    /// Position in the unit square, v down.
     uv: DVec2,
 }
 
-/// A mesh that patches are added to.
+/// Builds a mesh from patches.
 #[derive(Default)]
 struct Patches {
     mesh: Mesh,
@@ -27,7 +27,7 @@ struct Patches {
 }
 
 impl Patches {
-    /// Adds a grid of `columns` × `rows` quads; seen from outside columns go to the right and rows up.
+    /// Adds a grid of `columns` × `rows` quads; seen from outside, columns go to the right and rows go up.
     fn add(&mut self, [columns, rows]: [u32; 2], corner: impl Fn(u32, u32) -> Corner) {
         let first = index_u32(self.mesh.positions.len());
         let corners: Vec<Corner> =
@@ -47,7 +47,7 @@ impl Patches {
         }
     }
 
-    /// The mesh; places that differ by rounding only become one.
+    /// Returns the mesh; positions that differ only by rounding are merged.
     fn done(mut self, name: &str) -> Mesh {
         let [low, high] = self.mesh.bounds();
         weld(&mut self.mesh, 1e-6 * (high - low).max_element(), &Watch::never());
@@ -56,18 +56,18 @@ impl Patches {
     }
 }
 
-/// The share that lies behind `i` of `n` steps; exactly 1 at the end.
+/// Step `i` of `n` as a share; exactly 1 at the end.
 fn share(i: u32, n: u32) -> f64 {
     f64::from(i) / f64::from(n)
 }
 
-/// A direction in the xy-plane after `i` of `n` steps round; the last is the same as the first.
+/// The direction in the xy-plane at step `i` of `n` around the circle; the last is the same as the first.
 fn around(i: u32, n: u32) -> DVec2 {
     let angle = TAU * share(i % n, n);
     DVec2::new(libm::cos(angle), libm::sin(angle))
 }
 
-/// A flat sheet that faces up, its longer side as wide as the unit square.
+/// A flat sheet that faces up; its longer side is as wide as the unit square.
 pub fn plane(size: DVec2, segments: u32) -> Mesh {
     let n = (segments / 4).max(1);
     let mut patches = Patches::default();
@@ -79,7 +79,7 @@ pub fn plane(size: DVec2, segments: u32) -> Mesh {
     patches.done("plane")
 }
 
-/// The six sides of a box: to the right, up and outwards.
+/// The six sides of a box: the directions to the right, up and outwards.
 const SIDES: [[DVec3; 3]; 6] = [
     [DVec3::Y, DVec3::Z, DVec3::X],
     [DVec3::NEG_X, DVec3::Z, DVec3::Y],
@@ -89,7 +89,7 @@ const SIDES: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::NEG_Y, DVec3::NEG_Z],
 ];
 
-/// Six patches in three columns and two rows; `corner` tells place and normal of a side at (-1..1, -1..1).
+/// Six patches in three columns and two rows; `corner` returns position and normal of a side at (-1..1, -1..1).
 fn six(name: &str, n: u32, lengths: DVec3, corner: impl Fn([DVec3; 3], DVec2) -> (DVec3, DVec3)) -> Mesh {
     let mut patches = Patches::default();
     for (number, side) in (0u32..).zip(SIDES) {
@@ -105,14 +105,14 @@ fn six(name: &str, n: u32, lengths: DVec3, corner: impl Fn([DVec3; 3], DVec2) ->
     patches.done(name)
 }
 
-/// A box, each of its sides a chart.
+/// A box; each side is a chart.
 pub fn cube(size: DVec3, segments: u32) -> Mesh {
     six("cube", (segments / 8).max(1), size, |[right, up, out], at| {
         ((right * at.x + up * at.y + out) * 0.5 * size, out)
     })
 }
 
-/// A sphere, or ellipsoid: the sides of a box blown up, with even angles, so that no chart is stretched by much.
+/// A sphere or ellipsoid: the sides of a box projected outwards, with even angles to keep the stretch of charts low.
 pub fn sphere(size: DVec3, segments: u32) -> Mesh {
     six("sphere", (segments / 4).max(2), DVec3::ONE, |[right, up, out], at| {
         let unit = (right * libm::tan(at.x * FRAC_PI_4) + up * libm::tan(at.y * FRAC_PI_4) + out).normalize();
@@ -120,7 +120,7 @@ pub fn sphere(size: DVec3, segments: u32) -> Mesh {
     })
 }
 
-/// A ring with a round tube about the z axis: one chart, which meets itself on all four sides.
+/// A torus with a round tube about the z axis: one chart, which meets itself on all four sides.
 pub fn torus(size: DVec2, tube: f64, segments: u32) -> Mesh {
     let n = [segments.max(3), (segments / 2).max(3)];
     let mean = 0.25 * (size.x + size.y);
@@ -141,7 +141,7 @@ pub fn cylinder(size: DVec3, segments: u32) -> Mesh {
     let n = segments.max(3);
     let radius = 0.5 * size.truncate();
     let mean = 0.5 * radius.element_sum();
-    // The side above, the caps below it.
+    // Layout: the side above, the caps below it.
     let height = size.z + radius.y * 2.0;
     let scale = ((1.0 - 2.0 * MARGIN) / (TAU * mean)).min((1.0 - 4.0 * MARGIN) / height);
     let rows = (f64::from(n) * size.z / (TAU * mean)).round().clamp(1.0, f64::from(n.min(512)));
@@ -156,7 +156,7 @@ pub fn cylinder(size: DVec3, segments: u32) -> Mesh {
     });
     for (side, column) in [(1.0, 1.0), (-1.0, 3.5)] {
         let middle = DVec2::new(column * radius.x, size.z + radius.y) * scale + MARGIN * DVec2::new(column, 2.0);
-        // A cap is a patch whose first row is its rim, and its last one its middle.
+        // A cap is a patch whose first row is the rim, and whose last row is the middle.
         patches.add([n, 1], |i, j| {
             let ring = if j == 0 { around(if side > 0.0 { i } else { n - i }, n) } else { DVec2::ZERO };
             let flat = ring * radius;
@@ -167,11 +167,11 @@ pub fn cylinder(size: DVec3, segments: u32) -> Mesh {
     patches.done("cylinder")
 }
 
-/// How sharply a profile must turn for its corner to be an edge.
+/// Angle from which a corner of a profile is an edge.
 const EDGE: f64 = 40.0 * PI / 180.0;
 
-/// A body of rotation about the z axis: a profile of (radius, z) turned once round it. Corners of the profile that turn by
-/// less than 40° are smooth. The side on which the profile encloses the axis is inside, whichever way it runs.
+/// A body of rotation about the z axis: rotates a profile of (radius, z) around it. Corners of the profile of less than
+/// 40° are smooth. Inside is the side on which the profile encloses the axis, whichever way the profile runs.
 pub fn lathe(profile: &[DVec2], segments: u32) -> Mesh {
     let n = segments.max(3);
     let mut profile = profile.to_vec();
@@ -198,7 +198,7 @@ pub fn lathe(profile: &[DVec2], segments: u32) -> Mesh {
     patches.done("lathe")
 }
 
-/// The normal of piece `k` of a profile at its end 0 or 1: that of both pieces there, if they turn by little.
+/// The normal of segment `k` of a profile at its end 0 or 1: the mean of both segments there, if the corner is smooth.
 fn profile_normal(profile: &[DVec2], k: usize, end: usize) -> DVec2 {
     let normal =
         |k: usize| Some((*profile.get(k + 1)? - *profile.get(k)?).normalize_or_zero()).map(|d| DVec2::new(d.y, -d.x));
@@ -208,7 +208,7 @@ fn profile_normal(profile: &[DVec2], k: usize, end: usize) -> DVec2 {
     (own + other).normalize_or(own)
 }
 
-/// A profile through these points, smooth but for corners that turn by 40° and more, in pieces at most `piece` long.
+/// A profile through these points, smooth except at corners of 40° and more, in segments of at most `piece`.
 pub fn smooth_profile(points: &[DVec2], piece: f64) -> Vec<DVec2> {
     let tangent = |k: usize| -> Option<DVec2> {
         let (a, b, c) = (points[k.checked_sub(1)?], points[k], *points.get(k + 1)?);
@@ -225,7 +225,7 @@ pub fn smooth_profile(points: &[DVec2], piece: f64) -> Vec<DVec2> {
             out.push(ends[1]);
             continue;
         }
-        // At a corner the curve leaves as its other end asks for.
+        // At a corner, the tangent mirrors that of the other end.
         let mirrored = |t: DVec2| 2.0 * chord.dot(t) / (length * length) * chord - t;
         let a = length * from.or(to.map(mirrored)).unwrap_or_default();
         let b = length * to.or(from.map(mirrored)).unwrap_or_default();
@@ -259,7 +259,7 @@ mod tests {
             .into()
     }
 
-    /// The mesh, its Euler number, how many charts it has and whether it has an end.
+    /// Each mesh, its Euler characteristic, its number of charts, and whether it has a boundary.
     fn shapes(segments: u32) -> Vec<(Mesh, i64, usize, bool)> {
         let size = DVec3::new(60.0, 60.0, 60.0);
         vec![
@@ -304,7 +304,7 @@ mod tests {
 
     /// Each texel has one triangle, charts keep apart, and seen from outside none is mirrored.
     #[test]
-    fn charts_lie_beside_each_other() {
+    fn keeps_charts_apart_and_unmirrored() {
         for (mesh, ..) in shapes(32) {
             let name = mesh.part_names[0].clone();
             assert!(mesh.uvs.iter().all(|uvs| cross(*uvs) < 0.0), "{name}");
@@ -325,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn measures_are_those_of_the_shapes() {
+    fn matches_areas_of_shapes() {
         let (size, n) = (DVec3::splat(60.0), 256);
         for (mesh, area) in [
             (plane(DVec2::new(60.0, 40.0), n), 2400.0),

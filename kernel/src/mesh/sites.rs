@@ -1,26 +1,26 @@
-//! Which pixel of a level stands for a place on the surface.
+//! The pixel of a level that represents a point of the surface.
 use super::raster::{Raster, inside};
-use super::walk::{Spot, flatten, walk};
+use super::walk::{SurfacePoint, flatten, walk};
 use crate::ground::number::index_u32;
 use glam::{DVec2, DVec3, I64Vec3};
 use shibo_engine::value::Jump;
 use std::collections::HashMap;
 
-/// The pixels of a level that stand for places.
+/// The pixels of a level that represent points.
 pub struct Sites<'a> {
     /// The pixels.
     pub raster: Raster<'a>,
     /// The triangle of each pixel plus one, or 0.
     pub owner: &'a [u32],
-    /// How near each pixel is to a border.
+    /// Distance class of each pixel to a border; see [`Raster::near`].
     pub near: &'a [u8],
-    /// Pixels near borders by where they lie in space, in cells of `reach`.
+    /// Pixels near borders, by their position in space, in cells of `reach`.
     cells: HashMap<I64Vec3, Vec<(u32, DVec3)>>,
     reach: f64,
 }
 
 impl<'a> Sites<'a> {
-    /// The pixels of a level that has these owners; `near` as [`Raster::near`] gives it.
+    /// Indexes the pixels of a level with these owners; `near` as returned by [`Raster::near`].
     pub fn new(raster: Raster<'a>, owner: &'a [u32], near: &'a [u8]) -> Self {
         let atlas = raster.atlas;
         let reach = 1.5 * (raster.step() * atlas.size_mm).element_product().sqrt() * atlas.scale();
@@ -32,7 +32,7 @@ impl<'a> Sites<'a> {
         sites
     }
 
-    fn place(&self, spot: Spot) -> DVec3 {
+    fn place(&self, spot: SurfacePoint) -> DVec3 {
         self.raster.atlas.place(spot.triangle, spot.uv)
     }
 
@@ -42,13 +42,13 @@ impl<'a> Sites<'a> {
         I64Vec3::new(cell.x as i64, cell.y as i64, cell.z as i64)
     }
 
-    /// Whether a pixel belongs to a chart.
+    /// Returns whether a pixel belongs to a chart.
     pub fn is_of(&self, pixel: usize, chart: u16) -> bool {
         self.owner[pixel].checked_sub(1).is_some_and(|triangle| self.raster.atlas.charts[triangle as usize] == chart)
     }
 
-    /// The pixel that stands for a place, and where the place lies from it in pixels.
-    pub fn site(&self, spot: Spot) -> Option<(usize, DVec2)> {
+    /// The pixel that represents a point, and the point's offset from it in pixels.
+    pub fn site(&self, spot: SurfacePoint) -> Option<(usize, DVec2)> {
         let beside = self.beside(spot);
         match beside {
             Some((_, off)) if off.length_squared() <= 0.5 => beside,
@@ -56,8 +56,8 @@ impl<'a> Sites<'a> {
         }
     }
 
-    /// The same, as it is kept.
-    pub fn jump(&self, spot: Spot) -> Jump {
+    /// The same, in its stored form.
+    pub fn jump(&self, spot: SurfacePoint) -> Jump {
         self.site(spot).map_or(Jump::NONE, |(pixel, off)| {
             #[expect(clippy::cast_possible_truncation, reason = "limited just before")]
             let keep = |v: f64| (v * f64::from(Jump::STEPS)).round().clamp(-32_727.0, 32_727.0) as i16;
@@ -66,7 +66,7 @@ impl<'a> Sites<'a> {
     }
 
     /// The nearest of the 3 × 3 pixels around that lie in the chart and are reached within it.
-    fn beside(&self, spot: Spot) -> Option<(usize, DVec2)> {
+    fn beside(&self, spot: SurfacePoint) -> Option<(usize, DVec2)> {
         let atlas = self.raster.atlas;
         let chart = atlas.charts[spot.triangle];
         let at = spot.uv / self.raster.step();
@@ -95,7 +95,7 @@ impl<'a> Sites<'a> {
     }
 
     /// The nearest pixel in space, on the same side of the surface.
-    fn nearest(&self, spot: Spot) -> Option<(usize, DVec2)> {
+    fn nearest(&self, spot: SurfacePoint) -> Option<(usize, DVec2)> {
         let atlas = self.raster.atlas;
         let place = self.place(spot);
         let middle = self.cell(place);

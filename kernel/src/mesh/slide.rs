@@ -1,25 +1,25 @@
-//! Straight ways over a surface, in space.
+//! Straight paths over a surface, in space.
 //!
-//! At an edge the surface is unfolded: the way and all that is carried along keep their part along the edge, and their part
-//! across it goes on in the plane of the next triangle. Nothing depends on how the mesh is laid out.
+//! At an edge the surface is unfolded: the path and the transported vector keep their components along the edge, and
+//! their components across it continue in the plane of the next triangle. Nothing depends on the layout of the mesh.
 use super::walk::{MOST, TOLERANCE, exit};
 use glam::DVec3;
 use shibo_engine::value::Atlas;
 
-/// Where a way ended.
+/// End of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slid {
     /// The triangle.
     pub triangle: usize,
-    /// The place, in its plane.
+    /// The position, in its plane.
     pub place: DVec3,
-    /// What was carried along.
+    /// The transported vector.
     pub carried: DVec3,
-    /// Whether the surface ended before the way did.
+    /// True if the surface ended before the path did.
     pub ended: bool,
 }
 
-/// The weights of a triangle's corners at a place, which is projected to its plane; none for a triangle without area.
+/// Weights of a triangle's corners at a position, projected to its plane; `None` for a triangle without area.
 pub fn weights([a, b, c]: [DVec3; 3], place: DVec3) -> Option<[f64; 3]> {
     let (e, f, d) = (b - a, c - a, place - a);
     let (ee, ef, ff) = (e.dot(e), e.dot(f), f.dot(f));
@@ -29,12 +29,12 @@ pub fn weights([a, b, c]: [DVec3; 3], place: DVec3) -> Option<[f64; 3]> {
     scale.is_finite().then_some([1.0 - v - w, v, w])
 }
 
-/// A vector in the plane of a triangle.
+/// Projects a vector to the plane of a triangle.
 pub fn flat(atlas: &Atlas, triangle: usize, v: DVec3) -> DVec3 {
     atlas.mesh.cross(triangle).try_normalize().map_or(v, |normal| v.reject_from_normalized(normal))
 }
 
-/// Goes by `way` from a place of a triangle, both in its plane, and carries a vector along.
+/// Moves by `way` from a position on a triangle, both in its plane, and transports a vector along.
 pub fn slide(atlas: &Atlas, (mut triangle, mut place): (usize, DVec3), mut way: DVec3, mut carried: DVec3) -> Slid {
     let mut came = 3;
     for _ in 0..MOST {
@@ -67,7 +67,7 @@ mod tests {
     use crate::ground::hash::Hash;
     use crate::mesh::fixture::{cube, plane, sphere, torus};
 
-    /// A place of a triangle, and a direction of length 1 in its plane.
+    /// A random position on a triangle, and a direction of length 1 in its plane.
     fn draw(atlas: &Atlas, n: u64) -> (usize, DVec3, DVec3) {
         let hash = Hash::new(5).with(n);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below the number of triangles")]
@@ -100,18 +100,18 @@ mod tests {
     }
 
     #[test]
-    fn closed_surfaces_have_no_end_and_nothing_grows_on_the_way() {
+    fn returns_on_closed_surfaces_without_stretch() {
         for atlas in [cube(), sphere(), torus(48, 24)] {
             for n in 0..200 {
                 let (triangle, place, way) = draw(&atlas, n);
                 let slid = slide(&atlas, (triangle, place), way * 70.0, way);
                 assert!(!slid.ended && (slid.carried.length() - 1.0).abs() < 1e-9);
-                // What is carried stays in the surface, and the place on it.
+                // The transported vector stays tangential, and the position stays on the surface.
                 let normal = atlas.mesh.cross(slid.triangle).normalize();
                 assert!(slid.carried.dot(normal).abs() < 1e-9);
                 let [corner, ..] = atlas.mesh.corners(slid.triangle);
                 assert!((slid.place - corner).dot(normal).abs() < 1e-7);
-                // Back again by the same way.
+                // Back along the same path.
                 let back = slide(&atlas, (slid.triangle, slid.place), slid.carried * -70.0, slid.carried);
                 assert!(back.place.distance(place) < 1e-6, "{n}: {}", back.place.distance(place));
             }

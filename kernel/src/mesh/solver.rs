@@ -1,37 +1,37 @@
-//! The smoothest field of directions that keeps to wishes: conjugate gradients, preconditioned by the diagonal and by a
-//! [`coarse`](super::coarse) picture of the system.
+//! Solves for the smoothest field of directions that keeps to wishes: conjugate gradients, preconditioned by the
+//! diagonal and by a [`coarse`](super::coarse) level.
 //!
-//! Minimises `Σ w |u_i - r_ij u_j|² + Σ λ_i |u_i - u⁰_i|²`. Sums are made in pieces of fixed size, in a fixed order, so that
-//! results do not depend on the number of threads.
+//! Minimises `Σ w |u_i - r_ij u_j|² + Σ λ_i |u_i - u⁰_i|²`. Sums are made in chunks of fixed size, in a fixed order, so
+//! that results do not depend on the number of threads.
 use super::coarse::{Coarse, Rows};
 use super::connection::{Connection, times, unit};
 use crate::ground::stop::Until;
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// Values that are summed in one go.
+/// Number of values per chunk of a sum.
 const PIECE: usize = 2048;
 
 /// A system of equations.
 pub struct System {
     starts: Vec<u32>,
-    /// The other vertex, and what its value is multiplied by.
+    /// The other vertex, and the factor on its value.
     entries: Vec<(u32, DVec2)>,
     diagonal: Vec<f64>,
     coarse: Option<Coarse>,
 }
 
-/// When to stop.
+/// Stopping criteria.
 #[derive(Clone, Copy)]
 pub struct Accuracy {
-    /// The residual, relative to the right-hand side.
+    /// Residual, relative to the right-hand side.
     pub residual: f64,
-    /// The most rounds.
+    /// Maximum number of rounds.
     pub rounds: usize,
 }
 
 impl System {
-    /// The system of a field of symmetry `n`, with a pull on each vertex.
+    /// Builds the system of a field of symmetry `n`, with a pull on each vertex.
     pub fn new(connection: &Connection, symmetry: f64, pull: &[f64]) -> Self {
         let entry = |b: &super::connection::Beside| (b.vertex, unit(symmetry * b.carried) * b.weight);
         let weight = |v: usize| connection.beside(v).iter().map(|b| b.weight).sum::<f64>() + pull[v];
@@ -50,7 +50,7 @@ impl System {
         });
     }
 
-    /// Solves for the right-hand side, from what is in `u`. If it was stopped, that must not be used.
+    /// Solves for the right-hand side, starting from `u`. If stopped, the result must not be used.
     pub fn solve(&self, right: &[DVec2], u: &mut [DVec2], accuracy: Accuracy, until: Until<'_>) {
         let n = u.len();
         let mut product = vec![DVec2::ZERO; n];
@@ -89,7 +89,7 @@ impl System {
     }
 }
 
-/// The sum of the products of two lists, in a fixed order.
+/// The dot product of two lists, summed in a fixed order.
 pub fn dot(a: &[DVec2], b: &[DVec2]) -> f64 {
     let piece = |(a, b): (&[DVec2], &[DVec2])| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
     let pieces: Vec<f64> = a.par_chunks(PIECE).zip(b.par_chunks(PIECE)).map(piece).collect();

@@ -1,45 +1,45 @@
 //! Points strewn evenly over a surface.
 //!
-//! Candidates are hashed by triangle and number, so they do not depend on how the mesh is laid out, and are taken in the order of
-//! a hashed priority if no point that was taken before is too close. Cost: O(points), about 12 candidates each.
+//! Candidates are hashed by triangle and index, so they do not depend on the layout of the mesh. They are accepted in
+//! the order of a hashed priority, unless an accepted point is too close. Cost: O(points), about 12 candidates each.
 use super::near::Near;
 use crate::ground::hash::Hash;
 use crate::ground::stop::Until;
 use glam::{DVec3, Vec3};
 use shibo_engine::value::Mesh;
 
-/// The most points that may be wanted.
+/// Maximum number of points.
 pub const MOST: f64 = 1e6;
 
-/// How many candidates there are for each wanted point.
+/// Number of candidates per wanted point.
 const CANDIDATES: f64 = 12.0;
 
-/// The least distance of two points, in pitches: their neighbours are then a pitch away on average.
+/// Minimum distance of two points, in pitches; neighbours are then one pitch away on average.
 const LEAST: f64 = 0.8;
 
-/// The smallest density that counts: points are at most four times as far apart there.
+/// Lower bound of the density: points there are four times as far apart.
 const LEAST_DENSITY: f64 = 1.0 / 16.0;
 
 /// A point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sown {
-    /// Its place in mm.
+    /// Position in mm.
     pub place: DVec3,
-    /// The triangle on which it lies.
+    /// The triangle of the point.
     pub triangle: u32,
-    /// The weights of the triangle's corners there.
+    /// Weights of the triangle's corners at the point.
     pub weights: [f64; 3],
 }
 
-/// How many points a surface has room for.
+/// Number of points that fit on a surface.
 pub fn wanted(area: f64, pitch: f64) -> f64 {
-    // A triangle of three neighbours has this area, and there are twice as many of them as points.
+    // The area of a triangle of three neighbours; there are twice as many triangles as points.
     area / (pitch * pitch * 0.866_025)
 }
 
-/// Points about `pitch` mm apart; farther where `density`, 0..1, is less than 1 at a triangle and the weights of its corners.
-/// `smooth` holds a normal for each vertex: places whose normals differ by more than 60° do not see each other. Incomplete if
-/// `until` said to stop.
+/// Strews points about `pitch` mm apart; farther where `density`, 0..1, is less than 1 at a triangle and the weights of
+/// its corners. `smooth` holds a normal for each vertex: points whose normals differ by more than 60° ignore each
+/// other. Incomplete if `until` said to stop.
 pub fn sow(
     (mesh, smooth): (&Mesh, &[Vec3]),
     pitch: f64,
@@ -92,7 +92,7 @@ fn candidate(mesh: &Mesh, triangle: u32, hash: Hash) -> Sown {
     Sown { place: a * weights[0] + b * weights[1] + c * weights[2], triangle, weights }
 }
 
-/// The normal between those of a triangle's corners; the triangle's own where they cancel out.
+/// The normal interpolated between a triangle's corners; the triangle's own if they cancel out.
 pub fn normal(mesh: &Mesh, smooth: &[Vec3], sown: &Sown) -> Vec3 {
     let corners = mesh.triangles[sown.triangle as usize].map(|vertex| smooth[vertex as usize].as_dvec3());
     let sum: DVec3 = corners.iter().zip(sown.weights).map(|(normal, weight)| *normal * weight).sum();

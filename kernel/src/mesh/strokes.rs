@@ -4,7 +4,7 @@ use glam::{DVec3, I64Vec3};
 use shibo_engine::value::Mesh;
 use std::collections::HashMap;
 
-/// A mesh whose triangles are found by place.
+/// A mesh with a spatial index of its triangles.
 pub struct Surface<'a> {
     mesh: &'a Mesh,
     cell: f64,
@@ -20,7 +20,7 @@ fn cell_of(at: DVec3, size: f64) -> I64Vec3 {
 }
 
 impl<'a> Surface<'a> {
-    /// Those of a mesh, in cells of about that many mm.
+    /// Indexes a mesh, in cells of about `cell` mm.
     pub fn new(mesh: &'a Mesh, cell: f64) -> Self {
         let [low, high] = mesh.bounds();
         let cell = cell.max((high - low).max_element() / 256.0).max(1e-9);
@@ -37,14 +37,14 @@ impl<'a> Surface<'a> {
         Self { mesh, cell, cells, low: cell_of(low, cell), high: cell_of(high, cell) }
     }
 
-    /// The triangle nearest to a point, and the point of it, if one is within `most`; of several the lowest.
+    /// The triangle nearest to a point, and its nearest point, if within `most`; of equals the lowest triangle.
     pub fn nearest(&self, point: DVec3, most: f64) -> Option<(usize, DVec3)> {
         let middle = cell_of(point, self.cell);
         let outside = (self.low - middle).max(middle - self.high).max(I64Vec3::ZERO).max_element();
         let last = (self.low - middle).abs().max((self.high - middle).abs()).max_element();
         let mut best: Option<(f64, u32, DVec3)> = None;
         for ring in outside..=last {
-            // Cells of this ring are at least that far away.
+            // Minimum distance of the cells of this ring.
             let least = (ring - 1).max(0) as f64 * self.cell;
             if least > most || best.is_some_and(|b| b.0.sqrt() < least) {
                 break;
@@ -73,7 +73,7 @@ impl<'a> Surface<'a> {
     }
 }
 
-/// The point of a triangle nearest to another one.
+/// The point of a triangle nearest to `point`.
 pub fn nearest_of([a, b, c]: [DVec3; 3], point: DVec3) -> DVec3 {
     let normal = (b - a).cross(c - a);
     let inside = |from: DVec3, to: DVec3| normal.dot((to - from).cross(point - from)) >= 0.0;
@@ -98,7 +98,7 @@ mod tests {
     use crate::mesh::fixture::{cube, torus};
 
     #[test]
-    fn the_nearest_triangle_is_that_of_a_full_search() {
+    fn matches_full_search_for_nearest_triangle() {
         for atlas in [cube(), torus(24, 12)] {
             let surface = Surface::new(&atlas.mesh, 6.0);
             for k in 0..200u64 {

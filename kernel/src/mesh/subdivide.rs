@@ -1,18 +1,18 @@
-//! Meshes with shorter edges, and the same shape.
+//! Subdivides meshes to shorter edges; the shape stays the same.
 use crate::ground::number::index_u32;
 use glam::{Vec2, Vec3};
 use shibo_engine::value::Mesh;
 use std::collections::HashMap;
 
-/// More triangles would be needed than are allowed.
+/// The error if more triangles are needed than allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("this needs at least {0} triangles")]
 pub struct TooMany(pub usize);
 
-/// The middles of edges that are split, by the vertices at their ends.
+/// Middle vertices of split edges, by the vertices at their ends.
 type Middles = HashMap<[u32; 2], u32>;
 
-/// One corner of a triangle, with what belongs to it.
+/// A corner of a triangle, with its attributes.
 #[derive(Clone, Copy)]
 struct Corner {
     vertex: u32,
@@ -20,11 +20,11 @@ struct Corner {
     normal: Vec3,
 }
 
-/// Splits edges at their middles, over and over, until none is longer than `edge` mm. Shape, UVs, parts and polygons stay as
-/// they are. O(triangles of the result).
+/// Splits edges at their middles, repeatedly, until none is longer than `edge` mm. Shape, UVs, parts and polygons do
+/// not change. O(triangles of the result).
 ///
 /// # Errors
-/// If that takes more than `most` triangles.
+/// Returns an error if this takes more than `most` triangles.
 pub fn subdivide(mesh: &Mesh, edge: f64, most: usize) -> Result<Mesh, TooMany> {
     let mut mesh = mesh.clone();
     // Each round halves all edges that are too long.
@@ -56,7 +56,7 @@ fn middles(mesh: &mut Mesh, edge: f64) -> Middles {
             let [a, b] = ends(triangle, k);
             let [from, to] = [a, b].map(|v| mesh.positions[v as usize].as_dvec3());
             let middle = (0.5 * (from + to)).as_vec3();
-            // A middle that rounding puts on an end would split for ever.
+            // If rounding moves a middle to an end, the edge could be split forever.
             let apart = [a, b].iter().all(|v| mesh.positions[*v as usize] != middle);
             if from.distance(to) > edge && apart && !middles.contains_key(&[a, b]) {
                 middles.insert([a, b], index_u32(mesh.positions.len()));
@@ -109,7 +109,7 @@ fn cut(c: [Corner; 3], middles: [Option<Corner>; 3], mut add: impl FnMut([Corner
         }
         _ => {
             let count = middles.iter().flatten().count();
-            // Turned so that with one middle it lies on edge 0, and with two edge 0 has none.
+            // Rotate so that a single middle lies on edge 0, and of two middles none does.
             let k = (0..3).find(|k| middles[*k].is_some() == (count == 1)).unwrap_or(0);
             let at = |n: usize| c[(k + n) % 3];
             let middle = |n: usize| middles[(k + n) % 3];
@@ -135,7 +135,7 @@ mod tests {
     use std::sync::Arc;
 
     #[test]
-    fn edges_become_short_and_the_shape_stays() {
+    fn shortens_edges_and_keeps_shape() {
         for mesh in [
             samples::cube(),
             shapes::cylinder(DVec3::new(60.0, 60.0, 100.0), 16),
@@ -159,10 +159,10 @@ mod tests {
     }
 
     #[test]
-    fn too_many_triangles_are_refused() {
+    fn rejects_too_many_triangles() {
         assert!(matches!(subdivide(&samples::cube(), 0.01, 10_000), Err(TooMany(n)) if n > 10_000));
         assert_eq!(subdivide(&samples::cube(), 100.0, 12).unwrap(), samples::cube());
-        // An edge shorter than numbers can tell ends, too.
+        // An edge shorter than the resolution of numbers stops the splitting, too.
         let mut far = samples::cube();
         far.positions.iter_mut().for_each(|p| *p = *p * 1e-5 + Vec3::splat(9e6));
         assert!(subdivide(&far, 1e-6, 1_000_000).is_ok());

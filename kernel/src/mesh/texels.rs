@@ -1,8 +1,8 @@
-//! Which triangle each pixel of an atlas belongs to.
+//! The triangle of each pixel of an atlas.
 //!
-//! A pixel belongs to the triangle that holds its centre; of several to the one with the lowest number. Edges count, with a
-//! tolerance of 1e-9 in barycentric coordinates. These are computed in `f64` from places on the canvas and never from the
-//! window, so a window has the same bits as the crop of a larger one.
+//! A pixel belongs to the triangle that contains its centre, of several to the lowest one. Edges count as inside, with
+//! a tolerance of 1e-9 in barycentric coordinates. These are computed in `f64` from positions on the canvas and never
+//! from the window, so a window has the same bits as the crop of a larger one.
 //!
 //! Cost: O(pixels + rows of triangles).
 use crate::ground::window::{WindowExt, index};
@@ -10,9 +10,9 @@ use glam::DVec2;
 use shibo_engine::value::{Atlas, Grid, Window};
 use std::ops::Range;
 
-/// How far outside a triangle a centre may lie, in barycentric coordinates.
+/// Distance outside a triangle at which a centre still counts, in barycentric coordinates.
 const TOLERANCE: f64 = 1e-9;
-/// How many pixels beyond a chart's border belong to it as its gutter.
+/// Width of a chart's gutter, in pixels beyond its border.
 pub const GUTTER: i32 = 2;
 
 /// The centres of the columns or rows of a window in the unit square.
@@ -20,7 +20,7 @@ pub(super) fn centers(origin: f64, step: f64, size: f64, first: i32, count: usiz
     (first..).take(count).map(|i| (origin + (f64::from(i) + 0.5) * step) / size).collect()
 }
 
-/// The triangles that may hold pixels between two corners of the unit square, in rising order.
+/// The triangles that may contain pixels between two corners of the unit square, in ascending order.
 pub fn near(atlas: &Atlas, low: DVec2, high: DVec2) -> Vec<u32> {
     let (low, high) = (low - 1e-6, high + 1e-6);
     let mut found = Vec::new();
@@ -66,17 +66,17 @@ impl Barycentric {
         (det != 0.0).then(|| Self([0, 1, 2].map(side)))
     }
 
-    /// The three coordinates of a place.
+    /// The three coordinates of a point.
     pub(super) fn at(&self, place: DVec2) -> [f64; 3] {
         self.0.map(|side| side.slope * (place.x - side.from.x) + side.rise * (place.y - side.from.y))
     }
 
-    /// The same along a row: of each coordinate its slope, from where it counts, and what is added.
+    /// The same along a row: slope, `from` and base of each coordinate.
     pub(super) fn row(&self, v: f64) -> [[f64; 3]; 3] {
         self.0.map(|side| [side.slope, side.from.x, side.rise * (v - side.from.y)])
     }
 
-    /// Whether a place counts as inside.
+    /// Returns whether a point counts as inside.
     #[cfg(test)]
     fn holds(&self, at: DVec2) -> bool {
         self.at(at).iter().all(|b| *b >= -TOLERANCE)
@@ -84,8 +84,8 @@ impl Barycentric {
 
     /// The columns of a row at whose centres all coordinates are at least `least`, as a range within `first..last`.
     ///
-    /// Each coordinate rises or falls along a row without exception, rounding included. So each leaves a run of columns,
-    /// whose ends are first estimated and then found exactly.
+    /// Each coordinate is monotonic along a row, rounding included. So each bounds a run of columns, whose ends are
+    /// first estimated and then found exactly.
     fn run(
         &self,
         (us, column): (&[f64], Columns),
@@ -135,7 +135,7 @@ impl Columns {
         Self { first, scale, count: centers.len() }
     }
 
-    /// The last column whose centre is not beyond `x`, give or take one; 0 if none is.
+    /// The last column whose centre is not beyond `x`, with an error of at most one; 0 if there is none.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -166,8 +166,8 @@ pub fn owners(atlas: &Atlas, grid: &Grid, window: Window) -> Vec<u32> {
     out
 }
 
-/// Calls `body(row, columns)` for the centres that a triangle holds, of columns at `us` and rows at `vs`: those whose
-/// barycentric coordinates are at least `least`.
+/// Calls `body(row, columns)` for the centres whose barycentric coordinates in a triangle are at least `least`, among
+/// columns at `us` and rows at `vs`.
 pub(super) fn held(
     atlas: &Atlas,
     n: usize,
@@ -191,12 +191,12 @@ pub(super) fn held(
     }
 }
 
-/// The square of the distance of a place from a triangle that does not hold it.
+/// Squared distance from a point to a triangle that does not contain it.
 fn distance(corners: [DVec2; 3], at: DVec2) -> f64 {
     let side = |k: usize| {
         let (from, to) = (corners[k], corners[(k + 1) % 3]);
         let along = (at - from).dot(to - from) / (to - from).length_squared();
-        // Ends that triangles share are equally far from both.
+        // A shared end of two edges must have the same distance from both triangles.
         let near = if along > 0.0 && along < 1.0 {
             from + (to - from) * along
         } else if along >= 1.0 {
@@ -209,10 +209,10 @@ fn distance(corners: [DVec2; 3], at: DVec2) -> f64 {
     side(0).min(side(1)).min(side(2))
 }
 
-/// The triangles of a window with their gutters, as the values of a field: the number of the triangle plus 1 within a
-/// chart, the same negative up to [`GUTTER`] pixels beyond its border, and 0 elsewhere.
+/// The triangles of a window with their gutters, as the values of a field: the index of the triangle plus 1 within a
+/// chart, the same negated up to [`GUTTER`] pixels beyond its border, and 0 elsewhere.
 ///
-/// A pixel of the gutter belongs to the nearest of the triangles that its eight neighbours belong to.
+/// A pixel of the gutter belongs to the nearest of its eight neighbours' triangles.
 pub fn fill(atlas: &Atlas, grid: &Grid, window: Window, out: &mut [f32]) {
     let around = window.grow(GUTTER, GUTTER);
     let mut ids = owners(atlas, grid, around);
@@ -220,7 +220,7 @@ pub fn fill(atlas: &Atlas, grid: &Grid, window: Window, out: &mut [f32]) {
         out.fill(0.0);
         return;
     }
-    // Of pixels of the gutter the top bit is set.
+    // Pixels of the gutter have the top bit set.
     for left in (0..GUTTER).rev() {
         ids = grown(atlas, grid, &ids, window.grow(left, left));
     }
@@ -232,10 +232,10 @@ pub fn fill(atlas: &Atlas, grid: &Grid, window: Window, out: &mut [f32]) {
 /// Marks a pixel of the gutter.
 const BEYOND: u32 = 1 << 31;
 
-/// So many pixels of a row are looked at in one go.
+/// Number of pixels of a row that are tested at once.
 const AT_ONCE: usize = 32;
 
-/// One more round of gutter: the pixels of `window`, from a picture with one more pixel on each side.
+/// Adds one round of gutter to the pixels of `window`; the input has one more pixel on each side.
 fn grown(atlas: &Atlas, grid: &Grid, ids: &[u32], window: Window) -> Vec<u32> {
     let width = window.columns() + 2;
     let mut out = Vec::with_capacity(window.len());
@@ -245,7 +245,7 @@ fn grown(atlas: &Atlas, grid: &Grid, ids: &[u32], window: Window) -> Vec<u32> {
         out.extend_from_slice(&rows[1][1..width - 1]);
         for first in (0..window.columns()).step_by(AT_ONCE) {
             let last = (first + AT_ONCE).min(window.columns());
-            // Most pixels lie inside a chart, or far from all.
+            // Skip pixels in the middle of a chart or far from all charts, which are most.
             let full = rows[1][first + 1..last + 1].iter().fold(true, |full, id| full & (*id != 0));
             let any = |row: &[u32]| row[first..last + 2].iter().fold(0, |any, id| any | id);
             if full || rows.iter().fold(0, |all, row| all | any(row)) == 0 {
@@ -266,7 +266,7 @@ fn grown(atlas: &Atlas, grid: &Grid, ids: &[u32], window: Window) -> Vec<u32> {
     out
 }
 
-/// The one of some triangles that is nearest to a place on the canvas, and of those the lowest.
+/// The triangle (of `ids`) nearest to a point on the canvas; of equals the lowest.
 fn nearest(atlas: &Atlas, at: DVec2, ids: &[u32]) -> u32 {
     let mut best = (f64::INFINITY, u32::MAX);
     let mut last = 0;
@@ -284,7 +284,7 @@ fn nearest(atlas: &Atlas, at: DVec2, ids: &[u32]) -> u32 {
     best.1
 }
 
-/// The number of the triangle that a value of the field belongs to, in its chart or its gutter.
+/// The triangle of a field value, in its chart or its gutter.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number below 2²⁴")]
 pub fn triangle(value: f32) -> Option<usize> {
     (value != 0.0).then(|| value.abs() as usize - 1)

@@ -1,4 +1,4 @@
-//! Owners and gutters against every triangle tried.
+//! Compares owners and gutters with a search over all triangles.
 use super::*;
 use crate::ground::number::index_u32;
 use crate::mesh::atlas::atlas;
@@ -43,7 +43,7 @@ fn owners_are_the_lowest_triangles_that_hold_centers() {
     }
 }
 
-/// Also where one triangle's edges pass through centres of pixels.
+/// Also if edges of triangles pass through the centres of pixels.
 #[test]
 fn a_plane_without_gaps_is_covered() {
     let size = DVec2::splat(64.0);
@@ -62,7 +62,7 @@ fn a_plane_without_gaps_is_covered() {
             if let Some(n) = (owner as usize).checked_sub(1) {
                 let place = atlas.place(n, at);
                 let share = (at - low) / (high - low);
-                // The plane's y points up on the canvas or down; x to the right.
+                // The plane's y points up on the canvas or down; x points to the right.
                 assert!((place.x - 64.0 * share.x).abs() < 1e-4, "{place}");
                 assert!((place.y - 64.0 * share.y).abs().min((place.y - 64.0 + 64.0 * share.y).abs()) < 1e-4);
             }
@@ -92,7 +92,7 @@ fn gutters_are_two_pixels_wide_and_belong_to_the_nearest() {
             let near = around(2).any(|m| owned[m] > 0);
             assert_eq!(*value < 0.0, near);
             assert!(*value <= 0.0);
-            // In the first ring the nearest of those around.
+            // In the first ring, the nearest of the triangles around.
             let candidates: Vec<u32> = around(1).map(|m| owned[m]).filter(|id| *id > 0).collect();
             if let Some(own) = triangle(*value).filter(|_| !candidates.is_empty()) {
                 let at = grid.center(-4 + i32::try_from(x).unwrap(), -4 + i32::try_from(y).unwrap());

@@ -1,8 +1,7 @@
-//! What lies beside what on a mesh: vertices at the same place, triangles that share an edge, a common outside, and the
-//! normals of vertices.
+//! Topology of a mesh: merging vertices, neighbours of triangles, orientation, and vertex normals.
 //!
-//! Edge `k` of a triangle lies opposite its corner `k`: it leads from corner `k + 1` to corner `k + 2`. Topology is made
-//! of whole numbers alone, geometry is computed in `f64`. Cost: O(n log d), d the most triangles round a vertex.
+//! Edge `k` of a triangle lies opposite its corner `k`: it leads from corner `k + 1` to corner `k + 2`. Topology uses
+//! only integers; geometry is computed in `f64`. Cost: O(n log d), d the largest number of triangles around a vertex.
 use crate::ground::number::index_u32;
 use crate::ground::stop::Watch;
 use glam::{DVec3, Vec3};
@@ -11,27 +10,27 @@ use shibo_engine::value::{Atlas, Mesh};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-/// What stands where a surface ends.
+/// Marks the end of the surface.
 const END: u32 = Atlas::END;
 
-/// The triangles that share an edge.
+/// Neighbours of triangles across their edges.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Topology {
-    /// For each edge of each triangle four times the number of the neighbour, plus the number of the same edge there;
+    /// For each edge of each triangle: four times the neighbour's index, plus the index of the same edge there;
     /// [`Atlas::END`] where the surface ends, and where more than two triangles meet.
     pub across: Vec<[u32; 3]>,
-    /// How many edges more than two triangles have.
+    /// Number of edges of more than two triangles.
     pub crowded: usize,
-    /// How many edges lie between two triangles that do not agree about which side is outside. They count as ends.
+    /// Number of edges between two triangles with opposite orientation. They count as ends.
     pub twisted: usize,
 }
 
-/// The two vertices of an edge, in the order in which the triangle has them.
+/// The two vertices of an edge, in the order of the triangle.
 fn ends(triangle: &[u32; 3], edge: usize) -> [u32; 2] {
     [triangle[(edge + 1) % 3], triangle[(edge + 2) % 3]]
 }
 
-/// The neighbours of all triangles, whichever way they face, and how many edges are crowded.
+/// The neighbours of all triangles, whatever their orientation, and the number of crowded edges.
 fn neighbours(triangles: &[[u32; 3]], watch: &Watch<'_>) -> (Vec<[u32; 3]>, usize) {
     let vertices = triangles.iter().flatten().max().map_or(0, |most| *most as usize + 1);
     // The edges by their lower vertex.
@@ -71,18 +70,19 @@ fn neighbours(triangles: &[[u32; 3]], watch: &Watch<'_>) -> (Vec<[u32; 3]>, usiz
     (across, crowded)
 }
 
-/// Whether two triangles run along their common edge in opposite directions, as they do if they agree about the outside.
+/// Returns whether two triangles have the same orientation: then they run along their common edge in opposite
+/// directions.
 fn agree(triangles: &[[u32; 3]], n: usize, k: usize, across: u32) -> bool {
     let [a, b] = ends(&triangles[n], k);
     ends(&triangles[(across >> 2) as usize], (across & 3) as usize) == [b, a]
 }
 
-/// What lies beside what.
+/// Computes the neighbours of all triangles.
 pub fn topology(triangles: &[[u32; 3]]) -> Topology {
     watched(triangles, &Watch::never())
 }
 
-/// The same, left by unwinding when `watch` says so.
+/// Like [`topology`], but can be cancelled: unwinds when `watch` says so.
 pub fn watched(triangles: &[[u32; 3]], watch: &Watch<'_>) -> Topology {
     let (mut across, crowded) = neighbours(triangles, watch);
     let mut twisted = 0;
@@ -97,8 +97,8 @@ pub fn watched(triangles: &[[u32; 3]], watch: &Watch<'_>) -> Topology {
     Topology { across, crowded, twisted: twisted / 2 }
 }
 
-/// Turns triangles so that all of a piece agree about which side is outside: the side on which more of them do already.
-/// Returns how many were turned. Pieces with one side only, as a Möbius strip, keep edges where the two sides meet:
+/// Flips triangles so that each connected component has one orientation: that of its majority. Returns the number of
+/// flipped triangles. One-sided components, such as a Möbius strip, keep edges where the two sides meet:
 /// [`Topology::twisted`] counts them.
 pub fn orient(mesh: &mut Mesh, watch: &Watch<'_>) -> usize {
     let (across, _) = neighbours(&mesh.triangles, watch);
@@ -145,12 +145,12 @@ pub fn orient(mesh: &mut Mesh, watch: &Watch<'_>) -> usize {
     turned
 }
 
-/// A place by its bits, 0 and -0 being the same.
+/// The bits of a position; 0 and -0 are the same.
 fn bits(p: Vec3) -> [u32; 3] {
     (p + Vec3::ZERO).to_array().map(f32::to_bits)
 }
 
-/// For each position the number of the one that stands for it: the first one at the same place or, with a `distance` in mm,
+/// For each position the index of its representative: the first one at the same position or, with a `distance` in mm,
 /// the first one kept within that distance.
 fn representatives(positions: &[Vec3], distance: f64, watch: &Watch<'_>) -> Vec<u32> {
     if distance <= 0.0 {
@@ -181,8 +181,8 @@ fn representatives(positions: &[Vec3], distance: f64, watch: &Watch<'_>) -> Vec<
     watch.over(0..index_u32(positions.len())).map(&mut find).collect()
 }
 
-/// Makes one vertex of those at the same place or, with a `distance` in mm, of those that are that close to the first of
-/// them. Then drops triangles without area and vertices that no triangle has. Returns how many triangles were dropped.
+/// Merges vertices at the same position or, with a `distance` in mm, those within that distance of the first of them.
+/// Then drops triangles without area and unused vertices. Returns the number of dropped triangles.
 pub fn weld(mesh: &mut Mesh, distance: f64, watch: &Watch<'_>) -> usize {
     let stand_in = representatives(&mesh.positions, distance, watch);
     mesh.triangles.iter_mut().flatten().for_each(|v| *v = stand_in[*v as usize]);
@@ -195,7 +195,7 @@ pub fn weld(mesh: &mut Mesh, distance: f64, watch: &Watch<'_>) -> usize {
     })
 }
 
-/// Keeps the triangles for which `stays` says so, and the vertices that they have. Returns how many were dropped.
+/// Keeps the triangles for which `stays` returns true, and their vertices. Returns the number of dropped triangles.
 pub fn keep(mesh: &mut Mesh, stays: impl Fn(usize, &Mesh) -> bool) -> usize {
     let keep: Vec<bool> = (0..mesh.triangles.len()).map(|n| stays(n, mesh)).collect();
     let dropped = keep.iter().filter(|keep| !**keep).count();
@@ -210,13 +210,13 @@ pub fn keep(mesh: &mut Mesh, stays: impl Fn(usize, &Mesh) -> bool) -> usize {
     dropped
 }
 
-/// Keeps the entries of triangles that stay.
+/// Keeps the entries whose `keep` is true.
 fn retain<T>(list: &mut Vec<T>, keep: &[bool]) {
     let mut keep = keep.iter();
     list.retain(|_| keep.next().is_none_or(|keep| *keep));
 }
 
-/// Drops vertices that no triangle has.
+/// Drops unused vertices.
 fn drop_unused(mesh: &mut Mesh) {
     let mut used = vec![false; mesh.positions.len()];
     mesh.triangles.iter().flatten().for_each(|v| used[*v as usize] = true);
@@ -234,16 +234,16 @@ fn drop_unused(mesh: &mut Mesh) {
     retain(&mut mesh.positions, &used);
 }
 
-/// So many triangles are looked at between two questions whether to stop.
+/// Number of triangles between two checks of a cancellation.
 const AT_ONCE: usize = 1 << 14;
 
-/// The normal of each vertex, of length 1: those of the triangles around it, weighted by their angles there. A vertex
-/// around which they cancel out has that of its lowest triangle.
+/// The normal of each vertex, of length 1: the sum of the normals of its triangles, weighted by their angles. If they
+/// cancel out, the normal of its lowest triangle.
 pub fn smooth_normals(mesh: &Mesh) -> Vec<Vec3> {
     watched_normals(mesh, &Watch::never())
 }
 
-/// The same, left by unwinding when `watch` says so.
+/// Like [`smooth_normals`], but can be cancelled: unwinds when `watch` says so.
 pub fn watched_normals(mesh: &Mesh, watch: &Watch<'_>) -> Vec<Vec3> {
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
     let mut first = vec![None; mesh.positions.len()];
@@ -255,7 +255,7 @@ pub fn watched_normals(mesh: &Mesh, watch: &Watch<'_>) -> Vec<Vec3> {
         };
         (mesh.cross(n).normalize_or_zero(), [angle(0), angle(1), angle(2)])
     };
-    // Sums are made in the order of the triangles.
+    // Sum in the order of the triangles.
     for some in (0..mesh.triangles.len()).step_by(AT_ONCE) {
         watch.check();
         let some = some..mesh.triangles.len().min(some + AT_ONCE);
@@ -304,12 +304,12 @@ mod tests {
         let twisted = topology(&[[0, 1, 2], [0, 1, 3]]);
         assert_eq!((twisted.crowded, twisted.twisted), (0, 1));
         assert!(twisted.across.iter().flatten().all(|other| *other == END));
-        // A triangle that has the same edge twice is no neighbour of itself.
+        // A triangle with the same edge twice is not its own neighbour.
         assert_eq!(topology(&[[0, 1, 0]]).across, [[END; 3]]);
     }
 
     #[test]
-    fn what_is_turned_is_turned_back() {
+    fn restores_flipped_triangles() {
         let cube = samples::cube();
         let mut mesh = cube.clone();
         for n in [1, 4, 5, 9] {
@@ -318,7 +318,7 @@ mod tests {
         }
         assert_eq!(orient(&mut mesh, &Watch::never()), 4);
         assert_eq!(mesh, cube);
-        // Of most triangles' outside.
+        // The orientation of the majority.
         for n in [1, 4, 5, 9, 0, 2, 3, 6] {
             mesh.triangles[n].swap(1, 2);
         }
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn vertices_at_one_place_are_one() {
+    fn welds_vertices_at_same_position() {
         let mut mesh = samples::cube();
         let corners: Vec<Vec3> =
             mesh.triangles.iter().flatten().map(|v| mesh.positions[*v as usize]).map(|p| p * -0.0 + p).collect();
@@ -352,7 +352,7 @@ mod tests {
         let unwelded = mesh.clone();
         assert_eq!(weld(&mut mesh, 0.0, &Watch::never()), 0);
         assert_eq!(mesh.positions.len(), 8);
-        // Not at the same place, but near.
+        // Nearly the same position.
         let mut shaken = unwelded;
         shaken.positions.iter_mut().enumerate().for_each(|(n, p)| p.x += if n % 2 == 0 { 0.004 } else { 0.0 });
         let mut loose = shaken.clone();

@@ -1,4 +1,4 @@
-//! UDIM: UVs that lie in several tiles, each of which is a picture.
+//! UDIM: UVs in several tiles, each of which is a picture.
 //!
 //! Tile 1001 is the unit square, 1002 lies to the right of it, up to 1010; 1011 lies above 1001. Cost: O(n).
 use super::atlas::{AtlasError, SLACK, outside};
@@ -8,46 +8,46 @@ use crate::ground::stop::Watch;
 use glam::{DVec2, UVec2, Vec2};
 use shibo_engine::value::Mesh;
 
-/// The number of tiles across, and up.
+/// Maximum number of tiles horizontally, and vertically.
 pub const MOST: UVec2 = UVec2::new(10, 100);
-/// The number of the first tile.
+/// Number of the first tile.
 pub const FIRST: u32 = 1001;
 
-/// The column and the row of the tile with a number, counted from 0, rows upwards.
+/// Column and row of a tile by its number, counted from 0, rows upwards.
 pub const fn place(number: u32) -> UVec2 {
     let n = number.saturating_sub(FIRST);
     UVec2::new(n % MOST.x, n / MOST.x)
 }
 
-/// The number of a tile.
+/// Number of a tile.
 pub const fn number(tile: UVec2) -> u32 {
     FIRST + tile.x + MOST.x * tile.y
 }
 
-/// Tiles that lie beside each other, as a rectangle.
+/// A rectangle of adjacent tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tiles {
-    /// The column and row of the lower left one.
+    /// Column and row of the lower left tile.
     pub first: UVec2,
-    /// The number of tiles across, and up.
+    /// Number of tiles horizontally, and vertically.
     pub count: UVec2,
 }
 
 impl Tiles {
-    /// A UV, v down from the upper end of tile 1001, in the rectangle as the unit square, v down.
+    /// Maps a UV (v down from the upper end of tile 1001) to the rectangle as the unit square, v down.
     pub fn at(&self, uv: Vec2) -> Vec2 {
         let (first, count) = (self.first.as_dvec2(), self.count.as_dvec2());
         let p = uv.as_dvec2();
         (DVec2::new(p.x - first.x, p.y + first.y + count.y - 1.0) / count).as_vec2()
     }
 
-    /// True if a tile is one of them.
+    /// Returns whether a tile is in the rectangle.
     pub fn has(&self, tile: UVec2) -> bool {
         tile.cmpge(self.first).all() && tile.cmplt(self.first + self.count).all()
     }
 }
 
-/// The tile in which a triangle lies; `None` if it is in none, or in several.
+/// The tile that contains a triangle; `None` if no tile does.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "compared with the corners afterwards")]
 fn tile(uvs: &[Vec2; 3]) -> Option<UVec2> {
     let up = uvs.map(|uv| DVec2::new(f64::from(uv.x), 1.0 - f64::from(uv.y)));
@@ -63,7 +63,7 @@ fn tile(uvs: &[Vec2; 3]) -> Option<UVec2> {
 /// The tile of each triangle; `None` for those without area in it.
 ///
 /// # Errors
-/// UVs beyond all tiles, and charts that lie in several: those of textures that repeat.
+/// Returns an error for UVs beyond all tiles, and for charts in several tiles, as in textures that repeat.
 pub fn tiles(mesh: &Mesh, uvs: &[[Vec2; 3]], watch: &Watch<'_>) -> Result<Vec<Option<UVec2>>, AtlasError> {
     let mut tiles = Vec::with_capacity(uvs.len());
     for uvs_of in watch.over(uvs) {
@@ -93,7 +93,7 @@ mod tests {
     use crate::mesh::samples;
 
     #[test]
-    fn numbers_and_places_are_those_of_the_standard() {
+    fn numbers_tiles_as_in_standard() {
         for (n, x, y) in [(1001, 0, 0), (1002, 1, 0), (1010, 9, 0), (1011, 0, 1), (1022, 1, 2), (2000, 9, 99)] {
             assert_eq!((place(n), number(UVec2::new(x, y))), (UVec2::new(x, y), n));
         }

@@ -1,45 +1,45 @@
-//! Charts for meshes without UVs, and room between those of meshes that have some: by the crate `uvunwrap`, of which no other
-//! file knows.
+//! Unwraps meshes without UVs, and repacks existing charts with gutters, by the crate `uvunwrap`, which no other file
+//! uses.
 //!
-//! Its results have the same bits on every machine and any number of threads. Cost: about 50 µs a triangle.
+//! Its results have the same bits on every machine and for any number of threads. Cost: about 50 µs a triangle.
 use crate::ground::number::index_u32;
 use glam::{DVec2, Vec2};
 use shibo_engine::value::Mesh;
 use std::sync::atomic::{AtomicBool, Ordering};
 use uvunwrap::{Density, MeshInput, Options, Packing};
 
-/// How charts are made and laid out.
+/// Settings of unwrapping and packing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unwrap {
-    /// Whether charts are those of the mesh's own UVs, and only laid out anew.
+    /// True if the charts of the mesh's own UVs are kept, and only repacked.
     pub repack: bool,
-    /// The most that a triangle may be turned away from its chart's mean normal, in degrees below 90.
+    /// Maximum angle between a triangle and its chart's mean normal, in degrees below 90.
     pub angle: f32,
-    /// The most by which areas in a chart may differ from those on the surface.
+    /// Maximum factor between areas in a chart and on the surface.
     pub stretch: f32,
-    /// The grid of the layout: texels along a side.
+    /// Grid of the layout: texels along a side.
     pub page: u32,
     /// Free texels around each chart.
     pub gutter: u32,
-    /// Whether charts may lie in hollows of others; takes longer.
+    /// True if charts may lie in hollows of other charts; takes longer.
     pub tight: bool,
 }
 
-/// Why there are no charts.
+/// Reasons why there are no charts.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum UnwrapError {
-    /// `alive` said no.
+    /// `alive` returned false.
     #[error("cancelled")]
     Cancelled,
-    /// They do not fit.
+    /// The charts do not fit.
     #[error("its charts do not fit on one page of {0} texels with this gutter")]
     Full(u32),
-    /// The library says no.
+    /// The library failed.
     #[error("no charts can be made of it: {0}")]
     Impossible(String),
 }
 
-/// The vertices of a mesh once for each UV that they have, those UVs, and three for each triangle.
+/// Splits the vertices of a mesh by their UVs; returns vertices, UVs, and three indices per triangle.
 fn split(mesh: &Mesh) -> (Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<u32>) {
     let corners = mesh.triangles.as_flattened().iter().zip(mesh.uvs.as_flattened());
     let mut all: Vec<(u32, [u32; 2], u32)> = Vec::with_capacity(3 * mesh.triangles.len());
@@ -56,12 +56,12 @@ fn split(mesh: &Mesh) -> (Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<u32>) {
     (places, uvs, indices)
 }
 
-/// UVs for all triangles, v down, on a canvas of that size in mm, so that texels are square there. `seams` tells for each triangle
-/// which of its edges must be borders of charts; empty for none. `alive` is asked often; if
-/// it says no the work ends soon.
+/// UVs for all triangles, v down, on a canvas of `size_mm`, so that texels are square there. `seams` marks for each
+/// triangle the edges that must be borders of charts; empty for none. `alive` is called often; if it returns false, the
+/// work ends soon.
 ///
 /// # Errors
-/// If charts do not fit or cannot be made, or the work was cancelled.
+/// Returns an error if charts do not fit or cannot be made, or if cancelled.
 pub fn unwrap(
     mesh: &Mesh,
     size_mm: DVec2,
@@ -144,7 +144,7 @@ mod tests {
                 assert!(found.overlap.is_none() && !found.close);
                 let square = canvas.min_element().powi(2) / canvas.element_product();
                 assert!(atlas.used > 0.3 * square, "{}", atlas.used);
-                // Texels are square: charts are stretched alike in both directions.
+                // Texels are square: charts are stretched equally in both directions.
                 let ratio = (0..uvs.len()).map(|n| crate::mesh::bake::stretch(&atlas, n)).map(|[a, b]| a / b);
                 let mut ratio: Vec<f64> = ratio.collect();
                 ratio.sort_by(f64::total_cmp);
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_repacked_keeps_its_charts() {
+    fn keeps_charts_when_repacking() {
         let mesh = samples::plane_wild();
         let canvas = DVec2::splat(100.0);
         let uvs = unwrap(&mesh, canvas, &Unwrap { repack: true, ..HOW }, &[], &|| true).unwrap();
@@ -174,14 +174,14 @@ mod tests {
         assert!(seen >= 40, "{seen} edges are marked");
         for (n, marked) in marked.iter().enumerate() {
             for k in (0..3).filter(|k| marked[*k]) {
-                // The edge from corner k is the one opposite to corner k + 2.
+                // The edge from corner k is opposite to corner k + 2.
                 assert!(found.inner[n] & (1 << ((k + 2) % 3)) == 0, "triangle {n}, edge {k}");
             }
         }
     }
 
     #[test]
-    fn work_can_be_cancelled_and_charts_may_not_fit() {
+    fn stops_when_cancelled_and_rejects_full_page() {
         let mesh = shapes::sphere(DVec3::splat(60.0), 64);
         let canvas = DVec2::splat(100.0);
         assert_eq!(unwrap(&mesh, canvas, &HOW, &[], &|| false), Err(UnwrapError::Cancelled));

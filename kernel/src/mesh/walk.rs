@@ -1,36 +1,36 @@
-//! Straight ways over a surface, drawn in its atlas.
+//! Straight paths over a surface, drawn in its atlas.
 //!
-//! Within a chart a way is straight in the atlas. At a border it is carried to the chart beyond: the two triangles are
-//! unfolded at the edge that they share, and the way goes straight on. Cost: O(triangles crossed).
+//! Within a chart a path is straight in the atlas. At a border it continues in the chart beyond: the two triangles are
+//! unfolded at their shared edge, and the path goes straight on. Cost: O(triangles crossed).
 use super::atlas::jacobian;
 use glam::{DMat2, DVec2, DVec3};
 use shibo_engine::value::Atlas;
 
-/// How far outside of a triangle a point still counts as inside, in barycentric coordinates.
+/// Distance outside a triangle at which a point still counts as inside, in barycentric coordinates.
 pub const TOLERANCE: f64 = 1e-9;
 
-/// How many edges a way may cross.
+/// Maximum number of edges that a path may cross.
 pub(super) const MOST: usize = 4096;
 
-/// A place on a surface.
+/// A point on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spot {
+pub struct SurfacePoint {
     /// The triangle.
     pub triangle: usize,
-    /// The point of the atlas; it may lie outside of the triangle, whose plane then goes on.
+    /// The point of the atlas; it may lie outside of the triangle, whose plane is then continued.
     pub uv: DVec2,
 }
 
-/// Where a way led.
+/// End of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
-    /// The place.
-    pub spot: Spot,
-    /// Whether a border of a chart was crossed.
+    /// The end point.
+    pub spot: SurfacePoint,
+    /// True if a border of a chart was crossed.
     pub crossed: bool,
 }
 
-/// Where a triangle's corners lie in the atlas.
+/// The corners of a triangle in the atlas.
 pub fn corners(atlas: &Atlas, triangle: usize) -> [DVec2; 3] {
     atlas.uvs[triangle].map(|uv| uv.as_dvec2())
 }
@@ -45,7 +45,7 @@ pub fn barycentric([a, b, c]: [DVec2; 3], uv: DVec2) -> [f64; 3] {
     [1.0 - v - w, v, w]
 }
 
-/// The vector of the atlas that leads to `v` on the surface; of a vector across the plane, to its projection.
+/// The vector of the atlas that leads to `v` on the surface; a vector out of the plane is projected.
 #[inline]
 pub fn flatten([u, v]: [DVec3; 2], to: DVec3) -> DVec2 {
     let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
@@ -54,20 +54,20 @@ pub fn flatten([u, v]: [DVec3; 2], to: DVec3) -> DVec2 {
     DVec2::new((a * vv - b * uv) * scale, (b * uu - a * uv) * scale)
 }
 
-/// Goes by `d` from a place. `None` where the surface ends before.
-pub fn walk(atlas: &Atlas, from: Spot, d: DVec2) -> Option<Arrival> {
+/// Moves by `d` from a point. `None` if the surface ends before.
+pub fn walk(atlas: &Atlas, from: SurfacePoint, d: DVec2) -> Option<Arrival> {
     go(atlas, from, d, |_| ())
 }
 
-/// The same, and how vectors of the atlas turn on the way.
-pub fn walk_turning(atlas: &Atlas, from: Spot, d: DVec2) -> Option<(Arrival, DMat2)> {
+/// Like [`walk`], and returns how vectors of the atlas are rotated along the path.
+pub fn walk_turning(atlas: &Atlas, from: SurfacePoint, d: DVec2) -> Option<(Arrival, DMat2)> {
     let mut turn = DMat2::IDENTITY;
     let arrival = go(atlas, from, d, |carry| turn = carry * turn)?;
     Some((arrival, turn))
 }
 
-/// The edge by which a way leaves a triangle, and which share of it lies inside; `start` and `end` are the barycentric
-/// coordinates of its ends, and `came` is the edge by which it came in.
+/// The edge by which a path leaves a triangle, and the share of the path inside. `start` and `end` are the barycentric
+/// coordinates of its ends; `came` is the edge of its entry.
 pub(super) fn exit(start: [f64; 3], end: [f64; 3], came: usize) -> Option<(usize, f64)> {
     let mut leaves: Option<(usize, f64)> = None;
     for k in (0..3).filter(|k| *k != came && end[*k] < -TOLERANCE && end[*k] < start[*k]) {
@@ -80,20 +80,20 @@ pub(super) fn exit(start: [f64; 3], end: [f64; 3], came: usize) -> Option<(usize
     leaves
 }
 
-fn go(atlas: &Atlas, from: Spot, mut d: DVec2, mut carried: impl FnMut(DMat2)) -> Option<Arrival> {
-    let Spot { mut triangle, uv: mut at } = from;
+fn go(atlas: &Atlas, from: SurfacePoint, mut d: DVec2, mut carried: impl FnMut(DMat2)) -> Option<Arrival> {
+    let SurfacePoint { mut triangle, uv: mut at } = from;
     let (mut came, mut crossed) = (3, false);
     for _ in 0..MOST {
         let corners = corners(atlas, triangle);
         let end = barycentric(corners, at + d);
         if end.iter().all(|b| *b >= -TOLERANCE) {
-            return Some(Arrival { spot: Spot { triangle, uv: at + d }, crossed });
+            return Some(Arrival { spot: SurfacePoint { triangle, uv: at + d }, crossed });
         }
         let start = barycentric(corners, at);
         let Some((edge, share)) = exit(start, end, came) else {
             // A triangle without area in the atlas has no inside.
             let found = end.iter().all(|b| b.is_finite());
-            return found.then_some(Arrival { spot: Spot { triangle, uv: at + d }, crossed });
+            return found.then_some(Arrival { spot: SurfacePoint { triangle, uv: at + d }, crossed });
         };
         at += d * share;
         d *= 1.0 - share;
@@ -110,13 +110,13 @@ fn go(atlas: &Atlas, from: Spot, mut d: DVec2, mut carried: impl FnMut(DMat2)) -
     None
 }
 
-/// The two vertices of an edge in a triangle's order.
+/// The two vertices of an edge, in the order of the triangle.
 fn ends(atlas: &Atlas, (triangle, edge): (usize, usize)) -> [u32; 2] {
     let corners = atlas.mesh.triangles[triangle];
     [corners[(edge + 1) % 3], corners[(edge + 2) % 3]]
 }
 
-/// Where the point of an edge lies beyond it.
+/// The point of an edge, in the triangle beyond it.
 fn entry(atlas: &Atlas, from: (usize, usize), to: (usize, usize), at: DVec2) -> DVec2 {
     let [here, there] = [from, to].map(|(triangle, edge)| {
         let uvs = corners(atlas, triangle);
@@ -124,17 +124,17 @@ fn entry(atlas: &Atlas, from: (usize, usize), to: (usize, usize), at: DVec2) -> 
     });
     let along = here[1] - here[0];
     let share = ((at - here[0]).dot(along) / along.length_squared()).clamp(0.0, 1.0);
-    // Neighbours list an edge in opposite order, unless one of them is turned over.
+    // Neighbours list an edge in opposite order, unless one of them is flipped.
     let share = if ends(atlas, from)[0] == ends(atlas, to)[0] { share } else { 1.0 - share };
     there[0] + (there[1] - there[0]) * share
 }
 
-/// How vectors of the atlas continue beyond a border: the surface is unfolded at the edge.
+/// The transform of vectors of the atlas across a border: the surface is unfolded at the edge.
 pub fn carry(atlas: &Atlas, from: (usize, usize), to: (usize, usize)) -> Option<DMat2> {
     let [here, there] = [from, to].map(|(triangle, _)| atlas.mesh.corners(triangle));
     let (k, edge) = (from.1, here[(from.1 + 2) % 3] - here[(from.1 + 1) % 3]);
     let along = edge.normalize_or_zero();
-    // Across the edge: out of the one triangle, into the other.
+    // Perpendicular to the edge: out of one triangle, into the other.
     let across = |middle: DVec3| (middle - along * middle.dot(along)).normalize_or_zero();
     let out = -across(here[k] - here[(k + 1) % 3]);
     let into = across(there[to.1] - there[(to.1 + 1) % 3]);
@@ -151,28 +151,28 @@ mod tests {
     use crate::ground::hash::Hash;
     use crate::mesh::fixture::{atlas, cube, plane, sphere};
 
-    /// A place of a triangle by its barycentric coordinates.
-    fn spot(atlas: &Atlas, triangle: usize, hash: Hash) -> Spot {
+    /// A surface point of a triangle by its barycentric coordinates.
+    fn spot(atlas: &Atlas, triangle: usize, hash: Hash) -> SurfacePoint {
         let [a, b, c] = corners(atlas, triangle);
         let (mut v, mut w) = (hash.unit(0), hash.unit(1));
         if v + w > 1.0 {
             (v, w) = (1.0 - v, 1.0 - w);
         }
-        Spot { triangle, uv: a + (b - a) * v + (c - a) * w }
+        SurfacePoint { triangle, uv: a + (b - a) * v + (c - a) * w }
     }
 
-    fn point(atlas: &Atlas, spot: Spot) -> DVec3 {
+    fn point(atlas: &Atlas, spot: SurfacePoint) -> DVec3 {
         let [p, q, r] = atlas.mesh.corners(spot.triangle);
         let b = barycentric(corners(atlas, spot.triangle), spot.uv);
         p * b[0] + q * b[1] + r * b[2]
     }
 
-    /// Row C24: over any charts of a plane a way is the straight line, and what it carries keeps its direction.
+    /// Row C24: over any charts of a plane a path is a straight line, and transported vectors keep their direction.
     #[test]
     fn on_a_plane_ways_are_straight_lines() {
         for name in ["plane_one", "plane_cut", "plane_wild"] {
             let atlas = plane(name);
-            // Rounded to 2⁻²⁴, the turned charts are affine to a few millionths only.
+            // Rounded to 2⁻²⁴, the rotated charts are affine only to a few millionths.
             let near = if name == "plane_wild" { 1e-3 } else { 1e-9 };
             let (mut arrived, mut crossed) = (0, 0);
             for n in 0..4000u64 {
@@ -196,7 +196,7 @@ mod tests {
         }
     }
 
-    /// On a closed surface no way ends, and a way back along the same line leads to where it began.
+    /// On a closed surface no path ends, and a path back along the same line leads to its start.
     #[test]
     fn closed_surfaces_have_no_ends_and_keep_lengths() {
         for atlas in [cube(), sphere()] {
@@ -211,7 +211,7 @@ mod tests {
                 let (way, turn) = walk_turning(&atlas, from, d).expect("no end");
                 let at = way.spot.triangle;
                 let beyond = jacobian(atlas.mesh.corners(at), corners(&atlas, at));
-                // Across inner edges the atlas' own distortion counts; the cube's faces are flat.
+                // Across inner edges the distortion of the atlas counts; the cube's faces are flat.
                 if atlas.uvs.len() == 12 {
                     let carried = turn * d;
                     let length = (beyond[0] * carried.x + beyond[1] * carried.y).length();
@@ -229,7 +229,7 @@ mod tests {
         let mut uvs = vec![[glam::Vec2::ZERO; 3]; 4];
         uvs[0] = [glam::Vec2::ZERO, glam::Vec2::new(0.5, 0.0), glam::Vec2::new(0.5, 0.5)];
         let atlas = atlas(mesh, &uvs);
-        let from = Spot { triangle: 0, uv: DVec2::new(0.4, 0.2) };
+        let from = SurfacePoint { triangle: 0, uv: DVec2::new(0.4, 0.2) };
         assert_eq!(walk(&atlas, from, DVec2::new(0.3, 0.0)), None);
         assert!(walk(&atlas, from, DVec2::new(0.05, 0.0)).is_some());
     }

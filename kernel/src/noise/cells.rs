@@ -1,16 +1,15 @@
-//! The integer grid of cells on which noise is drawn, of any size, stretch and angle, that repeats exactly with the
-//! canvas.
+//! The integer grid of noise cells, of any size, stretch and angle, with an exact period of one canvas.
 //!
-//! Wanted are cells of `size` mm, `aspect` times longer along `angle`. On a canvas that tiles, the canvas' sides must
-//! be whole vectors of the grid: side x is A = (a, b) cells and side y is B = (c, d) cells, with integers next to the
-//! wanted values (the best of all roundings that keep the cells' shape). So a feature's size, aspect and angle are met
-//! up to half a cell per canvas side; with ten or more cells on a side that cannot be seen. Where the canvas does not
-//! tile, a side at least 1024 cells and two canvases long takes its place, so that the rounding is negligible.
+//! The wanted cells have `size` mm, and are `aspect` times longer along `angle`. On a canvas that tiles, the canvas'
+//! sides must be integer vectors of the grid: side x is A = (a, b) cells and side y is B = (c, d) cells, with integers
+//! next to the wanted values (the rounding that best keeps the cells' shape). So a feature's size, aspect and angle
+//! deviate by up to half a cell per canvas side; with ten or more cells on a side this is invisible. Where the canvas
+//! does not tile, a side of at least 1024 cells and two canvases replaces it, so that the rounding is negligible.
 //!
-//! A cell (u, v) is named by the integers `e = d·u - c·v` and `f = a·v - b·u` modulo the determinant D = ad - bc:
-//! e/D and f/D are the cell's place on the canvas as fractions of the sides, and two cells have the same name exactly
-//! when they are the same cell of the torus. The random key is linear in e and f, so inside the canvas (no wrap) it is
-//! linear in u and v and costs two products.
+//! A cell (u, v) is identified by the integers `e = d·u - c·v` and `f = a·v - b·u` modulo the determinant D = ad - bc:
+//! e/D and f/D are the cell's position on the canvas as fractions of the sides, and two cells have the same identifier
+//! exactly if they are the same cell of the torus. The random key is linear in e and f, so inside the canvas (without a
+//! wrap) it is linear in u and v and costs two products.
 
 use crate::ground::hash::Hash;
 use crate::ground::math;
@@ -18,11 +17,11 @@ use crate::ground::window::Frame;
 use glam::DVec2;
 use shibo_engine::value::Tiling;
 
-/// Pixels evaluated at once: runs of this length begin at absolute columns that are multiples of it, so positions
-/// within a run are the same numbers in every window.
+/// Number of pixels evaluated at once. Runs of this length begin at absolute columns that are multiples of it, so
+/// positions within a run are the same in every window.
 pub const LANES: usize = 64;
 
-/// The numbers 0, 1, 2 …: cheaper to load than to convert.
+/// Numbers 0, 1, 2 …, which are cheaper to load than to convert.
 pub(crate) const RAMP: [f32; LANES] = {
     let mut ramp = [0.0; LANES];
     let mut k = 0;
@@ -33,7 +32,7 @@ pub(crate) const RAMP: [f32; LANES] = {
     ramp
 };
 
-/// Size and direction of the features wanted.
+/// The wanted size and direction of features.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CellShape {
     /// Extent across the long axis, mm, > 0.
@@ -70,7 +69,7 @@ pub struct CellGrid {
     /// Map from mm to cells, and the offset in cells.
     to_cell: [[f64; 2]; 2],
     shift: [f64; 2],
-    /// Multipliers of e and f, and the constant.
+    /// The multipliers of e and f, and the constant.
     keys: [u32; 3],
 }
 
@@ -80,27 +79,28 @@ const FRAC_1_SQRT_3: f64 = 0.577_350_269_189_625_8;
 /// One over the side of an equilateral rhombus of area 1, (√3/2)^½.
 const SIDE_INVERSE: f64 = 0.930_604_859_102_099_6;
 
-/// From square cells of area 1 to rhombic ones of two equilateral triangles.
+/// Maps square cells of area 1 to rhombic cells of two equilateral triangles.
 pub(super) const RHOMBIC: [[f64; 2]; 2] =
     [[SIDE_INVERSE, -SIDE_INVERSE * FRAC_1_SQRT_3], [0.0, 2.0 * SIDE_INVERSE * FRAC_1_SQRT_3]];
 
-/// With more cells than this, their numbers and wraps would not fit into 32 bits.
+/// With more cells than this, identifiers and wraps would not fit into 32 bits.
 const MOST_CELLS: f64 = 1e9;
 
 impl CellGrid {
-    /// The grid nearest to `shape` that repeats with a canvas of a size in mm where that tiles; `None` if it
-    /// has more than 10^9 cells or if a number is not positive and finite.
+    /// The grid nearest to `shape` with a period of the canvas (its size in mm) in the directions in which that tiles.
+    /// `None` if it has more than 10^9 cells, or if a number is not positive and finite.
     pub fn new(canvas: (DVec2, Tiling), shape: &CellShape, hash: Hash) -> Option<Self> {
         Self::turned(canvas, shape, 0.0, hash)
     }
 
-    /// The same with the cells turned by an angle in radians within the frame of `shape`: before it stretches them and turns
-    /// them by its own angle. So features keep their size, stretch and direction, and only the grid under them is turned.
+    /// Like [`new`](Self::new), with the cells turned by an angle in radians before `shape` stretches and turns them.
+    /// So features keep their size, stretch and direction, and only the grid under them is turned.
     pub fn turned(canvas: (DVec2, Tiling), shape: &CellShape, turn: f64, hash: Hash) -> Option<Self> {
         Self::of(canvas, shape, turned(shape.wanted(), turn), hash)
     }
 
-    /// The same with rhombic cells of the same area: both halves of a cell are equilateral triangles where `shape` is round.
+    /// Like [`turned`](Self::turned), with rhombic cells of the same area: both halves of a cell are equilateral
+    /// triangles if `shape` is round.
     pub fn triangular(canvas: (DVec2, Tiling), shape: &CellShape, turn: f64, hash: Hash) -> Option<Self> {
         let [u, v] = turned(shape.wanted(), turn);
         let wanted = RHOMBIC.map(|[by_u, by_v]| [0, 1].map(|k| by_u * u[k] + by_v * v[k]));
@@ -143,13 +143,13 @@ impl CellGrid {
         [[d / det, -b / det], [-c / det, a / det]]
     }
 
-    /// A place on the torus in cells, which is within the cell that the whole parts name.
+    /// A position on the torus in cells; the integer parts identify the cell.
     pub(crate) fn place(&self, p: [f64; 2]) -> [f64; 2] {
         let p = [0, 1].map(|k| p[k] - self.sides[k] * (p[k] / self.sides[k]).floor());
         [0, 1].map(|k| self.to_cell[k][0] * p[0] + self.to_cell[k][1] * p[1] + self.shift[k])
     }
 
-    /// The random word of a cell, anywhere.
+    /// The random word of any cell.
     #[expect(clippy::cast_possible_truncation, reason = "remainders of at most 10^9")]
     pub(crate) fn word(&self, u: i64, v: i64) -> u32 {
         let [[a, c], [b, d]] = self.cells;
@@ -158,13 +158,13 @@ impl CellGrid {
         scramble(e.wrapping_mul(p).wrapping_add(f.wrapping_mul(q)).wrapping_add(constant))
     }
 
-    /// Pixels per cell in the direction where the cells are densest.
+    /// Pixels per cell in the direction in which the cells are densest.
     pub fn pixels_per_cell(&self, step: [f64; 2]) -> f64 {
         let rate = |row: [f64; 2]| libm::hypot(row[0] * step[0], row[1] * step[1]);
         1.0 / rate(self.to_cell[0]).max(rate(self.to_cell[1]))
     }
 
-    /// Pixels per cell in the direction where a grid that is [turned](Self::turned) within a stretch is densest.
+    /// Like [`pixels_per_cell`](Self::pixels_per_cell), for a grid that is [turned](Self::turned) within a stretch.
     pub fn pixels_per_turned_cell(&self, step: [f64; 2]) -> f64 {
         let [a, b] = self.to_cell.map(|row| [row[0] * step[0], row[1] * step[1]]);
         let (squares, det) = (a[0] * a[0] + a[1] * a[1] + b[0] * b[0] + b[1] * b[1], a[0] * b[1] - a[1] * b[0]);
@@ -173,8 +173,8 @@ impl CellGrid {
         1.0 / (0.5 * (squares + rest)).sqrt()
     }
 
-    /// The run of [`LANES`] pixels that begins at column `x` (a multiple of [`LANES`]) of row `y`, for reading cells up
-    /// to `reach` (lowest, highest) beside each pixel's own.
+    /// The run of [`LANES`] pixels that begins at column `x` (a multiple of [`LANES`]) of row `y`. Cells from
+    /// `reach[0]` to `reach[1]` beside each pixel's own may be read.
     #[inline(always)]
     pub(crate) fn run(&self, frame: &Frame, x: i32, y: i32, reach: [i64; 2]) -> Run {
         let place = self.place(frame.center(x, y));
@@ -223,18 +223,18 @@ fn turned([u, v]: [[f64; 2]; 2], turn: f64) -> [[f64; 2]; 2] {
     [[0, 1].map(|k: usize| cos * u[k] + sin * v[k]), [0, 1].map(|k: usize| cos * v[k] - sin * u[k])]
 }
 
-/// How far the names of a run's cells leave the range 0..D.
+/// Range of the cell identifiers of a run, relative to 0..D.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wrap {
-    /// Not at all.
+    /// Within 0..D.
     None,
     /// Below 4 D.
     Few,
-    /// Further: a canvas of a few pixels.
+    /// Larger: on a canvas of a few pixels.
     Many,
 }
 
-/// One of the two linear forms that name a cell.
+/// One of the two linear forms that identify a cell.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Name {
     base: u32,
@@ -243,8 +243,8 @@ pub(crate) struct Name {
 }
 
 impl Name {
-    /// The form `by_u·u + by_v·v` for cells `cell + range`, raised by a multiple of `count` so that none is negative;
-    /// also one more than the largest value.
+    /// The form `by_u·u + by_v·v` for cells `cell + range`, increased by a multiple of `count` so that no value is
+    /// negative; also returns the largest value plus one.
     #[inline(always)]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "arithmetic modulo 2^32 is meant")]
     fn new(by_u: i64, by_v: i64, cell: [i64; 2], range: [[i64; 2]; 2], count: i64) -> (Self, i64) {
@@ -263,7 +263,7 @@ impl Name {
     }
 }
 
-/// [`LANES`] pixels of a row in cells: pixel k lies at `frac + k·rate` cells from the run's own cell.
+/// [`LANES`] pixels of a row in cell coordinates: pixel k lies at `frac + k·rate` cells from the run's own cell.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run {
     pub(crate) frac: [f32; 2],
@@ -286,7 +286,7 @@ impl Run {
         (u - fu, v - fv, iu, iv)
     }
 
-    /// The random word of cell (u, v), counted from the run's own cell. `WRAP` must be the run's [`Wrap`] as 0, 1, 2.
+    /// The random word of cell (u, v), relative to the run's own cell. `WRAP` must be the run's [`Wrap`] as 0, 1, 2.
     #[inline(always)]
     pub(crate) fn word<const WRAP: u8>(&self, u: i32, v: i32) -> u32 {
         let key = if WRAP == 0 {
@@ -308,14 +308,14 @@ impl Run {
     }
 }
 
-/// Every bit of `x` reaches the upper bits of the result; the two multipliers are those of `lowbias32` (C. Wellons).
+/// Mixes every bit of `x` into the upper bits of the result, with the two multipliers of `lowbias32` (C. Wellons).
 #[inline(always)]
 pub(crate) fn scramble(x: u32) -> u32 {
     let x = (x ^ (x >> 16)).wrapping_mul(0x7feb_352d);
     (x ^ (x >> 15)).wrapping_mul(0x846c_a68b)
 }
 
-/// The random word of cell (u, v) of the endless noise that belongs to another word.
+/// The random word of cell (u, v) in the aperiodic noise identified by another word.
 #[inline(always)]
 pub(crate) fn key(word: u32, u: i32, v: i32) -> u32 {
     let by = |n: i32, factor: u32| n.cast_unsigned().wrapping_mul(factor);
@@ -328,14 +328,14 @@ pub(crate) fn upper_unit(word: u32) -> f32 {
     f32::from_bits((word >> 9) | 0x3f80_0000) - 1.0
 }
 
-/// Bits 22.. of a word as a float in 0..1: with [`upper_unit`] of the same word as good as independent, for the
-/// leading nine bits of both are.
+/// The lower 23 bits of a word as a float in 0..1. Practically independent of [`upper_unit`] of the same word, because
+/// their leading nine bits do not overlap.
 #[inline(always)]
 pub(crate) fn lower_unit(word: u32) -> f32 {
     f32::from_bits((word & 0x007f_ffff) | 0x3f80_0000) - 1.0
 }
 
-/// What a random slope, within ±½ in x and in y, gives at (x, y) from where it is 0.
+/// Value at (x, y) of a linear function with a random slope, within ±½ in x and in y, that is 0 at the origin.
 #[inline(always)]
 pub(crate) fn slope(word: u32, x: f32, y: f32) -> f32 {
     (upper_unit(word) - 0.5) * x + (lower_unit(word) - 0.5) * y
@@ -364,7 +364,7 @@ fn nearest_cells(real: &[[f64; 2]; 2]) -> [[i64; 2]; 2] {
     best.0
 }
 
-/// Squared size of m·n⁻¹ - 1.
+/// The squared norm of m·n⁻¹ - 1.
 fn distortion(m: &[[f64; 2]; 2], n: &[[f64; 2]; 2]) -> f64 {
     let det = n[0][0] * n[1][1] - n[0][1] * n[1][0];
     let inverse = [[n[1][1] / det, -n[0][1] / det], [-n[1][0] / det, n[0][0] / det]];
@@ -381,7 +381,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn names_repeat_with_the_canvas(size in 0.5f64..80.0, aspect in 0.3f64..4.0, angle in -3.2f64..3.2, seed: u64) {
+        fn cell_words_repeat_with_the_canvas(size in 0.5f64..80.0, aspect in 0.3f64..4.0, angle in -3.2f64..3.2, seed: u64) {
             let canvas = (DVec2::new(60.0, 45.0), Tiling::BOTH);
             let grid = CellGrid::new(canvas, &CellShape { size, aspect, angle }, Hash::new(seed)).unwrap();
             let [[a, c], [b, d]] = grid.cells;
@@ -412,7 +412,7 @@ mod tests {
     }
 
     #[test]
-    fn shapes_are_met() {
+    fn cells_have_the_wanted_shape() {
         let canvas = (DVec2::splat(60.0), Tiling::BOTH);
         for (shape, tolerance) in [
             (CellShape { size: 2.0, aspect: 2.2, angle: 0.4 }, 0.06),

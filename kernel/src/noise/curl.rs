@@ -1,20 +1,19 @@
-//! Curl noise: vectors without sources or sinks, the gradient of a noise turned by 90° from +x towards +y.
+//! Curl noise: divergence-free vectors, the gradient of a noise turned by 90° from +x towards +y.
 //!
-//! Source: R. Bridson et al., "Curl-noise for procedural fluid flow" (2007). The gradient is that of [`Noise`]
-//! itself, by differences over a small part of its finest octave, so it does not depend on the resolution. Cost: four
-//! noises.
+//! Source: R. Bridson et al., "Curl-noise for procedural fluid flow" (2007). The gradient of [`Noise`] is computed by
+//! differences over a small part of its finest octave, so it does not depend on the resolution. Cost: four noises.
 
 use super::fractal::{Noise, NoiseSpec};
 use crate::ground::number::narrow;
 use crate::ground::window::Frame;
 
-/// Over which part of the finest octave differences are taken, to each side.
+/// Distance of the differences to each side, as a fraction of the finest octave.
 const REACH: f64 = 0.02;
 
-/// Root mean square of the length of the gradient of one octave, times its size: measured (test `lengths`).
+/// The root mean square of the gradient's length for one octave, times its size: measured (test `lengths`).
 const STEEPNESS: f64 = 0.63;
 
-/// Differences that give vectors of a length of 1.
+/// Curl noise, scaled to vectors of a given root-mean-square length.
 #[derive(Clone, Copy, Debug)]
 pub struct Curl {
     reach: f64,
@@ -91,12 +90,12 @@ mod tests {
     }
 
     #[test]
-    fn what_flows_into_a_square_flows_out_again() {
+    fn flow_through_a_square_sums_to_zero() {
         let (x, y, window) = vectors(1, 1.0, 0.05);
         let side = window.columns();
         let at = |plane: &[f32], i: usize, j: usize| f64::from(plane[j * side + i]);
         for (i, j) in [(10, 20), (150, 60), (260, 300)] {
-            // Over the four sides of 4 × 4 mm, with the trapezoidal rule.
+            // Over the four sides of 4 × 4 mm, by the trapezoidal rule.
             let sum =
                 |f: &dyn Fn(usize) -> f64| (0..=80).map(|k| f(k) * if k % 80 == 0 { 0.5 } else { 1.0 }).sum::<f64>();
             let out =

@@ -3,15 +3,15 @@
 //! Perlin's improved noise (K. Perlin, "Improving noise", 2002: quintic fade) on a [`CellGrid`], with gradients uniform
 //! in a square instead of twelve directions: the covariance is as round as that of unit gradients, no direction is
 //! preferred, and a gradient costs six instructions. Octave `o` has cells of `size / lacunarity^o` mm and the weight
-//! `gain^o`; each one is rounded to the canvas by itself.
+//! `gain^o`. Each octave is rounded to the canvas separately.
 //!
-//! Where octaves are folded, by `Billow` and `Ridged`, each has a fold at every corner of its cells: grids that lie in the
-//! same directions would add up to visible lines. So each of these octaves has a grid that is turned by another angle
-//! (`NoiseSpec::turn`), within the frame of `angle` and `aspect`, and rounded to the canvas like any other.
+//! With `Billow` and `Ridged`, each octave has a fold at every corner of its cells, and parallel grids would add up to
+//! visible lines. So the grid of each of these octaves is turned by another angle (`NoiseSpec::turn`), within the frame
+//! of `angle` and `aspect`, and rounded to the canvas like any other.
 //!
 //! Values are 0..1 with mean ½ and a standard deviation of 0.155 for every number of octaves (the rare values beyond
-//! 3.2 deviations are cut off), so a height is `depth · noise` whatever the octaves. An octave whose cells are smaller
-//! than two pixels fades out and is gone at one pixel: a smaller picture shows less detail, not other detail.
+//! 3.2 deviations are clamped), so a height is `depth · noise` for any octaves. An octave fades out when its cells are
+//! smaller than two pixels, and vanishes at one pixel: a smaller picture shows less detail, not other detail.
 //!
 //! Cost: about 8 ns per pixel and three octaves; see `benches/texel.rs`.
 
@@ -41,7 +41,7 @@ pub enum Basis {
     Simplex,
 }
 
-/// How octaves are folded and summed.
+/// The folding and summation of octaves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum FractalKind {
     /// Clouds: the sum.
@@ -60,11 +60,11 @@ pub enum FractalKind {
 /// Parameters of a noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoiseSpec {
-    /// Cells of the first octave.
+    /// The cells of the first octave.
     pub shape: CellShape,
-    /// What is drawn.
+    /// The noise of an octave.
     pub basis: Basis,
-    /// How octaves combine.
+    /// The combination of octaves.
     pub fractal: FractalKind,
     /// Number of octaves, ≥ 1.
     pub octaves: u32,
@@ -75,7 +75,7 @@ pub struct NoiseSpec {
 }
 
 impl NoiseSpec {
-    /// Gradient noise of `size` mm with `octaves` halving in size and weight.
+    /// Gradient noise with features of `size` mm and `octaves` octaves that halve in size and weight.
     pub const fn fbm(size: f64, octaves: u32) -> Self {
         Self {
             shape: CellShape::round(size),
@@ -88,14 +88,14 @@ impl NoiseSpec {
     }
 }
 
-/// The golden ratio less 1: multiples of it lie as far apart as they can, modulo 1.
+/// The golden ratio minus 1: its multiples modulo 1 are spread as evenly as possible.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl NoiseSpec {
-    /// By how much the grid of an octave is turned within the frame of `angle` and `aspect`, in radians; 0 where octaves are
-    /// not folded. Grids of squares look the same after a quarter turn, and those of triangles have a side in one of two
-    /// directions at a right angle after a twelfth: no octave comes nearer to such a turn than a sixth of it. White noise
-    /// keeps its squares upright, because they are seen as they are.
+    /// Angle in radians by which the grid of an octave is turned within the frame of `angle` and `aspect`; 0 where
+    /// octaves are not folded. A square grid repeats after a quarter turn, and a triangular grid has a side
+    /// perpendicular to an old one after a twelfth: the angle of an octave stays away from these by at least a sixth of
+    /// them. White noise keeps its squares upright, because they are visible.
     pub(super) fn turn(&self, octave: u32) -> f64 {
         let whole: f64 = match (self.fractal, self.basis) {
             (FractalKind::Fbm | FractalKind::Turbulence, _) | (_, Basis::White) => return 0.0,
@@ -110,7 +110,7 @@ impl NoiseSpec {
 /// Standard deviation of the result.
 const DEVIATION: f64 = 0.155;
 
-/// Mean and deviation of one octave by shape and basis, measured (test `statistics`).
+/// Mean and standard deviation of one octave by shape and basis, measured (test `statistics`).
 const fn moments(basis: Basis, fractal: FractalKind) -> (f64, f64) {
     match (basis, fractal) {
         (Basis::Gradient, FractalKind::Fbm | FractalKind::Turbulence) => (0.0, 0.1763),
@@ -133,12 +133,12 @@ const fn moments(basis: Basis, fractal: FractalKind) -> (f64, f64) {
 pub struct Noise {
     spec: NoiseSpec,
     octaves: Vec<(CellGrid, f64)>,
-    /// Deviation of the sum of all octaves, also of those too fine to draw.
+    /// Standard deviation of the sum of all octaves, including those too fine to draw.
     deviation: f64,
 }
 
 impl Noise {
-    /// Prepares the grids. At most 32 octaves are drawn; those with more than 10^9 cells on the canvas are left out.
+    /// Prepares the grids. At most 32 octaves are drawn; octaves with more than 10^9 cells on the canvas are left out.
     pub fn new(spec: &NoiseSpec, canvas: (DVec2, Tiling), hash: Hash) -> Self {
         let mut octaves = Vec::new();
         let (mut size, mut weight, mut variance) = (spec.shape.size, 1.0, 0.0);
@@ -155,7 +155,7 @@ impl Noise {
         Self { spec: *spec, octaves, deviation: variance.sqrt() }
     }
 
-    /// Fills `out`, rows of the frame's window without gaps.
+    /// Fills `out`, contiguous rows of the frame's window.
     ///
     /// # Panics
     /// If `out` is smaller than the window.
@@ -168,7 +168,7 @@ impl Noise {
         );
     }
 
-    /// The octaves whose cells are not smaller than a pixel, and how strong they are.
+    /// The octaves whose cells are not smaller than a pixel, with their strengths.
     fn visible(&self, folded: &Folded, step: [f64; 2]) -> Vec<(&CellGrid, f32)> {
         let turned = self.spec.turn(0) != 0.0;
         let pixels = if turned { CellGrid::pixels_per_turned_cell } else { CellGrid::pixels_per_cell };
@@ -177,23 +177,23 @@ impl Noise {
     }
 }
 
-/// How octaves become one value.
+/// The folding and scaling of octaves to one value.
 pub(super) struct Folded {
     fractal: FractalKind,
     /// Factor on all octaves.
     scale: f64,
-    /// Mean of an octave, once it is folded.
+    /// Mean of a folded octave.
     mean: f32,
 }
 
 impl Folded {
-    /// `deviation` is that of the sum of all weights.
+    /// `deviation` is the standard deviation of the sum of all weights.
     pub(super) fn new(spec: &NoiseSpec, deviation: f64) -> Self {
         let (mean, own) = moments(spec.basis, spec.fractal);
         Self { fractal: spec.fractal, scale: DEVIATION / (own * deviation), mean: narrow(mean) }
     }
 
-    /// How strong an octave of this weight is where a cell has so many pixels; `None` if it is not seen.
+    /// The strength of an octave with this weight and this number of pixels per cell; `None` if it is invisible.
     pub(super) fn strength(&self, weight: f64, pixels: f64) -> Option<f32> {
         let visible = math::smooth(narrow(pixels - 1.0));
         (visible > 0.0).then_some(narrow(weight * self.scale) * visible)
@@ -278,7 +278,7 @@ pub(super) fn quintic(t: f32) -> f32 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
 
-/// The slopes are within ±½; a factor 2 and the deviation of the sum make up the scale of [`moments`].
+/// The slopes are within ±½; a factor 2 and the standard deviation of the sum are included in the scale of [`moments`].
 #[inline(always)]
 fn gradient<const WRAP: u8>(run: &Run, out: &mut [f32; LANES]) {
     for (out, &k) in out.iter_mut().zip(&RAMP) {

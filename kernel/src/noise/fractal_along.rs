@@ -1,13 +1,13 @@
-//! Noise and its octaves, drawn out along a field of directions.
+//! Noise and its octaves, stretched along a direction field.
 //!
-//! Each octave is a patchwork: a triangular grid whose corners repeat with the canvas, as far apart as bumps are long. About each
-//! corner lies noise of its own, turned as the field says there; a pixel mixes those of the three corners around it.
-//! Source of the mixing: E. Heitz, F. Neyret, "High-performance by-example noise using a histogram-preserving blending
-//! operator" (2018): divided by the root of the sum of squared weights, so that values spread as before. Differs in that what is
-//! mixed is noise and not a picture; octaves are folded after the mixing, so crests and valleys stay sharp. White noise
-//! is not mixed: the nearest corner shows.
+//! Each octave is a set of patches on a triangular grid that has the canvas as a period. The distance of its corners is
+//! the length of the bumps. Each corner has its own noise, turned to the field's direction there; a pixel blends the
+//! noises of the three corners around it. Source of the blending: E. Heitz, F. Neyret, "High-performance by-example
+//! noise using a histogram-preserving blending operator" (2018): the sum is divided by the root of the sum of squared
+//! weights, which keeps the variance. Differs in that noise is blended instead of a picture; octaves are folded after
+//! the blending, so crests and valleys stay sharp. White noise is not blended: the nearest corner shows.
 //!
-//! Scale, mean and deviation are those of [`Noise`](super::fractal::Noise). Cost: about 30 ns a pixel and octave.
+//! Scale, mean and deviation are those of [`Noise`](super::fractal::Noise). Cost: about 30 ns per pixel and octave.
 
 use super::cells::{CellGrid, CellShape, LANES, RAMP, key, lower_unit, scramble, slope, upper_unit};
 use super::fractal::{Basis, Folded, NoiseSpec, quintic};
@@ -25,7 +25,7 @@ use shibo_engine::value::Tiling;
 pub struct NoiseAlong {
     spec: NoiseSpec,
     octaves: Vec<Patches>,
-    /// Deviation of the sum of all octaves, also of those too fine to draw.
+    /// Standard deviation of the sum of all octaves, including those too fine to draw.
     deviation: f64,
 }
 
@@ -42,21 +42,21 @@ struct Patches {
     turn: [f64; 2],
 }
 
-/// Directions around a window, as cosines and sines of twice their angles, so that a direction and its opposite are one.
+/// Directions around a window, as cosines and sines of twice their angles, so that opposite directions are equal.
 #[derive(Debug)]
 pub struct Directions<'a> {
     /// The upper left corner of the first sample, mm.
     pub origin: DVec2,
     /// The size of a sample, mm.
     pub step: DVec2,
-    /// Samples in a row, and rows.
+    /// Numbers of samples in a row and of rows.
     pub size: IVec2,
-    /// Row by row.
+    /// The samples, row by row.
     pub doubled: &'a [[f32; 2]],
 }
 
 impl Directions<'_> {
-    /// Cosine and sine of the direction at a place, mm.
+    /// Cosine and sine of the direction at a position in mm.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the samples")]
     fn at(&self, p: DVec2) -> (f64, f64) {
         let place = (p - self.origin) / self.step - 0.5;
@@ -75,15 +75,15 @@ impl Directions<'_> {
     }
 }
 
-/// A direction in degrees, as [`Directions`] take it.
+/// A direction in degrees in the form of [`Directions`].
 pub fn doubled(degrees: f32) -> [f32; 2] {
     let (sin, cos) = (crate::ground::math::sin_degrees(2.0 * degrees), crate::ground::math::cos_degrees(2.0 * degrees));
     if sin.is_finite() && cos.is_finite() { [cos, sin] } else { [1.0, 0.0] }
 }
 
 impl NoiseAlong {
-    /// Prepares the patches; the angle of the [shape](NoiseSpec::shape) is added to that of the field. Octaves with more
-    /// than 10^9 patches on the canvas are left out.
+    /// Prepares the patches; the angle of the [shape](NoiseSpec::shape) is added to that of the field. Octaves with
+    /// more than 10^9 patches on the canvas are left out.
     pub fn new(spec: &NoiseSpec, canvas: (DVec2, Tiling), hash: Hash) -> Self {
         let mut octaves = Vec::new();
         let (mut size, mut weight, mut variance) = (spec.shape.size, 1.0, 0.0);
@@ -101,13 +101,13 @@ impl NoiseAlong {
         Self { spec: *spec, octaves, deviation: variance.sqrt() }
     }
 
-    /// How far around a window directions are read, mm.
+    /// The margin around a window within which directions are read, mm.
     pub fn reach(&self) -> f64 {
         let sides = |[[a, b], [c, d]]: [[f64; 2]; 2]| a.hypot(c).max(b.hypot(d)).max((a - b).hypot(c - d));
         self.octaves.iter().map(|octave| sides(octave.to_mm)).fold(0.0, f64::max)
     }
 
-    /// Fills `out`, rows of the frame's window without gaps.
+    /// Fills `out`, contiguous rows of the frame's window.
     ///
     /// # Panics
     /// If `out` is smaller than the window.
@@ -144,11 +144,11 @@ impl NoiseAlong {
     }
 }
 
-/// A corner of a triangle of patches: how its noise and its weight change along a run.
+/// A corner of a triangle of patches: its noise position and weight as linear functions along a run.
 #[derive(Clone, Copy, Default)]
 struct Corner {
     word: u32,
-    /// The place in its noise at lane 0, in bumps, and how much it changes a lane.
+    /// Position in its noise at lane 0, in bumps, and the change per lane.
     place: [f32; 2],
     rate: [f32; 2],
     weight: f32,
@@ -169,7 +169,7 @@ impl Patches {
         let begin = frame.center(at[0], at[1]);
         let first = self.grid.place(begin);
         let rate = self.grid.to_cell().map(|row| row[0] * frame.step[0]);
-        // Which triangle a lane lies in: its cell, and which half of that.
+        // Triangle of a lane: its cell, and the half of the cell.
         let triangle = |lane: usize| {
             let place = [0, 1].map(|k: usize| first[k] + rate[k] * lane as f64);
             let cell = place.map(f64::floor);
@@ -206,7 +206,7 @@ impl Patches {
         }
     }
 
-    /// The noise about a corner of the grid.
+    /// The noise of a corner of the grid.
     #[inline(always)]
     fn corner(
         &self,
@@ -229,7 +229,7 @@ impl Patches {
             |[x, y]: [f64; 2]| [(cos * x + sin * y) / (self.size * spec.shape.aspect), (cos * y - sin * x) / self.size];
         let turned = |[x, y]: [f64; 2]| [self.turn[0] * x + self.turn[1] * y, self.turn[0] * y - self.turn[1] * x];
         let (place, step) = (turned(bumps(away)), turned(bumps(mm(rate))));
-        // Another part of the noise for each patch, so that no cell has its corner in the middle.
+        // Shifts the noise of each patch, so that no cell corner lies in the middle of a patch.
         let shift = [upper_unit(scramble(word)), lower_unit(scramble(word))];
         let (place, rate) = if spec.basis == Basis::Simplex {
             (simplex::rhombic(place), simplex::rhombic(step))
@@ -250,7 +250,7 @@ impl Corner {
         Self { weight: narrow(weight), growth: narrow(growth), ..self }
     }
 
-    /// Its weight and its place at a lane.
+    /// Its weight and its position at a lane.
     #[inline(always)]
     fn at(&self, ramp: f32) -> (f32, f32, f32) {
         let weight = smooth(max(self.weight + ramp * self.growth, 0.0));
@@ -319,7 +319,7 @@ mod tests {
         NoiseSpec { basis, fractal, shape: CellShape { size: 1.3, aspect, angle: 0.0 }, ..NoiseSpec::fbm(1.3, 1) }
     }
 
-    /// The noise where every direction is the one given at its place, in degrees.
+    /// The noise for a direction field in degrees.
     fn render(noise: &NoiseAlong, rect: Window, step: f64, degrees: impl Fn(DVec2) -> f32) -> Vec<f32> {
         let (origin, side) = (DVec2::splat(-100.0), DVec2::splat(0.5));
         let size = IVec2::new(600, 600);
@@ -345,7 +345,7 @@ mod tests {
     }
 
     #[test]
-    fn spreads_as_noise_without_a_direction() {
+    fn has_the_deviation_of_noise_without_directions() {
         for basis in [Basis::Gradient, Basis::Value, Basis::White, Basis::Simplex] {
             for fractal in [FractalKind::Fbm, FractalKind::Ridged, FractalKind::Billow] {
                 let spec = spec(basis, fractal, 3.0);
@@ -362,8 +362,8 @@ mod tests {
     }
 
     #[test]
-    fn is_long_along_the_direction_at_each_place() {
-        // Upright on the left half, level on the right one; the mean square of differences along and across.
+    fn is_stretched_along_the_local_direction() {
+        // Vertical on the left half, horizontal on the right; the mean square of differences along and across.
         let noise = NoiseAlong::new(&spec(Basis::Gradient, FractalKind::Fbm, 4.0), CANVAS, Hash::new(9));
         let out =
             render(&noise, Window::of(0, 0, 600, 400), 0.1, |p| if p.x.rem_euclid(60.0) < 30.0 { 90.0 } else { 0.0 });
@@ -377,7 +377,7 @@ mod tests {
         let upright = unlike(70..230, 4, 0) / unlike(70..230, 0, 4);
         let level = unlike(370..530, 0, 4) / unlike(370..530, 4, 0);
         assert!(upright > 5.0 && level > 5.0, "{upright} {level}");
-        // A direction and its opposite are the same.
+        // Opposite directions are the same.
         let near = |turn: f32| render(&noise, Window::of(0, 0, 90, 40), 0.1, move |p| eddies(p) + turn);
         assert!(near(0.0).iter().zip(&near(180.0)).all(|(a, b)| (a - b).abs() < 1e-3));
     }

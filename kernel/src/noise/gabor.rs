@@ -1,14 +1,14 @@
-//! Gabor noise: short waves in packets at random places, periodic on a canvas that tiles.
+//! Gabor noise: short wave packets at random positions, periodic on a canvas that tiles.
 //!
-//! Source: A. Lagae et al., "Procedural noise using sparse Gabor convolution" (2009). A packet is a wave of one
-//! length under a Gaussian bell, `e^(-π a²(X²/s² + Y²)) · cos(2π Y/λ + φ)`, where Y runs across the stripes and X
-//! along them; a follows from the bandwidth, s is the aspect. Differs in that phases φ are random instead of weights,
-//! which makes the noise alike everywhere; in that packets lie in cells that repeat with the canvas, a fixed number
-//! in each; and in that each packet is turned as a whole by the field of angles at its middle. The bell is lowered by
-//! a hundredth, so that it ends.
+//! Source: A. Lagae et al., "Procedural noise using sparse Gabor convolution" (2009). A packet is a wave with one
+//! wavelength under a Gaussian window, `e^(-π a²(X²/s² + Y²)) · cos(2π Y/λ + φ)`, where Y runs across the stripes and X
+//! along them; a follows from the bandwidth, s is the aspect. Differs in three ways: phases φ are random instead of
+//! weights, which makes the noise statistically the same everywhere; packets lie in cells that repeat with the canvas,
+//! a fixed number in each; and each packet is turned as a whole by the angle field at its middle. The Gaussian is
+//! lowered by a hundredth, so that it ends.
 //!
-//! Values have mean ½ and a standard deviation of 0.155, as those of all noises. Waves shorter than four pixels fade,
-//! and are gone at two. Cost: O(pixels), about 13 packets each, about 60 ns.
+//! Values have mean ½ and a standard deviation of 0.155, as for all noises. Waves shorter than four pixels fade out,
+//! and vanish at two. Cost: O(pixels), about 13 packets each, about 60 ns.
 
 use crate::ground::hash::Hash;
 use crate::ground::math::{cos, exp2, max, saturate, smooth};
@@ -19,24 +19,24 @@ use glam::{DVec2, IVec2};
 use shibo_engine::value::{Tiling, Window};
 use std::f64::consts::{LN_2, PI, TAU};
 
-/// What waves are like.
+/// Parameters of the waves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaborSpec {
-    /// Distance of stripes, mm, > 0.
+    /// Distance between stripes, mm, > 0.
     pub wavelength: f64,
     /// Range of wavelengths at half strength, octaves, > 0.
     pub bandwidth: f64,
-    /// How many times longer a packet is along its stripes than across, > 0.
+    /// Length of a packet along its stripes divided by its width, > 0.
     pub aspect: f64,
     /// Direction of the stripes, degrees from +x towards +y; that of the field is added.
     pub angle: f64,
-    /// By how many degrees a packet may be turned either way.
+    /// The maximum random turn of a packet either way, degrees.
     pub spread: f64,
 }
 
-/// Packets in a cell.
+/// Number of packets in a cell.
 const PACKETS: u64 = 4;
-/// Where the bell ends, as a share of its height.
+/// The value of the Gaussian at its end, as a fraction of its height.
 const END: f64 = 0.01;
 /// Standard deviation of the values.
 const DEVIATION: f64 = 0.155;
@@ -48,31 +48,31 @@ pub struct Gabor {
     hash: Hash,
     /// Size of a cell, mm.
     cell: DVec2,
-    /// Cells of the canvas, where it repeats.
+    /// Numbers of cells on the canvas, in directions in which it repeats.
     period: [Option<i64>; 2],
-    /// How far a packet reaches across its stripes, mm.
+    /// Reach of a packet across its stripes, mm.
     half: f64,
     /// Factor on the sum of packets.
     scale: f64,
 }
 
-/// A packet of waves.
+/// A wave packet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Packet {
     middle: DVec2,
     phase: f32,
-    /// Degrees.
+    /// The turn in degrees.
     turn: f64,
 }
 
 impl GaborSpec {
-    /// The parameter a of the bell, 1/mm.
+    /// The parameter a of the Gaussian, 1/mm.
     fn decay(&self) -> f64 {
         let octaves = libm::exp2(self.bandwidth);
         (octaves - 1.0) / (octaves + 1.0) * (PI / LN_2).sqrt() / self.wavelength
     }
 
-    /// How far a packet reaches from its middle, mm.
+    /// Reach of a packet from its middle, mm.
     pub fn reach(&self) -> f64 {
         self.half() * self.aspect.max(1.0)
     }
@@ -82,7 +82,7 @@ impl GaborSpec {
     }
 }
 
-/// The bell over its middle, at a share of its reach, squared; 0 from 1 on.
+/// The Gaussian at a squared fraction of its reach; 0 from 1 on.
 #[inline(always)]
 fn bell(square: f32) -> f32 {
     // 2^(-square·log2(1/END)), lowered by END.
@@ -92,7 +92,7 @@ fn bell(square: f32) -> f32 {
 }
 
 impl Gabor {
-    /// On a canvas of a size in mm that repeats in some directions.
+    /// For a canvas of this size in mm that repeats in the given directions.
     pub fn new(spec: &GaborSpec, (size, tiling): (DVec2, Tiling), hash: Hash) -> Self {
         let half = spec.half();
         let side = half * spec.aspect.sqrt();
@@ -104,7 +104,7 @@ impl Gabor {
         };
         let ((x, across), (y, down)) = (fit(size.x, tiling.x), fit(size.y, tiling.y));
         let cell = DVec2::new(x, y);
-        // Half of the square of the bell over the plane, times packets in a mm².
+        // Half the integral of the squared Gaussian over the plane, times packets per mm².
         let steps = 2000;
         let area: f64 = (0..steps)
             .map(|k| (f64::from(k) + 0.5) / f64::from(steps))
@@ -114,7 +114,7 @@ impl Gabor {
         Self { spec: *spec, hash, cell, period: [across, down], half, scale: DEVIATION / variance.sqrt() }
     }
 
-    /// How far beyond a window angles are read, in pixels.
+    /// Halo of angles around a window, in pixels.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "bounded by the canvas")]
     pub fn halo(&self, step: [f64; 2]) -> [usize; 2] {
         step.map(|step| ((self.spec.reach() / step).ceil() as usize).saturating_add(1))
@@ -145,7 +145,7 @@ impl Gabor {
         out[..rect.len()].iter_mut().for_each(|v| *v = saturate(*v + 0.5));
     }
 
-    /// All packets that reach the window, in the order of their cells.
+    /// Calls `each` for all packets that reach the window, in the order of their cells.
     #[inline(always)]
     fn packets(&self, frame: &Frame, mut each: impl FnMut(Packet)) {
         let rect = frame.window;
@@ -175,7 +175,7 @@ impl Gabor {
     fn add(&self, frame: &Frame, packet: Packet, turn: f64, strength: f32, out: &mut [f32]) {
         let rect = frame.window;
         let (sin, c) = (libm::sin(turn.to_radians()), libm::cos(turn.to_radians()));
-        // q = A dx² + 2 B dx dy + C dy² is 1 where the bell ends.
+        // q = A dx² + 2 B dx dy + C dy² is 1 where the Gaussian ends.
         let across = 1.0 / (self.half * self.half);
         let along = across / (self.spec.aspect * self.spec.aspect);
         let (qa, qb) = (c * c * along + sin * sin * across, c * sin * (along - across));
@@ -195,7 +195,7 @@ impl Gabor {
             let (qa, qb) = (narrow(qa), narrow(2.0 * qb * dy));
             let (qc, wx, wy) = (narrow(qc * dy * dy), narrow(wx), narrow(wy * dy) + packet.phase);
             for (out, x) in line.iter_mut().zip(from..) {
-                // From the pixel's own place, so that it is the same in every window.
+                // Computed from the pixel's absolute position, so that it is the same in every window.
                 let dx = narrow(frame.center(x, 0)[0] - packet.middle.x);
                 let square = dx * (qa * dx + qb) + qc;
                 *out += strength * bell(square) * cos(wx * dx + wy);
@@ -204,7 +204,7 @@ impl Gabor {
     }
 }
 
-/// The pixels of the window, along an axis, within `half` mm of a place and one more: from, and to where.
+/// The half-open range of the window's pixels, along an axis, within `half` mm of a position, plus one pixel.
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "limited to the window")]
 fn span(frame: &Frame, axis: usize, place: f64, half: f64) -> (i32, i32) {
@@ -216,7 +216,7 @@ fn span(frame: &Frame, axis: usize, place: f64, half: f64) -> (i32, i32) {
     (from, to.max(from))
 }
 
-/// The angle at the pixel nearest to a place, of those that were read.
+/// Angle at the pixel nearest to a position, among the given pixels.
 #[expect(clippy::cast_possible_truncation, reason = "limited to the window")]
 fn nearest(frame: &Frame, angles: &View<'_>, place: DVec2) -> f32 {
     let window: Window = angles.window();
@@ -288,7 +288,7 @@ mod tests {
             let deviation = (out.iter().map(|v| (f64::from(*v) - mean).powi(2)).sum::<f64>() / n).sqrt();
             assert!((mean - 0.5).abs() < 0.02 && (deviation - 0.155).abs() < 0.02, "{bandwidth}: {mean} {deviation}");
         }
-        // Stripes along x, 1 mm apart: half a wavelength away it is the other way round, a whole one away alike again.
+        // Stripes along x, 1 mm apart: the correlation is negative at half a wavelength and positive at a whole one.
         let out = render(&GaborSpec { bandwidth: 0.3, ..spec() }, Window::of(0, 0, 600, 400), 0.05);
         let product = |dx: usize, dy: usize| {
             let pairs = (0..340 * 500).map(|k| (k % 500 + 600 * (k / 500), dx + 600 * dy));
@@ -309,7 +309,7 @@ mod tests {
         }
         let there = render(&spec, Window::of(303, 217, 50, 40), 0.1);
         assert!(part.iter().zip(&there).all(|(a, b)| (a - b).abs() < 1e-4));
-        // Waves of less than two pixels are gone.
+        // Waves of less than two pixels vanish.
         assert!(render(&spec, Window::of(0, 0, 40, 30), 0.6).iter().all(|v| *v == 0.5));
     }
 

@@ -1,4 +1,4 @@
-//! Procedural noise: functions of a position and a seed alone.
+//! Procedural noise: functions of only a position and a seed.
 
 pub mod cells;
 pub mod curl;

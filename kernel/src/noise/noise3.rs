@@ -2,12 +2,12 @@
 //!
 //! K. Perlin, "Improving noise" (2002): twelve gradients, quintic fade; corners are hashed from their integer
 //! coordinates and a seed instead of a table. Measured over 6 million points: |n| ≤ 0.99, slope ≤ 3.1 per cell,
-//! deviation 0.27. Cost: about 4 ns a point, 2 where many share a cell. Everything here is inlined into loops that
-//! [`dispatch`](crate::ground::simd::dispatch) vectorises.
+//! deviation 0.27. Cost: about 4 ns per point, 2 where many share a cell. All functions here are inlined into loops
+//! that [`dispatch`](crate::ground::simd::dispatch) vectorises.
 use crate::ground::hash::Hash;
 use crate::ground::math;
 
-/// The deviation of [`Noise3::at`].
+/// Standard deviation of [`Noise3::at`].
 pub const DEVIATION: f32 = 0.27;
 /// The largest slope of [`Noise3::at`] per cell.
 pub const SLOPE: f64 = 3.1;
@@ -16,10 +16,10 @@ pub const SLOPE: f64 = 3.1;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Noise3(u32);
 
-/// How many points [`Noise3::each`] computes together.
+/// Number of points that [`Noise3::each`] computes together.
 const TOGETHER: usize = 32;
 
-/// The gradients at the corners of a cell; x runs first, then y.
+/// The gradients at the corners of a cell; x varies fastest, then y.
 #[derive(Clone, Copy, Debug)]
 struct Cell([[f32; 3]; 8]);
 
@@ -30,7 +30,7 @@ impl Cell {
         g[0] * x + g[1] * y + g[2] * z
     }
 
-    /// The value at a point of the cell, 0..1 each; with the same roundings as [`Noise3::at`].
+    /// Value at a point of the cell, coordinates 0..1; with the same rounding as [`Noise3::at`].
     #[inline(always)]
     fn at(&self, x: f32, y: f32, z: f32) -> f32 {
         let (s, t, r) = (fade(x), fade(y), fade(z));
@@ -40,7 +40,7 @@ impl Cell {
         math::lerp(near, far, r)
     }
 
-    /// The value and its slope in z.
+    /// Value and its derivative in z.
     #[inline(always)]
     fn with_slope(&self, x: f32, y: f32, z: f32) -> (f32, f32) {
         let (s, t, r) = (fade(x), fade(y), fade(z));
@@ -66,7 +66,7 @@ fn fade(t: f32) -> f32 {
     t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
 }
 
-/// The twelve gradients, four of them twice.
+/// The twelve gradients; four of them occur twice.
 const GRADIENTS: [[f32; 3]; 16] = {
     let mut all = [[0.0; 3]; 16];
     let mut h = 0;
@@ -113,7 +113,7 @@ fn arithmetic_gradient(word: u32) -> [f32; 3] {
     [x, y, z]
 }
 
-/// The scalar product with [`gradient`].
+/// The dot product with [`gradient`].
 #[inline(always)]
 fn slope(word: u32, x: f32, y: f32, z: f32) -> f32 {
     let h = word >> 28;
@@ -126,14 +126,14 @@ fn slope(word: u32, x: f32, y: f32, z: f32) -> f32 {
 }
 
 impl Noise3 {
-    /// The noise number `counter` of a key.
+    /// Noise number `counter` of a key.
     #[expect(clippy::cast_possible_truncation, reason = "any 32 bits of the hash")]
     #[inline]
     pub const fn new(hash: Hash, counter: u64) -> Self {
         Self(hash.u64(counter) as u32)
     }
 
-    /// The value at a point in cells, within ±1, with mean 0.
+    /// Value at a point in cell coordinates, within ±1, with mean 0.
     #[inline(always)]
     pub fn at(self, x: f32, y: f32, z: f32) -> f32 {
         let ((fx, ix), (fy, iy), (fz, iz)) = (math::floor_int(x), math::floor_int(y), math::floor_int(z));
@@ -159,7 +159,7 @@ impl Noise3 {
         math::lerp(near, far, r)
     }
 
-    /// The value at a point in cells and its slope in z.
+    /// Value at a point in cell coordinates, and its derivative in z.
     #[inline(always)]
     pub fn with_slope(self, x: f32, y: f32, z: f32) -> (f32, f32) {
         let ((fx, ix), (fy, iy), (fz, iz)) = (math::floor_int(x), math::floor_int(y), math::floor_int(z));
@@ -177,8 +177,8 @@ impl Noise3 {
         Cell([0, 1, 2, 3, 4, 5, 6, 7].map(corner))
     }
 
-    /// `out = put(out, value)` at many points, those of [`at`](Self::at) to the bit: (x, y, z + `lift`) times `scale`.
-    /// Neighbours are mostly in the same cell, whose gradients are then hashed once.
+    /// `out = put(out, value)` at many points (x, y, z + `lift`) times `scale`, with exactly the bits of
+    /// [`at`](Self::at). Neighbours are mostly in the same cell, whose gradients are hashed only once.
     #[inline(always)]
     pub fn each(
         self,
@@ -201,7 +201,7 @@ impl Noise3 {
         );
     }
 
-    /// [`each`](Self::each) with the slope in z, a cell, instead of the value.
+    /// [`each`](Self::each) with the derivative in z, per cell, instead of the value.
     #[inline(always)]
     pub fn each_slope(
         self,
@@ -247,7 +247,7 @@ impl Noise3 {
                 math::floor_int((z[0] + lift) * scale[2]),
             ];
             let [fx, fy, fz] = floors.map(|f| f.0);
-            // In the cell of the first point, a floor is the same and a fraction is 0..1.
+            // For points in the cell of the first point: the floor is the same and the fraction is in 0..1.
             let inside = |v: f32, f: f32| math::floor_int(v).0 == f;
             let mut all = true;
             for ((x, y), z) in x.iter().zip(y).zip(z) {
@@ -284,11 +284,12 @@ impl Noise3 {
     }
 }
 
-/// The share that is left of detail of `size` mm at pixels of `pixel` mm: all from 2.5 pixels a wave on, none below 0.8.
+/// The visible fraction of detail of `size` mm at pixels of `pixel` mm: all of it from 2.5 pixels per wave on, none
+/// below 0.8.
 ///
-/// A mean over pixels would fade detail of two to six pixels much earlier, and the picture would look airbrushed beside a
-/// photograph. Noise has no period that pixels could beat with: what folds back is noise again. The price is some
-/// low-frequency error in pictures that are much coarser than the detail.
+/// A mean over pixels would fade out detail of two to six pixels much earlier, and the picture would look airbrushed
+/// beside a photograph. Noise has no period that could alias into visible patterns: the aliases are noise again. The
+/// cost is some low-frequency error in pictures that are much coarser than the detail.
 #[inline(always)]
 pub fn visible(size: f32, pixel: f32) -> f32 {
     if pixel > 0.0 { math::smooth((size / pixel - 0.8) * (1.0 / 1.7)) } else { 1.0 }
@@ -299,7 +300,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn is_as_measured() {
+    fn has_the_documented_statistics() {
         let noise = Noise3::new(Hash::new(1), 0);
         let (mut sum, mut square, mut most, mut steepest) = (0.0_f64, 0.0_f64, 0.0_f32, 0.0_f32);
         let n = 300_000;
@@ -324,10 +325,10 @@ mod tests {
     }
 
     #[test]
-    fn many_points_are_as_single_ones() {
+    fn each_has_the_bits_of_single_points() {
         let noise = Noise3::new(Hash::new(5), 2);
         let hash = Hash::new(8);
-        // Lines of points that stay in a cell for long, and lines that leave it with every point.
+        // Lines of points that stay in a cell for long, and lines that change cells with every point.
         for (step, n) in [(0.003, 200), (0.11, 333), (1.7, 77), (0.02, 5)] {
             let line = |k: u64| -> Vec<f32> {
                 let (from, slope) = (90.0 * hash.unit_f32(k) - 45.0, step * (hash.unit_f32(k + 9) + 0.1));

@@ -1,9 +1,9 @@
 //! Simplex noise: slopes at the corners of equilateral triangles.
 //!
-//! Source: K. Perlin, "Noise hardware" (2001). Differs in its gradients, which are uniform in a square, and in its
-//! triangles, whose corners are those of rhombic cells that repeat with the canvas. Each corner counts as far as its
-//! triangles reach, with the weight (¾ - d²)⁴, d in sides; so the third power is smooth too, and a point needs three
-//! corners where gradient noise needs four.
+//! Source: K. Perlin, "Noise hardware" (2001). Differs in its gradients, uniform in a square, and in its triangles, the
+//! halves of rhombic cells that repeat with the canvas. Each corner contributes within its own triangles, with the
+//! weight (¾ - d²)⁴, d in sides. So the third derivative is continuous too, and a point needs three corners where
+//! gradient noise needs four.
 
 use super::cells::{LANES, RAMP, Run, key, slope};
 use crate::ground::math;
@@ -11,10 +11,10 @@ use crate::ground::math;
 /// Sine of 60°.
 const SIN: f32 = 0.866_025_4;
 
-/// Brings the noise within about ±1.
+/// Scales the noise to about ±1.
 const SCALE: f32 = 14.0;
 
-/// What the corner with this random word gives at (x, y) from it, counted along the sides of its cell.
+/// The contribution of the corner with this random word at (x, y) from it, in coordinates along the sides of its cell.
 #[inline(always)]
 fn corner(word: u32, x: f32, y: f32) -> f32 {
     let (x, y) = (x + 0.5 * y, SIN * y);
@@ -23,13 +23,13 @@ fn corner(word: u32, x: f32, y: f32) -> f32 {
     square * square * slope(word, x, y)
 }
 
-/// A place among square cells of area 1, as it lies among rhombic ones.
+/// Converts a position among square cells of area 1 to coordinates among rhombic cells.
 pub(super) fn rhombic([x, y]: [f64; 2]) -> [f64; 2] {
     let [[a, b], [c, d]] = super::cells::RHOMBIC;
     [a * x + b * y, c * x + d * y]
 }
 
-/// The noise that belongs to a word, at a place among its rhombic cells.
+/// The noise identified by a word, at a position among its rhombic cells.
 #[inline(always)]
 pub(super) fn at(word: u32, x: f32, y: f32) -> f32 {
     let ((fx, u), (fy, v)) = (math::floor_int(x), math::floor_int(y));
@@ -45,7 +45,7 @@ pub(super) fn at(word: u32, x: f32, y: f32) -> f32 {
 pub(super) fn simplex<const WRAP: u8>(run: &Run, out: &mut [f32; LANES]) {
     for (out, &k) in out.iter_mut().zip(&RAMP) {
         let (x, y, u, v) = run.place(k);
-        // The diagonal between the other two corners parts the cell.
+        // The diagonal between the other two corners divides the cell.
         let far = i32::from(x + y > 1.0);
         let side = far as f32;
         let a = corner(run.word::<WRAP>(u + far, v + far), x - side, y - side);
@@ -78,14 +78,15 @@ mod tests {
     }
 
     #[test]
-    fn is_smooth_and_as_long_in_all_directions() {
+    fn is_smooth_and_isotropic() {
         let spec = NoiseSpec { basis: Basis::Simplex, ..NoiseSpec::fbm(2.0, 1) };
         let noise = Noise::new(&spec, CANVAS, Hash::new(3));
         let (window, step) = (Window::of(0, 0, 600, 600), 0.1);
         let mut out = vec![0.0; window.len()];
         noise.fill(&Frame::new(window, [step; 2]), &mut out);
         let at = |x: usize, y: usize| f64::from(out[y * 600 + x]);
-        // How alike places 0.8 mm apart are, in directions of a right triangle of 3, 4 and 5 and its mirror images.
+        // Mean squared difference at equal distances in several directions: those of a right triangle of 3, 4 and 5 and
+        // its mirror images.
         let unlike = |dx: usize, dy: usize, back: bool| {
             let pairs = (0..580).flat_map(|y| (10..580).map(move |x| (x, y)));
             let sum: f64 = pairs
@@ -98,7 +99,7 @@ mod tests {
             [unlike(10, 0, false), unlike(6, 8, false), unlike(8, 6, false), unlike(0, 10, false), unlike(6, 8, true)];
         let (low, high) = all.iter().fold((f64::MAX, 0.0), |(low, high): (f64, f64), v| (low.min(*v), high.max(*v)));
         assert!(high / low < 1.12, "{all:?}");
-        // No step anywhere: from pixel to pixel of a hundredth of a mm it changes by a tenth of what it does at a tenth.
+        // The noise is continuous: with pixels ten times smaller, differences are about a tenth.
         noise.fill(&Frame::new(window, [0.1 * step; 2]), &mut out);
         let pairs = (0..599 * 599).map(|k| (out[k / 599 * 600 + k % 599 + 1] - out[k / 599 * 600 + k % 599]).abs());
         assert!(pairs.clone().fold(0.0, f32::max) < 0.0125 && pairs.sum::<f32>() > 1.0);

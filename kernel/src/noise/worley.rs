@@ -1,9 +1,9 @@
 //! Cellular noise (S. Worley, "A cellular texture basis function", 1996), periodic on a canvas that tiles.
 //!
 //! One feature point per cell of a [`CellGrid`], up to 7/16 of a cell from its middle, so that the nine cells around a
-//! pixel hold its two nearest points but for the rarest cases. With an aspect, points are compared in the stretched
-//! space in which cells are round; F1 and F2 are mm across the stretch. The border distance is true mm in every
-//! direction: to the bisector of the nearest point and each of the 24 around (I. Quilez, "Voronoi edges").
+//! pixel contain its two nearest points except in the rarest cases. With an aspect, points are compared in the
+//! stretched space in which cells are round; F1 and F2 are mm across the stretch. The border distance is true mm in
+//! every direction: to the bisector of the nearest point and each of the 24 points around (I. Quilez, "Voronoi edges").
 
 use super::cells::{CellGrid, CellShape, LANES, RAMP, Run, Wrap, lower_unit, scramble, upper_unit};
 use crate::ground::hash::Hash;
@@ -15,7 +15,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::value::Tiling;
 
-/// How distances to points are measured.
+/// The metric for distances to points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Metric {
     /// The straight distance: round cells.
@@ -33,15 +33,15 @@ pub enum Metric {
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorleySpec {
-    /// Cells.
+    /// The shape of cells.
     pub shape: CellShape,
     /// 0: a regular grid … 1: as irregular as possible.
     pub jitter: f32,
-    /// Measure of F1 and F2; borders are Euclidean.
+    /// The metric of F1 and F2; border distances are Euclidean.
     pub metric: Metric,
 }
 
-/// Planes to fill, those that are wanted; each covers the window without gaps.
+/// The planes to fill, `None` for unwanted ones; each covers the window without gaps.
 #[derive(Debug, Default)]
 pub struct WorleyOut<'a> {
     /// Distance to the nearest point, mm.
@@ -50,14 +50,14 @@ pub struct WorleyOut<'a> {
     pub f2: Option<&'a mut [f32]>,
     /// Distance to the border of the cell, mm (four times the cost).
     pub border: Option<&'a mut [f32]>,
-    /// A number per cell, uniform in 0..1.
+    /// A random number per cell, uniform in 0..1.
     pub value: Option<&'a mut [f32]>,
-    /// A random word per cell that names it.
+    /// A random word per cell that identifies it.
     pub id: Option<&'a mut [u32]>,
 }
 
-/// The words that name cells as whole numbers below 2^24, which `f32` holds exactly. Among a thousand cells, the chance
-/// that two share a number is 3 %.
+/// The words of cells as integers below 2^24, which `f32` holds exactly. Among a thousand cells, the chance that two
+/// share a number is 3 %.
 pub fn ids(words: &[u32], out: &mut [f32]) {
     for (out, word) in out.iter_mut().zip(words) {
         *out = (scramble(!*word) >> 8) as f32;
@@ -166,7 +166,7 @@ impl Worley {
             let place = run.place(ramp);
             let visit = |best, i, j| self.visit::<WRAP, METRIC>(run, place, best, i, j);
             let mut best = Best { first: FAR, second: FAR, word: 0, offset: [0.0; 2] };
-            // Written out: a loop here keeps the compiler from taking eight pixels at a time.
+            // Unrolled by hand: with a loop the compiler does not vectorise over eight pixels.
             best = visit(best, -1, -1);
             best = visit(best, 0, -1);
             best = visit(best, 1, -1);
@@ -184,7 +184,7 @@ impl Worley {
         }
     }
 
-    /// Takes the point of the cell (i, j) beside the pixel's own into account.
+    /// Compares with the point of the cell (i, j) relative to the pixel's own.
     #[inline(always)]
     fn visit<const WRAP: u8, const METRIC: u8>(
         &self,
@@ -223,7 +223,7 @@ impl Worley {
         }
     }
 
-    /// The least distance to a bisector: (|b|² - |a|²) / (2 |slope·(b - a)|), b being each point around.
+    /// Least distance to a bisector, (|b|² - |a|²) / (2 |slope·(b - a)|), over all points b around.
     #[inline(always)]
     fn border<const WRAP: u8>(&self, run: &Run, near: &Near, out: &mut [f32; LANES]) {
         let points = near.offset[0].iter().zip(&near.offset[1]);
@@ -238,7 +238,7 @@ impl Worley {
         }
     }
 
-    /// The least of three cells of row j; written out for the same reason as in `nearest`.
+    /// The least of three cells of row j; unrolled for the same reason as in `nearest`.
     #[inline(always)]
     fn bisect_three<const WRAP: u8>(&self, run: &Run, place: (f32, f32, i32, i32), a: (f32, f32), j: i32) -> f32 {
         let left = self.bisect::<WRAP>(run, place, a, (-1, j));
@@ -254,7 +254,7 @@ impl Worley {
         min(min(left, right), self.bisect_three::<WRAP>(run, place, a, j))
     }
 
-    /// Four times the squared distance to the bisector with the point of cell (i, j) beside the pixel's own.
+    /// Four times the squared distance to the bisector with the point of cell (i, j) relative to the pixel's own.
     #[inline(always)]
     fn bisect<const WRAP: u8>(
         &self,
@@ -277,10 +277,10 @@ impl Worley {
     }
 }
 
-/// Further than any point; a square that is finite.
+/// A distance beyond any point, with a finite square.
 const FAR: f32 = 1e30;
 
-/// The nearest points of a pixel so far.
+/// The nearest points found so far for a pixel.
 #[derive(Clone, Copy)]
 struct Best {
     first: f32,
@@ -289,7 +289,7 @@ struct Best {
     offset: [f32; 2],
 }
 
-/// Nearest points of a run.
+/// The nearest points of a run.
 struct Near {
     first: [f32; LANES],
     second: [f32; LANES],
@@ -346,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn a_regular_grid_is_known() {
+    fn matches_a_regular_grid() {
         let spec = WorleySpec { shape: CellShape::round(10.0), jitter: 0.0, metric: Metric::Euclidean };
         let [f1, f2, border] = render(&spec, 4, Window::of(0, 0, 600, 400), 0.1);
         for k in 0..f1.len() {

@@ -1,14 +1,14 @@
-//! Cellular noise whose cells are drawn out along a field of directions.
+//! Cellular noise whose cells are stretched along a direction field.
 //!
-//! Source: F. Labelle, J. Shewchuk, "Anisotropic Voronoi diagrams" (2003): every place measures distances by a metric. Here that
-//! is the metric of the pixel, not of the point, so that no direction is read but its own, and a direction and its
-//! opposite are the same. Points lie in square cells of a [`CellGrid`] of the area that is wanted, one in each.
+//! Source: F. Labelle, J. Shewchuk, "Anisotropic Voronoi diagrams" (2003): every position measures distances by its own
+//! metric. Here that is the metric of the pixel, not of the point, so only the direction at the pixel is read, and
+//! opposite directions are the same. Points lie in square cells of a [`CellGrid`] of the wanted area, one in each.
 //!
-//! A pixel visits the cells that an ellipse about it meets, `aspect` times longer along the direction, and doubles the
-//! ellipse until no point beyond it can count; so the result is that of all points. Distances are those of
+//! A pixel visits the cells that intersect an ellipse around it, `aspect` times longer along the direction, and doubles
+//! the ellipse until no point outside can matter. So the result is exact. Distances are those of
 //! [`Worley`](super::worley::Worley): F1 and F2 in mm across the stretch, the border in true mm.
 //!
-//! Cost: about twenty points a pixel, about 200 ns.
+//! Cost: about twenty points per pixel, about 200 ns.
 
 use super::cells::{CellGrid, CellShape, LANES, Run, Wrap, lower_unit, scramble, upper_unit};
 use super::worley::{Metric, WorleyOut, WorleySpec};
@@ -26,20 +26,20 @@ pub struct WorleyAlong {
     grid: Option<CellGrid>,
     metric: Metric,
     jitter: f32,
-    /// Degrees.
+    /// The added angle in degrees.
     angle: f32,
     aspect: f32,
     /// Size of a cell across its long direction, mm.
     size: f32,
     /// Cells to mm.
     to_mm: [[f32; 2]; 2],
-    /// How many cells beside a pixel's own are read at most.
+    /// Maximum distance in cells of a cell that is read.
     most: i64,
 }
 
-/// The ellipse that is searched first, half of its breadth in sizes of a cell; it nearly always suffices.
+/// Half the width of the first ellipse, in cell sizes; it nearly always suffices.
 const FIRST: f32 = 1.3;
-/// The largest ellipse.
+/// Half the width of the largest ellipse.
 const LAST: f32 = 5.2;
 
 impl WorleyAlong {
@@ -49,7 +49,7 @@ impl WorleyAlong {
         let side = size * aspect.sqrt();
         let grid = CellGrid::new(canvas, &CellShape::round(side), hash);
         let to_mm = grid.as_ref().map_or([[1.0, 0.0], [0.0, 1.0]], CellGrid::to_mm);
-        // Of cells larger than a canvas that tiles only as much is left as fits it.
+        // If cells are larger than a canvas that tiles, they shrink to fit it.
         let [[a, b], [c, d]] = to_mm;
         let size = ((a * d - b * c).abs() / aspect).sqrt();
         let dense = grid.as_ref().map_or(1.0, |grid| 1.0 / grid.pixels_per_cell([size; 2]));
@@ -103,11 +103,11 @@ impl WorleyAlong {
     }
 }
 
-/// A pixel and how it measures.
+/// A pixel and its metric.
 struct Pixel<'a> {
     cells: &'a WorleyAlong,
     run: &'a Run,
-    /// Place in its cell, and the cell.
+    /// Position in its cell, and the cell.
     place: (f32, f32, i32, i32),
     /// Cells to mm across the stretch, along and across the direction.
     compare: [[f32; 2]; 2],
@@ -115,7 +115,7 @@ struct Pixel<'a> {
     true_mm: [[f32; 2]; 2],
 }
 
-/// A point: its distance, as it is compared, and its place in cells from the pixel.
+/// A point: its compared distance, and its position in cells relative to the pixel.
 #[derive(Clone, Copy)]
 struct Point {
     distance: f32,
@@ -123,7 +123,7 @@ struct Point {
     at: [f32; 2],
 }
 
-/// Further than any point; a square that is finite.
+/// A distance beyond any point, with a finite square.
 const FAR: Point = Point { distance: 1e30, word: 0, at: [0.0; 2] };
 
 impl<'a> Pixel<'a> {
@@ -141,7 +141,7 @@ impl<'a> Pixel<'a> {
     #[inline(always)]
     fn write<const WRAP: u8>(&self, at: usize, out: &mut WorleyOut<'_>) {
         let (mut radius, last) = (FIRST * self.cells.size, LAST * self.cells.size);
-        // How much longer the straight way may be than the distance.
+        // The maximum ratio of the Euclidean distance to the compared one.
         let slack = if self.cells.metric == Metric::Chebyshev { std::f32::consts::SQRT_2 } else { 1.0 };
         let [first, second] = loop {
             let near = self.nearest::<WRAP>(radius);
@@ -172,7 +172,7 @@ impl<'a> Pixel<'a> {
         }
     }
 
-    /// Visits the points in all cells that meet the ellipse whose points are `radius` mm away, across the stretch.
+    /// Visits the points in all cells that intersect the ellipse with the radius `radius` in mm across the stretch.
     #[inline(always)]
     #[expect(clippy::cast_possible_truncation, reason = "limited to the cells that a run may read")]
     fn visit<const WRAP: u8>(&self, radius: f32, mut each: impl FnMut(u32, f32, f32)) {
@@ -200,7 +200,7 @@ impl<'a> Pixel<'a> {
         }
     }
 
-    /// The two nearest points, as far as they lie within `radius`.
+    /// The two nearest points within `radius`.
     #[inline(always)]
     fn nearest<const WRAP: u8>(&self, radius: f32) -> [Point; 2] {
         let ([[a, b], [c, d]], metric) = (self.compare, self.cells.metric);
@@ -222,7 +222,7 @@ impl<'a> Pixel<'a> {
         near
     }
 
-    /// The least distance, in true mm, to a line between the nearest point and another one, as the pixel measures.
+    /// Least distance, in true mm, to a bisector between the nearest point and another one, in the metric of the pixel.
     #[inline(always)]
     fn border<const WRAP: u8>(&self, first: &Point, second: &Point, radius: f32) -> f32 {
         let [[p, q], [r, s]] = self.compare;
@@ -231,14 +231,14 @@ impl<'a> Pixel<'a> {
             mx * mx + my * my
         };
         let own = squared(first.at);
-        // How much the stretched distance changes in a true mm at most.
+        // The maximum change of the stretched distance per true mm.
         let steep = (1.0 / self.cells.aspect).max(1.0);
         let bisect = |at: [f32; 2]| {
             let [di, dj] = [at[0] - first.at[0], at[1] - first.at[1]];
             if di * di + dj * dj < 1e-6 {
                 return FAR.distance;
             }
-            // (b - a)·(b + a), which cancels less, over the length of the gradient.
+            // (b - a)·(b + a), which has less cancellation, divided by the length of the gradient.
             let sum = [at[0] + first.at[0], at[1] + first.at[1]];
             let gap = (p * di + q * dj) * (p * sum[0] + q * sum[1]) + (r * di + s * dj) * (r * sum[0] + s * sum[1]);
             let [along, across] = self.true_mm;
@@ -267,7 +267,7 @@ mod tests {
 
     const CANVAS: (DVec2, Tiling) = (DVec2::new(60.0, 40.0), Tiling::BOTH);
 
-    /// Degrees at a place: eddies that repeat with the canvas.
+    /// Degrees at a position: eddies that repeat with the canvas.
     fn eddies(x: f64, y: f64) -> f32 {
         narrow(70.0 * libm::sin(x * std::f64::consts::TAU / 60.0) + 40.0 * libm::cos(y * std::f64::consts::TAU / 20.0))
     }
@@ -288,7 +288,7 @@ mod tests {
         [f1, f2, border]
     }
 
-    /// The definition: all points far around, each by its distance along and across the direction.
+    /// The definition: all points of a large neighbourhood, with distances measured along and across the direction.
     fn by_definition(spec: &WorleySpec, seed: u64, frame: &Frame, (x, y): (i32, i32)) -> [f64; 3] {
         let CellShape { size, aspect, angle } = spec.shape;
         let grid = CellGrid::new(CANVAS, &CellShape::round(size * aspect.sqrt()), Hash::new(seed)).unwrap();

@@ -1,22 +1,22 @@
-//! Lines from segments: those that meet are joined.
+//! Joins segments with common ends into lines.
 //!
-//! Where two segments meet, they are one line. Where more do, a line goes on with the segment that turns it least, if
-//! that is by less than 60°; the straightest pairs are joined first. O(n log n).
+//! Two segments that meet become one line. Where more segments meet, a line continues with the segment that turns it
+//! least, if the turn is less than 60°; the straightest pairs are joined first. O(n log n).
 use super::pen::Pen;
 use glam::DVec2;
 use shibo_engine::value::Segments;
 use std::collections::BTreeMap;
 
-/// Ends that are closer meet, mm.
+/// Maximum distance in mm of ends that count as the same point.
 const SAME: f64 = 1e-3;
 
 /// The cosine of the largest turn where more than two segments meet.
 const STRAIGHT: f64 = 0.5;
 
-/// Where more ends meet, none are joined.
+/// If more ends meet at a point, none are joined.
 const MOST_ENDS: usize = 64;
 
-/// An end of a segment: its number, and whether it is the second end.
+/// An end of a segment: the index of the segment, and 0 or 1 for its first or second end.
 type End = (usize, usize);
 
 /// Joins segments and draws the lines.
@@ -44,7 +44,7 @@ pub fn draw(segments: &Segments, pen: &mut Pen) {
                     (at, from) = (next, to);
                 }
                 Some(next) if next.0 == first => {
-                    // Round: exactly where it began, or whole canvases away.
+                    // A closed line: it ends exactly where it began, or whole canvases away.
                     let whole = ((to - start) / size).round() * size;
                     pen.line_to(if (to - start - whole).length() < 0.1 { start + whole } else { to });
                     break;
@@ -58,7 +58,7 @@ pub fn draw(segments: &Segments, pen: &mut Pen) {
     }
 }
 
-/// For each end, the one that it is joined to.
+/// For each end of each segment, the end that it is joined to.
 fn partners(ends: &[[DVec2; 2]], segments: &Segments) -> Vec<[Option<End>; 2]> {
     let mut places: BTreeMap<[i64; 2], Vec<End>> = BTreeMap::new();
     for (n, pair) in ends.iter().enumerate() {
@@ -85,7 +85,7 @@ fn partners(ends: &[[DVec2; 2]], segments: &Segments) -> Vec<[Option<End>; 2]> {
     partners
 }
 
-/// The number of a place, the same on all copies of the canvas.
+/// The cell of a point, the same for all copies on a periodic canvas.
 #[expect(clippy::cast_possible_truncation, reason = "a float cast saturates")]
 fn place(p: DVec2, segments: &Segments) -> [i64; 2] {
     let axis = |p: f64, size: f64, repeats: bool| {
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn segments_that_meet_are_lines() {
-        // An L in three parts, given in any order and direction, and a line by itself.
+        // An L of three segments in any order and direction, and a separate line.
         let l = [[4.0, 1.0, 1.0, 1.0], [4.0, 5.0, 4.0, 3.0], [4.0, 1.0, 4.0, 3.0], [7.0, 7.0, 8.0, 7.0]];
         assert_eq!(joined(&l, Tiling::NONE), [(4, false, 7.0), (2, false, 1.0)]);
         // A square.
@@ -133,13 +133,13 @@ mod tests {
         let cross = [[1.0, 5.0, 5.0, 5.0], [5.0, 5.0, 5.0, 1.0], [9.0, 5.5, 5.0, 5.0], [5.0, 5.0, 5.2, 9.0]];
         let got = joined(&cross, Tiling::NONE);
         assert_eq!(got.iter().map(|c| c.0).collect::<Vec<_>>(), [3, 3]);
-        // A T: the stem ends there.
+        // A T: the line of the stem ends at the junction.
         let got = joined(&[[1.0, 5.0, 5.0, 5.0], [5.0, 5.0, 9.0, 5.0], [5.0, 5.0, 5.0, 9.0]], Tiling::NONE);
         assert_eq!(got, [(3, false, 8.0), (2, false, 4.0)]);
     }
 
     #[test]
-    fn lines_go_on_across_the_border() {
+    fn lines_continue_across_the_border() {
         let ring = [[2.0, 3.0, 8.0, 4.0], [8.0, 4.0, 12.0, 3.0]];
         let got = joined(&ring, Tiling::BOTH);
         assert_eq!((got.len(), got[0].0, got[0].1), (1, 3, true));

@@ -1,7 +1,8 @@
-//! Directions that follow paths: near a path its own, between several a mixture by distance.
+//! Direction fields that follow paths, blended by distance between several paths.
 //!
-//! Each path is a row of short needles. A place takes the sum of those within reach, each weighted by its length and by
-//! (1 - (d/reach)²)² / (d² + s²), d being its distance and s the distance of needles. O(pixels · needles within reach).
+//! Each path is a row of short needles. The direction at a point is the sum of the needles within reach, each weighted
+//! by its length and by (1 - (d/reach)²)² / (d² + s²), where d is its distance and s the spacing of needles. O(pixels ·
+//! needles within reach).
 use super::index::{Index, corners};
 use crate::ground::math;
 use crate::ground::number::narrow;
@@ -9,19 +10,19 @@ use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;
 use shibo_engine::value::Path;
 
-/// How many needles there are in the reach.
+/// Number of needles per reach.
 const NEEDLES: f64 = 16.0;
 
-/// The most needles.
+/// Maximum number of needles.
 const MOST: f64 = 4e6;
 
 /// A short piece of a path.
 #[derive(Clone, Copy, Debug)]
 struct Needle {
     middle: DVec2,
-    /// Its direction, times its length as a share of the usual one.
+    /// Its direction, times its length relative to the usual length.
     way: [f32; 2],
-    /// The same for twice the angle.
+    /// The same with twice the angle.
     twice: [f32; 2],
 }
 
@@ -34,7 +35,7 @@ pub struct Flow {
     soft: f64,
 }
 
-/// The flow at a place.
+/// The flow at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Flowing {
     /// The sum of directions.
@@ -67,13 +68,12 @@ impl Flow {
         Self { index: Index::new(&boxes, (path.size_mm, path.periodic)), needles, reach, soft }
     }
 
-    /// About how much memory it takes.
+    /// Approximate memory in bytes.
     pub fn bytes(&self) -> usize {
         self.needles.len() * (size_of::<Needle>() + 24)
     }
 
-    /// Fills a window by rows. With `lines`, a path has no direction: both ways count the same, and sums are of twice
-    /// the angle.
+    /// Fills a window, row by row. With `lines`, opposite directions are equal, and sums are of twice the angle.
     ///
     /// # Panics
     /// If `out` is shorter than the window.
@@ -160,17 +160,17 @@ mod tests {
 
     #[test]
     fn between_two_paths_directions_mix_by_distance() {
-        // One goes right, one goes down to the right; symmetric about the line between them.
+        // One path goes right, the other down to the right; they are symmetric about the bisector.
         let lines = [[(-50.0, 5.0), (50.0, 5.0)], [(40.0, 55.0), (-30.0, -15.0)]];
         let flow = Flow::new(&path(&lines, Tiling::NONE), 8.0);
-        // On the bisector of the lines through (-10, 5), as far from both: between 0° and 45°, once the second one is
-        // turned around.
+        // A point on the bisector of the lines through (-10, 5), equally far from both: after turning the second line
+        // around, the direction is between 0° and 45°.
         let p = DVec2::new(-10.0, 5.0) + DVec2::from_angle(22.5f64.to_radians()) * 8.0;
         assert!((angle(at(&flow, true, p.x, p.y)) - 22.5).abs() < 0.2, "{}", angle(at(&flow, true, p.x, p.y)));
-        // Nearer to the first: nearer to its direction.
+        // Nearer to the first line, the direction is nearer to its direction.
         let near = angle(at(&flow, true, p.x, p.y - 1.5));
         assert!(near > 0.0 && near < 18.0, "{near}");
-        // With directions, a path and its reverse cancel out.
+        // Without `lines`, a path and its reverse cancel out.
         let both = Flow::new(&path(&[[(0.0, 5.0), (20.0, 5.0)], [(20.0, 9.0), (0.0, 9.0)]], Tiling::NONE), 6.0);
         let middle = at(&both, false, 10.0, 7.0);
         assert!(middle.way[0].abs() < 1e-3 * middle.weight && middle.weight > 0.0);

@@ -1,4 +1,4 @@
-//! What lies near a window: boxes in bins, repeated with the canvas.
+//! A spatial index of boxes that repeat with the canvas.
 use crate::ground::bins::{Bins, Extent};
 use crate::ground::number::index_u32;
 use crate::ground::window::{Frame, WindowExt as _};
@@ -9,15 +9,15 @@ use shibo_engine::value::Tiling;
 #[derive(Clone, Debug)]
 pub(super) struct Index {
     bins: Bins,
-    /// The numbers of the boxes in the order of the bins.
+    /// Indices of the boxes in the order of the bins.
     order: Vec<u32>,
-    /// By how much each box was moved so that its middle lies on the canvas.
+    /// Shift that moves the middle of each box onto the canvas.
     home: Vec<DVec2>,
-    /// From one copy to the next; 0 where there is one only.
+    /// Period; 0 in directions without repeats.
     period: DVec2,
 }
 
-/// One copy of a box: its number, and by how much it is moved, mm.
+/// One copy of a box: its index, and its shift in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Near {
     pub(super) id: u32,
@@ -25,7 +25,7 @@ pub(super) struct Near {
 }
 
 impl Index {
-    /// Sorts boxes, given by two corners each, into bins. O(n).
+    /// Sorts boxes, each given by two corners, into bins. O(n).
     pub(super) fn new(boxes: &[[DVec2; 2]], (size, tiling): (DVec2, Tiling)) -> Self {
         let period = DVec2::new(if tiling.x { size.x } else { 0.0 }, if tiling.y { size.y } else { 0.0 });
         let safe = DVec2::select(period.cmpgt(DVec2::ZERO), period, DVec2::splat(1.0));
@@ -33,7 +33,7 @@ impl Index {
         let extent = |n: usize| {
             let [a, b] = boxes[n];
             let middle = 0.5 * (a + b) + home[n];
-            // Rounded to single precision, it must not become smaller.
+            // Rounding to single precision must not make it smaller.
             let half = 0.5 * (b - a).abs() + 1e-6 * (1.0 + middle.abs());
             (middle.is_finite() && half.is_finite())
                 .then(|| Extent { middle: middle.as_vec2(), half: half.as_vec2() * (1.0 + 1e-6) })
@@ -42,12 +42,12 @@ impl Index {
         Self { bins, order, home, period }
     }
 
-    /// From one copy to the next; 0 in the directions in which there is one only.
+    /// Period; 0 in directions without repeats.
     pub(super) fn period(&self) -> DVec2 {
         self.period
     }
 
-    /// The copies of boxes that may touch the rectangle from `low` to `high`, by number and then by place.
+    /// The copies of boxes that may touch the rectangle from `low` to `high`, sorted by index and then by shift.
     pub(super) fn near(&self, low: DVec2, high: DVec2) -> Vec<Near> {
         let margin = DVec2::splat(1e-5) * (1.0 + low.abs().max(high.abs()));
         let (low, high) = (low - margin, high + margin);
@@ -83,7 +83,7 @@ impl Index {
         found
     }
 
-    /// As [`Self::near`], for the pixels of a window and so many mm around them.
+    /// Like [`Self::near`], for the pixels of a window and a margin of `around` mm.
     pub(super) fn near_window(&self, frame: &Frame, around: f64) -> Vec<Near> {
         let [low, high] = corners(frame);
         self.near(low - around, high + around)

@@ -1,5 +1,5 @@
-//! Paths: how they are drawn and joined, where places lie beside them, and seams along them; directions that follow
-//! them, and lines that follow directions.
+//! Paths: drawing and joining them, positions relative to them, seams along them, direction fields that follow them,
+//! and lines that follow direction fields.
 
 pub mod chain;
 pub mod flow;

@@ -1,6 +1,6 @@
-//! Where places lie beside a path: along it, across it, and which way it goes there.
+//! Positions relative to a path: along it and across it, and the direction of the path there.
 //!
-//! A window is cut into small blocks, and for each only the pieces count that can be nearest to one of its pixels.
+//! A window is cut into small blocks. Each block uses only the pieces that can be nearest to one of its pixels.
 //! O(pieces near the window · blocks + pixels · pieces near each).
 use super::index::{Index, Near, corners};
 use crate::ground::number::index_u32;
@@ -8,29 +8,29 @@ use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;
 use shibo_engine::value::{Path, Polyline, Window};
 
-/// Pixels of a block's side.
+/// Side of a block in pixels.
 const BLOCK: usize = 16;
 
-/// Curves are looked for within so many mm at most; where the canvas repeats, within so many of it.
+/// The maximum search distance in mm; on a repeating canvas, in canvases.
 const FARTHEST: f64 = 1e9;
 const MOST_CANVASES: f64 = 8.0;
 
-/// The cosine of the largest turn at a joint of two pieces that still stands for a smooth curve: 12°.
+/// The cosine of the largest turn at a joint of two pieces that still counts as smooth: 12°.
 const SMOOTH: f64 = 0.978;
 
-/// Where a place lies beside the nearest curve.
+/// Position of a point relative to the nearest curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beside {
-    /// mm along the curve from its beginning. Beyond an open end it goes straight on: below 0, or above the curve's
-    /// length.
+    /// mm along the curve from its beginning. Beyond an open end the curve is extended straight: values are below 0, or
+    /// above the curve's length.
     pub along: f64,
-    /// mm to the side: positive to the right as seen along the curve on a picture whose y points down.
+    /// mm to the side: positive to the right in the direction of the curve, in a picture whose y points down.
     pub across: f64,
-    /// mm to the nearest place of the curve.
+    /// mm to the nearest point of the curve.
     pub distance: f64,
-    /// Which way the curve goes, of length 1.
+    /// The unit tangent of the curve.
     pub tangent: DVec2,
-    /// The number of the curve, from 0.
+    /// Index of the curve, from 0.
     pub curve: u32,
 }
 
@@ -38,16 +38,16 @@ pub struct Beside {
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     from: DVec2,
-    /// Its direction, of length 1.
+    /// Its unit direction.
     way: DVec2,
     length: f64,
-    /// mm along the curve where it begins.
+    /// Position of its beginning along the curve, mm.
     along: f64,
     /// The direction of the curve at its two ends, midway between those of the pieces that meet there.
     joints: [DVec2; 2],
-    /// The same where the curve is smooth there; elsewhere the piece's own direction.
+    /// The same where the curve is smooth; elsewhere the piece's own direction.
     tangents: [DVec2; 2],
-    /// Whether the curve ends at its beginning, at its end.
+    /// Whether the curve ends at the piece's beginning and at its end.
     ends: [bool; 2],
     curve: u32,
 }
@@ -68,7 +68,7 @@ impl Piece {
         let beyond = if t < 0.0 { Some(0) } else { (t > self.length).then_some(1) };
         let (along, across) = match beyond {
             Some(end) if self.ends[end] => (t, side),
-            // Around a joint, the side is that of both pieces.
+            // Around a joint, the side is determined for both pieces together.
             Some(end) => {
                 let corner = self.from + self.way * clamped;
                 (clamped, distance.copysign(self.joints[end].perp_dot(p - corner)))
@@ -99,13 +99,13 @@ impl Nearest {
         Self { index: Index::new(&boxes, (path.size_mm, path.periodic)), pieces }
     }
 
-    /// About how much memory it takes.
+    /// Approximate memory in bytes.
     pub fn bytes(&self) -> usize {
         self.pieces.len() * (size_of::<Piece>() + 24)
     }
 
-    /// Calls `put` for each pixel of a window, by rows, with its number and where it lies; with nothing where no curve
-    /// is within `reach` mm.
+    /// Calls `put` for each pixel of a window, row by row, with its index and its position; `None` if no curve is
+    /// within `reach` mm.
     pub fn fill(
         &self,
         stop: &dyn Fn() -> bool,
@@ -137,14 +137,14 @@ impl Nearest {
         }
     }
 
-    /// Where one place lies, if a curve is within `reach` mm.
+    /// Position of one point, if a curve is within `reach` mm.
     pub fn at(&self, p: DVec2, reach: f64) -> Option<Beside> {
         let near = self.index.near(p - reach, p + reach);
         self.beside(&near, p).filter(|beside| beside.distance <= reach)
     }
 
-    /// So many mm that a curve is within them of every pixel of a window; 0 if there is no curve, or none within many canvases
-    /// where these repeat.
+    /// A distance in mm within which every pixel of a window has a curve; 0 if there is no curve, or none within many
+    /// canvases on a repeating canvas.
     pub fn farthest(&self, frame: &Frame) -> f64 {
         let [low, high] = corners(frame);
         let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
@@ -160,7 +160,7 @@ impl Nearest {
         0.0
     }
 
-    /// The first of the nearest.
+    /// Position relative to the nearest piece, the first one of several.
     fn beside(&self, near: &[Near], p: DVec2) -> Option<Beside> {
         let (mut least, mut found) = (f64::INFINITY, None);
         for near in near {
@@ -172,7 +172,7 @@ impl Nearest {
         found.map(|near| self.pieces[near.id as usize].beside(p - near.shift))
     }
 
-    /// Those that can be nearest to a place of a rectangle and within `reach`, in the same order.
+    /// The pieces within `reach` that can be nearest to a point of a rectangle, in the same order.
     fn nearest(&self, near: &[Near], [low, high]: [DVec2; 2], reach: f64) -> Vec<Near> {
         let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
         let away = |near: &Near| self.pieces[near.id as usize].distance_squared(middle - near.shift);
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn the_frame_of_a_line_goes_on_beyond_its_ends() {
+    fn extends_open_lines_beyond_their_ends() {
         let path = path(&[(&[(3.0, 5.0), (10.0, 5.0)], false)], Tiling::NONE);
         let nearest = Nearest::new(&path);
         let at = |x, y| nearest.at(DVec2::new(x, y), 50.0).map(|b| (b.along, b.across, b.distance));
@@ -316,7 +316,7 @@ mod tests {
 
     #[test]
     fn sides_of_a_closed_curve_are_inside_and_outside() {
-        // A star with sharp corners, drawn clockwise on a picture: the inside is on the right.
+        // A star with sharp corners, clockwise in the picture, so the inside is on the right.
         let corner = |k: u32| {
             let radius = if k.is_multiple_of(2) { 6.0 } else { 1.5 };
             DVec2::new(10.0, 7.0) + DVec2::from_angle(f64::from(k) * 36f64.to_radians()) * radius

@@ -1,15 +1,15 @@
-//! Drawing paths: lines and Bézier curves, cut into straight pieces.
+//! Draws paths: lines and Bézier curves, cut into straight pieces.
 use crate::shape::outline::{Edge, flatten};
 use glam::DVec2;
 use shibo_engine::value::{Path, Polyline, Tiling};
 
-/// How far straight pieces may lie from the curve that they stand for, mm.
+/// Maximum distance in mm between straight pieces and the curve they replace.
 pub const TOLERANCE: f64 = 5e-4;
 
-/// The most straight pieces of a path.
+/// Maximum number of straight pieces of a path.
 pub const MOST_PIECES: usize = 4_000_000;
 
-/// How far apart ends may lie that count as the same place, mm.
+/// Maximum distance in mm of ends that count as the same point.
 const SAME: f64 = 1e-6;
 
 /// Draws curves one after another, in mm.
@@ -28,12 +28,12 @@ impl Pen {
         self.open.push(to);
     }
 
-    /// Where the pen is.
+    /// The current point.
     pub fn at(&self) -> DVec2 {
         self.open.last().copied().unwrap_or_default()
     }
 
-    /// How many straight pieces were drawn.
+    /// Number of straight pieces drawn.
     pub fn pieces(&self) -> usize {
         self.pieces
     }
@@ -50,7 +50,7 @@ impl Pen {
         self.add(to);
     }
 
-    /// A Bézier curve from where the pen is; `points` are the control points and the end.
+    /// A Bézier curve from the current point; `points` are the control points and the end.
     pub fn curve_to(&mut self, points: &[DVec2]) {
         let mut all = vec![self.at()];
         all.extend_from_slice(points);
@@ -61,11 +61,11 @@ impl Pen {
         self.scratch = edges;
     }
 
-    /// A smooth curve through places (Catmull and Rom): from the first one if `closed`, else from the first to the
-    /// last. Where `around` is not 0, the curve goes on after its end as after its beginning, moved by so much.
+    /// A smooth curve through points (Catmull-Rom): from the first one around to itself if `closed`, else from the
+    /// first to the last. With `around`, the curve continues after its end like its beginning, shifted by this vector.
     pub fn through(&mut self, points: &[DVec2], closed: bool, around: Option<DVec2>) {
         let Some((first, n)) = points.first().zip(i32::try_from(points.len()).ok()) else { return };
-        // Places before the first and after the last one.
+        // Points before the first and after the last one.
         let at = |i: i32| {
             let wrapped = |i: i32, n: i32| usize::try_from(i.rem_euclid(n)).unwrap_or(0);
             match around {
@@ -84,7 +84,7 @@ impl Pen {
         }
     }
 
-    /// Ends the curve where it began.
+    /// Ends the curve at its beginning.
     pub fn close(&mut self) {
         if let Some(first) = self.open.first().copied() {
             if let Some(last) = self.open.last_mut().filter(|last| last.distance(first) < SAME) {
@@ -93,7 +93,7 @@ impl Pen {
                 self.add(first);
             }
             self.lift(true);
-            // What follows without a beginning of its own begins here.
+            // A following segment without `move_to` begins here.
             self.open.push(first);
         }
     }
@@ -105,8 +105,8 @@ impl Pen {
         }
     }
 
-    /// The path, on a canvas of `size` mm. Curves that end where they begin are closed, and, in directions in which the
-    /// canvas repeats, those that end a whole number of canvases away.
+    /// The path, on a canvas of `size` mm. Curves that end where they begin are closed. In directions in which the
+    /// canvas repeats, so are curves that end a whole number of canvases away.
     pub fn finish(mut self, size: DVec2, tiling: Tiling) -> Path {
         self.lift(false);
         for curve in &mut self.curves {
@@ -116,14 +116,13 @@ impl Pen {
                 curve.closed = true;
             }
         }
-        // What is too short to have a direction.
+        // Removes curves that are too short to have a direction.
         self.curves.retain(|curve| curve.points.len() > 2 || curve.points[0].distance(curve.points[1]) > SAME);
         Path { curves: self.curves, size_mm: size, periodic: tiling }
     }
 }
 
-/// By how many mm `last` is moved from `first`, if that is nothing or whole canvases in directions in which the canvas
-/// repeats.
+/// Shift from `first` to `last` in mm, if it is zero or whole canvases in directions in which the canvas repeats.
 pub fn around(first: DVec2, last: DVec2, size: DVec2, tiling: Tiling) -> Option<DVec2> {
     let way = last - first;
     let steps = (way / size).round();
@@ -158,7 +157,7 @@ mod tests {
 
     #[test]
     fn smooth_curves_go_through_their_places() {
-        // A circle, nearly, and a wave that goes round the canvas: both as smooth where they join as elsewhere.
+        // An approximate circle, and a wave that goes around the canvas: both are smooth at the joint too.
         let circle: Vec<DVec2> = (0..12).map(|k| DVec2::from_angle(f64::from(k) * 30f64.to_radians())).collect();
         let mut pen = Pen::default();
         pen.through(&circle, true, None);

@@ -1,35 +1,35 @@
-//! Seams: where stitches and holes lie along a path.
+//! Seams: positions of stitches and holes along a path.
 use crate::ground::hash::Hash;
 use glam::{DMat2, DVec2};
 use shibo_engine::value::{Path, Polyline};
 
-/// How stitches lie along curves.
+/// The arrangement of stitches along curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seam {
-    /// From one stitch to the next, mm; changed so that a whole number of stitches fits each curve.
+    /// Distance between stitches, mm; adjusted so that a whole number of stitches fits each curve.
     pub pitch: f64,
-    /// How long a stitch is, as a share of the pitch.
+    /// Length of a stitch, as a fraction of the pitch.
     pub length: f64,
     /// Sine and cosine of the angle between a stitch and the path.
     pub tilt: (f64, f64),
-    /// How uneven stitches are, 0..1.
+    /// The irregularity of stitches, 0..1.
     pub jitter: f64,
 }
 
 /// A stitch: its two ends, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stitch {
-    /// Where the thread comes out of the ground.
+    /// The point where the thread comes out of the ground.
     pub from: DVec2,
-    /// Where it goes in again.
+    /// The point where the thread goes in again.
     pub to: DVec2,
-    /// Where its strands begin to turn, in turns, 0..1.
+    /// The initial twist of its strands, in turns, 0..1.
     pub phase: f64,
-    /// How much higher it lies than others, -1..1.
+    /// Its height relative to others, -1..1.
     pub lift: f64,
 }
 
-/// Stitches, and the holes that they go through: each a slit between two places, which may be the same.
+/// Stitches, and their holes: each a slit between two points, which may be equal.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sewn {
     /// The stitches, in order.
@@ -38,7 +38,7 @@ pub struct Sewn {
     pub holes: Vec<[DVec2; 2]>,
 }
 
-/// How many stitches a curve of so many mm takes.
+/// Number of stitches for a curve of this length in mm.
 pub fn count(length: f64, pitch: f64) -> f64 {
     (length / pitch).round().max(1.0)
 }
@@ -66,10 +66,10 @@ impl Seam {
             let middle = (k + 0.5 + 0.08 * draw(0)) * pitch;
             let half = 0.5 * self.length * pitch * (1.0 + 0.07 * draw(1));
             let (a, b) = (along.at(middle - half), along.at(middle + half));
-            // On a sharp corner both ends may fall on one place.
+            // At a sharp corner both ends may be the same point.
             let way = (b - a).normalize_or(DVec2::X);
             let half = 0.5 * a.distance(b);
-            // Unevenness turns it by up to 8°.
+            // The irregularity turns it by up to 8°.
             let uneven = DVec2::new(1.0, 0.14 * draw(2)).normalize();
             let half_way = turn * uneven.rotate(way) * half;
             let middle = 0.5 * (a + b) + way.perp() * (0.03 * pitch * draw(3));
@@ -81,7 +81,7 @@ impl Seam {
         self.holes(curve, pitch, first, sewn);
     }
 
-    /// Two ends that are closer than half a pitch share a hole.
+    /// Adds the holes. Two ends that are closer than half a pitch share a hole.
     fn holes(&self, curve: &Polyline, pitch: f64, first: usize, sewn: &mut Sewn) {
         let stitches = &sewn.stitches[first..];
         let (Some(begin), Some(end)) = (stitches.first(), stitches.last()) else { return };
@@ -102,10 +102,10 @@ impl Seam {
     }
 }
 
-/// A curve by its length.
+/// A curve parametrised by its length.
 struct Along<'a> {
     curve: &'a Polyline,
-    /// mm at each of its points.
+    /// Length in mm up to each of its points.
     lengths: Vec<f64>,
 }
 
@@ -124,7 +124,7 @@ impl<'a> Along<'a> {
         self.lengths.last().copied().unwrap_or(0.0)
     }
 
-    /// The place at so many mm; a closed curve goes on, an open one goes straight on.
+    /// The point at a length in mm. A closed curve continues around, an open one is extended straight.
     fn at(&self, along: f64) -> DVec2 {
         let (points, length) = (&self.curve.points, self.length());
         let (mut along, mut shift) = (along, DVec2::ZERO);
@@ -166,10 +166,10 @@ mod tests {
             assert!(stitch.from.distance(DVec2::new(middle - 0.4 * p, 5.0)) < 1e-12, "{stitch:?}");
             assert!(stitch.to.distance(DVec2::new(middle + 0.4 * p, 5.0)) < 1e-12);
         }
-        // Two between, and one at each end.
+        // Two shared ones between stitches, and one at each end.
         assert_eq!(sewn.holes.len(), 4);
         assert!((sewn.holes[0][1].x - sewn.holes[0][0].x - 0.2 * p).abs() < 1e-12);
-        // With long gaps each end has a hole of its own.
+        // With long gaps each end has its own hole.
         let sewn = Seam { length: 0.4, ..SEAM }.sew(&line(&[(2.0, 5.0), (12.0, 5.0)], Tiling::NONE), Hash::new(1));
         assert_eq!(sewn.holes.len(), 6);
     }
@@ -181,7 +181,8 @@ mod tests {
         let sewn = Seam { tilt: (0.28, 0.96), ..SEAM }.sew(&path, Hash::new(1));
         assert_eq!((sewn.stitches.len(), sewn.holes.len()), (7, 7));
         let p = 20.0 / 7.0;
-        // Each stitch is the one before, moved by a pitch; the last hole leads to the first stitch, a canvas on.
+        // Each stitch is the previous one shifted by a pitch; the last hole leads to the first stitch, one canvas
+        // further.
         for pair in sewn.stitches.windows(2) {
             assert!((pair[1].from - pair[0].from).distance(DVec2::new(p, 0.0)) < 1e-12);
         }
@@ -194,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn unevenness_is_small_and_repeats_itself() {
+    fn jitter_is_small_and_deterministic() {
         let path = line(&[(0.0, 0.0), (10.0, 0.0), (10.0, 12.0)], Tiling::NONE);
         let (even, seam) = (SEAM.sew(&path, Hash::new(3)), Seam { jitter: 1.0, ..SEAM });
         let uneven = seam.sew(&path, Hash::new(3));

@@ -1,4 +1,4 @@
-//! Streamlines: lines that follow a field of directions, evenly spaced.
+//! Streamlines: evenly spaced lines that follow a direction field.
 //!
 //! After B. Jobard and W. Lefer, *Creating Evenly-Spaced Streamlines of Arbitrary Density* (1997): a line grows from
 //! its seed in both directions until it comes too close to another one. Here seeds are tried in a fixed random order.
@@ -7,40 +7,40 @@ use super::pen::Pen;
 use glam::DVec2;
 use shibo_engine::value::{Stop, Tiling};
 
-/// Lines and how they grow.
+/// Parameters of streamlines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Streams {
-    /// The distance of lines, mm.
+    /// Distance between lines, mm.
     pub spacing: f64,
-    /// The longest line, mm.
+    /// Maximum length of a line, mm.
     pub length: f64,
-    /// The shortest line that is kept, mm.
+    /// Minimum length of a line, mm.
     pub shortest: f64,
     /// The canvas, mm.
     pub size: DVec2,
-    /// Where it repeats.
+    /// Directions in which the canvas repeats.
     pub tiling: Tiling,
 }
 
-/// Steps in the spacing.
+/// Number of steps per spacing.
 const STEPS: f64 = 5.0;
 
-/// How near another line may come to one that grows, as a share of the spacing.
+/// Minimum distance to another line, as a fraction of the spacing.
 const CLOSE: f64 = 0.6;
 
-/// The direction at a place, of length 1, or 0 where lines end; `before` is the one at the place before.
+/// The unit direction at a point, or 0 where lines end; `before` is the direction at the previous point.
 pub type Heading<'a> = &'a dyn Fn(DVec2, Option<DVec2>) -> DVec2;
 
-/// A place of a line.
+/// A point of a line.
 #[derive(Clone, Copy, Debug)]
 struct Spot {
     at: DVec2,
     line: usize,
-    /// How many steps from the seed, negative for those against the field.
+    /// Number of steps from the seed, negative against the field.
     serial: i32,
 }
 
-/// The places of all lines, in cells.
+/// The points of all lines, in cells.
 struct Taken {
     cells: Vec<Vec<Spot>>,
     count: [i32; 2],
@@ -56,7 +56,7 @@ impl Taken {
         Self { cells, count: [count.x as i32, count.y as i32], cell: spec.size / count, spec }
     }
 
-    /// The number of a cell; nothing outside of a canvas that ends.
+    /// Index of a cell; `None` outside of the canvas in directions without repeats.
     fn number(&self, [x, y]: [i32; 2]) -> Option<usize> {
         let bring = |i: i32, n: i32, wraps: bool| {
             if wraps { Some(i.rem_euclid(n)) } else { Some(i).filter(|i| (0..n).contains(i)) }
@@ -71,7 +71,7 @@ impl Taken {
         [at.x as i32, at.y as i32]
     }
 
-    /// Whether no line is nearer than `radius`; of its own line those places count that are not just before.
+    /// True if no line is nearer than `radius`, ignoring nearby points of its own line.
     fn free(&self, p: DVec2, radius: f64, own: Option<(usize, i32)>) -> bool {
         let [x, y] = self.cell(p);
         let size = self.spec.size;
@@ -96,7 +96,7 @@ impl Taken {
 }
 
 impl Streams {
-    /// How many cells the search takes; the caller should bound it.
+    /// Number of cells of the search grid; the caller should limit it.
     pub fn cells(&self) -> f64 {
         (self.size / self.spacing).max(DVec2::ONE).element_product()
     }
@@ -104,7 +104,7 @@ impl Streams {
     /// Draws lines from seeds, in their order.
     ///
     /// # Errors
-    /// As `check` says, which is asked before every line.
+    /// Errors of `check`, which is called before every line.
     pub fn draw(
         &self,
         seeds: impl Iterator<Item = DVec2>,
@@ -140,7 +140,7 @@ impl Streams {
         Ok(())
     }
 
-    /// Goes on from a seed along the field or, with -1, against it, by the midpoint rule.
+    /// Follows the field from a seed or, with -1, goes against it, by the midpoint rule.
     fn grow(
         &self,
         (seed, line, way): (DVec2, usize, i32),
@@ -206,7 +206,7 @@ mod tests {
         assert!(path.curves.len() > 20, "{}", path.curves.len());
         for (n, curve) in path.curves.iter().enumerate() {
             assert!(curve.length() > 1.999 && curve.length() < 12.001);
-            // Circles about one place.
+            // Circles around one centre.
             let radius = |p: &DVec2| p.distance(DVec2::new(10.0, -9.0));
             assert!(curve.points.iter().all(|p| (radius(p) - radius(&curve.points[0])).abs() < 0.01));
             for other in &path.curves[..n] {
@@ -214,13 +214,13 @@ mod tests {
                 assert!(curve.points.iter().all(|p| near(p) > 0.599), "{n}");
             }
         }
-        // They fill the canvas.
+        // The lines fill the canvas.
         let covered: f64 = path.curves.iter().map(|c| c.length()).sum::<f64>() / (20.0 * 16.0);
         assert!(covered > 0.6, "{covered}");
     }
 
     #[test]
-    fn lines_go_on_across_the_border_and_end_where_there_is_no_field() {
+    fn lines_cross_the_border_and_end_without_a_field() {
         let path = lines(SPEC, &|_, before| before.unwrap_or(DVec2::X));
         assert!(path.curves.iter().any(|c| c.points.iter().any(|p| p.x < 0.0 || p.x > 20.0)));
         let path = lines(SPEC, &|p, before| if p.x < 10.0 { DVec2::ZERO } else { before.unwrap_or(DVec2::Y) });

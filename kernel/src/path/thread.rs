@@ -1,9 +1,9 @@
-//! Sewing thread: stitches drawn as twisted thread that comes out of the ground and goes in again, the holes, and how
-//! far the ground is pulled down.
+//! Sewing thread: stitches of twisted thread that comes out of the ground and goes in again, the holes, and the depth
+//! to which the ground is pulled down.
 //!
-//! The thread is of round strands that wind around each other: the height of a place is that of the highest strand,
-//! each a circle in the thread's cross-section. Strands finer than pixels give way to a smooth round thread. A pixel's
-//! share of a thread is exact across it. O(pixels of stitches near).
+//! The thread consists of round strands that wind around each other. The height at a point is that of the highest
+//! strand; each strand is a circle in the thread's cross-section. Strands finer than pixels are replaced by a smooth
+//! round thread. The coverage of a pixel is exact across the thread. O(pixels of stitches near).
 use super::index::{Index, Near};
 use super::seam::{Sewn, Stitch};
 use crate::ground::math;
@@ -13,36 +13,36 @@ use glam::DVec2;
 use shibo_engine::value::Tiling;
 use std::f32::consts::TAU;
 
-/// The thread and what it does to the ground; mm.
+/// The thread and its effect on the ground; mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thread {
     /// Half its width.
     pub radius: f32,
-    /// How many strands it has, 1 to 8.
+    /// Number of strands, 1 to 8.
     pub strands: u32,
-    /// How far a strand goes while it winds around once; 0 for straight ones, negative for such as wind the other way.
+    /// Length of one winding of a strand; 0 for straight strands, negative for the other winding direction.
     pub lay: f32,
     /// Half the width of a hole.
     pub hole: f32,
-    /// How far it pulls the ground down at the holes.
+    /// Depth to which it pulls the ground down at the holes.
     pub pull: f32,
-    /// How far from the thread the ground is pulled.
+    /// Distance from the thread up to which the ground is pulled.
     pub spread: f32,
 }
 
-/// The most strands of a thread.
+/// Maximum number of strands.
 pub const MOST_STRANDS: u32 = 8;
 
-/// How high the thread's axis lies over the ground in the middle of a stitch, as a share of the radius.
+/// Height of the thread's axis over the ground in the middle of a stitch, as a fraction of the radius.
 const CROWN: f32 = 0.45;
-/// How deep it lies in the holes, likewise.
+/// Depth of the axis in the holes, likewise.
 const SINK: f32 = 1.5;
-/// How much of the pull there is along the whole stitch; the rest is at the holes only.
+/// Fraction of the pull along the whole stitch; the rest is at the holes only.
 const ALONG: f32 = 0.6;
-/// Strands press against each other: by so much they are larger than those that only touch.
+/// Size of strands relative to strands that only touch, because they press against each other.
 const PRESSED: f32 = 1.12;
 
-/// A seam that can be drawn.
+/// A seam prepared for drawing.
 #[derive(Clone, Debug)]
 pub struct Drawn {
     sewn: Sewn,
@@ -51,16 +51,16 @@ pub struct Drawn {
     holes: Index,
 }
 
-/// What a pixel has of the thread.
+/// The part of the thread in a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bit {
-    /// Its height, mm; 0 where there is none.
+    /// Its height, mm; 0 where there is no thread.
     pub height: f32,
-    /// How much of the pixel it covers, 0..1.
+    /// Its coverage of the pixel, 0..1.
     pub mask: f32,
-    /// 1 on the crowns of its strands, 0 in the creases between them.
+    /// 1 on the crowns of strands, 0 in the creases between them.
     pub crown: f32,
-    /// The number of the stitch, from 1; 0 where there is none.
+    /// Number of the stitch, from 1; 0 where there is no thread.
     pub id: u32,
 }
 
@@ -73,7 +73,7 @@ struct Placed<'a> {
 }
 
 impl Placed<'_> {
-    /// mm along the stitch from its middle and across it.
+    /// The coordinates of a point relative to the stitch, mm: along it from its middle, and across it.
     #[inline(always)]
     fn local(&self, p: DVec2) -> (f32, f32) {
         let to = p - self.middle;
@@ -89,12 +89,12 @@ impl Drawn {
         Self { sewn, thread, stitches, holes }
     }
 
-    /// How many stitches there are.
+    /// Number of stitches.
     pub fn count(&self) -> usize {
         self.sewn.stitches.len()
     }
 
-    /// About how much memory it takes.
+    /// Approximate memory in bytes.
     pub fn bytes(&self) -> usize {
         self.sewn.stitches.len() * (size_of::<Stitch>() + 24) + self.sewn.holes.len() * 56
     }
@@ -106,8 +106,8 @@ impl Drawn {
         Placed { stitch, middle, way: way.normalize_or(DVec2::X), half: 0.5 * way.length() }
     }
 
-    /// Draws the thread into a window, by rows, whatever was in `out` before; where stitches lie over each other, the
-    /// highest is seen.
+    /// Draws the thread into a window, row by row, and overwrites `out`. Where stitches overlap, the highest is
+    /// visible.
     ///
     /// # Panics
     /// If `out` is shorter than the window.
@@ -163,7 +163,7 @@ impl Drawn {
         }
     }
 
-    /// Fills a window with how far the ground is pulled down, mm.
+    /// Fills a window with the depth to which the ground is pulled down, mm.
     ///
     /// # Panics
     /// If `out` is shorter than the window.
@@ -177,7 +177,7 @@ impl Drawn {
             let around = f64::from(spread);
             let scale = 1.0 / (hypot(spread, radius) - radius);
             each(frame, a.min(b) - around, a.max(b) + around, &mut |k, p| {
-                // Under the thread the ground is round.
+                // The hypotenuse rounds the ground under the thread.
                 let x = (hypot(narrow(to_line(p, a, b)), radius) - radius) * scale;
                 join(&mut out[k], falloff(x));
             });
@@ -204,8 +204,8 @@ impl Drawn {
     }
 }
 
-/// Joins what pulls at a place: where one is by far the strongest it alone counts, and where two are equal they meet without a
-/// crease. `joined` is the fourth power of what all have in common, 0..1.
+/// A smooth union of pulls at a point: a dominant pull keeps its value, and equal pulls meet without a crease. `joined`
+/// is the fourth power of the union so far, 0..1.
 #[inline(always)]
 fn join(joined: &mut f32, pulls: f32) {
     let square = pulls * pulls;
@@ -217,14 +217,14 @@ fn hypot(a: f32, b: f32) -> f32 {
     (a * a + b * b).sqrt()
 }
 
-/// 1 on the thread, 0 at the end of the spread; steepest near the thread, as a skin that is stretched.
+/// 1 on the thread, 0 at the end of the spread; steepest near the thread, like a stretched skin.
 #[inline(always)]
 fn falloff(x: f32) -> f32 {
     let rest = math::saturate(1.0 - x);
     rest * rest
 }
 
-/// The distance of a place from a line between two.
+/// Distance of a point from the line segment between two points.
 #[inline(always)]
 fn to_line(p: DVec2, a: DVec2, b: DVec2) -> f64 {
     let (way, to) = (b - a, p - a);
@@ -232,8 +232,8 @@ fn to_line(p: DVec2, a: DVec2, b: DVec2) -> f64 {
     (to - way * t).length()
 }
 
-/// Calls `put` for the pixels of a window whose centres lie in a rectangle, with their numbers by rows and their
-/// places.
+/// Calls `put` for the pixels of a window whose centres lie in a rectangle, with their indices (row by row) and their
+/// positions.
 fn each(frame: &Frame, low: DVec2, high: DVec2, put: &mut dyn FnMut(usize, DVec2)) {
     let rect = frame.window;
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the window")]
@@ -252,10 +252,10 @@ fn each(frame: &Frame, low: DVec2, high: DVec2, put: &mut dyn FnMut(usize, DVec2
 }
 
 impl Thread {
-    /// The thread at a place of a stitch that is `half` mm long on each side of its middle.
+    /// The thread at a point of a stitch that is `half` mm long on each side of its middle.
     fn bit(&self, (u, v): (f32, f32), half: f32, pixel: f32, stitch: &Stitch) -> Bit {
         let radius = self.radius;
-        // Ends are half circles; a stitch shorter than wide is a circle.
+        // Ends are half circles; a stitch shorter than its width is a circle.
         let cap = ((u.abs() - (half - radius).max(0.0)) / radius).max(0.0);
         let round = (1.0 - cap * cap).max(0.0).sqrt();
         let share = (u.abs() / half.max(1e-9)).min(1.0);
@@ -269,18 +269,18 @@ impl Thread {
         if mask <= 0.0 || round <= 0.0 {
             return Bit::default();
         }
-        // Where it goes into the ground, strands are drawn together.
+        // Near the ground, strands are drawn together.
         let (tight, plain) = (bend * bend, (radius * radius - v * v / (round * round).max(1e-12)).max(0.0).sqrt());
         let top = strand.0 + (plain - strand.0) * tight;
         Bit { height: axis + round * top, mask, crown: strand.1, id: 0 }
     }
 
-    /// The thread's edges in its cross-section, and at one place the height over its axis and how near the crown of a
-    /// strand that is.
+    /// The thread's edges in its cross-section, and at one point its height over the axis and its nearness to the crown
+    /// of a strand.
     fn section(&self, u: f32, v: f32, pixel: f32, phase: f32) -> (f32, f32, (f32, f32)) {
         let radius = self.radius;
         let plain = |v: f32| (radius * radius - v * v).max(0.0).sqrt();
-        // How wide one strand looks along the thread.
+        // The apparent width of one strand along the thread.
         let seen = if self.lay == 0.0 { f32::INFINITY } else { self.lay.abs() / self.strands as f32 };
         let fine = math::saturate((seen.min(radius) / pixel - 1.2) / 1.5);
         if self.strands < 2 || fine <= 0.0 {

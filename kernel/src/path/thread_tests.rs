@@ -1,4 +1,4 @@
-//! Threads against their geometry.
+//! Compares threads with their geometry.
 use super::seam::{Sewn, Stitch};
 use super::thread::{Bit, Drawn, Thread};
 use crate::ground::window::{Frame, WindowExt as _};
@@ -29,7 +29,7 @@ fn a_plain_thread_is_a_capsule_that_goes_under() {
         let side = if step < 0.1 { (1000, 500) } else { (66, 33) };
         let frame = Frame::new(Window::of(0, 0, side.0, side.1), [step; 2]);
         let out = bits(&drawn, &frame);
-        // Half circles at the ends of a bar of 3 mm.
+        // A bar of 3 mm with half circles at its ends.
         let area = out.iter().map(|bit| f64::from(bit.mask)).sum::<f64>() * step * step;
         let want = 3.0 + 0.25 * std::f64::consts::PI;
         assert!((area - want).abs() < if step < 0.1 { 0.02 } else { 0.3 }, "{area} {want}");
@@ -37,7 +37,7 @@ fn a_plain_thread_is_a_capsule_that_goes_under() {
     let frame = Frame::new(Window::of(0, 0, 1000, 500), [0.02; 2]);
     let out = bits(&drawn, &frame);
     let at = |x: usize, y: usize| out[y * 1000 + x];
-    // In the middle the axis lies 0.45 of the radius over the ground, and the top a radius above that.
+    // In the middle the axis lies 0.45 radii above the ground, and the top one radius above the axis.
     assert!((at(300, 250).height - 0.725).abs() < 1e-3);
     let side = at(300, 265);
     assert!((side.height - 0.225 - (0.25f32 - 0.31 * 0.31).sqrt()).abs() < 1e-3, "{side:?}");
@@ -52,7 +52,7 @@ fn strands_wind_around_each_other() {
     let frame = Frame::new(Window::of(900, 500, 200, 1), [0.01, 0.01]);
     // Along the thread's middle, y = 5.005: each half turn shows the next strand.
     let out = bits(&drawn, &frame);
-    // Two circles of 0.56 of the radius, their middles the rest away from the axis and opposite to each other.
+    // Two circles of 0.56 radii on opposite sides of the axis.
     let (strand, off) = (0.28f32, 0.22f32);
     for (k, bit) in (0u16..).zip(&out) {
         let u = f32::from(k) * 0.01 + 9.005 - 10.0;
@@ -67,7 +67,7 @@ fn strands_wind_around_each_other() {
         assert!((bit.height - axis - want).abs() < 2e-3, "{u}: {} {}", bit.height - axis, want);
         assert!(bit.crown >= 0.0 && bit.crown <= 1.0);
     }
-    // Where pixels are coarse, the thread is plain.
+    // With coarse pixels the thread is smooth.
     let coarse = Frame::new(Window::of(0, 0, 20, 10), [1.0; 2]);
     let plain = Drawn::new(sewn((4.0, 5.0), (16.0, 5.0)), PLAIN, canvas(Tiling::NONE));
     assert_eq!(bits(&drawn, &coarse), bits(&plain, &coarse));
@@ -76,7 +76,7 @@ fn strands_wind_around_each_other() {
 }
 
 #[test]
-fn holes_and_pull() {
+fn draws_holes_and_pull() {
     let thread = Thread { pull: 0.3, ..PLAIN };
     let drawn = Drawn::new(sewn((4.0, 5.0), (8.0, 5.0)), thread, canvas(Tiling::NONE));
     let frame = Frame::new(Window::of(0, 0, 1000, 500), [0.02; 2]);
@@ -87,7 +87,7 @@ fn holes_and_pull() {
     assert!((area - 2.0 * std::f64::consts::PI * 0.16).abs() < 0.01, "{area}");
     let at = |x: usize, y: usize| pull[y * 1000 + x];
     assert!((at(200, 250) - 0.3).abs() < 0.01 && (at(300, 250) - 0.18).abs() < 0.01);
-    // A millimetre beside the middle of the stitch: from the round ground under the thread, 0.618 of 1.5616 mm.
+    // One millimetre beside the middle of the stitch: from the round ground under the thread, 0.618 of 1.5616 mm.
     let rest = 1.0 - (1.25f32.sqrt() - 0.5) / (4.25f32.sqrt() - 0.5);
     assert!((at(300, 300) - 0.18 * rest * rest).abs() < 2e-3, "{}", at(300, 300));
     assert_eq!((at(300, 351), at(99, 250)), (0.0, 0.0));
@@ -95,7 +95,7 @@ fn holes_and_pull() {
 
 #[test]
 fn pulls_meet_without_a_crease() {
-    // Two stitches side by side, 1.2 mm apart: midway both pull as much.
+    // Two parallel stitches, 1.2 mm apart: midway both pull equally.
     let thread = Thread { pull: 1.0, ..PLAIN };
     let mut two = sewn((4.0, 5.0), (12.0, 5.0));
     let other = sewn((4.0, 6.2), (12.0, 6.2));
@@ -108,7 +108,8 @@ fn pulls_meet_without_a_crease() {
     drawn.pull(&|| false, &frame, &mut pull);
     let slope = |k: usize| f64::from(pull[k + 1] - pull[k]) / step;
     let bends = (1..318).map(|k| (slope(k) - slope(k - 1)).abs() / step);
-    // Of the larger of both the slope would jump by about 1.2 midway, and so the bend be 120 per mm; the falloff alone bends by less than 3.
+    // With the maximum of both, the slope would jump by about 1.2 midway, which is a bend of 120 per mm. The falloff
+    // alone bends by less than 3.
     let most = bends.fold(0.0, f64::max);
     assert!(most < 8.0, "{most}");
     assert!(pull.iter().all(|v| (0.0..=0.61).contains(v)), "never deeper than the thread");

@@ -1,5 +1,5 @@
-//! What is shown of pieces: gaps, bevels, numbers, places and angles.
-use super::layout::{Grid, Piece};
+//! Output planes of pieces: gaps, bevels, ids, coordinates and angles.
+use super::layout::{Grid, LaidPiece};
 use crate::ground::number::narrow;
 use crate::ground::window::{Frame, WindowExt as _};
 use glam::DVec2;
@@ -12,14 +12,14 @@ pub enum BevelProfile {
     /// Straight.
     #[default]
     Chamfer,
-    /// A quarter of a circle, level at the top.
+    /// A quarter of a circle, flat at the top.
     Round,
-    /// Level at the top and at the foot.
+    /// Flat at the top and at the foot.
     Smooth,
 }
 
 impl BevelProfile {
-    /// The height at a share of the bevel, 0..1.
+    /// Height at a fraction of the bevel, 0..1.
     #[inline]
     pub fn at(self, t: f64) -> f64 {
         let t = t.clamp(0.0, 1.0);
@@ -31,38 +31,38 @@ impl BevelProfile {
     }
 }
 
-/// Edges of pieces, mm.
+/// The edges of pieces, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finish {
-    /// Between pieces.
+    /// The gap between pieces.
     pub gap: f64,
     /// Width of the bevel.
     pub bevel: f64,
-    /// Its cross-section.
+    /// The cross-section of the bevel.
     pub profile: BevelProfile,
     /// Radius of the corners of rectangles.
     pub radius: f64,
 }
 
-/// What is filled in.
+/// The output plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Plane {
-    /// The bevel less 1, times this depth in mm.
+pub enum FinishPlane {
+    /// The bevel minus 1, times this depth in mm.
     Height(f32),
-    /// 0 in the gap, 1 on the piece, between them over the bevel.
+    /// 0 in the gap, 1 on the piece, and the profile in between.
     Bevel,
     /// 1 in the gap.
     Gap,
-    /// Numbers of pieces.
+    /// Ids of pieces.
     Ids,
-    /// Degrees of the long side.
+    /// Angle of the long side in degrees.
     Angle,
 }
 
 impl Finish {
-    /// mm from the edge of a piece, negative in the gap.
+    /// mm inside the edge of a piece, negative in the gap.
     #[inline]
-    pub fn inside(&self, piece: &Piece) -> f64 {
+    pub fn inside(&self, piece: &LaidPiece) -> f64 {
         let q = DVec2::from(piece.edges.map(|e| self.radius + 0.5 * self.gap - e));
         self.radius - q.max(DVec2::ZERO).length() - q.max_element().min(0.0)
     }
@@ -77,17 +77,17 @@ impl Finish {
 /// The angle of a direction in degrees, -180..180.
 pub fn degrees(direction: DVec2) -> f64 {
     let angle = libm::atan2(direction.y, direction.x).to_degrees();
-    // Right angles are exact.
+    // Makes right angles exact.
     if (angle - angle.round()).abs() < 1e-9 { angle.round() } else { angle }
 }
 
 /// Visits the pixels of a window with the piece at each.
 #[inline(always)]
-fn each(grid: &Grid, frame: &Frame, mut visit: impl FnMut(usize, DVec2, &Piece)) {
+fn each(grid: &Grid, frame: &Frame, mut visit: impl FnMut(usize, DVec2, &LaidPiece)) {
     let rect = frame.window;
     let mut k = 0;
-    // The corner of a unit square in which the piece is known.
-    let mut known: Option<(DVec2, Piece)> = None;
+    // The piece found last, and the corner of its unit square.
+    let mut known: Option<(DVec2, LaidPiece)> = None;
     for (_, y) in (0..rect.rows()).zip(rect.y..) {
         for (_, x) in (0..rect.columns()).zip(rect.x..) {
             let at = grid.fit.to_unit * DVec2::from(frame.center(x, y));
@@ -105,20 +105,20 @@ fn each(grid: &Grid, frame: &Frame, mut visit: impl FnMut(usize, DVec2, &Piece))
 }
 
 /// Fills a window. O(pixels).
-pub fn fill(grid: &Grid, finish: &Finish, plane: Plane, frame: &Frame, out: &mut [f32]) {
+pub fn fill(grid: &Grid, finish: &Finish, plane: FinishPlane, frame: &Frame, out: &mut [f32]) {
     let pixel = (frame.step[0] * frame.step[1]).sqrt();
     let angles = grid.directions.map(|d| narrow(degrees(d)));
     match plane {
-        Plane::Height(depth) => each(grid, frame, |k, _, piece| {
+        FinishPlane::Height(depth) => each(grid, frame, |k, _, piece| {
             out[k] = depth * narrow(finish.bevel(finish.inside(piece), pixel) - 1.0);
         }),
-        Plane::Bevel => each(grid, frame, |k, _, piece| {
+        FinishPlane::Bevel => each(grid, frame, |k, _, piece| {
             out[k] = narrow(finish.bevel(finish.inside(piece), pixel));
         }),
-        Plane::Gap => each(grid, frame, |k, _, piece| {
+        FinishPlane::Gap => each(grid, frame, |k, _, piece| {
             out[k] = narrow((0.5 - finish.inside(piece) / pixel).clamp(0.0, 1.0));
         }),
-        Plane::Ids => {
+        FinishPlane::Ids => {
             let mut known = None;
             each(grid, frame, |k, _, piece| {
                 let key = (piece.cell, piece.number);
@@ -128,17 +128,17 @@ pub fn fill(grid: &Grid, finish: &Finish, plane: Plane, frame: &Frame, out: &mut
                 };
             });
         }
-        Plane::Angle => each(grid, frame, |k, _, piece| out[k] = angles[piece.direction]),
+        FinishPlane::Angle => each(grid, frame, |k, _, piece| out[k] = angles[piece.direction]),
     }
 }
 
-/// A number below 2^24 as fields carry it.
+/// An id below 2^24 as fields store it.
 #[inline]
 pub fn id(number: u32) -> f32 {
     number as f32
 }
 
-/// Fills a window with the places within the pieces: mm from the middle, along the long side and across it.
+/// Fills a window with coordinates within pieces: mm from the middle, along the long side and across it.
 pub fn local(grid: &Grid, frame: &Frame, [along, across]: [&mut [f32]; 2]) {
     each(grid, frame, |k, at, piece| {
         let away = grid.fit.from_unit * (at - piece.center);
@@ -151,37 +151,39 @@ pub fn local(grid: &Grid, frame: &Frame, [along, across]: [&mut [f32]; 2]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pattern::layout::{Layout, Pieces};
+    use crate::pattern::layout::{Layout, PieceSpec};
     use shibo_engine::value::Tiling;
     use shibo_engine::value::Window;
 
     fn bricks(angle: f64) -> Grid {
-        let pieces = Pieces { layout: Layout::Stack, size: DVec2::new(9.0, 4.0), gap: 1.0, stagger: 0.0, slant: 1.0 };
+        let pieces =
+            PieceSpec { layout: Layout::Stack, size: DVec2::new(9.0, 4.0), gap: 1.0, stagger: 0.0, slant: 1.0 };
         pieces.lay(angle.to_radians().sin_cos(), (DVec2::splat(40.0), Tiling::BOTH)).unwrap()
     }
 
     #[test]
     fn gaps_and_bevels_are_where_they_should_be() {
         let finish = Finish { gap: 1.0, bevel: 2.0, profile: BevelProfile::Chamfer, radius: 0.0 };
-        // Pixels of 0.1 mm along the middle of a brick from its border: centres at 0.05, 0.15 …
+        // Pixels of 0.1 mm along the middle of a brick, starting at its border: centres at 0.05, 0.15 …
         let frame = Frame::new(Window::of(0, 24, 50, 1), [0.1, 0.1]);
         let (mut gap, mut height) = ([0.0; 50], [0.0; 50]);
-        fill(&bricks(0.0), &finish, Plane::Gap, &frame, &mut gap);
-        fill(&bricks(0.0), &finish, Plane::Height(3.0), &frame, &mut height);
+        fill(&bricks(0.0), &finish, FinishPlane::Gap, &frame, &mut gap);
+        fill(&bricks(0.0), &finish, FinishPlane::Height(3.0), &frame, &mut height);
         for k in 0..50 {
             let x = 0.05 + 0.1 * f64::from(u8::try_from(k).unwrap());
             let want = (0.5 - (x - 0.5) / 0.1).clamp(0.0, 1.0);
             assert!((f64::from(gap[k]) - want).abs() < 1e-5, "{x}");
-            // y is 2.45 mm, 1.95 mm inside the piece: the bevel along the long side is not quite over there.
+            // y is 2.45 mm, which is 1.95 mm inside the piece, so the bevel of the long side is not quite complete
+            // there.
             let want = 3.0 * (((x - 0.5) / 2.0).clamp(0.0, 1.0).min(0.975) - 1.0);
             assert!((f64::from(height[k]) - want).abs() < 1e-5, "{x} {} {want}", height[k]);
         }
     }
 
     #[test]
-    fn pieces_that_are_known_are_the_same_as_those_looked_up() {
+    fn reused_pieces_equal_looked_up_pieces() {
         for layout in [Layout::Stack, Layout::Herringbone, Layout::Running, Layout::Versailles] {
-            let pieces = Pieces { layout, size: DVec2::new(9.0, 4.0), gap: 1.0, stagger: 0.3, slant: 1.0 };
+            let pieces = PieceSpec { layout, size: DVec2::new(9.0, 4.0), gap: 1.0, stagger: 0.3, slant: 1.0 };
             let grid = pieces.lay(33_f64.to_radians().sin_cos(), (DVec2::splat(40.0), Tiling::BOTH)).unwrap();
             let frame = Frame::new(Window::of(-20, -9, 150, 90), [0.3, 0.3]);
             each(&grid, &frame, |k, at, piece| assert_eq!(*piece, grid.piece(at), "{layout:?} {k}"));
@@ -192,14 +194,14 @@ mod tests {
     fn corners_are_round() {
         let finish = Finish { gap: 0.0, bevel: 0.0, profile: BevelProfile::Round, radius: 1.0 };
         let piece =
-            |x: f64, y: f64| Piece { cell: [0, 0], number: 0, center: DVec2::ZERO, direction: 0, edges: [x, y] };
+            |x: f64, y: f64| LaidPiece { cell: [0, 0], number: 0, center: DVec2::ZERO, direction: 0, edges: [x, y] };
         assert!((finish.inside(&piece(0.0, 0.0)) - (1.0 - 2f64.sqrt())).abs() < 1e-12);
         assert!((finish.inside(&piece(0.5, 3.0)) - 0.5).abs() < 1e-12);
         assert!((finish.inside(&piece(2.0, 3.0)) - 2.0).abs() < 1e-12);
     }
 
     #[test]
-    fn places_are_measured_from_the_middle_along_the_long_side() {
+    fn measures_coordinates_from_the_middle_along_the_long_side() {
         for angle in [0.0, 90.0, -90.0] {
             let grid = bricks(angle);
             let frame = Frame::new(Window::of(0, 0, 40, 40), [1.0, 1.0]);
@@ -211,12 +213,12 @@ mod tests {
             fill(
                 &grid,
                 &Finish { gap: 1.0, bevel: 0.0, profile: BevelProfile::Chamfer, radius: 0.0 },
-                Plane::Angle,
+                FinishPlane::Angle,
                 &frame,
                 &mut angles,
             );
             assert!(angles.iter().all(|a| f64::from(*a) == angle));
-            // One pixel along the long side is one mm of the place, and never mirrored.
+            // One pixel along the long side is one mm of the coordinate, and never mirrored.
             let along = |k: usize| DVec2::new(f64::from(x[k]), f64::from(y[k]));
             let turn = DVec2::from_angle(angle.to_radians());
             let (right, down) = (along(41 + 1) - along(41), along(41 + 40) - along(41));

@@ -1,22 +1,23 @@
-//! A pattern's lattice fitted to the canvas.
+//! Fits the lattice of a pattern to the canvas.
 //!
-//! Wanted are units of a size in mm, turned by an angle. On a canvas that tiles, its sides must be whole vectors of the
-//! pattern's lattice: of all those near the wanted ones, the pair is taken that changes sizes and angles least. Lengths in
-//! mm are measured on the canvas afterwards, so gaps stay as wide as they should. Where the canvas does not tile, units
-//! are as wanted; where it tiles in one direction only, a side a thousand units long takes the place of the other.
+//! The pattern is given by the size of its units in mm and an angle. On a canvas that tiles, the sides of the canvas
+//! must be lattice vectors of the pattern: among all pairs near the given ones, the pair is chosen that changes sizes
+//! and angles least. Lengths in mm are measured on the canvas afterwards, so gaps keep their width. Where the canvas
+//! does not tile, units are exact; where it tiles in one direction only, a side of a thousand units replaces the other
+//! side.
 use glam::{DMat2, DVec2};
 use shibo_engine::value::Tiling;
 
-/// What repeats, as wanted.
+/// The wanted pattern.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wanted {
-    /// mm of a unit along the pattern's axes.
+    /// Size of a unit in mm along the pattern's axes.
     pub units: DVec2,
-    /// Two vectors after which the pattern repeats, in units; turning from the first to the second as from u to v.
+    /// Two lattice vectors in units; the turn from the first to the second is like that from u to v.
     pub basis: [DVec2; 2],
     /// Sine and cosine of the angle, from +x towards +y.
     pub turn: (f64, f64),
-    /// How many pieces lie in a cell of the lattice.
+    /// Number of pieces in a cell of the lattice.
     pub pieces: u32,
 }
 
@@ -31,18 +32,18 @@ pub struct Fit {
     pieces: u32,
 }
 
-/// The largest number that names a piece.
+/// Largest id of a piece.
 pub const MOST_PIECES: f64 = 16_777_215.0;
 
 impl Fit {
-    /// Lays a pattern on a canvas of `size` mm; `None` if it has more pieces there than can be numbered.
+    /// Lays a pattern on a canvas of `size` mm; `None` if it has more pieces than there are ids.
     pub fn new(wanted: &Wanted, (size, tiling): (DVec2, Tiling)) -> Option<Self> {
         let (sin, cos) = wanted.turn;
         let back = DMat2::from_cols(DVec2::new(cos, -sin), DVec2::new(sin, cos));
         let to_unit = DMat2::from_diagonal(1.0 / wanted.units) * back;
         let pieces = wanted.pieces.max(1);
         if tiling == Tiling::NONE {
-            // Pieces this far apart have the same number.
+            // Pieces at this distance have the same id.
             let side = (MOST_PIECES / f64::from(pieces)).sqrt().floor();
             let names = Names { across: whole(side), skew: 0, down: whole(side) };
             return Some(Self { to_unit, from_unit: to_unit.inverse(), names, pieces });
@@ -57,7 +58,7 @@ impl Fit {
             return None;
         }
         let lattice = nearest(real, |whole| {
-            // What a mm of the canvas becomes, in mm as wanted.
+            // The map from mm of the fitted pattern to mm of the wanted one.
             let change = to_unit.inverse() * basis * whole * sides.inverse();
             distortion(change) + distortion(change.inverse())
         })?;
@@ -68,23 +69,23 @@ impl Fit {
         Some(Self { to_unit, from_unit: to_unit.inverse(), names: Names::new(lattice), pieces })
     }
 
-    /// The number of a piece, from 1: the same for all copies that the canvas makes of it.
+    /// Id of a piece, from 1: the same for all its copies on the canvas.
     pub fn id(&self, cell: [i64; 2], piece: u32) -> u32 {
         let number = self.names.number(cell) * i64::from(self.pieces) + i64::from(piece) + 1;
         u32::try_from(number).unwrap_or(u32::MAX)
     }
 
-    /// mm of a unit along the pattern's axes.
+    /// Size of a unit in mm along the pattern's axes.
     pub fn units(&self) -> DVec2 {
         DVec2::new(self.from_unit.x_axis.length(), self.from_unit.y_axis.length())
     }
 
-    /// A unit vector on the canvas in a direction given in units.
+    /// The unit vector on the canvas for a direction in units.
     pub fn direction(&self, units: DVec2) -> DVec2 {
         (self.from_unit * units).normalize()
     }
 
-    /// mm from one line to the next of those along which `gradient · (u, v)` is the same whole number.
+    /// Distance in mm between consecutive lines on which `gradient · (u, v)` is an integer.
     pub fn spacing(&self, gradient: DVec2) -> f64 {
         1.0 / (self.to_unit.transpose() * gradient).length()
     }
@@ -95,7 +96,7 @@ fn distortion(change: DMat2) -> f64 {
     off.x_axis.length_squared() + off.y_axis.length_squared()
 }
 
-/// Whole numbers near `real`, with a determinant of the same sign, of least cost.
+/// Integers near `real`, with a determinant of the same sign, at least cost.
 fn nearest(real: DMat2, cost: impl Fn(DMat2) -> f64) -> Option<DMat2> {
     let rounded = real.to_cols_array().map(f64::round);
     let mut best: Option<(f64, DMat2)> = None;
@@ -116,7 +117,7 @@ fn nearest(real: DMat2, cost: impl Fn(DMat2) -> f64) -> Option<DMat2> {
     best.map(|(_, whole)| whole)
 }
 
-/// Numbers for the cells of a torus: the lattice of (across, 0) and (skew, down).
+/// Indices for the cells of a torus: the lattice of (across, 0) and (skew, down).
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Names {
     across: i64,
@@ -125,7 +126,7 @@ struct Names {
 }
 
 impl Names {
-    /// Of the torus whose sides are the columns of `lattice`, whole numbers.
+    /// For the torus whose sides are the columns of `lattice`, which are integers.
     fn new(lattice: DMat2) -> Self {
         let [a, b, c, d] = lattice.to_cols_array().map(whole);
         let (down, s, t) = euclid(b, d);
@@ -140,7 +141,7 @@ impl Names {
     }
 }
 
-/// The greatest common divisor of two numbers, and how often each goes into it.
+/// The greatest common divisor of two numbers, and its Bézout coefficients.
 fn euclid(a: i64, b: i64) -> (i64, i64, i64) {
     if b == 0 {
         return (a.abs(), if a < 0 { -1 } else { 1 }, 0);
@@ -164,12 +165,12 @@ mod tests {
     }
 
     #[test]
-    fn what_fits_is_left_as_it_is() {
+    fn keeps_patterns_that_fit_the_canvas() {
         let basis = [DVec2::new(1.0, 0.0), DVec2::new(0.0, 2.0)];
         let wanted = Wanted { units: DVec2::new(10.0, 5.0), basis, turn: (0.0, 1.0), pieces: 2 };
         let fit = Fit::new(&wanted, (DVec2::new(40.0, 60.0), Tiling::BOTH)).unwrap();
         assert!((fit.units() - wanted.units).length() < 1e-12);
-        // Seven rows become eight: six would be further away.
+        // Seven rows become eight, because six would be further away.
         let fit = Fit::new(&wanted, (DVec2::new(41.0, 36.0), Tiling::BOTH)).unwrap();
         assert!((fit.units() - DVec2::new(10.25, 4.5)).length() < 1e-12, "{}", fit.units());
         let free = Fit::new(&wanted, (DVec2::new(41.0, 36.0), Tiling::NONE)).unwrap();

@@ -1,10 +1,10 @@
-//! Layouts of pieces: which piece lies at a place, and how far its edges are.
+//! Layouts of pieces: the piece at a point, and the distances to its edges.
 use super::fit::{Fit, Wanted};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How pieces are laid.
+/// The arrangement of pieces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Layout {
     /// Rows, every second one shifted by `stagger`.
@@ -12,9 +12,9 @@ pub enum Layout {
     Running,
     /// Rows and columns.
     Stack,
-    /// Pieces at right angles, each one's end at the side of another. A whole number of widths makes a length.
+    /// Pieces at right angles, with each end at the side of another piece. The length must be a whole number of widths.
     Herringbone,
-    /// Squares of pieces side by side, turned by turns. A whole number of widths makes a length.
+    /// Squares of parallel pieces, alternately turned. The length must be a whole number of widths.
     BasketWeave,
     /// Columns of slanted pieces that meet in points.
     Chevron,
@@ -26,31 +26,32 @@ pub enum Layout {
 
 /// Sizes of pieces in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pieces {
-    /// How they are laid.
+pub struct PieceSpec {
+    /// The arrangement.
     pub layout: Layout,
     /// Length and width.
     pub size: DVec2,
-    /// Between pieces.
+    /// The gap between pieces.
     pub gap: f64,
-    /// Shift of every second row of `Running`, as a share of the pitch.
+    /// Shift of every second row of `Running`, as a fraction of the pitch.
     pub stagger: f64,
-    /// Tangent of the angle by which pieces of `Chevron` are slanted.
+    /// The tangent of the slant of `Chevron` pieces.
     pub slant: f64,
 }
 
-/// A piece, at a place.
+/// A piece, as seen from a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Piece {
-    /// Which cell of the lattice it belongs to.
+pub struct LaidPiece {
+    /// The lattice cell that it belongs to.
     pub cell: [i64; 2],
-    /// Which piece of that.
+    /// Its index within the cell.
     pub number: u32,
     /// Its middle in units.
     pub center: DVec2,
-    /// Which of [`Grid::directions`] its long side has.
+    /// Index of its long side's direction in [`Grid::directions`].
     pub direction: usize,
-    /// mm to the middle of the gap at its ends and at its sides; the least of all for pieces that are no rectangles.
+    /// Distances in mm to the middle of the gap at its ends and at its sides; the least of all for pieces that are not
+    /// rectangles.
     pub edges: [f64; 2],
 }
 
@@ -62,9 +63,9 @@ pub struct Grid {
     pub fit: Fit,
     /// Directions of long sides: unit vectors on the canvas.
     pub directions: [DVec2; 2],
-    /// mm between lines of equal u and of equal v.
+    /// Distances in mm between lines of equal u and of equal v.
     pitch: [f64; 2],
-    /// The same for the slanted sides that fall and rise.
+    /// The same for the falling and the rising slanted sides.
     slanted: [f64; 2],
 }
 
@@ -73,12 +74,12 @@ pub struct Grid {
 enum Rule {
     Running(f64),
     Stack,
-    /// Widths in a length.
+    /// Number of widths in a length.
     Herringbone(i64),
     BasketWeave(i64),
-    /// Rise of a piece.
+    /// The rise of a piece.
     Chevron(f64),
-    /// By how much the sloping sides come in from the middle row to the next, and where they are in the middle row.
+    /// Shift of the sloping sides from the middle row to the next, and their position in the middle row.
     Hexagonal(f64, f64),
     Versailles,
 }
@@ -99,15 +100,15 @@ const VERSAILLES: [[i64; 4]; 12] = [
     [2, 5, 2, 1],
 ];
 
-impl Pieces {
-    /// How many widths make a length, for the layouts that need a whole number.
+impl PieceSpec {
+    /// Number of widths in a length, for layouts that need a whole number.
     pub fn ratio(&self) -> i64 {
         #[expect(clippy::cast_possible_truncation, reason = "limited before")]
         let ratio = ((self.size.x + self.gap) / (self.size.y + self.gap)).round().clamp(1.0, 64.0) as i64;
         ratio
     }
 
-    /// The depth of the points of hexagons with their gap, mm.
+    /// Depth of the points of hexagons including the gap, mm.
     fn point(&self) -> f64 {
         (self.size.y + self.gap) * 0.5 / 3f64.sqrt()
     }
@@ -147,7 +148,7 @@ impl Pieces {
         (rule, Wanted { units, basis: basis.map(DVec2::from), turn: (0.0, 1.0), pieces })
     }
 
-    /// The layout, turned by an angle with this sine and cosine, on a canvas; `None` if it has too many pieces.
+    /// Layout on a canvas, turned by an angle with this sine and cosine; `None` if it has too many pieces.
     pub fn lay(&self, turn: (f64, f64), canvas: (DVec2, shibo_engine::value::Tiling)) -> Option<Grid> {
         let (rule, wanted) = self.rule();
         let fit = Fit::new(&Wanted { turn, ..wanted }, canvas)?;
@@ -169,7 +170,7 @@ impl Pieces {
         })
     }
 
-    /// Length and width of pieces as they are laid.
+    /// The actual length and width of pieces on the canvas.
     pub fn laid(&self, grid: &Grid) -> DVec2 {
         let units = grid.fit.units();
         match grid.rule {
@@ -193,9 +194,9 @@ fn floor(x: f64) -> i64 {
 }
 
 impl Grid {
-    /// The piece at a place given in units.
+    /// The piece at a point given in units.
     #[inline]
-    pub fn piece(&self, p: DVec2) -> Piece {
+    pub fn piece(&self, p: DVec2) -> LaidPiece {
         match self.rule {
             Rule::Stack => {
                 let (i, j) = (floor(p.x), floor(p.y));
@@ -226,9 +227,10 @@ impl Grid {
         }
     }
 
-    /// The piece at a place in the same unit square as that of `before`, if unit squares do not lie in several pieces.
+    /// The piece at a point in the same unit square as the point of `before`, for layouts in which a unit square lies
+    /// in one piece.
     #[inline]
-    pub fn piece_again(&self, p: DVec2, before: &Piece) -> Option<Piece> {
+    pub fn piece_again(&self, p: DVec2, before: &LaidPiece) -> Option<LaidPiece> {
         let size = match self.rule {
             Rule::Stack => DVec2::ONE,
             Rule::Herringbone(k) if before.direction == 0 => DVec2::new(k as f64, 1.0),
@@ -236,19 +238,19 @@ impl Grid {
             _ => return None,
         };
         let inside = 0.5 * size - (p - before.center).abs();
-        Some(Piece { edges: [inside.x * self.pitch[0], inside.y * self.pitch[1]], ..*before })
+        Some(LaidPiece { edges: [inside.x * self.pitch[0], inside.y * self.pitch[1]], ..*before })
     }
 
     #[inline]
-    fn rectangle(&self, p: DVec2, cell: [i64; 2], number: u32, corner: DVec2, size: DVec2) -> Piece {
+    fn rectangle(&self, p: DVec2, cell: [i64; 2], number: u32, corner: DVec2, size: DVec2) -> LaidPiece {
         let center = corner + 0.5 * size;
         let inside = 0.5 * size - (p - center).abs();
         let upright = size.y > size.x;
         let edges = [inside.x * self.pitch[0], inside.y * self.pitch[1]];
-        Piece { cell, number, center, direction: usize::from(upright), edges }
+        LaidPiece { cell, number, center, direction: usize::from(upright), edges }
     }
 
-    fn basket(&self, p: DVec2, k: i64) -> Piece {
+    fn basket(&self, p: DVec2, k: i64) -> LaidPiece {
         let side = k as f64;
         let (bi, bj) = (floor(p.x / side), floor(p.y / side));
         let odd = (bi + bj).rem_euclid(2) == 1;
@@ -264,14 +266,14 @@ impl Grid {
         self.rectangle(p, cell, number, DVec2::new(corner[0] as f64, corner[1] as f64), size)
     }
 
-    fn chevron(&self, p: DVec2, rise: f64) -> Piece {
+    fn chevron(&self, p: DVec2, rise: f64) -> LaidPiece {
         let i = floor(p.x);
         let f = p.x - i as f64;
         let odd = i.rem_euclid(2) == 1;
         let v = p.y - rise * if odd { 1.0 - f } else { f };
         let j = floor(v);
         let (ends, sides) = (0.5 - (f - 0.5).abs(), 0.5 - (v - j as f64 - 0.5).abs());
-        Piece {
+        LaidPiece {
             cell: [i.div_euclid(2), j],
             number: u32::from(odd),
             center: DVec2::new(i as f64 + 0.5, j as f64 + 0.5 + 0.5 * rise),
@@ -280,7 +282,7 @@ impl Grid {
         }
     }
 
-    fn hexagon(&self, p: DVec2, slope: f64, middle: f64) -> Piece {
+    fn hexagon(&self, p: DVec2, slope: f64, middle: f64) -> LaidPiece {
         let first = floor(p.x);
         let in_column = |i: i64| {
             let j = floor(p.y - 0.5 * i as f64 + 0.5);
@@ -290,13 +292,13 @@ impl Grid {
             let falls = (middle - (d.x + slope * d.y).abs()) * self.slanted[0];
             let rises = (middle - (d.x - slope * d.y).abs()) * self.slanted[1];
             let edge = level.min(falls).min(rises);
-            Piece { cell: [i, j], number: 0, center, direction: 0, edges: [edge; 2] }
+            LaidPiece { cell: [i, j], number: 0, center, direction: 0, edges: [edge; 2] }
         };
         let (a, b) = (in_column(first), in_column(first + 1));
         if b.edges[0] > a.edges[0] { b } else { a }
     }
 
-    fn versailles(&self, p: DVec2) -> Piece {
+    fn versailles(&self, p: DVec2) -> LaidPiece {
         let (i, j) = (floor(p.x), floor(p.y));
         for (number, [x, y, w, h]) in (0u32..).zip(VERSAILLES) {
             let (dx, dy) = ((i - x).rem_euclid(6), (j - y).rem_euclid(6));
@@ -327,11 +329,11 @@ mod tests {
         Layout::Versailles,
     ];
 
-    fn pieces(layout: Layout) -> Pieces {
-        Pieces { layout, size: DVec2::new(5.5, 2.5), gap: 0.5, stagger: 0.5, slant: 1.0 }
+    fn pieces(layout: Layout) -> PieceSpec {
+        PieceSpec { layout, size: DVec2::new(5.5, 2.5), gap: 0.5, stagger: 0.5, slant: 1.0 }
     }
 
-    /// Counts, at points of a canvas of 36 × 36 mm, how many belong to each piece, and where its middle lies on the canvas.
+    /// Samples a canvas of 36 × 36 mm: the number of points in each piece, and its middle on the canvas.
     fn areas(grid: &Grid, steps: u32) -> BTreeMap<u32, (u32, DVec2)> {
         let mut found = BTreeMap::new();
         for k in 0..steps * steps {
@@ -368,17 +370,17 @@ mod tests {
 
     #[test]
     fn counts_and_sizes_are_those_of_the_canvas() {
-        // Pitches 6 × 3 on 36 mm: 6 × 12.
+        // Pitches of 6 × 3 mm on 36 mm: 6 × 12 pieces.
         for (layout, count) in [
             (Layout::Running, 72),
             (Layout::Stack, 72),
             (Layout::Herringbone, 72),
             (Layout::BasketWeave, 72),
-            // 1.5 mm modules fit 24 times (of size (4, 2.5): a module of 1.5): 4 × 4 groups.
+            // Modules of 1.5 mm (from size (4, 2.5)) fit 24 times: 4 × 4 groups.
             (Layout::Versailles, 192),
         ] {
             let size = if layout == Layout::Versailles { DVec2::new(4.0, 2.5) } else { DVec2::new(5.5, 2.5) };
-            let of = Pieces { size, ..pieces(layout) };
+            let of = PieceSpec { size, ..pieces(layout) };
             let grid = of.lay((0.0, 1.0), (DVec2::splat(36.0), Tiling::BOTH)).unwrap();
             assert_eq!(areas(&grid, 360).len(), count, "{layout:?}");
             assert!((of.laid(&grid) - size).length() < 1e-9, "{layout:?}");
@@ -392,18 +394,18 @@ mod tests {
     fn edges_are_measured_in_mm() {
         let none = (DVec2::splat(36.0), Tiling::NONE);
         let grid = pieces(Layout::Running).lay((0.0, 1.0), none).unwrap();
-        // The second row is shifted by 3 mm: its piece from 3 to 9, 3 to 6.
+        // The second row is shifted by 3 mm: its piece goes from 3 to 9, and from 3 to 6.
         let piece = grid.piece(grid.fit.to_unit * DVec2::new(4.0, 5.2));
         assert!((piece.edges[0] - 1.0).abs() < 1e-9 && (piece.edges[1] - 0.8).abs() < 1e-9, "{piece:?}");
         assert!((grid.fit.from_unit * piece.center - DVec2::new(6.0, 4.5)).length() < 1e-9);
-        // Chevron at 45°: the long side runs down to the right, the width is 3 mm across.
+        // Chevron at 45°: the long side goes down to the right, and the width across is 3 mm.
         let grid = pieces(Layout::Chevron).lay((0.0, 1.0), none).unwrap();
         let piece = grid.piece(grid.fit.to_unit * DVec2::new(1.0, 1.0 + 1e-9));
         assert!(piece.edges[1].abs() < 1e-6 && (grid.directions[0] - DVec2::splat(0.5f64.sqrt())).length() < 1e-9);
         let piece = grid.piece(grid.fit.to_unit * DVec2::new(1.0, 1.0 + 1.5 * 2f64.sqrt()));
         assert!((piece.edges[1] - 1.5).abs() < 1e-6, "{piece:?}");
-        // A regular hexagon of 3 mm across with its gap: 1.5 mm to every side.
-        let regular = Pieces { size: DVec2::new(2.5 * 2.0 / 3f64.sqrt(), 2.5), ..pieces(Layout::Hexagonal) };
+        // A regular hexagon, 3 mm across including its gap: 1.5 mm to every side.
+        let regular = PieceSpec { size: DVec2::new(2.5 * 2.0 / 3f64.sqrt(), 2.5), ..pieces(Layout::Hexagonal) };
         let grid = regular.lay((0.0, 1.0), none).unwrap();
         for angle in [30.0f64, 90.0, 150.0, 210.0, 330.0] {
             let at = DVec2::from_angle(angle.to_radians()) * 1.2;

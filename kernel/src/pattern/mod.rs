@@ -1,7 +1,7 @@
-//! Patterns that repeat: pieces that partition the plane (bricks, tiles, hexagons), threads of a weave, Truchet tiles.
+//! Repeating patterns: pieces that partition the plane (bricks, tiles, hexagons), woven threads, Truchet tiles.
 //!
-//! A pattern is defined in *units* of its own (pitches of pieces or threads), in which it repeats with a lattice;
-//! [`fit::Fit`] lays the units on the canvas so that both repeat together, and numbers what lies there.
+//! A pattern is defined in its own *units* (pitches of pieces or threads), in which it repeats with a lattice.
+//! [`fit::Fit`] lays the units on the canvas so that both repeat together, and numbers the pieces.
 
 pub mod finish;
 pub mod fit;

@@ -1,7 +1,7 @@
-//! Truchet tiles: squares with the same figure, turned at random.
+//! Truchet tiles: squares with the same motif, turned at random.
 //!
-//! Source: S. Truchet, "Mémoire sur les combinaisons" (1704); the arcs are those of C. S. Smith, "The tiling patterns of Sebastian
-//! Truchet" (1987).
+//! Source: S. Truchet, "Mémoire sur les combinaisons" (1704); the arcs are those of C. S. Smith, "The tiling patterns
+//! of Sebastian Truchet" (1987).
 use super::finish::{BevelProfile, degrees, id};
 use super::fit::{Fit, Wanted};
 use crate::ground::hash::Hash;
@@ -12,7 +12,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::value::Tiling;
 
-/// The figure of a tile.
+/// The motif of a tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Motif {
     /// Two quarters of a circle about opposite corners, through the middles of the sides.
@@ -20,7 +20,7 @@ pub enum Motif {
     Arcs,
     /// Two straight lines from middle to middle, across the same corners.
     Lines,
-    /// One half, cut along a diagonal. It has no bands: `width` has no effect.
+    /// One half, cut along a diagonal. It has no bands, so `width` has no effect.
     Triangles,
 }
 
@@ -34,23 +34,23 @@ pub struct Tiles {
     /// Height of the bands, mm.
     height: f64,
     hash: Hash,
-    /// Tiles as units.
+    /// The fit with tiles as units.
     pub fit: Fit,
     directions: [DVec2; 4],
 }
 
-/// What is filled in.
+/// The output plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Plane {
-    /// mm.
+pub enum TruchetPlane {
+    /// Height, mm.
     Height,
     /// 1 on the bands.
     Mask,
-    /// mm from the edge of the bands, negative inside.
+    /// Distance to the edge of the bands, mm; negative inside.
     Distance,
-    /// Numbers of tiles.
+    /// Ids of tiles.
     Ids,
-    /// Degrees by which the tile is turned.
+    /// The turn of the tile, degrees.
     Angle,
 }
 
@@ -70,7 +70,7 @@ impl Tiles {
         Some(Self { motif, half_width: 0.5 * width, profile, height, hash, fit, directions })
     }
 
-    /// The number of the tile at a place, by how many quarters it is turned, and where the place lies in it, -½..½.
+    /// Id of the tile at a point, its number of quarter turns, and the position of the point in it, -½..½.
     fn tile(&self, p: DVec2) -> (u32, usize, DVec2) {
         let cell = p.floor();
         #[expect(clippy::cast_possible_truncation, reason = "far fewer tiles than 2^63")]
@@ -79,7 +79,7 @@ impl Tiles {
         (number, quarters, p - cell - 0.5)
     }
 
-    /// Turned back by so many quarters.
+    /// Undoes a number of quarter turns.
     fn back(quarters: usize, q: DVec2) -> DVec2 {
         match quarters {
             0 => q,
@@ -89,7 +89,7 @@ impl Tiles {
         }
     }
 
-    /// mm from the edge of the bands, negative inside.
+    /// Distance to the edge of the bands, mm; negative inside.
     fn distance(&self, p: DVec2) -> f64 {
         let (_, quarters, q) = self.tile(p);
         let q = Self::back(quarters, q);
@@ -104,14 +104,15 @@ impl Tiles {
                 (sum - 0.5).abs() * std::f64::consts::FRAC_1_SQRT_2 * unit - self.half_width
             }
             Motif::Triangles => {
-                // Inside of the triangle to the diagonal; the sides are where tiles meet, and may go on.
+                // For triangles the distance to the diagonal. The sides do not count, because the figure may continue
+                // beyond them.
                 (q.x + q.y) * std::f64::consts::FRAC_1_SQRT_2 * unit
             }
         }
     }
 
     /// Fills a window. O(pixels).
-    pub fn fill(&self, plane: Plane, frame: &Frame, out: &mut [f32]) {
+    pub fn fill(&self, plane: TruchetPlane, frame: &Frame, out: &mut [f32]) {
         let rect = frame.window;
         let pixel = (frame.step[0] * frame.step[1]).sqrt();
         let mut out = out.iter_mut();
@@ -119,20 +120,20 @@ impl Tiles {
             for ((_, x), out) in (0..rect.columns()).zip(rect.x..).zip(&mut out) {
                 let p = self.fit.to_unit * DVec2::from(frame.center(x, y));
                 *out = match plane {
-                    Plane::Height => {
+                    TruchetPlane::Height => {
                         let rise = if self.motif == Motif::Triangles { pixel } else { self.half_width.max(pixel) };
                         narrow(self.height * self.profile.at(-self.distance(p) / rise))
                     }
-                    Plane::Mask => narrow((0.5 - self.distance(p) / pixel).clamp(0.0, 1.0)),
-                    Plane::Distance => narrow(self.distance(p)),
-                    Plane::Ids => id(self.tile(p).0),
-                    Plane::Angle => narrow(degrees(self.directions[self.tile(p).1])),
+                    TruchetPlane::Mask => narrow((0.5 - self.distance(p) / pixel).clamp(0.0, 1.0)),
+                    TruchetPlane::Distance => narrow(self.distance(p)),
+                    TruchetPlane::Ids => id(self.tile(p).0),
+                    TruchetPlane::Angle => narrow(degrees(self.directions[self.tile(p).1])),
                 };
             }
         }
     }
 
-    /// Fills a window with the places within tiles: mm from the middle, turned with the tile.
+    /// Fills a window with coordinates within tiles: mm from the middle, turned with the tile.
     pub fn local(&self, frame: &Frame, [along, across]: [&mut [f32]; 2]) {
         let rect = frame.window;
         let mut k = 0;
@@ -160,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn bands_go_on_across_the_sides() {
+    fn bands_continue_across_the_sides() {
         for motif in [Motif::Arcs, Motif::Lines] {
             let tiles = tiles(motif);
             for k in 0..64 {
@@ -169,7 +170,7 @@ mod tests {
                     let (left, right) = (DVec2::new(i + 1.0 - 1e-9, j + t), DVec2::new(i + 1.0 + 1e-9, j + t));
                     let near = (t - 0.5f64).abs() * 5.0;
                     for side in [left, right] {
-                        // On a side, the only band is in its middle.
+                        // On a side, the only band is in the middle.
                         let d = tiles.distance(side) + 0.5;
                         let want = if motif == Motif::Arcs { near } else { near * 0.5f64.sqrt() };
                         assert!((d - want).abs() < 1e-6, "{motif:?} {side}: {d} {want}");
@@ -180,11 +181,11 @@ mod tests {
     }
 
     #[test]
-    fn all_turns_come_up_and_repeat() {
+    fn all_turns_occur_and_repeat() {
         let tiles = tiles(Motif::Triangles);
         let frame = Frame::new(Window::of(-16, -16, 32, 32), [2.5, 2.5]);
         let [mut angle, mut x, mut y] = [(); 3].map(|()| vec![0.0; 1024]);
-        tiles.fill(Plane::Angle, &frame, &mut angle);
+        tiles.fill(TruchetPlane::Angle, &frame, &mut angle);
         tiles.local(&frame, [&mut x, &mut y]);
         for turn in [0.0, 90.0, 180.0, -90.0] {
             assert!(angle.iter().filter(|a| (**a - turn).abs() < 1e-4 || (**a + turn).abs() > 359.0).count() > 60);

@@ -1,7 +1,7 @@
-//! Woven cloth: warp threads run down, weft threads across, and one lies over the other at each crossing.
+//! Woven cloth: warp threads run down, weft threads across, and at each crossing one lies over the other.
 //!
-//! Threads have elliptic cross-sections and bend between crossings along a cosine. A *float* is the part of a thread that
-//! shows between two crossings where it dives: it is the piece that has a number and places.
+//! Threads have elliptic cross-sections and bend between crossings along a cubic. A *float* is the visible part of a
+//! thread between two crossings where it dives under. Floats have ids and coordinates.
 use super::finish::{degrees, id};
 use super::fit::{Fit, Wanted};
 use crate::ground::number::narrow;
@@ -11,40 +11,42 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::value::Tiling;
 
-/// How threads cross.
+/// The pattern of crossings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Binding {
     /// Over one, under one.
     #[default]
     Plain,
-    /// The warp goes over `over` and under `under` weft threads, each thread one further than its neighbour: diagonal ribs.
+    /// The warp goes over `over` and under `under` weft threads, each warp thread shifted by one relative to its
+    /// neighbour: diagonal ribs.
     Twill,
-    /// The same with scattered crossings, so that no ribs show. `over` and `under` together must be 5, or 7 and more, and one of them 1.
+    /// Like `Twill` with scattered crossings, so that there are no ribs. `over` plus `under` must be 5, or 7 or more,
+    /// and one of them must be 1.
     Satin,
     /// Plain with groups of `over` threads.
     Basket,
 }
 
-/// What is woven.
+/// Parameters of a cloth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cloth {
-    /// How threads cross.
+    /// The pattern of crossings.
     pub binding: Binding,
-    /// Weft threads that the warp goes over, and under.
+    /// Number of weft threads that the warp goes over.
     pub over: i64,
-    /// Weft threads that the warp goes under.
+    /// Number of weft threads that the warp goes under.
     pub under: i64,
-    /// mm from one warp thread to the next, and from one weft thread to the next.
+    /// Distances between warp threads and between weft threads, mm.
     pub pitch: DVec2,
-    /// Width of warp and weft threads, mm.
+    /// The widths of warp and weft threads, mm.
     pub width: DVec2,
-    /// Height of the middle of warp and weft threads at their crests over the middle of the cloth, mm.
+    /// Height of the axis of warp and weft threads at their crests over the middle plane of the cloth, mm.
     pub crimp: DVec2,
     /// Half the thickness of warp and weft threads, mm.
     pub half: DVec2,
 }
 
-/// The step of a satin of so many threads: at least 2 from one crossing to the next, in both directions.
+/// The step of a satin with this number of threads: at least 2 between crossings, in both directions.
 pub fn satin_step(threads: i64) -> Option<i64> {
     let divisor = |mut a: i64, mut b: i64| {
         while b != 0 {
@@ -60,45 +62,45 @@ pub fn satin_step(threads: i64) -> Option<i64> {
 pub struct Woven {
     cloth: Cloth,
     step: i64,
-    /// Crossings after which the weave repeats.
+    /// Number of crossings after which the weave repeats.
     repeat: i64,
-    /// Crossings as units.
+    /// The fit with crossings as units.
     pub fit: Fit,
-    /// mm between warp threads and between weft threads.
+    /// Distances between warp threads and between weft threads, mm.
     pub pitch: [f64; 2],
     /// Directions of weft and warp.
     directions: [DVec2; 2],
 }
 
-/// What lies on top at a place.
+/// The visible thread at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Seen {
-    /// Whether it is the warp.
+    /// True if it is the warp.
     warp: bool,
     /// Its height, mm.
     height: f64,
-    /// mm inside the nearest thread; negative in holes.
+    /// Distance inside the nearest thread, mm; negative in holes.
     inside: f64,
 }
 
-/// What is filled in.
+/// The output plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Plane {
-    /// mm.
+pub enum WeavePlane {
+    /// Height, mm.
     Height,
     /// 1 in the holes between threads.
     Gap,
-    /// 1 where the warp shows.
+    /// 1 where the warp is visible.
     Warp,
-    /// Numbers of floats.
+    /// Ids of floats.
     Ids,
-    /// Degrees of the thread.
+    /// Angle of the thread, degrees.
     Angle,
 }
 
 impl Woven {
-    /// Lays a cloth on a canvas, its weft turned by an angle with this sine and cosine; `None` if it has too many threads or if
-    /// there is no such satin.
+    /// Lays a cloth on a canvas, with its weft turned by an angle with this sine and cosine; `None` if it has too many
+    /// threads or if there is no such satin.
     pub fn new(cloth: Cloth, turn: (f64, f64), canvas: (DVec2, Tiling)) -> Option<Self> {
         let threads = cloth.over + cloth.under;
         let (step, repeat, basis) = match cloth.binding {
@@ -121,7 +123,7 @@ impl Woven {
         Some(Self { cloth, step, repeat, fit, pitch, directions })
     }
 
-    /// Whether the warp thread `i` lies over the weft thread `j`.
+    /// True if the warp thread `i` lies over the weft thread `j`.
     fn warp_over(&self, i: i64, j: i64) -> bool {
         let threads = self.cloth.over + self.cloth.under;
         match self.cloth.binding {
@@ -136,7 +138,7 @@ impl Woven {
         }
     }
 
-    /// What lies on top at a place given in crossings.
+    /// The visible thread at a point given in crossings.
     fn seen(&self, p: DVec2) -> Seen {
         let [warp, weft] = [self.thread(p, true), self.thread(p, false)];
         let on_warp = match (warp.0 >= 0.0, weft.0 >= 0.0) {
@@ -148,13 +150,13 @@ impl Woven {
         Seen { warp: on_warp, height: top.1, inside: warp.0.max(weft.0) }
     }
 
-    /// mm inside the warp or weft thread next to a place, and its height there.
+    /// Distance in mm inside the warp or weft thread nearest to a point, and its height there.
     fn thread(&self, p: DVec2, warp: bool) -> (f64, f64) {
         let (across, along, k) = if warp { (p.x, p.y, 0) } else { (p.y, p.x, 1) };
         let number = across.floor();
         let half_width = 0.5 * self.cloth.width[k];
         let away = (across - number - 0.5).abs() * self.pitch[k];
-        // Between the crossings before and after.
+        // Interpolates between the crossings before and after.
         let before = (along - 0.5).floor();
         let crest = |at: f64| {
             let [n, at] = [number, at].map(whole);
@@ -168,11 +170,11 @@ impl Woven {
         (half_width - away, bend * self.cloth.crimp[k] + self.cloth.half[k] * (round - 1.0))
     }
 
-    /// The first crossing of the float at a place, and how many crossings it has.
+    /// The first crossing of the float at a point, and its number of crossings.
     fn float(&self, i: i64, j: i64, warp: bool) -> (i64, i64) {
         let over = |k: i64| if warp { self.warp_over(i, k) } else { !self.warp_over(k, j) };
         let at = if warp { j } else { i };
-        // Under: the float that is next to a place in a hole is that of the crossing itself.
+        // The thread dives under here, which can only happen next to a hole: the crossing itself is used.
         if !over(at) {
             return (at, 1);
         }
@@ -182,7 +184,7 @@ impl Woven {
         (at - before, before + after + 1)
     }
 
-    /// The number of the crossing (i, j) among those of the repeat, and the cell of the lattice.
+    /// The lattice cell of the crossing (i, j), and its index in the repeat.
     fn name(&self, i: i64, j: i64) -> ([i64; 2], i64) {
         match self.cloth.binding {
             Binding::Basket => {
@@ -211,11 +213,11 @@ impl Woven {
     }
 
     /// Fills a window. O(pixels).
-    pub fn fill(&self, plane: Plane, frame: &Frame, out: &mut [f32]) {
+    pub fn fill(&self, plane: WeavePlane, frame: &Frame, out: &mut [f32]) {
         let pixel = (frame.step[0] * frame.step[1]).sqrt();
         let angles = self.directions.map(|d| narrow(degrees(d)));
         match plane {
-            Plane::Height => {
+            WeavePlane::Height => {
                 // Holes are as deep as the lowest thread.
                 let c = self.cloth;
                 let floor = -(c.crimp + c.half).max_element();
@@ -225,10 +227,12 @@ impl Woven {
                     out[k] = narrow(floor + (seen.height.max(floor) - floor) * cover);
                 });
             }
-            Plane::Gap => self.each(frame, |k, p| out[k] = narrow((0.5 - self.seen(p).inside / pixel).clamp(0.0, 1.0))),
-            Plane::Warp => self.each(frame, |k, p| out[k] = if self.seen(p).warp { 1.0 } else { 0.0 }),
-            Plane::Angle => self.each(frame, |k, p| out[k] = angles[usize::from(self.seen(p).warp)]),
-            Plane::Ids => self.each(frame, |k, p| {
+            WeavePlane::Gap => {
+                self.each(frame, |k, p| out[k] = narrow((0.5 - self.seen(p).inside / pixel).clamp(0.0, 1.0)))
+            }
+            WeavePlane::Warp => self.each(frame, |k, p| out[k] = if self.seen(p).warp { 1.0 } else { 0.0 }),
+            WeavePlane::Angle => self.each(frame, |k, p| out[k] = angles[usize::from(self.seen(p).warp)]),
+            WeavePlane::Ids => self.each(frame, |k, p| {
                 let (i, j, warp) = (whole(p.x), whole(p.y), self.seen(p).warp);
                 let (first, _) = self.float(i, j, warp);
                 let (cell, number) = if warp { self.name(i, first) } else { self.name(first, j) };
@@ -238,7 +242,7 @@ impl Woven {
         }
     }
 
-    /// Fills a window with the places within floats: mm from the middle, along the thread and across it.
+    /// Fills a window with coordinates within floats: mm from the middle, along the thread and across it.
     pub fn local(&self, frame: &Frame, [along, across]: [&mut [f32]; 2]) {
         self.each(frame, |k, p| {
             let (i, j, warp) = (whole(p.x), whole(p.y), self.seen(p).warp);
@@ -288,7 +292,7 @@ mod tests {
         assert_eq!(draft(&woven(Binding::Basket, 2, 2), 4), ["xx..", "xx..", "..xx", "..xx"]);
         let satin = draft(&woven(Binding::Satin, 4, 1), 5);
         assert_eq!(satin, [".xxxx", "xx.xx", "xxxx.", "x.xxx", "xxx.x"]);
-        // No two crossings of a satin touch.
+        // No two crossings of a satin are adjacent.
         assert_eq!([4, 5, 6, 7, 8].map(satin_step), [None, Some(2), None, Some(2), Some(3)]);
     }
 
@@ -300,20 +304,20 @@ mod tests {
         let weft = cloth.seen(DVec2::new(1.5, 0.5));
         assert!(!weft.warp && (weft.height - 0.2).abs() < 1e-12);
         assert!((cloth.seen(DVec2::new(1.02, 1.03)).inside + 0.07).abs() < 1e-12);
-        // Halfway between crossings a thread is level.
+        // Halfway between crossings the height is 0.
         assert!(cloth.thread(DVec2::new(0.5, 1.0), true).1.abs() < 1e-12);
     }
 
     #[test]
-    fn floats_have_numbers_and_middles() {
+    fn floats_have_ids_and_coordinates() {
         for (binding, over, under) in
             [(Binding::Plain, 1, 1), (Binding::Twill, 3, 1), (Binding::Satin, 4, 1), (Binding::Basket, 2, 2)]
         {
             let cloth = woven(binding, over, under);
             let frame = Frame::new(Window::of(0, 0, 160, 160), [0.25, 0.25]);
             let [mut ids, mut x, mut y, mut angle] = [(); 4].map(|()| vec![0.0; 160 * 160]);
-            cloth.fill(Plane::Ids, &frame, &mut ids);
-            cloth.fill(Plane::Angle, &frame, &mut angle);
+            cloth.fill(WeavePlane::Ids, &frame, &mut ids);
+            cloth.fill(WeavePlane::Angle, &frame, &mut angle);
             cloth.local(&frame, [&mut x, &mut y]);
             let mut middles: BTreeMap<u32, BTreeSet<[i32; 2]>> = BTreeMap::new();
             for k in 0..160 * 160 {

@@ -5,7 +5,7 @@ use crate::ground::simd;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What becomes of the base `a` and the top layer `b`.
+/// The blend mode of the base `a` and the top layer `b`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum BlendMode {
     /// b
@@ -21,11 +21,11 @@ pub enum BlendMode {
     Divide,
     /// 1 - (1-a)(1-b): brightens
     Screen,
-    /// Multiply in the dark, screen in the light of a: more contrast
+    /// Multiply where a is dark, screen where it is bright: more contrast
     Overlay,
-    /// Multiply in the dark, screen in the light of b
+    /// Multiply where b is dark, screen where it is bright
     HardLight,
-    /// As overlay, but gentle
+    /// Like overlay, but gentler
     SoftLight,
     /// a + 2b - 1
     LinearLight,
@@ -51,8 +51,7 @@ pub enum BlendMode {
     AddSub,
 }
 
-/// Blends one plane. `mask` limits where (taken as 0 or 1 outside 0..1), `opacity` how much; for colours call it per
-/// channel.
+/// Blends one plane. `mask` (limited to 0..1) and `opacity` set the strength; for colours call it per channel.
 ///
 /// # Panics
 /// If the slices differ in length.
@@ -92,7 +91,7 @@ impl Mix<'_> {
             for ((out, (a, b)), m) in pairs.zip(mask) {
                 let weight = saturate(*m) * self.opacity;
                 let (full, between) = (f(*a, *b), a + (f(*a, *b) - a) * weight);
-                // With the bits of what shows alone, so that a window may do without what is hidden.
+                // At full weight the result has exactly the bits of `full`, so that hidden layers need not be computed.
                 *out = if weight >= 1.0 { full } else { between };
             }
         } else if self.opacity == 1.0 {

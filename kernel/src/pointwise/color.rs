@@ -1,7 +1,7 @@
-//! Colour spaces, and changes of colour that are made in one of them.
+//! Colour spaces, and adjustments of colours within them.
 //!
-//! Everything is relative to the white of sRGB (D65). Spaces that are defined on encoded values (HSV, HSL, YCbCr) stand
-//! on the sRGB encoding, the others on linear light. Hues are degrees, in 0..360; where there is none it is 0.
+//! Everything is relative to the white of sRGB (D65). HSV, HSL and YCbCr are defined on sRGB-encoded values, the other
+//! spaces on linear light. Hues are degrees, 0..360; 0 for colours without a hue.
 
 use super::tone::{linear_to_oklab, oklab_to_linear};
 use crate::ground::math::{atan2_degrees, clamp, cos_degrees, max, min, pow, saturate, sin_degrees, smooth};
@@ -10,13 +10,13 @@ use crate::ground::simd;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What the three numbers of a colour mean.
+/// The meaning of the three numbers of a colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum ColorSpace {
-    /// Red, green, blue in proportion to light: what colours on wires are
+    /// Red, green, blue, linear: the colours on wires
     #[default]
     Linear,
-    /// Red, green, blue, 0..1, encoded by the sRGB curve: what picture editors show as 0..255
+    /// Red, green, blue, 0..1, encoded by the sRGB curve: shown as 0..255 in picture editors
     Srgb,
     /// Hue 0..360°, saturation 0..1, value 0..1, of encoded values
     Hsv,
@@ -30,14 +30,14 @@ pub enum ColorSpace {
     Lab,
     /// CIE Lab as lightness 0..100, chroma, hue 0..360°
     Lch,
-    /// Oklab: lightness 0..1, a green to red, b blue to yellow; even to the eye
+    /// Oklab: lightness 0..1, a green to red, b blue to yellow; perceptually uniform
     Oklab,
     /// Oklab as lightness 0..1, chroma, hue 0..360°
     Oklch,
 }
 
 impl ColorSpace {
-    /// Whether it stands on encoded values.
+    /// True if the space is defined on encoded values.
     const fn encoded(self) -> bool {
         matches!(self, Self::Srgb | Self::Hsv | Self::Hsl | Self::YCbCr)
     }
@@ -54,7 +54,7 @@ fn each(block: &mut Block, f: impl Fn([f32; 3]) -> [f32; 3]) {
     }
 }
 
-/// Runs `f` on the values of a block, which are those of three planes: loops of one plane are vectorised more surely.
+/// Runs `f` on all values of a block of three planes. Loops over one plane vectorise more reliably.
 #[inline(always)]
 fn each_value(block: &mut Block, f: impl Fn(f32) -> f32) {
     for plane in block {
@@ -105,7 +105,7 @@ pub fn convert(from: ColorSpace, to: ColorSpace, input: [&[f32]; 3], out: [&mut 
     );
 }
 
-/// To red, green and blue, encoded where the space is.
+/// Converts to red, green and blue, encoded like the space.
 #[inline(always)]
 fn to_rgb(from: ColorSpace, block: &mut Block) {
     match from {
@@ -136,7 +136,7 @@ fn from_rgb(to: ColorSpace, block: &mut Block) {
     }
 }
 
-/// `x` without its whole multiples of `period`.
+/// `x` modulo `period`.
 #[inline(always)]
 fn wrapped(x: f32, period: f32) -> f32 {
     let x = clamp(x, -1e6, 1e6);
@@ -155,7 +155,7 @@ fn hue([r, g, b]: [f32; 3], high: f32, chroma: f32) -> f32 {
     if chroma > 0.0 { 60.0 * h } else { 0.0 }
 }
 
-/// Hue in degrees, saturation and value; what is negative counts as 0.
+/// Hue in degrees, saturation and value; negative components count as 0.
 #[inline(always)]
 pub fn rgb_to_hsv(color: [f32; 3]) -> [f32; 3] {
     let [r, g, b] = color.map(|c| max(c, 0.0));
@@ -207,7 +207,7 @@ fn ycbcr_to_rgb([y, cb, cr]: [f32; 3]) -> [f32; 3] {
     [r, (y - 0.2126 * r - 0.0722 * b) * (1.0 / 0.7152), b]
 }
 
-/// What white is in XYZ.
+/// White in XYZ.
 const WHITE: [f32; 3] = [0.950_47, 1.0, 1.088_83];
 
 #[inline(always)]
@@ -228,7 +228,7 @@ fn xyz_to_linear([x, y, z]: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// Where the cube root of Lab goes over into a line, and the slope of that line.
+/// Value at which the cube root of Lab becomes a line, and the slope of that line.
 const EPSILON: f32 = 216.0 / 24389.0;
 const KAPPA: f32 = 24389.0 / 27.0;
 
@@ -258,7 +258,7 @@ fn from_polar([l, chroma, hue]: [f32; 3]) -> [f32; 3] {
 }
 
 /// Turns the hue of linear colours by `turn` degrees and multiplies saturation and value, on encoded values. Saturation
-/// ends at 1.
+/// is limited to 1.
 ///
 /// # Panics
 /// If the planes differ in length.
@@ -292,19 +292,19 @@ pub fn adjust_hsv(input: [&[f32]; 3], [turn, saturation, value]: [&[f32]; 3], ou
 /// Parameters of [`replace`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Replace {
-    /// The colour that is looked for, linear.
+    /// The colour to replace, linear.
     pub from: [f32; 3],
-    /// What it becomes, linear.
+    /// The new colour, linear.
     pub to: [f32; 3],
-    /// Up to this distance in Oklab a colour is replaced altogether.
+    /// Distance in Oklab up to which a colour is replaced completely.
     pub tolerance: f32,
-    /// So much farther away it stays as it is.
+    /// The additional distance beyond which a colour is unchanged.
     pub softness: f32,
-    /// Whether colours keep how they differ from `from`.
+    /// True to keep the difference of a colour from `from`.
     pub keep_shading: bool,
 }
 
-/// How much each colour is replaced, 0..1.
+/// The replaced fraction of each colour, 0..1.
 ///
 /// # Panics
 /// If the planes differ in length.
@@ -323,7 +323,7 @@ fn weight(color: [f32; 3], from: [f32; 3], spec: &Replace) -> f32 {
     if spec.softness > 0.0 { 1.0 - smooth(beyond / spec.softness) } else { f32::from(u8::from(beyond <= 0.0)) }
 }
 
-/// Replaces colours that are like one colour by another.
+/// Replaces colours similar to one colour by another.
 ///
 /// # Panics
 /// If the planes differ in length.
@@ -334,7 +334,7 @@ pub fn replace(input: [&[f32]; 3], spec: &Replace, out: [&mut [f32]; 3]) {
             let lab = linear_to_oklab(color);
             let w = weight(lab, from, spec);
             let goal = if spec.keep_shading { from.map(|c| -c) } else { lab.map(|c| -c) };
-            // Colours that stay keep their bits.
+            // Unchanged colours keep their exact bits.
             if w == 0.0 { color } else { oklab_to_linear([0, 1, 2].map(|k| lab[k] + (to[k] + goal[k]) * w)) }
         });
     });
@@ -357,7 +357,7 @@ mod tests {
     #[test]
     fn known_colours() {
         use ColorSpace as C;
-        // The primaries of sRGB as tables of colour science list them.
+        // The primaries of sRGB, with values from tables of colour science.
         assert!(close(one(C::Linear, C::Lab, [1.0, 0.0, 0.0]), [53.24, 80.09, 67.20], 0.02));
         assert!(close(one(C::Linear, C::Lab, [0.0, 0.0, 1.0]), [32.30, 79.19, -107.86], 0.02));
         assert!(close(one(C::Linear, C::Lab, [1.0; 3]), [100.0, 0.0, 0.0], 0.01));
@@ -373,7 +373,7 @@ mod tests {
     }
 
     #[test]
-    fn there_and_back() {
+    fn conversions_round_trip() {
         use ColorSpace as C;
         let spaces = [C::Linear, C::Srgb, C::Hsv, C::Hsl, C::YCbCr, C::Xyz, C::Lab, C::Lch, C::Oklab, C::Oklch];
         let colors = [[0.2, 0.5, 0.1], [0.9, 0.02, 0.6], [0.0; 3], [1.0; 3], [0.3, 0.3, 0.3], [0.0, 1.0, 1.0]];

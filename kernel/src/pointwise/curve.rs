@@ -1,9 +1,9 @@
 //! Curves through points: tone curves, profiles.
 //!
-//! A curve is a sum of sections, each of which rises from 0 to its own height while x passes through it and stays level
-//! outside. So it needs no table and no search: it is exact at its points, however close they are, and eight pixels go
-//! through all sections at a time. Smooth curves are the monotone cubics of F. Fritsch and R. Carlson (1980), with the
-//! harmonic mean of neighbouring slopes: between two points they never leave the range of these two.
+//! A curve is a sum of sections. Each section rises from 0 to its own height while x passes through it, and is constant
+//! outside. So the curve needs no table and no search: it is exact at its points, at any distance between them, and
+//! processes eight pixels at a time. Smooth curves are the monotone cubics of F. Fritsch and R. Carlson (1980), with
+//! the harmonic mean of neighbouring slopes: between two points they never leave the range of these two.
 
 use super::tone::inverse;
 use crate::ground::math::saturate;
@@ -11,17 +11,17 @@ use crate::ground::simd;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How a curve runs from point to point.
+/// The interpolation between points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum CurveKind {
-    /// As a smooth curve that never swings beyond its points.
+    /// A smooth curve that never overshoots its points.
     #[default]
     Smooth,
-    /// Along straight lines.
+    /// Straight lines.
     Linear,
 }
 
-/// A curve through points, level before the first and after the last.
+/// A curve through points, constant before the first and after the last.
 #[derive(Clone, Debug)]
 pub struct Curve {
     first: f32,
@@ -29,7 +29,7 @@ pub struct Curve {
     kind: CurveKind,
 }
 
-/// From one point to the next.
+/// The part of the curve between two points.
 #[derive(Clone, Copy, Debug)]
 struct Section {
     start: f32,
@@ -40,8 +40,8 @@ struct Section {
 }
 
 impl Curve {
-    /// The curve through `points` (x, y), x ascending; two points at one x make a step. Without points it is the identity
-    /// on 0..1.
+    /// The curve through `points` (x, y) with x ascending; two points at one x make a step. Without points it is the
+    /// identity on 0..1.
     #[expect(clippy::cast_possible_truncation, reason = "curves need no more than f32")]
     pub fn new(points: &[(f64, f64)], kind: CurveKind) -> Self {
         let points = if points.is_empty() { &[(0.0, 0.0), (1.0, 1.0)] } else { points };
@@ -96,7 +96,7 @@ impl Curve {
     }
 }
 
-/// Points that are closer make a step.
+/// Points closer than this make a step.
 const LEAST: f64 = 1e-12;
 
 fn monotone_slopes(points: &[(f64, f64)]) -> Vec<f64> {
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn smooth_curves_are_the_cubics_of_fritsch_and_carlson() {
         let curve = Curve::new(&[(0.0, 0.0), (1.0, 1.0), (3.0, 2.0)], CurveKind::Smooth);
-        // Slopes 1 and ½ meet in 2·1·½ / 1½ = ⅔; at the ends they are those of the lines.
+        // Slopes 1 and ½ meet in 2·1·½ / 1½ = ⅔; at the ends the slopes are those of the lines.
         for k in 0..=20u8 {
             let t = f64::from(k) / 20.0;
             #[expect(clippy::cast_possible_truncation, reason = "a test")]

@@ -1,18 +1,18 @@
-//! Expressions on rows: the programs of the engine's [`expression`], run for blocks of pixels whose
-//! registers stay in the first cache. Each operation is a loop without branches. Cost: 0.1 to 0.2 ns per pixel and
-//! operation, 1 to 3 ns for angles, powers and logarithms, 4 ns for noise.
+//! Evaluates expressions on rows: runs the programs of the engine's [`expression`] on blocks of pixels whose registers
+//! fit into the L1 cache. Each operation is a loop without branches. Cost: 0.1 to 0.2 ns per pixel and operation, 1 to
+//! 3 ns for angles, powers and logarithms, 4 ns for noise.
 
 use crate::ground::math::{self, lerp, max, min, saturate};
 use crate::ground::simd;
 use shibo_engine::expression::{self, Instruction, Op, Program};
 
-/// The pixels of a block.
+/// Pixels in a block.
 const BLOCK: usize = 128;
 
 type Block = [f32; BLOCK];
 
-/// Runs a program for every pixel of `out`, one slice for each component of its result; `planes` are those that it reads, in
-/// the order in which it names them. Results that are not finite become 0; gives the first pixel that has one.
+/// Runs a program for every pixel of `out`, which has one slice per component of the result; `planes` are the planes
+/// that the program names, in that order. Results that are not finite become 0; returns the first pixel that has one.
 ///
 /// # Panics
 /// If a plane is shorter than `out`, or `out` has fewer slices than the result has components.
@@ -38,7 +38,7 @@ fn run_blocks(program: &Program, planes: &[&[f32]], out: &mut [&mut [f32]]) -> O
             register[..n].copy_from_slice(&plane[start..start + n]);
         }
         for instruction in &program.instructions {
-            // Out of the list, so that the arguments can be read beside it.
+            // Taken out of the list, so that the arguments can be borrowed too.
             let to = usize::from(instruction.to);
             std::mem::swap(&mut registers[to], &mut spare);
             execute(instruction, program.seed, &registers, &mut spare);
@@ -100,7 +100,7 @@ fn execute(instruction: &Instruction, seed: u32, registers: &[Box<Block>], out: 
         Op::Sin => one(a, out, math::sin_degrees),
         Op::Cos => one(a, out, math::cos_degrees),
         Op::Tan => one(a, out, |a| math::sin_degrees(a) / math::cos_degrees(a)),
-        // Where there is no such angle the root is not a number, and the angle is told so.
+        // Outside the domain the root is NaN, and so is the angle.
         Op::Asin => one(a, out, |a| angle(a, ((1.0 - a) * (1.0 + a)).sqrt())),
         Op::Acos => one(a, out, |a| angle(((1.0 - a) * (1.0 + a)).sqrt(), a)),
         Op::Atan => one(a, out, |a| math::atan2_degrees(a, 1.0)),
@@ -138,19 +138,19 @@ fn truth(yes: bool) -> f32 {
     if yes { 1.0 } else { 0.0 }
 }
 
-/// The angle of the vector (x, y) in degrees; not a number if a part of it is not.
+/// Angle of the vector (x, y) in degrees; NaN if a component is NaN.
 #[inline(always)]
 fn angle(y: f32, x: f32) -> f32 {
     math::atan2_degrees(y, x) + 0.0 * (x + y)
 }
 
-/// The exponential, infinite beyond what a number can hold.
+/// The exponential; infinity on overflow.
 #[inline(always)]
 fn exp(x: f32) -> f32 {
     if x > 88.0 { f32::INFINITY } else { math::exp(x) }
 }
 
-/// The natural logarithm: infinite at 0 and not a number below.
+/// The natural logarithm: infinite at 0 and NaN below.
 #[inline(always)]
 fn log(x: f32) -> f32 {
     let log = math::log2(x) * std::f32::consts::LN_2;
@@ -163,7 +163,7 @@ fn log(x: f32) -> f32 {
     }
 }
 
-/// x^y, for negative x too where y is whole.
+/// x^y; for negative x only if y is an integer.
 #[inline(always)]
 fn power(x: f32, y: f32) -> f32 {
     let size = math::pow(x.abs(), y);
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn every_operation_is_what_it_is_in_double_precision() {
+    fn operations_match_double_precision() {
         let values = [-2.5_f32, -1.0, -0.3, 0.0, 0.2, 0.5, 1.0, 1.75, 3.0];
         for op in Op::ALL {
             for a in values {
@@ -219,7 +219,7 @@ mod tests {
                         let expected = if expected.abs() < f64::from(f32::MAX) { expected } else { 0.0 };
                         let found = f64::from(result(op, [a, b, *c]));
                         let apart = (found - expected).abs();
-                        // Next to a multiple of the divisor a remainder is either 0 or the divisor.
+                        // Near a multiple of the divisor a remainder is either about 0 or about the divisor.
                         let apart =
                             if op == Op::Modulo { apart.min((apart - f64::from(b).abs()).abs()) } else { apart };
                         let near = apart <= 2e-5 * (1.0 + expected.abs());
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_bad_pixel_is_told() {
+    fn reports_the_first_bad_pixel() {
         let (mut out, mut plane) = ([7.0_f32; 300], [4.0_f32; 300]);
         let ones = [1.0; 300];
         let program = program(Op::Divide, 0);
@@ -244,7 +244,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn nothing_bad_comes_out(bits in proptest::array::uniform3(any::<u32>()), op in 0..Op::ALL.len()) {
+        fn results_are_finite(bits in proptest::array::uniform3(any::<u32>()), op in 0..Op::ALL.len()) {
             prop_assert!(result(Op::ALL[op], bits.map(f32::from_bits)).is_finite());
         }
 

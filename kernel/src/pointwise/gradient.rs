@@ -1,8 +1,8 @@
 //! Ramps between two points: linear, radial, angular, diamond and square.
 //!
-//! With d = to - from, a place p becomes (u, v) = ((p - from)·d, (p - from)×d) / |d|², so that `from` is (0, 0) and
-//! `to` is (1, 0) in every shape. Positions are computed in f64 from absolute pixel indices. Cost: about half a
-//! nanosecond per pixel, for angles 3 ns.
+//! With d = to - from, a point p becomes (u, v) = ((p - from)·d, (p - from)×d) / |d|², so `from` is (0, 0) and `to` is
+//! (1, 0) for every shape. Positions are computed in f64 from absolute pixel indices. Cost: about half a nanosecond per
+//! pixel, for angles 3 ns.
 
 use crate::ground::math::{atan2, max, saturate};
 use crate::ground::simd;
@@ -14,13 +14,13 @@ use std::f32::consts::TAU;
 /// The lines of equal value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum GradientShape {
-    /// Straight lines, at a right angle to the direction from `from` to `to`.
+    /// Straight lines, perpendicular to the direction from `from` to `to`.
     #[default]
     Linear,
     /// Circles around `from`.
     // √(u² + v²): circles around the first point.
     Radial,
-    /// Rays from `from`; the value grows with the angle, from the direction of `to` and once around.
+    /// Rays from `from`; the value grows with the angle, once around from the direction of `to`.
     Angular,
     /// Squares around `from`, with a corner at `to`.
     // |u| + |v|: squares around the first point, standing on a corner.
@@ -30,7 +30,7 @@ pub enum GradientShape {
     Square,
 }
 
-/// What happens beyond the end of a ramp.
+/// The continuation beyond the end of a ramp.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Repeat {
     /// The value stays 0 before the ramp and 1 after it.
@@ -47,33 +47,33 @@ pub enum Repeat {
 pub struct GradientSpec {
     /// The lines of equal value.
     pub shape: GradientShape,
-    /// Where the value is 0, mm.
+    /// Position of value 0, mm.
     pub from: [f64; 2],
-    /// Where the value is 1, mm; not the same point.
+    /// Position of value 1, mm; must differ from `from`.
     pub to: [f64; 2],
-    /// How many runs from 0 to 1 (and back) fit between the points.
+    /// Number of ramps from 0 to 1 (and back) between the points.
     pub times: f64,
-    /// What happens beyond the end.
+    /// The continuation beyond the end.
     pub repeat: Repeat,
-    /// Sizes after which it repeats around `from` in x and y, mm.
+    /// Period around `from` in x and y, mm; `None` in directions without one.
     pub period: [Option<f64>; 2],
 }
 
 impl GradientSpec {
-    /// How many runs cross a side of `size` mm in x and in y, if it is linear.
+    /// Number of ramps across a side of `size` mm in x and in y, for the linear shape.
     pub fn runs(&self, size: [f64; 2]) -> [f64; 2] {
         let [a, _] = self.axes();
         [0, 1].map(|k| size[k] * a[k] * self.times)
     }
 
-    /// From mm beside `from` to u and v.
+    /// The map from mm relative to `from` to u and v.
     fn axes(&self) -> [[f64; 2]; 2] {
         let d = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
         let square = d[0] * d[0] + d[1] * d[1];
         [[d[0] / square, d[1] / square], [-d[1] / square, d[0] / square]]
     }
 
-    /// mm beside `from`, or beside its nearest copy.
+    /// Offset in mm from `from`, or from its nearest copy.
     #[inline(always)]
     fn beside(&self, axis: usize, p: f64) -> f64 {
         let d = p - self.from[axis];
@@ -84,7 +84,7 @@ impl GradientSpec {
     }
 }
 
-/// Fills `out`, rows of the frame's window without gaps, with values 0..1.
+/// Fills `out`, contiguous rows of the frame's window, with values 0..1.
 pub fn gradient(spec: &GradientSpec, frame: &Frame, out: &mut [f32]) {
     simd::dispatch(
         #[inline(always)]

@@ -1,9 +1,9 @@
-//! Distributions of values, and the monotone changes that lead from one to another.
+//! Distributions of values, and monotone maps between them.
 
 use crate::ground::math::lerp;
 
-/// The values below which shares `k / count` of `values` lie, for k = 0 … `count`: from the least to the greatest. The
-/// values are put in order.
+/// The quantiles of `values` for the fractions `k / count`, k = 0 … `count`, from the least value to the greatest.
+/// Sorts the values.
 ///
 /// # Panics
 /// If there are no values, or `count` is 0.
@@ -20,7 +20,7 @@ pub fn quantiles(values: &mut [f32], count: usize) -> Vec<f32> {
         .collect()
 }
 
-/// The value below which `share` of ordered `quantiles` lies.
+/// The quantile for the fraction `share`, from sorted `quantiles`.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place among the quantiles")]
 pub fn quantile(quantiles: &[f32], share: f64) -> f32 {
     let last = quantiles.len() - 1;
@@ -29,24 +29,25 @@ pub fn quantile(quantiles: &[f32], share: f64) -> f32 {
     lerp(quantiles[i], quantiles[(i + 1).min(last)], (at - i as f64) as f32)
 }
 
-/// A monotone change that gives values with certain quantiles others; level beyond the first and the last.
+/// A monotone map between quantiles of two distributions; constant beyond the first and the last.
 #[derive(Clone, Debug)]
 pub struct Transfer {
     from: Vec<f32>,
     to: Vec<f32>,
-    /// For equal parts of the range: the first knot above their beginning.
+    /// For equal parts of the range: the first knot above the start of each part.
     first: Vec<u32>,
     scale: f32,
 }
 
-/// Parts of the range in which a search begins.
+/// Number of parts of the range in which a search begins.
 const PARTS: usize = 4096;
 
 impl Transfer {
-    /// From `from` to `to`, both ascending and equally many. A value that stands for many quantiles gets their mean.
+    /// From `from` to `to`, both ascending and equally long. A value that occurs as several quantiles maps to the mean
+    /// of theirs.
     ///
     /// # Panics
-    /// If there is none, or their numbers differ.
+    /// If there are none, or their numbers differ.
     pub fn new(from: &[f32], to: &[f32]) -> Self {
         assert!(from.len() == to.len() && !from.is_empty(), "as many quantiles on both sides");
         let (mut knots, mut values): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
@@ -63,7 +64,7 @@ impl Transfer {
         let width = knots[knots.len() - 1] - knots[0];
         let scale = if width > 0.0 && width.is_finite() { PARTS as f32 / width } else { 0.0 };
         let part = |x: f32| place(x, knots[0], scale);
-        // By the parts in which knots lie themselves, so that rounding cannot put a value before its knots.
+        // Uses the parts in which the knots lie, so that rounding cannot put a value before its knots.
         let mut first = vec![0u32; PARTS + 1];
         for knot in &knots {
             first[part(*knot)] += 1;
@@ -75,7 +76,7 @@ impl Transfer {
         Self { from: knots, to: values, first, scale }
     }
 
-    /// What `x` becomes.
+    /// The mapped value of `x`.
     #[inline]
     pub fn at(&self, x: f32) -> f32 {
         let last = self.from.len() - 1;
@@ -101,7 +102,7 @@ fn place(x: f32, first: f32, scale: f32) -> usize {
     (((x - first) * scale) as usize).min(PARTS)
 }
 
-/// Quantiles of the standard normal distribution for shares (k + ½) / (count + 1), k = 0 … `count`.
+/// Quantiles of the standard normal distribution for the fractions (k + ½) / (count + 1), k = 0 … `count`.
 #[expect(clippy::cast_possible_truncation, reason = "values are f32")]
 pub fn normal_quantiles(count: usize) -> Vec<f32> {
     (0..=count).map(|k| probit((k as f64 + 0.5) / (count as f64 + 1.0)) as f32).collect()
@@ -161,12 +162,12 @@ mod tests {
     }
 
     #[test]
-    fn values_go_along_lines_between_quantiles() {
+    fn interpolates_linearly_between_quantiles() {
         let transfer = Transfer::new(&[0.0, 1.0, 1.0, 1.0, 4.0], &[10.0, 20.0, 30.0, 40.0, 60.0]);
         let found = [-1.0, 0.0, 0.5, 1.0, 2.5, 4.0, 9.0].map(|x| transfer.at(x));
         assert_eq!(found, [10.0, 10.0, 20.0, 30.0, 45.0, 60.0, 60.0]);
         assert_eq!(Transfer::new(&[3.0; 4], &[0.0, 1.0, 2.0, 3.0]).at(3.0), 1.5);
-        // Knots that are very close, far from the others.
+        // Very close knots, far from the others.
         let mut from: Vec<f32> = (0..500u16).map(|k| f32::from(k) * 1e-6).collect();
         from.push(1e3);
         let to: Vec<f32> = (0..501u16).map(f32::from).collect();

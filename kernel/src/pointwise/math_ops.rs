@@ -5,7 +5,7 @@ use crate::ground::simd;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What is computed of a, b and c.
+/// The operation on a, b and c.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Operation {
     /// a + b
@@ -40,18 +40,18 @@ pub enum Operation {
     Abs,
     /// -1, 0 or 1
     Sign,
-    /// The rest of a / b, in 0..b; 0 where b is 0
+    /// The remainder of a / b, in 0..b; 0 where b is 0
     // a - b·floor(a/b), in 0..b; 0 where b is 0
     Modulo,
     /// From 0 to b and back as a grows; 0 where b is 0
     PingPong,
-    /// The largest whole number not above a
+    /// The largest integer not above a
     Floor,
-    /// The smallest whole number not below a
+    /// The smallest integer not below a
     Ceil,
-    /// The whole number next to a
+    /// The integer nearest to a
     Round,
-    /// a without its whole part, in 0..1
+    /// The fractional part of a, in 0..1
     Fract,
     /// a rounded down to a multiple of b; a where b is 0
     Snap,
@@ -80,7 +80,7 @@ pub enum Operation {
 }
 
 impl Operation {
-    /// How many of a, b, c it looks at.
+    /// Number of operands that it uses.
     pub const fn operands(self) -> usize {
         use Operation as O;
         match self {
@@ -102,12 +102,12 @@ impl Operation {
     }
 }
 
-/// A plane or one number for all pixels.
+/// An operand: a plane or one number for all pixels.
 #[derive(Clone, Copy, Debug)]
 pub enum Operand<'a> {
     /// One value per pixel.
     Plane(&'a [f32]),
-    /// The same everywhere.
+    /// One value for all pixels.
     Value(f32),
 }
 
@@ -259,7 +259,7 @@ mod tests {
     };
 
     #[test]
-    fn nothing_bad_comes_out() {
+    fn results_are_finite() {
         let values = [0.0, -0.0, 1.0, -1.5, 1e30, -1e30, f32::NAN, f32::INFINITY, f32::MIN_POSITIVE];
         for operation in ALL {
             for a in values {
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn operands_beyond_its_count_do_not_matter() {
+    fn ignores_operands_beyond_its_count() {
         for operation in ALL {
             let run = |b, c| {
                 let mut out = [0.0];

@@ -1,4 +1,5 @@
-//! Point-wise operations: arithmetic, blending, tones, colours, histograms, and ramps, which depend on the position alone.
+//! Point-wise operations: arithmetic, blending, tones, colours, histograms, and ramps, which depend only on the
+//! position.
 
 pub mod blend;
 pub mod color;

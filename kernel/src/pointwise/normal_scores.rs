@@ -1,14 +1,14 @@
-//! Values as if they were normally distributed, and back.
+//! Maps values to a normal distribution, and back.
 //!
-//! Means of several samples of a texture lose its contrast. Where values are normally distributed with mean 0 and variance
-//! 1, a weighted sum divided by the root of the sum of squared weights has that distribution again; so values are brought
-//! there first and back afterwards (E. Heitz, F. Neyret, "High-performance by-example noise using a
-//! histogram-preserving blending operator", 2018). Colours are turned so that their channels do not depend on each other
-//! (principal axes).
+//! Blending several samples of a texture loses contrast. For values that are normally distributed with mean 0 and
+//! variance 1, a weighted sum divided by the root of the sum of squared weights has the same distribution. So values
+//! are mapped to that distribution before and mapped back afterwards (E. Heitz, F. Neyret, "High-performance by-example
+//! noise using a histogram-preserving blending operator", 2018). Colours are rotated so that their channels are
+//! uncorrelated (principal axes).
 
 use super::histogram::{Transfer, normal_quantiles, quantiles};
 
-/// How the values of one texture are brought to the normal distribution.
+/// The map from the values of one texture to the normal distribution.
 #[derive(Clone, Debug)]
 pub struct NormalScores {
     mean: [f32; 3],
@@ -18,14 +18,14 @@ pub struct NormalScores {
     back: Vec<Transfer>,
 }
 
-/// How many quantiles are matched.
+/// Number of matched quantiles.
 const QUANTILES: usize = 1024;
 
 impl NormalScores {
-    /// Of a texture with these values: one plane, or three of equal length.
+    /// For a texture with these values: one plane, or three of equal length.
     ///
     /// # Panics
-    /// If there are other numbers of planes, or planes are empty.
+    /// If there is another number of planes, or planes are empty.
     pub fn of(planes: &[&[f32]]) -> Self {
         assert!(matches!(planes.len(), 1 | 3) && !planes[0].is_empty(), "one plane or three, with values");
         let (mean, axes) =
@@ -44,7 +44,7 @@ impl NormalScores {
         Self { mean, axes, there, back }
     }
 
-    /// The scores of a value; of a texture with one channel the first counts.
+    /// The scores of a value; for a texture with one channel only the first counts.
     #[inline]
     pub fn scores(&self, value: [f32; 3]) -> [f32; 3] {
         if self.there.len() == 1 {
@@ -111,7 +111,7 @@ mod tests {
     use super::*;
     use crate::ground::hash::Hash;
 
-    /// Colours that are sums of three independent numbers, the first of them skewed, in directions at right angles.
+    /// Colours that are sums of three independent numbers, the first of them skewed, in perpendicular directions.
     fn colors() -> [Vec<f32>; 3] {
         let hash = Hash::new(11);
         let mut planes = [Vec::new(), Vec::new(), Vec::new()];
@@ -133,7 +133,7 @@ mod tests {
         for k in 0..3 {
             let moment = |p: i32| all.iter().map(|s| f64::from(s[k]).powi(p)).sum::<f64>() / all.len() as f64;
             assert!(moment(1).abs() < 0.01 && (moment(2) - 1.0).abs() < 0.02, "{k}: {} {}", moment(1), moment(2));
-            // 3, less what lies beyond the outermost of 1025 quantiles: 2·∫ z⁴φ from 3.3 on.
+            // 3, minus the part beyond the outermost of 1025 quantiles: 2·∫ z⁴φ from 3.3 on.
             assert!((moment(4) - 2.85).abs() < 0.05, "{k}: {}", moment(4));
         }
         for (p, q) in [(0, 1), (0, 2), (1, 2)] {

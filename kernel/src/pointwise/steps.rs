@@ -1,4 +1,4 @@
-//! Few values instead of many: quantising, with and without dither.
+//! Quantization, with and without dither.
 
 use crate::ground::math::{clamp, floor_int, lerp, saturate, smooth};
 use crate::ground::simd;
@@ -7,17 +7,17 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::sync::OnceLock;
 
-/// The values that are left: `levels` of them, evenly spaced, the first and the last being those of `range`.
+/// The quantized values: `levels` evenly spaced values, from the first to the last of `range`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steps {
     /// The lowest and the highest value.
     pub range: [f32; 2],
-    /// How many there are, at least 2 and at most 2^20.
+    /// Number of values, at least 2 and at most 2^20.
     pub levels: u32,
 }
 
 impl Steps {
-    /// The number of the highest, and what leads from values to numbers.
+    /// Index of the highest value, and the scale from values to indices.
     #[inline(always)]
     fn scale(&self) -> (f32, f32) {
         let width = self.range[1] - self.range[0];
@@ -25,8 +25,7 @@ impl Steps {
     }
 }
 
-/// The nearest of the values that are left. With `softness`, a share 0..1 of a step, they run into each other: 1 is the
-/// smoothest staircase.
+/// The nearest quantized value. `softness`, a fraction 0..1 of a step, rounds the steps: 1 is the smoothest staircase.
 pub fn quantize(input: &[f32], spec: &Steps, softness: f32, out: &mut [f32]) {
     let (last, scale) = spec.scale();
     let [low, high] = spec.range;
@@ -44,10 +43,10 @@ pub fn quantize(input: &[f32], spec: &Steps, softness: f32, out: &mut [f32]) {
     );
 }
 
-/// The pattern of thresholds behind a dither.
+/// The threshold pattern of a dither.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum DitherPattern {
-    /// Irregular and even, without lines or clusters: hardly seen
+    /// Irregular and even, without lines or clusters: hardly visible
     #[default]
     BlueNoise,
     /// Cross-hatched squares of 2 × 2 pixels (Bayer)
@@ -58,7 +57,7 @@ pub enum DitherPattern {
     Bayer8,
 }
 
-/// Side of the mask of blue noise, in pixels.
+/// Side of the blue-noise mask, in pixels.
 const SIDE: usize = 64;
 
 impl DitherPattern {
@@ -83,8 +82,8 @@ impl DitherPattern {
     }
 }
 
-/// Replaces values by one of the two nearest of `spec`, by chance as it were, so that averages over a few pixels stay.
-/// Pixels count from the canvas' corner, and the pattern begins again after `period` pixels where that is given, so that
+/// Replaces each value by one of the two nearest of `spec`, as if at random, so that averages over a few pixels are
+/// kept. Pixels count from the canvas' corner. With `period`, the pattern restarts after that number of pixels, so that
 /// it repeats with the canvas. `channel` shifts the pattern; `amount` 0 is no dither.
 ///
 /// # Panics
@@ -105,7 +104,7 @@ pub fn dither(
         let first = libm::round(frame.origin[k] / frame.step[k]).clamp(-1e9, 1e9) as i32;
         let at = at.saturating_add(first);
         let at = period[k].map_or(at, |period| at.rem_euclid(period.max(1)));
-        // Never negative: 2^30 is a multiple of all patterns.
+        // Never negative, and 2^30 is a multiple of all pattern sizes.
         at.wrapping_add(1 << 30) & i32::MAX
     };
     let width = frame.window.columns().max(1);
@@ -122,20 +121,20 @@ pub fn dither(
     }
 }
 
-/// The mask of blue noise, made when it is first asked for: thresholds 0..1, each once.
+/// The blue-noise mask, computed on first use: thresholds 0..1, each once.
 fn blue_noise() -> &'static [f32] {
     static MASK: OnceLock<Vec<f32>> = OnceLock::new();
     MASK.get_or_init(void_and_cluster)
 }
 
-/// Ones on a torus of [`SIDE`]² pixels, and how crowded it is around each pixel.
+/// The set pixels on a torus of [`SIDE`]² pixels, and their density around each pixel.
 struct Crowd {
     on: Vec<bool>,
     energy: Vec<f64>,
     bell: Vec<f64>,
 }
 
-/// Beyond so many pixels the bell is 0.
+/// Radius of the Gaussian in pixels; beyond it the value is 0.
 const REACH: i32 = 8;
 
 impl Crowd {
@@ -156,7 +155,7 @@ impl Crowd {
         }
     }
 
-    /// The most crowded of the ones, or the loneliest of the zeros; the first if there are several.
+    /// The set pixel at the highest density, or the unset pixel at the lowest; the first of several.
     fn extreme(&self, ones: bool) -> usize {
         let sign = if ones { 1.0 } else { -1.0 };
         let mut best = (f64::MIN, 0);
@@ -174,7 +173,8 @@ fn void_and_cluster() -> Vec<f32> {
     let (mut crowd, count) = (Crowd::new(), SIDE * SIDE);
     let hash = crate::ground::hash::Hash::new(0x53_4849_424f);
     (0..count).filter(|k| hash.unit(*k as u64) < 0.1).for_each(|k| crowd.set(k, true));
-    // The most crowded moves to the largest void, until it is the same place. That ends; the bound is for safety.
+    // Moves the pixel of the tightest cluster to the largest void, until both are the same pixel. The bound guarantees
+    // termination.
     for _ in 0..count {
         let from = crowd.extreme(true);
         crowd.set(from, false);
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn values_go_to_the_nearest() {
+    fn quantizes_to_the_nearest_value() {
         let input = [-1.0, 0.1, 0.24, 0.26, 0.6, 0.8, 2.0];
         let mut out = [0.0; 7];
         quantize(&input, &UNIT, 0.0, &mut out);
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn averages_stay() {
+    fn dither_keeps_averages() {
         for pattern in [DitherPattern::BlueNoise, DitherPattern::Bayer2, DitherPattern::Bayer4, DitherPattern::Bayer8] {
             for value in [0.0, 0.1, 0.33, 0.5, 0.77, 1.0] {
                 let mut out = vec![9.0; 64 * 64];
@@ -261,7 +261,7 @@ mod tests {
     }
 
     #[test]
-    fn the_order_of_bayer() {
+    fn matches_the_bayer_matrix() {
         let at = |x: i32, y: i32| DitherPattern::Bayer2.threshold(&[], x, y) * 4.0 - 0.5;
         assert_eq!([at(0, 0), at(1, 0), at(0, 1), at(1, 1)], [0.0, 2.0, 3.0, 1.0]);
         let mut ranks: Vec<f32> =
@@ -271,13 +271,13 @@ mod tests {
     }
 
     #[test]
-    fn the_pattern_lies_on_the_canvas() {
+    fn dither_pattern_is_fixed_to_the_canvas() {
         let input = vec![0.3; 40 * 4];
         let (mut whole, mut part) = (vec![0.0; 160], vec![0.0; 160]);
         let spec = (&UNIT, DitherPattern::BlueNoise, 1.0);
         dither(&input, &frame(40, 4), [Some(20), None], spec, 0, &mut whole);
         assert_eq!(whole[..20], whole[20..40]);
-        // The same pixels on a grid that begins elsewhere.
+        // The same pixels on a grid with another origin.
         let moved = Frame { origin: [3.5, 0.0], step: [0.5; 2], window: Window::of(-7, 0, 40, 4) };
         dither(&input, &moved, [Some(20), None], spec, 0, &mut part);
         assert_eq!(whole, part);

@@ -16,15 +16,15 @@ pub(crate) fn map(input: &[f32], out: &mut [f32], f: impl Fn(f32) -> f32) {
 /// Parameters of [`levels`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Levels {
-    /// Input that becomes black and white; equal or reversed numbers are allowed (a step, an inversion).
+    /// The input for black and white; equal or reversed numbers are allowed (a step, an inversion).
     pub input: [f32; 2],
-    /// Exponent is 1/gamma: above 1 lightens the middle. > 0.
+    /// The exponent is 1/gamma: values above 1 brighten the midtones. > 0.
     pub gamma: f32,
-    /// Output for black and white.
+    /// The output for black and white.
     pub output: [f32; 2],
 }
 
-/// Stretches the input range to 0..1, limits it, bends it by gamma and stretches it to the output range.
+/// Maps the input range to 0..1 and clamps it, applies gamma, and maps it to the output range.
 pub fn levels(input: &[f32], out: &mut [f32], spec: &Levels) {
     let [low, high] = spec.input;
     let scale = inverse(high - low);
@@ -41,12 +41,12 @@ pub fn levels(input: &[f32], out: &mut [f32], spec: &Levels) {
     );
 }
 
-/// 1/x; for 0 and its neighbours a number so large that the result is a step.
+/// 1/x; for 0 and nearby numbers a number so large that the result is a step.
 pub(super) fn inverse(x: f32) -> f32 {
     if x.abs() < 1e-30 { 1e30 } else { 1.0 / x }
 }
 
-/// Multiplies everything by `factor`.
+/// Multiplies all values by `factor`.
 pub fn scale(plane: &mut [f32], factor: f32) {
     simd::dispatch(
         #[inline(always)]
@@ -58,7 +58,7 @@ pub fn scale(plane: &mut [f32], factor: f32) {
     );
 }
 
-/// Maps the range `from` linearly to the range `to`, limited to it if `limit`.
+/// Maps the range `from` linearly to the range `to`, clamped to it if `limit`.
 pub fn remap(input: &[f32], out: &mut [f32], from: [f32; 2], to: [f32; 2], limit: bool) {
     let scale = inverse(from[1] - from[0]);
     simd::dispatch(
@@ -81,7 +81,7 @@ pub fn invert(input: &[f32], out: &mut [f32]) {
     );
 }
 
-/// 0 below and 1 above `level`, with a smooth step that is `softness` wide in values; 0 is a hard edge.
+/// 0 below and 1 above `level`, with a smooth step of width `softness`; 0 is a hard edge.
 pub fn threshold(input: &[f32], out: &mut [f32], level: f32, softness: f32) {
     simd::dispatch(
         #[inline(always)]
@@ -95,7 +95,7 @@ pub fn threshold(input: &[f32], out: &mut [f32], level: f32, softness: f32) {
     );
 }
 
-/// 0 at `edges[0]`, 1 at `edges[1]`, the cubic step between; reversed edges fall.
+/// 0 at `edges[0]`, 1 at `edges[1]`, and a cubic step between; reversed edges give a falling step.
 pub fn smoothstep(input: &[f32], out: &mut [f32], edges: [f32; 2]) {
     let scale = inverse(edges[1] - edges[0]);
     simd::dispatch(
@@ -104,19 +104,19 @@ pub fn smoothstep(input: &[f32], out: &mut [f32], edges: [f32; 2]) {
     );
 }
 
-/// How colour runs from stop to stop.
+/// The interpolation of colours between stops.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Interpolation {
-    /// Along a straight line.
+    /// Straight lines.
     #[default]
     Linear,
-    /// Smoothly, level at the stops.
+    /// Smooth, with zero slope at the stops.
     Smooth,
-    /// The colour of the stop before, with hard edges.
+    /// The colour of the previous stop, with hard edges.
     Constant,
 }
 
-/// A colour ramp, computed without a table: exact at the stops and free of steps.
+/// A colour gradient, computed without a table: exact at the stops and without banding.
 #[derive(Clone, Debug)]
 pub struct Gradient {
     first: [f32; 3],
@@ -127,8 +127,8 @@ pub struct Gradient {
 }
 
 impl Gradient {
-    /// `stops` are positions (ascending) and linear-light colours; `oklab` mixes in that space (even to the eye)
-    /// rather than in linear light.
+    /// `stops` are positions (ascending) and linear-light colours; `oklab` interpolates in that space (perceptually
+    /// uniform) rather than in linear light.
     pub fn new(stops: &[(f32, [f32; 3])], interpolation: Interpolation, oklab: bool) -> Self {
         let color = |c: [f32; 3]| if oklab { linear_to_oklab(c) } else { c };
         let sections = stops.windows(2).map(|s| {
@@ -148,7 +148,7 @@ impl Gradient {
         }
     }
 
-    /// Colours `input` into linear-light planes.
+    /// Maps `input` to linear-light planes.
     pub fn apply(&self, input: &[f32], out: [&mut [f32]; 3]) {
         simd::dispatch(
             #[inline(always)]
@@ -217,7 +217,7 @@ pub fn linear_to_oklab([r, g, b]: [f32; 3]) -> [f32; 3] {
     ]
 }
 
-/// Oklab to linear light; colours outside the gamut are cut at 0.
+/// Oklab to linear light; components outside the gamut are clamped to 0.
 #[inline(always)]
 pub fn oklab_to_linear([l, a, b]: [f32; 3]) -> [f32; 3] {
     let cube = |x: f32| x * x * x;

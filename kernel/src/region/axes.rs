@@ -1,17 +1,17 @@
-//! Pieces in coordinates of their own.
+//! Pieces in their own coordinates.
 use super::pieces::{Pieces, Reach};
 use glam::DVec2;
 
 /// A picture of numbered pieces.
 #[derive(Clone, Copy, Debug)]
 pub struct Picture<'a> {
-    /// The numbers.
+    /// Ids.
     pub ids: &'a [f32],
-    /// Pixels of a row.
+    /// Pixels in a row.
     pub width: usize,
     /// The size of a pixel, mm.
     pub step: DVec2,
-    /// In which directions it goes on across the border.
+    /// Directions in which it wraps around.
     pub wrap: [bool; 2],
 }
 
@@ -39,15 +39,15 @@ impl Picture<'_> {
         x.iter().zip(y).map(both).collect()
     }
 
-    /// Calls `body(piece, away, pixels)` for runs of pixels, with the way from the piece's middle to the middle of the
-    /// run, mm, and its number of pixels.
+    /// Calls `body(piece, away, pixels)` for runs of pixels, with the vector in mm from the piece's middle to the
+    /// middle of the run, and its number of pixels.
     fn each(&self, pieces: &Pieces, middles: &[DVec2], mut body: impl FnMut(usize, DVec2, f64)) {
         let period = self.period();
         pieces.each(self.ids, self.width, |piece, y, from, to| {
             let at = DVec2::new(0.5 * (from + to) as f64, y as f64 + 0.5) * self.step;
             let left = DVec2::new((from as f64 + 0.5) * self.step.x, at.y);
             let right = DVec2::new((to as f64 - 0.5) * self.step.x, at.y);
-            // A run that leads across the middle's opposite is broken there.
+            // A run that crosses the point opposite to the middle is split there.
             let ends = [left, right].map(|end| nearest(end - middles[piece], period));
             if ends[0].x <= ends[1].x {
                 return body(piece, nearest(left - middles[piece], period) + (at - left), (to - from) as f64);
@@ -59,8 +59,8 @@ impl Picture<'_> {
         });
     }
 
-    /// The angle of the long side of each piece in radians, from +x towards +y, -π/2..π/2: the axis about which its
-    /// area turns most easily. 0 for one that is as long in all directions.
+    /// Angle of the long side of each piece in radians, from +x towards +y, -π/2..π/2: the axis with the least moment
+    /// of inertia. 0 for a piece with equal moments in all directions.
     pub fn long_sides(&self, pieces: &Pieces, middles: &[DVec2]) -> Vec<f64> {
         let mut sums = vec![[0.0; 6]; pieces.ids.len()];
         self.each(pieces, middles, |piece, at, n| {
@@ -77,8 +77,8 @@ impl Picture<'_> {
         sums.iter().map(angle).collect()
     }
 
-    /// How far pieces reach from their middles along axes of their own, whose x is turned by `angles` (radians): the
-    /// least and the largest x, and y.
+    /// Extents of pieces from their middles along axes whose x is turned by `angles` (radians): the least and the
+    /// largest x, and y.
     pub fn extents(&self, pieces: &Pieces, middles: &[DVec2], angles: &[f64]) -> Vec<[f64; 4]> {
         let axes: Vec<DVec2> = angles.iter().map(|a| DVec2::new(libm::cos(*a), libm::sin(*a))).collect();
         let mut extents = vec![[f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY]; axes.len()];
@@ -98,7 +98,7 @@ impl Picture<'_> {
     }
 }
 
-/// The shortest way that leads to the same place where things repeat after `period`; 0 where they do not.
+/// The shortest vector equivalent to `away` under `period`; a period of 0 means no repeat.
 #[inline]
 pub fn nearest(away: DVec2, period: DVec2) -> DVec2 {
     let one = |d: f64, period: f64| if period > 0.0 { d - period * (d / period).round() } else { d };
@@ -111,12 +111,12 @@ mod tests {
     use crate::region::pieces::reaches;
     use std::f64::consts::PI;
 
-    /// An angle of an axis, which has no front, in -π/2..π/2.
+    /// Angle of an axis without orientation, in -π/2..π/2.
     fn axis(angle: f64) -> f64 {
         angle - PI * (angle / PI).round()
     }
 
-    /// A bar of 20 × 4 mm, turned and moved across the border: its long side, middle and extents are found.
+    /// Measures a bar of 20 × 4 mm, turned and moved across the border: its long side, middle and extents.
     #[test]
     fn a_bar_is_measured() {
         for (degrees, center, wrap) in [

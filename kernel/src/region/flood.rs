@@ -1,15 +1,15 @@
-//! The connected pieces of a mask.
+//! Connected components of a mask.
 //!
-//! Runs of pixels of each row are joined with those that they touch in the row before (union-find by runs). Cost:
-//! O(pixels).
+//! The runs of pixels of each row are joined with the runs that they touch in the previous row (union-find over runs).
+//! Cost: O(pixels).
 
-/// A run of pixels inside of the mask: from the first to one past the last.
+/// A run of pixels inside the mask: the first pixel and one past the last.
 type Run = [u32; 2];
 
-/// Runs, and for each of them another one of the same piece, which comes before it; the first of a piece names itself.
+/// Runs with their union-find links: an earlier run of the same piece; the first run of a piece links to itself.
 struct Forest {
     runs: Vec<Run>,
-    /// Where the runs of each row begin; one more than there are rows.
+    /// Index of the first run of each row; one more entry marks the end.
     rows: Vec<usize>,
     before: Vec<usize>,
 }
@@ -17,7 +17,7 @@ struct Forest {
 impl Forest {
     fn first(&mut self, mut run: usize) -> usize {
         while self.before[run] != run {
-            // Halves the way for the next time.
+            // Path halving.
             self.before[run] = self.before[self.before[run]];
             run = self.before[run];
         }
@@ -59,9 +59,9 @@ impl Forest {
     }
 }
 
-/// Numbers the pieces of `mask`, a picture with rows of `width` pixels: what is at least ½ and connected by the sides
-/// of pixels, also across the border in the directions that `wrap`. Pieces are numbered from 1 by their first pixels in
-/// reading order; the rest is 0. Gives how many there are.
+/// Numbers the pieces of `mask`, a picture with rows of `width` pixels: pixels of at least ½, connected by their sides,
+/// also across the border in the directions that `wrap`. Pieces are numbered from 1 by their first pixels in reading
+/// order; other pixels get 0. Returns the number of pieces.
 pub fn label(mask: &[f32], width: usize, wrap: [bool; 2], ids: &mut [f32]) -> usize {
     let mut forest = Forest { runs: Vec::new(), rows: vec![0], before: Vec::new() };
     for (y, row) in mask.chunks_exact(width.max(1)).enumerate() {
@@ -99,7 +99,7 @@ mod tests {
     use super::*;
     use crate::ground::hash::Hash;
 
-    /// Pieces by walking from pixel to pixel, started in reading order.
+    /// Labels pieces by walking from pixel to pixel, started in reading order.
     fn walked(mask: &[f32], [w, h]: [usize; 2], wrap: [bool; 2]) -> Vec<f32> {
         let (mut ids, mut count) = (vec![0.0; mask.len()], 0.0);
         for start in 0..mask.len() {
@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_are_those_that_a_walk_finds() {
+    fn finds_the_pieces_of_a_flood_fill() {
         for (seed, [w, h]) in [(1, [40, 30]), (2, [7, 50]), (3, [64, 1]), (4, [1, 20]), (5, [1, 1]), (6, [33, 33])] {
             for share in [0.3_f32, 0.55, 0.62, 0.8, 1.0] {
                 for wrap in [[false, false], [true, false], [false, true], [true, true]] {

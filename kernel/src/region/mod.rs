@@ -1,4 +1,4 @@
-//! Pieces of pictures: connected parts of masks, and what is measured of numbered pieces.
+//! Pieces of pictures: connected components of masks, and measurements of numbered pieces.
 
 pub mod axes;
 pub mod flood;

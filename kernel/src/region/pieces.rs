@@ -1,21 +1,21 @@
-//! What is measured of numbered pieces: area, bounding box, means.
+//! Measurements of numbered pieces: area, bounding box, means.
 use std::collections::HashMap;
 
-/// The numbers of pieces, in order, and how many pixels each has.
+/// The sorted ids of pieces, and their numbers of pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pieces {
-    /// The numbers, from the least.
+    /// Ids, ascending.
     pub ids: Vec<f32>,
-    /// The pixels of each.
+    /// Pixels of each.
     pub area: Vec<u64>,
 }
 
-/// A whole number below 2^32.
+/// Narrows an integer below 2^32.
 pub(super) fn index(i: usize) -> u32 {
     u32::try_from(i).unwrap_or(u32::MAX)
 }
 
-/// Calls `body(from, to)` for runs of pixels with the same number.
+/// Calls `body(from, to)` for runs of pixels with the same id.
 pub fn runs(ids: &[f32], mut body: impl FnMut(usize, usize)) {
     let mut from = 0;
     for run in ids.chunk_by(|a, b| a == b) {
@@ -24,14 +24,14 @@ pub fn runs(ids: &[f32], mut body: impl FnMut(usize, usize)) {
     }
 }
 
-/// Numbers below this one are counted in a table.
+/// Ids below this are counted in a table.
 const SMALL: usize = 1 << 18;
 
 impl Pieces {
-    /// Those of a picture.
+    /// Finds the pieces of a picture.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to small whole numbers")]
     pub fn of(ids: &[f32]) -> Self {
-        // Small whole numbers, as nearly all are, have a place in a table; others are looked up.
+        // Small integers, which nearly all ids are, are counted in a table; others in a map.
         let mut small: Vec<u64> = Vec::new();
         let mut found: HashMap<u32, u64> = HashMap::new();
         runs(ids, |from, to| {
@@ -53,7 +53,7 @@ impl Pieces {
         Self { ids, area }
     }
 
-    /// Calls `body(piece, y, from, to)` for runs of pixels of a picture with rows of `width`, the piece by its place in
+    /// Calls `body(piece, y, from, to)` for runs of pixels of a picture with rows of `width`; `piece` is the index in
     /// the list.
     pub fn each(&self, ids: &[f32], width: usize, mut body: impl FnMut(usize, usize, usize, usize)) {
         for (y, row) in ids.chunks_exact(width.max(1)).enumerate() {
@@ -62,10 +62,10 @@ impl Pieces {
     }
 }
 
-/// The place of a number in a list that is in order; of one that is not there, the nearest after it.
+/// Lower bound of `id` in sorted `ids`.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a float cast saturates")]
 pub fn find(ids: &[f32], id: f32) -> usize {
-    // Where numbers follow each other without a gap, each is at once at its place.
+    // For consecutive ids the index follows directly.
     let likely = (id - ids.first().copied().unwrap_or(0.0)) as usize;
     if ids.get(likely) == Some(&id) {
         return likely;
@@ -73,16 +73,16 @@ pub fn find(ids: &[f32], id: f32) -> usize {
     ids.partition_point(|known| *known < id).min(ids.len().saturating_sub(1))
 }
 
-/// From where to where a piece reaches in one direction of a picture: its first pixel, and how many from there.
+/// Extent of a piece in one direction of a picture, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reach {
-    /// The first.
+    /// The first pixel.
     pub start: usize,
-    /// How many.
+    /// Number of pixels.
     pub length: usize,
 }
 
-/// How far pieces reach in x and in y; in a direction that wraps, across the border by the shortest way.
+/// Extents of pieces in x and in y; in a direction that wraps, the shortest extent, which may cross the border.
 pub fn reaches(pieces: &Pieces, ids: &[f32], width: usize, wrap: [bool; 2]) -> [Vec<Reach>; 2] {
     let height = ids.len() / width.max(1);
     let mut ends = [vec![[usize::MAX, 0]; pieces.ids.len()], vec![[usize::MAX, 0]; pieces.ids.len()]];
@@ -94,7 +94,8 @@ pub fn reaches(pieces: &Pieces, ids: &[f32], width: usize, wrap: [bool; 2]) -> [
     let sides = [width, height];
     std::array::from_fn(|axis| {
         let side = sides[axis];
-        // Only a piece at both borders may go across: for those it is found which lines of pixels are free of them.
+        // Only a piece that touches both borders may cross: for such pieces the lines of pixels without any of them are
+        // found.
         let mut taken: HashMap<usize, Vec<bool>> = HashMap::new();
         for (piece, [start, end]) in ends[axis].iter().enumerate() {
             if wrap[axis] && *start == 0 && *end == side {
@@ -117,11 +118,11 @@ pub fn reaches(pieces: &Pieces, ids: &[f32], width: usize, wrap: [bool; 2]) -> [
     })
 }
 
-/// The shortest way round that holds all lines that are taken: it begins after the longest gap.
+/// The shortest cyclic range that contains all `taken` lines: it begins after the longest gap.
 fn around(taken: &[bool]) -> Reach {
     let n = taken.len();
     let (mut longest, mut at) = (0, 0);
-    // The first line is taken, so no gap goes across the border.
+    // The first line is taken, so no gap crosses the border.
     let mut from = 0;
     for run in taken.chunk_by(|a, b| a == b) {
         if !run[0] && run.len() > longest {
@@ -137,8 +138,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_of_all_kinds_are_counted() {
-        // Gaps, fractions, negative and large ones, and both zeros.
+    fn counts_ids_of_all_kinds() {
+        // Gaps, fractions, negative and large ids, and both zeros.
         let ids = [3.0, 3.0, -2.0, 0.0, -0.0, 0.5, 16_777_215.0, 3.0, 262_143.0, 262_144.0, 9.0, -2.0];
         let pieces = Pieces::of(&ids);
         assert_eq!(pieces.ids, [-2.0, 0.0, 0.5, 3.0, 9.0, 262_143.0, 262_144.0, 16_777_215.0]);
@@ -152,8 +153,8 @@ mod tests {
     }
 
     #[test]
-    fn boxes_go_across_the_border_where_it_wraps() {
-        // Eight pixels a row. The first piece: columns 6, 7, 0 and rows 3 and 0; the second one all of a row.
+    fn reaches_cross_the_border_where_it_wraps() {
+        // Eight pixels a row. The first piece has columns 6, 7, 0 and rows 3 and 0; the second one all of a row.
         let rows = ["10000011", "00000000", "22222222", "00000011"];
         let ids: Vec<f32> = rows.iter().flat_map(|row| row.bytes()).map(|b| f32::from(b - b'0')).collect();
         let pieces = Pieces::of(&ids);

@@ -1,8 +1,8 @@
-//! A picture and its halves, laid out for reading between pixels.
+//! A picture and its reduced sizes, in a memory layout for interpolation.
 //!
-//! Each value is kept beside the one below it, so that the four that surround a place are next to each other in memory; around
-//! the picture its border is repeated once. Beside each size lie upper bounds of it, which tell what cannot be seen without reading
-//! between pixels.
+//! Each value is stored beside the one below it, so that the four values around a position are adjacent in memory. The
+//! border of the picture is repeated once around it. Each size has upper bounds of its texels, which show without
+//! interpolation that a stamp is hidden.
 use crate::filter::sample::{Outside, Pyramid};
 
 /// One size of the picture.
@@ -12,26 +12,26 @@ pub struct Level {
     pub w: usize,
     /// Rows.
     pub h: usize,
-    /// Where it begins.
+    /// Offset of its values.
     start: usize,
-    /// Where its bounds begin.
+    /// Offset of its bounds.
     peaks: usize,
 }
 
 /// Texels along the side of a cell of the bounds.
 const CELL: usize = 2;
 
-/// A bound holds for its cell and for so many cells around it; the larger one where the smaller one is not enough.
+/// A bound holds for its cell and this number of cells around it; the second one is used where the first is too small.
 const RINGS: [usize; 2] = [3, 4];
 
 impl Level {
-    /// Values from one row to the next.
+    /// Offset from one row to the next.
     #[inline(always)]
     pub(super) const fn stride(&self) -> usize {
         2 * (self.w + 2)
     }
 
-    /// Where it begins.
+    /// Offset of its values.
     #[inline(always)]
     pub(super) const fn start(&self) -> usize {
         self.start
@@ -42,7 +42,7 @@ impl Level {
         [self.w.div_ceil(CELL), self.h.div_ceil(CELL)]
     }
 
-    /// A number that no texel within `reach` texels of a place exceeds, in both directions; infinite if none is known.
+    /// Upper bound of the texels within `reach` texels of a position, in both directions; infinite if none is stored.
     #[inline(always)]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the picture")]
     pub(super) fn peak(&self, data: &[f32], at: [f32; 2], reach: f32) -> f32 {
@@ -52,13 +52,13 @@ impl Level {
         data[self.peaks + (ring * h + cell(at[1], h)) * w + cell(at[0], w)]
     }
 
-    /// A number that no texel exceeds.
+    /// Upper bound of all texels.
     #[inline(always)]
     pub(super) fn summit(&self, data: &[f32]) -> f32 {
         data[self.peaks + RINGS.len() * self.cells()[0] * self.cells()[1]]
     }
 
-    /// Fills in the bounds.
+    /// Computes the bounds.
     fn bound(&self, data: &[f32], out: &mut [f32]) {
         let out = &mut out[self.peaks..];
         let ([w, h], mut columns) = (self.cells(), vec![0.0; self.cells()[0] * self.h]);
@@ -83,7 +83,7 @@ impl Level {
     }
 }
 
-/// Where the sizes of a picture lie.
+/// Memory layout of the sizes of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layout {
     levels: Vec<Level>,
@@ -91,7 +91,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Of a picture of `w` × `h` pixels, at least one each way.
+    /// The layout of a picture of `w` × `h` pixels, at least one each way.
     pub fn new(w: usize, h: usize) -> Self {
         let (mut levels, mut len) = (Vec::new(), 0);
         let (mut w, mut h) = (w.max(1), h.max(1));
@@ -106,12 +106,12 @@ impl Layout {
         }
     }
 
-    /// How many values it takes.
+    /// Number of values.
     pub const fn len(&self) -> usize {
         self.len
     }
 
-    /// Never.
+    /// Returns false: a layout is never empty.
     pub const fn is_empty(&self) -> bool {
         self.len == 0
     }
@@ -121,10 +121,10 @@ impl Layout {
         &self.levels
     }
 
-    /// Lays out a picture of the first size.
+    /// Fills `out` with the layout of a picture of the first size.
     ///
     /// # Panics
-    /// If `out` is shorter than [`len`](Self::len), or `data` is no such picture.
+    /// If `out` is shorter than [`len`](Self::len), or `data` has another size.
     pub fn build(&self, data: Vec<f32>, out: &mut [f32]) {
         let first = self.levels[0];
         let pyramid = Pyramid::new(data, first.w, first.h, [Outside::Clamp; 2]);

@@ -1,44 +1,44 @@
-//! Which stamps are seen in which blocks of a window. What a block shows already, or what is drawn over it later, hides most of
-//! the stamps where many overlap, and those are not drawn there. That never changes a bit of the result.
+//! Occlusion culling of stamps per block of a window. Where many stamps overlap, most are hidden by the content of a
+//! block, or by later stamps; those are not drawn there. Culling never changes a bit of the result.
 use super::atlas::Layout;
 use super::set::{Near, StampSet};
-use super::span::{Placed, SIDE, Span};
+use super::span::{PlacedStamp, SIDE, Span};
 use crate::ground::number::index_u32;
 use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;
 
-/// How often a window asks whether to stop: once in so many stamps.
+/// Number of stamps between two checks of `stop`.
 const AT_ONCE: u32 = 256;
 
-/// What hides a stamp.
+/// Conditions under which a stamp is hidden.
 pub(super) enum Hidden<'a> {
-    /// Nothing.
+    /// Nothing hides a stamp.
     Never,
-    /// What is there already, if that is nowhere less than these pictures times the stamp's value, or 0 if `zero` is true. In
-    /// `any_order` the result does not depend on the order.
+    /// The block's content hides a stamp if it is nowhere less than these pictures times the stamp's value (or than 0
+    /// if `zero`). `any_order`: the result does not depend on the order of drawing.
     Below { pictures: &'a [&'a [f32]], zero: bool, any_order: bool },
-    /// What is there already, if that is nowhere less than 1.
+    /// The block's content hides a stamp if it is nowhere less than 1.
     Full,
-    /// A later stamp that covers the whole block; stamps are opaque.
+    /// A later stamp that covers the whole block hides it; stamps are opaque.
     Later,
 }
 
-/// A block in which a stamp is seen.
-pub(super) struct Block {
-    /// The stamp's place in the order of drawing.
+/// A block in which a stamp is visible.
+pub(super) struct StampBlock {
+    /// Index of the stamp.
     pub(super) number: u32,
-    /// The factor on its values.
+    /// Factor on the stamp's values.
     pub(super) value: f32,
-    /// The first pixel in the planes.
+    /// Offset of the first pixel in the planes.
     at: usize,
-    /// From one row of the planes to the next.
+    /// Offset from one row of the planes to the next.
     stride: usize,
     columns: usize,
     rows: usize,
 }
 
-impl Block {
-    /// Changes a plane: `change(pixel of the block, value)`; returns the least value that is then there.
+impl StampBlock {
+    /// Changes a plane by `change(pixel of the block, value)`.
     #[inline(always)]
     pub(super) fn draw<T: Copy>(&self, plane: &mut [T], mut change: impl FnMut(usize, &mut T)) {
         for row in 0..self.rows {
@@ -55,7 +55,7 @@ impl Block {
         }
     }
 
-    /// The least value of a plane.
+    /// The smallest value of a plane in the block.
     #[inline(always)]
     pub(super) fn least(&self, plane: &[f32]) -> f32 {
         let lower = |a: f32, b: f32| if b < a { b } else { a };
@@ -73,7 +73,7 @@ impl Block {
         least.into_iter().fold(f32::INFINITY, lower)
     }
 
-    /// Calls for every pixel of the window: `visit(pixel of the block, pixel of the planes)`.
+    /// Calls `visit(pixel of the block, pixel of the planes)` for every pixel of the block.
     #[inline(always)]
     pub(super) fn pixels(&self, mut visit: impl FnMut(usize, usize)) {
         for row in 0..self.rows {
@@ -84,20 +84,20 @@ impl Block {
     }
 }
 
-/// A stamp in the blocks of a window.
+/// A stamp laid out for the blocks of a window.
 struct Laid {
-    placed: Placed,
+    placed: PlacedStamp,
     value: f32,
-    /// How far the pixels of a block lie from its middle, texels.
+    /// Maximum distance of a block's pixels from its middle, in texels.
     reach: [f32; 2],
-    /// Of the picture, texels.
+    /// Size of the picture, in texels.
     size: [f32; 2],
-    /// How wide the soft edge is inside and outside, texels.
+    /// Width of the soft edge inside and outside, in texels.
     edge: [f32; 2],
 }
 
 impl Laid {
-    /// Whether it may touch a block.
+    /// Returns whether the stamp may touch a block.
     #[inline(always)]
     fn touches(&self, middle: [f32; 2]) -> bool {
         (0..2).all(|k| {
@@ -106,7 +106,7 @@ impl Laid {
         })
     }
 
-    /// Whether it covers every pixel of a block.
+    /// Returns whether the stamp covers every pixel of a block.
     #[inline(always)]
     fn covers(&self, middle: [f32; 2]) -> bool {
         (0..2).all(|k| {
@@ -115,26 +115,26 @@ impl Laid {
         })
     }
 
-    /// The most that it can be in a block.
+    /// Upper bound of the stamp's values in a block.
     #[inline(always)]
     fn peak(&self, picture: &[f32], middle: [f32; 2], zero: bool) -> f32 {
-        // Values between texels lie within a texel.
+        // Interpolation reads up to one texel farther.
         let reach = self.reach[0].max(self.reach[1]) + 1.0;
         self.at_most(self.placed.level().peak(picture, middle, reach), zero)
     }
 
-    /// The most that it can be anywhere.
+    /// Upper bound of the stamp's values.
     fn summit(&self, picture: &[f32], zero: bool) -> f32 {
         self.at_most(self.placed.level().summit(picture), zero)
     }
 
-    /// The most that it can be where texels are at most `texel`.
+    /// Upper bound of the stamp's values if its texels are at most `texel`.
     #[inline(always)]
     fn at_most(&self, texel: f32, zero: bool) -> f32 {
         if self.value < 0.0 {
             return f32::INFINITY;
         }
-        // Rounding adds some millionths.
+        // Allow for rounding, a few millionths.
         let most = texel * self.value;
         let most = most + 1e-5 * most.abs();
         if zero { most.max(0.0) } else { most }
@@ -156,15 +156,15 @@ impl<'a> Blocks<'a> {
         Self { set, layout, frame, columns, rows }
     }
 
-    /// Visits the blocks in which a stamp may be seen, stamp by stamp in the order of drawing, until `stop` is true. `visit` gets the
-    /// block, where its pixels lie, and a number for each of the pictures that can be hidden (one without any), in which it leaves
-    /// the least value that the block then shows.
+    /// Visits the blocks in which a stamp may be visible, stamp by stamp in the order of drawing, until `stop` returns
+    /// true. `visit` gets the block, the positions of its pixels, and one number per picture of [`Hidden::Below`] (one
+    /// for other rules), in which it stores the smallest value of the block after drawing.
     #[inline(always)]
     pub(super) fn each(
         &self,
         stop: &dyn Fn() -> bool,
         hidden: &Hidden<'_>,
-        mut visit: impl FnMut(&Block, &mut Span, &mut [f32]),
+        mut visit: impl FnMut(&StampBlock, &mut Span, &mut [f32]),
     ) {
         let (rect, stamps) = (self.frame.window, self.set.stamps());
         let mut near = self.set.near(self.frame);
@@ -172,7 +172,7 @@ impl<'a> Blocks<'a> {
         if let Hidden::Below { pictures, any_order, .. } = hidden {
             width = pictures.len().max(1);
             if *any_order {
-                // High ones first: they hide most.
+                // Large values first: they hide most.
                 near.sort_by(|a, b| stamps[b.stamp as usize].value.total_cmp(&stamps[a.stamp as usize].value));
             }
         }
@@ -223,16 +223,16 @@ impl<'a> Blocks<'a> {
     fn laid(&self, near: &Near) -> Laid {
         let stamp = &self.set.stamps()[near.stamp as usize];
         let shift = DVec2::new(f64::from(near.copy[0]), f64::from(near.copy[1])) * self.set.period();
-        let placed = Placed::new(stamp, shift, self.layout.levels(), self.frame);
+        let placed = PlacedStamp::new(stamp, shift, self.layout.levels(), self.frame);
         let ((size, edge), reach) = (placed.outline(), placed.reach());
         Laid { placed, value: stamp.value, reach, size, edge }
     }
 
     #[inline(always)]
-    fn block(&self, number: u32, value: f32, [i, j]: [usize; 2]) -> Block {
+    fn block(&self, number: u32, value: f32, [i, j]: [usize; 2]) -> StampBlock {
         let rect = self.frame.window;
         let (x, y) = (SIDE * i, SIDE * j);
-        Block {
+        StampBlock {
             number,
             value,
             at: y * rect.columns() + x,
@@ -242,7 +242,7 @@ impl<'a> Blocks<'a> {
         }
     }
 
-    /// For each block the last of the stamps that covers all of it; nothing is found unless it is `wanted`.
+    /// For each block the last stamp that covers all of it; 0 unless `wanted`.
     fn covered(&self, stop: &dyn Fn() -> bool, wanted: bool, near: &[Near]) -> Vec<u32> {
         let (rect, mut last) = (self.frame.window, vec![0; self.columns * self.rows]);
         let mut open = if wanted { last.len() } else { 0 };

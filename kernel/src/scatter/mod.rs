@@ -1,7 +1,8 @@
 //! Stamps scattered on the canvas, and strands that follow a field.
 //!
-//! A picture is stamped many times, each stamp with a place, a size, a turn and a value of its own. [`set::StampSet`] finds those
-//! near a window, [`paint`] draws them. A window costs what overlaps it, and has the same bits as the crop of a larger one.
+//! A picture is stamped many times; each stamp has its own position, size, rotation and value. [`set::StampSet`] finds
+//! the stamps near a window, [`paint`] draws them. The cost of a window depends on the stamps that overlap it, and its
+//! bits are those of the crop of a larger window.
 
 pub mod atlas;
 mod blocks;

@@ -1,6 +1,6 @@
-//! Stamps drawn into a window.
+//! Draws stamps into a window.
 use super::atlas::Layout;
-use super::blocks::{Block, Blocks, Hidden};
+use super::blocks::{Blocks, Hidden, StampBlock};
 use super::set::StampSet;
 use super::span::{BLOCK, Span, Values};
 use crate::ground::math::{atan2_degrees, lerp, saturate};
@@ -11,7 +11,7 @@ use glam::{DVec2, Vec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What is seen where stamps overlap.
+/// Result where stamps overlap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Overlap {
     /// The largest value, channel by channel.
@@ -19,64 +19,64 @@ pub enum Overlap {
     Max,
     /// The sum.
     Add,
-    /// The stamp that was drawn last.
+    /// The stamp drawn last.
     Over,
-    /// The stamp that is highest there.
+    /// The stamp that is highest at the pixel.
     ByHeight,
 }
 
-/// What a stamp does to its content.
+/// Effect of a stamp on its content.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Content {
-    /// It is multiplied by the value of the stamp.
+    /// Multiplies it by the value of the stamp.
     #[default]
     Scaled,
-    /// Nothing.
+    /// No effect.
     Steady,
-    /// The content is an angle in degrees, from +x towards +y: it turns with the stamp. Angles are not mixed.
+    /// The content is an angle in degrees, from +x towards +y, which rotates with the stamp. Angles are not blended.
     Angle,
 }
 
-/// What is stamped: pictures laid out by a [`Layout`].
+/// The pictures to stamp, in the layout of a [`Layout`].
 #[derive(Clone, Debug)]
 pub struct Source<'a> {
-    /// How they are laid out.
+    /// Their layout.
     pub layout: &'a Layout,
-    /// The channels of the content; at least one.
+    /// Channels of the content; at least one.
     pub values: Vec<&'a [f32]>,
-    /// How opaque it is, 0..1; opaque if there is none.
+    /// Opacity, 0..1; opaque if `None`.
     pub shape: Option<&'a [f32]>,
-    /// How high it is, for [`Overlap::ByHeight`]; the first channel if there is none.
+    /// Height, for [`Overlap::ByHeight`]; the first channel if `None`.
     pub height: Option<&'a [f32]>,
-    /// What becomes of the content; heights are multiplied by the value of the stamp in any case.
+    /// Effect on the content; heights are always multiplied by the value of the stamp.
     pub content: Content,
-    /// For [`Overlap::ByHeight`]: how high the ground is in the window; what lies below it is not seen.
+    /// For [`Overlap::ByHeight`]: height of the ground in the window; stamps below it are hidden.
     pub ground: Option<&'a [f32]>,
 }
 
 impl<'a> Source<'a> {
-    /// Opaque pictures, multiplied by the values of the stamps, on no ground.
+    /// Opaque pictures, multiplied by the values of the stamps, without ground.
     pub fn new(layout: &'a Layout, values: Vec<&'a [f32]>) -> Self {
         Self { layout, values, shape: None, height: None, content: Content::Scaled, ground: None }
     }
 }
 
-/// What is drawn.
+/// Output of [`paint`].
 pub enum Target<'a> {
     /// The content, into planes that hold the background.
     Values(Vec<&'a mut [f32]>),
-    /// How much is covered, 0..1, into a plane of zeros.
+    /// Coverage, 0..1, into a plane of zeros.
     Cover(&'a mut [f32]),
-    /// The numbers of stamps, into a plane of zeros.
+    /// Ids of stamps, into a plane of zeros.
     Ids(&'a mut [f32]),
-    /// mm from the middle of the stamp along its own axes, into planes of zeros.
+    /// Offset in mm from the middle of the stamp along its own axes, into planes of zeros.
     Local([&'a mut [f32]; 2]),
 }
 
-/// No stamp.
+/// Marks a pixel without a stamp.
 const NONE: u32 = u32::MAX;
 
-/// What decides which stamp is seen, in a block of pixels.
+/// Coverage and height of a stamp in a block, which decide its visibility.
 struct Texels {
     cover: Values,
     height: Values,
@@ -89,8 +89,8 @@ struct Painter<'a> {
     frame: &'a Frame,
 }
 
-/// Draws the stamps that touch a window; once `stop` is true, with whatever is drawn by then. O(stamps near + the pixels in which they
-/// are seen).
+/// Draws the stamps that touch a window; incomplete if `stop` returned true. O(stamps near + the pixels in which they
+/// are visible).
 ///
 /// # Panics
 /// If planes are shorter than the window, or there is no content.
@@ -127,7 +127,7 @@ pub fn paint(
     }
 }
 
-/// A value over another one: exactly that value where it covers the pixel.
+/// Blends a value over another one; exact where it covers the whole pixel.
 #[inline(always)]
 fn over(out: f32, value: f32, cover: f32) -> f32 {
     if cover < 1.0 { lerp(out, value, cover) } else { value }
@@ -138,12 +138,12 @@ impl Painter<'_> {
         Blocks::new(self.set, self.source.layout, self.frame)
     }
 
-    /// What hides a stamp where the last one is seen.
+    /// The rule of [`Overlap::Over`] for hidden stamps.
     const fn under(&self) -> Hidden<'static> {
         if self.source.shape.is_some() { Hidden::Never } else { Hidden::Later }
     }
 
-    /// The pictures that decide which stamp is highest.
+    /// The pictures that decide the highest stamp.
     fn heights(&self) -> &[&[f32]] {
         match &self.source.height {
             Some(height) if self.overlap == Overlap::ByHeight => std::slice::from_ref(height),
@@ -151,7 +151,7 @@ impl Painter<'_> {
         }
     }
 
-    /// Draws the content by a rule for the value that is there, that of the stamp, and how much it covers.
+    /// Draws the content by a rule for the existing value, the stamp's value, and its coverage.
     #[inline(always)]
     fn blend(
         &self,
@@ -186,9 +186,9 @@ impl Painter<'_> {
         );
     }
 
-    /// Reads a channel of the content; returns what it must be multiplied by.
+    /// Reads a channel of the content; returns the factor on it.
     #[inline(always)]
-    fn content(&self, data: &[f32], block: &Block, span: &mut Span, values: &mut Values) -> f32 {
+    fn content(&self, data: &[f32], block: &StampBlock, span: &mut Span, values: &mut Values) -> f32 {
         span.read(data, values);
         match self.source.content {
             Content::Scaled => return block.value,
@@ -202,7 +202,7 @@ impl Painter<'_> {
         1.0
     }
 
-    /// How much of the content is seen where the stamp covers so much.
+    /// Coverage for blending the content; angles have hard edges.
     #[inline(always)]
     fn edges(&self, mut cover: Values) -> Values {
         if self.source.content == Content::Angle {
@@ -211,13 +211,13 @@ impl Painter<'_> {
         cover
     }
 
-    /// How high the ground is.
+    /// Height of the ground.
     fn ground(&self) -> Vec<f32> {
         let ground = self.source.ground.filter(|_| self.overlap == Overlap::ByHeight);
         ground.map_or_else(|| vec![f32::NEG_INFINITY; self.frame.window.len()], <[f32]>::to_vec)
     }
 
-    /// How opaque the stamp is at the pixels, 0..1.
+    /// Opacity of the stamp at the pixels, 0..1.
     #[inline(always)]
     fn opacity(&self, span: &mut Span) -> Values {
         let mut cover = span.cover;
@@ -231,7 +231,7 @@ impl Painter<'_> {
         cover
     }
 
-    /// What decides which stamp is seen.
+    /// Coverage and height of a stamp in a block.
     #[inline(always)]
     fn texels(&self, factor: f32, span: &mut Span) -> Texels {
         let mut texels = Texels { cover: self.opacity(span), height: [0.0; BLOCK] };
@@ -245,7 +245,7 @@ impl Painter<'_> {
         texels
     }
 
-    /// By height: the highest so far is seen, softly at the edges of what lies over others.
+    /// Draws by height: the highest stamp so far is visible, with soft edges over the others.
     fn highest(&self, stop: &dyn Fn() -> bool, planes: &mut [&mut [f32]]) {
         simd::dispatch(
             #[inline(always)]
@@ -308,7 +308,7 @@ impl Painter<'_> {
         );
     }
 
-    /// The stamp that is seen at each pixel: the last, the highest, or the one of the largest value.
+    /// The visible stamp at each pixel: the last, the highest, or the one with the largest value.
     fn seen(&self, stop: &dyn Fn() -> bool) -> Vec<u32> {
         let area = self.frame.window.len();
         let (mut tops, mut seen) = (self.ground(), vec![NONE; area]);
@@ -355,7 +355,7 @@ impl Painter<'_> {
             let Some(stamp) = self.set.stamps().get(number as usize) else { continue };
             let at =
                 DVec2::from(self.frame.center(rect.x + index(k % rect.columns()), rect.y + index(k / rect.columns())));
-            // The copy that is nearest; a stamp larger than the canvas is seen by its nearest copy too.
+            // Use the nearest copy, also for a stamp larger than the canvas.
             let away = at - stamp.center;
             let turns =
                 DVec2::select(period.cmpgt(DVec2::ZERO), (away / period.max(DVec2::splat(1e-9))).round(), DVec2::ZERO);
@@ -366,8 +366,7 @@ impl Painter<'_> {
     }
 }
 
-/// The number of pixels that the largest of some stamps has along its sides on a grid of this step, for a canvas that
-/// is stamped whole: at most `most`.
+/// Side of the largest stamp in pixels, on a grid of this step, for a canvas that is stamped whole: at most `most`.
 pub fn resolution(half: Vec2, step: [f64; 2], most: u32) -> [u32; 2] {
     let pixel = (step[0] * step[1]).sqrt();
     let pixels = |half: f32| narrow((2.0 * f64::from(half) / pixel).ceil().clamp(1.0, f64::from(most)));

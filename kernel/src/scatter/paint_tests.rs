@@ -42,7 +42,7 @@ fn drawn(overlap: Overlap, frame: &Frame, background: f32, shape: bool) -> Vec<f
     out
 }
 
-/// The same by hand: every stamp in every copy, its dome by formula.
+/// The same by brute force: every stamp in every copy, with the formula of the dome.
 fn by_hand(overlap: Overlap, p: DVec2, background: f64) -> f64 {
     let (mut out, mut top) = (background, f64::NEG_INFINITY);
     for s in stamps() {
@@ -70,7 +70,7 @@ fn by_hand(overlap: Overlap, p: DVec2, background: f64) -> f64 {
 }
 
 #[test]
-fn stamps_are_those_of_the_formula() {
+fn matches_formula_of_stamps() {
     let frame = Frame::new(Window::of(0, 0, 240, 160), [0.125, 0.125]);
     for overlap in [Overlap::Max, Overlap::Add, Overlap::Over, Overlap::ByHeight] {
         for shape in [false, true] {
@@ -78,7 +78,7 @@ fn stamps_are_those_of_the_formula() {
             let mut off = 0;
             for (k, got) in (0..).zip(&got) {
                 let want = by_hand(overlap, DVec2::from(frame.center(k % 240, k / 240)), 0.0);
-                // Pixels at an edge are covered in part.
+                // Pixels at an edge are partly covered.
                 off += u32::from((f64::from(*got) - want).abs() > 0.03);
             }
             assert!(off < 240 * 160 / 100, "{overlap:?} {shape}: {off} pixels are off");
@@ -100,7 +100,7 @@ fn windows_are_crops() {
 }
 
 #[test]
-fn numbers_and_places_are_those_of_the_stamp_on_top() {
+fn returns_id_and_position_of_top_stamp() {
     let frame = Frame::new(Window::of(0, 0, 240, 160), [0.125, 0.125]);
     let layout = Layout::new(8, 8);
     let mut data = vec![0.0; layout.len()];
@@ -114,7 +114,7 @@ fn numbers_and_places_are_those_of_the_stamp_on_top() {
     let mut counts = [0; 5];
     for k in 0..ids.len() {
         counts[ids[k] as usize] += 1;
-        // Two that cover a little less than half of a pixel each cover three quarters together.
+        // Two stamps that each cover just under half of a pixel together cover three quarters of it.
         assert!(if ids[k] > 0.0 { cover[k] >= 0.5 } else { cover[k] <= 0.75 }, "{k}");
         if ids[k] > 0.0 {
             let half = stamps()[ids[k] as usize - 1].half;
@@ -141,9 +141,10 @@ fn crowd(count: u32) -> Vec<Stamp> {
     (0..count).map(stamp).collect()
 }
 
-/// Each stamp by itself, put together here by the definition: what is drawn all at once must have the same bits.
+/// Drawing all stamps at once must give the same bits as drawing each stamp by itself and combining them by the
+/// definition.
 #[test]
-fn what_is_hidden_is_left_out_without_a_trace() {
+fn keeps_bits_when_culling_hidden_stamps() {
     let frame = Frame::new(Window::of(-3, 5, 101, 77), [0.131, 0.127]);
     let (side, area) = (16, frame.window.len());
     let layout = Layout::new(side, side);
@@ -200,7 +201,7 @@ fn what_is_hidden_is_left_out_without_a_trace() {
 }
 
 #[test]
-fn the_last_one_is_seen_wherever_it_covers() {
+fn shows_last_stamp_where_it_covers() {
     let frame = Frame::new(Window::of(0, 0, 120, 80), [0.25, 0.25]);
     let layout = Layout::new(1, 1);
     let mut ones = vec![0.0; layout.len()];
@@ -210,13 +211,13 @@ fn the_last_one_is_seen_wherever_it_covers() {
     let [mut values, mut ids] = [0.0, 0.0].map(|v| vec![v; frame.window.len()]);
     paint(&|| false, (&set, &source, Overlap::Over), &frame, Target::Values(vec![&mut values]));
     paint(&|| false, (&set, &source, Overlap::Over), &frame, Target::Ids(&mut ids));
-    // Inside of a stamp its value is seen as it is; at edges, two are mixed.
+    // Inside a stamp its exact value is visible; at edges, two are blended.
     let whole = (0..ids.len()).filter(|k| ids[*k] > 0.0 && values[*k] == crowd(300)[ids[*k] as usize - 1].value);
     assert!(whole.count() > ids.len() * 6 / 10);
 }
 
 #[test]
-fn angles_turn_with_stamps_and_what_lies_under_the_ground_is_not_seen() {
+fn rotates_angles_and_hides_stamps_below_ground() {
     let frame = Frame::new(Window::of(0, 0, 240, 160), [0.125, 0.125]);
     let layout = Layout::new(1, 1);
     let (mut ten, mut ones) = (vec![0.0; layout.len()], vec![0.0; layout.len()]);
@@ -226,7 +227,7 @@ fn angles_turn_with_stamps_and_what_lies_under_the_ground_is_not_seen() {
     let source = Source { content: Content::Angle, ..Source::new(&layout, vec![&ten]) };
     let mut angle = vec![-1.0; frame.window.len()];
     paint(&|| false, (&set, &source, Overlap::Over), &frame, Target::Values(vec![&mut angle]));
-    // At the middle of the second, which is turned by 37°, of the third, and far from all.
+    // At the middles of the second stamp, which is rotated by 37°, and of the third, and far from all.
     let at = |x: usize, y: usize| angle[y * 8 * 240 + x * 8];
     assert!((at(13, 9) - 47.0).abs() < 1e-3 && (at(1, 19) + 110.0).abs() < 1e-3 && at(20, 14) == -1.0);
     assert!(angle.iter().all(|v| [-1.0, 10.0, 47.0, -110.0, 100.0].iter().any(|known| (v - known).abs() < 1e-3)));

@@ -1,4 +1,4 @@
-//! Stamps in bins, and how a window asks for those that touch it.
+//! Stamps in bins, and the search for those that touch a window.
 use crate::ground::number::index_u32;
 use crate::ground::window::Frame;
 use glam::{DVec2, Vec2};
@@ -9,7 +9,7 @@ use shibo_engine::value::Tiling;
 pub struct Stamp {
     /// Its middle, mm.
     pub center: DVec2,
-    /// Half its width and height before it is turned, mm, > 0.
+    /// Half its width and height before rotation, mm, > 0.
     pub half: Vec2,
     /// Cosine and sine of its angle, from +x towards +y.
     pub turn: Vec2,
@@ -19,37 +19,37 @@ pub struct Stamp {
     pub id: u32,
 }
 
-/// A stamp near a window, by its place in the order of drawing.
+/// A stamp near a window: its index in the order of drawing, and its copy of the canvas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Near {
     pub(super) stamp: u32,
     pub(super) copy: [i32; 2],
 }
 
-/// Stamps in the order in which they are drawn.
+/// Stamps in the order of drawing.
 #[derive(Clone, Debug)]
 pub struct StampSet {
     stamps: Vec<Stamp>,
-    /// From one copy to the next; 0 where there is one only.
+    /// Distance of two copies; 0 without copies.
     period: DVec2,
     low: DVec2,
     high: DVec2,
     /// Size of a bin, mm.
     side: DVec2,
     counts: [usize; 2],
-    /// Where each bin's stamps begin in `order`.
+    /// Offset of each bin's stamps in `order`.
     starts: Vec<u32>,
     order: Vec<u32>,
-    /// How far a stamp reaches at most, mm.
+    /// Maximum reach of a stamp, mm.
     reach: f64,
 }
 
-/// Stamps in a bin on average.
+/// Mean number of stamps per bin.
 const IN_BIN: f64 = 6.0;
 
 impl StampSet {
-    /// Sorts stamps into bins; those that are not finite are left out. Where `tiling` says so they repeat with a canvas of
-    /// `size` mm. O(n).
+    /// Sorts stamps into bins; those that are not finite are skipped. Along the axes of `tiling` they repeat with a
+    /// canvas of `size` mm. O(n).
     pub fn new(stamps: Vec<Stamp>, (size, tiling): (DVec2, Tiling)) -> Self {
         let period = DVec2::new(if tiling.x { size.x } else { 0.0 }, if tiling.y { size.y } else { 0.0 });
         let home = |p: DVec2| {
@@ -123,7 +123,7 @@ impl StampSet {
         &self.stamps
     }
 
-    /// From one copy to the next; 0 where there is one only.
+    /// Distance of two copies; 0 without copies.
     pub(super) fn period(&self) -> DVec2 {
         self.period
     }
@@ -185,7 +185,7 @@ mod tests {
     use shibo_engine::value::Window;
 
     #[test]
-    fn all_that_touch_a_window_are_found() {
+    fn finds_all_stamps_that_touch_window() {
         let (hash, size) = (Hash::new(5), DVec2::new(30.0, 20.0));
         let stamp = |n: u32| {
             let draw = |k: u64| hash.with(n.into()).unit(k);

@@ -1,20 +1,20 @@
-//! The pixels of a stamp, a block of them at a time: where they lie in its picture, and how much of each it covers.
+//! The pixels of a stamp, one block at a time: their positions in its picture, and their coverage.
 use super::atlas::Level;
 use super::set::Stamp;
 use crate::ground::math::{clamp, min};
 use crate::ground::window::{Frame, index};
 use glam::DVec2;
 
-/// Pixels along the side of a block.
+/// Side of a block in pixels.
 pub(super) const SIDE: usize = 8;
 
-/// Pixels of a block.
+/// Pixels in a block.
 pub(super) const BLOCK: usize = SIDE * SIDE;
 
-/// The numbers of the pixels in a row.
+/// Offsets of the pixels in a row.
 const COLUMNS: [f32; SIDE] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
-/// 1.5·2^23: added to a whole number below 2^22 in size, it leaves that in the low bits.
+/// 1.5·2^23: adding it to an integer below 2^22 in size leaves the integer in the low bits.
 const SNAP: f32 = 12_582_912.0;
 
 /// A value for each pixel of a block, row by row.
@@ -22,11 +22,11 @@ pub(super) type Values = [f32; BLOCK];
 
 /// A block of pixels.
 pub(super) struct Span {
-    /// Where the four values around each begin.
+    /// Offset of the four values around each pixel.
     base: [u32; BLOCK],
     u: Values,
     v: Values,
-    /// How much of each pixel is covered.
+    /// Coverage of each pixel.
     pub(super) cover: Values,
     four: [[f32; 4]; BLOCK],
 }
@@ -36,7 +36,7 @@ impl Span {
         Self { base: [0; BLOCK], u: [0.0; BLOCK], v: [0.0; BLOCK], cover: [0.0; BLOCK], four: [[0.0; 4]; BLOCK] }
     }
 
-    /// The values of a picture, laid out by [`Layout`](super::atlas::Layout), at the pixels.
+    /// Interpolates a picture, in the layout of [`Layout`](super::atlas::Layout), at the pixels.
     #[inline(always)]
     pub(super) fn read(&mut self, data: &[f32], out: &mut Values) {
         for (four, base) in self.four.iter_mut().zip(&self.base) {
@@ -52,25 +52,25 @@ impl Span {
     }
 }
 
-/// A stamp in pixels of a grid.
-pub(super) struct Placed {
+/// A stamp in the pixel coordinates of a grid.
+pub(super) struct PlacedStamp {
     level: Level,
-    /// The pixel that holds its middle, and the middle within it from the centre of that pixel.
+    /// The pixel that contains its middle, and the offset of the middle from that pixel's centre (`rest`).
     pixel: [i32; 2],
     rest: [f32; 2],
-    /// Texels by which a step of a pixel in x and in y leads right and down in the picture.
+    /// Texels to the right and down in the picture, per pixel in x (`by_x`) and in y (`by_y`).
     by_x: [f32; 2],
     by_y: [f32; 2],
-    /// Half the picture, texels.
+    /// Half the size of the picture, texels.
     half: [f32; 2],
-    /// Pixels in a texel, in both directions of the picture.
+    /// Pixels per texel, in both directions of the picture.
     scale: [f32; 2],
-    /// Pixels that it reaches in all directions.
+    /// Reach in pixels, in all directions.
     reach: i32,
 }
 
-impl Placed {
-    /// A stamp moved by `shift` mm, read from the best of the picture's sizes.
+impl PlacedStamp {
+    /// A stamp shifted by `shift` mm, read from the most suitable size of the picture.
     #[expect(clippy::cast_possible_truncation, reason = "places within a stamp need no more than f32")]
     pub(super) fn new(stamp: &Stamp, shift: DVec2, levels: &[Level], frame: &Frame) -> Self {
         let step = DVec2::from(frame.step);
@@ -98,7 +98,7 @@ impl Placed {
         }
     }
 
-    /// The rows and columns of blocks that it may touch, counted from the corner of the window.
+    /// Rows and columns of the blocks that it may touch, counted from the corner of the window.
     pub(super) fn blocks(&self, frame: &Frame) -> [std::ops::Range<usize>; 2] {
         let rect = frame.window;
         let range = |k: usize, start: i32, length: u32| {
@@ -110,7 +110,7 @@ impl Placed {
         [range(1, rect.y, rect.height), range(0, rect.x, rect.width)]
     }
 
-    /// The place of the middle of the block whose first pixel is (x, y), texels.
+    /// Position of the middle of the block whose first pixel is (x, y), in texels.
     #[inline(always)]
     pub(super) fn middle(&self, x: i32, y: i32) -> [f32; 2] {
         let half = 0.5 * (SIDE - 1) as f32;
@@ -119,24 +119,24 @@ impl Placed {
         [0, 1].map(|k| self.by_x[k] * dx + (self.by_y[k] * dy + self.half[k]))
     }
 
-    /// How far the pixels of a block lie from its middle at most, texels.
+    /// Maximum distance of a block's pixels from its middle, in texels.
     pub(super) fn reach(&self) -> [f32; 2] {
         // A thousandth more, for rounding.
         [0, 1].map(|k| (0.5 * (SIDE - 1) as f32 + 1e-3) * (self.by_x[k].abs() + self.by_y[k].abs()) + 1e-3)
     }
 
-    /// The size of its picture, and how many texels of it its edge takes.
+    /// Size of its picture, and width of its edge, in texels.
     pub(super) fn outline(&self) -> ([f32; 2], [f32; 2]) {
         ([0, 1].map(|k| 2.0 * self.half[k]), [0, 1].map(|k| 0.5 / self.scale[k]))
     }
 
-    /// Which of the picture's sizes is read.
+    /// The size of the picture that is read.
     #[inline(always)]
     pub(super) const fn level(&self) -> &Level {
         &self.level
     }
 
-    /// Finds where the pixels of the block at (x, y) lie.
+    /// Computes the positions of the pixels of the block at (x, y).
     #[inline(always)]
     #[expect(clippy::cast_sign_loss, reason = "limited to the picture before")]
     pub(super) fn find(&self, x: i32, y: i32, span: &mut Span) {
@@ -148,13 +148,13 @@ impl Placed {
             let dy = (y + index(j) - self.pixel[1]) as f32 - self.rest[1];
             let (row, column) = (self.by_y[0] * dy + self.half[0], self.by_y[1] * dy + self.half[1]);
             for (k, number) in (SIDE * j..).zip(COLUMNS) {
-                // Whole numbers first, so that a pixel has the same place in every block.
+                // Add the integers first, so that a pixel has the same position in every block.
                 let dx = (start + number) - self.rest[0];
                 let (tx, ty) = (self.by_x[0] * dx + row, self.by_x[1] * dx + column);
                 let across = clamp(min(tx, w - tx) * self.scale[0] + 0.5, 0.0, 1.0);
                 let down = clamp(min(ty, h - ty) * self.scale[1] + 0.5, 0.0, 1.0);
                 span.cover[k] = across * down;
-                // From the centre of the texel before the first.
+                // Count from the centre of the texel before the first one.
                 let (tx, ty) = (clamp(tx + 0.5, 0.0, w + 0.999), clamp(ty + 0.5, 0.0, h + 0.999));
                 let (left, top) = (tx.floor(), ty.floor());
                 span.u[k] = tx - left;

@@ -1,9 +1,9 @@
-//! Strands: lines of a length that follow a field of directions and curl, cut into straight strokes.
+//! Strands: lines that follow a field of directions and curl, cut into straight strokes.
 use crate::ground::math::{cos_degrees, sin_degrees};
 use crate::strokes::Stroke;
 use glam::Vec2;
 
-/// A strand as it starts from its middle.
+/// Settings of a strand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Strand {
     /// Its middle, mm.
@@ -12,7 +12,7 @@ pub struct Strand {
     pub angle: f32,
     /// Its length, mm.
     pub length: f32,
-    /// By how many degrees it turns in a mm.
+    /// Rotation in degrees per mm.
     pub curl: f32,
     /// Half its width in the middle, mm.
     pub half_width: f32,
@@ -20,18 +20,19 @@ pub struct Strand {
     pub depth: f32,
 }
 
-/// How strands end: half widths are multiplied by √(1 - width·e²) and depths by 1 - depth·e⁴, e from -1 to 1 along them.
+/// Taper of strands: half widths are multiplied by √(1 - width·e²) and depths by 1 - depth·e⁴, e from -1 to 1 along
+/// them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ends {
-    /// Of the width.
+    /// Taper of the width.
     pub width: f32,
-    /// Of the depth.
+    /// Taper of the depth.
     pub depth: f32,
 }
 
 impl Strand {
-    /// Cuts it into `pieces` strokes of one length. `field` gives the angle at a place, degrees; turned by 180° it means the
-    /// same. O(pieces).
+    /// Cuts it into `pieces` strokes of equal length. `field` returns the angle at a position, in degrees; angles that
+    /// differ by 180° are equivalent. O(pieces).
     pub fn strokes(&self, pieces: usize, ends: Ends, field: &dyn Fn(Vec2) -> f32, out: &mut Vec<Stroke>) {
         let half = pieces.div_ceil(2).max(1);
         let step = self.length / (2 * half) as f32;
@@ -42,7 +43,7 @@ impl Strand {
                 let heading = |p: Vec2, before: Option<Vec2>| {
                     let angle = field(p) + self.angle + self.curl * along;
                     let heading = Vec2::new(cos_degrees(angle), sin_degrees(angle));
-                    // Lines have no sign: go on as before.
+                    // Lines have no sign: continue in the previous direction.
                     let start = heading * way;
                     before.map_or(start, |before: Vec2| if before.dot(heading) < 0.0 { -heading } else { heading })
                 };
@@ -91,7 +92,7 @@ mod tests {
         let normal = Vec2::from_angle(30f32.to_radians()).perp();
         let center = Vec2::new(3.0, 4.0) + normal * 6.3662;
         assert!(out.iter().all(|s| ((s.ends[1] - center).length() - 6.3662).abs() < 0.01));
-        // Round about the origin, the angle jumping by 180° between halves.
+        // A field around the origin whose angle jumps by 180° between halves.
         out.clear();
         let round = |p: Vec2| (p.perp().to_angle().to_degrees()).rem_euclid(180.0);
         let strand = Strand { middle: Vec2::new(2.0, 0.0), angle: 0.0, length: 12.0, ..strand(0.0) };

@@ -1,4 +1,4 @@
-//! Signed distances combined: the larger and the smaller of two, with rounded seams, and offsets of one.
+//! Combinations of signed distances: minimum and maximum of two, with rounded seams, and offsets of one.
 //!
 //! The rounded seam is the circular one of I. Quilez, "Smooth minimum" (2024): where the edges of two shapes cross at a
 //! right angle it is an arc of exactly the radius. Beyond it the result is the sharp one.
@@ -7,26 +7,26 @@ use crate::ground::simd;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// What is made of one or two shapes.
+/// An operation on one or two shapes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Operation {
-    /// What lies in `a` or in `b`; `radius` fills the corners between them.
+    /// The union of `a` and `b`; `radius` fills the corners between them.
     #[default]
     Union,
-    /// What lies in both; `radius` rounds the edges that they make.
+    /// The intersection of both; `radius` rounds the new edges.
     Intersection,
-    /// `a` without `b`; `radius` rounds the edges that they make.
+    /// `a` without `b`; `radius` rounds the new edges.
     Difference,
-    /// `a`, `amount` mm larger all round, with round corners; smaller where `amount` is negative.
+    /// `a` grown by `amount` mm, with round corners; shrunk if `amount` is negative.
     Offset,
     /// The outline of `a`, `amount` mm wide, half of it inside.
     Shell,
-    /// `a` once in each cell of `cell` mm.
+    /// `a`, repeated once per cell of `cell` mm.
     Repeat,
 }
 
 impl Operation {
-    /// Whether it takes a second shape.
+    /// Returns whether the operation takes a second shape.
     pub const fn takes_two(self) -> bool {
         matches!(self, Self::Union | Self::Intersection | Self::Difference)
     }
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_are_combined() {
+    fn combines_sets() {
         let (a, b) = ([-1.0, -1.0, 1.0, 1.0, -3.0], [-2.0, 2.0, -2.0, 2.0, 0.5]);
         let of = |operation, amount| {
             let mut out = [0.0; 5];

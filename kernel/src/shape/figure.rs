@@ -1,8 +1,8 @@
 //! Figures and their signed distances.
 //!
-//! Distances are exact outside and inside, but where copies of a figure overlap: inside of that they are those of the
-//! copy that is deepest. Ellipses after the iteration of A. Vlachos and C. Peters ("Closest points on an ellipse",
-//! trigonometry-free), the heart after I. Quilez; polygons and stars are folded into half of a corner.
+//! Distances are exact outside and inside. Exception: inside overlapping copies of a figure, they are those of the copy
+//! in which the point is deepest. Ellipses use the iteration of A. Vlachos and C. Peters ("Closest points on an
+//! ellipse", trigonometry-free), the heart is by I. Quilez; polygons and stars are folded into half of a corner.
 use crate::ground::math::{self, clamp, max, min};
 use crate::ground::number::narrow;
 use crate::ground::simd;
@@ -34,11 +34,11 @@ pub enum Figure {
     Star {
         /// Number of corners.
         corners: u32,
-        /// Of the line from a corner to its neighbour inwards: where it begins on the axis of the corner.
+        /// The edge from a corner inwards begins at this distance on the axis of the corner.
         outer: f32,
-        /// Where it ends, on the axis of the inner corner.
+        /// End of that edge, on the axis of the inner corner.
         inner: Vec2,
-        /// Radius of the corners, mm, by which the lines lie further inside.
+        /// Radius of the corners, mm; the edges lie further inside by this length.
         radius: f32,
     },
     /// A ring.
@@ -48,13 +48,13 @@ pub enum Figure {
         /// Half its width, mm.
         half_width: f32,
     },
-    /// What lies within a distance of a line from left to right.
+    /// All points within a distance of a horizontal line.
     Capsule {
         /// Half the line's length, mm.
         half_length: f32,
         /// The distance, mm.
         radius: f32,
-        /// Whether the line runs down instead.
+        /// True if the line is vertical.
         upright: bool,
     },
     /// A heart, tip down.
@@ -73,12 +73,12 @@ pub enum Figure {
     },
 }
 
-/// Width and height of the heart of the formula, and where its middle lies above the tip.
+/// Width and height of the heart of the formula, and the height of its middle above the tip.
 const HEART: [f64; 3] = [1.207_106_8, 1.103_553_4, 0.551_776_7];
 
 impl Figure {
-    /// The regular polygon or star with so many corners on a circle, its inner corners on a circle that is `inner` times as
-    /// large, with round corners; those of a polygon by default.
+    /// The regular polygon or star with `corners` on a circle and round corners. Its inner corners lie on a circle that
+    /// is `inner` times as large; the default gives a polygon.
     pub fn star(corners: u32, radius: f64, inner: Option<f64>, rounding: f64) -> Self {
         let half = std::f64::consts::PI / f64::from(corners.max(2));
         let (sin, cos) = (libm::sin(half), libm::cos(half));
@@ -97,7 +97,7 @@ impl Figure {
         }
     }
 
-    /// The largest radius that [`Self::star`] can round corners by.
+    /// The largest corner radius for [`Self::star`].
     pub fn star_room(corners: u32, radius: f64, inner: Option<f64>) -> f64 {
         let half = std::f64::consts::PI / f64::from(corners.max(2));
         let inner = inner.unwrap_or(libm::cos(half)) * radius;
@@ -106,12 +106,12 @@ impl Figure {
         (line.perp_dot(DVec2::new(radius, 0.0)) / line.length()).abs()
     }
 
-    /// The heart that fits a box.
+    /// The heart that fits into a box.
     pub fn heart(size: DVec2) -> Self {
         Self::Heart { scale: narrow((size.x / HEART[0]).min(size.y / HEART[1])) }
     }
 
-    /// The radius of a circle about the origin that holds it.
+    /// The radius of a circle about the origin that contains it.
     pub fn bound(&self) -> f32 {
         match *self {
             Self::Circle { radius } => radius,
@@ -160,14 +160,14 @@ fn rectangle(x: f32, y: f32, half: Vec2) -> f32 {
     length(max(x, 0.0), max(y, 0.0)) + min(max(x, y), 0.0)
 }
 
-/// In the first quadrant.
+/// Distance in the first quadrant.
 #[inline(always)]
 fn ellipse(x: f32, y: f32, half: Vec2) -> f32 {
     let (a, b) = (half.x, half.y);
     let (mut tx, mut ty) = (std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2);
     let focus = (a - b) * (a + b);
     for _ in 0..6 {
-        // The centre of curvature of the point (a tx, b ty); the next point lies where it sees (x, y).
+        // The centre of curvature of the point (a tx, b ty); the next point lies on the ray from there through (x, y).
         let (ex, ey) = (focus * tx * tx * tx / a, -focus * ty * ty * ty / b);
         let (rx, ry) = (a * tx - ex, b * ty - ey);
         let (qx, qy) = (x - ex, y - ey);
@@ -182,7 +182,7 @@ fn ellipse(x: f32, y: f32, half: Vec2) -> f32 {
     if inside { -d } else { d }
 }
 
-/// The distance from a segment, and whether the point lies to the left of it, y down.
+/// The distance of a point from a segment.
 #[inline(always)]
 fn segment(p: Vec2, a: Vec2, b: Vec2) -> f32 {
     let (way, to) = (b - a, p - a);
@@ -214,7 +214,7 @@ fn heart(x: f32, y: f32) -> f32 {
     if x > y { d } else { -d }
 }
 
-/// In the first quadrant.
+/// Distance in the first quadrant.
 #[inline(always)]
 fn cross(x: f32, y: f32, half: Vec2, w: f32) -> f32 {
     let p = Vec2::new(x, y);
@@ -227,20 +227,21 @@ fn cross(x: f32, y: f32, half: Vec2, w: f32) -> f32 {
     if inside { -d } else { d }
 }
 
-/// A figure on the canvas, with the copies that a canvas that tiles makes of it.
+/// A figure on the canvas, with the copies on a canvas that tiles.
 #[derive(Clone, Debug)]
-pub struct Placed {
+pub struct PlacedFigure {
     figure: Figure,
-    /// Where the first one lies, mm.
+    /// Position of the first copy, mm.
     center: DVec2,
     /// Sine and cosine of its angle.
     turn: (f64, f64),
-    /// From one copy to the next; 0 where there is one only.
+    /// Distance of two copies; 0 without copies.
     period: DVec2,
 }
 
-impl Placed {
-    /// A figure about `center`, turned from +x towards +y by an angle with this sine and cosine, on a canvas of `size` mm.
+impl PlacedFigure {
+    /// A figure about `center`, rotated from +x towards +y by an angle with this sine and cosine, on a canvas of `size`
+    /// mm.
     pub fn new(figure: Figure, center: DVec2, turn: (f64, f64), (size, tiling): (DVec2, Tiling)) -> Self {
         let period = DVec2::new(if tiling.x { size.x } else { 0.0 }, if tiling.y { size.y } else { 0.0 });
         Self { figure, center, turn, period }
@@ -254,7 +255,7 @@ impl Placed {
             if period > 0.0 { center + ((middle - center) / period).round() * period } else { center }
         };
         let nearest = DVec2::new(home(0), home(1));
-        // The nearest copy has a point that is no farther than this; others must come as close.
+        // Upper bound of the distance to the nearest copy; others may come as close.
         let far = (nearest - middle).length() + bound + radius;
         let reach = far + bound + radius;
         let count = |k: usize| if self.period[k] > 0.0 { (reach / self.period[k]).ceil() } else { 0.0 };
@@ -307,7 +308,7 @@ mod tests {
     use super::*;
     use shibo_engine::value::Window;
 
-    /// Points on the outline, by hand: the nearest of them is the distance.
+    /// Distance by brute force: the nearest of many points on the outline.
     fn nearest(outline: &[DVec2], p: DVec2) -> f64 {
         outline.iter().map(|q| (*q - p).length()).fold(f64::INFINITY, f64::min)
     }
@@ -341,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn distances_are_those_of_the_outlines() {
+    fn matches_distances_of_outlines() {
         let at = |list: &[(f64, f64)]| list.iter().map(|(x, y)| DVec2::new(*x, *y)).collect::<Vec<_>>();
         let half = Vec2::new(4.0, 2.0);
         agrees(Figure::Box { half, radius: 0.0 }, &at(&[(4.0, 2.0), (-4.0, 2.0), (-4.0, -2.0), (4.0, -2.0)]), 0.0);
@@ -404,7 +405,7 @@ mod tests {
         let figure = Figure::Capsule { half_length: 12.0, radius: 1.5, upright: false };
         let (sin, cos) = (30.0f64.to_radians().sin(), 30.0f64.to_radians().cos());
         let center = DVec2::new(3.0, 14.0);
-        let placed = Placed::new(figure, center, (sin, cos), (size, Tiling::BOTH));
+        let placed = PlacedFigure::new(figure, center, (sin, cos), (size, Tiling::BOTH));
         let frame = Frame::new(Window::of(-7, 5, 30, 21), [0.9, 0.8]);
         let mut out = vec![0.0; 30 * 21];
         placed.fill(&frame, &mut out);

@@ -1,9 +1,9 @@
-//! Masks of signed distances.
+//! Masks from signed distances.
 use crate::ground::math::{saturate, smooth};
 use crate::ground::simd;
 
-/// Fills `out` with 1 inside, 0 outside: over one pixel of `pixel` mm, or from `softness`/2 mm outside to as far inside where
-/// that is wider. `distance` is in mm, negative inside.
+/// Fills `out` with 1 inside, 0 outside. The transition is the wider of one pixel of `pixel` mm, and of `softness` mm,
+/// half of it outside. `distance` is in mm, negative inside.
 ///
 /// # Panics
 /// If the slices differ in length.
@@ -27,7 +27,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_edge_is_a_pixel_wide_or_as_soft_as_wanted() {
+    fn softens_edge_by_pixel_or_softness() {
         let distance = [-0.3, -0.25, -0.1, 0.0, 0.1, 0.25, 0.3];
         let mut out = [0.0; 7];
         fill(&distance, 0.0, 0.5, &mut out);

@@ -1,4 +1,4 @@
-//! Shapes as signed distances in mm, negative inside: what they are, how they are combined, and masks of them.
+//! Shapes as signed distances in mm, negative inside: figures, combinations, and masks.
 
 pub mod combine;
 pub mod figure;

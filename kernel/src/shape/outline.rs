@@ -1,21 +1,22 @@
 //! Signed distances of outlines: closed polygons with any number of parts and holes.
 //!
-//! A place is inside where the outlines wind around it (the non-zero rule of fonts). Distances are exact: a window is cut into small blocks,
-//! and for each only the edges count that can be nearest to one of its pixels. O(edges · blocks + pixels · edges near).
+//! A point is inside if the outlines wind around it (the non-zero rule of fonts). Distances are exact: a window is
+//! divided into small blocks, and each block uses only the edges that can be nearest to one of its pixels. O(edges ·
+//! blocks + pixels · edges near).
 use crate::ground::number::narrow;
 use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;
 use shibo_engine::value::{Tiling, Window};
 
-/// Pixels of a block's side.
+/// Side of a block in pixels.
 const BLOCK: usize = 16;
 
-/// A straight piece of an outline, mm.
+/// A straight segment of an outline, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
-    /// Where it begins.
+    /// Start.
     pub from: DVec2,
-    /// Where it ends.
+    /// End.
     pub to: DVec2,
 }
 
@@ -38,12 +39,13 @@ pub struct Outline {
     edges: Vec<Edge>,
     low: DVec2,
     high: DVec2,
-    /// From one copy to the next; 0 where there is one only.
+    /// Distance of two copies; 0 without copies.
     period: DVec2,
 }
 
 impl Outline {
-    /// Closed outlines, by their edges, on a canvas of `size` mm that repeats as `tiling` says. Edges that are not finite are left out.
+    /// Closed outlines, by their edges, on a canvas of `size` mm that repeats by `tiling`. Edges that are not finite
+    /// are skipped.
     pub fn new(mut edges: Vec<Edge>, (size, tiling): (DVec2, Tiling)) -> Self {
         edges.retain(|e| e.from.is_finite() && e.to.is_finite() && e.from != e.to);
         let low = edges.iter().map(|e| e.from).fold(DVec2::INFINITY, DVec2::min);
@@ -57,7 +59,7 @@ impl Outline {
         &self.edges
     }
 
-    /// The copies that can be nearest to, or lie around, places between `first` and `last`.
+    /// The copies that can be nearest to, or surround, points between `first` and `last`.
     fn copies(&self, first: DVec2, last: DVec2) -> Vec<DVec2> {
         let (middle, radius) = (0.5 * (self.low + self.high), 0.5 * (self.high - self.low).length());
         let (at, around) = (0.5 * (first + last), 0.5 * (last - first).length());
@@ -67,7 +69,7 @@ impl Outline {
             DVec2::ZERO,
         );
         let away = (at - middle - nearest * self.period).length();
-        // The nearest copy is no farther than this from any place; others must come as close.
+        // Upper bound of the distance to the nearest copy; others may come as close.
         let reach = away + 2.0 * (radius + around);
         let count = |period: f64| if period > 0.0 { ((reach + radius) / period).ceil() } else { 0.0 };
         let (nx, ny) = (count(self.period.x), count(self.period.y));
@@ -89,8 +91,8 @@ impl Outline {
         self.fill_within(stop, frame, (f64::INFINITY, far), out);
     }
 
-    /// The same, exact only up to `reach` mm from the outline; what lies farther away may be `far` from it, which must be more.
-    /// Places far from all edges then cost nothing.
+    /// Like [`fill`](Self::fill), but exact only up to `reach` mm from the outline. Beyond, the distance may be `far`,
+    /// which must be more than `reach`. Points far from all edges then cost nothing.
     ///
     /// # Panics
     /// If `out` is shorter than the window.
@@ -153,7 +155,7 @@ impl Outline {
     }
 }
 
-/// The edges that can be nearest to a place between `low` and `high`.
+/// The edges that can be nearest to a point between `low` and `high`.
 fn nearest(edges: &[Edge], low: DVec2, high: DVec2) -> Vec<Edge> {
     let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());
     let away: Vec<f64> = edges.iter().map(|e| e.distance_squared(middle)).collect();
@@ -162,7 +164,7 @@ fn nearest(edges: &[Edge], low: DVec2, high: DVec2) -> Vec<Edge> {
     edges.iter().zip(&away).filter(|(_, away)| **away <= most * most).map(|(e, _)| *e).collect()
 }
 
-/// Makes the distances of pixels negative that lie inside.
+/// Negates the distances of pixels that lie inside.
 fn inside(edges: &[Edge], frame: &Frame, out: &mut [f32]) {
     let rect = frame.window;
     let mut crossings: Vec<(f64, i32)> = Vec::new();
@@ -192,7 +194,7 @@ fn inside(edges: &[Edge], frame: &Frame, out: &mut [f32]) {
     }
 }
 
-/// Straight pieces of a curve with the control points `points` (two to four), each no farther from it than `tolerance`.
+/// Cuts a curve with two to four control points into straight segments, each no farther from it than `tolerance`.
 pub fn flatten(points: &[DVec2], tolerance: f64, out: &mut Vec<Edge>) {
     let bend = points.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).length()).fold(0.0, f64::max);
     let degree = points.len().saturating_sub(1) as f64;
@@ -218,7 +220,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_far_away_may_be_anywhere_but_has_its_sign() {
+    fn keeps_sign_of_far_distances() {
         let edges = polygon(&[(2.0, 2.0), (18.0, 2.0), (18.0, 13.0), (2.0, 13.0)]);
         for tiling in [Tiling::NONE, Tiling::BOTH] {
             let outline = Outline::new(edges.clone(), (DVec2::new(20.0, 15.0), tiling));
@@ -296,7 +298,7 @@ mod tests {
     #[test]
     fn curves_are_followed() {
         let mut edges = Vec::new();
-        // A quarter of a circle, but for 3·10⁻⁴ of its radius.
+        // A quarter of a circle, up to 3·10⁻⁴ of its radius.
         let c = 0.552_284_75 * 10.0;
         let arc = [DVec2::new(10.0, 0.0), DVec2::new(10.0, c), DVec2::new(c, 10.0), DVec2::new(0.0, 10.0)];
         flatten(&arc, 1e-3, &mut edges);

@@ -1,4 +1,4 @@
-//! The springs of a net by the points at their ends.
+//! The springs of a net, indexed by their end points.
 
 use super::net::Net;
 use super::owners::offset;
@@ -9,19 +9,20 @@ pub(super) struct Adjacency<'n, 'a, T> {
     pub(super) net: &'n Net<'a, T>,
     /// Owner and far end of each spring.
     pub(super) ends: Vec<[u32; 2]>,
-    /// Springs by owner, those without offset before the others, and by far end; else by number.
+    /// Springs by owner. Within a list, those without offset come first, sorted by far end; the others are sorted by
+    /// index.
     pub(super) owned: Incidence,
     pub(super) incoming: Incidence,
 }
 
-/// The springs at each point, one list behind the other.
+/// Lists of the springs at each point, concatenated.
 pub(super) struct Incidence {
     starts: Vec<u32>,
     springs: Vec<u32>,
 }
 
 impl Incidence {
-    /// Lists springs by one of their ends; within a list, those for which `last` holds come behind the others.
+    /// Lists springs by one of their ends; within a list, those for which `last` returns true come last.
     pub(super) fn new(points: usize, ends: &[[u32; 2]], end: usize, last: impl Fn(u32) -> bool) -> Self {
         let mut starts = vec![0; points + 1];
         for ends in ends {
@@ -49,7 +50,7 @@ impl Incidence {
 }
 
 impl<T: Real> Adjacency<'_, '_, T> {
-    /// Whether a spring has an offset.
+    /// Returns whether a spring has an offset.
     pub(super) fn wraps(&self, spring: u32) -> bool {
         offset(self.net, spring)
     }

@@ -1,15 +1,14 @@
-//! How a block of [`super::list`] takes its steps: parts compute pulls, and move as soon as all of their pulls are
-//! there.
+//! Steps of a block of [`super::list`]: parts compute pulls, and a part moves as soon as all of its pulls are computed.
 
-use super::block::{Batch, Block, GROUP, Part, Report, Scratch, Slots, lane};
+use super::block::{Batch, BlockPart, GROUP, Report, Scratch, Slots, SpringBlock, lane};
 use super::moving::{Moving, less};
 use super::net::{Mass, Motion};
 use super::step::{Speed, pull, size};
 use super::wide;
 use crate::ground::real::Real;
 
-impl<T: Real> Block<T> {
-    /// Advances the points in the scratch memory; with every step one layer of the halo less.
+impl<T: Real> SpringBlock<T> {
+    /// Advances the points in the scratch memory; each step computes one layer of the halo less.
     pub(super) fn advance(
         &mut self,
         motion: &Motion<T>,
@@ -22,7 +21,7 @@ impl<T: Real> Block<T> {
         crate::ground::simd::dispatch(
             #[inline(always)]
             move || {
-                // Moved out, so that the closure can only be called by value and is compiled into its caller.
+                // Moved out, so that the closure can only be called by value and is inlined into its caller.
                 let (block, scratch, report) = all;
                 for (step, layer) in (0..).zip((0..steps).rev()) {
                     let mut speed = Speed::default();
@@ -35,7 +34,7 @@ impl<T: Real> Block<T> {
         report
     }
 
-    /// Moves the points up to and with a layer. Returns the springs of own points that broke.
+    /// Moves the points of the layers up to `layer`. Returns the springs of own points that broke.
     #[inline(always)]
     fn step(
         &mut self,
@@ -52,7 +51,7 @@ impl<T: Real> Block<T> {
                 continue;
             }
             for slot in self.pull(part, motion, scratch) {
-                // The far end of a spring from the last layer outwards is where it was before.
+                // A spring that leads outwards from the last layer has a far end that was not moved.
                 if usize::from(part.layer) > layer && usize::from(self.slots.far[slot]) >= self.layers[layer] {
                     continue;
                 }
@@ -71,9 +70,9 @@ impl<T: Real> Block<T> {
         snapped
     }
 
-    /// Computes the pulls of a part's springs and their sums at the owners. Returns the slots that break.
+    /// Computes the pulls of a part's springs and their sums at the owners. Returns the slots whose springs break.
     #[inline(always)]
-    fn pull(&self, part: Part, motion: &Motion<T>, scratch: &mut Scratch<T>) -> Vec<usize> {
+    fn pull(&self, part: BlockPart, motion: &Motion<T>, scratch: &mut Scratch<T>) -> Vec<usize> {
         let plain = self.slots.damping.is_empty() && self.slots.pushes.is_empty();
         let mut broke = Vec::new();
         let (mut point, mut slot, mut offset) = (usize::from(part.first), part.slot as usize, part.offset as usize);
@@ -84,7 +83,7 @@ impl<T: Real> Block<T> {
             while batch.groups > 0 {
                 let done = if plain { wide::pull(&self.slots, batch, motion, scratch) } else { 0 };
                 batch.skip(done);
-                // A group that the wide loops cannot compute, or in which springs break.
+                // The wide loops cannot compute this group, or springs in it break.
                 if batch.groups > 0 {
                     self.slots.pull(batch, motion, &self.velocity, scratch, &mut broke);
                     batch.skip(1);
@@ -97,11 +96,12 @@ impl<T: Real> Block<T> {
         broke
     }
 
-    /// Adds the pulls of the springs that end at a part's points, and moves the points. Adds the speeds of own points.
+    /// Adds the pulls of the springs that end at a part's points, and moves the points. Records the speeds of own
+    /// points.
     #[inline(always)]
     fn settle(
         &mut self,
-        part: Part,
+        part: BlockPart,
         motion: &Motion<T>,
         mass: Mass<'_, T>,
         scratch: &mut Scratch<T>,
@@ -142,7 +142,7 @@ impl<T: Real> Block<T> {
 }
 
 impl<T: Real> Slots<T> {
-    /// Computes the pulls of the first group of a batch. Adds the slots that break to `broke`.
+    /// Computes the pulls of the first group of a batch. Adds the slots whose springs break to `broke`.
     #[inline(always)]
     fn pull(
         &self,

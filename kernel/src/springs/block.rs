@@ -2,21 +2,21 @@
 //! the order in which they are computed.
 //!
 //! Points come in groups of eight, and groups in parts. Springs are stored with the group of their owners: the first
-//! springs of the eight points side by side, then their second ones and so on, a *slot* each; points with fewer springs
-//! than others of their group are padded with springs of no stiffness. The *pull* of a spring is its force on its
-//! owner. A group reads its points in order, gathers the far ends, and writes the pull of each slot. As soon as all
-//! springs that end in a part have been computed, the points of that part sum up their pulls and move. Parts follow
-//! each other across the block, so what they exchange is still in the cache.
+//! springs of the eight points side by side, then their second ones and so on, each in a *slot*. Points with fewer
+//! springs than others of their group are padded with springs of stiffness 0. The *pull* of a spring is its force on
+//! its owner. A group reads its points in order, gathers the far ends, and writes the pull of each slot. As soon as all
+//! springs that end in a part have been computed, the points of that part sum up their pulls and move. Parts are
+//! processed across the block, so the data that they exchange is still in the cache.
 
 use super::step::Speed;
 use crate::ground::real::Real;
 use std::ops::Range;
 
-/// How many numbers 16 bits hold: local indices are `u16`.
+/// Number of local indices, which are `u16`.
 pub(super) const LOCAL: usize = 1 << 16;
 /// Points that are computed together, one per lane of a wide register.
 pub(super) const GROUP: usize = 8;
-/// Points of a part, at most.
+/// Maximum number of points of a part.
 pub(super) const PART: usize = 1024;
 /// The order in which the spring constants of a group are stored: that of the lanes after a shuffle. It is its own
 /// inverse.
@@ -32,11 +32,11 @@ pub(super) struct Report<T> {
 
 /// Consecutive groups whose points have the same number of springs.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) struct Run {
+pub(super) struct GroupRun {
     pub(super) groups: u16,
     /// Springs of each point.
     pub(super) each: u32,
-    /// Whether any has an offset.
+    /// True if any spring has an offset.
     pub(super) wraps: bool,
 }
 
@@ -46,11 +46,11 @@ pub(super) struct Batch {
     pub(super) groups: usize,
     /// Springs that each point owns.
     pub(super) own: usize,
-    /// The first point, the first slot, and where its pull goes.
+    /// The first point, the first slot, and the index of its pull.
     pub(super) point: usize,
     pub(super) slot: usize,
     pub(super) pull: usize,
-    /// Where their offsets are, if any has one.
+    /// Index of their offsets, if any spring has one.
     pub(super) offset: Option<usize>,
 }
 
@@ -65,7 +65,7 @@ impl Batch {
         self.offset = self.offset.map(|offset| offset + slots);
     }
 
-    /// The slots, and where their pulls go.
+    /// Ranges of the slots, and of their pulls.
     pub(super) fn slots(&self) -> [Range<usize>; 2] {
         [self.slot, self.pull].map(|first| first..first + self.groups * self.own * GROUP)
     }
@@ -73,22 +73,23 @@ impl Batch {
 
 /// Consecutive points of one layer.
 #[derive(Clone, Copy)]
-pub(super) struct Part {
+pub(super) struct BlockPart {
     pub(super) layer: u16,
-    /// The first point, and how many there are: a multiple of [`GROUP`].
+    /// The first point, and the number of points: a multiple of [`GROUP`].
     pub(super) first: u16,
     pub(super) points: u16,
     /// Its first slot.
     pub(super) slot: u32,
-    /// Where its pulls are stored until all points have read them.
+    /// Index of its pulls, which are stored until all points have read them.
     pub(super) pulls: u16,
-    /// Where its offsets and incoming springs start.
+    /// Indices of its first offset and its first incoming spring.
     pub(super) offset: u32,
     pub(super) incoming: u32,
-    /// Its runs, by number: of springs that its points own, and of springs that end at them.
+    /// Ranges of its runs: of the springs that its points own (`owning`), and of those that end at its points
+    /// (`arriving`).
     pub(super) owning: [u32; 2],
     pub(super) arriving: [u32; 2],
-    /// The parts that can move once the pulls of this one are computed, as a range of [`Block::ready`].
+    /// The parts that can move once the pulls of this one are computed, as a range of [`SpringBlock::ready`].
     pub(super) ready: [u32; 2],
 }
 
@@ -99,44 +100,45 @@ pub(super) struct Slots<T> {
     /// In the order of [`LANE`]; so are the next two.
     pub(super) stiffness: Vec<T>,
     pub(super) rest: Vec<T>,
-    /// Force at which each breaks; empty if none can.
+    /// Force at which each spring breaks; empty if none can.
     pub(super) threshold: Vec<T>,
-    /// Dampers; empty if there are none.
+    /// Damping of each spring; empty if there are no dampers.
     pub(super) damping: Vec<T>,
-    /// Springs that only push; empty if none do.
+    /// True for springs that only push; empty if there are none.
     pub(super) pushes: Vec<bool>,
-    /// Offsets of far ends; only of runs that have some.
+    /// Offsets of far ends; stored only for runs that have some.
     pub(super) offsets: Vec<[T; 2]>,
     /// Index into the links; `u32::MAX` for padding.
     pub(super) ids: Vec<u32>,
 }
 
 /// A block: local indices count its own points first, then layer by layer, each padded to whole groups.
-pub(super) struct Block<T> {
-    /// How many points there are up to and with each layer; layer 0 is the block's own points, the others are the halo.
+pub(super) struct SpringBlock<T> {
+    /// Number of points up to and including each layer; layer 0 holds the block's own points, the others are the halo.
     pub(super) layers: Vec<usize>,
-    /// Index of each halo point among the points that blocks publish.
+    /// Index of each halo point among the published points.
     pub(super) ghosts: Vec<u32>,
     /// Own points that other blocks read.
     pub(super) published: Vec<u16>,
-    /// Positions of the own points, between strides. Has room for [`LOCAL`] where a stride works on it in place: that
-    /// is quicker than a copy, but the room costs more than a small set's steps.
+    /// Positions of the own points, between strides. Has [`LOCAL`] entries if a stride works on it in place: this is
+    /// faster than a copy, but for a small set the memory costs more than its steps.
     pub(super) position: Vec<[T; 2]>,
-    /// In the order in which they are computed: across the block, whatever their layers.
-    pub(super) parts: Vec<Part>,
-    /// Parts that can move, by number.
+    /// In the order of computation: across the block, whatever their layers.
+    pub(super) parts: Vec<BlockPart>,
+    /// Indices of parts that can move; see [`BlockPart::ready`].
     pub(super) ready: Vec<u16>,
-    /// Runs of groups by how many springs each point owns, and by how many springs of other owners end there.
-    pub(super) owning: Vec<Run>,
-    pub(super) arriving: Vec<Run>,
+    /// Runs of groups by the number of springs that each point owns, and by the number of springs of other owners that
+    /// end there.
+    pub(super) owning: Vec<GroupRun>,
+    pub(super) arriving: Vec<GroupRun>,
     pub(super) slots: Slots<T>,
-    /// Where the pulls of the springs that end at each point are stored, by groups.
+    /// Indices of the pulls of the springs that end at each point, by groups.
     pub(super) incoming: Vec<u16>,
-    /// Velocities of points that move in a stride, or of all if there are dampers.
+    /// Velocities of points that move in a stride; of all points if there are dampers.
     pub(super) velocity: Vec<[T; 2]>,
-    /// 1/m or 0, for x and for y, of points that move in a stride; empty if all have [`Block::alike`].
+    /// 1/m or 0, for x and for y, of points that move in a stride; empty if [`SpringBlock::alike`] is set.
     pub(super) weight: Vec<[T; 2]>,
-    /// The one weight of all points.
+    /// The weight of all points, if it is the same.
     pub(super) alike: Option<T>,
 }
 
@@ -156,14 +158,14 @@ impl<T: Real> Default for Scratch<T> {
     }
 }
 
-/// As many as 16 bits can index, so that no index needs a check.
+/// Zeros for all 16-bit indices, so that no index needs a check.
 fn zeros<T: Real>() -> Box<[[T; 2]; LOCAL]> {
     vec![[T::default(); 2]; LOCAL].try_into().unwrap_or_else(|_| unreachable!("as many as asked for"))
 }
 
-impl<T: Real> Block<T> {
-    /// Removes springs that broke in other blocks; `whole` says which are left, and is empty if none broke in the last
-    /// stride.
+impl<T: Real> SpringBlock<T> {
+    /// Removes springs that broke in other blocks. `whole` marks the springs left; it is empty if none broke in the
+    /// last stride.
     pub(super) fn mend(&mut self, whole: &[bool]) {
         if whole.is_empty() {
             return;
@@ -176,9 +178,9 @@ impl<T: Real> Block<T> {
     }
 
     /// Reads one number of every cache line that a stride needs, array after array: memory delivers whole arrays twice
-    /// as fast as the small pieces of a dozen arrays that each part reads.
+    /// as fast as small pieces of a dozen arrays for each part.
     pub(super) fn prefetch(&self) {
-        /// Touches every cache line; `black_box` keeps the compiler from leaving that out.
+        /// Reads every cache line; `black_box` keeps the compiler from removing the reads.
         fn lines<V: Copy>(of: &[V]) {
             for value in of.chunks((64 / size_of::<V>()).max(1)) {
                 std::hint::black_box(value[0]);
@@ -195,8 +197,7 @@ impl<T: Real> Block<T> {
         lines(&self.position[..self.layers[0]]);
     }
 
-    /// Copies the halo that `steps` steps read from the published points. Velocities may be left out where none are
-    /// read.
+    /// Copies the halo that `steps` steps read from the published points. Skips velocities that are not read.
     pub(super) fn collect(&mut self, border: &[[T; 4]], steps: usize, scratch: &mut Scratch<T>) {
         let own = self.layers[0];
         let ghosts = &self.ghosts[..self.layers[steps] - own];
@@ -219,7 +220,7 @@ impl<T: Real> Block<T> {
         }
     }
 
-    /// Keeps the own points and publishes those that other blocks read.
+    /// Stores the own points and publishes those that other blocks read.
     pub(super) fn publish(&mut self, border: &mut [[T; 4]], scratch: &mut Scratch<T>) {
         for (to, &p) in border.iter_mut().zip(&self.published) {
             let p = usize::from(p);
@@ -234,7 +235,7 @@ impl<T: Real> Block<T> {
     }
 }
 
-/// Where the constants of a slot are stored.
+/// Index of the constants of a slot.
 pub(super) fn lane(slot: usize) -> usize {
     slot / GROUP * GROUP + LANE[slot % GROUP]
 }

@@ -1,14 +1,14 @@
 //! Springs on a grid: the same motion as [`super::list`] without index lists.
 //!
 //! Positions, velocities and spring constants are stored in arrays by row. Bands of rows are computed in parallel, in
-//! place, and a band takes several steps in a row (a stride), so that what it reads from memory serves them all: as
-//! soon as a row and the one below it have taken a step, the row takes the next one, so the steps follow each other
-//! down the band one row apart. For that a band has a halo: copies of the rows next to it, made before it starts, which
-//! it moves too, one row fewer at either end in each step. These are the same numbers as in their own band, so the
-//! result does not depend on how rows are divided. What happens within a row is in [`super::rows`].
+//! place. A band takes several steps at a time (a stride), to use the data read from memory several times: as soon as a
+//! row and the one below it have taken a step, the row takes the next one, so the steps move down the band one row
+//! apart. For this a band has a halo: copies of the adjacent rows, made before the stride. The band moves them too, one
+//! row fewer at either end in each step. The copies get the same numbers as in their own band, so the result does not
+//! depend on the division of rows. [`super::rows`] computes a single row.
 //!
 //! Lattices of four neighbours, hexagons among them, that are higher than wide are transposed: each row has a fixed
-//! cost, so few long rows are quicker.
+//! cost, so few long rows are faster.
 
 use super::net::{Broken, Mass, Motion, Net};
 use super::rows::{LANES, PAD, Pulls, Springs};
@@ -19,21 +19,21 @@ use crate::ground::real::Real;
 use crate::leather::links::GridShape;
 use rayon::prelude::*;
 
-/// Rows per band, at most.
+/// Maximum number of rows per band.
 const BAND: usize = 64;
 
-/// Steps per stride, at most, and copied rows at either end of a band.
+/// Maximum number of steps per stride, and of copied rows at either end of a band.
 const STRIDE: usize = 4;
 
-/// Transposes: by columns what is given by rows.
+/// Transposes values by rows to values by columns.
 fn transpose<V: Copy>(values: &[V], shape: GridShape) -> Vec<V> {
     (0..shape.nx).flat_map(|x| values.iter().skip(x).step_by(shape.nx)).copied().collect()
 }
 
-/// What all bands read.
+/// Data shared by all bands.
 struct Shared<'a, T> {
     shape: GridShape,
-    /// Columns and rows, and x and y, are exchanged.
+    /// True if columns and rows, and x and y, are exchanged.
     transposed: bool,
     size: [T; 2],
     rest: Vec<Table<T>>,
@@ -45,7 +45,7 @@ struct Shared<'a, T> {
 }
 
 impl<T: Real> Shared<'_, T> {
-    /// The number of a band's row `e`, its first own row being number `first`.
+    /// Row index of a band's row `e`, if its first own row has index `first`.
     fn row(&self, first: usize, e: usize) -> usize {
         (first + e + self.shape.ny - self.halo) % self.shape.ny
     }
@@ -55,7 +55,7 @@ impl<T: Real> Shared<'_, T> {
         self.shape.nx.next_multiple_of(LANES)
     }
 
-    /// Sets the columns at both ends of a row of places to the periodic continuation.
+    /// Sets the columns beyond both ends of a row of positions to the periodic continuation.
     #[inline(always)]
     fn continue_row(&self, axis: usize, row: &mut [T]) {
         let n = self.shape.nx;
@@ -67,19 +67,19 @@ impl<T: Real> Shared<'_, T> {
 
 /// Rows of a band, from `halo` rows above its own to as many below, each a multiple of [`LANES`] long.
 struct Band<T> {
-    /// Number of the first own row.
+    /// Index of the first own row.
     first: usize,
-    /// How many are its own.
+    /// Number of own rows.
     own: usize,
-    /// Places along x and y, with `PAD` columns more at either end.
+    /// Positions along x and y, with `PAD` more columns at either end.
     place: [Vec<T>; 2],
     velocity: [Vec<T>; 2],
     weight: Vec<T>,
-    /// By direction; empty for those that the lattice does not have.
+    /// By direction; empty for directions that the lattice does not have.
     stiffness: [Vec<T>; 4],
 }
 
-/// Copies of the first and of the last own rows of a band: places, velocities, and the stiffness if springs can break.
+/// Copies of the first and the last own rows of a band: positions, velocities, and the stiffness if springs can break.
 struct Edges<T>([Vec<Vec<T>>; 2]);
 
 impl<T: Real> Edges<T> {
@@ -90,7 +90,7 @@ impl<T: Real> Edges<T> {
         edges
     }
 
-    /// Copies what there is now.
+    /// Updates the copies.
     fn update(&mut self, band: &Band<T>, shared: &Shared<'_, T>) {
         for (edge, first) in self.0.iter_mut().zip([shared.halo, band.own]) {
             for (to, from) in edge.iter_mut().zip(band.changing(shared)) {
@@ -107,13 +107,13 @@ impl<T: Real> Band<T> {
         rows.len() / (self.own + 2 * shared.halo)
     }
 
-    /// What changes from step to step and neighbours need.
+    /// The arrays that change from step to step and that neighbours read.
     fn changing(&self, shared: &Shared<'_, T>) -> impl Iterator<Item = &Vec<T>> {
         let stiffness = &self.stiffness[..if shared.threshold.is_some() { shared.shape.directions() } else { 0 }];
         self.place.iter().chain(&self.velocity).chain(stiffness)
     }
 
-    /// Takes the rows above and below its own from its neighbours' edges.
+    /// Copies the rows above and below from the edges of the adjacent bands.
     fn receive(&mut self, shared: &Shared<'_, T>, above: &Edges<T>, below: &Edges<T>) {
         let stiffness = &mut self.stiffness[..if shared.threshold.is_some() { shared.shape.directions() } else { 0 }];
         let all = self.place.iter_mut().chain(&mut self.velocity).chain(stiffness);
@@ -128,17 +128,17 @@ impl<T: Real> Band<T> {
 /// Memory of a worker.
 struct Scratch<T> {
     pulls: Pulls<T>,
-    /// By step of a stride and axis: how the springs from the row above pull at a row.
+    /// By step of a stride and axis: forces on a row from the springs of the row above.
     carry: [[Vec<T>; 2]; STRIDE],
-    /// The first row's places along y as seen from the last row, above it.
+    /// The first row's positions along y, continued below the last row.
     under: Vec<T>,
 }
 
-/// What a band reports of a stride.
+/// Report of a band on a stride.
 struct Report<T> {
-    /// By step, of its own rows.
+    /// By step: speeds of its own rows.
     speed: [Speed<T>; STRIDE],
-    /// The springs that broke in its own rows: step of the stride, direction and point.
+    /// Broken springs of its own rows: step of the stride, direction and point.
     snapped: Vec<(u32, usize, usize)>,
 }
 
@@ -146,14 +146,14 @@ struct Report<T> {
 pub(super) struct Grid<'a, T> {
     shared: Shared<'a, T>,
     bands: Vec<Band<T>>,
-    /// By band: the present ones, and room for the next.
+    /// By band: the present edges, and room for the next ones.
     edges: [Vec<Edges<T>>; 2],
-    /// Numbers of the links by direction and point.
+    /// Indices of the links by direction and point.
     numbers: Vec<Vec<u32>>,
 }
 
 impl<'a, T: Real> Grid<'a, T> {
-    /// Points by rows, links with their numbers by direction and point ([`GridShape::numbers`]); lengths have been
+    /// Takes points by rows and the indices of links by direction and point ([`GridShape::numbers`]); lengths have been
     /// checked.
     pub(super) fn new(
         points: &[[T; 2]],
@@ -166,7 +166,7 @@ impl<'a, T: Real> Grid<'a, T> {
         if shape.eight || shape.ny <= shape.nx {
             return Self::by_rows(points, weight, net, motion, shape, numbers, false);
         }
-        // Few long rows are quicker than many short ones.
+        // Few long rows are faster than many short ones.
         let points: Vec<_> = transpose(points, shape).into_iter().map(|[x, y]| [y, x]).collect();
         let numbers = numbers.iter().rev().map(|numbers| transpose(numbers, shape)).collect();
         let net = Net { size: [net.size[1], net.size[0]], ..*net };
@@ -174,7 +174,7 @@ impl<'a, T: Real> Grid<'a, T> {
         Self::by_rows(&points, transpose(&weight, shape), &net, motion, transposed, numbers, true)
     }
 
-    /// The same in the order of computation, given 1/m of all points.
+    /// Like [`new`](Self::new), with points in the order of computation, and 1/m of all points.
     fn by_rows(
         points: &[[T; 2]],
         weight: Vec<T>,
@@ -189,7 +189,7 @@ impl<'a, T: Real> Grid<'a, T> {
             |values: &[T]| numbers.par_iter().map(|numbers| Table::new(values, numbers, nx)).collect::<Vec<_>>();
         let threshold = (!net.threshold.is_empty()).then(|| table(net.threshold));
         let (count, rest) = (ny.div_ceil(BAND), table(net.rest));
-        // Every band has at least as many rows of its own as others copy.
+        // Every band must have at least as many own rows as other bands copy.
         let halo = STRIDE.min(ny.checked_div(count).unwrap_or(0));
         let shared =
             Shared { shape, transposed, size: net.size, rest, threshold, motion: *motion, mass: net.mass, halo };
@@ -285,8 +285,8 @@ impl<T: Real> Stepper<T> for Grid<'_, T> {
     }
 }
 
-/// A stride of a band, for [`pulp::Arch::dispatch`]: a closure would not be inlined into the function that has the
-/// vector instructions.
+/// A stride of a band, for [`pulp::Arch::dispatch`]: a closure would not be inlined into the function with the vector
+/// instructions.
 struct Advance<'j, 'a, T> {
     shared: &'j Shared<'a, T>,
     band: &'j mut Band<T>,
@@ -302,7 +302,7 @@ impl<T: Real> pulp::WithSimd for Advance<'_, '_, T> {
     fn with_simd<S: pulp::Simd>(mut self, _: S) {
         let spare = self.shared.halo - self.steps;
         let rows = self.band.own + 2 * self.shared.halo;
-        // Step `n` is a row behind step `n - 1`, starts a row later and ends a row earlier.
+        // Step `n` is one row behind step `n - 1`, starts one row later and ends one row earlier.
         for wave in spare..rows - 1 - spare {
             for n in 0..self.steps.min((wave - spare) / 2 + 1) {
                 self.advance_row(n, wave - n, wave - n > spare + n);
@@ -338,7 +338,7 @@ impl<T: Real> Advance<'_, '_, T> {
             let [x, y] = if shared.transposed { [y, x] } else { [x, y] };
             shared.mass.refresh(weight, x, y);
         }
-        // Directions that the lattice does not have take the place of others here and are not read.
+        // Placeholders for the directions that the lattice does not have; they are not read.
         let directions = if shape.eight { [0, 1, 2, 3] } else { [0, 1, 0, 1] };
         let [right, down, down_right, down_left] = &mut band.stiffness;
         let mut springs = Springs {
@@ -366,7 +366,7 @@ impl<T: Real> Advance<'_, '_, T> {
         }
         if own {
             let speed = &mut report.speed[n];
-            // Beyond the last column nothing moves.
+            // Nothing moves beyond the last column.
             speed.add(vx);
             speed.add(vy);
             if shared.motion.settle > T::default() {

@@ -1,28 +1,28 @@
-//! How a block of [`super::list`] is laid out in memory: the layers of its halo, its parts and groups, their springs,
-//! and which slots its points read.
+//! Memory layout of a block of [`super::list`]: the layers of its halo, its parts and groups, their springs, and the
+//! slots that its points read.
 
 use super::adjacency::Adjacency;
-use super::block::{Block, GROUP, LANE, LOCAL, PART, Part, Run, Slots};
+use super::block::{BlockPart, GROUP, GroupRun, LANE, LOCAL, PART, Slots, SpringBlock};
 use super::net::Mass;
 use crate::ground::real::Real;
 use std::ops::Range;
 
-/// No point, and the slot of no spring.
+/// Marks a missing point or the slot of no spring.
 const NONE: u16 = u16::MAX;
-/// Points of a part of the halo, at most: its layers are thin.
+/// Maximum number of points of a part of the halo, whose layers are thin.
 const HALO_PART: usize = 64;
 
-/// An index as a local one.
+/// Converts to a local index.
 fn short(i: usize) -> u16 {
     u16::try_from(i).expect("counted before")
 }
 
-/// An index as the layout stores it.
+/// Converts to a stored index.
 fn long(i: usize) -> u32 {
     u32::try_from(i).expect("fewer than springs")
 }
 
-/// The axis along which points have the larger extent.
+/// The axis of the points' larger extent.
 pub(super) fn longer_axis<T: Real>(points: impl Iterator<Item = [T; 2]> + Clone) -> usize {
     let extent = |axis: usize| {
         let along = points.clone().map(|p| p[axis].wide());
@@ -35,7 +35,7 @@ pub(super) fn longer_axis<T: Real>(points: impl Iterator<Item = [T; 2]> + Clone)
 pub(super) struct Locals(Vec<u16>);
 
 impl Locals {
-    /// For a number of points.
+    /// For `points` points, none of which has a local index.
     pub(super) fn new(points: usize) -> Self {
         Self(vec![NONE; points])
     }
@@ -45,27 +45,27 @@ impl Locals {
     }
 }
 
-/// A block that is being built.
+/// A block under construction.
 struct Layout<'w, 'n, 'a, T> {
     adjacency: &'w Adjacency<'n, 'a, T>,
     locals: &'w mut Locals,
     reach: usize,
     /// Points by local index.
     points: Vec<u32>,
-    /// Which of them only pad groups.
+    /// True for points that only pad groups.
     padding: Vec<bool>,
-    /// How many points there are up to each layer.
+    /// Number of points up to and including each layer.
     layers: Vec<usize>,
-    parts: Vec<Part>,
-    owning: Vec<Run>,
-    arriving: Vec<Run>,
-    /// Per slot the index into the links.
+    parts: Vec<BlockPart>,
+    owning: Vec<GroupRun>,
+    arriving: Vec<GroupRun>,
+    /// Link index of each slot.
     ids: Vec<u32>,
     offsets: Vec<[T; 2]>,
 }
 
 impl<T: Real> Layout<'_, '_, '_, T> {
-    /// Adds points as a layer, padded to whole groups. False if there are too many.
+    /// Adds points as a layer, padded to whole groups. Returns false if there are too many.
     fn layer(&mut self, points: impl Iterator<Item = u32>) -> bool {
         let from = self.points.len();
         self.points.extend(points);
@@ -89,7 +89,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
         (if layer == 0 { 0 } else { self.layers[layer - 1] })..self.layers[layer]
     }
 
-    /// Finds the layers of the halo: points one link away from the layer before. False if there are too many.
+    /// Finds the layers of the halo: points one link away from the layer before. Returns false if there are too many.
     fn spread(&mut self, own: Range<usize>, along: &impl Fn(u32) -> f64) -> bool {
         if !self.layer(own.map(long)) {
             return false;
@@ -117,7 +117,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
         true
     }
 
-    /// Whether any of some springs has an offset.
+    /// Returns whether any of the springs has an offset.
     fn wraps(&self, springs: &[u32]) -> bool {
         springs.iter().any(|&id| self.adjacency.wraps(id))
     }
@@ -141,7 +141,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
             for group in points.clone().step_by(GROUP) {
                 self.group(group, group == points.start, layer == self.reach);
             }
-            self.parts.push(Part {
+            self.parts.push(BlockPart {
                 layer: short(layer),
                 first: short(points.start),
                 points: short(points.len()),
@@ -156,7 +156,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
         }
     }
 
-    /// Adds the group of the eight points from `first` on. `begins`: it is the first of a part; `last`: it is in the
+    /// Adds the group of eight points that starts at `first`. `begins`: it is the first of a part; `last`: it is in the
     /// outermost layer.
     fn group(&mut self, first: usize, begins: bool, last: bool) {
         let adjacency = self.adjacency;
@@ -185,14 +185,15 @@ impl<T: Real> Layout<'_, '_, '_, T> {
             };
             self.offsets.extend(self.ids[from..].iter().map(offset));
         }
-        join(&mut self.owning, begins, Run { groups: 1, each: long(own), wraps });
-        join(&mut self.arriving, begins, Run { groups: 1, each: long(incoming), wraps: false });
+        join(&mut self.owning, begins, GroupRun { groups: 1, each: long(own), wraps });
+        join(&mut self.arriving, begins, GroupRun { groups: 1, each: long(incoming), wraps: false });
     }
 
-    /// The groups of a part: first point, first slot, how many springs each point owns and how many end there.
-    fn groups(&self, part: &Part) -> impl Iterator<Item = [usize; 4]> {
-        let each = |runs: &'_ [Run]| -> Vec<usize> {
-            let each = |run: &Run| std::iter::repeat_n(run.each as usize, usize::from(run.groups));
+    /// The groups of a part: first point, first slot, number of springs that each point owns, and number that end
+    /// there.
+    fn groups(&self, part: &BlockPart) -> impl Iterator<Item = [usize; 4]> {
+        let each = |runs: &'_ [GroupRun]| -> Vec<usize> {
+            let each = |run: &GroupRun| std::iter::repeat_n(run.each as usize, usize::from(run.groups));
             runs.iter().flat_map(each).collect()
         };
         let owning = each(&self.owning[part.owning[0] as usize..part.owning[1] as usize]);
@@ -205,8 +206,8 @@ impl<T: Real> Layout<'_, '_, '_, T> {
         })
     }
 
-    /// For each part, which springs end at the points of its groups: the first one of each point, then the second ones
-    /// and so on, each as its slot and its part; `None` where a point has fewer.
+    /// For each part the springs that end at the points of its groups: the first one of each point, then the second
+    /// ones and so on, each as slot and part; `None` if a point has fewer.
     fn arriving(&mut self, far: &[u16]) -> Vec<Option<(u32, u16)>> {
         let mut first = vec![usize::MAX; self.points.len()];
         let mut all = 0;
@@ -220,7 +221,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
             }
         }
         let mut arriving = vec![None; all];
-        // Springs that end at the outermost layer do not matter.
+        // Skip springs that end at the outermost layer, which does not move.
         let moving = self.layers[self.reach - 1];
         for (number, part) in (0..).zip(&self.parts) {
             for slot in part.slot as usize..self.end(usize::from(number)) {
@@ -235,21 +236,21 @@ impl<T: Real> Layout<'_, '_, '_, T> {
         arriving
     }
 
-    /// Where the slots of a part end.
+    /// End of the slots of a part.
     fn end(&self, part: usize) -> usize {
         self.parts.get(part + 1).map_or(self.ids.len(), |next| next.slot as usize)
     }
 
-    /// Finds after which part each part can move, where the pulls of each part are stored until they are read, and
-    /// which pulls each point reads. `None` if there is no room.
+    /// Computes the part after which each part can move, the storage of each part's pulls until they are read, and the
+    /// pulls that each point reads. `None` if there is no room.
     fn arrive(&mut self, far: &[u16]) -> Option<[Vec<u16>; 2]> {
         let arriving = self.arriving(far);
         let count = self.parts.len();
-        let of = |parts: &[Part], number: usize| {
+        let of = |parts: &[BlockPart], number: usize| {
             let end = parts.get(number + 1).map_or(arriving.len(), |next| next.incoming as usize);
             parts[number].incoming as usize..end
         };
-        // Per part the parts that move after it, and the last part after which its pulls are read.
+        // For each part the parts that move after it, and the last part after which its pulls are read.
         let mut waits = vec![Vec::new(); count];
         let mut until: Vec<usize> = (0..count).collect();
         for number in (0..count).filter(|&number| usize::from(self.parts[number].layer) < self.reach) {
@@ -287,7 +288,7 @@ impl<T: Real> Layout<'_, '_, '_, T> {
         Some([ready, incoming])
     }
 
-    /// The far end of each slot; of padding the point itself.
+    /// The far end of each slot; for padding, the point itself.
     fn far(&self) -> Vec<u16> {
         let mut far = vec![0; self.ids.len()];
         for part in &self.parts {
@@ -304,17 +305,17 @@ impl<T: Real> Layout<'_, '_, '_, T> {
     }
 }
 
-/// Extends the last run by a group's if both are alike and the group does not begin a part.
-fn join(runs: &mut Vec<Run>, begins: bool, run: Run) {
+/// Adds a group to the last run if both have the same numbers and the group does not begin a part; else starts a run.
+fn join(runs: &mut Vec<GroupRun>, begins: bool, run: GroupRun) {
     match runs.last_mut() {
-        Some(last) if !begins && Run { groups: 1, ..*last } == run => last.groups += 1,
+        Some(last) if !begins && GroupRun { groups: 1, ..*last } == run => last.groups += 1,
         _ => runs.push(run),
     }
 }
 
-impl<T: Real> Block<T> {
-    /// The block of the points `own` with `reach` layers of halo; fails with a point if there is no room. `places` are
-    /// the positions of all points in their order.
+impl<T: Real> SpringBlock<T> {
+    /// Builds the block of the points `own` with `reach` layers of halo. `places` are the positions of all points in
+    /// their order. If there is no room, returns a point as the error.
     pub(super) fn new(
         own: Range<usize>,
         reach: usize,
@@ -338,7 +339,7 @@ impl<T: Real> Block<T> {
         };
         let axis = longer_axis(places[own.clone()].iter().copied());
         let middle = places[own.start + own.len() / 2][axis].wide();
-        // Of the periodic copies of a point, the one next to the block.
+        // Use the periodic copy of a point that is next to the block.
         let size = adjacency.net.size[axis].wide();
         let along = |p: u32| {
             let place = places[p as usize][axis].wide();
@@ -356,13 +357,13 @@ impl<T: Real> Block<T> {
         block.ok_or(first)
     }
 
-    /// The block as laid out; `None` if there is no room for its pulls.
+    /// Builds the block; `None` if there is no room for its pulls.
     fn of(layout: &mut Layout<'_, '_, '_, T>, places: &[[T; 2]], weight: &[T]) -> Option<Self> {
         let far = layout.far();
         let [ready, incoming] = layout.arrive(&far)?;
         let (net, reach) = (layout.adjacency.net, layout.reach);
         let ids = std::mem::take(&mut layout.ids);
-        // Padding has no stiffness, so its pull is 0; with a rest length of 1 that 0 has the sign that changes no sum.
+        // Padding has no stiffness, so its pull is 0; a rest length of 1 gives the 0 the sign that changes no sum.
         let by_lane = |values: &[T], none: T| {
             let mut out = vec![none; if values.is_empty() { 0 } else { ids.len() }];
             for (out, ids) in out.as_chunks_mut::<GROUP>().0.iter_mut().zip(ids.as_chunks::<GROUP>().0) {
@@ -376,7 +377,7 @@ impl<T: Real> Block<T> {
             [] => Vec::new(),
             _ => ids.iter().map(|&id| values.get(id as usize).copied().unwrap_or_default()).collect(),
         };
-        // Blocks that take several steps at a time compute in place.
+        // Blocks that take several steps per stride compute in place.
         let own = layout.layers[0];
         let mut position = vec![[T::default(); 2]; if reach > 1 { LOCAL } else { own }];
         for (place, &p) in position.iter_mut().zip(&layout.points[..own]) {

@@ -1,14 +1,14 @@
 //! Springs along any links.
 //!
 //! Domain decomposition: points are divided into blocks of equal numbers of points, by halving across the longer side;
-//! see [`super::block`] for what a block does. A block has a halo of as many layers of neighbours as there are steps in
-//! a stride and computes their motion too. So it takes a whole stride within its core's cache without the other blocks,
-//! and writes only its own points. Every spring has one owner among its two ends ([`super::owners`]), the same in every
-//! block, and every point sums first the pulls of the springs that it owns and then of the others, each by number. So
-//! all blocks that compute a point get the same bits, and the result depends neither on blocks nor on threads.
+//! see [`super::block`]. A block has a halo of as many layers of neighbours as there are steps in a stride, and
+//! computes their motion too. So it takes a whole stride within its core's cache without the other blocks, and writes
+//! only its own points. Every spring has one owner among its two ends ([`super::owners`]), the same in every block.
+//! Every point first sums the pulls of the springs that it owns and then of the others, each by index. So all blocks
+//! that compute a point get the same bits, and the result depends neither on blocks nor on threads.
 
 use super::adjacency::{Adjacency, Incidence};
-use super::block::{Block, GROUP, PART, Scratch};
+use super::block::{GROUP, PART, Scratch, SpringBlock};
 use super::layout::{Locals, longer_axis};
 use super::net::{Broken, Mass, Motion, Net, SpringError};
 use super::owners::{Count, offset, share};
@@ -19,24 +19,24 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
-/// The number of points from which on several steps per stride are worth the halo: smaller sets stay in a cache anyway.
+/// Number of points from which several steps per stride are worth the halo; smaller sets stay in a cache.
 const LARGE: usize = 1 << 18;
-/// Points per block, at most.
+/// Maximum number of points per block.
 const BLOCK: usize = 2048;
-/// Points per block where very many springs meet.
+/// Points per block if very many springs meet.
 const FEWEST: usize = 8;
-/// Points per block of large sets, at most: their halo is a smaller part.
+/// Maximum number of points per block of large sets, for which the halo is relatively smaller.
 const LARGE_BLOCK: usize = 32_768;
 /// Steps per stride of large sets.
 const STRIDE: u32 = 6;
-/// The number of blocks is a multiple of this, so that this many cores or fewer get equal shares.
+/// The number of blocks is a multiple of this, so that up to this many cores get equal shares.
 const CORES: usize = 4;
-/// The number of springs per point from which on halos become too large.
+/// Number of springs per point from which halos become too large.
 const DENSE: usize = 5;
 
 /// Points along a Morton curve, which keeps neighbours together, with their springs.
 pub(super) struct Sorted<T> {
-    /// Points, and where they are.
+    /// The points in order, and their positions.
     order: Vec<u32>,
     places: Vec<[T; 2]>,
     counts: Vec<Count>,
@@ -51,13 +51,13 @@ pub(super) struct List<'a, T> {
     motion: Motion<T>,
     mass: Mass<'a, T>,
     order: Vec<u32>,
-    blocks: Vec<Block<T>>,
+    blocks: Vec<SpringBlock<T>>,
     /// Points per block.
     block: usize,
     stride: u32,
-    /// Springs that have not broken; empty where none can.
+    /// True for springs that have not broken; empty if none can.
     whole: Vec<bool>,
-    /// Whether some springs broke in the last stride.
+    /// True if some springs broke in the last stride.
     snapped: bool,
     /// Positions and velocities of the points that other blocks read, by block: before the stride, and after it.
     border: [Vec<[T; 4]>; 2],
@@ -72,7 +72,7 @@ impl<M> Pool<M> {
         Self(Mutex::new(Vec::new()))
     }
 
-    /// Lends memory to `work`, made by `new` if there is none.
+    /// Lends memory to `work`; `new` makes it if the pool is empty.
     fn with<R>(&self, new: impl FnOnce() -> M, work: impl FnOnce(&mut M) -> R) -> R {
         let take = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let waiting = take().pop();
@@ -83,7 +83,7 @@ impl<M> Pool<M> {
     }
 }
 
-/// The position of each point on a Morton curve through the bounding square of all points.
+/// The rank of each point on a Morton curve through the bounding square of all points.
 fn morton<T: Real>(points: &[[T; 2]]) -> Vec<u32> {
     let fold =
         |axis: usize, pick: fn(f64, f64) -> f64| points.iter().map(|p| p[axis].wide()).reduce(pick).unwrap_or_default();
@@ -115,7 +115,7 @@ fn divide<T: Real>(places: &[[T; 2]], part: &mut [u32], size: usize) {
 }
 
 impl<T: Real> Sorted<T> {
-    /// Sorts points and gives springs their owners.
+    /// Sorts points and assigns the owners of springs.
     pub(super) fn new(points: &[[T; 2]], net: &Net<'_, T>) -> Self {
         let code = morton(points);
         let mut order: Vec<u32> = (0..index_u32(points.len())).collect();
@@ -134,7 +134,7 @@ impl<T: Real> Sorted<T> {
     }
 }
 
-/// The position of each point in an order.
+/// The rank of each point in an order.
 fn ranks(order: &[u32]) -> Vec<u32> {
     let mut ranks = vec![0u32; order.len()];
     for (rank, &p) in (0..).zip(order) {
@@ -144,7 +144,7 @@ fn ranks(order: &[u32]) -> Vec<u32> {
 }
 
 impl<'a, T: Real> List<'a, T> {
-    /// Sorts the points and distributes the springs; slices have been checked.
+    /// Sorts the points and distributes the springs; lengths of slices have been checked.
     pub(super) fn new(points: &[[T; 2]], net: &Net<'a, T>, motion: &Motion<T>) -> Result<Self, SpringError> {
         let sorted = Sorted::new(points, net);
         if points.len() >= LARGE && net.links.len() < points.len() * DENSE {
@@ -154,7 +154,7 @@ impl<'a, T: Real> List<'a, T> {
                 }
             }
         }
-        // The more springs meet, the fewer points a block has room for.
+        // The more springs meet, the fewer points fit into a block.
         let mut block = block_size(points.len(), BLOCK);
         loop {
             match Self::cut(net, motion, &sorted, block, 1) {
@@ -174,8 +174,8 @@ impl<'a, T: Real> List<'a, T> {
     ) -> Result<Self, SpringError> {
         let mut order: Vec<u32> = (0..index_u32(sorted.order.len())).collect();
         divide(&sorted.places, &mut order, block);
-        // Parts follow each other across the longer side of a block; within a part, points with equally many springs
-        // do.
+        // Parts are sorted along the longer side of a block; within a part, points with the same number of springs are
+        // adjacent.
         order.par_chunks_mut(block).for_each(|own| {
             let axis = longer_axis(own.iter().map(|&p| sorted.places[p as usize]));
             let place = |p: u32| sorted.places[p as usize][axis].wide();
@@ -197,7 +197,8 @@ impl<'a, T: Real> List<'a, T> {
         let locals = Pool::new();
         let build = |p: usize| {
             let own = range(p, block, order.len());
-            let build = |locals: &mut Locals| Block::new(own, stride as usize, &adjacency, &places, &weight, locals);
+            let build =
+                |locals: &mut Locals| SpringBlock::new(own, stride as usize, &adjacency, &places, &weight, locals);
             locals.with(|| Locals::new(order.len()), build)
         };
         let blocks: Result<Vec<_>, u32> = (0..order.len().div_ceil(block)).into_par_iter().map(build).collect();
@@ -220,9 +221,13 @@ impl<'a, T: Real> List<'a, T> {
     }
 }
 
-/// Numbers the points that other blocks read: `ghosts` are indices of points before, and indices into the published
+/// Numbers the points that other blocks read. `ghosts` holds indices of points before, and indices into the published
 /// points afterwards. Returns the published points as well.
-fn number_border<T: Real>(mut blocks: Vec<Block<T>>, size: usize, places: &[[T; 2]]) -> (Vec<Block<T>>, Vec<[T; 4]>) {
+fn number_border<T: Real>(
+    mut blocks: Vec<SpringBlock<T>>,
+    size: usize,
+    places: &[[T; 2]],
+) -> (Vec<SpringBlock<T>>, Vec<[T; 4]>) {
     const READ: u32 = 1;
     let mut number = vec![0; places.len()];
     for &p in blocks.iter().flat_map(|block| &block.ghosts) {
@@ -244,8 +249,8 @@ fn number_border<T: Real>(mut blocks: Vec<Block<T>>, size: usize, places: &[[T; 
     (blocks, border)
 }
 
-/// Points per block: at most `most`, equally many in each block, and equally many blocks for each of up to [`CORES`]
-/// cores.
+/// Points per block: at most `most`, the same number in each block, and the same number of blocks for each of up to
+/// [`CORES`] cores.
 fn block_size(points: usize, most: usize) -> usize {
     let blocks = points.div_ceil(most);
     let blocks = if blocks > CORES / 2 { blocks.next_multiple_of(CORES) } else { blocks.max(1) };
@@ -271,7 +276,7 @@ impl<T: Real> Stepper<T> for List<'_, T> {
         for block in &self.blocks {
             published.push(next.split_off_mut(..block.published.len()).unwrap_or_default());
         }
-        let advance = |(block, published): (&mut Block<T>, &mut [[T; 4]])| {
+        let advance = |(block, published): (&mut SpringBlock<T>, &mut [[T; 4]])| {
             pool.with(Scratch::default, |scratch| {
                 block.mend(whole);
                 if stride > 1 {

@@ -25,7 +25,7 @@ fn motion<T: Real>(steps: u32) -> Motion<T> {
     }
 }
 
-/// A periodic net of random points whose springs have everything that springs can have.
+/// A periodic net of random points whose springs use all features.
 struct Case<T> {
     points: Vec<[T; 2]>,
     links: Links,
@@ -116,14 +116,14 @@ fn wide_loops_have_the_bits_of_plain_ones() {
     let none = vec![0.0; case.rest.len()];
     for threshold in [&[][..], &case.threshold] {
         let wide = Net { threshold, ..case.net() };
-        // Springs with dampers, even of 0, take the plain loops.
+        // Springs with dampers, even of 0, use the plain loops.
         let plain = Net { damping: &none, ..wide };
         assert_eq!(run(&case.points, &wide, 512, 1), run(&case.points, &plain, 512, 1));
     }
 }
 
 #[test]
-fn points_move_alike_side_by_side_and_one_by_one() {
+fn moves_points_equally_in_groups_and_alone() {
     let hash = Hash::new(9);
     let pairs = |seed: u64, count: usize| -> Vec<[f32; 2]> {
         let number = |i: u64| hash.unit_f32(2 * (seed + i));
@@ -150,9 +150,9 @@ fn points_move_alike_side_by_side_and_one_by_one() {
     }
 }
 
-/// Some points of a group have springs with offsets, and then all points of the next groups: no spring is left out.
+/// Some points of a group have springs with offsets, and all points of the next groups: no spring is skipped.
 #[test]
-fn offsets_may_begin_anywhere() {
+fn handles_offsets_that_begin_anywhere() {
     let points: Vec<[f64; 2]> = (0..2048).map(|i| [f64::from(i), 0.0]).collect();
     let mut links = Links::default();
     for i in 0..2048 {
@@ -176,7 +176,7 @@ fn offsets_may_begin_anywhere() {
     assert_eq!(run(&points, &net, 2048, 1), run(&points, &net, 64, 1));
 }
 
-/// All points linked with all: no block of the usual size has room for the springs.
+/// All points are linked with all: no block of the usual size has room for the springs.
 #[test]
 fn dense_nets_take_smaller_blocks() {
     let count = 400u32;

@@ -1,14 +1,14 @@
-//! How the points of a block move once all of their pulls are computed.
+//! Moves the points of a block once all of their pulls are computed.
 
 use super::block::{GROUP, LOCAL};
 use super::net::Motion;
 use crate::ground::real::Real;
 
-/// Points of a run that are about to move.
+/// The points of a run, ready to move.
 pub(super) struct Moving<'p, T> {
-    /// The sums of the pulls of the springs that they own.
+    /// For each point, the sum of the pulls of the springs that it owns.
     pub(super) force: &'p mut [[T; 2]],
-    /// 1/m of each, or the one that all have.
+    /// 1/m of each point; `None` if all have the same.
     pub(super) weight: Option<&'p [[T; 2]]>,
     pub(super) alike: T,
     pub(super) x: &'p mut [[T; 2]],
@@ -21,7 +21,7 @@ impl<T: Real> Moving<'_, T> {
         Moving { force: self.force, weight: self.weight, alike: self.alike, x: self.x, v: self.v }
     }
 
-    /// Adds the pulls of the springs that end at the points, `each` of them per point, and moves the points.
+    /// Adds the pulls of the springs that end at the points, `each` per point, and moves the points.
     #[inline(always)]
     pub(super) fn settle(self, incoming: &[u16], each: usize, motion: &Motion<T>, pulls: &[[T; 2]; LOCAL]) {
         let groups = self.force.as_chunks_mut::<GROUP>().0.iter_mut();
@@ -38,7 +38,7 @@ impl<T: Real> Moving<'_, T> {
     }
 }
 
-/// Moves the points of a group by a step.
+/// Moves the points of a group by one step.
 #[inline(always)]
 fn advance<T: Real>(
     motion: &Motion<T>,

@@ -1,26 +1,27 @@
-//! What a run of springs is given and what comes out.
+//! Input and output of a simulation of springs.
 
 use crate::leather::links::GridShape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How position and velocity advance by a step.
+/// Integrator: advances position and velocity by a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Integrator {
-    /// The rule of the source. It gains energy with every step: it needs few steps, or drag.
+    /// The rule of the source. Gains energy with every step: needs few steps, or drag.
     // The source's: `x += v δ + a δ²/2; v += a δ`. Gains energy, a factor `√(1 + ω²δ²/2)` a step.
     #[default]
     Explicit,
-    /// Velocity first, then position: energy stays about the same, also with larger steps.
+    /// Velocity first, then position: energy stays about the same, even with larger steps.
     // `v += a δ; x += v δ`: keeps the energy while `ω δ < 2`.
     SemiImplicit,
 }
 
-/// What a spring's length at rest is, before `rest_length` is added.
+/// Rest length of a spring, before `rest_length` is added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Rest {
-    /// As in the source: every spring starts stretched by the pitch. That is 0 for links along the rows and columns of a
-    /// grid and (√2-1) · pitch for its diagonals; elsewhere the length at the start minus the mean of all.
+    /// As in the source: every spring starts stretched by the pitch. The rest length is 0 for links along the rows and
+    /// columns of a grid and (√2-1) · pitch for its diagonals; elsewhere it is the length at the start minus the mean
+    /// of all lengths.
     #[default]
     Source,
     /// The length at the start minus the pitch times this factor.
@@ -29,7 +30,7 @@ pub enum Rest {
     Zero,
 }
 
-/// Which springs can break.
+/// Springs that can break.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum BreakOn {
     /// Pulled and pushed springs.
@@ -48,16 +49,16 @@ pub enum Mass<'a, T> {
     One,
     /// One mass per point, fixed at the start.
     Each(&'a [T]),
-    /// Read at the point's place in every step; places may lie outside the canvas.
+    /// Read at the point's position in every step; positions may be outside the canvas.
     Live(&'a (dyn Fn([T; 2]) -> T + Sync)),
 }
 
-/// A net of springs. Slices that are optional may be empty.
+/// A net of springs. Optional slices may be empty.
 #[derive(Clone, Copy, Default)]
 pub struct Net<'a, T> {
     /// The two ends of each spring, indices of points.
     pub links: &'a [[u32; 2]],
-    /// Per spring the canvas offset of its second end, in canvases; optional.
+    /// Canvas offset of the second end of each spring, in canvases; optional.
     pub wraps: &'a [[i8; 2]],
     /// Size of the canvas in mm; used with `wraps`.
     pub size: [T; 2],
@@ -69,30 +70,29 @@ pub struct Net<'a, T> {
     pub damping: &'a [T],
     /// Force beyond which a spring breaks, ≥ 0; infinity for never; optional.
     pub threshold: &'a [T],
-    /// True for springs that only push: contacts between bodies, whose rest length is the sum of their radii;
-    /// optional.
+    /// True for springs that only push: contacts between bodies, whose rest length is the sum of their radii; optional.
     pub pushes: &'a [bool],
-    /// True for points that stay; optional.
+    /// True for fixed points; optional.
     pub fixed: &'a [bool],
     /// Masses.
     pub mass: Mass<'a, T>,
-    /// Set when points lie by rows of this shape: takes the fast path if all links are among those of
-    /// [`crate::leather::links::grid_links`], in whatever order, and neither `damping` nor `pushes` is given.
+    /// Set if points lie by rows of this shape: takes the fast path if all links are among those of
+    /// [`crate::leather::links::grid_links`], in any order, and neither `damping` nor `pushes` is given.
     pub grid: Option<GridShape>,
 }
 
-/// How to run.
+/// Settings of a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion<T> {
     /// The step δ, > 0.
     pub step: T,
-    /// Steps to run, K.
+    /// Number of steps K.
     pub steps: u32,
     /// The integrator.
     pub integrator: Integrator,
     /// Drag: a force `-drag v` on every point, ≥ 0.
     pub drag: T,
-    /// Which springs may break.
+    /// Springs that may break.
     pub break_on: BreakOn,
     /// Stops when no point is faster than this; 0 runs all steps.
     pub settle: T,
@@ -107,7 +107,7 @@ pub struct Broken {
     pub link: u32,
 }
 
-/// Where the points are after the run.
+/// The result of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome<T> {
     /// Positions in mm, not wrapped into the canvas.
@@ -116,14 +116,14 @@ pub struct Outcome<T> {
     pub velocities: Vec<[T; 2]>,
     /// Broken springs by step, then link.
     pub broken: Vec<Broken>,
-    /// Steps that were run.
+    /// Number of steps that were run.
     pub steps: u32,
-    /// Largest kinetic energy over the energy that the springs held at the start. Above 1 the integrator has made
-    /// energy; above 1000 the picture hardly means anything.
+    /// Largest kinetic energy over the initial energy of the springs. Above 1 the integrator has gained energy; above
+    /// 1000 the picture is hardly meaningful.
     pub energy_growth: f64,
 }
 
-/// Why a run has no outcome.
+/// Errors of a run.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SpringError {
     /// The motion diverges: numbers become too large or are not finite.
@@ -132,7 +132,7 @@ pub enum SpringError {
         /// The step, from 0.
         step: u32,
     },
-    /// The callback said to stop.
+    /// The callback cancelled the run.
     #[error("cancelled in step {step}")]
     Cancelled {
         /// The step, from 0.

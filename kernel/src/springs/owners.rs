@@ -1,17 +1,17 @@
-//! Which end of each spring of [`super::list`] owns it. The more equal the numbers of springs that points own, the less
-//! padding is needed where points are computed side by side.
+//! Assigns an owner to each spring of [`super::list`], one of its ends. Points are computed side by side; equal numbers
+//! of owned springs minimise padding.
 
 use super::net::Net;
 use crate::ground::number::index_u32;
 use crate::ground::real::Real;
 
-/// The most points that a search for one that can own one spring more looks at.
+/// Maximum number of points that a search for an owner with room visits.
 const LOOK: usize = 64;
 
-/// The springs of a point.
+/// Numbers of springs of a point.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Count {
-    /// Whether it owns a spring with an offset.
+    /// True if it owns a spring with an offset.
     pub(super) wraps: bool,
     /// Springs that it owns.
     pub(super) owned: u32,
@@ -19,12 +19,12 @@ pub(super) struct Count {
     pub(super) incoming: u32,
 }
 
-/// Whether a spring has an offset.
+/// Returns whether a spring has an offset.
 pub(super) fn offset<T: Real>(net: &Net<'_, T>, spring: u32) -> bool {
     net.wraps.get(spring as usize).is_some_and(|&w| w != [0, 0])
 }
 
-/// Swaps the ends of springs so that the owner comes first. Depends on the links and their order only; all but a few
+/// Swaps the ends of springs so that the owner comes first. Depends only on the links and their order; nearly all
 /// points own at most the mean number of springs, rounded up.
 pub(super) fn share<T: Real>(points: usize, net: &Net<'_, T>, ends: &mut [[u32; 2]]) -> Vec<Count> {
     let mut counts = vec![Count::default(); points];
@@ -44,15 +44,15 @@ pub(super) fn share<T: Real>(points: usize, net: &Net<'_, T>, ends: &mut [[u32; 
     counts
 }
 
-/// Evens the numbers out: a point that owns more than the mean looks for a chain of springs to a nearby point that owns
+/// Balances the numbers: a point that owns more than the mean looks for a chain of springs to a nearby point that owns
 /// fewer, and all springs of the chain change their owner (an augmenting path).
 fn even<T: Real>(net: &Net<'_, T>, ends: &mut [[u32; 2]], counts: &mut [Count]) {
     let mean = index_u32(ends.len().div_ceil(counts.len().max(1)));
     let mut owned = Owned::new(net, ends, counts);
-    // The number of the search in which each point was looked at last.
+    // For each point the number of the last search that visited it.
     let mut seen = vec![0u32; counts.len()];
     let mut search = 0;
-    // Points, the spring that leads there, and the entry of the list from which it starts.
+    // Points, the spring that leads there, and the index of the previous entry.
     let mut chain: Vec<(u32, u32, usize)> = Vec::with_capacity(LOOK);
     for p in 0..index_u32(counts.len()) {
         while counts[p as usize].owned > mean {
@@ -89,7 +89,7 @@ fn even<T: Real>(net: &Net<'_, T>, ends: &mut [[u32; 2]], counts: &mut [Count]) 
     }
 }
 
-/// The springs without offset that each point owns, with room for all that end there.
+/// The springs without offset that each point owns, with room for all springs that end there.
 struct Owned {
     starts: Vec<u32>,
     counts: Vec<u32>,
@@ -123,7 +123,7 @@ impl Owned {
         *count += 1;
     }
 
-    /// Gives a spring to its far end.
+    /// Passes a spring to its far end.
     fn pass(&mut self, id: u32, owner: u32, far: u32) {
         let start = self.starts[owner as usize] as usize;
         let place = self.of(owner).iter().position(|spring| spring[1] == id);
@@ -143,7 +143,7 @@ mod tests {
     use glam::Vec2;
 
     #[test]
-    fn nearly_all_points_own_as_many_springs() {
+    fn balances_owned_springs() {
         let size = Vec2::splat(40.0);
         let points = points::random(3000, size, Hash::new(3));
         let links = delaunay(&points, size, true);
@@ -160,7 +160,7 @@ mod tests {
         }
         let owned = |c: &Count| (c.wraps, c.owned, c.incoming);
         assert!(counted.iter().map(owned).eq(counts.iter().map(owned)));
-        // Three springs a point on a torus; those with offsets stay where they are.
+        // Three springs per point on a torus; the owners of springs with offsets do not change.
         let three = counts.iter().filter(|count| count.owned == 3).count();
         assert!(three * 20 > points.len() * 19, "{three} points own three springs");
     }

@@ -1,28 +1,28 @@
-//! One row of a grid of springs, see [`super::grid`]: the forces of the springs that start there are computed once, all
-//! directions in one vectorised loop; a second loop sums the forces at each point and moves it.
+//! One row of a grid of springs, see [`super::grid`]. One vectorised loop computes the forces of the springs that start
+//! there, all directions at once; a second loop sums the forces at each point and moves it.
 //!
-//! Rows are as long as a multiple of [`LANES`], so that no loop has a remainder; springs of columns beyond the lattice
-//! have no stiffness and so no force.
+//! Row lengths are multiples of [`LANES`], so that no loop has a remainder; springs of columns beyond the lattice have
+//! stiffness 0 and so no force.
 
 use super::net::Motion;
 use super::step::{pull, size};
 use crate::ground::real::Real;
 use crate::leather::links::DIRECTIONS;
 
-/// Rows are a multiple of this long.
+/// Row lengths are multiples of this.
 pub(super) const LANES: usize = 8;
 
-/// Columns in front of the first in a row of places or pulls, and as many behind the last.
+/// Padding columns at either end of a row of positions or pulls.
 pub(super) const PAD: usize = LANES;
 
-/// The forces of the springs that start in a row, by direction and axis, with `PAD` columns more at either end.
+/// The forces of the springs that start in a row, by direction and axis, with `PAD` more columns at either end.
 pub(super) type Pulls<T> = [[Vec<T>; 2]; 4];
 
 /// A row of points, the springs that start there, and the row below.
 pub(super) struct Springs<'s, T> {
-    /// Places along x and y, with `PAD` columns more at either end.
+    /// Positions along x and y, with `PAD` more columns at either end.
     pub(super) place: [&'s mut [T]; 2],
-    /// The same of the row below, as seen from this row.
+    /// The same of the row below, as continued from this row.
     pub(super) below: [&'s [T]; 2],
     pub(super) velocity: [&'s mut [T]; 2],
     pub(super) weight: &'s [T],
@@ -32,16 +32,16 @@ pub(super) struct Springs<'s, T> {
     /// Empty if no spring can break.
     pub(super) threshold: [&'s [T]; 4],
     pub(super) motion: &'s Motion<T>,
-    /// Diagonals too.
+    /// True if there are diagonals.
     pub(super) eight: bool,
-    /// Columns that the lattice has.
+    /// Number of columns of the lattice.
     pub(super) columns: usize,
 }
 
 impl<T: Real> Springs<'_, T> {
-    /// Computes the forces and, if `moves`, moves the points. `carry` holds by axis the forces of the springs from the
-    /// row above on this row, and afterwards those of this row on the row below. `snap` is called with direction and
-    /// column of the springs that break.
+    /// Computes the forces and, if `moves`, moves the points. By axis, `carry` holds the forces on this row from the
+    /// springs of the row above, and afterwards those on the row below. `snap` is called with direction and column of
+    /// the springs that break.
     #[inline(always)]
     pub(super) fn advance(
         &mut self,
@@ -54,8 +54,7 @@ impl<T: Real> Springs<'_, T> {
             self.snap(&mut snap);
             self.pull_all(pulls);
         }
-        // What leaves at one end enters at the other; on a lattice that is not periodic these springs have no
-        // stiffness.
+        // Forces wrap around the ends; on a lattice that is not periodic these springs have no stiffness.
         for row in pulls.iter_mut().take(if self.eight { 4 } else { 1 }).flatten() {
             (row[PAD - 1], row[PAD + self.columns]) = (row[PAD + self.columns - 1], row[PAD]);
         }
@@ -83,7 +82,7 @@ impl<T: Real> Springs<'_, T> {
         }
     }
 
-    /// Breaks the springs that are beyond their thresholds: no stiffness from now on.
+    /// Breaks the springs that are beyond their thresholds, by setting their stiffness to 0.
     #[inline(always)]
     fn snap(&mut self, snap: &mut impl FnMut(usize, usize)) {
         for (dir, (dx, down)) in DIRECTIONS.into_iter().enumerate().take(if self.eight { 4 } else { 2 }) {
@@ -102,9 +101,9 @@ impl<T: Real> Springs<'_, T> {
     }
 }
 
-/// The forces of the springs of a row, by direction along x and y, and whether any is beyond its threshold: as
-/// [`super::step::pull`], for the four directions side by side. Every output is an argument of its own: only then does
-/// the compiler know that they do not overlap.
+/// Computes the forces of the springs of a row along x and y, for four directions at once, like [`super::step::pull`].
+/// Returns whether any force is beyond its threshold. Every output is a separate argument: only then does the compiler
+/// know that they do not overlap.
 #[inline(always)]
 #[expect(clippy::too_many_arguments, reason = "see above")]
 fn pull_row<T: Real, const EIGHT: bool, const BREAK: bool>(
@@ -119,7 +118,7 @@ fn pull_row<T: Real, const EIGHT: bool, const BREAK: bool>(
     y3: &mut [T],
 ) -> bool {
     let n = row.weight.len() / LANES * LANES;
-    // Written out: array methods with closures would not be inlined into functions that have the vector instructions.
+    // Written out: array methods with closures would not be inlined into functions with the vector instructions.
     let ([x, y], [below_x, below_y]) = (&row.place, row.below);
     let (hx, hy) = (&x[PAD..][..n], &y[PAD..][..n]);
     let (ex, ey) = (&x[PAD + 1..][..n], &y[PAD + 1..][..n]);
@@ -167,8 +166,8 @@ fn pull_row<T: Real, const EIGHT: bool, const BREAK: bool>(
     any != 0
 }
 
-/// Sums the forces of the springs of a row at its points and at those of the row below along one axis, given those of
-/// the row above in `carry`; moves the points if `MOVE`.
+/// Sums the forces of the springs of a row along one axis at its points and at those of the row below; `carry` holds
+/// those of the row above. Moves the points if `MOVE`.
 #[inline(always)]
 fn settle<T: Real, const EIGHT: bool, const MOVE: bool>(
     motion: &Motion<T>,

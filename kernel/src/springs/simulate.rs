@@ -1,4 +1,4 @@
-//! A run of springs from start to end, whichever path it takes.
+//! Runs a simulation of springs from start to end, on either path.
 
 use super::grid::Grid;
 use super::list::List;
@@ -7,15 +7,15 @@ use super::step::Stepper;
 use crate::ground::real::Real;
 use rayon::prelude::*;
 
-/// Kinetic energy beyond this multiple of the energy at the start counts as divergence: speeds a thousand times
-/// above any that the springs can give.
+/// Kinetic energy beyond this multiple of the initial energy counts as divergence: speeds are then a thousand times
+/// those that the springs can give.
 const RUNAWAY: f64 = 1e6;
 
-/// Runs `motion` on `net` from `points` at rest. `on_step` is called with the number of each step before it runs and
-/// returns whether to go on. O(steps · links).
+/// Runs `motion` on `net` from `points` at rest. `on_step` is called with the number of each step before the step, and
+/// returns whether to continue. O(steps · links).
 ///
 /// # Errors
-/// When slices do not fit, when the callback stops the run, when the motion diverges.
+/// Returns an error if lengths of slices do not match, if the callback cancels the run, or if the motion diverges.
 pub fn simulate<T: Real>(
     points: &[[T; 2]],
     net: &Net<'_, T>,
@@ -25,7 +25,7 @@ pub fn simulate<T: Real>(
     check(points.len(), net)?;
     let limit = 2.0 * start_energy(points, net) * largest_weight(points, net);
     let mut stepper = stepper(points, net, motion)?;
-    // A run that may end at any step takes one at a time.
+    // A run that may end at any step takes one step at a time.
     let stride = if motion.settle > T::default() { 1 } else { stepper.stride() };
     let (mut broken, mut done, mut fastest) = (Vec::new(), 0, 0.0f64);
     'run: while done < motion.steps {
@@ -54,7 +54,7 @@ pub fn simulate<T: Real>(
     Ok(Outcome { positions, velocities, broken, steps: done, energy_growth })
 }
 
-/// The fast path where it can be taken, or else the general one.
+/// Chooses the fast path if possible, else the general one.
 fn stepper<'a, T: Real>(
     points: &[[T; 2]],
     net: &Net<'a, T>,
@@ -77,7 +77,7 @@ pub fn stretch<T: Real>(before: &[[T; 2]], after: &[[T; 2]], net: &Net<'_, T>) -
     (0..net.links.len()).map(ratio).collect()
 }
 
-/// The force `|k (D - L)|` of each spring at `points`: what breakage thresholds are compared with.
+/// The force `|k (D - L)|` of each spring at `points`, as compared with the thresholds.
 pub fn forces<T: Real>(points: &[[T; 2]], net: &Net<'_, T>) -> Vec<T> {
     let force = |l: usize| {
         let f = net.stiffness[l] * (link_length(points, net, l) - net.rest[l]);
@@ -86,7 +86,7 @@ pub fn forces<T: Real>(points: &[[T; 2]], net: &Net<'_, T>) -> Vec<T> {
     (0..net.links.len()).map(force).collect()
 }
 
-/// The present length of link `l`.
+/// The current length of link `l`.
 fn link_length<T: Real>(points: &[[T; 2]], net: &Net<'_, T>, l: usize) -> T {
     let [a, b] = net.links[l].map(|p| points[p as usize]);
     let [wx, wy] = net.wraps.get(l).map_or([0.0, 0.0], |w| w.map(f64::from));
@@ -98,7 +98,7 @@ fn link_length<T: Real>(points: &[[T; 2]], net: &Net<'_, T>, l: usize) -> T {
 /// Springs per partial sum of the energy.
 const PART: usize = 1 << 14;
 
-/// The energy of the springs at the start, with a floor for rounding so that a net at rest does not "diverge".
+/// The initial energy of the springs, with a floor for rounding so that a net at rest does not "diverge".
 fn start_energy<T: Real>(points: &[[T; 2]], net: &Net<'_, T>) -> f64 {
     let energy = |l: usize| {
         let (k, length) = (net.stiffness[l].wide(), link_length(points, net, l).wide());
@@ -106,7 +106,7 @@ fn start_energy<T: Real>(points: &[[T; 2]], net: &Net<'_, T>) -> f64 {
         let none = net.pushes.get(l) == Some(&true) && stretch > 0.0;
         if none { 0.0 } else { 0.5 * k * (stretch * stretch + 1e-6 * length * length) }
     };
-    // Parts of fixed size, summed in order: the same for any number of threads.
+    // Chunks of fixed size, summed in order: the same for any number of threads.
     let parts = (0..net.links.len().div_ceil(PART)).into_par_iter();
     let sum = |part: usize| -> f64 { (part * PART..((part + 1) * PART).min(net.links.len())).map(energy).sum() };
     parts.map(sum).collect::<Vec<_>>().into_iter().sum()
@@ -118,7 +118,7 @@ fn largest_weight<T: Real>(points: &[[T; 2]], net: &Net<'_, T>) -> f64 {
     match net.mass {
         Mass::One => 1.0,
         Mass::Each(masses) => of(&mut masses.iter().copied()),
-        // Points may come to lie on lighter places.
+        // Points may move to positions with a smaller mass.
         Mass::Live(mass) => 10.0 * of(&mut points.iter().map(|&p| mass(p))),
     }
 }

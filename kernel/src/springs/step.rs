@@ -1,28 +1,27 @@
-//! What both paths of [`super::simulate`] have in common: the force of a spring, the motion of a point, the sums of a
-//! step.
+//! Shared by both paths of [`super::simulate`]: the force of a spring, the motion of a point, the sums of a step.
 
 use super::net::{BreakOn, Broken, Integrator, Mass, Motion, Net};
 use crate::ground::real::Real;
 
-/// A set of points and springs that can advance by a step.
+/// A set of points and springs that can advance by steps.
 pub(super) trait Stepper<T> {
-    /// How many steps are best taken in one call.
+    /// Best number of steps per call.
     fn stride(&self) -> u32;
-    /// Advances by `steps` steps, at most a stride, of which `step` is the first, adding what breaks. Returns what each
-    /// step reports.
+    /// Advances by `steps` steps, at most a stride, of which `step` is the first, and adds broken springs. Returns the
+    /// speeds of each step.
     fn advance(&mut self, step: u32, steps: u32, broken: &mut Vec<Broken>) -> Vec<Speed<T>>;
     /// Positions and velocities in the order of the input.
     fn finish(self: Box<Self>) -> [Vec<[T; 2]>; 2];
 }
 
-/// Lanes of sums; fixed, whatever the machine has.
+/// Number of lanes of sums; the same on every machine.
 const LANES: usize = 8;
-/// So many independent sums of lanes, so that no addition waits for the one before.
+/// Number of independent sums of lanes, so that no addition waits for the one before.
 const SUMS: usize = 4;
-/// Numbers that are summed before the sums are widened.
+/// Count of numbers that are summed before the sums are widened.
 const BLOCK: usize = 1024;
 
-/// What a step reports: `Σ v²`, and the square of the highest speed where a run may end by it.
+/// Report of a step: `Σ v²`, and the square of the highest speed if the run may end by it.
 #[derive(Clone, Copy)]
 pub(super) struct Speed<T> {
     sums: [f64; LANES],
@@ -36,7 +35,7 @@ impl<T: Real> Default for Speed<T> {
 }
 
 impl<T: Real> Speed<T> {
-    /// Takes in velocities, component by component in any order, for the sum.
+    /// Adds velocities, as components in any order, to the sum.
     #[inline(always)]
     pub(super) fn add(&mut self, v: &[T]) {
         for v in v.chunks(BLOCK) {
@@ -61,7 +60,7 @@ impl<T: Real> Speed<T> {
         }
     }
 
-    /// Takes in velocities for the maximum.
+    /// Adds velocities to the maximum.
     #[inline(always)]
     pub(super) fn fastest(&mut self, velocities: impl Iterator<Item = [T; 2]>) {
         for [x, y] in velocities {
@@ -69,7 +68,7 @@ impl<T: Real> Speed<T> {
         }
     }
 
-    /// Takes in what another part of the points reports.
+    /// Adds the report of another part of the points.
     pub(super) fn merge(&mut self, other: Self) {
         for (total, sum) in self.sums.iter_mut().zip(other.sums) {
             *total += sum;
@@ -108,7 +107,7 @@ impl<T: Real> Motion<T> {
 }
 
 impl<T: Real> Mass<'_, T> {
-    /// Reads the masses at the points' places, if they are to be read in every step; fixed points stay.
+    /// Reads the masses at the points' positions, if they are to be read in every step; fixed points keep theirs.
     pub(super) fn refresh(&self, weight: &mut [T], x: &[T], y: &[T]) {
         if let Self::Live(mass) = self {
             for (weight, (&x, &y)) in weight.iter_mut().zip(x.iter().zip(y)) {
@@ -118,8 +117,8 @@ impl<T: Real> Mass<'_, T> {
     }
 }
 
-/// The pull along a link whose second end is `(dx, dy)` from the first, and its force `k (D - L)`; none between points
-/// in the same place, for which the source gives no direction.
+/// The pull along a link whose second end is `(dx, dy)` from the first, and its force `k (D - L)`. The pull is 0
+/// between points at the same position, for which the source gives no direction.
 #[inline(always)]
 pub(super) fn pull<T: Real>([dx, dy]: [T; 2], k: T, rest: T) -> ([T; 2], T) {
     let d = (dx * dx + dy * dy).sqrt();
@@ -128,13 +127,13 @@ pub(super) fn pull<T: Real>([dx, dy]: [T; 2], k: T, rest: T) -> ([T; 2], T) {
     ([s * dx, s * dy], if d > T::default() { force } else { T::default() })
 }
 
-/// What is compared with the thresholds, given a force and [`Motion::push_sign`].
+/// The value compared with the thresholds, from a force and [`Motion::push_sign`].
 #[inline(always)]
 pub(super) fn size<T: Real>(force: T, sign: T) -> T {
     force.larger(sign * force)
 }
 
-/// Per point 1/m, or 0 for fixed points.
+/// 1/m of each point, or 0 for fixed points.
 pub(super) fn weights<T: Real>(points: &[[T; 2]], net: &Net<'_, T>) -> Vec<T> {
     let weight = |(i, &p): (usize, &[T; 2])| {
         if net.fixed.get(i) == Some(&true) {

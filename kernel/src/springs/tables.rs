@@ -4,16 +4,16 @@ use super::rows::LANES;
 use crate::ground::real::Real;
 use std::ops::Range;
 
-/// A quantity of the springs of one direction, by point: the spring that starts there.
+/// A constant of the springs of one direction, by the point where the spring starts.
 pub(super) enum Table<T> {
-    /// The same for all, stored as one row.
+    /// The same for all springs, stored as one row.
     Uniform(Vec<T>),
     /// Rows from the top.
     Each(Vec<T>),
 }
 
 impl<T: Real> Table<T> {
-    /// The values of springs by their numbers, for rows of `nx` points.
+    /// Builds the table from values by link index, for rows of `nx` points.
     pub(super) fn new(values: &[T], numbers: &[u32], nx: usize) -> Self {
         let mut of_springs = numbers.iter().filter_map(|&id| values.get(id as usize));
         let first = of_springs.next().copied().unwrap_or_default();
@@ -28,7 +28,7 @@ impl<T: Real> Table<T> {
         Self::Each(rows)
     }
 
-    /// The row of that number; rows are `n` long.
+    /// Returns a row; rows are `n` long.
     #[inline(always)]
     pub(super) fn row(&self, row: usize, n: usize) -> &[T] {
         match self {
@@ -38,15 +38,15 @@ impl<T: Real> Table<T> {
     }
 }
 
-/// Puts the values of springs where they start, 0 where none does.
+/// Writes the values of springs to the points where they start, 0 where none does.
 pub(super) fn fill<T: Real>(points: &mut [T], values: &[T], numbers: &[u32]) {
     for (value, &id) in points.iter_mut().zip(numbers) {
         *value = values.get(id as usize).copied().unwrap_or_default();
     }
 }
 
-/// A row of each of four directions. Array methods with closures would not be inlined into functions that have the
-/// vector instructions.
+/// A row of each of four directions. Array methods with closures would not be inlined into functions with the vector
+/// instructions.
 #[inline(always)]
 pub(super) fn rows<T: Real>(tables: &[Table<T>], [a, b, c, d]: [usize; 4], row: usize, wide: usize) -> [&[T]; 4] {
     [tables[a].row(row, wide), tables[b].row(row, wide), tables[c].row(row, wide), tables[d].row(row, wide)]

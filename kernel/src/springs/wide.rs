@@ -1,5 +1,5 @@
 //! The inner loops of [`super::block`] in AVX2 instructions, for `f32` on machines that have them: the compiler does
-//! not vectorise the gathering of pairs by index. They round as the plain loops do, which serve all other cases: the
+//! not vectorise the gathering of pairs by index. They round like the plain loops, which handle all other cases, so the
 //! bits are the same.
 
 #[cfg(target_arch = "x86_64")]
@@ -18,12 +18,12 @@ mod x86 {
     use std::any::Any;
     use std::arch::x86_64::__m256;
 
-    /// Smaller than any distance above 0, since squares above 0 are at least 2^-149. A divisor for ends in the same
-    /// place, where the plain loops give 0; only a force above 4e15 would overflow there.
+    /// Smaller than any distance above 0, since squares above 0 are at least 2^-149. The divisor for ends at the same
+    /// position, where the plain loops give 0; only a force above 4e15 would overflow there.
     const LEAST: f32 = f32::from_bits((127 - 75) << 23);
 
-    /// Computes the pulls of a batch and their sums at the owners. Returns for how many groups: all, or those before
-    /// one in which springs break, or none.
+    /// Computes the pulls of a batch and their sums at the owners. Returns the number of computed groups: all, or those
+    /// before one in which springs break, or 0.
     #[inline(always)]
     pub(in super::super) fn pull<T: Real>(
         slots: &Slots<T>,
@@ -90,7 +90,7 @@ mod x86 {
         let avx = v3.avx;
         let (least, zero) = (avx._mm256_set1_ps(LEAST), avx._mm256_setzero_ps());
         let sign_wide = avx._mm256_set1_ps(sign);
-        // All are as long as the batch, which the compiler does not know: indices below the least length need no
+        // All have the length of the batch, which the compiler does not know: indices below the smallest length need no
         // checks.
         let n = groups
             .min(far.len())
@@ -114,14 +114,14 @@ mod x86 {
                     low = avx._mm256_add_ps(low, offset_low);
                     high = avx._mm256_add_ps(high, offset_high);
                 }
-                // The lanes are now in the order of `LANE`, as the constants are; unpacking restores the order.
+                // The lanes are now in the order of `LANE`, like the constants; unpacking restores the order.
                 let dx = avx._mm256_shuffle_ps::<0x88>(low, high);
                 let dy = avx._mm256_shuffle_ps::<0xDD>(low, high);
                 let square = avx._mm256_add_ps(avx._mm256_mul_ps(dx, dx), avx._mm256_mul_ps(dy, dy));
                 let d = avx._mm256_sqrt_ps(square);
                 let f = avx
                     ._mm256_mul_ps(pulp::cast(stiffness[group][i]), avx._mm256_sub_ps(d, pulp::cast(length[group][i])));
-                // Where both ends are in the same place any divisor will do: the quotient is multiplied by 0. NaN stays
+                // If both ends are at the same position, any divisor works: the quotient is multiplied by 0. NaN stays
                 // in `f`.
                 let s = avx._mm256_div_ps(f, avx._mm256_max_ps(d, least));
                 if BREAKS {
@@ -145,8 +145,8 @@ mod x86 {
         groups
     }
 
-    /// Adds the pulls of the springs that end at the points of a run, which `incoming` lists, and moves the points.
-    /// False if there is no wide variant.
+    /// Adds the pulls of the springs that end at the points of a run, as listed by `incoming`, and moves the points.
+    /// Returns false if there is no wide variant.
     #[inline(always)]
     pub(in super::super) fn settle<T: Real>(
         incoming: &[u16],
@@ -218,7 +218,7 @@ mod x86 {
         }
     }
 
-    /// Coordinates and speeds after a step, as [`Motion::advance`] has them.
+    /// Coordinates and velocities after a step, computed like [`Motion::advance`].
     #[inline(always)]
     fn moved<const EXPLICIT: bool>(
         V3 { avx, .. }: V3,
@@ -239,14 +239,14 @@ mod x86 {
         (avx._mm256_add_ps(x, way), faster)
     }
 
-    /// Eight pairs, which are of `f32`, in registers.
+    /// Loads eight pairs of `f32` into registers.
     #[inline(always)]
     fn wide<T: Real>(pairs: &[[T; 2]; 8]) -> [__m256; 2] {
         let pairs = (pairs as &dyn Any).downcast_ref::<[[f32; 2]; 8]>();
         pulp::cast(*pairs.expect("asked before"))
     }
 
-    /// Registers back to pairs.
+    /// Stores registers as pairs.
     #[inline(always)]
     fn narrow<T: Real>(wide: [__m256; 2], pairs: &mut [[T; 2]; 8]) {
         let pairs = (pairs as &mut dyn Any).downcast_mut::<[[f32; 2]; 8]>();
@@ -268,12 +268,12 @@ mod plain {
     use crate::springs::moving::Moving;
     use crate::springs::net::Motion;
 
-    /// There is no wide variant.
+    /// No wide variant exists.
     pub(in super::super) fn pull<T: Real>(_: &Slots<T>, _: Batch, _: &Motion<T>, _: &mut Scratch<T>) -> usize {
         0
     }
 
-    /// There is no wide variant.
+    /// No wide variant exists.
     pub(in super::super) fn settle<T: Real>(
         _: &[u16],
         _: usize,

@@ -1,4 +1,4 @@
-//! The inner loops of [`super::set`]: strokes into a window, some pixels of a row at a time.
+//! The inner loops of [`super::set`]: draws strokes into a window, several pixels of a row at a time.
 //!
 //! The rows of a stroke are divided into blocks of pixels before any is drawn. So the processor mispredicts few
 //! branches, and the long chains of operations of several blocks overlap.
@@ -11,21 +11,21 @@ use pulp::Simd;
 use shibo_engine::value::Buffer;
 use std::ops::RangeInclusive;
 
-/// How pixels are combined with what is there.
+/// Combination of new pixels with existing ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Rule {
-    /// The larger.
+pub(super) enum CombineRule {
+    /// The maximum.
     Max,
-    /// The larger, and the number of the stroke that it is of.
+    /// The maximum, and the id of its stroke.
     Ids,
     /// The sum.
     Add,
-    /// The sum less the product times this.
+    /// The sum minus the product times this factor.
     Screen(f32),
 }
 
-impl Rule {
-    /// A pixel combined with what is there.
+impl CombineRule {
+    /// Combines a new pixel with the existing one.
     #[inline(always)]
     fn combine<S: Simd>(self, simd: S, old: S::f32s, new: S::f32s) -> S::f32s {
         match self {
@@ -39,20 +39,20 @@ impl Rule {
     }
 }
 
-/// The pixels of a window, with room for whole blocks.
+/// The pixels of a window, padded for whole blocks.
 pub(super) struct Target {
     frame: Frame,
-    rule: Rule,
+    rule: CombineRule,
     stride: usize,
     values: Buffer,
     ids: Vec<u32>,
 }
 
 impl Target {
-    pub(super) fn new(frame: &Frame, rule: Rule) -> Self {
+    pub(super) fn new(frame: &Frame, rule: CombineRule) -> Self {
         let stride = frame.window.columns() + LANES;
         let count = stride * frame.window.rows();
-        let ids = if rule == Rule::Ids { vec![NO_STROKE; count] } else { Vec::new() };
+        let ids = if rule == CombineRule::Ids { vec![NO_STROKE; count] } else { Vec::new() };
         Self { frame: *frame, rule, stride, values: Buffer::zeros(count), ids }
     }
 
@@ -75,7 +75,7 @@ impl Target {
     }
 }
 
-/// A call for [`pulp::Arch::dispatch`]: a closure would not be inlined where the vector instructions are.
+/// A call for [`pulp::Arch::dispatch`]: a closure would not be inlined into the function with the vector instructions.
 struct Call<'c, 's> {
     target: &'c mut Target,
     job: Job<'s>,
@@ -101,7 +101,7 @@ impl pulp::WithSimd for Call<'_, '_> {
 }
 
 impl Target {
-    /// Draws strokes with the cross-section that `shape` gives for each, whose half width is `unit` of its units.
+    /// Draws strokes with the cross-section that `shape` returns for each; a half width is `unit` of its units.
     #[inline(always)]
     fn strokes<S: Simd, P: Shape>(&mut self, simd: S, job: &Job<'_>, unit: f32, shape: impl Fn(&Pen) -> P) {
         let style = &job.style;
@@ -111,7 +111,7 @@ impl Target {
         for near in job.near {
             let Some(pen) = pens.pen(&job.grooves[near.groove as usize], near.copy) else { continue };
             let shape = shape(&pen);
-            match (taper, style.round_caps, self.rule == Rule::Max) {
+            match (taper, style.round_caps, self.rule == CombineRule::Max) {
                 (false, false, true) => self.stroke::<S, false, false, true>(simd, &pen, &shape, &mut scratch),
                 (false, true, true) => self.stroke::<S, false, true, true>(simd, &pen, &shape, &mut scratch),
                 (true, false, true) => self.stroke::<S, true, false, true>(simd, &pen, &shape, &mut scratch),
@@ -122,7 +122,7 @@ impl Target {
         }
     }
 
-    /// Draws one stroke. `MAX`: by [`Rule::Max`].
+    /// Draws one stroke. `MAX`: by [`CombineRule::Max`].
     #[inline(always)]
     fn stroke<S: Simd, const TAPER: bool, const ROUND: bool, const MAX: bool>(
         &mut self,
@@ -147,7 +147,7 @@ impl Target {
                         *out = simd.max_f32s(*out, new);
                         continue;
                     }
-                    if self.rule == Rule::Ids {
+                    if self.rule == CombineRule::Ids {
                         let ids = &mut S::as_mut_simd_u32s(&mut self.ids[block.at..block.at + lanes]).0[0];
                         *ids = simd.select_u32s(simd.less_than_f32s(*out, new), simd.splat_u32s(pen.id), *ids);
                     }
@@ -157,8 +157,8 @@ impl Target {
         }
     }
 
-    /// Cuts a strip of some rows into blocks, as many as there is room for; returns the next row and how many blocks
-    /// there are. Blocks beyond a row's end are written and then overwritten: that is quicker than a branch.
+    /// Divides a strip of rows into blocks, as many as there is room for; returns the next row and the number of
+    /// blocks. Blocks beyond a row's end are written and then overwritten: this is faster than a branch.
     #[inline(always)]
     fn cut<S: Simd>(
         &self,
@@ -194,24 +194,24 @@ impl Target {
     }
 }
 
-/// Blocks of a row that are cut at a time.
+/// Number of blocks of a row that are divided at a time.
 const STRIP: usize = 4;
-/// Blocks that are drawn at a time.
+/// Number of blocks that are drawn at a time.
 const BLOCKS: usize = 192;
 
-/// Some pixels of a row.
+/// Several adjacent pixels of a row.
 #[derive(Clone, Copy, Default)]
 struct Block {
     /// Index of the first one on the target.
     at: usize,
-    /// Their first column from the middle of the stroke.
+    /// Column of the first one, relative to the middle of the stroke.
     column: f32,
     /// The row's offsets along and across, see [`Pen::values`].
     along: f32,
     across: f32,
 }
 
-/// Room for rows and blocks.
+/// Memory for rows and blocks.
 struct Scratch {
     from: [u32; LANES],
     count: [u32; LANES],
@@ -256,7 +256,9 @@ mod tests {
         let frame = Frame { window, origin: [0.4, -0.7], step: [0.125, 0.17] };
         let gaussian = Profile::Gaussian { sigma: 0.2, cutoff: 0.64 };
         for profile in [Profile::Flat, Profile::Linear, Profile::Smooth, gaussian, Profile::Brush] {
-            for (taper, round_caps, rule) in [(0.0, false, Rule::Max), (0.4, true, Rule::Ids), (0.0, true, Rule::Add)] {
+            for (taper, round_caps, rule) in
+                [(0.0, false, CombineRule::Max), (0.4, true, CombineRule::Ids), (0.0, true, CombineRule::Add)]
+            {
                 let style = StrokeStyle { profile, taper, round_caps, combine: Combine::Add, ..StrokeStyle::default() };
                 let set = StrokeSet::new(&strokes, style, None);
                 let (near, copies) = set.near(&frame, true);

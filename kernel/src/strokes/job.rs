@@ -1,9 +1,9 @@
-//! Strokes that are ready to be drawn.
+//! Strokes prepared for drawing.
 
 use super::style::{Draw, StrokeStyle};
 use glam::{DVec2, IVec2, Vec2};
 
-/// A stroke, ready to be drawn at any resolution.
+/// A stroke, prepared for drawing at any resolution.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Groove {
     pub(super) middle: DVec2,
@@ -12,11 +12,11 @@ pub(super) struct Groove {
     pub(super) half_length: f32,
     pub(super) half_width: f32,
     pub(super) depth: f32,
-    /// The stroke's number.
+    /// The stroke's id.
     pub(super) id: u32,
 }
 
-/// A stroke to be drawn: its number, its copy of the canvas, and where its groove is.
+/// A stroke near a window: its id, its copy of the canvas, and the index of its groove.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Near {
     pub(super) id: u32,
@@ -24,7 +24,7 @@ pub(super) struct Near {
     pub(super) groove: u32,
 }
 
-/// What is to be drawn.
+/// The input of a drawing.
 pub(super) struct Job<'s> {
     pub(super) grooves: &'s [Groove],
     pub(super) near: &'s [Near],

@@ -1,8 +1,7 @@
-//! Strokes as seen from a window: which pixels they touch, and what those have in them.
+//! Strokes in the pixel coordinates of a window: the touched pixels, and their values.
 //!
-//! A pixel's value is a function of its place from the stroke's middle and does not depend on what else is computed
-//! with it. Written with explicit vectors: whether such loops vectorise by themselves depends on what they are inlined
-//! into.
+//! A pixel's value is a function of its position relative to the stroke's middle and does not depend on other pixels.
+//! Written with explicit vectors: automatic vectorisation of such loops depends on the code that they are inlined into.
 
 use super::job::Groove;
 use super::job::Job;
@@ -14,30 +13,31 @@ use glam::{DVec2, IVec2, Vec2};
 use pulp::Simd;
 use shibo_engine::value::Window;
 
-/// The most pixels per block on any machine; rows are padded by as many so that a block may begin in any column.
+/// Largest number of pixels per block on any machine; rows have this much padding, so that a block may begin in any
+/// column.
 pub(super) const LANES: usize = 16;
-/// The numbers of the lanes.
+/// Indices of the lanes.
 const LANE: [f32; LANES] = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0, 14.0, 15.0];
-/// Pixels are computed so far beyond the edge of a stroke, in pixels and as a share of its size: more than the rounding
-/// errors of positions, so that all pixels left out would be 0.
+/// Margin beyond the edge of a stroke in which pixels are computed, in pixels and as a share of its size: larger than
+/// the rounding errors of positions, so that all skipped pixels are 0.
 const MARGIN: [f32; 2] = [0.02, 1e-6];
 /// Slopes of more columns per row than this count as horizontal.
 const STEEP: f32 = 1e9;
-/// 1.5·2^23: added to a number below 2^22, it leaves the nearest integer in the low bits.
+/// 1.5·2^23: adding it to a number below 2^22 leaves the nearest integer in the low bits.
 const SNAP: f32 = 12_582_912.0;
 
-/// A stroke as seen from a window.
+/// A stroke in the pixel coordinates of a window.
 pub(super) struct Pen {
     pub(super) id: u32,
-    /// Pixel of the middle, from the window's corner.
+    /// Column of the middle, from the window's corner.
     column: i32,
     pub(super) row: i32,
-    /// Rows that it touches, from that of the middle.
+    /// Touched rows, relative to the row of the middle.
     pub(super) rows: [i32; 2],
-    /// The columns of a row between the ends of the stroke, and those between its sides: how the first one changes by
+    /// The columns of a row between the ends of the stroke, and those between its sides: change of the first one per
     /// row, the first one in the row of the middle, and their number.
     edges: [[f32; 3]; 2],
-    /// Columns that it touches in a row, at the most.
+    /// Maximum number of touched columns in a row.
     pub(super) wide: i32,
     /// Offset from the middle along and across the stroke: change by column, change by row, and value at the centre of
     /// the middle's pixel; along in mm, across in the units of the cross-section.
@@ -50,23 +50,23 @@ pub(super) struct Pen {
     depth: f32,
     taper: f32,
     tip: f32,
-    /// Depth at a square end, by mm inside and at the end.
+    /// Depth at a square end: change per mm inside (`gain`), and the value at the end.
     gain: f32,
     offset: f32,
-    /// Coverage by half widths inside the edge.
+    /// Coverage per half width inside the edge.
     sharp: f32,
 }
 
-/// The common part of all pens of a window.
+/// Data shared by all pens of a window.
 pub(super) struct Pens {
     window: Window,
-    /// The size of a pixel in mm.
+    /// Size of a pixel in mm.
     step: Vec2,
     style: StrokeStyle,
     draw: Draw,
     /// Units of the cross-section per half width.
     unit: f32,
-    /// The shift of each copy of the canvas: in mm, or in whole pixels.
+    /// Shift of each copy of the canvas: in mm, or in whole pixels.
     copies: Vec<(DVec2, DVec2)>,
     per: DVec2,
 }
@@ -77,7 +77,7 @@ impl Pens {
         let pitch = step.as_dvec2();
         let copy = |&copy: &IVec2| {
             let shift = job.period.as_dvec2() * copy.as_dvec2() - origin;
-            // A copy of the canvas is a whole number of pixels away if possible: then copies have the same bits.
+            // Shift a copy by a whole number of pixels if possible: then copies have the same bits.
             let pixels = shift / pitch;
             let whole = (pixels - pixels.round()).abs().max_element() < 1e-3;
             if whole { (DVec2::ZERO, pixels.round()) } else { (shift, DVec2::ZERO) }
@@ -87,14 +87,14 @@ impl Pens {
         Self { window, step, style, draw, unit, copies, per: pitch.recip() }
     }
 
-    /// The widths of a pixel as seen along and across.
+    /// Width of a pixel along and across the stroke.
     #[inline(always)]
     fn pixel(&self, along: Vec2) -> [f32; 2] {
         let step = self.step;
         if step.x == step.y { [step.x; 2] } else { [(along * step).length(), (along.perp() * step).length()] }
     }
 
-    /// `None` if the stroke touches no pixel. Inlined into code with vector instructions: without them rounding is a
+    /// `None` if the stroke touches no pixel. Inlined into code with vector instructions, without which rounding is a
     /// function call.
     #[inline(always)]
     pub(super) fn pen(&self, groove: &Groove, copy: u32) -> Option<Pen> {
@@ -111,7 +111,7 @@ impl Pens {
         let half_length = groove.half_length;
         let reach = cut(style.profile) * half_width;
         let end = if style.round_caps { reach } else { 0.0 };
-        // Half a pixel more where edges are soft.
+        // Half a pixel more if edges are soft.
         let soft = if style.antialias { 0.5 } else { 0.0 };
         let edge = if matches!(style.profile, Profile::Flat | Profile::Brush) { soft } else { 0.0 };
         let margin = MARGIN[0] * pixel[0].max(pixel[1]) + MARGIN[1] * (half_length + reach);
@@ -157,8 +157,8 @@ impl Pens {
     }
 }
 
-/// Where rows are within a stroke, see [`Pen::edges`], and over how many columns at the most. `rest` is the vector from
-/// the middle to the centre of its pixel, which lies in `column`.
+/// The extent of rows within a stroke, see [`Pen::edges`], and their maximum number of columns. `rest` is the vector
+/// from the middle to the centre of its pixel, which is in `column`.
 #[inline(always)]
 fn edges([tx, ty]: [f32; 2], reach: [f32; 2], (column, rest): (f32, Vec2), step: Vec2) -> ([[f32; 3]; 2], i32) {
     let per = step.x.recip();
@@ -175,8 +175,8 @@ fn edges([tx, ty]: [f32; 2], reach: [f32; 2], (column, rest): (f32, Vec2), step:
 
 /// A cross-section.
 pub(super) trait Shape {
-    /// Its value, from the square of the distance in its units and the square of the factor by which the stroke is
-    /// narrower.
+    /// Its value, from the square `s` of the distance in its units and the square of the factor by which the stroke is
+    /// narrowed.
     fn value<S: Simd>(&self, simd: S, s: S::f32s, narrow: Option<S::f32s>) -> S::f32s;
 }
 
@@ -232,7 +232,7 @@ impl Shape for Gaussian {
     }
 }
 
-/// `gain x + offset`, limited to 0 and `most`.
+/// `gain x + offset`, clamped to 0..`most`.
 #[inline(always)]
 fn ramp<S: Simd>(simd: S, x: S::f32s, [gain, offset, most]: [f32; 3]) -> S::f32s {
     let value = simd.add_f32s(simd.mul_f32s(x, simd.splat_f32s(gain)), simd.splat_f32s(offset));
@@ -240,8 +240,8 @@ fn ramp<S: Simd>(simd: S, x: S::f32s, [gain, offset, most]: [f32; 3]) -> S::f32s
 }
 
 impl Pen {
-    /// Depths of a block of pixels from `column` on, counted from the middle, in a row whose offsets along and across
-    /// begin with `row`. `TAPER`: taper or tip is not 0. `ROUND`: ends are round.
+    /// Depths of a block of pixels that starts at `column`, relative to the middle, in a row whose offsets along and
+    /// across begin with `row`. `TAPER`: taper or tip is not 0. `ROUND`: ends are round.
     #[inline(always)]
     pub(super) fn values<S: Simd, const TAPER: bool, const ROUND: bool>(
         &self,
@@ -277,12 +277,12 @@ impl Pen {
     }
 }
 
-/// Where some rows are within a stroke.
+/// The extents of several rows within a stroke.
 pub(super) struct Spans<S: Simd> {
-    /// First column, and how many blocks.
+    /// First column, and number of blocks.
     pub(super) from: S::u32s,
     pub(super) count: S::u32s,
-    /// First column from the middle of the stroke.
+    /// First column, relative to the middle of the stroke.
     pub(super) column: S::f32s,
     /// The offsets of the rows along and across, see [`Pen::values`].
     pub(super) along: S::f32s,
@@ -290,7 +290,7 @@ pub(super) struct Spans<S: Simd> {
 }
 
 impl Pen {
-    /// The rows from `row` on, within a window `width` columns wide, `skip` columns into the stroke.
+    /// The rows that start at `row`, within a window of `width` columns, `skip` columns into the stroke.
     #[inline(always)]
     pub(super) fn spans<S: Simd>(&self, simd: S, row: f32, width: f32, skip: f32) -> Spans<S> {
         let splat = |v: f32| simd.splat_f32s(v);
@@ -300,7 +300,7 @@ impl Pen {
         let (end, side) = (line(y, [ends[0], ends[1]]), line(y, [sides[0], sides[1]]));
         let from = simd.max_f32s(end, side);
         let to = simd.min_f32s(simd.add_f32s(end, splat(ends[2])), simd.add_f32s(side, splat(sides[2])));
-        // Adding a half and rounding gives the next whole number, subtracting one the last.
+        // Adding a half and rounding gives the next integer, subtracting a half the previous one.
         let snapped = |v: S::f32s, limit: [f32; 2]| {
             let limited = simd.min_f32s(simd.max_f32s(v, splat(limit[0])), splat(limit[1]));
             simd.add_f32s(limited, splat(SNAP))
@@ -322,7 +322,7 @@ impl Pen {
     }
 }
 
-/// A whole number as an integer, limited to the range of pixels.
+/// Converts a whole number to an integer, clamped to the range of pixels.
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "clamped before")]
 fn whole(value: f64) -> i32 {

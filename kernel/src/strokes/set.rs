@@ -1,6 +1,6 @@
 //! Strokes in bins, and the search for those near a window.
 
-use super::fill::{Rule, Target};
+use super::fill::{CombineRule, Target};
 use super::job::{Groove, Job, Near};
 use super::style::{Combine, Draw, Stroke, StrokeStyle, cut};
 use crate::ground::bins::{Bins, Extent};
@@ -21,8 +21,8 @@ pub struct StrokeSet {
 }
 
 impl StrokeSet {
-    /// Sorts strokes into bins; those that are not finite or draw nothing are left out. With `period`, the size of the
-    /// canvas in mm, they are repeated over the plane. O(n), on one thread: tiles that wait for it may be under way.
+    /// Sorts strokes into bins; skips those that are not finite or draw nothing. With `period`, the size of the canvas
+    /// in mm, they are repeated over the plane. O(n), on one thread, since tiles that wait for it may be in progress.
     pub fn new(strokes: &[Stroke], style: StrokeStyle, period: Option<Vec2>) -> Self {
         let extent = |id: usize| {
             let s = &strokes[id];
@@ -32,7 +32,7 @@ impl StrokeSet {
             (draws && e.middle.is_finite() && e.half.is_finite()).then_some(e)
         };
         let (bins, order) = Bins::new(strokes.len(), extent);
-        // Read some at a time, so that many cache misses overlap.
+        // Read several at a time, so that many cache misses overlap.
         let mut grooves = Vec::with_capacity(order.len());
         let mut some = [Stroke { ends: [Vec2::ZERO; 2], half_width: 0.0, depth: 0.0 }; 64];
         for ids in order.chunks(some.len()) {
@@ -48,9 +48,9 @@ impl StrokeSet {
         &self.grooves
     }
 
-    /// The strokes that may touch a window, and the copies of the canvas they lie in; in order if `sorted`.
+    /// The strokes that may touch a window, and their copies of the canvas; in order if `sorted`.
     pub(super) fn near(&self, frame: &Frame, sorted: bool) -> (Vec<Near>, Vec<IVec2>) {
-        // Thin strokes grow to the least width, and edges are half a pixel soft.
+        // Thin strokes grow to the minimum width, and edges are half a pixel soft.
         let (all_low, all_high) = (self.bins.low, self.bins.high);
         let (step, origin) = (DVec2::from_array(frame.step).as_vec2(), DVec2::from_array(frame.origin));
         let margin = step * (1.0 + 0.5 * self.style.min_width) + 1e-5 * (all_high - all_low).max_element();
@@ -81,40 +81,40 @@ impl StrokeSet {
         (found, copies)
     }
 
-    /// Fills a window by rows, whatever was in `out` before. O(strokes near + pixels + pixels of strokes).
+    /// Fills a window by rows; previous values of `out` are ignored. O(strokes near + pixels + pixels of strokes).
     pub fn fill(&self, frame: &Frame, draw: Draw, out: &mut [f32]) {
         self.fill_until(&|| false, frame, draw, out);
     }
 
-    /// As [`Self::fill`]; once `stop` is true, with whatever is drawn by then.
+    /// Like [`Self::fill`]; incomplete if `stop` returned true.
     pub fn fill_until(&self, stop: &dyn Fn() -> bool, frame: &Frame, draw: Draw, out: &mut [f32]) {
         let rule = match self.style.combine {
-            Combine::Max => Rule::Max,
-            Combine::Add => Rule::Add,
+            Combine::Max => CombineRule::Max,
+            Combine::Add => CombineRule::Add,
             Combine::Screen => {
                 let most = if draw == Draw::Mask { 1.0 } else { self.deepest.max(f32::MIN_POSITIVE) };
-                Rule::Screen(most.recip())
+                CombineRule::Screen(most.recip())
             }
         };
         self.paint(stop, frame, (draw, rule), (out, &mut []));
     }
 
-    /// As [`Self::fill_until`], of depths and always by the deepest; `ids` receives the stroke that is deepest in each
+    /// Like [`Self::fill_until`], with depths and always by the deepest; `ids` receives the deepest stroke of each
     /// pixel, the first of equals, or [`NO_STROKE`](crate::strokes::NO_STROKE).
     pub fn fill_with_ids(&self, stop: &dyn Fn() -> bool, frame: &Frame, out: &mut [f32], ids: &mut [u32]) {
-        self.paint(stop, frame, (Draw::Depth, Rule::Ids), (out, ids));
+        self.paint(stop, frame, (Draw::Depth, CombineRule::Ids), (out, ids));
     }
 
     fn paint(
         &self,
         stop: &dyn Fn() -> bool,
         frame: &Frame,
-        (draw, rule): (Draw, Rule),
+        (draw, rule): (Draw, CombineRule),
         (out, ids): (&mut [f32], &mut [u32]),
     ) {
         let mut target = Target::new(frame, rule);
         // A maximum does not depend on the order.
-        let (near, copies) = self.near(frame, rule != Rule::Max);
+        let (near, copies) = self.near(frame, rule != CombineRule::Max);
         let period = self.period.unwrap_or_default();
         for near in near.chunks(AT_ONCE) {
             if stop() {
@@ -126,10 +126,10 @@ impl StrokeSet {
     }
 }
 
-/// How many strokes are drawn between two questions whether to stop: 30 ms of those that cover a tile.
+/// Number of strokes drawn between two checks of `stop`: 30 ms for strokes that cover a tile.
 const AT_ONCE: usize = 512;
 
-/// How many strokes lie over each other at a place of the canvas, on average: what drawing them costs per pixel.
+/// Mean number of strokes that overlap at a point of the canvas, the cost of drawing per pixel.
 pub fn layers(strokes: impl Iterator<Item = Stroke>, style: &StrokeStyle, size: Vec2, periodic: bool) -> f64 {
     let canvas = size.as_dvec2().element_product();
     let area = |stroke: Stroke| {
@@ -157,14 +157,14 @@ impl Groove {
     }
 }
 
-/// The ends of a stroke, moved so that its middle lies on the canvas if that is periodic.
+/// The ends of a stroke, shifted so that its middle is on the canvas if that is periodic.
 fn home(stroke: &Stroke, period: Option<Vec2>) -> [Vec2; 2] {
     let [a, b] = stroke.ends;
     let home = period.map_or(Vec2::ZERO, |size| ((a + b) * 0.5 / size).floor() * size);
     [a - home, b - home]
 }
 
-/// The box around a stroke, or a larger one.
+/// A bounding box of a stroke.
 fn extent(stroke: &Stroke, style: &StrokeStyle, period: Option<Vec2>) -> Extent {
     let [a, b] = home(stroke, period);
     Extent { middle: (a + b) * 0.5, half: (b - a).abs() * 0.5 + stroke.half_width * cut(style.profile) }

@@ -1,4 +1,4 @@
-//! What a stroke is, and what all strokes of a set have in common.
+//! Strokes, and the settings shared by all strokes of a set.
 
 use glam::Vec2;
 use schemars::JsonSchema;
@@ -71,7 +71,7 @@ impl CrossSection {
     }
 }
 
-/// How grooves that overlap are combined.
+/// Combination of overlapping grooves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Combine {
     /// The deepest.
@@ -83,7 +83,7 @@ pub enum Combine {
     Screen,
 }
 
-/// What all strokes of a set have in common.
+/// Settings shared by all strokes of a set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StrokeStyle {
     /// Cross-section.
@@ -96,11 +96,11 @@ pub struct StrokeStyle {
     pub round_caps: bool,
     /// Thinner strokes are drawn this wide, in output pixels, and fade instead; 0 draws them as they are.
     pub min_width: f32,
-    /// Whether strokes below the least width fade; otherwise they keep their depth.
+    /// True if strokes below the minimum width fade; otherwise they keep their depth.
     pub fade: bool,
     /// Edges of `Flat` and `Brush` and square ends are a pixel wide; otherwise a pixel is in or out by its centre.
     pub antialias: bool,
-    /// How strokes are combined.
+    /// Combination of overlapping strokes.
     pub combine: Combine,
 }
 
@@ -119,7 +119,7 @@ impl Default for StrokeStyle {
     }
 }
 
-/// What is drawn.
+/// Values to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Draw {
     /// Profile times depth.
@@ -131,7 +131,7 @@ pub enum Draw {
 /// Marks pixels without a stroke in the ids of [`StrokeSet::fill_with_ids`](crate::strokes::StrokeSet::fill_with_ids).
 pub const NO_STROKE: u32 = u32::MAX;
 
-/// Where a cross-section ends, in half widths.
+/// The end of a cross-section, in half widths.
 pub(super) fn cut(profile: Profile) -> f32 {
     if let Profile::Gaussian { cutoff, .. } = profile { 2.0 * cutoff } else { 1.0 }
 }

@@ -1,23 +1,24 @@
-//! One normal map laid over another.
+//! Blends a detail normal map over a base normal map.
 
 use crate::ground::math::max;
 use crate::ground::simd;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How two normals become one.
+/// Blending of two normals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum NormalBlend {
-    /// The detail is turned as the base is turned from straight up: as if it lay on that surface
+    /// The detail is rotated by the rotation from straight up to the base: as if it lay on that surface
     #[default]
     Reoriented,
-    /// The slopes of both are added: what the sum of two heights has
+    /// The slopes of both are added: as in the sum of two heights
     Slopes,
     /// Horizontal parts are added, vertical ones multiplied: as slopes, but gentler where both are steep
     Whiteout,
 }
 
-/// Fills `out` with `detail` over `base`; all are kept as ½ + ½n. The slopes of the detail are multiplied by `strength`.
+/// Fills `out` with `detail` over `base`; all are stored as ½ + ½n. The slopes of the detail are multiplied by
+/// `strength`.
 ///
 /// # Panics
 /// If the planes differ in length.
@@ -66,7 +67,7 @@ fn each(
     for i in 0..n {
         let decode = |v: f32| 2.0 * v - 1.0;
         let b = unit([decode(bx[i]), decode(by[i]), decode(bz[i])]);
-        // What leans over is taken as nearly level: a height has no such slopes.
+        // Clamp overhanging normals to nearly vertical slopes: a height has no overhangs.
         let d = [decode(dx[i]) * strength[i], decode(dy[i]) * strength[i], max(decode(dz[i]), 1e-3)];
         let r = unit(f(b, unit(d)));
         (x[i], y[i], z[i]) = (0.5 + 0.5 * r[0], 0.5 + 0.5 * r[1], 0.5 + 0.5 * r[2]);

@@ -1,8 +1,8 @@
 //! The mean curvature of a height field in millimetres.
 //!
-//! H = ((1 + h_y²) h_xx − 2 h_x h_y h_xy + (1 + h_x²) h_yy) / (2 (1 + h_x² + h_y²)^{3/2}), with the sign turned, so that
-//! convex places are positive: a ball of radius R has 1/R, an edge rounded with radius R has 1/(2R). Derivatives are
-//! differences over one pixel on each side.
+//! H = ((1 + h_y²) h_xx − 2 h_x h_y h_xy + (1 + h_x²) h_yy) / (2 (1 + h_x² + h_y²)^{3/2}), with the opposite sign, so
+//! that convex parts are positive: a ball of radius R has 1/R, an edge rounded with radius R has 1/(2R). Derivatives
+//! are differences over one pixel on each side.
 
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt};
@@ -29,7 +29,7 @@ pub fn mean_curvature(input: &View<'_>, rect: Window, step: [f64; 2], out: &mut 
                 let (a, b, c) = (row(y - 1), row(y), row(y + 1));
                 let out = &mut out[..w];
                 for i in 0..w {
-                    // Steeper than a million is a wall; its square would be no number any more.
+                    // Clamp: the square of a slope above a million could overflow.
                     let hx = ((b[i + 2] - b[i]) * kx).clamp(-1e6, 1e6);
                     let hy = ((c[i + 1] - a[i + 1]) * ky).clamp(-1e6, 1e6);
                     let hxx = ((b[i + 2] - b[i + 1]) + (b[i] - b[i + 1])) * kxx;
@@ -49,7 +49,7 @@ pub fn mean_curvature(input: &View<'_>, rect: Window, step: [f64; 2], out: &mut 
 mod tests {
     use super::*;
 
-    /// Curvature in the middle of a surface, given by its height.
+    /// Curvature at the middle of a surface, given by its height.
     fn of(height: impl Fn(f64, f64) -> f64, step: [f64; 2]) -> f32 {
         let big = Window::of(-1, -1, 3, 3);
         #[expect(clippy::cast_possible_truncation, reason = "a test")]
@@ -62,7 +62,7 @@ mod tests {
 
     #[test]
     fn balls_and_cylinders() {
-        // Seen from above, and on their slopes.
+        // At the top, and on the slopes.
         for (x, y) in [(0.0, 0.0), (1.0, 0.5), (-1.2, 0.9)] {
             let ball = |dx: f64, dy: f64| (4.0 - (x + dx) * (x + dx) - (y + dy) * (y + dy)).sqrt();
             let hollow = |dx: f64, dy: f64| -ball(dx, dy);
@@ -71,7 +71,7 @@ mod tests {
             assert!((of(hollow, [0.02, 0.03]) + 0.5).abs() < 0.005);
             assert!((of(cylinder, [0.02, 0.03]) - 0.25).abs() < 0.003);
         }
-        // A saddle, turned by 45°.
+        // A saddle, rotated by 45°.
         assert!(of(|x, y| 3.0 * x * y, [0.1, 0.1]).abs() < 1e-5);
     }
 }

@@ -1,23 +1,24 @@
-//! Curves that bring scene-linear light into 0..1 for a screen.
+//! Tone curves from scene-linear light to 0..1 for a screen.
 //!
-//! `Filmic` is K. Narkowicz's fit of ACES, channel by channel: pale yellows turn green, darks become lighter. `Neutral` is the
-//! curve "PBR Neutral" of Khronos (2024): what a perfectly lit surface reflects is its base colour, to the digit, without the
-//! four percent that every dielectric mirrors; only highlights are compressed, all channels by one factor, towards white.
+//! `Filmic` is K. Narkowicz's fit of ACES, channel by channel: pale yellows turn green, dark colours become lighter.
+//! `Neutral` is the curve "PBR Neutral" of Khronos (2024): it keeps the base colour of a perfectly lit surface exactly,
+//! without the four percent that every dielectric mirrors. Only highlights are compressed, all channels by one factor,
+//! towards white.
 use crate::ground::math::{max, min};
 
-/// How light becomes a colour on the screen.
+/// Conversion of light to a colour on the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Curve {
-    /// As film.
+    /// Like film.
     #[default]
     Filmic,
     /// Hues and base colours are kept; only highlights are compressed.
     Neutral,
-    /// As it is; what is above 1 is cut off.
+    /// Unchanged; values above 1 are clipped.
     Linear,
 }
 
-/// A pixel's light, 0..∞, as a colour of 0..1.
+/// Converts a pixel's light, 0..∞, to a colour of 0..1.
 #[inline(always)]
 pub fn shown(curve: Curve, color: [f32; 3]) -> [f32; 3] {
     match curve {
@@ -34,9 +35,9 @@ fn filmic(x: f32) -> f32 {
     min((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 1.0)
 }
 
-/// From where on light is compressed.
+/// Light above this is compressed.
 const SHOULDER: f32 = 0.8 - 0.04;
-/// How fast highlights lose their hue.
+/// Rate at which highlights lose their hue.
 const FADE: f32 = 0.15;
 
 #[inline(always)]
@@ -62,15 +63,15 @@ mod tests {
 
     #[test]
     fn neutral_keeps_colours_and_their_hue() {
-        // What a dielectric mirrors is taken away again: the base colour stays.
+        // The mirrored light of a dielectric is subtracted again: the base colour stays.
         let wood = [0.7, 0.45, 0.2];
         let kept = neutral(wood.map(|c| c + 0.04));
         assert!(kept.iter().zip(wood).all(|(a, b)| (a - b).abs() < 1e-6), "{kept:?}");
-        // A bright colour keeps the order and the proportion of its channels while it is not white.
+        // A bright colour keeps the order and proportion of its channels unless it is white.
         let bright = neutral(wood.map(|c| 1.6 * c + 0.04));
         assert!(bright.iter().all(|v| *v < 1.0) && bright[0] > bright[1] && bright[1] > bright[2], "{bright:?}");
         assert!((bright[1] / bright[0] - wood[1] / wood[0]).abs() < 0.06, "{bright:?}");
-        // The films' curve turns it.
+        // The filmic curve shifts the hue.
         let film = wood.map(filmic);
         assert!((film[1] / film[0] - wood[1] / wood[0]).abs() > 0.1, "{film:?}");
     }

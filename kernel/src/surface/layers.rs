@@ -1,4 +1,4 @@
-//! Layers of materials: where the upper one shows, and how the channels of two are mixed.
+//! Layers of materials: visibility of the upper layer, and blending of the channels of two layers.
 //!
 //! A weight of 0 shows the base, 1 the top layer. Heights are in mm, normals are stored as ½ + ½n.
 
@@ -8,19 +8,20 @@ use crate::ground::simd::{self, inlined};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How two heights decide which layer shows.
+/// Blending of two layers by their heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ByHeight {
-    /// The difference of heights over which one layer passes into the other, mm; 0 is a sharp edge.
+    /// Height difference over which one layer fades into the other, mm; 0 is a sharp edge.
     pub contrast: f32,
     /// Added to the top layer's height, mm.
     pub offset: f32,
-    /// The difference of heights that the mask can outweigh, mm.
+    /// Height difference that the mask can outweigh, mm.
     pub range: f32,
 }
 
 impl ByHeight {
-    /// `smoothstep(-c/2, c/2, top + offset - base + (2·mask - 1)·(range + c/2))`; 0 where the mask is 0, 1 where it is 1.
+    /// `smoothstep(-c/2, c/2, top + offset - base + (2·mask - 1)·(range + c/2))` with c = `contrast`; 0 where the mask
+    /// is 0, 1 where it is 1.
     #[inline(always)]
     fn weight(&self, mask: f32, base: f32, top: f32) -> f32 {
         let mask = saturate(mask);
@@ -38,7 +39,7 @@ impl ByHeight {
         }
     }
 
-    /// The weight of the top layer by its `mask` and the heights of both.
+    /// The weight of the top layer, from its `mask` and both heights.
     ///
     /// # Panics
     /// If the slices differ in length.
@@ -55,7 +56,7 @@ impl ByHeight {
     }
 }
 
-/// The smallest and the largest value; `(∞, -∞)` of none.
+/// The smallest and the largest value; `(∞, -∞)` if there are none.
 pub fn bounds(values: &[f32]) -> (f32, f32) {
     simd::dispatch(
         #[inline(always)]
@@ -76,14 +77,14 @@ pub fn bounds(values: &[f32]) -> (f32, f32) {
     )
 }
 
-/// `lerp(base, top, weight)` with the bits of `base` and of `top` at both ends.
+/// `lerp(base, top, weight)`, exactly `base` and `top` at both ends.
 #[inline(always)]
 fn mix(base: f32, top: f32, weight: f32) -> f32 {
     let between = lerp(base, top, weight);
     if weight >= 1.0 { top } else { between }
 }
 
-/// Values mixed by a weight.
+/// Blends values by a weight.
 ///
 /// # Panics
 /// If the slices differ in length.
@@ -91,19 +92,19 @@ pub fn mix_values(weight: &[f32], base: &[f32], top: &[f32], out: &mut [f32]) {
     mix_heights(HeightMode::Replace, 0.0, weight, base, top, out);
 }
 
-/// What becomes of the heights of two layers where the upper one shows.
+/// Height of two layers where the upper one shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum HeightMode {
-    /// The upper height: one thing set into another
+    /// The upper height: one object set into another
     #[default]
     Replace,
     /// The sum of both: a coat, cloth over a form
     Add,
-    /// The larger of both: one thing that sticks out of another
+    /// The larger of both: one object that sticks out of another
     Max,
 }
 
-/// Heights mixed by a weight: `lerp(base, f, weight)`, where f is `top + offset`, the sum or the larger of both.
+/// Blends heights by a weight: `lerp(base, f, weight)`, where f is `top + offset`, the sum or the larger of both.
 ///
 /// # Panics
 /// If the slices differ in length.
@@ -148,7 +149,7 @@ impl Layers<'_> {
     }
 }
 
-/// Occlusion where heights add up: the product, as far as the top layer shows.
+/// Occlusion of added heights: the product, as far as the top layer shows.
 ///
 /// # Panics
 /// If the slices differ in length.
@@ -162,7 +163,7 @@ pub fn multiply(weight: &[f32], base: &[f32], top: &[f32], out: &mut [f32]) {
 /// Planes of x, y and z.
 pub type Planes<'a> = [&'a [f32]; 3];
 
-/// Normals of two layers whose slopes are mixed by a weight.
+/// Normals of two layers, with slopes blended by a weight.
 ///
 /// # Panics
 /// If a slice is shorter than `weight`.
@@ -174,8 +175,8 @@ pub fn mix_normals(weight: &[f32], base: Planes<'_>, top: Planes<'_>, out: [&mut
     );
 }
 
-/// [`mix_normals`] as one loop. Here all lengths are seen to be one and the arguments are known not to overlap, which is
-/// lost where a closure brings them: else the compiler does not vectorise the loop.
+/// [`mix_normals`] as one loop. Separate arguments show the compiler that all lengths are equal and that no slices
+/// overlap. A closure would lose this, and the loop would not be vectorised.
 #[inline(always)]
 fn mix_normals_of(weight: &[f32], base: Planes<'_>, top: Planes<'_>, x: &mut [f32], y: &mut [f32], z: &mut [f32]) {
     let n = weight.len();
@@ -185,7 +186,7 @@ fn mix_normals_of(weight: &[f32], base: Planes<'_>, top: Planes<'_>, x: &mut [f3
         let w = weight[i];
         let (base, top) = ([bx[i], by[i], bz[i]], [tx[i], ty[i], tz[i]]);
         let (b, t) = (leaning(base), leaning(top));
-        // The mix of the slopes x/z and y/z, all three multiplied by both z.
+        // Blend the slopes x/z and y/z, all multiplied by both z.
         let (mx, my) = (lerp(b[0] * t[2], t[0] * b[2], w), lerp(b[1] * t[2], t[1] * b[2], w));
         let mz = b[2] * t[2];
         let half = 0.5 / (mx * mx + my * my + mz * mz).sqrt();
@@ -195,17 +196,17 @@ fn mix_normals_of(weight: &[f32], base: Planes<'_>, top: Planes<'_>, x: &mut [f3
     }
 }
 
-/// `mixed`, with the bits of `base` and of `top` where the weight is 0 and 1.
+/// `mixed`, but exactly `base` at weight 0 and `top` at weight 1.
 #[inline(always)]
 fn between(base: f32, top: f32, mixed: f32, weight: f32) -> f32 {
     let mixed = if weight >= 1.0 { top } else { mixed };
     if weight <= 0.0 { base } else { mixed }
 }
 
-/// The steepest slope that is told apart: 89.9°.
+/// Smallest z of a normal, for the steepest slope represented: 89.9°.
 const LEAST_Z: f32 = 0.001_75;
 
-/// A stored normal's coordinates; z is not less than that of the steepest slope.
+/// A stored normal's coordinates; z is clamped to that of the steepest slope.
 #[inline(always)]
 fn leaning(stored: [f32; 3]) -> [f32; 3] {
     let [x, y, z] = stored.map(|v| 2.0 * v - 1.0);
@@ -226,7 +227,7 @@ fn of_slopes(x: f32, y: f32) -> [f32; 3] {
     [x * z, y * z, z]
 }
 
-/// Normals whose slopes are multiplied by `by`, in x and in y.
+/// Multiplies the slopes of normals by `by`, in x and in y.
 ///
 /// # Panics
 /// If a slice is shorter than the first plane of `out`.
@@ -239,7 +240,7 @@ pub fn scale_slopes(by: [f32; 2], normals: Planes<'_>, out: [&mut [f32]; 3]) {
     }
 }
 
-/// The top layer's normals, their slopes scaled by the weight, tilted with those of the base: detail over a form.
+/// The top layer's normals, with slopes scaled by the weight, reoriented to those of the base: detail over a shape.
 ///
 /// # Panics
 /// If a slice is shorter than `weight`.
@@ -252,7 +253,7 @@ pub fn detail_normals(weight: &[f32], base: Planes<'_>, top: Planes<'_>, mut out
     }
 }
 
-/// A direction without a sense: its strength and its angle in degrees, as planes.
+/// An axis without sign, such as a grain: its strength and its angle in degrees, as planes.
 #[derive(Clone, Copy, Debug)]
 pub struct Grain<'a> {
     /// Strength, 0..1.
@@ -262,7 +263,7 @@ pub struct Grain<'a> {
 }
 
 impl Grain<'_> {
-    /// Strength times the unit vector of twice the angle, so that 0° and 180° are alike.
+    /// Strength times the unit vector of twice the angle, so that 0° and 180° are equal.
     #[inline(always)]
     fn doubled(&self, i: usize) -> [f32; 2] {
         let (angle, strength) = (2.0 * self.angle[i], self.strength[i]);
@@ -270,8 +271,8 @@ impl Grain<'_> {
     }
 }
 
-/// Anisotropies of two layers mixed by a weight: strengths if `angles` is not asked for, angles from -90 to
-/// 90 if it is. Where one layer shows alone, its own numbers are given.
+/// Blends the anisotropies of two layers by a weight: strengths, or with `angles` the angles from -90 to 90. Exact
+/// where one layer shows alone.
 ///
 /// # Panics
 /// If a slice is shorter than `out`.
@@ -298,8 +299,9 @@ mod tests {
     const BY: ByHeight = ByHeight { contrast: 0.2, offset: 0.0, range: 1.0 };
 
     #[test]
-    fn the_higher_layer_shows_and_the_mask_has_the_last_word() {
-        // At mask ½ only heights count. smoothstep(-0.1, 0.1, d): d = 0 is ½; d = 0.05 is t = 0.75, 3t² - 2t³ = 0.84375.
+    fn shows_higher_layer_unless_mask_decides() {
+        // At mask ½ only heights count. smoothstep(-0.1, 0.1, d): d = 0 is ½; d = 0.05 is t = 0.75, 3t² - 2t³ =
+        // 0.84375.
         let cases = [
             (0.5, 0.0, 0.0, 0.5),
             (0.5, 0.0, 0.05, 0.84375),
@@ -309,7 +311,7 @@ mod tests {
             // Mask 0.75 lifts the top layer by 0.5 · (1 + 0.1) = 0.55.
             (0.75, 0.55, 0.0, 0.5),
             (0.75, 0.6, 0.0, 0.15625),
-            // Whatever the heights, even beyond the range.
+            // At any heights, even beyond the range.
             (0.0, -9.0, 9.0, 0.0),
             (1.0, 9.0, -9.0, 1.0),
             (-3.0, 0.0, 1.0, 0.0),
@@ -329,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_are_mixed_as_is_said() {
+    fn blends_heights_by_mode() {
         let mix = |how, weight: f32| {
             let mut out = [0.0];
             mix_heights(how, 0.5, &[weight], &[2.0], &[1.0], &mut out);
@@ -357,14 +359,15 @@ mod tests {
 
     #[test]
     fn normals_are_mixed_by_their_slopes() {
-        // Slopes 1 and 0 (45° and level) half and half are slope ½: (0.5, 0, 1) / √1.25, and not the mean of the normals.
+        // Half of slope 1 (45°) and half of slope 0 (level) is slope ½: (0.5, 0, 1) / √1.25, and not the mean of the
+        // normals.
         let steep = [std::f32::consts::FRAC_1_SQRT_2, 0.0, std::f32::consts::FRAC_1_SQRT_2];
         let level = [0.0, 0.0, 1.0];
         let root = 1.25_f32.sqrt();
         near(mixed(false, 0.5, level, steep), [0.5 / root, 0.0, 1.0 / root]);
         near(mixed(false, 0.0, level, steep), level);
         near(mixed(false, 1.0, level, steep), steep);
-        // On level ground detail is itself; level detail changes nothing; 30° on 30° about one axis are 60°.
+        // On level ground detail is unchanged; level detail changes nothing; 30° on 30° about one axis are 60°.
         near(mixed(true, 1.0, level, steep), steep);
         near(mixed(true, 1.0, steep, level), steep);
         near(mixed(true, 0.0, steep, steep), steep);
@@ -373,7 +376,7 @@ mod tests {
     }
 
     #[test]
-    fn grain_has_no_sense() {
+    fn ignores_sign_of_grain() {
         let mix = |angles, weight: f32, base: (f32, f32), top: (f32, f32)| {
             let (base, top) = (([base.0], [base.1]), ([top.0], [top.1]));
             let grain = |of: &'static str, (s, a): &([f32; 1], [f32; 1])| (of, *s, *a);
@@ -386,7 +389,7 @@ mod tests {
         // 80° and -80° are 20° apart, so halfway is 90°, and the strength is that of two vectors 40° apart: cos 20°.
         assert!((mix(true, 0.5, (1.0, 80.0), (1.0, -80.0)).abs() - 90.0).abs() < 1e-3);
         assert!((mix(false, 0.5, (1.0, 80.0), (1.0, -80.0)) - cos_degrees(20.0)).abs() < 1e-5);
-        // Across each other they cancel out.
+        // Perpendicular axes cancel out.
         assert!(mix(false, 0.5, (0.6, 0.0), (0.6, 90.0)) < 1e-6);
         assert!((mix(true, 0.25, (0.0, 33.0), (0.8, 25.0)) - 25.0).abs() < 1e-3);
     }

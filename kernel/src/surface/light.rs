@@ -1,23 +1,24 @@
-//! Lights of the [lit picture](super::relief) and their gloss: GGX with height-correlated Smith shadowing, isotropic and, along fibres,
-//! anisotropic (E. Heitz, "Understanding the masking-shadowing function in microfacet-based BRDFs", 2014, sections 5.3 and 5.4). Viewer and
-//! lights are far away. Vectors have y down.
+//! Lights of the [lit picture](super::relief) and their gloss: GGX with height-correlated Smith shadowing, isotropic
+//! and, along fibres, anisotropic (E. Heitz, "Understanding the masking-shadowing function in microfacet-based BRDFs",
+//! 2014, sections 5.3 and 5.4). Viewer and lights are far away. Vectors have y down.
 use crate::ground::math::{max, min};
 
 /// A light.
 #[derive(Clone, Copy)]
 pub(super) struct Light {
-    /// Towards the light.
+    /// Direction to the light.
     pub(super) l: [f32; 3],
-    /// Half-way to the viewer.
+    /// Half vector between light and viewer.
     h: [f32; 3],
-    /// How far Schlick's term goes from normal incidence to 1: the same for every pixel since viewer and light are far.
+    /// Position of Schlick's term between normal incidence (0) and grazing (1): the same for every pixel since viewer
+    /// and light are far away.
     pub(super) grazing: f32,
     /// Schlick's term for dielectrics.
     pub(super) fresnel: f32,
     pub(super) color: [f32; 3],
 }
 
-/// The direction `t` of fibres seen from above, laid into the surface with the normal `n`.
+/// Projects the fibre direction `t`, seen from above, into the surface with normal `n`.
 #[inline(always)]
 pub(super) fn lying(n: [f32; 3], t: [f32; 2]) -> [f32; 3] {
     let away = n[0] * t[0] + n[1] * t[1];
@@ -26,7 +27,7 @@ pub(super) fn lying(n: [f32; 3], t: [f32; 2]) -> [f32; 3] {
     u.map(|c| c * long)
 }
 
-/// Fibres in a surface: the directions along and across them, and how much narrower gloss is along them.
+/// Fibres in a surface: the directions along and across them, and their anisotropy of gloss.
 pub(super) struct Along {
     u: [f32; 3],
     v: [f32; 3],
@@ -34,7 +35,7 @@ pub(super) struct Along {
 }
 
 impl Along {
-    /// From the normal, the direction of fibres as seen from above, and the anisotropy, 0..1: at 1 gloss is ten times narrower
+    /// From the normal, the fibre direction seen from above, and the anisotropy, 0..1: at 1 gloss is ten times narrower
     /// along fibres than across them, as in Burley's "Physically-based shading at Disney", 2012.
     #[inline(always)]
     pub(super) fn new(n: [f32; 3], t: [f32; 2], anisotropy: f32) -> Self {
@@ -44,14 +45,14 @@ impl Along {
         Self { u, v, aspect }
     }
 
-    /// α along the fibres and across them, for one of `a` where there are none.
+    /// α along the fibres and across them; `a` is the isotropic α.
     #[inline(always)]
     fn widths(&self, a: f32) -> [f32; 2] {
         [max(a * self.aspect, 1e-3), min(a / self.aspect, 1.0)]
     }
 
-    /// What the distribution of facets is divided by, less π, for those whose normal is `h`, of which `nh` stands along that of the
-    /// surface.
+    /// Reciprocal of the facet distribution, without its factor π, for the half vector `h`; `nh` is its cosine to the
+    /// surface normal.
     #[inline(always)]
     fn rarity(&self, h: [f32; 3], nh: f32, widths: [f32; 2]) -> f32 {
         let dot = |a: [f32; 3]| a[0] * h[0] + a[1] * h[1] + a[2] * h[2];
@@ -74,8 +75,8 @@ impl Light {
         Self { l: l.map(|x| x as f32), h: h.map(|x| x as f32), grazing: grazing as f32, fresnel: fresnel as f32, color }
     }
 
-    /// Diffuse factor for normal `n` (its z is also the cosine to the viewer), and specular for α² = `a2`, to be
-    /// multiplied with Fresnel's.
+    /// Diffuse and specular factor for normal `n` (its z is also the cosine to the viewer) and α² = `a2`. The specular
+    /// factor is to be multiplied by Fresnel's term.
     #[inline(always)]
     pub(super) fn shade(&self, n: [f32; 3], a2: f32) -> (f32, f32) {
         let dot = |v: [f32; 3]| n[0] * v[0] + n[1] * v[1] + n[2] * v[2];
@@ -86,7 +87,7 @@ impl Light {
         (nl, nl * a2 * 0.5 / max(d * d * smith, 1e-6))
     }
 
-    /// The same over fibres: α is smaller along them and larger across.
+    /// The same with fibres: α is smaller along them and larger across.
     #[inline(always)]
     pub(super) fn shade_along(&self, n: [f32; 3], along: &Along, a2: f32) -> (f32, f32) {
         let dot = |a: [f32; 3], b: [f32; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -115,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn without_anisotropy_both_are_the_same() {
+    fn equals_isotropic_gloss_without_anisotropy() {
         for a2 in [0.001, 0.05, 0.5, 1.0] {
             for (x, y) in [(0.0, 0.0), (-0.2, -0.3), (0.4, 0.1)] {
                 let (n, t) = (tilted(x, y), [0.6, 0.8]);
@@ -128,11 +129,11 @@ mod tests {
         }
     }
 
-    /// Normals that lean across the fibres still shine, those that lean as far along them do not.
+    /// Normals tilted across the fibres still shine; those tilted as much along them do not.
     #[test]
     fn gloss_is_wide_across_and_narrow_along() {
         let (key, t) = (key(), [1.0, 0.0]);
-        // About the normal that mirrors the light.
+        // Around the normal that mirrors the light.
         let gloss = |dx: f32, dy: f32| {
             let n = tilted(key.h[0] / key.h[2] + dx, key.h[1] / key.h[2] + dy);
             key.shade_along(n, &Along::new(n, t, 0.8), 0.03).1
@@ -140,16 +141,16 @@ mod tests {
         assert!(gloss(0.0, 0.25) > 3.0 * gloss(0.25, 0.0), "{} {}", gloss(0.0, 0.25), gloss(0.25, 0.0));
     }
 
-    /// However anisotropic, a surface does not reflect more than it gets: the mean of the distribution over all normals is 1.
+    /// Energy conservation at any anisotropy: the distribution, projected to the surface, integrates to 1.
     #[test]
-    fn the_distribution_keeps_its_area() {
+    fn normalises_anisotropic_distribution() {
         let area = |anisotropy: f32| {
             let along = Along::new([0.0, 0.0, 1.0], [0.8, 0.6], anisotropy);
             let widths = along.widths(0.3);
             let mut sum = 0.0;
             for i in -200_i16..200 {
                 for j in -200_i16..200 {
-                    // By slopes of the facets, each of which takes the fourth power of its normal's z of the plane.
+                    // Over the slopes of the facets; the fourth power of the facet normal's z converts to solid angle.
                     let facet = tilted(0.025 * (f32::from(i) + 0.5), 0.025 * (f32::from(j) + 0.5));
                     let density = 1.0 / (std::f32::consts::PI * along.rarity(facet, facet[2], widths));
                     sum += 0.025 * 0.025 * density * facet[2].powi(4);

@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::value::Window;
 
-/// How slopes are measured.
+/// Filter for measuring slopes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum SlopeFilter {
     /// Central differences: the sharpest.
@@ -28,11 +28,11 @@ pub struct NormalSpec {
     pub step: [f64; 2],
     /// Factor on the height; 1 is true to scale.
     pub strength: f64,
-    /// Whether y points up the picture (OpenGL, glTF) rather than down.
+    /// True if y points up the picture (OpenGL, glTF) rather than down.
     pub y_up: bool,
-    /// Whether components are stored as ½ + ½n.
+    /// True if components are stored as ½ + ½n.
     pub encode: bool,
-    /// How slopes are measured.
+    /// Filter for measuring slopes.
     pub slope: SlopeFilter,
 }
 
@@ -67,7 +67,7 @@ fn fill<const SLOPE: u8, const ENCODE: bool>(input: &View<'_>, rect: Window, spe
     let [nx, ny, nz] = out;
     let rows = nx.chunks_exact_mut(w.max(1)).zip(ny.chunks_exact_mut(w.max(1))).zip(nz.chunks_exact_mut(w.max(1)));
     for (((nx, ny), nz), y) in rows.take(rect.rows()).zip(rect.y..) {
-        // No `map` here: where it is not inlined the lengths are lost, and with them eight pixels at a time.
+        // No `map` here: if it is not inlined, the lengths are lost, and with them the eight lanes.
         let (a, b, c) = (
             &input.row(rect.x - 1, y - 1, w + 2)[..w + 2],
             &input.row(rect.x - 1, y, w + 2)[..w + 2],

@@ -1,9 +1,9 @@
 //! Ambient occlusion of a height field.
 //!
-//! At three scales (0.35, 1 and 2 times the radius) a point lies below its surroundings by G_r h - h; divided by r this
-//! is the tangent of the mean angle at which they stand above it, and 1/(1 + tan²) the part of a cosine-weighted sky
-//! that such a slope all around leaves open. Smooth, without the directions and steps of a ray march, and as cheap as
-//! three blurs.
+//! At three scales (0.35, 1 and 2 times the radius) a point is below its surroundings by G_r h - h. Divided by r, this
+//! is the tangent of the mean elevation angle of the surroundings; 1/(1 + tan²) is the part of a cosine-weighted sky
+//! that such a slope on all sides leaves open. The result is smooth, without the directions and steps of a ray march,
+//! and costs as much as three blurs.
 
 use crate::filter::blur;
 use crate::ground::math::max;
@@ -15,7 +15,7 @@ use shibo_engine::value::Window;
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OcclusionSpec {
-    /// Size of what darkens, mm.
+    /// Size of features that darken, mm.
     pub radius: f64,
     /// 1 is natural; more is darker.
     pub strength: f64,
@@ -24,10 +24,10 @@ pub struct OcclusionSpec {
 }
 
 const SCALES: [f64; 3] = [0.35, 1.0, 2.0];
-/// Compensates that the Gaussian mean over a groove underestimates its walls, which all stand at one distance.
+/// Compensation: the Gaussian mean over a groove underestimates its walls, which are all at one distance.
 const GAIN: f64 = 2.5;
 
-/// Widths (σ) in mm of the three Gaussians for a radius in mm: a Gaussian looks about twice σ wide.
+/// Widths (σ) in mm of the three Gaussians for a radius in mm: the reach of a Gaussian is about twice σ.
 pub fn widths(radius: f64) -> [f64; 3] {
     SCALES.map(|scale| 0.5 * scale * radius)
 }

@@ -1,14 +1,14 @@
-//! A height from its slopes, by Poisson's equation.
+//! Height from slopes, by Poisson's equation.
 //!
-//! Slopes p and q that belong to no height exactly (they seldom do) are those of the height whose slopes differ least from
-//! them: ∇²h = ∂p/∂x + ∂q/∂y (R. Frankot, R. Chellappa, 1988). With Fourier transforms that is a division:
-//! ĥ = −i (ω_x p̂ + ω_y q̂) / (ω_x² + ω_y²). So it is exact where the picture repeats; elsewhere the picture is mirrored at
-//! its edges, across which slopes end. p and q are the real and the imaginary part of one picture: one transform serves
-//! for both. The mean of the height is 0.
+//! Slopes p and q rarely belong to a height exactly. The result is the height whose slopes differ least from them: ∇²h
+//! = ∂p/∂x + ∂q/∂y (R. Frankot, R. Chellappa, 1988). With Fourier transforms this is a division: ĥ = −i (ω_x p̂ + ω_y
+//! q̂) / (ω_x² + ω_y²). So it is exact where the picture repeats; elsewhere the picture is mirrored at its edges,
+//! across which slopes end. p and q are the real and the imaginary part of one picture: one transform serves for both.
+//! The mean of the height is 0.
 //!
-//! Cost: O(n log n), see `benches/texel.rs`; 16 bytes of memory a pixel, four times that where both directions are mirrored.
-//! The transforms are the scalar ones of `rustfft`: the same operations, in the same order, on every machine, with factors
-//! that are computed in f64 and rounded to f32.
+//! Cost: O(n log n), see `benches/texel.rs`; 16 bytes of memory a pixel, four times that where both directions are
+//! mirrored. The transforms are the scalar ones of `rustfft`: the same operations, in the same order, on every machine,
+//! with factors that are computed in f64 and rounded to f32.
 
 use crate::ground::stop::Until;
 use rayon::prelude::*;
@@ -16,43 +16,43 @@ use rustfft::num_complex::Complex32;
 use rustfft::{Fft, FftPlannerScalar};
 use std::sync::Arc;
 
-/// A picture of slopes that is to become a height.
+/// A picture of slopes, to be converted to a height.
 #[derive(Clone, Debug)]
 pub struct Poisson {
     size: [usize; 2],
     step: [f64; 2],
     wrap: [bool; 2],
-    /// Slopes, of the mirrored picture too.
+    /// Slopes, including the mirrored picture.
     slopes: Vec<Complex32>,
 }
 
 impl Poisson {
-    /// For pictures of `size` pixels of `step` mm that repeat as `wrap` says.
+    /// An empty picture of `size` pixels of `step` mm that repeats along the axes of `wrap`.
     pub fn new(size: [usize; 2], step: [f64; 2], wrap: [bool; 2]) -> Self {
         let poisson = Self { size, step, wrap, slopes: Vec::new() };
         let [w, h] = poisson.full();
         Self { slopes: vec![Complex32::ZERO; w * h], ..poisson }
     }
 
-    /// The memory that is needed, in bytes.
+    /// Memory needed, in bytes.
     pub fn bytes(size: [usize; 2], wrap: [bool; 2]) -> u64 {
         let [w, h] = Self { size, step: [1.0; 2], wrap, slopes: Vec::new() }.full();
         (16 * w * h + 4 * size[0] * size[1]) as u64
     }
 
-    /// Size with what is mirrored.
+    /// Size including the mirrored part.
     fn full(&self) -> [usize; 2] {
         [0, 1].map(|k| if self.wrap[k] { self.size[k] } else { 2 * self.size[k] })
     }
 
-    /// Sets a row: rises per mm to the right and down.
+    /// Sets the slopes of a row: rise per mm to the right (`p`) and down (`q`).
     ///
     /// # Panics
-    /// If there is no such row, or a slice is not a row.
+    /// If the row does not exist, or a slice has another length.
     pub fn set_row(&mut self, y: usize, p: &[f32], q: &[f32]) {
         let (w, [full, tall]) = (self.size[0], self.full());
         assert!(p.len() == w && q.len() == w && y < self.size[1], "a row of the picture");
-        // What is mirrored in a direction has the opposite slope in it.
+        // Mirroring along an axis negates the slope along it.
         let mut set = |y: usize, down: f32| {
             let row = &mut self.slopes[y * full..(y + 1) * full];
             for (x, (p, q)) in p.iter().zip(q).enumerate() {
@@ -68,7 +68,7 @@ impl Poisson {
         }
     }
 
-    /// The height in mm, by rows; nothing if `until` was true.
+    /// The height in mm, by rows; `None` if `until` returned true.
     pub fn solve(mut self, until: Until<'_>) -> Option<Vec<f32>> {
         let [w, h] = self.full();
         let mut planner = FftPlannerScalar::new();
@@ -92,8 +92,8 @@ impl Poisson {
         (!until()).then_some(height)
     }
 
-    /// The frequency of a coefficient of an axis, in radians per mm; 0 for the highest of an even number, which has no
-    /// slope.
+    /// The frequency of a coefficient of an axis, in radians per mm; 0 for the highest one of an even count, which has
+    /// no slope.
     fn frequency(&self, axis: usize, index: usize) -> f64 {
         let n = self.full()[axis];
         if 2 * index == n {
@@ -103,8 +103,8 @@ impl Poisson {
         std::f64::consts::TAU * signed / (n as f64 * self.step[axis])
     }
 
-    /// Transforms the columns, which are rows here, divides, and transforms back. Columns k and −k are done together, for
-    /// the transforms of p and q are even and odd parts of them.
+    /// Transforms the columns, which are rows here, divides, and transforms back. Columns k and −k are processed
+    /// together, since the transforms of p and q are their even and odd parts.
     fn divide(&self, turned: &mut [Complex32], [there, back]: &[Arc<dyn Fft<f32>>; 2], until: Until<'_>) {
         let [w, h] = self.full();
         let down: Vec<f64> = (0..h).map(|y| self.frequency(1, y)).collect();
@@ -168,7 +168,7 @@ fn each_row(data: &mut [Complex32], w: usize, fft: &Arc<dyn Fft<f32>>, until: Un
     });
 }
 
-/// Writes the columns of `from`, whose rows have `w` values, as rows of `h` values.
+/// Transposes: the columns of `from`, with rows of `w` values, become rows of `h` values.
 fn transpose(from: &[Complex32], w: usize, to: &mut [Complex32], h: usize) {
     const SIDE: usize = 16;
     to.par_chunks_mut(SIDE * h).enumerate().for_each(|(block, to)| {
@@ -189,7 +189,7 @@ mod tests {
     use super::*;
     use crate::ground::stop::NEVER;
 
-    /// The height of `slopes`, which gives them at a place in mm.
+    /// Solves for `slopes`, a function of a position in mm.
     fn solved(size: [usize; 2], step: [f64; 2], wrap: [bool; 2], slopes: impl Fn(f64, f64) -> [f64; 2]) -> Vec<f32> {
         let mut poisson = Poisson::new(size, step, wrap);
         for y in 0..size[1] {
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn waves_are_found_again_exactly() {
+    fn recovers_waves_exactly() {
         // Even, odd and prime sizes.
         for size in [[64, 48], [45, 64], [31, 37], [1, 16], [2, 2]] {
             let step = [0.5, 0.25];

@@ -1,4 +1,4 @@
-//! Profiles of edges: how a height runs from 0 to 1.
+//! Profiles of edges: the course of a height from 0 to 1.
 
 use crate::ground::math::{max, saturate};
 use crate::ground::simd;
@@ -40,12 +40,12 @@ pub fn apply(profile: Profile, distance: &[f32], [a, b]: [f32; 2], height: f32, 
     );
 }
 
-/// The number of places across a pixel that are averaged.
+/// Number of samples averaged across a pixel.
 const PLACES: usize = 8;
 
-/// The height of a ridge, averaged over a pixel of `width`: out is the mean of height · profile(1 − |a·d + b|) for d within
-/// half a pixel of each distance. A small picture is so the average of a large one. Distances of `reach` or more are
-/// outside, where it is 0.
+/// The height of a ridge, averaged over a pixel of `width`, so that a small picture is the average of a large one: out
+/// is the mean of height · profile(1 − |a·d + b|) for d within half a pixel of each distance. Distances of `reach` or
+/// more are outside, where it is 0.
 ///
 /// # Panics
 /// If the slices differ in length.
@@ -111,14 +111,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn profiles_are_what_their_names_say() {
+    fn matches_shapes_of_profiles() {
         let distances = [-1.0, 0.0, 0.6, 1.0, 2.0, 5.0];
         let at = |profile, line| {
             let mut out = [9.0; 6];
             apply(profile, &distances, line, 10.0, &mut out);
             out
         };
-        // Circles through (3, 4, 5) triangles.
+        // Points of circles, by (3, 4, 5) triangles.
         for (profile, want) in
             [(Profile::Linear, 3.0), (Profile::Smooth, 2.16), (Profile::Round, 7.141_428), (Profile::Cove, 0.460_608)]
         {
@@ -136,10 +136,10 @@ mod tests {
             out
         };
         let near = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
-        // From 0 to 2 with its top at 1, under pixels of no width.
+        // A ridge from 0 to 2 with its top at 1, under pixels of width 0.
         let sharp = ridge(&[-1.0, 0.0, 0.6, 1.0, 2.0, 5.0], [1.0, -1.0], (0.0, 4.0));
         assert!(near(&sharp, &[0.0, 0.0, 6.0, 10.0, 0.0, 0.0]), "{sharp:?}");
-        // From -1 to 1 under pixels of 0.4: lower by a tenth at the top, and a twentieth is left at the foot.
+        // A ridge from -1 to 1 under pixels of 0.4: a tenth lower at the top; a twentieth is left at the foot.
         let soft = ridge(&[0.0, 0.5, 1.0, 1.2, 5.0], [1.0, 0.0], (0.4, 1.25));
         assert!(near(&soft, &[9.0, 5.0, 0.5, 0.0, 0.0]), "{soft:?}");
     }

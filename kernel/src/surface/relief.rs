@@ -3,12 +3,14 @@
 //! Key light from the upper left, a weak fill from the opposite side, and a sky whose brightness grows towards the
 //! upper left; diffuse Lambert, specular GGX with height-correlated Smith shadowing (E. Heitz, 2014) and Schlick's
 //! Fresnel term with 4 % at normal incidence. Ambient occlusion darkens sky and fill fully and the key light by half,
-//! which stands in for cast shadows. Metal reflects its own colour and scatters nothing; sheen is the light of fine
-//! fibres seen from the side; a coat is a second, smooth surface of 4 %. Fibres that lie in the surface, as those of wood, reflect
-//! light of the material's own colour in a cone around them (S. Marschner et al., "Measuring and modeling the appearance of
-//! finished wood", 2005); the white gloss over them may be narrower along them than across. A [`Curve`] ends it. Output is linear light 0..1.
+//! as a substitute for cast shadows. Metal reflects its own colour and scatters nothing; sheen is the light of fine
+//! fibres seen from the side; a coat is a second, smooth surface of 4 %. Fibres in the surface, as in wood, reflect
+//! light of the material's own colour in a cone around them (S. Marschner et al., "Measuring and modeling the
+//! appearance of finished wood", 2005); the white gloss over them may be narrower along them than across. A [`Curve`]
+//! is applied last. Output is linear light 0..1.
 //!
-//! The gloss of the fill light is weighted by the square of openness: light from the side does not reach the ground of a groove.
+//! The gloss of the fill light is weighted by the square of openness: light from the side does not reach the ground of
+//! a groove.
 
 use crate::ground::math::{self, max, min};
 use crate::ground::simd;
@@ -24,17 +26,17 @@ pub struct ReliefSpec {
     pub step: [f64; 2],
     /// Factor on the height; 1 is true to scale.
     pub strength: f64,
-    /// Direction the key light comes from, radians from +x towards +y (y down); 225° is the upper left.
+    /// Direction to the key light, radians from +x towards +y (y down); 225° is the upper left.
     pub azimuth: f64,
-    /// Its height above the surface, radians.
+    /// Its elevation above the surface, radians.
     pub elevation: f64,
     /// Factor on all light before the curve.
     pub exposure: f64,
-    /// How light is shown.
+    /// Tone curve.
     pub curve: Curve,
-    /// How much fibres in the surface reflect.
+    /// Strength of the reflection of fibres in the surface.
     pub fibers: f64,
-    /// How much narrower gloss is along the fibres than across them, 0..1.
+    /// Anisotropy of gloss along fibres, 0..1; at 1 it is narrowest along them.
     pub anisotropy: f64,
 }
 
@@ -63,9 +65,9 @@ pub struct Surface<'a> {
     pub roughness: &'a [f32],
     /// Openness 0..1.
     pub occlusion: &'a [f32],
-    /// A normal in place of that of the height, ½ + ½n with y up.
+    /// A normal that replaces that of the height, ½ + ½n with y up.
     pub normal: Option<[&'a [f32]; 3]>,
-    /// How much fibres lie in the surface, and their angle in degrees.
+    /// Amount of fibres in the surface, 0..1, and their angle in degrees.
     pub fibers: Option<[&'a [f32]; 2]>,
     /// Channels that few materials have.
     pub finish: Option<Finish<'a>>,
@@ -80,16 +82,16 @@ pub struct Finish<'a> {
     pub sheen: &'a [f32],
     /// Strength of the clear coat.
     pub coat: &'a [f32],
-    /// What fewer still have.
+    /// Channels that even fewer materials have.
     pub lacquer: Option<Lacquer<'a>>,
 }
 
-/// A coat with a roughness and a normal of its own, and light that the surface gives off.
+/// A coat with its own roughness and normal, and emission.
 #[derive(Clone, Copy, Debug)]
 pub struct Lacquer<'a> {
     /// Roughness of the coat, 0..1.
     pub roughness: &'a [f32],
-    /// Normal of the coat, ½ + ½n with y up; that of the ground if there is none.
+    /// Normal of the coat, ½ + ½n with y up; that of the ground if `None`.
     pub normal: Option<[&'a [f32]; 3]>,
     /// Emission, linear light.
     pub emission: [&'a [f32]; 3],
@@ -181,13 +183,13 @@ struct Block {
     open: [f32; BLOCK],
     /// With y down.
     normal: [[f32; BLOCK]; 3],
-    /// How much fibres lie in the surface, and the cosine and sine of their angle.
+    /// Amount of fibres in the surface, and the cosine and sine of their angle.
     fiber: [[f32; BLOCK]; 3],
-    /// How much gloss follows them.
+    /// Anisotropy of gloss along fibres.
     anisotropy: f32,
     finish: [[f32; BLOCK]; 3],
     coat_rough: [f32; BLOCK],
-    /// Of the coat, with y down; of no length where it is that of the ground.
+    /// Normal of the coat, with y down; of length 0 if it is that of the ground.
     coat_normal: [[f32; BLOCK]; 3],
     emission: [[f32; BLOCK]; 3],
     out: [[f32; BLOCK]; 3],
@@ -246,7 +248,8 @@ impl Block {
         }
     }
 
-    /// Adds what fibres reflect: a cone around the fibre, as wide as fibres differ, in the colour of the material.
+    /// Adds the reflection of fibres: a cone around the fibre, as wide as fibre directions vary, in the colour of the
+    /// material.
     #[inline(always)]
     fn shine(&mut self, gain: f32, key: &Light) {
         let color = &self.color;
@@ -256,7 +259,7 @@ impl Block {
         for i in 0..BLOCK {
             let (n, t) = ([nx[i], ny[i], nz[i]], [cosine[i], sine[i]]);
             let u = lying(n, t);
-            // The sum of the sines with the light and with the eye is 0 on the cone.
+            // On the cone, the sines with the light and with the eye sum up to 0.
             let off = u[0] * key.l[0] + u[1] * key.l[1] + u[2] * (key.l[2] + 1.0);
             let facing = max(n[0] * key.l[0] + n[1] * key.l[1] + n[2] * key.l[2], 0.0);
             let cone = math::exp(-off * off * (0.5 / (FIBER_WIDTH * FIBER_WIDTH)));
@@ -312,7 +315,7 @@ impl Block {
     }
 }
 
-/// Stored normals, ½ + ½n with y up, as vectors with y down.
+/// Unpacks normals from ½ + ½n with y up to vectors with y down.
 #[inline(always)]
 fn unpack(to: &mut [[f32; BLOCK]; 3], normal: [&[f32]; 3], at: usize, n: usize) {
     for ((block, plane), sign) in to.iter_mut().zip(normal).zip([1.0, -1.0, 1.0]) {
@@ -324,7 +327,7 @@ fn unpack(to: &mut [[f32; BLOCK]; 3], normal: [&[f32]; 3], at: usize, n: usize) 
 
 struct Pixel {
     n: [f32; 3],
-    /// Fibres in the surface, where gloss follows them: the same for all pixels.
+    /// Fibres in the surface, if gloss is anisotropic; set for all pixels or for none.
     along: Option<Along>,
     rough: f32,
     open: f32,
@@ -332,9 +335,9 @@ struct Pixel {
 
 /// A pixel under the lights, without its colour.
 struct Lit {
-    /// Light that arrives from all sides, by channel.
+    /// Light from all sides, by channel.
     diffuse: [f32; 3],
-    /// Specular factors of the key light and of the area light beside it, and of the fill light.
+    /// Specular factors: of the key light with the area light beside it, and of the fill light.
     gloss: [f32; 2],
     /// The reflected sky at a reflectance of 1.
     mirror: f32,
@@ -375,7 +378,7 @@ impl Pixel {
         [channel(0), channel(1), channel(2)]
     }
 
-    /// With metal, sheen and a coat of that normal and roughness.
+    /// Adds metal, sheen and a coat of that normal and roughness.
     #[inline(always)]
     fn finished(
         &self,
@@ -385,7 +388,7 @@ impl Pixel {
         lights: &[Light; 2],
     ) -> [f32; 3] {
         let (lit, [key, fill]) = (self.lit(self.rough, lights), lights);
-        // The coat is smooth, so it shows the lights themselves and not the wide highlight.
+        // The coat is smooth: it mirrors the lights themselves, without the wide highlight.
         let rough = min(max(rough, 0.06), 1.0);
         let smooth = rough * rough * rough * rough;
         let shadow = 0.5 + 0.5 * self.open;
@@ -406,11 +409,11 @@ impl Pixel {
     }
 }
 
-/// Roughness of a coat that has none of its own.
+/// Default roughness of a coat.
 pub const COAT: f32 = 0.25;
 
-/// The width of the cone in which fibres reflect, as a sum of two sines, and its mean over fibres in all directions of a level
-/// surface, by which the material becomes darker elsewhere.
+/// Width of the cone in which fibres reflect, as a sum of two sines; and its mean over fibres in all directions of a
+/// level surface, by which the material becomes darker elsewhere.
 const FIBER_WIDTH: f32 = 0.3;
 const FIBER_MEAN: f32 = 0.5;
 

@@ -1,26 +1,26 @@
-//! Where things are worn and where dirt gathers: what stands out of its surroundings, or lies below them.
+//! Wear of raised parts, and dirt in low parts: weights by the height above or below the surroundings.
 
 use crate::ground::math::{saturate, smooth};
 use crate::ground::simd;
 
-/// How what stands out becomes a weight.
+/// Settings for converting a height above the surroundings to a weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WearSpec {
-    /// 1 for edges, which stand out; -1 for grooves, which lie below.
+    /// 1 for edges, which are above their surroundings; -1 for grooves, which are below.
     pub sign: f32,
-    /// The difference of heights that counts as 1, mm.
+    /// Height difference that counts as 1, mm.
     pub depth: f32,
-    /// How much is covered: 0 nothing, 1 all that stands out at all.
+    /// Covered share: 0 nothing, 1 all parts that are above their surroundings at all.
     pub amount: f32,
-    /// How far the border between covered and bare is spread, in units of `depth`.
+    /// Width of the transition between covered and bare, in units of `depth`.
     pub softness: f32,
-    /// How much the noise moves that border, in units of `depth`.
+    /// Shift of the transition by the noise, in units of `depth`.
     pub breakup: f32,
 }
 
 impl WearSpec {
-    /// `smoothstep(l - s, l + s, sign·(height - around)/depth + breakup·(2·noise - 1))` with `l = 1 - amount`, `s` half the
-    /// softness; 0 where the amount is 0. `around` is the height of the surroundings. Everything in mm but the noise.
+    /// `smoothstep(l - s, l + s, sign·(height - around)/depth + breakup·(2·noise - 1))` with `l = 1 - amount`, `s` half
+    /// the softness; 0 where the amount is 0. `around` is the height of the surroundings. All lengths are in mm.
     ///
     /// # Panics
     /// If the slices differ in length.
@@ -68,8 +68,8 @@ mod tests {
 
     #[test]
     fn edges_are_worn_and_grooves_gather_dirt() {
-        // Standing out by 0.1 mm of 0.2 is 0.5, the middle of the border at amount ½; 0.125 mm is 0.625: t = 0.75 of the
-        // border from 0.25 to 0.75, and 3t² - 2t³ = 0.84375.
+        // 0.1 mm of 0.2 mm is 0.5, the middle of the transition at amount ½; 0.125 mm is 0.625: t = 0.75 of the
+        // transition from 0.25 to 0.75, and 3t² - 2t³ = 0.84375.
         for (height, expected) in [(0.0, 0.0), (0.05, 0.0), (0.1, 0.5), (0.125, 0.84375), (0.15, 1.0), (9.0, 1.0)] {
             assert!((weight(EDGES, 1.0 + height, 1.0, None) - expected).abs() < 1e-4, "{height}");
             let grooves = WearSpec { sign: -1.0, ..EDGES };

@@ -1,12 +1,12 @@
-//! The analysis of an exemplar before synthesis: per level, appearance vectors, neighbourhood vectors, and for every
-//! pixel another one that looks alike.
+//! Analysis of an exemplar before synthesis. For each level: appearance vectors, neighbourhood vectors, and for each
+//! pixel another pixel that looks alike.
 //!
 //! Appearance: 5×5 colours at spacing h under a Gaussian of σ 1.41, reduced to their principal components.
 //! Neighbourhood: the appearance of the neighbours at spacing h, reduced in the same way, without their mean, since
 //! only differences count.
 use super::candidates::{self, SearchSpec};
 use super::pca::{DIMS, Projection, principal};
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::texels::{Texels, mirrored};
 use crate::ground::hash::Hash;
 use crate::ground::simd;
@@ -15,14 +15,14 @@ use crate::ground::window::index;
 use rayon::prelude::*;
 pub use shibo_engine::value::{ExemplarLevel as Level, Neighborhood as Hood};
 
-/// How to analyse.
+/// Settings of the analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AnalysisSpec {
-    /// Neighbours where `h ≥ switch`.
+    /// Neighbourhood of the levels with `h ≥ switch`.
     pub coarse: Hood,
-    /// Neighbours below.
+    /// Neighbourhood of the finer levels.
     pub fine: Hood,
-    /// See `coarse`.
+    /// Spacing from which [`AnalysisSpec::coarse`] is used.
     pub switch: usize,
     /// Numbers per pixel, at most [`DIMS`].
     pub dims: usize,
@@ -34,13 +34,14 @@ impl Default for AnalysisSpec {
     }
 }
 
-/// Spacings of the levels of an exemplar whose shorter side is `side`, from the finest: powers of two up to a quarter.
+/// Spacings of an exemplar's levels, from the finest: powers of two up to a quarter of its shorter side, `side`.
 pub fn spacings(side: usize) -> Vec<usize> {
     let most = (side / 4).max(1);
     std::iter::successors(Some(1usize), |h| Some(h * 2)).take_while(|h| *h <= most && *h <= 256).collect()
 }
 
-/// Analyses levels; `image` gives the picture of one. `usable` tells the pixels that may be shown; empty if all.
+/// Analyses all levels. `image` returns the picture of a level; `usable` marks the pixels that may be shown (empty:
+/// all).
 pub fn analyse(
     levels: &[usize],
     image: impl Fn(usize) -> Texels<f32> + Sync,
@@ -51,7 +52,7 @@ pub fn analyse(
     analyse_until(levels, image, usable, spec, hash, NEVER)
 }
 
-/// The same; if it was stopped, fewer levels, which must not be used.
+/// Like [`analyse`], but can be stopped: then the result has fewer levels and must not be used.
 pub fn analyse_until(
     levels: &[usize],
     image: impl Fn(usize) -> Texels<f32> + Sync,
@@ -89,16 +90,16 @@ fn level(h: usize, image: &Texels<f32>, usable: &[bool], spec: &AnalysisSpec, ha
     Level { h, hood, appearance, matrix, neighborhoods, second: Vec::new() }
 }
 
-/// Finds for every pixel of every level another one that looks alike, at least `distance` pixels away.
-pub fn find_seconds(levels: &mut [Level], plane: Plane, usable: &[bool], distance: f64, hash: Hash) {
+/// Finds for each pixel of each level another pixel that looks alike, at least `distance` pixels away.
+pub fn find_seconds(levels: &mut [Level], plane: PixelPlane, usable: &[bool], distance: f64, hash: Hash) {
     find_alike(levels, plane, usable, distance, 2, hash, NEVER);
 }
 
-/// Finds for every pixel of every level `k - 1` others that look alike, at least `distance` pixels away from it and
-/// from each other; the pixel itself where `k` is 1. Must not be used if it was stopped.
+/// Finds for each pixel of each level `k - 1` other pixels that look alike, at least `distance` pixels away from the
+/// pixel and from each other. With `k` = 1, the pixel itself. If stopped, the result must not be used.
 pub fn find_alike(
     levels: &mut [Level],
-    plane: Plane,
+    plane: PixelPlane,
     usable: &[bool],
     distance: f64,
     k: usize,
@@ -122,10 +123,10 @@ pub fn find_alike(
     });
 }
 
-/// Pixels where a level's neighbourhood is whole enough to be compared: `margin` finest pixels from sides that do not
-/// join and from what is not usable. If none is left, those usable.
-pub fn valid(plane: Plane, usable: &[bool], margin: usize) -> Vec<bool> {
-    let Plane { w, h, wrap } = plane;
+/// Marks the pixels whose neighbourhood can be compared: at least `margin` finest pixels away from sides that do not
+/// wrap and from unusable pixels. If none is left, returns the usable ones.
+pub fn valid(plane: PixelPlane, usable: &[bool], margin: usize) -> Vec<bool> {
+    let PixelPlane { w, h, wrap } = plane;
     let inside = |k: usize, n: usize, wrap: bool| wrap || (k >= margin && k + margin < n);
     let mut valid: Vec<bool> = (0..w * h).map(|p| inside(p % w, w, wrap[0]) && inside(p / w, h, wrap[1])).collect();
     if !usable.is_empty() {
@@ -134,7 +135,7 @@ pub fn valid(plane: Plane, usable: &[bool], margin: usize) -> Vec<bool> {
             for y in -r..=r {
                 for x in -r..=r {
                     let (x, y) = (index(p % w) + x, index(p / w) + y);
-                    valid[Plane::bring(y, h, wrap[1]) * w + Plane::bring(x, w, wrap[0])] = false;
+                    valid[PixelPlane::bring(y, h, wrap[1]) * w + PixelPlane::bring(x, w, wrap[0])] = false;
                 }
             }
         }
@@ -145,19 +146,19 @@ pub fn valid(plane: Plane, usable: &[bool], margin: usize) -> Vec<bool> {
     if usable.is_empty() { vec![true; w * h] } else { usable.to_vec() }
 }
 
-/// Reads around every pixel of a picture, at multiples of a spacing, mirrored at sides that do not join.
+/// Reads around every pixel of a picture, at multiples of a spacing; mirrored at sides that do not wrap.
 struct Around {
-    plane: Plane,
+    plane: PixelPlane,
     h: usize,
-    /// For each offset, the column and row that are read, both from -2 spacings, and the weight.
+    /// For each offset: its column and row, both counted from -2 spacings, and its weight.
     taps: Vec<(usize, usize, f32)>,
-    /// The columns that are read, from two spacings before the first.
+    /// Source columns, starting two spacings before column 0.
     columns: Vec<usize>,
     rows: Vec<usize>,
 }
 
 impl Around {
-    fn new(plane: Plane, h: usize, offsets: &[([i32; 2], f32)]) -> Self {
+    fn new(plane: PixelPlane, h: usize, offsets: &[([i32; 2], f32)]) -> Self {
         let line = |n: usize, wrap: bool| -> Vec<usize> {
             (-2 * index(h)..index(n + 2 * h)).map(|k| mirrored(k, n, wrap)).collect()
         };
@@ -184,11 +185,11 @@ impl Around {
     }
 
     fn project(&self, data: &[f32], channels: usize, matrix: &Projection, until: Until<'_>) -> Vec<[f32; DIMS]> {
-        let Plane { w, h, .. } = self.plane;
-        // The weights go into the matrix.
+        let PixelPlane { w, h, .. } = self.plane;
+        // Fold the weights into the matrix.
         let weighted = |(k, row): (usize, &[f32; DIMS])| row.map(|v| v * self.taps[k / channels].2);
         let matrix: Projection = matrix.iter().enumerate().map(weighted).collect();
-        // Where in the planes of a row each row of the matrix finds its values.
+        // Start of each matrix row's values within the planes of a row.
         let length = self.columns.len();
         let starts: Vec<usize> = self
             .taps
@@ -219,7 +220,7 @@ impl Around {
     }
 }
 
-/// Sums a row of pixels, plane by plane, so that neighbours are summed side by side.
+/// Projects a row of pixels plane by plane, so that neighbouring pixels are summed side by side (vectorises).
 #[inline(always)]
 fn project_row(planes: &[f32], starts: &[usize], matrix: &Projection, sums: &mut [f32]) {
     let w = sums.len() / DIMS;

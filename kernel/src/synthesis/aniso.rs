@@ -1,11 +1,11 @@
-//! The fast corrector for any Jacobian: every pixel holds a position between exemplar pixels.
+//! The fast corrector for any Jacobian: each pixel holds a real-valued position in the exemplar.
 //!
-//! Equations (1) and (2): only the eight immediate neighbours are read; the neighbour in the direction of `J⁻¹Δ`
-//! predicts what lies at Δ, and the predictions of the neighbours in the directions `J⁻¹MΔ` for M = 1, diag(1, 0),
-//! diag(0, 1) are averaged per Δ. Tables are read at the nearest pixel, positions are never rounded. Where features
-//! grow, the level whose spacing is `h √|det J|` is compared.
+//! Equations (1) and (2). Only the eight immediate neighbours are read: the neighbour in the direction of `J⁻¹Δ`
+//! predicts the content at Δ. Per Δ, the predictions of the neighbours in the directions `J⁻¹MΔ` for M = 1, diag(1, 0),
+//! diag(0, 1) are averaged. Tables are read at the nearest pixel; positions are never rounded. Where features grow, the
+//! level whose spacing is `h √|det J|` is compared.
 use super::jacobian::{Jacobian, OCTANTS};
-use super::plane::{Lookup, Plane};
+use super::plane::{Lookup, PixelPlane};
 use super::region::Region;
 use super::settle::{Geometry, Matcher};
 pub use super::settle::{Position, Terms};
@@ -16,14 +16,14 @@ use rayon::prelude::*;
 
 /// The Jacobians of a level's pixels.
 pub enum Jacobians {
-    /// The same everywhere.
+    /// The same Jacobian everywhere.
     Constant(Jacobian),
-    /// By pixel.
+    /// One Jacobian per pixel.
     Each(Vec<Jacobian>),
 }
 
 impl Jacobians {
-    /// The Jacobian of a pixel.
+    /// Returns the Jacobian of a pixel.
     #[inline(always)]
     pub fn at(&self, pixel: usize) -> &Jacobian {
         match self {
@@ -33,8 +33,8 @@ impl Jacobians {
     }
 }
 
-/// One pass over a level; see [`iso::correct`](super::iso::correct). `tables` are those of `h` and all finer ones, `h`
-/// first.
+/// Runs one pass over a level; see [`iso::correct`](super::iso::correct). `tables` starts with the table of `h`,
+/// followed by those of all finer levels.
 pub fn correct<L: Lookup>(
     tables: &[&Table],
     region: &Region,
@@ -46,7 +46,7 @@ pub fn correct<L: Lookup>(
     let mut fresh = Vec::new();
     for quarter in [[0, 0], [1, 1], [1, 0], [0, 1]] {
         let first = [0, 1].map(|d| offset((quarter[d] - region.start[d]).rem_euclid(2)));
-        let Plane { w, h, .. } = region.plane;
+        let PixelPlane { w, h, .. } = region.plane;
         if first[0] >= w || first[1] >= h {
             continue;
         }
@@ -104,7 +104,7 @@ impl<L: Lookup> Row<'_, L> {
 
     #[inline(always)]
     fn pixel(&self, geometry: &Geometry<'_>, x: usize, own: Position) -> Position {
-        let Plane { w, h, .. } = self.region.plane;
+        let PixelPlane { w, h, .. } = self.region.plane;
         let inner = x > 0 && self.y > 0 && x + 1 < w && self.y + 1 < h;
         let spacing = self.region.h as f32;
         let mut near = [own; 8];
@@ -118,7 +118,7 @@ impl<L: Lookup> Row<'_, L> {
             let [sx, sy] = geometry.step(k);
             *near = [self.map[at][0] - sx, self.map[at][1] - sy];
             if !inner {
-                // Across joined sides, it may be nearer than that.
+                // Across wrapping sides, the neighbour may be nearer than a whole pixel.
                 let [bx, by] = self.region.beyond(index(x) + dx, index(self.y) + dy).map(|v| v as f32 / spacing);
                 let [right, down] = [geometry.steps[0], geometry.steps[2]];
                 *near = [near[0] + bx * right[0] + by * down[0], near[1] + bx * right[1] + by * down[1]];

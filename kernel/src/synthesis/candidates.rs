@@ -1,10 +1,10 @@
-//! For every pixel of an exemplar others that look alike: candidate sets.
+//! Candidate sets: for each pixel of an exemplar, other pixels that look alike.
 //!
-//! PatchMatch on neighbourhood vectors (C. Barnes et al., 2009): every pixel starts with a hashed guess, tries those of
-//! the pixels before it (propagation, in alternating direction), and searches at random around its best one, within a
-//! distance that is halved each time.
+//! PatchMatch on neighbourhood vectors (C. Barnes et al., 2009): each pixel starts with a hashed guess, tries the
+//! candidates of the pixels before it (propagation, in alternating direction), and searches at random around its best
+//! candidate, within a radius that is halved each time.
 use super::pca::DIMS;
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use crate::ground::hash::Hash;
 use crate::ground::simd;
 use crate::ground::stop::Until;
@@ -12,23 +12,23 @@ use crate::ground::window::{index, offset};
 
 const ROUNDS: u64 = 4;
 
-/// The search.
+/// Settings of the search.
 pub struct SearchSpec<'a> {
-    /// Size of the exemplar, and where it joins.
-    pub plane: Plane,
-    /// Pixels that may be found; empty for all.
+    /// Size of the exemplar, and the axes that wrap.
+    pub plane: PixelPlane,
+    /// Pixels that may be candidates; empty for all.
     pub usable: &'a [bool],
-    /// Candidates of each pixel that are known already, from which new ones keep the same distance.
+    /// Known candidates of each pixel; new ones keep the same distance from them.
     pub found: &'a [Vec<u32>],
-    /// How far away, in pixels.
+    /// Minimum distance of a candidate, in pixels.
     pub distance: f64,
-    /// The spacing of the level, to which the search is scaled.
+    /// Spacing of the level; scales the search.
     pub h: usize,
     /// Random numbers.
     pub hash: Hash,
 }
 
-/// The pixel that looks most like each one, of those that may be found. Stopped, it gives nothing.
+/// Finds for each pixel the allowed pixel that looks most like it. Returns nothing if stopped.
 pub fn similar(vectors: &[[f32; DIMS]], spec: &SearchSpec<'_>, until: Until<'_>) -> Vec<u32> {
     let &SearchSpec { plane, usable, found, distance, h, hash } = spec;
     #[expect(clippy::cast_possible_truncation, reason = "a number of pixels of an exemplar")]
@@ -48,20 +48,20 @@ pub fn similar(vectors: &[[f32; DIMS]], spec: &SearchSpec<'_>, until: Until<'_>)
 
 struct Search<'a> {
     vectors: &'a [[f32; DIMS]],
-    plane: Plane,
+    plane: PixelPlane,
     usable: &'a [bool],
     found: &'a [Vec<u32>],
     near: i32,
-    /// The distance of the columns and rows that are searched for; 1 is all of them.
+    /// Step between searched columns and rows; 1 searches all of them.
     step: usize,
     hash: Hash,
     until: Until<'a>,
 }
 
-/// How many pixels are searched between two questions whether to go on.
+/// Number of pixels searched between two checks of `until`.
 const PIXELS: usize = 1 << 11;
 
-/// The squared distance of two vectors, summed in a fixed order.
+/// Squared distance of two vectors, summed in a fixed order.
 #[inline(always)]
 pub(super) fn distance(a: &[f32; DIMS], b: &[f32; DIMS]) -> f32 {
     let mut t = [0.0f32; DIMS];
@@ -72,15 +72,15 @@ pub(super) fn distance(a: &[f32; DIMS], b: &[f32; DIMS]) -> f32 {
     ((t[0] + t[4]) + (t[2] + t[6])) + ((t[1] + t[5]) + (t[3] + t[7]))
 }
 
-/// What a pixel has found: how far its vector is, and where.
+/// The best candidate of a pixel: squared distance of its vector, and its position.
 type Found = (f32, [i32; 2]);
 
 impl Search<'_> {
-    /// The place (x, y) brought inside, if it may stand for the one at (x0, y0). `PLAIN`: no sides join, all is usable,
-    /// and nothing is known.
+    /// Brings (x, y) inside and returns it if it is allowed as a candidate of (x0, y0). `PLAIN`: no side wraps, all
+    /// pixels are usable, and no candidates are known.
     #[inline(always)]
     fn allowed<const PLAIN: bool>(&self, [x, y]: [i32; 2], [x0, y0]: [i32; 2]) -> Option<[i32; 2]> {
-        let Plane { w, h, wrap } = self.plane;
+        let PixelPlane { w, h, wrap } = self.plane;
         let (w, h) = (index(w), index(h));
         let x = if !PLAIN && wrap[0] { x.rem_euclid(w) } else { x };
         let y = if !PLAIN && wrap[1] { y.rem_euclid(h) } else { y };
@@ -105,7 +105,7 @@ impl Search<'_> {
         (PLAIN || self.usable.is_empty() || self.usable[self.at([x, y])]).then_some([x, y])
     }
 
-    /// The number of pixel (x, y).
+    /// Index of pixel (x, y).
     #[inline(always)]
     fn at(&self, [x, y]: [i32; 2]) -> usize {
         offset(y) * self.plane.w + offset(x)
@@ -190,14 +190,14 @@ impl Search<'_> {
     }
 }
 
-/// A number below `n` from the lower half of a word.
+/// Maps the lower half of a word to 0..`n`.
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "the lower half is meant, and the result is below n")]
 fn pick(word: u64, n: i32) -> i32 {
     ((u64::from(word as u32) * u64::from(n.unsigned_abs())) >> 32) as i32
 }
 
-/// A pixel's number as it is kept.
+/// Converts a pixel index to its stored form.
 #[inline(always)]
 pub(super) fn narrow(p: usize) -> u32 {
     u32::try_from(p).expect("an exemplar has fewer than 2^32 pixels")

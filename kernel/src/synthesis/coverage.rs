@@ -1,10 +1,10 @@
-//! Even use of the exemplar: parts that are shown often cost more.
+//! Even use of the exemplar: positions that are shown often cost more.
 //!
-//! Used positions are counted in bins of 4×4 exemplar pixels, smoothed by about what a pixel of the level covers, and
-//! compared with their mean `c` (at least one showing); the cost of a position is multiplied by `1 + λ·clamp(c - 1, -¼,
-//! 4)`. Counted over the whole output, or over tiles at fixed places, whatever the window, which keeps every dependency
-//! local.
-use super::plane::Plane;
+//! Uses are counted in bins of 4×4 exemplar pixels, smoothed by about the footprint of a pixel of the level, and
+//! compared with their mean. With `c` = count / mean (mean at least one use), the cost of a position is multiplied by
+//! `1 + λ·clamp(c - 1, -¼, 4)`. Uses are counted over the whole output, or over tiles at fixed positions whatever the
+//! window, which keeps every dependency local.
+use super::plane::PixelPlane;
 use super::region::Region;
 use super::texels::mirrored;
 use crate::ground::simd;
@@ -14,55 +14,55 @@ use rayon::prelude::*;
 /// Width and height of a bin in exemplar pixels.
 pub const BIN: usize = 4;
 
-/// How use is counted.
+/// Settings of the count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EvenUse {
     /// The weight λ.
     pub amount: f32,
-    /// Side of a local tile in finest output pixels; all of the output if none.
+    /// Side of a local tile in finest output pixels; `None` counts over the whole output.
     pub tile: Option<usize>,
-    /// Whether sides that join run through the middle of tiles, since a few more pieces end where tiles meet. Set by
+    /// True if wrapping sides run through the middle of tiles, since slightly more pieces end where tiles meet. Set by
     /// the run, not by its settings.
     pub halved: bool,
 }
 
-/// Factors for every bin of every tile of a level.
+/// Cost factors for each bin of each tile of a level.
 pub struct Factors {
-    /// The tile that each column lies in, and that each row lies in.
+    /// Tile index of each column, and of each row.
     columns: Vec<usize>,
     rows: Vec<usize>,
     across: usize,
     bins: usize,
     factors: Vec<f32>,
-    /// The tile of each pixel, where tiles are not rectangles; else empty.
+    /// Tile index of each pixel, if tiles are not rectangles; else empty.
     each: Vec<u32>,
 }
 
-/// What the pixels of a surface show, for counting.
-pub struct Shown<'a> {
-    /// The pixels that are counted.
+/// The pixels of a surface level, to count the exemplar positions they show.
+pub struct SurfaceUses<'a> {
+    /// The counted pixels.
     pub sites: &'a [u32],
-    /// For each of all pixels its tile; empty if there is one tile for all.
+    /// Tile index of each pixel (of all pixels, not only `sites`); empty if there is one tile.
     pub tiles: &'a [u32],
-    /// How many tiles there are.
+    /// Number of tiles.
     pub count: usize,
     /// Spacing of the level in finest pixels.
     pub h: usize,
 }
 
-/// What a pixel of a surface counts at the most, as a multiple of what one counts that is as large as an exemplar pixel.
+/// Weight of a surface pixel whose footprint is one exemplar pixel; at most 64 times as much is counted.
 const SHARES: f32 = 64.0;
 
-/// The bin of an exemplar pixel.
-pub fn bin(plane: Plane, x: usize, y: usize) -> usize {
+/// Bin index of an exemplar pixel.
+pub fn bin(plane: PixelPlane, x: usize, y: usize) -> usize {
     (y / BIN) * plane.w.div_ceil(BIN) + x / BIN
 }
 
 impl Factors {
-    /// Counts what a level shows: `bin_of` gives the bin of each pixel of `region`.
+    /// Counts the uses of a level: `bin_of` returns the bin of each pixel of `region`.
     pub fn count(
         even: &EvenUse,
-        exemplar: Plane,
+        exemplar: PixelPlane,
         usable_bins: usize,
         region: &Region,
         bin_of: impl Fn(usize) -> usize + Sync,
@@ -73,7 +73,7 @@ impl Factors {
                 return vec![0; n];
             }
             if wrap {
-                // As many tiles as fit, all alike.
+                // As many tiles as fit, all of one size up to rounding.
                 let tiles = (n / side).max(1);
                 let before = if even.halved { n / (2 * tiles) } else { 0 };
                 return (0..n).map(|k| (k + before) * tiles / n % tiles).collect();
@@ -81,13 +81,13 @@ impl Factors {
             let tile = |k: usize| (start + index(k)).div_euclid(index(side));
             (0..n).map(|k| offset(tile(k) - tile(0))).collect()
         };
-        let Plane { w, h, wrap } = region.plane;
+        let PixelPlane { w, h, wrap } = region.plane;
         let (columns, rows) = (axis(region.start[0], w, wrap[0]), axis(region.start[1], h, wrap[1]));
         let [across, down] = [&columns, &rows].map(|tiles| tiles.iter().max().map_or(1, |last| last + 1));
         let (bw, bh) = (exemplar.w.div_ceil(BIN), exemplar.h.div_ceil(BIN));
         let bins = bw * bh;
         let gaussian = Gaussian::new(region.h);
-        // What is shown once is not shown too much, however small the tile.
+        // A bin that is used once is not overused, however small the tile.
         let once = (BIN * BIN) as f32 / (region.h * region.h) as f32;
         let mut factors = vec![0.0; across * down * bins];
         factors.par_chunks_mut(bins * across).enumerate().for_each(|(tile_row, factors)| {
@@ -108,13 +108,13 @@ impl Factors {
         Self { columns, rows, across, bins, factors, each: Vec::new() }
     }
 
-    /// Counts what a surface shows: each pixel as much as it covers of the exemplar, `area` exemplar pixels, in whole numbers,
-    /// so that sums have no order.
+    /// Counts the uses of a surface level. `seen` returns a pixel's bin and its footprint in exemplar pixels, which is
+    /// its weight. Weights are rounded to whole numbers, so that sums do not depend on their order.
     pub fn of_surface(
         even: &EvenUse,
-        exemplar: Plane,
+        exemplar: PixelPlane,
         usable_bins: usize,
-        shown: &Shown<'_>,
+        shown: &SurfaceUses<'_>,
         seen: impl Fn(usize) -> (usize, f32),
     ) -> Self {
         let (bw, bh) = (exemplar.w.div_ceil(BIN), exemplar.h.div_ceil(BIN));
@@ -142,7 +142,7 @@ impl Factors {
         Self { columns: Vec::new(), rows: Vec::new(), across: 0, bins, factors, each: shown.tiles.to_vec() }
     }
 
-    /// Keeps the factors of a `part` of the region that was counted.
+    /// Crops the factors from the counted `region` to a `part` of it.
     pub fn keep(&mut self, region: &Region, part: &Region) {
         let sides = [part.plane.w, part.plane.h];
         for (d, tiles) in [&mut self.columns, &mut self.rows].into_iter().enumerate() {
@@ -151,14 +151,14 @@ impl Factors {
         }
     }
 
-    /// The factors of the tile of a pixel of a surface, by bin.
+    /// Factors by bin, of the tile of a surface pixel.
     #[inline(always)]
     pub fn of_site(&self, pixel: usize) -> &[f32] {
         let tile = self.each.get(pixel).copied().unwrap_or(0) as usize;
         &self.factors[tile * self.bins..(tile + 1) * self.bins]
     }
 
-    /// The factors of the tile of pixel (x, y), by bin.
+    /// Factors by bin, of the tile of pixel (x, y).
     #[inline(always)]
     pub fn of(&self, x: usize, y: usize) -> &[f32] {
         let tile = self.rows[y] * self.across + self.columns[x];
@@ -166,14 +166,14 @@ impl Factors {
     }
 }
 
-/// A Gaussian on bins.
+/// A Gaussian over bins.
 struct Gaussian {
     radius: i32,
     weights: Vec<f32>,
 }
 
 impl Gaussian {
-    /// Of σ 1.2 bins, or 0.3 of what a pixel of the level of spacing `h` covers.
+    /// σ is the larger of 1.2 bins and 0.3 of the footprint of a pixel of spacing `h`.
     fn new(h: usize) -> Self {
         let sigma = (0.3 * (h as f32 / BIN as f32)).max(1.2);
         #[expect(clippy::cast_possible_truncation, reason = "a few bins")]
@@ -214,12 +214,12 @@ impl Gaussian {
 mod tests {
     use super::*;
 
-    fn plane(n: usize) -> Plane {
-        Plane { w: n, h: n, wrap: [true; 2] }
+    fn plane(n: usize) -> PixelPlane {
+        PixelPlane { w: n, h: n, wrap: [true; 2] }
     }
 
     #[test]
-    fn what_is_shown_once_costs_no_more() {
+    fn keeps_cost_of_bins_used_once() {
         let exemplar = plane(128);
         let region = Region { h: 1, start: [0, 0], plane: plane(32), short: [0; 2] };
         let even = EvenUse { amount: 1.0, tile: None, halved: false };

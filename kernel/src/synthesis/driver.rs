@@ -1,4 +1,4 @@
-//! From an analysed exemplar to coordinates: start, and per level upsample, jitter and correct.
+//! Runs a synthesis from an analysed exemplar to coordinates: start, then per level upsample, jitter and correct.
 use super::analysis::{self, Level};
 use super::aniso::{Jacobians, Position};
 use super::coverage::EvenUse;
@@ -8,7 +8,7 @@ use super::lattice::Basis;
 use super::lattice_start::{Fitted, fit};
 use super::mend;
 use super::origin::{best_origin, starting_at};
-use super::plane::{Lookup, Plane};
+use super::plane::{Lookup, PixelPlane};
 use super::region::{Needs, Output, Planned, Region, plan};
 use super::table::Table;
 use super::texels::{Texels, mirrored};
@@ -16,78 +16,78 @@ use crate::ground::hash::Hash;
 use crate::ground::window::index;
 use rayon::prelude::*;
 
-/// An exemplar, analysed.
+/// An analysed exemplar.
 pub struct Analysed<'a> {
-    /// Its size and where it joins.
-    pub plane: Plane,
+    /// Size, and the axes that wrap.
+    pub plane: PixelPlane,
     /// Levels from the finest.
     pub levels: &'a [Level],
     /// Pixels that may be shown; empty for all.
     pub usable: &'a [bool],
     /// A guide value for every pixel; empty for none.
     pub guide: &'a [f32],
-    /// The picture that is compared, and whether its levels are those of a pyramid; nothing is mended without it.
+    /// The picture to compare, and whether its levels form a pyramid. Without it nothing is mended.
     pub picture: Option<(&'a Texels<f32>, bool)>,
 }
 
-/// Where the coordinates of the first level come from.
+/// Source of the coordinates of the first level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start {
-    /// Anywhere.
+    /// Random positions.
     Random,
-    /// Anywhere in the same phase.
+    /// Random positions in the same phase of the lattice.
     Lattice(Basis),
     /// [`Inputs::start`].
     Given,
 }
 
-/// How to synthesise.
+/// Settings of a synthesis.
 #[derive(Clone, Debug)]
 pub struct Settings {
-    /// Cost factor of candidates that only look alike, κ.
+    /// Cost factor κ of candidates that look alike, compared with coherent ones.
     pub kappa: f32,
-    /// Even use of the exemplar, at levels of at least 2.
+    /// Even use of the exemplar, at levels with spacing ≥ 2.
     pub even: Option<EvenUse>,
     /// Correction passes per level.
     pub passes: u32,
-    /// Rounds at the finest level in which what the result shows is looked up in the exemplar, to mend where pieces meet,
-    /// and as many in which torn spots are replaced; at the next coarser ones there is one more of the former and none of
-    /// the latter. 0 mends nothing; nothing is mended where `J` is not 1.
+    /// Mending rounds at the finest level: each looks up patches of the result in the exemplar to mend the joints
+    /// between pieces. As many further rounds replace torn spots. The next coarser levels have one more round of the
+    /// first kind and none of the second. 0 mends nothing; nothing is mended where `J` is not 1.
     pub rounds: u32,
-    /// The mean squared difference of a patch from the exemplar, in units of the exemplar's variance, below which later
-    /// rounds leave it alone.
+    /// Mean squared difference of a patch from the exemplar, in units of the exemplar's variance, below which later
+    /// rounds leave the patch alone.
     pub enough: f32,
-    /// Whether three predictions are averaged where `J` is not 1.
+    /// True if three predictions are averaged where `J` is not 1.
     pub averaged: bool,
-    /// Displacement of pixels after upsampling, in pixels of the level, at levels of more than 2.
+    /// Displacement of pixels after upsampling, in pixels of the level, at levels with spacing > 2.
     pub jitter: f32,
     /// Weight of the guide.
     pub guide_weight: f32,
-    /// Distance from borders within which nothing may be shown, in level spacings.
+    /// Width of the border within which nothing may be shown, in level spacings.
     pub margin: f64,
     /// Spacing of the first level.
     pub coarsest: usize,
-    /// Where the first coordinates come from.
+    /// Source of the first coordinates.
     pub start: Start,
-    /// Whether nothing but a Jacobian depends on the place: then a result whose sides all join may begin at any of its
+    /// True if only the Jacobian depends on the position. Then a result that wraps on both axes may begin at any of its
     /// pixels.
     pub adrift: bool,
     /// Random numbers.
     pub hash: Hash,
 }
 
-/// Pixels that are given, and what they show at their centres.
+/// Marks of given pixels, and the exemplar positions at their centres.
 pub type Fixed = (Vec<bool>, Vec<Position>);
 
-/// What the caller gives for each level; nothing by default.
+/// Inputs per level; all optional.
 pub trait Inputs: Sync {
-    /// Why it stopped.
+    /// Reason of a stop.
     type Stop;
     /// The Jacobians; `None` where `J = 1` everywhere.
     fn jacobians(&self, _region: &Region) -> Result<Option<Jacobians>, Self::Stop> {
         Ok(None)
     }
-    /// Wanted guide values by pixel; empty for none.
+    /// Target guide values by pixel; empty for none.
     fn guide(&self, _region: &Region) -> Result<Vec<f32>, Self::Stop> {
         Ok(Vec::new())
     }
@@ -95,11 +95,11 @@ pub trait Inputs: Sync {
     fn fixed(&self, _region: &Region) -> Result<Option<Fixed>, Self::Stop> {
         Ok(None)
     }
-    /// What the jitter is multiplied by, by pixel; empty for 1.
+    /// Factors on the jitter by pixel; empty for 1.
     fn jitter(&self, _region: &Region) -> Result<Vec<f32>, Self::Stop> {
         Ok(Vec::new())
     }
-    /// Positions to start from, by pixel, at their centres: asked for by [`Start::Given`] only.
+    /// Start positions by pixel, at their centres; called for [`Start::Given`] only.
     fn start(&self, _region: &Region) -> Result<Vec<Position>, Self::Stop> {
         Ok(Vec::new())
     }
@@ -109,35 +109,35 @@ pub trait Inputs: Sync {
     }
 }
 
-/// What came out.
+/// Result of a synthesis.
 pub struct Synthesis {
     /// Positions of the output's pixels, by rows.
     pub coords: Vec<Position>,
-    /// The share of pixels that continue the exemplar to the right and below.
+    /// Share of pixels whose right and lower neighbours continue the exemplar.
     pub coherence: f32,
-    /// The share of the exemplar that is shown, counting evenly.
+    /// Share of the exemplar in use: exp(entropy of the uses), relative to perfectly even use.
     pub coverage: f32,
 }
 
 /// A running synthesis.
-pub(super) struct Run<'a, I: Inputs> {
+pub(super) struct SynthesisRun<'a, I: Inputs> {
     pub(super) exemplar: &'a Analysed<'a>,
     pub(super) settings: &'a Settings,
     pub(super) inputs: &'a I,
     pub(super) isometric: bool,
-    /// Whether the result may begin at any of its pixels.
+    /// True if the result may begin at any of its pixels.
     pub(super) adrift: bool,
     pub(super) fitted: Option<Fitted>,
-    /// What the result is kept in step with.
+    /// The lattice whose phase the result keeps.
     pub(super) in_step: Option<Fitted>,
-    /// The Jacobian everywhere, instead of what the inputs say.
+    /// A constant Jacobian that replaces the one of the inputs.
     pub(super) bent: Option<Jacobian>,
 }
 
 /// Synthesises the pixels of `output`.
 ///
 /// # Errors
-/// What the inputs stopped with.
+/// Returns the stop of the inputs.
 pub fn run<I: Inputs>(
     exemplar: &Analysed<'_>,
     output: &Output,
@@ -173,15 +173,16 @@ pub fn run<I: Inputs>(
         }
         _ => None,
     };
-    // Whole pixels cannot be bent.
+    // Integer positions (`J = 1`) cannot be bent.
     let bent = fitted.filter(|_| first.is_some()).and_then(|fitted| fitted.bent(&j));
     let j = bent.unwrap_or(j);
     let adrift = settings.adrift && output.wrap == [true; 2] && !matches!(first, Some(Jacobians::Each(_)));
-    // What is shaken is meant to leave its place; and where a lattice is bent much to fit, pieces would have to be small.
+    // Jitter is meant to break the phase. If fitting bends a lattice much, keeping its phase would make pieces too
+    // small.
     let in_step = fitted.filter(|fitted| {
         settings.adrift && first.is_none() && settings.jitter <= 0.0 && fitted.bent(&IDENTITY).is_some()
     });
-    let run = Run { exemplar, settings, inputs, isometric: first.is_none(), adrift, fitted, in_step, bent };
+    let run = SynthesisRun { exemplar, settings, inputs, isometric: first.is_none(), adrift, fitted, in_step, bent };
     let coords = if run.isometric {
         run.isometric(&levels, &planned, &needs)?
     } else {
@@ -200,7 +201,7 @@ pub fn run<I: Inputs>(
     Ok(Synthesis { coords, coherence, coverage })
 }
 
-impl<I: Inputs> Run<'_, I> {
+impl<I: Inputs> SynthesisRun<'_, I> {
     pub(super) fn table(&self, level: &Level) -> Table {
         let plane = self.exemplar.plane;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of pixels")]
@@ -210,7 +211,7 @@ impl<I: Inputs> Run<'_, I> {
             Vec::new()
         } else {
             let blurred = Texels::new(plane, 1, self.exemplar.guide.to_vec()).blurred(level.h);
-            // An isometric position is the corner of what a pixel stands for.
+            // An isometric position is the corner of its pixel's footprint.
             let shift = if self.isometric { index(level.h / 2) } else { 0 };
             let at = |k: usize, n: usize, wrap: bool| mirrored(index(k) + shift, n, wrap);
             (0..plane.w * plane.h)
@@ -227,25 +228,25 @@ impl<I: Inputs> Run<'_, I> {
         }
     }
 
-    /// The guide decides at coarse levels, the texture at fine ones.
+    /// Weight of the guide: high at coarse levels, low at fine ones, where the texture decides.
     pub(super) fn weight(&self, table: &Table) -> f32 {
         self.settings.guide_weight * table.spread * (table.h as f32 / 8.0).min(1.0)
     }
 
-    /// How use is evened out at a level, if at all.
+    /// Even use at a level, if any.
     pub(super) fn even(&self, region: &Region) -> Option<EvenUse> {
         self.even_from(region, 2)
     }
 
-    /// The same at levels whose spacing is at least `finest`.
+    /// Even use at levels whose spacing is at least `finest`.
     pub(super) fn even_from(&self, region: &Region, finest: usize) -> Option<EvenUse> {
         let even = self.settings.even.filter(|_| region.h >= finest)?;
-        // Not needed where the place of the sides is chosen afterwards.
+        // Not needed if the sides are placed afterwards.
         Some(EvenUse { halved: !self.adrift, ..even })
     }
 
-    /// Whether use is counted once per level and not before every pass: where a window must be the same part of a
-    /// larger output, what a pixel depends on has to stay near.
+    /// Returns whether uses are counted once per level instead of before every pass. If a window must be the same part
+    /// of a larger output, a pixel may depend on near pixels only.
     pub(super) fn counts_once(&self, planned: &[Planned]) -> bool {
         let whole = planned.iter().all(|planned| planned.region.plane.wrap == [true; 2]);
         self.settings.even.is_some_and(|even| even.tile.is_some()) && !whole
@@ -266,8 +267,8 @@ impl<I: Inputs> Run<'_, I> {
     }
 }
 
-/// The shares of pixels that continue, and of exemplar pixels in use.
-fn report(coords: &[Position], output: &Output, plane: Plane) -> (f32, f32) {
+/// Shares of continued pixels and of exemplar pixels in use.
+fn report(coords: &[Position], output: &Output, plane: PixelPlane) -> (f32, f32) {
     let [w, h] = output.size;
     let goes_on =
         |a: Position, b: Position, step: [f32; 2]| (b[0] - a[0] - step[0]).abs() + (b[1] - a[1] - step[1]).abs() < 0.5;

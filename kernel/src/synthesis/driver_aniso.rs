@@ -1,13 +1,13 @@
-//! The levels of a synthesis along a Jacobian: positions, upsampled and corrected.
+//! The levels of a synthesis with a Jacobian: real positions, upsampled and corrected.
 use super::aniso::{self, Jacobians, Position};
 use super::coverage::Factors;
-use super::driver::{Inputs, Run};
+use super::driver::{Inputs, SynthesisRun};
 use super::jacobian::{self, IDENTITY};
 use super::region::{Planned, Region};
 use super::table::Table;
 use rayon::prelude::*;
 
-impl<I: Inputs> Run<'_, I> {
+impl<I: Inputs> SynthesisRun<'_, I> {
     pub(super) fn anisometric(&self, tables: &[Table], planned: &[Planned]) -> Result<Vec<Position>, I::Stop> {
         let once = self.counts_once(planned);
         let mut map: Vec<Position> = Vec::new();

@@ -1,8 +1,8 @@
-//! The levels of a synthesis where `J = 1`: whole numbers, upsampled and corrected.
+//! The levels of a synthesis where `J = 1`: integer positions, upsampled and corrected.
 use super::analysis::Level;
 use super::aniso::Position;
 use super::coverage::EvenUse;
-use super::driver::{Inputs, Run};
+use super::driver::{Inputs, SynthesisRun};
 use super::iso;
 use super::layer::Layer;
 use super::levels::image;
@@ -12,7 +12,7 @@ use super::table::Table;
 use crate::ground::window::index;
 use rayon::prelude::*;
 
-impl<I: Inputs> Run<'_, I> {
+impl<I: Inputs> SynthesisRun<'_, I> {
     pub(super) fn isometric(
         &self,
         levels: &[&Level],
@@ -21,7 +21,7 @@ impl<I: Inputs> Run<'_, I> {
     ) -> Result<Vec<Position>, I::Stop> {
         let once = self.counts_once(planned);
         let mut map: Vec<u32> = Vec::new();
-        // The tables of the level before, then those of the level: all of them at once would take much memory.
+        // Build the tables level by level: all of them at once would take much memory.
         let mut coarser = self.table(levels[levels.len() - 1]);
         for (k, (planned_here, needs)) in planned.iter().zip(needs).enumerate() {
             let region = &planned_here.region;
@@ -68,7 +68,8 @@ impl<I: Inputs> Run<'_, I> {
                 layer.spend(iso::QUARTERS * table.hood.reach());
             })?;
             if mend::rounds(self.settings.rounds, table.h) > 0 {
-                // Where use need not be counted once, it is before every round, and at the finest level too.
+                // If uses need not be counted once per level, they are counted before every round, at the finest level
+                // too.
                 let even = if once { None } else { self.even_from(&layer.region, 1) };
                 self.mend(table, even, &mut layer);
             }
@@ -84,7 +85,7 @@ impl<I: Inputs> Run<'_, I> {
         Ok(map.par_iter().map(|&at| coarser.pixel(at).map(|v| v as f32 + 0.5)).collect())
     }
 
-    /// Mends where pieces meet.
+    /// Mends the joints between pieces.
     fn mend(&self, table: &Table, even: Option<EvenUse>, layer: &mut Layer) {
         let Some((picture, pyramid)) = self.exemplar.picture else { return };
         let how = mend::How {

@@ -1,46 +1,46 @@
 //! The stages as in the source, on real coordinates: upsample (3), jitter, neighbourhood (1), (2), candidates, correct.
 //! Generic over [`Real`] so that the tests run the shipped code in double precision.
 //!
-//! Any features can be compared: colours, as in the source, or appearance vectors; with or without candidate sets.
+//! Compares any features: colours, as in the source, or appearance vectors; with or without candidate sets.
 use super::jacobian::{self, OCTANTS};
-use super::plane::{Lookup, Neighbours, Plane};
+use super::plane::{Lookup, Neighbours, PixelPlane};
 use super::texels::{Fetch, Texels, floor};
 use crate::ground::hash::Hash;
 use crate::ground::real::Real;
 use crate::ground::window::index;
 use rayon::prelude::*;
 
-/// A level to compare with.
+/// A level of the exemplar.
 pub struct Features<'a, T> {
-    /// What is compared, on the grid of the finest level or on a coarser one.
+    /// The compared features, on the grid of the finest level or on a coarser one.
     pub texels: &'a Texels<T>,
     /// Finest pixels per pixel of `texels`: 1 for a stack, `h` for a pyramid.
     pub ratio: T,
-    /// For every finest pixel another that looks alike, after all of them a second one for every pixel, and so on;
+    /// Indices of pixels that look alike: first one candidate per finest pixel, then a second one per pixel, and so on;
     /// empty for none.
     pub second: &'a [u32],
     /// The finest grid, for `second`.
-    pub plane: Plane,
+    pub plane: PixelPlane,
 }
 
-/// How to correct.
+/// Settings of a correction.
 #[derive(Clone, Copy, Debug)]
-pub struct Rule<T> {
-    /// Offsets that are compared, in pixels of the level.
+pub struct CorrectionRule<T> {
+    /// Neighbourhood: 4 for the diagonal offsets, else the side of a square (3 or 5), in pixels of the level.
     pub square: u8,
-    /// Whether three predictions are averaged per Δ.
+    /// True if three predictions are averaged per Δ.
     pub averaged: bool,
-    /// How features are read.
+    /// Filter for reading features.
     pub fetch: Fetch,
     /// Spacing of the level in finest pixels.
     pub h: T,
-    /// Cost factor of candidates that only look alike.
+    /// Cost factor of candidates that look alike, compared with coherent ones.
     pub kappa: T,
-    /// Pixels are corrected in `sub_passes` groups, a square number: 1 all from the old map, 4 interleaved.
+    /// Number of interleaved groups in which pixels are corrected, a square number: 1 reads only the old map.
     pub sub_passes: u32,
 }
 
-/// The offsets of a neighbourhood: 4 diagonal ones, or a square of side 3 or 5 with its middle, by rows.
+/// Offsets of a neighbourhood: 4 diagonal ones, or a square of side 3 or 5 with its middle, by rows.
 pub fn offsets(square: u8) -> Vec<[i32; 2]> {
     let all = |r: i32| (-r..=r).flat_map(move |y| (-r..=r).map(move |x| [x, y])).collect();
     match square {
@@ -50,7 +50,7 @@ pub fn offsets(square: u8) -> Vec<[i32; 2]> {
     }
 }
 
-/// The immediate neighbours, by rows: their numbers in [`OCTANTS`].
+/// Octants (see [`OCTANTS`]) of the eight neighbours, by rows.
 const NEAR: [usize; 8] = [5, 6, 7, 4, 0, 3, 2, 1];
 
 /// `J v` in any precision.
@@ -62,7 +62,7 @@ fn real<T: Real>(v: [i32; 2]) -> [T; 2] {
     v.map(|v| T::of(f64::from(v)))
 }
 
-/// The number in [`OCTANTS`] of the neighbour nearest to the direction of `J⁻¹Δ` (2).
+/// The octant (see [`OCTANTS`]) nearest to the direction of `J⁻¹Δ` (2).
 fn toward<T: Real>(j: &[T; 4], delta: [i32; 2]) -> usize {
     let j = j.map(Real::wide);
     let [x, y] = delta.map(f64::from);
@@ -70,8 +70,13 @@ fn toward<T: Real>(j: &[T; 4], delta: [i32; 2]) -> usize {
     jacobian::octant((j[3] * x - j[1] * y) * sign, (j[0] * y - j[2] * x) * sign)
 }
 
-/// Child = parent + h J Δ (3), with Δ = ±½: twice as many columns and rows.
-pub fn upsample<T: Real>(parent: &[[T; 2]], plane: Plane, h: T, j: impl Fn(usize, usize) -> [T; 4]) -> Vec<[T; 2]> {
+/// Upsamples to twice as many columns and rows: child = parent + h J Δ (3), with Δ = ±½.
+pub fn upsample<T: Real>(
+    parent: &[[T; 2]],
+    plane: PixelPlane,
+    h: T,
+    j: impl Fn(usize, usize) -> [T; 4],
+) -> Vec<[T; 2]> {
     let mut out = Vec::with_capacity(4 * parent.len());
     for y in 0..2 * plane.h {
         for x in 0..2 * plane.w {
@@ -84,7 +89,7 @@ pub fn upsample<T: Real>(parent: &[[T; 2]], plane: Plane, h: T, j: impl Fn(usize
     out
 }
 
-/// Moves every position at random by at most `reach` finest pixels, scaled by `mask` (empty for 1).
+/// Moves each position at random by at most `reach` finest pixels, scaled by `mask` (empty for 1).
 pub fn jitter<T: Real>(map: &mut [[T; 2]], reach: T, mask: &[f32], hash: Hash) {
     for (p, at) in map.iter_mut().enumerate() {
         let scale = reach * T::of(f64::from(mask.get(p).copied().unwrap_or(1.0)));
@@ -94,13 +99,13 @@ pub fn jitter<T: Real>(map: &mut [[T; 2]], reach: T, mask: &[f32], hash: Hash) {
     }
 }
 
-/// A map, and what its neighbourhoods are compared with.
+/// Corrects a map against one level of the exemplar.
 pub struct Corrector<'a, T, L, J> {
     /// The level of the exemplar.
     pub features: &'a Features<'a, T>,
-    /// How.
-    pub rule: &'a Rule<T>,
-    /// Where neighbours are found.
+    /// Settings.
+    pub rule: &'a CorrectionRule<T>,
+    /// Finds neighbours.
     pub lookup: &'a L,
     /// The Jacobian of a pixel.
     pub jacobian: J,
@@ -112,12 +117,13 @@ impl<T: Real, L: Neighbours, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, 
         self.features.texels.add([at[0] / r, at[1] / r], self.rule.fetch, weight, out);
     }
 
-    /// What a neighbour predicts for the pixel itself, which stays as it is where there is none.
+    /// Position of the pixel as predicted by its neighbour in `octant`; the pixel's own position if it has no such
+    /// neighbour.
     fn predicted(&self, map: &[[T; 2]], (x, y): (i32, i32), octant: usize, j: &[T; 4]) -> [T; 2] {
         let Some((near, residue)) = self.lookup.near((x, y), octant) else { return map[self.lookup.index(x, y)] };
         let mut at = map[near];
         if residue != [0.0; 2] {
-            // The place sought lies beside the centre of the pixel that stands for it.
+            // The target lies beside the centre of the neighbour by a residue.
             let off = apply(&(self.jacobian)(near), residue.map(|v| T::of(f64::from(v))));
             at = [at[0] + self.rule.h * off[0], at[1] + self.rule.h * off[1]];
         }
@@ -125,8 +131,8 @@ impl<T: Real, L: Neighbours, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, 
         [at[0] - self.rule.h * step[0], at[1] - self.rule.h * step[1]]
     }
 
-    /// The neighbours in the order in which they are tried: by rows. On charts by rows of the exemplar, so that how a chart
-    /// lies decides no tie; then those that are left out by this.
+    /// Octants in the order in which they are tried: by rows. On charts, by rows of the exemplar, so that the
+    /// orientation of a chart decides no tie; octants missed by the first eight follow.
     fn tried(j: &[T; 4]) -> impl Iterator<Item = usize> {
         let first = if L::CHARTS { NEAR.map(|k| toward(j, OCTANTS[k])) } else { NEAR };
         let turn = if toward(j, OCTANTS[2]) == (toward(j, OCTANTS[0]) + 2) & 7 { 1 } else { 7 };
@@ -134,7 +140,7 @@ impl<T: Real, L: Neighbours, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, 
         first.into_iter().chain(rest)
     }
 
-    /// What the output shows at every offset around pixel (x, y) (1), one after another.
+    /// The features that the output shows at every offset around pixel (x, y) (1), concatenated.
     pub fn neighbourhood(&self, map: &[[T; 2]], (x, y): (i32, i32)) -> Vec<T> {
         let j = (self.jacobian)(self.lookup.index(x, y));
         let channels = self.features.texels.channels;
@@ -157,7 +163,7 @@ impl<T: Real, L: Neighbours, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, 
         out
     }
 
-    /// The pixel's own position and what its neighbours predict, by rows.
+    /// The pixel's own position and the predictions of its neighbours, by rows.
     pub fn candidates(&self, map: &[[T; 2]], (x, y): (i32, i32)) -> Vec<[T; 2]> {
         let own = self.lookup.index(x, y);
         let j = (self.jacobian)(own);
@@ -165,10 +171,9 @@ impl<T: Real, L: Neighbours, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, 
         std::iter::once(map[own]).chain(near).collect()
     }
 
-    /// The sum of squared differences between a neighbourhood and the exemplar around `at`; infinite where it
-    /// leaves the exemplar.
+    /// Sum of squared differences between a neighbourhood and the exemplar around `at`; infinite beyond the exemplar.
     pub fn error(&self, wanted: &[T], at: [T; 2]) -> T {
-        let Plane { w, h, wrap } = self.features.plane;
+        let PixelPlane { w, h, wrap } = self.features.plane;
         let channels = self.features.texels.channels;
         let mut seen = vec![T::default(); channels];
         let mut sum = T::default();
@@ -189,7 +194,7 @@ impl<T: Real, L: Neighbours, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, 
         sum
     }
 
-    /// The best position of pixel (x, y); `more` are further candidates after the usual ones.
+    /// Best position of pixel (x, y); `more` holds further candidates, tried last.
     pub fn best(&self, map: &[[T; 2]], at: (i32, i32), more: &[[T; 2]]) -> [T; 2] {
         let wanted = self.neighbourhood(map, at);
         let own = self.lookup.index(at.0, at.1);
@@ -223,8 +228,8 @@ impl<T: Real, L: Neighbours, J: Fn(usize) -> [T; 4] + Sync> Corrector<'_, T, L, 
         })
     }
 
-    /// One pass over all pixels of a map.
-    pub fn pass(&self, plane: Plane, more: &[[T; 2]], map: &mut [[T; 2]]) {
+    /// Runs one pass over all pixels of a map.
+    pub fn pass(&self, plane: PixelPlane, more: &[[T; 2]], map: &mut [[T; 2]]) {
         let side = (1..=16).find(|s| s * s >= self.rule.sub_passes as usize).unwrap_or(16);
         for (gy, gx) in (0..side).flat_map(|y| (0..side).map(move |x| (y, x))) {
             let old = &map[..];

@@ -1,11 +1,11 @@
-//! The distance of exemplar pixels from the edges of its features: comparing it keeps thin lines whole, which colours
-//! alone hardly do.
+//! Distance of exemplar pixels to the edges of features: comparing it keeps thin lines whole, which colours alone
+//! hardly do.
 use super::texels::mirrored;
 use crate::filter::distance::{DistanceSpec, distance};
 use crate::ground::window::{View, WindowExt, index};
 use shibo_engine::value::Window;
 
-/// The distance of every pixel to the edge of what is above ½, negative inside, at most `radius` pixels either way.
+/// Signed distance of each pixel to the edge of the area above ½, negative inside, limited to ±`radius` pixels.
 pub fn signed_distance(plane: &[f32], [w, h]: [usize; 2], wrap: [bool; 2], radius: f64) -> Vec<f32> {
     let spec = DistanceSpec { threshold: 0.5, radius, step: [1.0; 2] };
     let whole = Window::of(0, 0, w, h);
@@ -27,7 +27,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_is_near_its_edges_and_negative_inside() {
+    fn gives_negative_distance_inside_line() {
         let plane: Vec<f32> = (0..20 * 6).map(|p| if (8..12).contains(&(p % 20)) { 1.0 } else { 0.0 }).collect();
         let d = signed_distance(&plane, [20, 6], [false; 2], 5.0);
         for row in d.chunks_exact(20) {

@@ -1,14 +1,14 @@
-//! The fast corrector for `J = 1`: every pixel holds one whole number.
+//! The fast corrector for `J = 1`: each pixel holds one integer.
 //!
 //! A position is an index into tables that are padded by `h` on all sides, so that a neighbour's prediction is one
-//! subtraction. Padding of sides that do not join never wins. If all neighbours that are compared predict what a pixel
-//! already shows, its error is 0 and nothing can beat it.
+//! subtraction. Padding of sides that do not wrap never wins. If all compared neighbours predict the pixel's own
+//! position, its error is 0, the minimum.
 use super::analysis::Hood;
 use super::candidates::distance;
 use super::coverage::Factors;
 use super::pca::DIMS;
 use super::phase::{self, Phase};
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::region::Region;
 use super::table::Table;
 use crate::ground::simd;
@@ -17,32 +17,32 @@ use rayon::prelude::*;
 
 /// The terms of the cost.
 pub struct Terms<'a> {
-    /// The cost factor of candidates that only look alike, κ.
+    /// Cost factor κ of candidates that look alike, compared with coherent ones.
     pub kappa: f32,
-    /// Whether three predictions are averaged per diagonal neighbour, so that adjacent pixels influence each other too.
+    /// True if three predictions are averaged per diagonal neighbour, so that adjacent pixels influence each other too.
     pub averaged: bool,
     /// Factors for even use.
     pub factors: Option<&'a Factors>,
-    /// Wanted guide values by pixel and their weight; empty for none.
+    /// Target guide values by pixel; empty for none.
     pub guide: &'a [f32],
-    /// See `guide`.
+    /// Weight of `guide`.
     pub guide_weight: f32,
-    /// Pixels that stay as they are; empty for none.
+    /// Pixels that must not change; empty for none.
     pub fixed: &'a [bool],
-    /// Where in a cell of the lattice what is shown should lie; empty where nothing is kept in step.
+    /// Target lattice phase of each pixel; empty if no phase is kept.
     pub(super) phases: &'a [Phase],
 }
 
-/// How far a pass reads per pixel of a neighbourhood: each of its quarters reads what the one before has written.
+/// Factor on the reach of a pass: each of its four quarters reads the result of the one before.
 pub(super) const QUARTERS: i32 = 4;
 
-/// One pass: the four quarters of pixels in the order (0,0), (1,1), (1,0), (0,1), each read before any of it is
-/// written.
+/// Runs one pass: the four quarters of pixels in the order (0,0), (1,1), (1,0), (0,1); each quarter is read completely
+/// before any of it is written.
 pub fn correct(table: &Table, region: &Region, terms: &Terms<'_>, map: &mut [u32]) {
     let mut fresh = Vec::new();
     for quarter in [[0, 0], [1, 1], [1, 0], [0, 1]] {
         let first = [0, 1].map(|d| offset((quarter[d] - region.start[d]).rem_euclid(2)));
-        let Plane { w, h, .. } = region.plane;
+        let PixelPlane { w, h, .. } = region.plane;
         if first[0] >= w || first[1] >= h {
             continue;
         }
@@ -62,11 +62,11 @@ pub fn correct(table: &Table, region: &Region, terms: &Terms<'_>, map: &mut [u32
     }
 }
 
-/// How far [`break_runs`] looks around a pixel.
+/// Reach of [`break_runs`] around a pixel.
 pub const RUN_REACH: i32 = 4;
 
-/// Breaks up what shows one exemplar pixel three times in a row or column: every inner pixel of such a run moves on by
-/// one, forwards and backwards alternately. Done twice, since it may, if rarely, make another run.
+/// Breaks up runs of three equal exemplar pixels in a row or column: each inner pixel of a run moves by one pixel,
+/// alternately forwards and backwards. Runs twice, since the first time may, rarely, make a new run.
 pub fn break_runs(table: &Table, region: &Region, fixed: &[bool], map: &mut [u32]) {
     for _ in 0..2 {
         break_runs_once(table, region, fixed, map);
@@ -74,14 +74,14 @@ pub fn break_runs(table: &Table, region: &Region, fixed: &[bool], map: &mut [u32
 }
 
 fn break_runs_once(table: &Table, region: &Region, fixed: &[bool], map: &mut [u32]) {
-    let Plane { w, h, wrap } = region.plane;
+    let PixelPlane { w, h, wrap } = region.plane;
     let old: &[u32] = map;
     let (one, stride) = (index(table.h), index(table.h * table.stride));
     let parted = |y: usize| {
-        let rows: [usize; 5] = std::array::from_fn(|k| Plane::bring(index(y + k) - 2, h, wrap[1]) * w);
+        let rows: [usize; 5] = std::array::from_fn(|k| PixelPlane::bring(index(y + k) - 2, h, wrap[1]) * w);
         let moved = move |x: usize| {
             let p = rows[2] + x;
-            let across = |d: i32| old[rows[2] + Plane::bring(index(x) + d, w, wrap[0])];
+            let across = |d: i32| old[rows[2] + PixelPlane::bring(index(x) + d, w, wrap[0])];
             let down = |d: i32| old[rows[offset(d + 2)] + x];
             let inner = |to: u32| (across(-1) == to && across(1) == to, down(-1) == to && down(1) == to);
             let run = |to: u32| {
@@ -136,7 +136,8 @@ impl Row<'_> {
         }
     }
 
-    /// Which of `count` pixels read nothing that lies nearer than usual across joined sides.
+    /// Range of the pixels (out of `count`) whose neighbours are all at regular distances, not across a short wrapping
+    /// side.
     fn middle(&self, first: usize, count: usize) -> (usize, usize) {
         let Region { plane, short, .. } = self.region;
         if short[1] != 0 && (self.y < 2 || self.y + 2 >= plane.h) {
@@ -170,12 +171,12 @@ impl Row<'_> {
 
     #[inline(always)]
     fn each<const N: usize, const PLAIN: bool, const SIDE: bool>(&self, first: usize, out: &mut [u32]) {
-        let Plane { w, h, wrap } = self.region.plane;
-        let rows: [usize; 5] = std::array::from_fn(|k| Plane::bring(index(self.y + k) - 2, h, wrap[1]) * w);
+        let PixelPlane { w, h, wrap } = self.region.plane;
+        let rows: [usize; 5] = std::array::from_fn(|k| PixelPlane::bring(index(self.y + k) - 2, h, wrap[1]) * w);
         let stride = index(self.table.stride);
         let step = index(self.table.h);
         let offsets = hood_offsets::<N>();
-        // What is subtracted from a neighbour's index.
+        // Offset subtracted from a neighbour's index to predict this pixel.
         let shift = |[x, y]: [i32; 2]| (step * (y * stride + x)).cast_unsigned();
         let shifts: [u32; N] = offsets.map(shift);
         let near: [u32; 8] = NEAR.map(shift);
@@ -189,7 +190,7 @@ impl Row<'_> {
             let columns: [usize; 5] = if x >= 2 && x + 2 < w {
                 std::array::from_fn(|k| x + k - 2)
             } else {
-                std::array::from_fn(|k| Plane::bring(index(x + k) - 2, w, wrap[0]))
+                std::array::from_fn(|k| PixelPlane::bring(index(x + k) - 2, w, wrap[0]))
             };
             let read = |[dx, dy]: [i32; 2]| {
                 let at = self.map[rows[offset(dy + 2)] + columns[offset(dx + 2)]];
@@ -220,7 +221,8 @@ impl Row<'_> {
         }
     }
 
-    /// What the output shows diagonally around a pixel: each place as it is, and as its two neighbours predict it.
+    /// Neighbourhood vector of the 4 diagonals around a pixel: each as shown, averaged with the predictions of its two
+    /// neighbours.
     #[inline(always)]
     fn diagonals(&self, close: &[u32; 8]) -> [f32; DIMS] {
         let table = self.table;
@@ -246,7 +248,7 @@ impl Row<'_> {
         wanted
     }
 
-    /// What the output shows around a pixel.
+    /// Neighbourhood vector of the output around a pixel.
     #[inline(always)]
     fn neighbourhood<const N: usize>(&self, around: &[u32; N]) -> [f32; DIMS] {
         let mut wanted = [0.0f32; DIMS];
@@ -258,7 +260,7 @@ impl Row<'_> {
         wanted
     }
 
-    /// The best of the pixel's own position, its neighbours' predictions, and what looks like those.
+    /// Best of the pixel's own position, its neighbours' predictions, and the candidates that look like them.
     #[inline(always)]
     fn best<const PLAIN: bool>(
         &self,
@@ -323,7 +325,7 @@ impl Row<'_> {
     }
 }
 
-/// The offsets of the neighbourhood of `N` pixels, by rows.
+/// Offsets of a neighbourhood of `N` pixels, by rows.
 #[inline(always)]
 fn hood_offsets<const N: usize>() -> [[i32; 2]; N] {
     let mut offsets = [[0; 2]; N];

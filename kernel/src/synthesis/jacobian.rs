@@ -1,4 +1,4 @@
-//! Two by two matrices `J = ∂S/∂p`, from output to exemplar, kept as J00 J01 J10 J11.
+//! 2×2 matrices `J = ∂S/∂p`, from output to exemplar, stored as J00 J01 J10 J11.
 
 /// A Jacobian, by rows.
 pub type Jacobian = [f32; 4];
@@ -20,7 +20,7 @@ pub fn det(j: &Jacobian) -> f32 {
     j[0] * j[3] - j[1] * j[2]
 }
 
-/// The inverse; of a singular matrix, something not finite.
+/// The inverse; not finite for a singular matrix.
 #[inline(always)]
 pub fn inverse(j: &Jacobian) -> Jacobian {
     let scale = 1.0 / det(j);
@@ -33,7 +33,8 @@ pub fn multiply(a: &Jacobian, b: &Jacobian) -> Jacobian {
     [a[0] * b[0] + a[1] * b[2], a[0] * b[1] + a[1] * b[3], a[2] * b[0] + a[3] * b[2], a[2] * b[1] + a[3] * b[3]]
 }
 
-/// Features turned by `angle` from +x towards +y, `scale` times as large, and drawn out by `stretch` along their own x.
+/// Features rotated by `angle` from +x towards +y, scaled by `scale`, and stretched by `stretch` along their own x
+/// axis.
 #[inline]
 pub fn from_angle_scale(angle: f32, scale: f32, stretch: f32) -> Jacobian {
     let (s, c) = (crate::ground::math::sin(angle), crate::ground::math::cos(angle));
@@ -41,18 +42,18 @@ pub fn from_angle_scale(angle: f32, scale: f32, stretch: f32) -> Jacobian {
     [c * x, s * x, -s * y, c * y]
 }
 
-/// The exemplar's x axis goes to `t` and its y axis to `b`.
+/// Maps the exemplar's x axis to `t` and its y axis to `b`.
 #[inline]
 pub fn from_vectors(t: [f32; 2], b: [f32; 2]) -> Jacobian {
     inverse(&[t[0], b[0], t[1], b[1]])
 }
 
-/// The number of the neighbour nearest in direction to (x, y), in [`OCTANTS`]; between two, the counter-clockwise one.
+/// Index in [`OCTANTS`] of the neighbour nearest in direction to (x, y); a tie goes to the counter-clockwise one.
 #[inline(always)]
 pub fn octant(x: f64, y: f64) -> usize {
     // tan 22.5°
     const T: f64 = std::f64::consts::SQRT_2 - 1.0;
-    // By symmetry, direction within the eighth to the right and left of an axis.
+    // Use symmetry: only directions within the octants to the right and left of an axis remain.
     let (ax, ay) = (x.abs(), y.abs());
     let (right, down) = (x > 0.0, y > 0.0);
     // Ties go counter-clockwise: a bound belongs to the octant that follows it.
@@ -70,7 +71,7 @@ pub fn octant(x: f64, y: f64) -> usize {
     }
 }
 
-/// Why a Jacobian cannot be followed: singular, not finite, or shrinking or growing features beyond 1 : 64.
+/// Returns why a Jacobian cannot be used: singular, not finite, or a scale beyond 1 : 64.
 pub fn fault(j: &Jacobian) -> Option<&'static str> {
     if j.iter().any(|v| !v.is_finite()) {
         return Some("not finite");
@@ -102,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_of_eight() {
+    fn finds_nearest_octant() {
         for k in 0..720u16 {
             let (y, x) = libm::sincos((f64::from(k) * 0.5).to_radians());
             // Directions between two are exact only up to rounding.

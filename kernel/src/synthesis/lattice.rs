@@ -1,11 +1,11 @@
-//! Finding the two vectors by which a near-regular exemplar repeats.
+//! Finds the two vectors by which a near-regular exemplar repeats.
 //!
-//! A *lattice* in this room is that of crystallography: all sums of whole multiples of two period vectors. It has
-//! nothing to do with the lattice of points and springs in leather.
+//! *Lattice* has the meaning of crystallography here: all integer combinations of two period vectors. It has nothing to
+//! do with the lattice of points and springs in leather.
 //!
-//! The exemplar without its shading is correlated with itself; a basis is a pair of short shifts of high correlation
-//! all of whose sums have a high correlation too. It is then refined to fractions of a pixel by least squares over the
-//! peaks at those sums, so that it does not drift over a large output.
+//! The exemplar without its shading is correlated with itself. A basis is a pair of short shifts of high correlation,
+//! all of whose sums also have a high correlation. Least squares over the peaks at those sums refine the basis to
+//! fractions of a pixel, so that it does not drift over a large output.
 use super::pca::principal;
 use super::texels::Texels;
 use crate::ground::window::{index, offset};
@@ -19,28 +19,29 @@ pub struct Basis {
     pub b: [f64; 2],
 }
 
-/// A basis of the lattice, and how strongly the exemplar repeats by it.
+/// A detected lattice basis, and the strength of the repetition.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
+pub struct FoundLattice {
     /// The vectors.
     pub basis: Basis,
-    /// The mean correlation at their sums.
+    /// Mean correlation at the sums of the basis.
     pub mean: f64,
-    /// The least one.
+    /// Smallest of these correlations.
     pub least: f64,
-    /// Whether that could be seen at few sums only, because little more than one period is visible.
+    /// True if only few sums could be tested, because little more than one period is visible.
     pub few: bool,
 }
 
-impl Found {
-    /// Whether the exemplar is near-regular. What is seen at few sums has to be clear: there chance can do more.
+impl FoundLattice {
+    /// Returns whether the exemplar is near-regular. If few sums were tested, higher correlations are required, since
+    /// chance contributes more.
     pub fn is_regular(&self) -> bool {
         if self.few { self.mean >= 0.70 && self.least >= 0.60 } else { self.mean >= 0.40 && self.least >= 0.30 }
     }
 }
 
 impl Basis {
-    /// The area of a cell, signed.
+    /// The signed area of a cell.
     pub fn det(&self) -> f64 {
         self.a[0] * self.b[1] - self.a[1] * self.b[0]
     }
@@ -50,7 +51,7 @@ impl Basis {
         [i * self.a[0] + j * self.b[0], i * self.a[1] + j * self.b[1]]
     }
 
-    /// The numbers (i, j) of a vector.
+    /// The coefficients (i, j) of a vector.
     pub fn coordinates(&self, v: [f64; 2]) -> [f64; 2] {
         let det = self.det();
         [(v[0] * self.b[1] - v[1] * self.b[0]) / det, (self.a[0] * v[1] - self.a[1] * v[0]) / det]
@@ -66,8 +67,8 @@ fn length(v: [f64; 2]) -> f64 {
     (v[0] * v[0] + v[1] * v[1]).sqrt()
 }
 
-/// Looks for the vectors by which a picture repeats; `None` if nothing comes near.
-pub fn detect(picture: &Texels<f32>) -> Option<Found> {
+/// Detects the vectors by which a picture repeats; `None` if there is no candidate.
+pub fn detect(picture: &Texels<f32>) -> Option<FoundLattice> {
     let (w, h) = (picture.plane.w, picture.plane.h);
     if w.min(h) < 16 || w.max(h) > 4096 {
         return None;
@@ -80,14 +81,17 @@ pub fn detect(picture: &Texels<f32>) -> Option<Found> {
     peaks.truncate(16);
     let best = [false, true].map(|few| best(&map, &peaks, few));
     let [usual, few] = best;
-    let found =
-        if usual.is_some_and(|found| found.is_regular()) { usual } else { few.filter(Found::is_regular).or(usual) };
-    found.map(|found| Found { basis: map.refine(found.basis, found.few), ..found })
+    let found = if usual.is_some_and(|found| found.is_regular()) {
+        usual
+    } else {
+        few.filter(FoundLattice::is_regular).or(usual)
+    };
+    found.map(|found| FoundLattice { basis: map.refine(found.basis, found.few), ..found })
 }
 
-/// The best basis of two peaks.
-fn best(map: &Correlation, peaks: &[([i32; 2], f64)], few: bool) -> Option<Found> {
-    let mut best: Option<(f64, Found)> = None;
+/// The best basis made of two peaks.
+fn best(map: &Correlation, peaks: &[([i32; 2], f64)], few: bool) -> Option<FoundLattice> {
+    let mut best: Option<(f64, FoundLattice)> = None;
     for (k, first) in peaks.iter().enumerate() {
         for second in &peaks[k + 1..] {
             let basis = Basis { a: wide(first.0), b: wide(second.0) };
@@ -97,7 +101,7 @@ fn best(map: &Correlation, peaks: &[([i32; 2], f64)], few: bool) -> Option<Found
             let Some((mean, least)) = map.strength(&basis, few) else { continue };
             let score = mean - 0.02 * libm::log2(basis.det().abs() / 100.0);
             if best.as_ref().is_none_or(|b| score > b.0) {
-                best = Some((score, Found { basis, mean, least, few }));
+                best = Some((score, FoundLattice { basis, mean, least, few }));
             }
         }
     }
@@ -108,7 +112,7 @@ fn wide(v: [i32; 2]) -> [f64; 2] {
     v.map(f64::from)
 }
 
-/// Two planes of a picture's main colours, without shading and without noise.
+/// Two planes with the main colours of a picture, without shading and noise.
 fn flattened(picture: &Texels<f32>) -> [Vec<f64>; 2] {
     let side = picture.plane.w.max(picture.plane.h);
     let (fine, shading) = (picture.blurred(2), picture.blurred((side / 4).max(4)));
@@ -120,7 +124,7 @@ fn flattened(picture: &Texels<f32>) -> [Vec<f64>; 2] {
     })
 }
 
-/// Normalised correlation of a picture with itself at shifts (x, y), |x| ≤ 3/4 w, 0 ≤ y ≤ 3/4 h.
+/// Normalised autocorrelation of a picture at shifts (x, y), |x| ≤ 3/4 w, 0 ≤ y ≤ 3/4 h.
 struct Correlation {
     reach: [i32; 2],
     half: [f64; 2],
@@ -137,7 +141,7 @@ impl Correlation {
             }
         }
         fft2(&mut data, fw, fh);
-        // The spectrum of a + ib, squared: its transform has the sum of both correlations as real part.
+        // Square the spectrum of a + ib: the real part of its transform is the sum of both correlations.
         data.iter_mut().for_each(|v| *v = [v[0] * v[0] + v[1] * v[1], 0.0]);
         fft2(&mut data, fw, fh);
         let scale = 1.0 / (fw * fh) as f64;
@@ -165,7 +169,7 @@ impl Correlation {
         self.values[offset(y * (2 * self.reach[0] + 1) + x + self.reach[0])]
     }
 
-    /// Local maxima; each stands for the opposite shift as well.
+    /// Local maxima; each also represents the opposite shift.
     fn peaks(&self) -> Vec<([i32; 2], f64)> {
         let mut peaks = Vec::new();
         for y in 0..=self.reach[1] {
@@ -183,7 +187,7 @@ impl Correlation {
         peaks
     }
 
-    /// The largest value within a pixel of a shift, and where.
+    /// The largest value within a pixel of a shift, and its position.
     fn near(&self, [x, y]: [f64; 2]) -> (f64, i32, i32) {
         #[expect(clippy::cast_possible_truncation, reason = "within the picture")]
         let (x, y) = (x.round() as i32, y.round() as i32);
@@ -191,8 +195,8 @@ impl Correlation {
         around.map(|(x, y)| (self.at(x, y), x, y)).fold((f64::MIN, 0, 0), |a, b| if b.0 > a.0 { b } else { a })
     }
 
-    /// The numbers of the sums of a basis, one of each pair of opposites: within half the picture, or, where those are few,
-    /// wherever a third of it overlaps.
+    /// Coefficients of the sums of a basis, one of each pair of opposites: within half the picture or, if those are
+    /// few, wherever a third of it overlaps.
     fn sums(&self, basis: &Basis, few: bool) -> Vec<[f64; 2]> {
         let inside = |i: i32, j: i32| {
             let [x, y] = basis.at(f64::from(i), f64::from(j)).map(f64::abs);
@@ -207,7 +211,7 @@ impl Correlation {
         one.map(|(i, j)| [f64::from(i), f64::from(j)]).collect()
     }
 
-    /// Mean and least correlation at the sums of a basis; `None` if there are fewer than four, or than two if that is few.
+    /// Mean and smallest correlation at the sums of a basis; `None` with fewer than four sums (two if `few`).
     fn strength(&self, basis: &Basis, few: bool) -> Option<(f64, f64)> {
         let values: Vec<f64> = self.sums(basis, few).into_iter().map(|[i, j]| self.near(basis.at(i, j)).0).collect();
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
@@ -250,7 +254,7 @@ impl Correlation {
     }
 }
 
-/// Sums of squares over rectangles.
+/// Sums of squares over rectangles (an integral image).
 struct Sums {
     table: Vec<f64>,
     stride: usize,
@@ -275,7 +279,7 @@ impl Sums {
         at(x1, y1) - at(x0, y1) - at(x1, y0) + at(x0, y0)
     }
 
-    /// The product of the energies of the two parts that overlap at the shift (x, y).
+    /// Product of the energies of the two parts that overlap at the shift (x, y).
     fn shifted(&self, x: i32, y: i32, w: usize, h: usize) -> f64 {
         let (left, right) = (offset(x.max(0)), offset((-x).max(0)));
         let there = self.between(left, offset(y), w - right, h);
@@ -284,7 +288,7 @@ impl Sums {
     }
 }
 
-/// The discrete Fourier transform of rows and columns, both powers of two.
+/// The discrete Fourier transform of rows and columns; both counts are powers of two.
 fn fft2(data: &mut [[f64; 2]], w: usize, h: usize) {
     use rayon::prelude::*;
     let twiddles = |n: usize| -> Vec<[f64; 2]> {

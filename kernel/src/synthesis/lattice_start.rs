@@ -1,24 +1,24 @@
-//! Starting from the lattice by which the exemplar repeats: the phase is the same everywhere, the content varies from
-//! cell to cell.
+//! Start from the lattice of a near-regular exemplar: the phase is the same everywhere, the content varies from cell to
+//! cell.
 use super::jacobian::{self, IDENTITY, Jacobian};
 use super::lattice::Basis;
 use crate::ground::hash::Hash;
 use crate::ground::number::narrow;
 
-/// A lattice made to fit the output.
+/// A lattice fitted to the output.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fitted {
     /// The vectors by which the exemplar repeats.
     pub basis: Basis,
-    /// From output pixels to exemplar pixels, by rows: the Jacobian, bent so little that what joins in the output does
-    /// so in the lattice too.
+    /// Map from output pixels to exemplar pixels, by rows: the Jacobian, bent slightly so that sides that wrap in the
+    /// output also match in the lattice.
     pub map: [[f64; 2]; 2],
 }
 
-/// Fits a lattice to an output of `size` pixels whose sides `wrap` or not, seen through the Jacobian `j`.
+/// Fits a lattice to an output of `size` pixels, for the axes that `wrap`, under the Jacobian `j`.
 pub fn fit(basis: Basis, j: [[f64; 2]; 2], size: [f64; 2], wrap: [bool; 2]) -> Fitted {
     let image = |v: [f64; 2]| [j[0][0] * v[0] + j[0][1] * v[1], j[1][0] * v[0] + j[1][1] * v[1]];
-    // The nearest lattice vector to where a side of the output leads.
+    // The lattice vector nearest to the image of a side of the output.
     let snap = |v: [f64; 2]| {
         let [i, k] = basis.coordinates(v).map(f64::round);
         let near = (-1..=1).flat_map(|di| (-1..=1).map(move |dk| (f64::from(di), f64::from(dk))));
@@ -37,12 +37,11 @@ pub fn fit(basis: Basis, j: [[f64; 2]; 2], size: [f64; 2], wrap: [bool; 2]) -> F
     Fitted { basis, map: if sane { fitted } else { j } }
 }
 
-/// How much features may be stretched, or turned, for a lattice to fit.
+/// Limit of the stretch or rotation of features that makes a lattice fit.
 const BENT: f32 = 0.125;
 
 impl Fitted {
-    /// What `j` becomes when it is bent with the lattice: then all pieces continue in phase. `None` if the distortion
-    /// were too large.
+    /// Bends `j` with the lattice, so that all pieces continue in phase. `None` if the distortion is too large.
     pub fn bent(&self, j: &Jacobian) -> Option<Jacobian> {
         let m = self.map;
         let bent = [m[0][0], m[0][1], m[1][0], m[1][1]].map(narrow);
@@ -50,7 +49,7 @@ impl Fitted {
         change.iter().zip(IDENTITY).all(|(a, b)| (a - b).abs() <= BENT).then_some(bent)
     }
 
-    /// Where output position `p` is in the exemplar, by a hashed lattice vector moved to within `low..high`.
+    /// Maps output position `p` to the exemplar, by a hashed lattice vector that moves it to within `low..high`.
     pub fn place(&self, p: [f64; 2], low: [f64; 2], high: [f64; 2], hash: Hash) -> [f64; 2] {
         let m = self.map;
         let at = [m[0][0] * p[0] + m[0][1] * p[1], m[1][0] * p[0] + m[1][1] * p[1]];
@@ -65,7 +64,7 @@ impl Fitted {
         [0, 1].map(|d| last[d].clamp(low[d], high[d]))
     }
 
-    /// A position moved by a lattice vector to as near to `wish` as it gets.
+    /// Moves a position by a lattice vector as near to `wish` as possible.
     pub fn moved(&self, at: [f64; 2], wish: [f64; 2]) -> [f64; 2] {
         let [i, j] = self.basis.coordinates([wish[0] - at[0], wish[1] - at[1]]).map(f64::round);
         let v = self.basis.at(i, j);
@@ -78,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_joins_in_the_output_joins_in_the_lattice() {
+    fn wraps_lattice_with_output() {
         let basis = Basis { a: [12.0, 12.2], b: [12.1, -12.0] };
         let fitted = fit(basis, [[1.0, 0.0], [0.0, 1.0]], [512.0, 300.0], [true, true]);
         for side in [[512.0, 0.0], [0.0, 300.0]] {
@@ -89,7 +88,7 @@ mod tests {
         assert!((fitted.map[0][0] - 1.0).abs() < 0.03);
         let bent = fitted.bent(&IDENTITY).expect("two parts in a hundred");
         assert_eq!(bent[0], narrow(fitted.map[0][0]));
-        // Cells of 17 pixels do not fit 30, and are not drawn out to do so.
+        // Cells of 17 pixels do not fit 30, and are not stretched to fit.
         let small = fit(basis, [[1.0, 0.0], [0.0, 1.0]], [30.0, 30.0], [true, true]);
         assert!(small.map[0][0] != 1.0 && small.bent(&IDENTITY).is_none(), "{small:?}");
         let p = fitted.place([100.0, 70.0], [8.0; 2], [120.0; 2], Hash::new(1));

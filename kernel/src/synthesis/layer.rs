@@ -1,31 +1,31 @@
-//! The pixels of a level while it is worked on.
+//! The working state of a level.
 use super::coverage::Factors;
 use super::phase::Phase;
 use super::region::{Planned, Region};
 
-/// The pixels of a level while it is worked on. Where sides do not join, those that are no longer read are left behind: the
-/// further a level is, the fewer pixels around those that are wanted still matter.
+/// The working state of a level. Along axes that do not wrap, pixels that later steps do not read are dropped: with
+/// each step, the margin around the wanted pixels shrinks.
 pub(super) struct Layer {
-    /// The pixels.
+    /// The pixels still held.
     pub(super) region: Region,
-    /// What is read of the result.
+    /// The pixels of the result.
     wanted: Region,
-    /// How many pixels around those wanted what is still to be done reads.
+    /// Margin around `wanted` that the remaining steps read, in pixels.
     left: i32,
-    /// The index of every pixel in the tables of what it shows.
+    /// For each pixel, the table index of the exemplar pixel that it shows.
     pub(super) map: Vec<u32>,
-    /// Wanted guide values; empty for none.
+    /// Target guide values; empty for none.
     pub(super) guide: Vec<f32>,
-    /// Pixels that stay as they are; empty for none.
+    /// Pixels that must not change; empty for none.
     pub(super) fixed: Vec<bool>,
-    /// Where in a cell of the lattice what is shown should lie; empty where nothing is kept in step.
+    /// Target lattice phase of each pixel; empty if no phase is kept.
     pub(super) phases: Vec<Phase>,
     /// Factors for even use.
     pub(super) factors: Option<Factors>,
 }
 
 impl Layer {
-    /// All pixels of a level, of which those up to `reach` around the wanted ones are read.
+    /// Starts with all pixels of a level; the steps to come read up to `reach` pixels around the wanted ones.
     pub(super) fn new(planned: &Planned, reach: i32, map: Vec<u32>, guide: Vec<f32>, fixed: Vec<bool>) -> Self {
         Self {
             region: planned.region,
@@ -39,7 +39,7 @@ impl Layer {
         }
     }
 
-    /// Leaves pixels behind that are not read any more; returns the region that was before, for what else is kept of them.
+    /// Drops the pixels that are not read any more. Returns the previous region, for cropping other arrays.
     pub(super) fn trim(&mut self) -> Region {
         let before = self.region;
         let part = before.around(&self.wanted, self.left);
@@ -54,12 +54,12 @@ impl Layer {
         before
     }
 
-    /// Something was done that read so many pixels away.
+    /// Records a finished step that read up to `reach` pixels away.
     pub(super) fn spend(&mut self, reach: i32) {
         self.left -= reach;
     }
 
-    /// What is wanted of the level.
+    /// Returns the map of the wanted pixels.
     pub(super) fn result(mut self) -> Vec<u32> {
         self.region.keep(&self.wanted, &mut self.map);
         self.map

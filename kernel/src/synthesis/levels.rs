@@ -1,7 +1,8 @@
 //! Pictures of an exemplar's levels.
 use super::texels::{Fetch, Texels};
 
-/// The picture of the level of spacing `h`, on the finest pixels: blurred (stack), or halved and enlarged (pyramid).
+/// The picture of the level of spacing `h`, at the finest resolution: blurred (stack), or halved and enlarged
+/// (pyramid).
 pub fn image(finest: &Texels<f32>, h: usize, pyramid: bool) -> Texels<f32> {
     if !pyramid {
         return finest.blurred(h);

@@ -1,4 +1,4 @@
-//! Magnification: what the coordinates of a coarse map show at any position between their pixels.
+//! Magnification: evaluates the coordinates of a coarse map at any position between its pixels.
 //!
 //! Isometric (5): `Σ w(Δ) E[S[p-Δ] + Δ]`, anisometric (6): `Σ w(Δ) E[S[p-Δ] + JΔ]`, Δ from the centres of the four
 //! nearest pixels to p, `w = (1-|Δx|)(1-|Δy|)` (printed as |Δx||Δy|, which would favour the farthest).
@@ -6,8 +6,8 @@ use super::plane::Lookup;
 use crate::ground::real::Real;
 use crate::ground::window::index;
 
-/// Where a value at `p` (in pixels of the map) comes from: positions in exemplar pixels, and their weights. `jacobian`
-/// gives J at each of the four pixels, or at p.
+/// The exemplar positions that contribute at `p` (in pixels of the map), and their weights. `jacobian` returns J at
+/// each of the four pixels, or at p.
 #[inline(always)]
 pub fn places<T: Real>(
     map: &[[T; 2]],

@@ -1,20 +1,21 @@
-//! Mends where pieces meet: what the result shows around every pixel near a joint is looked up in the exemplar, and every
-//! pixel then takes, of what the patches around it say of it, what agrees best with all of them.
+//! Mends the joints between pieces: for each pixel near a joint, the patch around it is looked up in the exemplar. Then
+//! each pixel takes, of the values proposed by the patches around it, the one that agrees best with all of them.
 //!
-//! Texture optimisation (V. Kwatra et al., 2005) with a vote that chooses (J. Han et al., 2006): no pixel is ever mixed of
-//! others, so the result is as sharp as the exemplar. Patches are searched for among those that neighbours continue, those
-//! that look like them, and at random around the best one (C. Barnes et al., 2009). Nothing far away is read, and a pass
-//! writes nothing that it reads. What is still nowhere in the exemplar after some rounds is replaced ([`spots`]). Cost: O(pixels near joints · patches tried · pixels of a patch).
+//! Texture optimisation (V. Kwatra et al., 2005) with a vote that selects one value (J. Han et al., 2006): pixels are
+//! never blended, so the result is as sharp as the exemplar. Candidate patches are continuations of the neighbours,
+//! patches that look like those, and random patches around the best one (C. Barnes et al., 2009). A pass reads only
+//! near pixels, and writes none that it reads. Spots that still do not occur in the exemplar after some rounds are
+//! replaced ([`spots`]). Cost: O(pixels near joints · patches tried · pixels of a patch).
 use super::coverage::{EvenUse, Factors};
 use super::layer::Layer;
 use super::patches::Patches;
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::region::Region;
 use super::rematch::{Search, Terms, ways, weight};
 use super::spots;
 use super::table::Table;
 use super::texels::Texels;
-use super::vote::{self, Found};
+use super::vote::{self, FoundPatch};
 use crate::ground::hash::Hash;
 use crate::ground::window::index;
 use rayon::prelude::*;
@@ -25,8 +26,8 @@ const COARSEST: usize = 8;
 /// The coarsest level at which spots are replaced.
 const REPLACED: usize = 1;
 
-/// How many rounds there are at the level of spacing `h` before any spot is replaced, if there are `rounds` at the finest:
-/// coarse levels decide where features are, and are cheap.
+/// Number of rounds before spots are replaced at the level of spacing `h`, given the `rounds` at the finest level.
+/// Coarse levels decide the positions of features, and are cheap.
 pub(super) fn rounds(rounds: u32, h: usize) -> u32 {
     match h {
         _ if rounds == 0 || h > COARSEST => 0,
@@ -35,23 +36,24 @@ pub(super) fn rounds(rounds: u32, h: usize) -> u32 {
     }
 }
 
-/// How far patches of the level of spacing `h` reach, in its pixels.
+/// Reach of the patches at the level of spacing `h`, in its pixels.
 const fn reach(h: usize) -> usize {
     if h < 8 { 3 } else { 2 }
 }
 
-/// After how many further rounds at the level of spacing `h` spots are replaced; one more joins what is around them.
+/// Number of further rounds that end with a replacement of spots, at the level of spacing `h`. One more round then
+/// joins the surroundings.
 const fn replacing(rounds: u32, h: usize) -> u32 {
     if h > REPLACED { 0 } else { rounds }
 }
 
-/// How far a round reads at the level of spacing `h`, in its pixels.
+/// Reach of a round at the level of spacing `h`, in its pixels.
 fn round_reads(h: usize) -> i32 {
     let reach = index(reach(h));
     reach + 1 + reach.min(vote::REACH)
 }
 
-/// How far away a level is read if there are so many rounds at the finest, in its pixels.
+/// Reach of all rounds at the level of spacing `h`, in its pixels, given the rounds at the `finest` level.
 pub(super) fn reads(finest: u32, h: usize) -> i32 {
     let (rounds, replacing) = (rounds(finest, h), replacing(finest, h));
     let all = rounds + replacing + u32::from(replacing > 0);
@@ -59,25 +61,25 @@ pub(super) fn reads(finest: u32, h: usize) -> i32 {
     times(all, round_reads(h)) + times(replacing, spots::READS) + 1
 }
 
-/// How a level is mended.
+/// Settings for mending a level.
 pub(super) struct How {
-    /// How many rounds there are at the finest level.
+    /// Number of rounds at the finest level.
     pub(super) rounds: u32,
-    /// Where use is counted again before every round: how.
+    /// If set, uses are counted again before every round.
     pub(super) even: Option<EvenUse>,
-    /// The weight of the guide, where 1 is as much as a patch differs from any other.
+    /// Weight of the guide; 1 equals the mean difference of two patches.
     pub(super) guide_weight: f32,
-    /// The squared difference per pixel below which a patch is good enough after the first round: nobody sees it, and a
-    /// better one would only make more of the result alike.
+    /// Squared difference per pixel below which a patch is good enough after the first round. The difference is
+    /// invisible, and better patches would only make more of the result alike.
     pub(super) enough: f32,
     /// Random numbers.
     pub(super) hash: Hash,
 }
 
-/// What is known from the round before.
+/// Results of the previous round.
 #[derive(Default)]
 struct Before {
-    found: Vec<Found>,
+    found: Vec<FoundPatch>,
     map: Vec<u32>,
     near: Vec<bool>,
     pasted: Vec<bool>,
@@ -92,7 +94,7 @@ impl Before {
     }
 }
 
-/// Mends a level: `image` is its picture, the map of `layer` holds indices of its tables.
+/// Mends a level: `image` is its picture; the map of `layer` holds indices of its tables.
 pub(super) fn mend((table, image): (&Table, &Texels<f32>), how: &How, layer: &mut Layer) {
     let patches = Patches::new(image, table, reach(table.h));
     layer.trim();
@@ -115,14 +117,14 @@ pub(super) fn mend((table, image): (&Table, &Texels<f32>), how: &How, layer: &mu
             enough: how.enough,
         };
         let near = spread(&torn(&patches, region, map), region.plane, reach);
-        // Where nothing has changed, nothing else would be found; and what fits well was settled the round before.
+        // Unchanged surroundings would give the same match, and patches that fit well were settled the round before.
         let fresh = if k == 0 {
             near.clone()
         } else {
             let changed: Vec<bool> = map.iter().zip(&before.map).map(|(now, before)| now != before).collect();
             let changed = spread(&changed, region.plane, 1);
             let open = |p: usize| !before.near[p] || before.found[p].weight < settled;
-            // Around what was pasted everything is looked up.
+            // Look up everything around pasted pixels.
             let pasted = spread(&before.pasted, region.plane, reach);
             (0..map.len()).map(|p| near[p] && (pasted[p] || changed[p] && open(p))).collect()
         };
@@ -144,9 +146,9 @@ pub(super) fn mend((table, image): (&Table, &Texels<f32>), how: &How, layer: &mu
     layer.map.par_iter_mut().with_min_len(1024).for_each(|at| *at = patches.known(*at));
 }
 
-/// The pixels that the one to the right or below does not continue.
+/// Marks the pixels whose right or lower neighbour does not continue them.
 fn torn(patches: &Patches, region: &Region, map: &[u32]) -> Vec<bool> {
-    let Plane { w, h, wrap } = region.plane;
+    let PixelPlane { w, h, wrap } = region.plane;
     let (right, down) = (patches.step(1, 0), patches.step(0, 1));
     let goes_on = |at: u32, step: u32, to: u32| patches.home(at.wrapping_add(step)) == to;
     let mut torn = vec![false; w * h];
@@ -162,15 +164,15 @@ fn torn(patches: &Patches, region: &Region, map: &[u32]) -> Vec<bool> {
     torn
 }
 
-/// Whether anything is marked at most `r` columns and rows away.
-fn spread(marked: &[bool], plane: Plane, r: i32) -> Vec<bool> {
-    let Plane { w, h, wrap } = plane;
+/// Marks the pixels with a marked one at most `r` columns and rows away (a dilation).
+fn spread(marked: &[bool], plane: PixelPlane, r: i32) -> Vec<bool> {
+    let PixelPlane { w, h, wrap } = plane;
     let mut rows = vec![false; w * h];
     rows.par_chunks_mut(w).zip(marked.par_chunks(w)).with_min_len(16).for_each(|(out, row)| {
         for x in (0..w).filter(|x| row[*x]) {
             for k in index(x) - r..=index(x) + r {
                 if wrap[0] || (0..index(w)).contains(&k) {
-                    out[Plane::bring(k, w, wrap[0])] = true;
+                    out[PixelPlane::bring(k, w, wrap[0])] = true;
                 }
             }
         }
@@ -179,7 +181,7 @@ fn spread(marked: &[bool], plane: Plane, r: i32) -> Vec<bool> {
     out.par_chunks_mut(w).with_min_len(16).enumerate().for_each(|(y, out)| {
         for k in index(y) - r..=index(y) + r {
             if wrap[1] || (0..index(h)).contains(&k) {
-                let from = Plane::bring(k, h, wrap[1]) * w;
+                let from = PixelPlane::bring(k, h, wrap[1]) * w;
                 out.iter_mut().zip(&rows[from..from + w]).for_each(|(out, marked)| *out |= marked);
             }
         }

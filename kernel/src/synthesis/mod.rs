@@ -3,12 +3,12 @@
 //! Source: JP5149288B2, whose equations are numbered (1) to (6); and the published work on parallel controllable
 //! synthesis and appearance space.
 //!
-//! Coordinates are in pixels of the finest exemplar level, pixel `i` having its centre at `i + ½`. Level spacing is `h`
-//! finest pixels, `h = 1` being the finest level. A Jacobian `J = ∂S/∂p` leads from output to exemplar.
+//! Coordinates are in pixels of the finest exemplar level; pixel `i` has its centre at `i + ½`. Level spacing is `h`
+//! finest pixels, `h = 1` at the finest level. A Jacobian `J = ∂S/∂p` maps output to exemplar.
 //!
-//! [`exact`] holds the stages as in the source, on real coordinates; [`iso`] and [`aniso`] are the fast correctors
-//! on analysed exemplars ([`analysis`]), driven by [`driver`]; where `J = 1`, joints are mended after them. Whatever reads a neighbour's coordinates goes through
-//! [`Lookup`].
+//! [`exact`] holds the stages as in the source, on real coordinates. [`iso`] and [`aniso`] are the fast correctors on
+//! analysed exemplars ([`analysis`]), driven by [`driver`]; where `J = 1`, joints are mended after them. All reads of a
+//! neighbour's coordinates go through [`Lookup`].
 
 pub mod analysis;
 pub mod aniso;
@@ -48,4 +48,4 @@ mod table;
 pub mod texels;
 mod vote;
 
-pub use plane::{Lookup, Neighbours, Plane};
+pub use plane::{Lookup, Neighbours, PixelPlane};

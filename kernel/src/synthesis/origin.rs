@@ -1,25 +1,26 @@
-//! Where a result whose sides all join begins.
+//! The origin of a result that wraps on both axes.
 //!
-//! Repeated, it fills the same plane wherever it begins; so its sides are placed where the picture continues best. What
-//! a piece would show beyond its end is compared with what is shown there, and the row and column with the least such
-//! difference near them are chosen. With a lattice it is moved by lattice vectors only, so that the phase stays.
+//! Repeated, such a result fills the same plane wherever it begins. So its sides are placed where the picture continues
+//! best: the content that a piece would show beyond its end is compared with the content there, and the row and column
+//! with the smallest difference near them are chosen. With a lattice, the origin moves by lattice vectors only, which
+//! keeps the phase.
 use super::aniso::Position;
 use super::jacobian::Jacobian;
 use super::lattice_start::Fitted;
 use super::pca::DIMS;
-use super::plane::{Lookup, Plane};
+use super::plane::{Lookup, PixelPlane};
 use rayon::prelude::*;
 
-/// How many rows before a side and behind it are looked at.
+/// Number of rows that are examined on each side of an origin.
 const NEAR: usize = 4;
 
-/// The column and the row of `coords`, `size` pixels, that should be the first ones. `appearance` is that of the
-/// exemplar's pixels at the finest level.
+/// The column and row of `coords` (`size` pixels) that should be first. `appearance` belongs to the exemplar's pixels
+/// at the finest level.
 pub fn best_origin(
     coords: &[Position],
     size: [usize; 2],
     j: &Jacobian,
-    (plane, appearance): (Plane, &[[f32; DIMS]]),
+    (plane, appearance): (PixelPlane, &[[f32; DIMS]]),
     fitted: Option<&Fitted>,
 ) -> [usize; 2] {
     let differences = differences(coords, size, j, (plane, appearance));
@@ -44,13 +45,13 @@ pub fn best_origin(
     best
 }
 
-/// How much the next pixels differ from the continuation of the exemplar, by columns and by rows. In whole numbers, so
-/// that sums do not depend on their order.
+/// Differences of the next pixels from the continuation of the exemplar, summed by columns and by rows. Whole numbers,
+/// so that sums do not depend on their order.
 fn differences(
     coords: &[Position],
     [w, h]: [usize; 2],
     j: &Jacobian,
-    (plane, appearance): (Plane, &[[f32; DIMS]]),
+    (plane, appearance): (PixelPlane, &[[f32; DIMS]]),
 ) -> (Vec<u64>, Vec<u64>) {
     #[expect(clippy::cast_possible_truncation, reason = "a position in an exemplar, or a step beyond")]
     let cell = |[x, y]: Position| plane.index(x.floor() as i32, y.floor() as i32);
@@ -93,14 +94,14 @@ fn differences(
     )
 }
 
-/// By first row (or column), what lies near the side before it: [`NEAR`] rows of pixels on both of its sides.
+/// For each possible first row (or column), the sum over [`NEAR`] rows on both sides of it.
 fn nearby(line: &[u64]) -> Vec<u64> {
     let n = line.len();
     let before = NEAR % n;
     (0..n).map(|k| (0..2 * NEAR).map(|d| line[(k + n - before + d) % n]).sum()).collect()
 }
 
-/// `map`, `size` pixels, begun at column and row `first`.
+/// Rotates `map` (`size` pixels) to begin at column and row `first`.
 pub fn starting_at(map: Vec<Position>, [w, h]: [usize; 2], first: [usize; 2]) -> Vec<Position> {
     if first == [0, 0] {
         return map;
@@ -113,9 +114,9 @@ mod tests {
     use super::*;
     use crate::synthesis::lattice::Basis;
 
-    const JOINED: Plane = Plane { w: 16, h: 16, wrap: [true; 2] };
+    const JOINED: PixelPlane = PixelPlane { w: 16, h: 16, wrap: [true; 2] };
 
-    /// The exemplar, repeated, but for a rectangle of it that is moved by (5, 3).
+    /// The exemplar, repeated, with one rectangle moved by (5, 3).
     fn patched(n: usize, x: std::ops::Range<usize>, y: std::ops::Range<usize>) -> Vec<Position> {
         let place = |k: usize, moved: usize| ((k + moved) % 16) as f32 + 0.5;
         (0..n * n)
@@ -132,11 +133,11 @@ mod tests {
     }
 
     #[test]
-    fn sides_keep_away_from_where_pieces_end() {
+    fn places_sides_away_from_joints() {
         let (map, looks) = (patched(32, 0..10, 28..32), appearance());
         let j = [1.0, 0.0, 0.0, 1.0];
         let [x, y] = best_origin(&map, [32; 2], &j, (JOINED, &looks), None);
-        // Pieces end before columns 0 and 10 and before rows 28 and 32: a side is at least four pixels off.
+        // Pieces end before columns 0 and 10 and before rows 28 and 32: a side is at least four pixels away.
         let off = |k: usize, end: usize| (k + 32 - end).min((end + 64 - k) % 32) % 32;
         assert!([0, 10].iter().all(|&end| off(x, end) >= 4) && [28, 0].iter().all(|&end| off(y, end) >= 4), "{x} {y}");
         let moved = starting_at(map.clone(), [32; 2], [x, y]);
@@ -149,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lattice_keeps_its_phase() {
+    fn keeps_phase_of_lattice() {
         let (map, looks) = (patched(32, 0..10, 28..32), appearance());
         let fitted = Fitted { basis: Basis { a: [8.0, 0.0], b: [4.0, 4.0] }, map: [[1.0, 0.0], [0.0, 1.0]] };
         let [x, y] = best_origin(&map, [32; 2], &[1.0, 0.0, 0.0, 1.0], (JOINED, &looks), Some(&fitted));

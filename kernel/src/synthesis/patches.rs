@@ -1,56 +1,56 @@
-//! What an exemplar shows around each pixel of a level, to be compared with what a result shows around one of its own.
+//! Patches around each exemplar pixel of a level, for comparison with patches of a result.
 use super::candidates::narrow;
 use super::pca::principal;
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::region::Region;
 use super::table::Table;
 use super::texels::{Texels, mirrored};
 use crate::ground::window::{index, offset};
 
-/// What is compared of a pixel: its channels, or their principal components where there are more; as whole numbers of steps.
+/// The compared values of a pixel: its channels or, if there are more than four, their principal components; quantised
+/// to steps.
 pub(super) type Shade = [i16; 4];
 
-/// The most that is compared of a pixel, in either direction: then sums over a patch of 7×7 pixels fit 32 bits.
+/// Largest absolute value of a [`Shade`]: sums over a patch of 7×7 pixels then fit 32 bits.
 const MOST: f32 = 1600.0;
 
 /// The most pixels on a side of a patch.
 pub(super) const SIDE: usize = 7;
 
-/// What a result shows around a pixel: rows of a patch, each of a whole number of vectors; what lies beyond a patch is not
-/// compared.
-pub(super) type Shown = [[i16; 32]; SIDE];
+/// A patch of the result: its rows, each padded to a whole number of vectors. The padding is not compared.
+pub(super) type ShownPatch = [[i16; 32]; SIDE];
 
-/// The factor on the distance of patches that are not whole, because they reach beyond the exemplar.
+/// Factor on the distance of patches that reach beyond the exemplar.
 const BEYOND: f32 = 1.5;
 
-/// A level's picture, padded so far that whatever a neighbour predicts is there with all that lies around it. Pixels at
-/// multiples of the spacing from each other lie side by side: one grid for each of the `h`² places of the first of them.
+/// A level's picture, padded so that every patch that a neighbour predicts can be read whole. Pixels at multiples of
+/// the spacing from each other are stored side by side: one grid for each of the `h`² offsets.
 pub(super) struct Patches {
-    /// How far patches reach, in pixels of the level.
+    /// Reach of a patch, in pixels of the level.
     pub(super) reach: usize,
     /// The logarithm of the spacing in finest pixels.
     log: u32,
-    /// Columns of a grid, and its pixels.
+    /// Columns of a grid (`stride`), and its pixels (`cells`).
     stride: usize,
     cells: usize,
     pad: usize,
-    /// The squared difference of pixels that differ by one step.
+    /// Squared difference of two pixels that differ by one step.
     unit: f32,
     shades: Vec<Shade>,
-    /// What a patch's distance is multiplied by; infinite where nothing may be shown.
+    /// Factor on the distance of each patch; infinite for pixels that must not be shown.
     worth: Vec<f32>,
-    /// The index in the level's tables; of the border outside.
+    /// Index in the level's tables; in the padding, the one of the border.
     known: Vec<u32>,
-    /// The bin in which its use is counted.
+    /// Bin of each pixel for counting uses.
     bins: Vec<u32>,
-    /// Where padding leads along the axes whose sides join; empty if none do.
+    /// Wrapped index of each pixel; empty if no side wraps.
     home: Vec<u32>,
 }
 
 impl Patches {
-    /// The patches of a level from its picture.
+    /// Builds the patches of a level from its picture.
     pub(super) fn new(image: &Texels<f32>, table: &Table, reach: usize) -> Self {
-        let Plane { w, h: rows, wrap } = image.plane;
+        let PixelPlane { w, h: rows, wrap } = image.plane;
         let (h, pad) = (table.h, 2 * reach);
         let (stride, lines) = (w.div_ceil(h) + 2 * pad, rows.div_ceil(h) + 2 * pad);
         let cells = stride * lines;
@@ -113,31 +113,31 @@ impl Patches {
         self.place(at as usize)
     }
 
-    /// The index in the level's tables.
+    /// Index of the same pixel in the level's tables.
     #[inline(always)]
     pub(super) fn known(&self, at: u32) -> u32 {
         self.known[at as usize]
     }
 
-    /// The bin in which use is counted.
+    /// Bin for counting uses.
     #[inline(always)]
     pub(super) fn bin(&self, at: u32) -> usize {
         self.bins[at as usize] as usize
     }
 
-    /// What is added to an index to go (x, y) pixels of the level on.
+    /// Index difference for a step of (x, y) pixels of the level.
     #[inline(always)]
     pub(super) fn step(&self, x: i32, y: i32) -> u32 {
         (y * index(self.stride) + x).cast_unsigned()
     }
 
-    /// An index brought inside where sides join.
+    /// Wraps an index of the padding to the inside.
     #[inline(always)]
     pub(super) fn home(&self, at: u32) -> u32 {
         if self.home.is_empty() { at } else { self.home[at as usize] }
     }
 
-    /// What pixel (x, y) shows if it continues the one at (dx, dy) from it, whose index is what `at` gives.
+    /// Index that continues, at pixel (x, y), the neighbour at offset (dx, dy); `at` returns the neighbour's index.
     #[inline(always)]
     pub(super) fn continued(
         &self,
@@ -146,9 +146,9 @@ impl Patches {
         [dx, dy]: [i32; 2],
         at: impl Fn(usize) -> u32,
     ) -> u32 {
-        let Plane { w, h, wrap } = region.plane;
-        let near = Plane::bring(y + dy, h, wrap[1]) * w + Plane::bring(x + dx, w, wrap[0]);
-        // Across joined sides, it may be nearer than usual.
+        let PixelPlane { w, h, wrap } = region.plane;
+        let near = PixelPlane::bring(y + dy, h, wrap[1]) * w + PixelPlane::bring(x + dx, w, wrap[0]);
+        // Across wrapping sides, the neighbour may be nearer than a whole pixel.
         let beyond = region.beyond(x + dx, y + dy);
         if beyond == [0, 0] {
             return self.home(at(near).wrapping_sub(self.step(dx, dy)));
@@ -157,32 +157,32 @@ impl Patches {
         self.home(self.at([0, 1].map(|d| from[d] + beyond[d] - ([dx, dy][d] << self.log))))
     }
 
-    /// What the distance of the patch around an index is multiplied by; infinite where nothing may be shown.
+    /// Factor on the distance of the patch around an index; infinite if it must not be shown.
     #[inline(always)]
     pub(super) fn worth(&self, at: u32) -> f32 {
         self.worth[at as usize]
     }
 
-    /// What is compared of the pixel of an index.
+    /// The compared values of a pixel.
     #[inline(always)]
     pub(super) fn shade(&self, at: u32) -> &Shade {
         &self.shades[at as usize]
     }
 
-    /// The squared difference of pixels that differ by one step of one number of a [`Shade`].
+    /// Squared difference of two pixels that differ by one step in one number of a [`Shade`].
     #[inline(always)]
     pub(super) fn unit(&self) -> f32 {
         self.unit
     }
 
-    /// How many steps squared make a squared difference of 1.
+    /// Number of squared steps that make a squared difference of 1.
     #[inline(always)]
     pub(super) fn per_unit(&self) -> f32 {
         1.0 / self.unit
     }
 
-    /// The squared distance of the patch of `N`² pixels around an index from one that is shown, in steps; of its first rows
-    /// only where those are above `most`. `L` numbers are a whole number of vectors, at least a row of the patch.
+    /// Squared distance, in steps, between the patch of `N`² pixels around an index and a `shown` patch. Stops after
+    /// the first rows whose sum is above `most`. `L` is the padded length of a row, a whole number of vectors.
     #[inline(always)]
     pub(super) fn distance<const N: usize, const L: usize>(&self, shown: &[[i16; L]], at: u32, most: i32) -> i32 {
         let mask: [i16; L] = const { mask(N) };
@@ -206,7 +206,7 @@ impl Patches {
     }
 }
 
-/// Which numbers of a row belong to a patch of `n` columns.
+/// Mask of the numbers of a row that belong to a patch of `n` columns.
 const fn mask<const L: usize>(n: usize) -> [i16; L] {
     let mut mask = [0; L];
     let mut k = 0;
@@ -217,7 +217,7 @@ const fn mask<const L: usize>(n: usize) -> [i16; L] {
     mask
 }
 
-/// What is compared of every pixel of a picture, and the squared difference of pixels that differ by one step.
+/// The compared values of all pixels of a picture, and the squared difference of one step.
 fn shades(image: &Texels<f32>) -> (Vec<Shade>, f32) {
     let pixels = image.data.chunks_exact(image.channels);
     let values: Vec<[f32; 4]> = if image.channels <= 4 {

@@ -2,16 +2,16 @@
 use crate::ground::hash::Hash;
 use crate::ground::simd;
 
-/// Dimensions that are kept.
+/// Number of dimensions kept.
 pub const DIMS: usize = 8;
 
 /// A linear map to [`DIMS`] numbers, one row per input.
 pub type Projection = Vec<[f32; DIMS]>;
 
-/// The map to the `dims` ≤ [`DIMS`] main directions of `samples`, each of `n` numbers; unused ones give 0.
+/// The map to the `dims` ≤ [`DIMS`] principal directions of `samples` of `n` numbers each; unused dimensions give 0.
 ///
-/// The covariance's leading space by orthogonal iteration; directions are sorted by variance, and the largest component
-/// of each is positive, so that equal samples give equal bits everywhere.
+/// Orthogonal iteration finds the leading space of the covariance. Directions are sorted by variance, and the largest
+/// component of each is positive, so that equal samples give equal bits on every machine.
 pub fn principal(samples: &[f32], n: usize, dims: usize) -> Projection {
     let covariance = covariance(samples, n);
     let dims = dims.min(DIMS).min(n);
@@ -82,7 +82,7 @@ fn multiply(matrix: &[Vec<f64>], vector: &[f64]) -> Vec<f64> {
     matrix.iter().map(|row| dot(row, vector)).collect()
 }
 
-/// Four sums at a time, so that it vectorises.
+/// Keeps four partial sums, so that the loop vectorises.
 #[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 4];

@@ -1,8 +1,8 @@
-//! Where in a cell of the lattice things lie. What starts on the lattice is kept in step with it: a place of the exemplar that
-//! lies elsewhere in its cell costs more.
+//! Lattice phases: positions within a cell. A result that starts on a lattice keeps its phase: exemplar positions of
+//! another phase cost more.
 //!
-//! Without that, even use and chance let whole pieces slip: their middle continues the exemplar and costs nothing, so that
-//! nothing drives them out again, and around them features are torn.
+//! Without this cost, even use and chance let whole pieces slip. The middle of such a piece continues the exemplar and
+//! costs nothing, so nothing replaces it, and features around it are torn.
 use super::lattice::Basis;
 use super::lattice_start::Fitted;
 use super::region::Region;
@@ -10,34 +10,34 @@ use crate::ground::math::clamp;
 use crate::ground::number::narrow;
 use rayon::prelude::*;
 
-/// A place in a cell, by the two vectors of the lattice: in 1/65536 of a cell, so that differences wrap around.
+/// A position in a cell, along both lattice vectors, in 1/65536 of a cell, so that differences wrap around.
 pub(super) type Phase = [u16; 2];
 
-/// What lies so far from its place, in lengths of the shorter vector, costs no more: exemplars are never quite regular.
+/// Phase error without cost, in lengths of the shorter vector: exemplars are never quite regular.
 const FREE: f64 = 0.1;
 
-/// What lies farther from its place than so many times that costs the most.
+/// Phase error with the full cost, as a multiple of [`FREE`].
 const MOST: f32 = 3.0;
 
-/// What it costs at the most, where 1 is what a place of the exemplar costs that was taken at random.
+/// Cost of a full phase error; 1 is the cost of a random exemplar position.
 pub(super) const COST: f32 = 1.0;
 
-/// How far apart two phases are.
+/// Measures the distance of two phases.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Metric {
-    /// By which `x²`, `x y` and `y²` of a difference are multiplied: the sum is 1 where it begins to cost.
+    /// Factors on `x²`, `x y` and `y²` of a difference; the sum is 1 where the cost begins.
     gram: [f32; 3],
 }
 
 impl Metric {
-    /// Of a lattice.
+    /// The metric of a lattice.
     pub(super) fn new(basis: &Basis) -> Self {
         let (Basis { a, b }, free) = (*basis, FREE * basis.shortest() * 65536.0);
         let dot = |v: [f64; 2], w: [f64; 2]| v[0] * w[0] + v[1] * w[1];
         Self { gram: [dot(a, a), 2.0 * dot(a, b), dot(b, b)].map(|v| narrow(v / (free * free))) }
     }
 
-    /// How much two phases are out of step: 0 to 1.
+    /// Phase error of two phases, 0 to 1.
     #[inline(always)]
     pub(super) fn off(&self, a: Phase, b: Phase) -> f32 {
         let [x, y] = [0, 1].map(|d| f32::from(a[d].wrapping_sub(b[d]).cast_signed()));
@@ -57,7 +57,7 @@ pub(super) fn phase(basis: &Basis, at: [f64; 2]) -> Phase {
 }
 
 impl Fitted {
-    /// The phase that each pixel of a region should show, at its centre.
+    /// The target phase of each pixel of a region, at its centre.
     pub(super) fn phases(&self, region: &Region) -> Vec<Phase> {
         let (m, w) = (self.map, region.plane.w);
         let mut out = vec![[0; 2]; w * region.plane.h];
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_a_vector_apart_is_in_step() {
+    fn keeps_phase_under_lattice_vectors() {
         let basis = Basis { a: [12.0, 0.5], b: [-3.0, 20.0] };
         let metric = Metric::new(&basis);
         let at = |v: [f64; 2]| phase(&basis, v);

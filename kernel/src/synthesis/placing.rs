@@ -1,14 +1,14 @@
-//! Where coordinates are placed: at the start, when they leave the exemplar, and when they are jittered.
+//! Positions for pixels at the start, when they leave the exemplar, and when they are jittered.
 use super::aniso::Position;
-use super::driver::{Inputs, Run, Start};
+use super::driver::{Inputs, Start, SynthesisRun};
 use super::region::Region;
 use super::table::Table;
 use crate::ground::hash::Hash;
 use crate::ground::window::index;
 use rayon::prelude::*;
 
-impl<I: Inputs> Run<'_, I> {
-    /// Exemplar pixels to start from, centres of what the pixels of a region stand for.
+impl<I: Inputs> SynthesisRun<'_, I> {
+    /// Start positions in the exemplar: the centres of the footprints of a region's pixels.
     pub(super) fn start(&self, table: &Table, region: &Region, guide: &[f32]) -> Result<Vec<Position>, I::Stop> {
         if self.settings.start == Start::Given {
             return self.inputs.start(region);
@@ -55,20 +55,20 @@ impl<I: Inputs> Run<'_, I> {
         Ok((0..region.plane.w * region.plane.h).into_par_iter().with_min_len(64).map(place).collect())
     }
 
-    /// The exemplar pixel that a position stands for in the tables: for `J = 1` the corner of a level's pixel.
+    /// The exemplar pixel of a position in the tables: for `J = 1` the corner of a level's pixel.
     #[expect(clippy::cast_possible_truncation, reason = "a position in an exemplar")]
     pub(super) fn anchor(&self, at: Position, h: usize) -> [i32; 2] {
         let shift = if self.isometric { (h as f32 - 1.0) / 2.0 } else { 0.0 };
         at.map(|v| (v - shift).floor() as i32)
     }
 
-    /// Exemplar pixel (x, y) brought inside: around where sides join, else to the border.
+    /// Moves exemplar pixel (x, y) inside: wraps along axes that wrap, else clamps to the border.
     pub(super) fn inside(&self, table: &Table, at: [i32; 2]) -> [i32; 2] {
         table.plane.inside(at)
     }
 
-    /// Where a pixel goes that left the exemplar: to the same phase of the lattice, to what looks like the border it
-    /// left by, or inwards by half the exemplar. Along an axis whose sides join it only goes around.
+    /// Moves a pixel that left the exemplar back: to the same phase of the lattice, or to a pixel that looks like the
+    /// border where it left, or inwards by half the exemplar. Axes that wrap only wrap.
     pub(super) fn jump(&self, table: &Table, at: [i32; 2], hash: Hash) -> [i32; 2] {
         if table.holds(at) {
             return self.inside(table, at);
@@ -98,7 +98,7 @@ impl<I: Inputs> Run<'_, I> {
         table.plane.inwards(at)
     }
 
-    /// By how much a pixel is moved at random, in finest exemplar pixels.
+    /// Random displacement of a pixel, in finest exemplar pixels.
     pub(super) fn shake(&self, region: &Region, mask: &[f32], pixel: usize) -> [f32; 2] {
         let (x, y) = (pixel % region.plane.w, pixel / region.plane.w);
         let hash = self.settings.hash.with(0x4A17).with(region.h as u64).with(region.name(x, y));

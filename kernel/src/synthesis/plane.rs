@@ -1,48 +1,48 @@
-//! The pixels of a map and of an exemplar, and where a neighbour is found.
+//! The pixel grid of a map or an exemplar, and neighbour lookup.
 
 use crate::ground::window::{OCTANTS, index, offset};
 
-/// Where the coordinates of a neighbour are found: the one point of indirection.
+/// Finds the index of a neighbour. All reads of neighbours use this trait, so that it can redirect them.
 pub trait Lookup: Sync {
-    /// The index of pixel (x, y), which lies at most two pixels outside of the map.
+    /// Index of pixel (x, y), which lies at most two pixels outside of the map.
     fn index(&self, x: i32, y: i32) -> usize;
 }
 
-/// Where the neighbours of a pixel are found, and where the place of a neighbour lies seen from the pixel that stands for it:
-/// in pixels of the level, 0 in the plane.
+/// Finds neighbours, with the offset from the centre of the pixel that represents the neighbour to the neighbour's true
+/// position: in pixels of the level, 0 in the plane.
 pub trait Neighbours: Lookup {
-    /// Whether charts may lie in any way, which must decide no tie between neighbours.
+    /// True if charts may have any orientation. Then orientation must not decide ties between neighbours.
     const CHARTS: bool = false;
 
-    /// The neighbour of pixel (x, y) in the direction of [`OCTANTS`]; `None` where there is nothing.
+    /// The neighbour of pixel (x, y) in the direction of [`OCTANTS`]; `None` if there is none.
     #[inline(always)]
     fn near(&self, (x, y): (i32, i32), octant: usize) -> Option<(usize, [f32; 2])> {
         let [dx, dy] = OCTANTS[octant];
         Some((self.index(x + dx, y + dy), [0.0; 2]))
     }
 
-    /// Whether there is anything at a pixel.
+    /// Returns whether a pixel has content.
     #[inline(always)]
     fn holds(&self, _pixel: usize) -> bool {
         true
     }
 }
 
-impl Neighbours for Plane {}
+impl Neighbours for PixelPlane {}
 
-/// A rectangle of pixels whose sides join, or not, in x and y; a read beyond a side that does not gives the border.
+/// Size of a rectangle of pixels, and the axes that wrap. Reads beyond a side that does not wrap give the border.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Plane {
+pub struct PixelPlane {
     /// Width in pixels.
     pub w: usize,
     /// Height in pixels.
     pub h: usize,
-    /// Whether left and right, top and bottom join.
+    /// Wrapping of x and y: left joins right, top joins bottom.
     pub wrap: [bool; 2],
 }
 
-impl Plane {
-    /// The column or row that is read for `k`, of `n`.
+impl PixelPlane {
+    /// Wraps or clamps the column or row `k` to `0..n`.
     #[inline(always)]
     pub fn bring(k: i32, n: usize, wrap: bool) -> usize {
         let n = index(n);
@@ -56,19 +56,19 @@ impl Plane {
         offset(k)
     }
 
-    /// Pixel (x, y) brought inside along the axes whose sides join; along the others it stays where it is.
+    /// Wraps pixel (x, y) along the axes that wrap; leaves the other coordinates as they are.
     pub fn joined(&self, [x, y]: [i32; 2]) -> [i32; 2] {
         let axis = |k: i32, n: usize, wrap: bool| if wrap { k.rem_euclid(index(n)) } else { k };
         [axis(x, self.w, self.wrap[0]), axis(y, self.h, self.wrap[1])]
     }
 
-    /// Pixel (x, y) brought inside: around where sides join, else to the border.
+    /// Moves pixel (x, y) inside: wraps along axes that wrap, else clamps to the border.
     pub fn inside(&self, [x, y]: [i32; 2]) -> [i32; 2] {
         [index(Self::bring(x, self.w, self.wrap[0])), index(Self::bring(y, self.h, self.wrap[1]))]
     }
 
-    /// Where a pixel (x, y) outside goes if nothing else is known: along axes whose sides join around, along the others
-    /// inwards by half the rectangle. Never to the border, which would show as streaks.
+    /// Default position for a pixel outside: wraps along axes that wrap, else moves inwards by half the rectangle.
+    /// Clamping to the border would show as streaks.
     pub fn inwards(&self, at: [i32; 2]) -> [i32; 2] {
         let (border, size) = (self.inside(at), [self.w, self.h].map(index));
         let axis = |d: usize| match self.wrap[d] {
@@ -79,7 +79,7 @@ impl Plane {
     }
 }
 
-impl Lookup for Plane {
+impl Lookup for PixelPlane {
     #[inline(always)]
     fn index(&self, x: i32, y: i32) -> usize {
         Self::bring(y, self.h, self.wrap[1]) * self.w + Self::bring(x, self.w, self.wrap[0])
@@ -91,8 +91,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn takes_each_axis_by_itself() {
-        let plane = |wrap| Plane { w: 8, h: 6, wrap };
+    fn wraps_axes_independently() {
+        let plane = |wrap| PixelPlane { w: 8, h: 6, wrap };
         for (wrap, joined, inside, inwards) in [
             ([false; 2], [9, -2], [7, 0], [5, 1]),
             ([true, false], [1, -2], [1, 0], [1, 1]),

@@ -1,19 +1,19 @@
-//! Which pixels of each level an output needs.
+//! The pixels of each level that an output needs.
 //!
-//! Where sides join, a level covers the output once. Elsewhere a level is larger than the part of it that is wanted, by
-//! the reach of its correction, so that every window of an unbounded texture is the same part of it; with every pass fewer
-//! of its pixels matter.
-use super::plane::Plane;
+//! Along axes that wrap, a level covers the output once. Along others, a level is larger than its wanted part by the
+//! reach of its correction, so that every window of an unbounded texture shows the same content; with every pass the
+//! margin shrinks.
+use super::plane::PixelPlane;
 use crate::ground::window::{index, offset};
 
-/// Pixels of the result: absolute numbers, and where sides join.
+/// The wanted pixels of the result, in absolute coordinates, and the axes that wrap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Output {
-    /// First column and row; 0 where sides join.
+    /// First column and row; 0 along axes that wrap.
     pub start: [i32; 2],
     /// Columns and rows.
     pub size: [usize; 2],
-    /// Whether left and right, top and bottom join.
+    /// Wrapping of x and y.
     pub wrap: [bool; 2],
 }
 
@@ -24,39 +24,39 @@ pub struct Region {
     pub h: usize,
     /// First column and row, absolute, in pixels of the level.
     pub start: [i32; 2],
-    /// Columns and rows, and where sides join.
-    pub plane: Plane,
-    /// By how much the last column and row are narrower than `h`, where sides join.
+    /// Columns and rows, and the axes that wrap.
+    pub plane: PixelPlane,
+    /// Difference between `h` and the width of the last column (and row), along axes that wrap.
     pub short: [i32; 2],
 }
 
-/// What a level's correction reads.
+/// Reads of a level's correction.
 #[derive(Clone, Copy, Debug)]
 pub struct Needs {
     /// Spacing in finest pixels.
     pub h: usize,
-    /// How many pixels of the level away.
+    /// Reach in pixels of the level.
     pub reach: i32,
-    /// Whether all of every local tile that is touched.
+    /// If set, local tiles of this side are needed whole.
     pub tile: Option<usize>,
 }
 
-/// A level's pixels: those it begins with, and those of its result that are read.
+/// The pixels of a level: those at its start, and those of its result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Planned {
-    /// All that is known when the level begins.
+    /// The pixels held at the start of the level.
     pub region: Region,
-    /// What must be right when it ends.
+    /// The pixels whose result must be right.
     pub wanted: Region,
 }
 
-/// The pixels of all levels, `needs` from the coarsest to the finest.
+/// Plans the pixels of all levels; `needs` is sorted from the coarsest level to the finest.
 pub fn plan(output: &Output, needs: &[Needs]) -> Vec<Planned> {
     let axes = [0, 1].map(|axis| line(output, axis, needs));
     let region = |k: usize, lines: [(i32, usize); 2]| Region {
         h: needs[k].h,
         start: lines.map(|line| line.0),
-        plane: Plane { w: lines[0].1, h: lines[1].1, wrap: output.wrap },
+        plane: PixelPlane { w: lines[0].1, h: lines[1].1, wrap: output.wrap },
         short: [0, 1].map(|d| match output.wrap[d] {
             true => index(lines[d].1 * needs[k].h - output.size[d]),
             false => 0,
@@ -69,7 +69,7 @@ pub fn plan(output: &Output, needs: &[Needs]) -> Vec<Planned> {
     (0..needs.len()).map(planned).collect()
 }
 
-/// First pixels and counts: what a level begins with, and what is wanted of it.
+/// First pixel and count along an axis: of the pixels held, and of the wanted ones.
 type Line = ((i32, usize), (i32, usize));
 
 fn line(output: &Output, axis: usize, needs: &[Needs]) -> Vec<Line> {
@@ -97,23 +97,23 @@ fn line(output: &Output, axis: usize, needs: &[Needs]) -> Vec<Line> {
 }
 
 impl Region {
-    /// The centre of pixel (x, y), counted within the region, in finest output pixels.
+    /// Centre of pixel (x, y), relative to the region, in finest output pixels.
     pub fn center(&self, x: usize, y: usize) -> [f64; 2] {
         let at = |start: i32, k: usize| (f64::from(start + index(k)) + 0.5) * self.h as f64;
         [at(self.start[0], x), at(self.start[1], y)]
     }
 
-    /// Where pixel (x, y), counted within the region, is read across joined sides: by how much its distance is smaller
-    /// than a whole number of pixels, so that its content belongs that much further on. In finest pixels.
+    /// Shift of the content of pixel (x, y), relative to the region, if it is read across a wrapping side: its distance
+    /// is smaller than a whole number of pixels by this much. In finest pixels.
     #[inline(always)]
     pub fn beyond(&self, x: i32, y: i32) -> [i32; 2] {
         let axis = |k: i32, n: usize, short: i32| short * (i32::from(k >= index(n)) - i32::from(k < 0));
         [axis(x, self.plane.w, self.short[0]), axis(y, self.plane.h, self.short[1])]
     }
 
-    /// What is `wanted` of it and what lies up to `by` pixels around that; along sides that join, all of it.
+    /// The `wanted` part plus a margin of `by` pixels; the whole range along axes that wrap.
     pub fn around(&self, wanted: &Self, by: i32) -> Self {
-        let Plane { w, h, wrap } = self.plane;
+        let PixelPlane { w, h, wrap } = self.plane;
         let (size, inner) = ([w, h], [wanted.plane.w, wanted.plane.h]);
         let line = |d: usize| {
             if wrap[d] {
@@ -124,10 +124,10 @@ impl Region {
             (from, offset(to - from))
         };
         let lines = [line(0), line(1)];
-        Self { start: lines.map(|line| line.0), plane: Plane { w: lines[0].1, h: lines[1].1, wrap }, ..*self }
+        Self { start: lines.map(|line| line.0), plane: PixelPlane { w: lines[0].1, h: lines[1].1, wrap }, ..*self }
     }
 
-    /// Of numbers of its pixels, keeps those of a `part` of it; none stay none.
+    /// Crops a per-pixel array to a `part` of the region; an empty array stays empty.
     pub fn keep<T: Copy>(&self, part: &Self, numbers: &mut Vec<T>) {
         if numbers.is_empty() || part == self {
             return;
@@ -140,13 +140,13 @@ impl Region {
         numbers.truncate(w * part.plane.h);
     }
 
-    /// A number of its own for pixel (x, y), the same in every region.
+    /// A unique number of pixel (x, y), the same in every region.
     pub fn name(&self, x: usize, y: usize) -> u64 {
         let word = |start: i32, k: usize| u64::from((start + index(k)).cast_unsigned());
         word(self.start[1], y) << 32 | word(self.start[0], x)
     }
 
-    /// Where in the coarser region `parent` pixel (x, y) comes from, and which of its quarters it is.
+    /// The pixel's parent in the coarser region `parent`, and the quadrant of the parent that the pixel is.
     pub fn parent(&self, parent: &Self, x: usize, y: usize) -> (usize, [usize; 2]) {
         let step = index(parent.h / self.h);
         let axis = |d: usize, k: usize| {
@@ -163,7 +163,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parents_are_always_there() {
+    fn plans_all_parents() {
         let needs: Vec<Needs> = [16, 8, 4, 2, 1].map(|h| Needs { h, reach: 8, tile: (h > 1).then_some(128) }).to_vec();
         for (start, size, wrap) in [([-37, 1000], [61, 1], [false; 2]), ([0, 5], [100, 77], [true, false])] {
             let planned = plan(&Output { start, size, wrap }, &needs);
@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_part_keeps_its_numbers() {
+    fn keeps_values_of_cropped_pixels() {
         let needs = [Needs { h: 2, reach: 5, tile: Some(32) }, Needs { h: 1, reach: 3, tile: None }];
         for wrap in [[false; 2], [false, true]] {
             let planned = plan(&Output { start: [if wrap[0] { 0 } else { -7 }, 0], size: [20, 30], wrap }, &needs)[0];

@@ -1,40 +1,40 @@
-//! Looks up what a result shows around its pixels in the exemplar.
+//! Looks up patches of a result in the exemplar.
 //!
-//! Patches are searched for among those that neighbours continue, those that look like them, and at random around the best
-//! one (C. Barnes et al., 2009).
+//! Candidate patches are continuations of the neighbours, patches that look like those, and random patches around the
+//! best one (C. Barnes et al., 2009).
 use super::coverage::Factors;
-use super::patches::{Patches, SIDE, Shade, Shown};
+use super::patches::{Patches, SIDE, Shade, ShownPatch};
 use super::phase::{self, Phase};
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::region::Region;
 use super::table::Table;
-use super::vote::{self, Found};
+use super::vote::{self, FoundPatch};
 use crate::ground::hash::Hash;
 use crate::ground::math::pow;
 use crate::ground::simd;
 use crate::ground::window::index;
 use rayon::prelude::*;
 
-/// What patches are compared by.
+/// The terms of the cost of a patch.
 #[derive(Clone, Copy)]
 pub(super) struct Terms<'a> {
     /// Factors for even use.
     pub(super) factors: Option<&'a Factors>,
-    /// Wanted guide values by pixel and their weight, where 1 is as much as a patch differs from any other; empty for none.
+    /// Target guide values by pixel; empty for none.
     pub(super) guide: &'a [f32],
-    /// See `guide`.
+    /// Weight of `guide`; 1 equals the mean difference of two patches.
     pub(super) guide_weight: f32,
-    /// Pixels that stay as they are; empty for none.
+    /// Pixels that must not change; empty for none.
     pub(super) fixed: &'a [bool],
-    /// Where in a cell of the lattice what is shown should lie; empty where nothing is kept in step.
+    /// Target lattice phase of each pixel; empty if no phase is kept.
     pub(super) phases: &'a [Phase],
-    /// The squared difference per pixel below which a patch is good enough after the first round: nobody sees it, and a
-    /// better one would only make more of the result alike.
+    /// Squared difference per pixel below which a patch is good enough after the first round. The difference is
+    /// invisible, and better patches would only make more of the result alike.
     pub(super) enough: f32,
 }
 
 impl<'a> Terms<'a> {
-    /// What is known of pixel (x, y), number `p`, whose patch has so many pixels.
+    /// Cost terms of pixel (x, y), index `p`, for a patch of `pixels` pixels.
     #[inline(always)]
     pub(super) fn known(&self, table: &Table, (x, y): (usize, usize), p: usize, pixels: usize) -> Known<'a> {
         let whole = 2.0 * pixels as f32;
@@ -47,8 +47,8 @@ impl<'a> Terms<'a> {
     }
 }
 
-/// The neighbours of a pixel that are next to it, and those at the rim of its patch.
-pub(super) fn ways(patches: &Patches, plane: Plane) -> [Way; 16] {
+/// The adjacent neighbours of a pixel, and those at the rim of its patch.
+pub(super) fn ways(patches: &Patches, plane: PixelPlane) -> [Way; 16] {
     let reach = index(patches.reach);
     std::array::from_fn(|k| {
         let by = if k & 1 == 0 { 1 } else { reach };
@@ -58,7 +58,7 @@ pub(super) fn ways(patches: &Patches, plane: Plane) -> [Way; 16] {
     })
 }
 
-/// Looks up what the result shows.
+/// Looks up the patches of a result.
 pub(super) struct Search<'a> {
     pub(super) table: &'a Table,
     pub(super) patches: &'a Patches,
@@ -66,16 +66,16 @@ pub(super) struct Search<'a> {
     pub(super) terms: &'a Terms<'a>,
     pub(super) hash: Hash,
     pub(super) map: &'a [u32],
-    /// The pixels whose patch is not simply a part of the exemplar.
+    /// Pixels near a joint, whose patch is not a plain part of the exemplar.
     pub(super) near: &'a [bool],
-    /// What was found in the round before; empty in the first.
-    pub(super) last: &'a [Found],
-    /// The neighbours that may be continued.
+    /// Matches of the previous round; empty in the first.
+    pub(super) last: &'a [FoundPatch],
+    /// Neighbours whose continuations are tried.
     pub(super) ways: [Way; 16],
 }
 
-/// A neighbour: how many columns and rows away, what is added to the index of a pixel to get to it where no side is near,
-/// and what its index in the exemplar is more by.
+/// A neighbour: `to` in columns and rows; `away` is the difference of map indices away from the sides; `step` is the
+/// difference of exemplar indices.
 #[derive(Clone, Copy)]
 pub(super) struct Way {
     to: [i32; 2],
@@ -83,24 +83,24 @@ pub(super) struct Way {
     step: u32,
 }
 
-/// What is known of a pixel besides what it shows.
+/// Cost terms of a pixel, apart from its patch.
 #[derive(Clone, Copy)]
 pub(super) struct Known<'a> {
-    /// The factors for even use, by bin.
+    /// Factors for even use, by bin.
     pub(super) factors: Option<&'a [f32]>,
-    /// The wanted guide value and the weight of its squared difference.
+    /// Target guide value, and the weight of its squared difference.
     pub(super) guide: Option<(f32, f32)>,
-    /// The wanted phase, and what it costs to be out of step altogether.
+    /// Target phase, and the cost of a full phase error.
     pub(super) phase: Option<(Phase, f32)>,
 }
 
-/// A pixel for which the best patch is looked for.
+/// State of the search for a pixel's best patch.
 struct Query<'a> {
-    shown: Shown,
+    shown: ShownPatch,
     known: Known<'a>,
     best: u32,
     least: f32,
-    /// What has been tried.
+    /// Indices tried so far.
     tried: [u32; 32],
     count: usize,
 }
@@ -108,18 +108,19 @@ struct Query<'a> {
 /// The immediate neighbours, by rows.
 const NEAR: [[i32; 2]; 8] = [[-1, -1], [0, -1], [1, -1], [-1, 0], [1, 0], [-1, 1], [0, 1], [1, 1]];
 
-/// The squared difference per pixel that counts as none, and by which power patches that fit less count less.
+/// Squared difference per pixel that counts as none; and the exponent by which worse matches count less.
 const NONE: f32 = 0.003;
 const POWER: f32 = -0.6;
 
-/// How much a patch counts that differs by `fit` per pixel.
+/// Weight of a patch with squared difference `fit` per pixel.
 #[inline(always)]
 pub(super) fn weight(fit: f32) -> f32 {
     pow(fit + NONE, POWER)
 }
 
-/// The cost of a patch of the exemplar: its distance in steps, which is asked for with the most that matters, multiplied by what is known of
-/// its use, and what its guide value is off the wanted one, with a weight. Infinite where nothing may be shown; too much if it is above `least`.
+/// Cost of an exemplar patch: its distance in steps, times the factor for its use, plus the weighted guide and phase
+/// errors. `distance` receives the largest distance that matters. Infinite for patches that must not be shown; above
+/// `least`, the result may be too small.
 #[inline(always)]
 pub(super) fn cost(
     (table, patches): (&Table, &Patches),
@@ -145,18 +146,18 @@ pub(super) fn cost(
     (distance(most) as f32 * patches.unit() + added) * factor
 }
 
-/// How many patches are tried at random.
+/// Number of random searches.
 const SEARCHES: u64 = 2;
 
 impl Search<'_> {
-    /// What the patches around all pixels are: looked up where that is `fresh`, else as it was, or what the result shows.
-    pub(super) fn all(&self, fresh: &[bool]) -> Vec<Found> {
+    /// The best patch of each pixel: looked up for `fresh` pixels, else kept, or the shown patch itself.
+    pub(super) fn all(&self, fresh: &[bool]) -> Vec<FoundPatch> {
         let w = self.region.plane.w;
         let mut seen: Vec<Shade> = vec![Shade::default(); self.map.len()];
         let shade = |(seen, at): (&mut Shade, &u32)| *seen = *self.patches.shade(*at);
         seen.par_iter_mut().zip(self.map).with_min_len(1024).for_each(shade);
         let sure = weight(0.0);
-        let mut found: Vec<Found> = vec![Found { at: 0, weight: 0.0 }; self.map.len()];
+        let mut found: Vec<FoundPatch> = vec![FoundPatch { at: 0, weight: 0.0 }; self.map.len()];
         found.par_chunks_mut(w).with_min_len(4).enumerate().for_each(|(y, row)| {
             simd::dispatch(
                 #[inline(always)]
@@ -173,7 +174,7 @@ impl Search<'_> {
                         } else if self.near[p] && !self.last.is_empty() {
                             self.last[p]
                         } else {
-                            Found { at: self.map[p], weight: if skips { 0.0 } else { sure } }
+                            FoundPatch { at: self.map[p], weight: if skips { 0.0 } else { sure } }
                         };
                     }
                 },
@@ -182,35 +183,35 @@ impl Search<'_> {
         found
     }
 
-    /// At the finest level every second patch of every second row is enough for all pixels.
+    /// At the finest level, every second patch of every second row is enough.
     #[inline(always)]
     fn skips(&self, x: usize, y: usize) -> bool {
         let [first, top] = self.region.start;
         vote::sparse(self.region) && ((first + index(x)) | (top + index(y))) & 1 == 1
     }
 
-    /// What the result shows around a pixel.
+    /// The patch of the result around a pixel.
     #[inline(always)]
-    fn show<const N: usize>(&self, seen: &[Shade], (x, y): (usize, usize)) -> Shown {
-        let Plane { w, h, wrap } = self.region.plane;
+    fn show<const N: usize>(&self, seen: &[Shade], (x, y): (usize, usize)) -> ShownPatch {
+        let PixelPlane { w, h, wrap } = self.region.plane;
         let reach = N / 2;
         let mut shown = [[0; 32]; SIDE];
         for (k, out) in shown.iter_mut().enumerate().take(N) {
-            let row = &seen[Plane::bring(index(y + k) - index(reach), h, wrap[1]) * w..][..w];
+            let row = &seen[PixelPlane::bring(index(y + k) - index(reach), h, wrap[1]) * w..][..w];
             if x >= reach && x + reach < w {
                 out[..4 * N].copy_from_slice(row[x - reach..][..N].as_flattened());
             } else {
                 for k in 0..N {
-                    out[4 * k..][..4].copy_from_slice(&row[Plane::bring(index(x + k) - index(reach), w, wrap[0])]);
+                    out[4 * k..][..4].copy_from_slice(&row[PixelPlane::bring(index(x + k) - index(reach), w, wrap[0])]);
                 }
             }
         }
         shown
     }
 
-    /// The patch of the exemplar that is most like what is shown around a pixel.
+    /// Finds the exemplar patch most like the patch shown around a pixel.
     #[inline(always)]
-    fn find<const N: usize>(&self, (x, y): (usize, usize), seen: &[Shade]) -> Found {
+    fn find<const N: usize>(&self, (x, y): (usize, usize), seen: &[Shade]) -> FoundPatch {
         let (patches, p) = (self.patches, y * self.region.plane.w + x);
         let own = self.map[p];
         let mut query = Query {
@@ -233,13 +234,13 @@ impl Search<'_> {
             self.wander::<N>((x, y), &mut query);
         }
         let fit = if query.least < f32::INFINITY { query.least / (N * N) as f32 } else { 1e6 };
-        Found { at: query.best, weight: weight(fit) }
+        FoundPatch { at: query.best, weight: weight(fit) }
     }
 
-    /// Tries what continues the neighbours of a pixel, and what was found there in the round before.
+    /// Tries the continuations of the neighbours, and the match of the previous round.
     #[inline(always)]
     fn neighbours<const N: usize>(&self, (x, y): (usize, usize), query: &mut Query<'_>) {
-        let (patches, Plane { w, h, .. }, reach) = (self.patches, self.region.plane, N / 2);
+        let (patches, PixelPlane { w, h, .. }, reach) = (self.patches, self.region.plane, N / 2);
         let (p, place) = (y * w + x, [index(x), index(y)]);
         let inner = x >= reach && y >= reach && x + reach < w && y + reach < h;
         for way in &self.ways {
@@ -258,7 +259,7 @@ impl Search<'_> {
         }
     }
 
-    /// Tries a patch, if it has not been tried.
+    /// Tries a patch unless it was tried before.
     #[inline(always)]
     fn test<const N: usize>(&self, query: &mut Query<'_>, at: u32) {
         if query.tried.iter().fold(false, |tried, other| tried | (*other == at)) {
@@ -276,10 +277,10 @@ impl Search<'_> {
         }
     }
 
-    /// Tries patches at random around the best one, nearer each time.
+    /// Tries random patches around the best one, with decreasing radius.
     #[inline(always)]
     fn wander<const N: usize>(&self, (x, y): (usize, usize), query: &mut Query<'_>) {
-        let Plane { w, h, wrap } = self.table.plane;
+        let PixelPlane { w, h, wrap } = self.table.plane;
         let hash = self.hash.with(self.region.name(x, y));
         let mut radius = index(w.max(h)) / 2;
         for k in 0..SEARCHES {
@@ -287,7 +288,7 @@ impl Search<'_> {
             let [bx, by] = self.patches.pixel(query.best);
             let to = [bx + within(word, radius), by + within(word >> 32, radius)];
             if self.table.holds(to) {
-                let to = [Plane::bring(to[0], w, wrap[0]), Plane::bring(to[1], h, wrap[1])];
+                let to = [PixelPlane::bring(to[0], w, wrap[0]), PixelPlane::bring(to[1], h, wrap[1])];
                 self.test::<N>(query, self.patches.at(to.map(index)));
             }
             radius = (radius / 2).max(1);
@@ -295,7 +296,7 @@ impl Search<'_> {
     }
 }
 
-/// A number from -`radius` to `radius` from the lower half of a word.
+/// Maps the lower half of a word to `-radius..=radius`.
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, reason = "the lower half is meant, and the result is below the radius")]
 fn within(word: u64, radius: i32) -> i32 {

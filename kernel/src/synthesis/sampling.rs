@@ -1,25 +1,25 @@
-//! Pictures at synthesised coordinates, on any grid.
+//! Evaluates pictures at synthesised coordinates, on any grid.
 use super::jacobian::{self, IDENTITY, Jacobian};
 use super::magnify;
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::texels::{Fetch, Texels};
 use crate::ground::number::narrow;
 use crate::ground::window::{WindowExt, index};
 use shibo_engine::value::Window;
 
-/// A picture over an exemplar.
+/// A picture that covers the exemplar.
 pub struct Source {
-    /// The picture, and halves of it where features may shrink.
+    /// The picture, and its halved levels if features may shrink.
     levels: Vec<Texels<f32>>,
     /// Pixels of the picture per exemplar pixel, in x and y.
     scale: [f32; 2],
-    /// How values between its pixels are made.
+    /// Filter between pixels.
     fetch: Fetch,
 }
 
 impl Source {
-    /// A picture of these planes, `scale` times as fine as the exemplar. `shrinks`: features may become smaller.
-    pub fn new(plane: Plane, planes: &[&[f32]], scale: [f32; 2], fetch: Fetch, shrinks: bool) -> Self {
+    /// Builds a picture of these planes, `scale` times as fine as the exemplar. `shrinks`: features may become smaller.
+    pub fn new(plane: PixelPlane, planes: &[&[f32]], scale: [f32; 2], fetch: Fetch, shrinks: bool) -> Self {
         let data = (0..plane.w * plane.h).flat_map(|p| planes.iter().map(move |plane| plane[p])).collect();
         let mut levels = vec![Texels::new(plane, planes.len(), data)];
         // Labels must not be averaged.
@@ -30,12 +30,12 @@ impl Source {
         Self { levels, scale, fetch }
     }
 
-    /// How values between its pixels are made.
+    /// Filter between pixels.
     pub(super) fn fetch(&self) -> Fetch {
         self.fetch
     }
 
-    /// Adds the value at exemplar position `at`, averaged over about `size` exemplar pixels across.
+    /// Adds the value at exemplar position `at`, averaged over about `size` exemplar pixels across, to `out`.
     #[inline(always)]
     pub(super) fn add(&self, at: [f32; 2], size: f32, weight: f32, out: &mut [f32]) {
         let place = [at[0] * self.scale[0], at[1] * self.scale[1]];
@@ -61,12 +61,12 @@ impl Source {
     }
 }
 
-/// Pixels to be shown, and the coordinates behind them.
+/// Pixels to evaluate, and the coordinates of the map behind them.
 pub struct Area<'a> {
     /// Positions in the exemplar.
     pub map: &'a [[f32; 2]],
-    /// Size of the map, and where it joins.
-    pub plane: Plane,
+    /// Size of the map, and the axes that wrap.
+    pub plane: PixelPlane,
     /// Finest pixels per pixel of the map.
     pub spacing: f64,
     /// The outer corner of pixel (0, 0) of the result, in pixels of the map.
@@ -75,23 +75,23 @@ pub struct Area<'a> {
     pub step: [f64; 2],
     /// The pixels of the result.
     pub window: Window,
-    /// Jacobians of the window's pixels.
+    /// Jacobians of the window's pixels, if not constant 1.
     pub jacobians: Option<&'a [Jacobian]>,
-    /// Whether Δ is multiplied by the Jacobian: equation (6), else (5).
+    /// True if Δ is multiplied by the Jacobian: equation (6), else (5).
     pub follow: bool,
 }
 
-/// The most samples of the map across a pixel of the result.
+/// Largest number of map samples across a pixel of the result.
 const MOST: i32 = 16;
 
 impl Area<'_> {
-    /// Whether pixels of the result are those of the map.
+    /// Returns whether the pixels of the result coincide with those of the map.
     fn aligned(&self) -> bool {
         let near = |v: f64| (v - v.round()).abs() < 1e-6;
         (0..2).all(|d| (self.step[d] - 1.0).abs() < 1e-9 && near(self.origin[d]))
     }
 
-    /// Fills planes, one after another.
+    /// Fills the planes of all channels, one after another.
     pub fn fill(&self, source: &Source, channels: usize, out: &mut [f32]) {
         crate::ground::simd::dispatch(
             #[inline(always)]
@@ -154,7 +154,7 @@ impl Area<'_> {
         let spacing = narrow(self.spacing);
         let lead = if self.follow { *j } else { IDENTITY }.map(|v| v * spacing);
         let size = jacobian::det(j).abs().sqrt() * spacing * narrow(self.step[0] / f64::from(parts[0]));
-        // Averages need no more than the nearest pixel.
+        // An average needs no filter: the nearest pixel is enough.
         if parts[0] * parts[1] > 1 {
             #[expect(clippy::cast_possible_truncation, reason = "positions within a map")]
             let cell = p.map(|v| v.floor() as i32);
@@ -170,7 +170,7 @@ impl Area<'_> {
             source.add(nearest.map_or(first, |nearest| nearest.0), size, weight, value);
             return;
         }
-        // Where the four agree, one sample is enough.
+        // If all four agree, one sample is enough.
         if near(places[1].0) && near(places[2].0) && near(places[3].0) {
             source.add(first, size, weight, value);
             return;
@@ -188,21 +188,21 @@ mod tests {
     use super::*;
 
     fn area(map: &[[f32; 2]], per: f64, n: usize) -> Area<'_> {
-        let (plane, window) = (Plane { w: 4, h: 4, wrap: [true; 2] }, Window::of(0, 0, n, n));
+        let (plane, window) = (PixelPlane { w: 4, h: 4, wrap: [true; 2] }, Window::of(0, 0, n, n));
         let step = [1.0 / per; 2];
         Area { map, plane, spacing: 1.0, origin: [0.0; 2], step, window, jacobians: None, follow: false }
     }
 
     fn filled(fetch: Fetch, map: &[[f32; 2]], per: f64, n: usize) -> Vec<f32> {
         let names: Vec<f32> = (0..64).map(|p| (p * 37 % 64) as f32).collect();
-        let source = Source::new(Plane { w: 8, h: 8, wrap: [false; 2] }, &[&names], [1.0; 2], fetch, true);
+        let source = Source::new(PixelPlane { w: 8, h: 8, wrap: [false; 2] }, &[&names], [1.0; 2], fetch, true);
         let mut out = vec![0.0; n * n];
         area(map, per, n).fill(&source, 1, &mut out);
         out
     }
 
     #[test]
-    fn names_are_never_mixed() {
+    fn never_averages_labels() {
         let hash = crate::ground::hash::Hash::new(5);
         let map: Vec<[f32; 2]> = (0..16).map(|p| [0, 1].map(|d| 8.0 * hash.unit_f32(2 * p + d))).collect();
         for (per, n) in [(1.0, 4), (3.0, 12), (0.4, 1)] {

@@ -1,15 +1,15 @@
-//! The borders and the shading of an exemplar.
-use super::plane::Plane;
+//! Detection of exemplars that wrap, and removal of their shading.
+use super::plane::PixelPlane;
 use super::texels::Texels;
 
-/// Whether left and right, top and bottom look as if they joined: the step across is no larger than inside, both in the
-/// picture and when it is blurred.
+/// Detects for each axis whether opposite sides look joined: the step across them is no larger than the steps inside,
+/// both in the picture and in a blurred copy.
 pub fn join(features: &[f32], channels: usize, [w, h]: [usize; 2]) -> [bool; 2] {
     if w.min(h) < 16 {
         return [false; 2];
     }
-    // Blurred around the border, a picture that joins shows no more than one that does not; so blur without it.
-    let plane = Plane { w, h, wrap: [false; 2] };
+    // Blurring across the border would hide the step; so blur without wrapping.
+    let plane = PixelPlane { w, h, wrap: [false; 2] };
     let sharp = Texels::new(plane, channels, features.to_vec());
     let soft = sharp.blurred(4);
     [true, false].map(|across| {
@@ -30,10 +30,10 @@ pub fn join(features: &[f32], channels: usize, [w, h]: [usize; 2]) -> [bool; 2] 
     })
 }
 
-/// Takes out of a plane what varies over more than `share` of its shorter side.
+/// Removes variation over more than `share` of the shorter side from a plane.
 pub fn flatten(plane: &mut [f32], [w, h]: [usize; 2], share: f64) {
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a number of pixels")]
     let width = ((w.min(h) as f64 * share) as usize).max(2);
-    let shading = Texels::new(Plane { w, h, wrap: [false; 2] }, 1, plane.to_vec()).blurred(width);
+    let shading = Texels::new(PixelPlane { w, h, wrap: [false; 2] }, 1, plane.to_vec()).blurred(width);
     plane.iter_mut().zip(&shading.data).for_each(|(v, shading)| *v -= shading);
 }

@@ -1,4 +1,4 @@
-//! How a pixel is corrected along any Jacobian, once its neighbours are known: in the plane as on surfaces.
+//! The correction of one pixel along any Jacobian, given its neighbours; shared by the plane and surfaces.
 //!
 //! See the module `aniso` for the method.
 use super::analysis::Hood;
@@ -13,28 +13,28 @@ use crate::ground::window::index;
 /// A position in exemplar pixels.
 pub type Position = [f32; 2];
 
-/// The terms of the cost; as for the isometric corrector.
+/// The terms of the cost, as in the isometric corrector.
 pub struct Terms<'a> {
-    /// The cost factor of candidates that only look alike, κ.
+    /// Cost factor κ of candidates that look alike, compared with coherent ones.
     pub kappa: f32,
-    /// Whether three predictions are averaged per Δ, or one is taken.
+    /// True if three predictions are averaged per Δ.
     pub averaged: bool,
     /// Factors for even use.
     pub factors: Option<&'a Factors>,
-    /// Wanted guide values by pixel and their weight; empty for none.
+    /// Target guide values by pixel; empty for none.
     pub guide: &'a [f32],
-    /// See `guide`.
+    /// Weight of `guide`.
     pub guide_weight: f32,
-    /// Pixels that stay as they are; empty for none.
+    /// Pixels that must not change; empty for none.
     pub fixed: &'a [bool],
 }
 
-/// What a Jacobian means for a pixel's neighbours.
+/// Neighbour offsets and directions under a Jacobian.
 pub(super) struct Geometry<'a> {
     pub(super) table: &'a Table,
     /// `h J o` for the first four neighbours of [`OCTANTS`]; the others are opposite.
     pub(super) steps: [Position; 4],
-    /// The neighbours in the direction of `J⁻¹` times each of [`OCTANTS`], and each of [`KNIGHTS`] where those matter.
+    /// The octants of `J⁻¹` times each of [`OCTANTS`] and, for a neighbourhood of 24, each of [`KNIGHTS`].
     pub(super) toward: [usize; 16],
 }
 
@@ -43,7 +43,7 @@ impl<'a> Geometry<'a> {
     pub(super) fn new(tables: &[&'a Table], h: usize, j: &Jacobian) -> Self {
         let mut table = tables[0];
         let area = jacobian::det(j).abs() * (h * h) as f32;
-        // The power of two nearest to h √|det J|.
+        // Choose the power of two nearest to h √|det J|.
         for finer in &tables[1..] {
             let middle = (finer.h * finer.h) as f32 * 2.0;
             if area >= middle {
@@ -89,10 +89,10 @@ impl<'a> Geometry<'a> {
 /// The directions of a neighbourhood of 24 that are not among [`OCTANTS`], in the same order.
 const KNIGHTS: [[i32; 2]; 8] = [[2, 1], [1, 2], [-1, 2], [-2, 1], [-2, -1], [-1, -2], [1, -2], [2, -1]];
 
-/// A place that is compared: its offset, and the directions whose neighbours predict it, how many.
+/// An entry of a neighbourhood: its offset, the octants whose neighbours predict it, and their number.
 type Place = ([i32; 2], [usize; 3], usize);
 
-/// The places of a neighbourhood in the order of the tables.
+/// The entries of a neighbourhood, in the order of the tables.
 const fn places<const N: usize>() -> [Place; N] {
     let mut places = [([0, 0], [0; 3], 0); N];
     let reach = if N == 24 { 2 } else { 1 };
@@ -126,16 +126,16 @@ const fn places<const N: usize>() -> [Place; N] {
     places
 }
 
-/// What a pixel is compared with.
+/// Compares a pixel with the exemplar.
 pub(super) struct Matcher<'a> {
     pub(super) terms: &'a Terms<'a>,
 }
 
-/// What is known of a pixel beside its neighbours: the factors for even use, by bin, and the wanted guide value.
+/// Cost terms of a pixel: the factors for even use, by bin, and the target guide value.
 pub(super) type Known<'a> = (Option<&'a [f32]>, Option<f32>);
 
 impl Matcher<'_> {
-    /// The best position of a pixel that has `own`, given what its neighbours predict for it.
+    /// Best position of a pixel with position `own`, given the predictions of its neighbours.
     #[inline(always)]
     pub(super) fn settle(
         &self,
@@ -240,7 +240,7 @@ impl Matcher<'_> {
         );
         alike(own, here, at, &mut best, &mut least);
         let mut last = here;
-        // In the order of directions in the exemplar: so how an output lies decides no tie.
+        // The order is that of directions in the exemplar, so that the orientation of the output decides no tie.
         for toward in &geometry.toward[..8] {
             let (position, cell) = (&near[*toward], &cells[*toward]);
             if *cell == here || *cell == last {

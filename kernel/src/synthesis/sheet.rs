@@ -1,6 +1,6 @@
-//! The pixels of a level of a surface: where they lie, what lies beside them, and along which Jacobians features go.
+//! The pixels of a level of a surface: their positions, neighbours and Jacobians.
 use super::jacobian::{self, IDENTITY, Jacobian};
-use super::plane::{Lookup, Neighbours, Plane};
+use super::plane::{Lookup, Neighbours, PixelPlane};
 use super::region::Region;
 use crate::ground::hash::Hash;
 use crate::ground::number::narrow;
@@ -17,7 +17,7 @@ use shibo_engine::value::{Atlas, IndirectionLevel, IndirectionMap, Jump8, Parent
 pub struct Sheet<'a> {
     /// The atlas.
     pub atlas: &'a Atlas,
-    /// Columns and rows of the finest level.
+    /// Size of the finest level in columns and rows.
     pub finest: [u32; 2],
     /// Its pixels.
     pub level: &'a IndirectionLevel,
@@ -29,23 +29,23 @@ impl<'a> Sheet<'a> {
         Self { atlas: &map.atlas, finest: map.size, level: &map.levels[level] }
     }
 
-    /// Its pixels in the unit square.
+    /// The raster of its pixels in the unit square.
     pub fn raster(&self) -> Raster<'a> {
         Raster { atlas: self.atlas, finest: self.finest, h: self.level.h }
     }
 
-    /// Columns and rows; nothing joins.
-    pub fn plane(&self) -> Plane {
+    /// Columns and rows; no axis wraps.
+    pub fn plane(&self) -> PixelPlane {
         let [w, h] = self.level.size.map(|n| n as usize);
-        Plane { w, h, wrap: [false; 2] }
+        PixelPlane { w, h, wrap: [false; 2] }
     }
 
-    /// The same as a part of the canvas.
+    /// The same, as a region of the canvas.
     pub fn region(&self) -> Region {
         Region { h: self.level.h as usize, start: [0; 2], plane: self.plane(), short: [0; 2] }
     }
 
-    /// The place of a pixel's centre on the surface.
+    /// The position of a pixel's centre on the surface.
     pub fn place(&self, pixel: usize) -> Option<DVec3> {
         let triangle = self.level.triangle(pixel)?;
         let b = barycentric(corners(self.atlas, triangle), self.raster().center(pixel));
@@ -53,8 +53,8 @@ impl<'a> Sheet<'a> {
         Some(p * b[0] + q * b[1] + r * b[2])
     }
 
-    /// Random numbers of a pixel by its place on the surface, so that a chart that is moved keeps them. `pitch` is the size
-    /// of an exemplar pixel in mm.
+    /// Hash of a pixel's position on the surface, so that a chart that moves on the canvas keeps its random numbers.
+    /// `pitch` is the size of an exemplar pixel in mm.
     pub fn name(&self, hash: Hash, pixel: usize, pitch: f64) -> Hash {
         let place = self.place(pixel).unwrap_or_default() * (16.0 / (f64::from(self.level.h) * pitch));
         #[expect(clippy::cast_possible_truncation, reason = "a float cast saturates")]
@@ -62,13 +62,13 @@ impl<'a> Sheet<'a> {
         hash.with(u64::from(self.level.h)).with(word(place.x)).with(word(place.y)).with(word(place.z))
     }
 
-    /// The pixels that have an owner, in rising order.
+    /// The pixels that have an owner, in ascending order.
     pub fn sites(&self) -> Vec<u32> {
         (0..).zip(&self.level.owner).filter(|(_, owner)| **owner != 0).map(|(pixel, _)| pixel).collect()
     }
 
-    /// Its Jacobians: in exemplar pixels, of `pitch` mm, per finest pixel. `bend` gives for pixels the angle by which
-    /// directions are turned and the size of features; both lists may be empty.
+    /// Jacobians of the pixels: exemplar pixels (of `pitch` mm) per finest pixel. By pixel, `angles` rotate the
+    /// directions and `scales` scale the features; both lists may be empty.
     pub fn jacobians(&self, framing: &Framing<'_>, pitch: DVec2, (angles, scales): (&[f32], &[f32])) -> Vec<Jacobian> {
         let (raster, w) = (self.raster(), self.level.size[0] as usize);
         let (canvas, to_pixels) = (self.atlas.size_mm, self.to_pixels(pitch));
@@ -92,27 +92,27 @@ impl<'a> Sheet<'a> {
         all
     }
 
-    /// Turns Jacobians from mm on the canvas to mm on the surface, as fields hold them, into those from finest pixels to
-    /// exemplar pixels, of `pitch` mm.
+    /// Converts Jacobians from fields (mm on the canvas to mm on the surface) to ones from finest pixels to exemplar
+    /// pixels of `pitch` mm.
     pub fn to_pixels(&self, pitch: DVec2) -> impl Fn(Jacobian) -> Jacobian + Sync + use<> {
         let step = Raster { h: 1, ..self.raster() }.step() * self.atlas.size_mm;
         let by = [step.x / pitch.x, step.y / pitch.x, step.x / pitch.y, step.y / pitch.y];
         move |j| std::array::from_fn(|k| narrow(f64::from(j[k]) * by[k]))
     }
 
-    /// The first pixel whose Jacobian cannot be followed, and why.
+    /// The first pixel whose Jacobian cannot be used, and the reason.
     pub fn fault(&self, jacobians: &[Jacobian]) -> Option<(usize, &'static str)> {
         let faulty = |(pixel, j): (usize, &Jacobian)| jacobian::fault(j).map(|fault| (pixel, fault));
         jacobians.iter().enumerate().find_map(faulty)
     }
 
-    /// The pointers of a row's border pixels, one after another.
+    /// The pointers of a row's border pixels, concatenated.
     pub(super) fn border(&self, y: usize) -> (&'a [u32], &'a [Jump8]) {
         let (first, last) = (self.level.rows[y] as usize, self.level.rows[y + 1] as usize);
         (&self.level.border[first..last], &self.level.jumps[first..last])
     }
 
-    /// The parents of a row that are not simply around their pixels.
+    /// The parents of a row that are not at the usual positions around their pixels.
     pub(super) fn parents(&self, y: usize) -> &'a [Parent] {
         let w = self.level.size[0];
         let at = |y: usize| {
@@ -148,8 +148,9 @@ impl Neighbours for Sheet<'_> {
     }
 }
 
-/// With how many of the levels of a map a synthesis begins: as many as have at least 64 pixels with an owner, and of
-/// whose next finer pixels at least 99 in 100 have a parent within one and a half pixels.
+/// Number of levels of a map that a synthesis can use, up to the coarsest suitable one. A suitable level has at least
+/// 64 pixels with an owner, and at least 99% of the pixels of the next finer level have a parent within one and a half
+/// pixels.
 pub fn usable_levels(map: &IndirectionMap, most: usize) -> usize {
     let good = |l: &usize| {
         let (level, finer) = (&map.levels[*l], &map.levels[*l - 1]);

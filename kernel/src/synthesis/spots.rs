@@ -1,57 +1,57 @@
-//! Replaces the spots of a result that are nowhere in the exemplar: what rounds of looking up and voting leave torn.
+//! Replaces torn spots: places of a result that still do not occur in the exemplar after the rounds of lookup and vote.
 //!
-//! Such a spot is compared, with what lies around it, with thousands of places of the exemplar, and the middle of the best one
-//! is pasted over it. Spots lie so far apart that no two overlap, and which they are depends on what is near only.
+//! The spot and its surroundings are compared with thousands of exemplar positions, and the middle of the best match is
+//! pasted over the spot. Spots are so far apart that no two overlap; their selection depends on near pixels only.
 use super::patches::Patches;
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::region::Region;
 use super::rematch::{Terms, cost, weight};
 use super::table::Table;
-use super::vote::Found;
+use super::vote::FoundPatch;
 use crate::ground::hash::Hash;
 use crate::ground::simd;
 use crate::ground::window::index;
 use rayon::prelude::*;
 
-/// How far what is compared reaches, in pixels of the level.
+/// Reach of the comparison around a spot, in pixels of the level.
 const COMPARED: usize = 5;
 
-/// How far what is pasted reaches.
+/// Reach of the pasted square.
 const PASTED: i32 = 3;
 
-/// Spots are at least this far apart, in columns or in rows.
+/// Minimum distance between spots, in columns or in rows.
 const APART: i32 = 2 * PASTED + 1;
 
-/// How far away what has been found decides what a pixel shows: its spot lies within what is pasted, and others are too near to it.
+/// Reach of a replacement: a pixel's spot lies within the pasted square, and other spots suppress it within [`APART`].
 pub(super) const READS: i32 = PASTED + APART - 1;
 
-/// From which squared difference per pixel on, in units of the exemplar's variance, a spot is replaced.
+/// Squared difference per pixel, in units of the exemplar's variance, from which a spot is replaced.
 const TORN: f32 = 0.2;
 
-/// How many places of the exemplar are tried at the most, before those beside the best one.
+/// Maximum number of exemplar positions tried, before the refinement around the best one.
 const TRIED: usize = 8192;
 
-/// The pixels on a side of what is compared.
+/// Side of the compared square in pixels.
 const SIDE: usize = 2 * COMPARED + 1;
 
-/// What is shown around a spot: rows of whole vectors.
+/// The surroundings of a spot: rows, each padded to a whole number of vectors.
 type Shown = [[i16; WIDTH]; SIDE];
 const WIDTH: usize = 48;
 
-/// How many columns and rows lie between places of an exemplar that are tried.
-fn step(plane: Plane) -> usize {
+/// Step between tried exemplar positions, in columns and rows.
+fn step(plane: PixelPlane) -> usize {
     (1..).find(|n| (plane.w / n) * (plane.h / n) <= TRIED).unwrap_or(1)
 }
 
-/// Replaces the spots of a level after it was looked up what pixels show; says which pixels were.
+/// Replaces the torn spots of a level, given the patches `found`. Returns marks of the replaced pixels.
 pub(super) fn replace(
     (table, patches): (&Table, &Patches),
     region: &Region,
     (terms, hash): (&Terms<'_>, Hash),
-    found: &[Found],
+    found: &[FoundPatch],
     map: &mut [u32],
 ) -> Vec<bool> {
-    let Plane { w, h, wrap } = region.plane;
+    let PixelPlane { w, h, wrap } = region.plane;
     let spots = worst(region, found);
     let search = Search { table, patches, region, terms, map, step: step(table.plane), hash: hash.with(0x7370_6F74) };
     let best: Vec<u32> = spots.par_iter().with_min_len(4).map(|p| search.find(*p, found[*p].at)).collect();
@@ -65,7 +65,7 @@ pub(super) fn replace(
                 if !inside(x, w, wrap[0]) || !inside(y, h, wrap[1]) {
                     continue;
                 }
-                let [x, y] = [Plane::bring(x, w, wrap[0]), Plane::bring(y, h, wrap[1])];
+                let [x, y] = [PixelPlane::bring(x, w, wrap[0]), PixelPlane::bring(y, h, wrap[1])];
                 let q = y * w + x;
                 if terms.fixed.get(q).is_some_and(|fixed| *fixed) {
                     continue;
@@ -80,9 +80,9 @@ pub(super) fn replace(
     pasted
 }
 
-/// The pixels whose patch fits worst among those near, if it is torn.
-fn worst(region: &Region, found: &[Found]) -> Vec<usize> {
-    let Plane { w, h, wrap } = region.plane;
+/// The torn pixels whose patch fits worst among those near.
+fn worst(region: &Region, found: &[FoundPatch]) -> Vec<usize> {
+    let PixelPlane { w, h, wrap } = region.plane;
     let limit = weight(TORN);
     let worst = |p: usize| {
         let (own, x, y) = (found[p].weight, index(p % w), index(p / w));
@@ -90,12 +90,12 @@ fn worst(region: &Region, found: &[Found]) -> Vec<usize> {
             if !wrap[1] && !(0..index(h)).contains(&(y + dy)) {
                 continue;
             }
-            let row = Plane::bring(y + dy, h, wrap[1]) * w;
+            let row = PixelPlane::bring(y + dy, h, wrap[1]) * w;
             for dx in -APART + 1..APART {
                 if !wrap[0] && !(0..index(w)).contains(&(x + dx)) {
                     continue;
                 }
-                let other = found[row + Plane::bring(x + dx, w, wrap[0])].weight;
+                let other = found[row + PixelPlane::bring(x + dx, w, wrap[0])].weight;
                 let first = (dy, dx) < (0, 0);
                 if other > 0.0 && (other < own || first && other <= own) {
                     return false;
@@ -108,20 +108,20 @@ fn worst(region: &Region, found: &[Found]) -> Vec<usize> {
     (0..found.len()).into_par_iter().with_min_len(4096).filter(torn).filter(|p| worst(*p)).collect()
 }
 
-/// Looks for places to paste.
+/// Searches exemplar positions to paste.
 struct Search<'a> {
     table: &'a Table,
     patches: &'a Patches,
     region: &'a Region,
     terms: &'a Terms<'a>,
     map: &'a [u32],
-    /// Columns and rows between places that are tried first.
+    /// Step between the positions tried first, in columns and rows.
     step: usize,
     hash: Hash,
 }
 
 impl Search<'_> {
-    /// The place of the exemplar that is most like what is shown around a pixel.
+    /// The exemplar position most like the surroundings of a pixel.
     fn find(&self, p: usize, found: u32) -> u32 {
         let (w, patches) = (self.region.plane.w, self.patches);
         let (x, y) = (p % w, p / w);
@@ -138,7 +138,7 @@ impl Search<'_> {
                 }
             },
         );
-        let Plane { w, h, wrap } = self.table.plane;
+        let PixelPlane { w, h, wrap } = self.table.plane;
         let word = self.hash.with(self.region.name(x, y)).u64(0);
         #[expect(clippy::cast_possible_truncation, reason = "less than a step")]
         let first = [word & 0xFFFF_FFFF, word >> 32].map(|word| (word % self.step as u64) as usize);
@@ -151,11 +151,11 @@ impl Search<'_> {
                         test(patches.at([index(x), index(y)]), &mut best);
                     }
                 }
-                // Between the places that were tried.
+                // Refine between the tried positions.
                 let ([x, y], by) = (patches.pixel(best), index(self.step) - 1);
                 for (x, y) in (-by..=by).flat_map(|dy| (-by..=by).map(move |dx| (x + dx, y + dy))) {
                     if self.table.holds([x, y]) {
-                        let place = [Plane::bring(x, w, wrap[0]), Plane::bring(y, h, wrap[1])];
+                        let place = [PixelPlane::bring(x, w, wrap[0]), PixelPlane::bring(y, h, wrap[1])];
                         test(patches.at(place.map(index)), &mut best);
                     }
                 }
@@ -164,15 +164,15 @@ impl Search<'_> {
         best
     }
 
-    /// What the result shows around a pixel.
+    /// The surroundings of a pixel of the result.
     fn show(&self, x: usize, y: usize) -> Shown {
-        let Plane { w, h, wrap } = self.region.plane;
+        let PixelPlane { w, h, wrap } = self.region.plane;
         let reach = index(COMPARED);
         let mut shown = [[0; WIDTH]; SIDE];
         for (k, out) in shown.iter_mut().enumerate() {
-            let row = Plane::bring(index(y + k) - reach, h, wrap[1]) * w;
+            let row = PixelPlane::bring(index(y + k) - reach, h, wrap[1]) * w;
             for k in 0..SIDE {
-                let at = self.map[row + Plane::bring(index(x + k) - reach, w, wrap[0])];
+                let at = self.map[row + PixelPlane::bring(index(x + k) - reach, w, wrap[0])];
                 out[4 * k..][..4].copy_from_slice(self.patches.shade(at));
             }
         }

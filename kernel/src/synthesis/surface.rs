@@ -1,13 +1,13 @@
 //! Synthesis on a surface: level by level over the charts of an atlas (rows C18, C22 to C26).
 //!
-//! As in the plane, but what lies beside a pixel near a border of a chart is told by an indirection map, and each pixel has
-//! its own Jacobian. Coordinates lie in the exemplar, so they need no change across borders. After the passes of a level
-//! its border pixels are corrected again, since they settle worse.
+//! As in the plane, but an indirection map gives the neighbours of pixels near the border of a chart, and each pixel
+//! has its own Jacobian. Coordinates lie in the exemplar, so they need no change across borders. After the passes of a
+//! level its border pixels are corrected again, since they converge more slowly.
 use super::aniso::{Position, Terms};
-use super::coverage::{EvenUse, Factors, Shown};
+use super::coverage::{EvenUse, Factors, SurfaceUses};
 use super::driver::{Analysed, Inputs, Settings, Start};
 use super::jacobian::{self, Jacobian};
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::sheet::Sheet;
 use super::surface_pass::{self, Pass};
 use super::table::Table;
@@ -17,26 +17,26 @@ use rayon::prelude::*;
 use shibo_engine::value::IndirectionMap;
 use std::collections::HashMap;
 
-/// What a synthesis on a surface needs beside that in the plane.
+/// Further inputs of a synthesis on a surface.
 pub struct Surfaces<'a> {
-    /// Its pixels. The synthesis begins at the coarsest of its levels.
+    /// The map of its pixels. The synthesis begins at the map's coarsest level.
     pub map: &'a IndirectionMap,
     /// The size of an exemplar pixel in mm.
     pub pitch: f64,
-    /// How often border pixels are corrected after each level's passes.
+    /// Number of corrections of border pixels after each level's passes.
     pub border_passes: u32,
 }
 
 /// The inputs for each level of a surface.
 pub trait SurfaceInputs: Inputs {
-    /// The Jacobians of a level's pixels, in exemplar pixels per finest pixel.
+    /// Jacobians of a level's pixels, in exemplar pixels per finest pixel.
     ///
     /// # Errors
-    /// One cannot be followed; stopped.
+    /// Returns an error if a Jacobian cannot be used, or if stopped.
     fn along(&self, sheet: &Sheet<'_>) -> Result<Vec<Jacobian>, Self::Stop>;
 }
 
-/// Positions of the finest pixels, by rows, and their Jacobians; both mean nothing where no chart is.
+/// Positions of the finest pixels, by rows, and their Jacobians; both are meaningless outside charts.
 pub type Grown = (Vec<Position>, Vec<Jacobian>);
 
 struct Run<'a, I: SurfaceInputs> {
@@ -49,7 +49,7 @@ struct Run<'a, I: SurfaceInputs> {
 /// Synthesises on a surface. The exemplar has at least as many levels as the map.
 ///
 /// # Errors
-/// What the inputs stopped with.
+/// Returns the stop of the inputs.
 pub fn run<I: SurfaceInputs>(
     exemplar: &Analysed<'_>,
     surface: &Surfaces<'_>,
@@ -75,7 +75,7 @@ pub fn run<I: SurfaceInputs>(
         jacobians = finer;
         let mut fixed = Vec::new();
         if let Some((is_fixed, positions)) = inputs.fixed(&region)? {
-            // Where a map of another surface has nothing, nothing is given.
+            // A map of another surface may have holes: nothing is given there.
             let there = positions.iter().map(is_there);
             fixed = is_fixed.into_iter().zip(there).map(|(fixed, there)| fixed && there).collect();
             let given = map.iter_mut().zip(&fixed).zip(positions).filter(|((_, fixed), _)| **fixed);
@@ -99,12 +99,12 @@ impl<I: SurfaceInputs> Run<'_, I> {
         Table::new(level, plane, &valid, &guide)
     }
 
-    /// The guide decides at coarse levels, the texture at fine ones.
+    /// Weight of the guide: high at coarse levels, low at fine ones, where the texture decides.
     fn weight(&self, table: &Table) -> f32 {
         self.settings.guide_weight * table.spread * (table.h as f32 / 8.0).min(1.0)
     }
 
-    /// The first positions: given ones, or random ones of the exemplar.
+    /// Start positions: the given ones, or random exemplar positions.
     fn start(&self, table: &Table, sheet: &Sheet<'_>, guide: &[f32]) -> Result<Vec<Position>, I::Stop> {
         let given = match self.settings.start {
             Start::Given => self.inputs.start(&sheet.region())?,
@@ -119,9 +119,9 @@ impl<I: SurfaceInputs> Run<'_, I> {
         Ok((0..sheet.level.owner.len()).into_par_iter().with_min_len(64).map(place).collect())
     }
 
-    /// A position for a pixel, hashed by its place.
+    /// A random position for a pixel, hashed by its position on the surface.
     fn random(&self, table: &Table, sheet: &Sheet<'_>, pixel: usize, guide: Option<(f32, f32)>) -> Position {
-        let Plane { w, h, wrap } = table.plane;
+        let PixelPlane { w, h, wrap } = table.plane;
         let half = f64::from(sheet.level.h) / 2.0;
         let room = |n: usize, wrap: bool| {
             let half = if wrap { 0.0 } else { half.min((n as f64 - 1.0) / 2.0) };
@@ -151,7 +151,7 @@ impl<I: SurfaceInputs> Run<'_, I> {
         best.map_or([0.5; 2], |best| best.1)
     }
 
-    /// Positions of a level from those of the coarser one, jittered and brought inside of the exemplar.
+    /// Upsamples the positions of the coarser level, jitters them and brings them inside the exemplar.
     fn refined(
         &self,
         coarse: (&Sheet<'_>, &[Position], &[Jacobian]),
@@ -179,7 +179,7 @@ impl<I: SurfaceInputs> Run<'_, I> {
         Ok(upsampled(coarse, (sheet, |pixel: usize| jacobians[pixel]), settled))
     }
 
-    /// The passes of a level.
+    /// Runs the passes of a level.
     fn correct(
         &self,
         (l, count): (usize, usize),
@@ -201,7 +201,7 @@ impl<I: SurfaceInputs> Run<'_, I> {
             self.inputs.step((count - 1 - l) * passes + k.min(passes), count * passes)?;
             if k < passes {
                 factors = even.map(|even| {
-                    let shown = Shown { sites: &sites, tiles: &tiles.0, count: tiles.1, h: table.h };
+                    let shown = SurfaceUses { sites: &sites, tiles: &tiles.0, count: tiles.1, h: table.h };
                     Factors::of_surface(&even, table.plane, table.usable_bins, &shown, |p| {
                         (table.bin_at(table.padded(table.cell(map[p]))), jacobian::det(&jacobians[p]).abs())
                     })
@@ -221,7 +221,7 @@ impl<I: SurfaceInputs> Run<'_, I> {
         Ok(())
     }
 
-    /// The cube of space in which each pixel lies, by numbers, and how many there are.
+    /// For each pixel the index of the cube of space that contains it; and the number of cubes.
     fn tiles(&self, even: &EvenUse, sheet: &Sheet<'_>) -> (Vec<u32>, usize) {
         let Some(side) = even.tile.map(|tile| tile as f64 * self.surface.pitch) else { return (Vec::new(), 1) };
         #[expect(clippy::cast_possible_truncation, reason = "a float cast saturates")]
@@ -241,19 +241,19 @@ impl<I: SurfaceInputs> Run<'_, I> {
     }
 }
 
-/// Whether a map of coordinates has something at a place.
+/// Returns whether a map of coordinates has a value at a pixel.
 fn is_there(at: &Position) -> bool {
     at[0].is_finite() && at[1].is_finite()
 }
 
-/// The exemplar pixel of a coordinate.
+/// Rounds a coordinate down to its exemplar pixel.
 #[expect(clippy::cast_possible_truncation, reason = "a position in an exemplar")]
 fn floor(v: f32) -> i32 {
     v.floor() as i32
 }
 
-/// Equation (3): a pixel goes on from its parent, wherever that lies. `settled` makes the result of it; it gets nothing
-/// where a pixel has no parent.
+/// Equation (3): each pixel continues its parent, wherever the parent lies. `settled` finishes a position; its argument
+/// is `None` if the pixel has no parent.
 pub fn upsampled<T: crate::ground::real::Real, J: crate::ground::real::Real>(
     (coarse, map, before): (&Sheet<'_>, &[[T; 2]], &[[J; 4]]),
     (sheet, jacobian): (&Sheet<'_>, impl Fn(usize) -> [J; 4] + Sync),

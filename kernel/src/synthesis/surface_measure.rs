@@ -1,4 +1,4 @@
-//! How well a synthesis on a surface holds together, inside of charts and across their borders (row C26).
+//! Measures the continuity of a synthesis on a surface, inside charts and across their borders (row C26).
 use super::aniso::Position;
 use super::jacobian::{self, Jacobian};
 use super::plane::Neighbours;
@@ -7,19 +7,19 @@ use crate::ground::window::{OCTANTS, index};
 use rayon::prelude::*;
 use shibo_engine::value::{IndirectionLevel, Seam};
 
-/// Steps between neighbouring pixels: how much colours differ per mm, and whether they leave the exemplar's order.
+/// Steps between neighbouring pixels: colour difference per mm, and whether the exemplar's order is broken.
 #[derive(Clone, Debug, Default)]
 pub struct Steps {
-    /// Across borders of charts.
+    /// Steps across borders of charts.
     pub across: Vec<(f32, bool)>,
-    /// Away from borders.
+    /// Steps away from borders.
     pub inside: Vec<(f32, bool)>,
 }
 
-/// Of the pixels away from borders, about so many are measured, evenly spread.
+/// Approximate number of pixels measured away from borders, evenly spread.
 const INSIDE: usize = 65_536;
 
-/// What is measured: positions by pixel, their Jacobians, and the colour at a position.
+/// A synthesis to measure: positions by pixel, their Jacobians, and the colour at a position.
 pub struct Measured<'a, C> {
     /// The level.
     pub sheet: &'a Sheet<'a>,
@@ -32,7 +32,7 @@ pub struct Measured<'a, C> {
 }
 
 impl<C: Fn(Position) -> [f32; 3] + Sync> Measured<'_, C> {
-    /// What a pixel's neighbour predicts for it, if it has that neighbour.
+    /// The neighbour of a pixel, and the position that it predicts for the pixel; `None` without such a neighbour.
     fn predicted(&self, pixel: usize, octant: usize) -> Option<(usize, Position)> {
         let w = self.sheet.plane().w;
         let (near, residue) = self.sheet.near((index(pixel % w), index(pixel / w)), octant)?;
@@ -42,7 +42,7 @@ impl<C: Fn(Position) -> [f32; 3] + Sync> Measured<'_, C> {
         Some((near, [0, 1].map(|d| self.coords[near][d] + off[d] - step[d])))
     }
 
-    /// The share of pixels that go on in the exemplar to the right and below.
+    /// Share of pixels whose right and lower neighbours continue the exemplar.
     pub fn coherence(&self) -> f32 {
         let sites = self.sheet.sites();
         let goes_on = |pixel: usize, octant: usize| {
@@ -55,7 +55,7 @@ impl<C: Fn(Position) -> [f32; 3] + Sync> Measured<'_, C> {
         coherent as f32 / sites.len().max(1) as f32
     }
 
-    /// The steps to the four nearest neighbours, all that cross a border and many that are not near one.
+    /// Steps to the four nearest neighbours: all that cross a border, and many that are not near one.
     pub fn steps(&self) -> Steps {
         let level = self.sheet.level;
         let chart = |pixel: usize| level.triangle(pixel).map(|triangle| self.sheet.atlas.charts[triangle]);
@@ -95,7 +95,7 @@ impl<C: Fn(Position) -> [f32; 3] + Sync> Measured<'_, C> {
     }
 }
 
-/// The mean, the value that 99 of 100 do not exceed, and the share of what is torn.
+/// Mean, 99th percentile, and share of the broken steps.
 fn statistics(steps: &[(f32, bool)]) -> [f32; 3] {
     let n = steps.len().max(1);
     let mean = steps.iter().map(|step| f64::from(step.0)).sum::<f64>() / n as f64;
@@ -106,7 +106,7 @@ fn statistics(steps: &[(f32, bool)]) -> [f32; 3] {
     [crate::ground::number::narrow(mean), p99, torn]
 }
 
-/// Steps across borders over those inside.
+/// Steps across borders divided by those inside.
 pub fn seam(steps: &Steps) -> Seam {
     let (across, inside) = (statistics(&steps.across), statistics(&steps.inside));
     let ratio = |k: usize| if inside[k] > 0.0 { across[k] / inside[k] } else { 1.0 };

@@ -1,7 +1,7 @@
-//! A pass over the pixels of a surface's level: [`aniso`](super::aniso) with pointers across borders of charts.
+//! A pass over the pixels of a surface level: [`aniso`](super::aniso) with pointers across borders of charts.
 use super::aniso::{Position, Terms};
 use super::jacobian::{self, Jacobian};
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::settle::{Geometry, Matcher};
 use super::sheet::Sheet;
 use super::table::Table;
@@ -10,7 +10,7 @@ use crate::ground::window::{OCTANTS, index, offset};
 use rayon::prelude::*;
 use shibo_engine::value::{IndirectionLevel, Jump8};
 
-/// What a pass works with.
+/// Inputs of a pass.
 pub(super) struct Pass<'a> {
     /// The tables of the level and all finer ones, the level's first.
     pub(super) tables: &'a [&'a Table],
@@ -22,9 +22,9 @@ pub(super) struct Pass<'a> {
 /// The order of the quarters, by the parity of columns and rows.
 const QUARTERS: [[usize; 2]; 4] = [[0, 0], [1, 1], [1, 0], [0, 1]];
 
-/// Corrects all pixels, a quarter after another.
+/// Corrects all pixels, one quarter after another.
 pub(super) fn correct(pass: &Pass<'_>, map: &mut [Position]) {
-    let Plane { w, h, .. } = pass.sheet.plane();
+    let PixelPlane { w, h, .. } = pass.sheet.plane();
     let mut fresh = Vec::new();
     for first in QUARTERS {
         if first[0] >= w || first[1] >= h {
@@ -49,7 +49,7 @@ pub(super) fn correct(pass: &Pass<'_>, map: &mut [Position]) {
     }
 }
 
-/// Corrects the pixels near borders, a quarter after another.
+/// Corrects the pixels near borders, one quarter after another.
 pub(super) fn correct_border(pass: &Pass<'_>, map: &mut [Position]) {
     let w = pass.sheet.plane().w;
     let level = pass.sheet.level;
@@ -115,7 +115,7 @@ impl Pass<'_> {
                 continue;
             };
             let jump = jumps[k];
-            // Where the surface ends, what lies beyond is what the pixel has.
+            // Beyond the end of the surface, the pixel's own position is used.
             if !jump.is_some() {
                 continue;
             }

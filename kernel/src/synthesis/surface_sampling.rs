@@ -1,5 +1,5 @@
-//! What coordinates on a surface show, on any grid (rows C28 to C30): equation (6) with the four nearest pixels, those of
-//! other charts read across the border.
+//! Evaluates coordinates on a surface, on any grid (rows C28 to C30): equation (6) with the four nearest pixels; pixels
+//! of other charts are read across the border.
 use super::jacobian::{self, Jacobian};
 use super::plane::Neighbours;
 use super::sampling::Source;
@@ -11,7 +11,7 @@ use crate::mesh::texels;
 use glam::{DMat2, DVec2};
 use shibo_engine::value::{Grid, Window};
 
-/// Coordinates on a surface, to be shown.
+/// Coordinates on a surface, to be evaluated.
 pub struct SurfaceMap<'a> {
     /// The pixels.
     pub sheet: Sheet<'a>,
@@ -23,7 +23,7 @@ pub struct SurfaceMap<'a> {
     pub pitch: DVec2,
 }
 
-/// What has been found for a pixel of the result: the triangle, and the pixel of the map whose Jacobian it follows.
+/// The surface under a pixel of the result: the triangle, and the map pixel whose Jacobian applies.
 #[derive(Clone, Copy, Debug)]
 pub struct Under {
     /// The triangle.
@@ -32,7 +32,7 @@ pub struct Under {
     pub pixel: usize,
 }
 
-/// The most samples of the map across a pixel of the result.
+/// Largest number of map samples across a pixel of the result.
 const MOST: i32 = 16;
 
 impl SurfaceMap<'_> {
@@ -40,7 +40,7 @@ impl SurfaceMap<'_> {
         self.sheet.atlas.charts[triangle]
     }
 
-    /// The number of a pixel, if it belongs to a chart.
+    /// Index of a pixel, if it belongs to a chart.
     fn own(&self, [x, y]: [i32; 2], chart: u16) -> Option<usize> {
         let [w, h] = self.sheet.level.size.map(u32::cast_signed);
         let pixel = ((0..w).contains(&x) && (0..h).contains(&y)).then(|| usize::try_from(y * w + x).ok()).flatten()?;
@@ -48,7 +48,7 @@ impl SurfaceMap<'_> {
         (self.chart(triangle) == chart).then_some(pixel)
     }
 
-    /// The pixel of a chart that is nearest to a place, at most two pixels away from `cell`.
+    /// The pixel of a chart nearest to `at`, at most two pixels away from `cell`.
     fn nearest(&self, cell: [i32; 2], at: DVec2, chart: u16) -> Option<usize> {
         if let Some(pixel) = self.own(cell, chart) {
             return Some(pixel);
@@ -65,7 +65,8 @@ impl SurfaceMap<'_> {
         best.map(|best| best.1)
     }
 
-    /// What a pixel of the map has for a chart, which need not own it: then what lies there on the surface.
+    /// Coordinates of a map pixel as continued from a chart that need not own the pixel: those at the same point of the
+    /// surface.
     fn seen(&self, cell: [i32; 2], chart: u16) -> Option<[f32; 2]> {
         let pixel = self.nearest(cell, center(cell), chart)?;
         let w = self.sheet.plane().w;
@@ -84,8 +85,8 @@ impl SurfaceMap<'_> {
         Some([0, 1].map(|d| self.coords[pixel][d] + by[d]))
     }
 
-    /// Fills planes, one after another, with what `source` shows at the pixels of a grid on the canvas. Tells for each what
-    /// lies under it; 0 where nothing does.
+    /// Fills the planes of all channels with `source`, at the pixels of a grid on the canvas. Returns the surface under
+    /// each pixel; pixels without one are 0.
     pub fn fill(
         &self,
         source: &Source,
@@ -158,7 +159,7 @@ impl SurfaceMap<'_> {
             let weight = (1.0 - delta.x.abs()) * (1.0 - delta.y.abs());
             let by = jacobian::apply(j, [narrow(delta.x), narrow(delta.y)]);
             let from = cell(corner + DVec2::new(i, m) + 0.5);
-            // A corner out of reach of the chart counts as its nearest pixel, led on.
+            // If the corner is out of reach of the chart, extrapolate from its nearest pixel.
             let seen = match self.seen(from, chart) {
                 Some(seen) => [seen[0] + by[0], seen[1] + by[1]],
                 None => self.led(pixel, at),
@@ -169,7 +170,7 @@ impl SurfaceMap<'_> {
         Some(Under { triangle, pixel })
     }
 
-    /// The position of a pixel, led on to a place.
+    /// Extrapolates the coordinates of a pixel to a position.
     fn led(&self, pixel: usize, at: DVec2) -> [f32; 2] {
         let w = self.sheet.plane().w;
         let off = at - center([index(pixel % w), index(pixel / w)]);
@@ -177,7 +178,7 @@ impl SurfaceMap<'_> {
         [0, 1].map(|d| self.coords[pixel][d] + by[d])
     }
 
-    /// How the place on the surface changes per pixel, in mm, along T and across: T lies along the canvas' x axis.
+    /// Change of the point on the surface per pixel, in mm, along T and across; T lies along the canvas' x axis.
     fn axes(&self, triangle: usize) -> DMat2 {
         let step = self.sheet.raster().step();
         let [x, y] = self.sheet.atlas.jacobians[triangle].map(|axis| axis.as_dvec3());
@@ -193,14 +194,14 @@ impl SurfaceMap<'_> {
         DMat2::from_cols(DVec2::new(a * self.pitch.x, c * self.pitch.y), DVec2::new(b * self.pitch.x, d * self.pitch.y))
     }
 
-    /// How many times larger features are on the surface than in the exemplar.
+    /// Scale of the features on the surface relative to the exemplar.
     pub fn size(&self, under: Under) -> f32 {
         let (surface, exemplar) = (self.axes(under.triangle).determinant(), self.in_mm(under.pixel).determinant());
         narrow((surface.abs() / exemplar.abs().max(1e-12)).sqrt())
     }
 
-    /// A normal of the exemplar as one of the surface, relative to the axes of the atlas; y points up in both. Slopes turn
-    /// and stretch with their features and keep their height.
+    /// Converts a normal of the exemplar to the surface, relative to the axes of the atlas; y points up in both. Slopes
+    /// rotate and stretch with their features and keep their height.
     pub fn normal(&self, under: Under, [x, y, z]: [f32; 3]) -> [f32; 3] {
         let z = f64::from(z.max(1e-4));
         let slope = DVec2::new(f64::from(x) / z, -f64::from(y) / z);
@@ -213,7 +214,7 @@ impl SurfaceMap<'_> {
     }
 }
 
-/// Adds what four places show.
+/// Adds the values of four positions.
 fn show_places(source: &Source, places: &[([f32; 2], f32); 4], size: f32, value: &mut [f32]) {
     let first = places[0].0;
     let near = |at: [f32; 2]| (at[0] - first[0]).abs() + (at[1] - first[1]).abs() < 1e-3;
@@ -233,7 +234,7 @@ fn center([x, y]: [i32; 2]) -> DVec2 {
 
 #[expect(clippy::cast_possible_truncation, reason = "pixels of an atlas")]
 fn cell(at: DVec2) -> [i32; 2] {
-    // A centre that is computed from mm may lie a hair beside that of its pixel, and never near its sides.
+    // A centre computed from mm may be slightly off the pixel's centre, but is never near its sides.
     [at.x.floor() as i32, at.y.floor() as i32]
 }
 
@@ -244,13 +245,13 @@ mod tests {
     use crate::ground::stop::NEVER;
     use crate::mesh::frame::Framing;
     use crate::mesh::levels::{LevelsSpec, indirection};
-    use crate::synthesis::plane::Plane;
+    use crate::synthesis::plane::PixelPlane;
     use glam::{DVec3, UVec2};
     use shibo_engine::value::Frames;
     use std::sync::Arc;
 
-    /// Rows C28 to C30: between the pixels of the map, across borders and in gutters, an affine map shows what it should; and
-    /// normals are turned with their features.
+    /// Rows C28 to C30: an affine map is reproduced between the pixels of the map, across borders and in gutters, and
+    /// normals rotate with their features.
     #[test]
     fn affine_maps_are_magnified_exactly() {
         let atlas = Arc::new(crate::mesh::fixture::plane("plane_wild"));
@@ -265,7 +266,7 @@ mod tests {
         let position = |place: DVec3| (DVec2::new(place.x + 16.0, 80.0 - place.y) / pitch).as_vec2().to_array();
         let count = sheet.level.owner.len();
         let coords: Vec<[f32; 2]> = (0..count).map(|p| sheet.place(p).map_or([f32::NAN; 2], position)).collect();
-        let plane = Plane { w: 192, h: 192, wrap: [false; 2] };
+        let plane = PixelPlane { w: 192, h: 192, wrap: [false; 2] };
         let ramps: Vec<Vec<f32>> =
             [0, 1].map(|d: usize| (0..192 * 192).map(|p| [p % 192, p / 192][d] as f32 + 0.5).collect()).to_vec();
         let source = Source::new(plane, &[&ramps[0], &ramps[1]], [1.0; 2], Fetch::Bilinear, false);
@@ -285,7 +286,8 @@ mod tests {
                 worst = worst.max((out[p] - wanted[0]).abs()).max((out[n + p] - wanted[1]).abs());
                 seen += 1;
                 if p % 97 == 0 {
-                    // Lit from the side, every chart looks the same: the normal leads to the same direction in space.
+                    // Under light from the side, all charts look the same: the normal maps to the same direction in
+                    // space.
                     let [x, y, z] = map.normal(*under, [0.6, 0.0, 0.8]).map(f64::from);
                     let [u, v] = atlas.jacobians[under.triangle].map(|axis| axis.as_dvec3());
                     let along = u.normalize();

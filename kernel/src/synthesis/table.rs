@@ -1,45 +1,46 @@
-//! A level's tables, padded by `h` on all sides, so that a neighbour's prediction never has to be brought inside.
+//! The tables of a level, padded by `h` on all sides, so that a neighbour's prediction never has to be brought inside.
 use super::analysis::{Hood, Level};
 use super::coverage::{self, Factors};
 use super::lattice::Basis;
 use super::pca::DIMS;
 use super::phase::{Metric, Phase, phase};
-use super::plane::{Lookup, Plane};
+use super::plane::{Lookup, PixelPlane};
 use super::region::Region;
 use crate::ground::simd;
 use crate::ground::window::{index, offset};
 use rayon::prelude::*;
 
-/// A level's tables, padded.
+/// The tables of a level, padded.
 pub struct Table {
     /// Spacing in finest pixels.
     pub h: usize,
-    /// The exemplar.
-    pub plane: Plane,
+    /// Size of the exemplar, and the axes that wrap.
+    pub plane: PixelPlane,
     pub(super) stride: usize,
     pub(super) hood: Hood,
     pub(super) matrix: Vec<[f32; DIMS]>,
     pub(super) appearance: Vec<[f32; DIMS]>,
     pub(super) hoods: Vec<[f32; DIMS]>,
     pub(super) second: Vec<u32>,
-    /// Further ones that look alike; usually none.
+    /// Further candidates that look alike; usually none.
     pub(super) more: Vec<Vec<u32>>,
     pub(super) bin: Vec<u32>,
-    /// Where padding leads along the axes whose sides join; empty if none do.
+    /// Wrapped index of each pixel; empty if no side wraps.
     pub(super) home: Vec<u32>,
     pub(super) guide: Vec<f32>,
-    /// Where in a cell of the lattice each lies; empty if nothing is kept in step.
+    /// Lattice phase of each pixel; empty if no phase is kept.
     phases: Vec<Phase>,
     metric: Metric,
-    /// Bins with a pixel that can win.
+    /// Number of bins with a pixel that can win.
     pub usable_bins: usize,
-    /// How much neighbourhoods differ on average, squared.
+    /// Mean squared difference of two neighbourhoods.
     pub spread: f32,
 }
 
 impl Table {
-    /// Tables of an analysed level. `valid` pixels may win; `guide` is empty or holds the exemplar's guide.
-    pub fn new(level: &Level, plane: Plane, valid: &[bool], guide: &[f32]) -> Self {
+    /// Builds the tables of an analysed level. Only `valid` pixels may win; `guide` is empty or holds the exemplar's
+    /// guide.
+    pub fn new(level: &Level, plane: PixelPlane, valid: &[bool], guide: &[f32]) -> Self {
         let (h, w) = (level.h, plane.w);
         let stride = w + 2 * h;
         let n = stride * (plane.h + 2 * h);
@@ -53,7 +54,7 @@ impl Table {
             .collect();
         let narrow = super::candidates::narrow;
         let padded = |p: usize| (p / w + h) * stride + p % w + h;
-        // Padding of an axis whose sides do not join stays where it is: there nothing wins.
+        // Along axes that do not wrap, padding keeps its own index: it never wins.
         let home = |p: usize| {
             let [x, y] = plane.joined([index(p % stride) - index(h), index(p / stride) - index(h)]);
             narrow(offset(y + index(h)) * stride + offset(x + index(h)))
@@ -87,7 +88,7 @@ impl Table {
         }
     }
 
-    /// With where in a cell of a lattice each pixel lies, the middle of what it stands for where `J = 1`.
+    /// Adds the lattice phase of each pixel, at the middle of its footprint where `J = 1`.
     pub(super) fn on(mut self, basis: &Basis) -> Self {
         let half = 0.5 * self.h as f64;
         let n = self.appearance.len();
@@ -98,7 +99,7 @@ impl Table {
         self
     }
 
-    /// How much an index is out of step with what is wanted, 0 to 1.
+    /// Phase error of an index, 0 to 1.
     #[inline(always)]
     pub(super) fn off(&self, at: u32, wanted: Phase) -> f32 {
         self.metric.off(self.phases[at as usize], wanted)
@@ -115,22 +116,22 @@ impl Table {
         [index(at % self.stride) - index(self.h), index(at / self.stride) - index(self.h)]
     }
 
-    /// The other pixel that looks like (x, y), if candidates were searched for.
+    /// The first candidate that looks like (x, y), if candidates were searched for.
     pub fn second(&self, at: [i32; 2]) -> Option<[i32; 2]> {
         self.second.get(self.at(at) as usize).map(|&second| self.pixel(second))
     }
 
-    /// Whether an index can win.
+    /// Returns whether an index can win.
     pub fn is_valid(&self, at: u32) -> bool {
         self.hoods[at as usize][0].is_finite()
     }
 
-    /// The guide's value there; 0 without one.
+    /// The guide's value at an index; 0 without a guide.
     pub fn guide(&self, at: u32) -> f32 {
         self.guide.get(at as usize).copied().unwrap_or(0.0)
     }
 
-    /// Whether there is a guide.
+    /// Returns whether there is a guide.
     #[inline(always)]
     pub fn has_guide(&self) -> bool {
         !self.guide.is_empty()
@@ -143,11 +144,11 @@ impl Table {
         [x.floor() as i32, y.floor() as i32]
     }
 
-    /// The index of exemplar pixel (x, y); of one that is farther outside than the tables reach, one that cannot win,
-    /// or where sides join the one meant.
+    /// Index of exemplar pixel (x, y). Pixels outside wrap along axes that wrap; beyond the padding, returns an index
+    /// that cannot win.
     #[inline(always)]
     pub(super) fn padded(&self, [x, y]: [i32; 2]) -> u32 {
-        let Plane { w, h, wrap } = self.plane;
+        let PixelPlane { w, h, wrap } = self.plane;
         let axis = simd::inlined(
             #[inline(always)]
             |k: i32, n: usize, wrap: bool| {
@@ -158,7 +159,7 @@ impl Table {
         (axis(y, h, wrap[1]) * index(self.stride) + axis(x, w, wrap[0])).cast_unsigned()
     }
 
-    /// The appearance at exemplar pixel (x, y), of the border where it is outside.
+    /// Appearance of exemplar pixel (x, y); outside, that of the border.
     #[inline(always)]
     pub(super) fn appearance_at(&self, at: [i32; 2]) -> &[f32; DIMS] {
         &self.appearance[self.padded(at) as usize]
@@ -191,7 +192,7 @@ impl Table {
         second.into_iter().chain(self.more.iter().map(move |more| more[at as usize]))
     }
 
-    /// A position brought inside where sides join.
+    /// Wraps a position along the axes that wrap.
     #[inline(always)]
     pub(super) fn wrapped(&self, [x, y]: [f32; 2]) -> [f32; 2] {
         let axis = simd::inlined(
@@ -204,13 +205,13 @@ impl Table {
         [axis(x, self.plane.w, self.plane.wrap[0]), axis(y, self.plane.h, self.plane.wrap[1])]
     }
 
-    /// Whether exemplar pixel (x, y) lies inside.
+    /// Returns whether exemplar pixel (x, y) lies inside.
     pub(super) fn holds(&self, [x, y]: [i32; 2]) -> bool {
-        let Plane { w, h, wrap } = self.plane;
+        let PixelPlane { w, h, wrap } = self.plane;
         (wrap[0] || (0..index(w)).contains(&x)) && (wrap[1] || (0..index(h)).contains(&y))
     }
 
-    /// Counts what a map shows.
+    /// Counts the uses of a map.
     pub fn factors(&self, even: &coverage::EvenUse, region: &Region, map: &[u32]) -> Factors {
         Factors::count(even, self.plane, self.usable_bins, region, |p| self.bin[map[p] as usize] as usize)
     }

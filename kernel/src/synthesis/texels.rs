@@ -1,12 +1,12 @@
-//! Exemplars: pictures of any number of channels, and the levels that are made of them.
-use super::plane::Plane;
+//! Exemplars: pictures with any number of channels, and the levels derived from them.
+use super::plane::PixelPlane;
 use crate::ground::cubic::catmull_rom;
 use crate::ground::real::Real;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// How values between the pixels of a picture are made, where coordinates lie between them.
+/// Filter for reading a picture between its pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Fetch {
     /// The nearest pixel: for masks and labels.
@@ -21,8 +21,8 @@ pub enum Fetch {
 /// A picture: rows from the top, the channels of a pixel side by side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texels<T> {
-    /// Size, and where sides join.
-    pub plane: Plane,
+    /// Size, and the axes that wrap.
+    pub plane: PixelPlane,
     /// Values per pixel.
     pub channels: usize,
     /// The values.
@@ -34,19 +34,19 @@ impl<T: Real> Texels<T> {
     ///
     /// # Panics
     /// If there are not `w`·`h`·`channels` values, or none.
-    pub fn new(plane: Plane, channels: usize, data: Vec<T>) -> Self {
+    pub fn new(plane: PixelPlane, channels: usize, data: Vec<T>) -> Self {
         assert!(!data.is_empty() && data.len() == plane.w * plane.h * channels, "a picture of {plane:?}");
         Self { plane, channels, data }
     }
 
-    /// The values of a pixel; outside, by the rule of the sides.
+    /// The values of a pixel; outside, wrapped or clamped per axis.
     #[inline(always)]
     pub fn at(&self, x: i32, y: i32) -> &[T] {
         let i = super::plane::Lookup::index(&self.plane, x, y) * self.channels;
         &self.data[i..i + self.channels]
     }
 
-    /// The values at a position, added to `out` with a weight.
+    /// Adds the weighted values at a position to `out`.
     #[inline(always)]
     pub fn add(&self, [x, y]: [T; 2], fetch: Fetch, weight: T, out: &mut [T]) {
         match fetch {
@@ -120,7 +120,7 @@ impl<T: Real> Texels<T> {
         out
     }
 
-    /// Blurred by a Gaussian of σ = h/2, cut at 4 σ: level `h` of the stack. Level 1 is the picture itself.
+    /// The picture blurred by a Gaussian of σ = h/2, cut at 4 σ: level `h` of the stack. Level 1 is the picture itself.
     #[must_use]
     pub fn blurred(&self, h: usize) -> Self {
         if h <= 1 {
@@ -132,10 +132,10 @@ impl<T: Real> Texels<T> {
     }
 
     fn convolve(&self, weights: &[T], across: bool) -> Self {
-        let (Plane { w, h, wrap }, c) = (self.plane, self.channels);
+        let (PixelPlane { w, h, wrap }, c) = (self.plane, self.channels);
         let n = if across { w } else { h };
         let radius = crate::ground::window::index(weights.len() / 2);
-        // Where each tap of each column or row comes from.
+        // Source of each tap of each column or row.
         let from: Vec<Vec<usize>> = (0..crate::ground::window::index(n))
             .map(|k| (k - radius..=k + radius).map(|k| mirrored(k, n, wrap[usize::from(!across)])).collect())
             .collect();
@@ -146,7 +146,7 @@ impl<T: Real> Texels<T> {
                 || {
                     if across {
                         let row = &self.data[y * w * c..(y + 1) * w * c];
-                        // The row extended by the reach of its taps, so that a tap is one shifted row.
+                        // Extend the row by the reach of its taps, so that each tap is one shifted row.
                         let reached = from[0].iter().chain(from[1..].iter().filter_map(|taps| taps.last()));
                         let padded: Vec<T> =
                             reached.flat_map(|&from| &row[from * c..(from + 1) * c]).copied().collect();
@@ -168,10 +168,10 @@ impl<T: Real> Texels<T> {
         Self { data, ..self.clone() }
     }
 
-    /// Half as large, each pixel the mean of 2×2 (of what is there at an odd border): the next level of the pyramid.
+    /// The next level of the pyramid: each pixel is the mean of 2×2 pixels (of fewer at an odd border).
     #[must_use]
     pub fn halved(&self) -> Self {
-        let plane = Plane { w: self.plane.w.div_ceil(2), h: self.plane.h.div_ceil(2), ..self.plane };
+        let plane = PixelPlane { w: self.plane.w.div_ceil(2), h: self.plane.h.div_ceil(2), ..self.plane };
         let mut data = Vec::with_capacity(plane.w * plane.h * self.channels);
         for y in 0..plane.h {
             for x in 0..plane.w {
@@ -187,10 +187,10 @@ impl<T: Real> Texels<T> {
     }
 }
 
-/// The column that stands for column `k` of `n`: beyond a side that does not join, the picture is mirrored.
+/// Maps column `k` to 0..`n`: wraps or mirrors.
 pub(super) fn mirrored(k: i32, n: usize, wrap: bool) -> usize {
     if wrap {
-        return Plane::bring(k, n, true);
+        return PixelPlane::bring(k, n, true);
     }
     let period = 2 * crate::ground::window::index(n);
     let k = k.rem_euclid(period);
@@ -220,7 +220,7 @@ mod tests {
     use shibo_engine::value::Window;
 
     fn picture(wrap: [bool; 2], value: impl Fn(usize, usize) -> f32) -> Texels<f32> {
-        let plane = Plane { w: 9, h: 7, wrap };
+        let plane = PixelPlane { w: 9, h: 7, wrap };
         Texels::new(plane, 2, (0..63).flat_map(|p| [value(p % 9, p / 9), -3.0 * value(p % 9, p / 9)]).collect())
     }
 
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cubic_filter_is_that_of_pictures_within_the_range_around() {
+    fn matches_cubic_filter_of_pictures_within_range() {
         for (wrap, outside) in [([true; 2], Outside::Wrap), ([false; 2], Outside::Clamp)] {
             let random = picture(wrap, noise);
             let plane: Vec<f32> = (0..63).map(|p| noise(p % 9, p / 9)).collect();

@@ -1,37 +1,37 @@
-//! The vote over what pixels show, once it is known which part of the exemplar the patches around them are.
+//! Votes on the pixels of a result: each patch found in the exemplar proposes values for the pixels that it covers.
 use super::patches::Patches;
-use super::plane::Plane;
+use super::plane::PixelPlane;
 use super::region::Region;
 use crate::ground::math::exp;
 use crate::ground::simd;
 use crate::ground::window::{index, offset};
 use rayon::prelude::*;
 
-/// How far away patches lie that vote, at the most.
+/// Maximum distance of the patches that vote.
 pub(super) const REACH: i32 = 2;
 
-/// How much it counts that a piece of the exemplar is continued, beside that its colour is the mean of all that is said:
-/// less makes smaller pieces, more leaves joints where they are.
+/// Weight of continuing a piece of the exemplar, relative to matching the mean colour of the votes. Lower values make
+/// smaller pieces, higher ones leave joints in place.
 const TOGETHER: f32 = 0.05;
 
-/// What the patch around a pixel of the result is: which one of the exemplar, and how much that counts; 0 if it was not looked
-/// up.
+/// The exemplar patch found for a pixel of the result, and the weight of its votes; 0 if none was looked up.
 #[derive(Clone, Copy)]
-pub(super) struct Found {
+pub(super) struct FoundPatch {
     pub(super) at: u32,
     pub(super) weight: f32,
 }
 
-/// Whether only every second patch of every second row of a region is looked up: at the finest level that is enough.
+/// Returns whether only every second patch of every second row of a region is looked up: at the finest level this is
+/// enough.
 pub(super) fn sparse(region: &Region) -> bool {
     region.h == 1
 }
 
-/// Lets the patches around every pixel that is `near` a joint, and not `fixed`, say what it shows.
+/// Replaces every pixel that is `near` a joint and not `fixed` by the vote of the patches around it.
 pub(super) fn vote(
     patches: &Patches,
     region: &Region,
-    found: &[Found],
+    found: &[FoundPatch],
     (near, fixed): (&[bool], &[bool]),
     map: &mut [u32],
 ) {
@@ -68,16 +68,16 @@ pub(super) fn vote(
 struct Election<'a> {
     patches: &'a Patches,
     region: &'a Region,
-    found: &'a [Found],
-    /// Those that vote for pixels of even and odd columns of even rows, then of odd ones.
+    found: &'a [FoundPatch],
+    /// The voting patches for pixels in even and odd columns of even rows, then of odd rows.
     lists: &'a [Vec<Around>; 4],
-    /// All of them.
+    /// All patches within reach.
     square: &'a [Around],
     reach: usize,
 }
 
-/// A patch that votes: how many columns and rows away it lies, what is added to the index of a pixel to get to it where no
-/// side is near, what its index in the exemplar is more by, and what it counts by its distance.
+/// A voting patch: `to` in columns and rows; `away` is the difference of map indices away from the sides; `step` is the
+/// difference of exemplar indices; `bell` is the weight by distance.
 struct Around {
     to: [i32; 2],
     away: usize,
@@ -85,13 +85,13 @@ struct Around {
     bell: f32,
 }
 
-/// What has been said of a pixel, and how much that counts.
+/// Proposed exemplar pixels, and the sum of their weights.
 type Votes = [(u32, f32); 25];
 
 impl Election<'_> {
     #[inline(always)]
     fn elect(&self, (x, y): (usize, usize), own: u32) -> u32 {
-        let Plane { w, h, .. } = self.region.plane;
+        let PixelPlane { w, h, .. } = self.region.plane;
         let inner = x >= self.reach && y >= self.reach && x + self.reach < w && y + self.reach < h;
         let [first, top] = self.region.start;
         let list = &self.lists[offset(((first + index(x)) & 1) + 2 * ((top + index(y)) & 1))];
@@ -114,7 +114,7 @@ impl Election<'_> {
         }
     }
 
-    /// The votes where no side is near; the place of each is there.
+    /// Collects the votes of a pixel away from the sides, where no patch is missing.
     #[inline(always)]
     fn inner(&self, p: usize, list: &[Around], votes: &mut Votes) -> (usize, f32) {
         let (mut count, mut total, mut last) = (0, 0.0, 0);
@@ -129,15 +129,16 @@ impl Election<'_> {
     #[cold]
     #[inline(never)]
     fn border(&self, [x, y]: [i32; 2], votes: &mut Votes) -> (usize, f32) {
-        let Plane { w, h, wrap } = self.region.plane;
+        let PixelPlane { w, h, wrap } = self.region.plane;
         let outside = |k: i32, n: usize, wrap: bool| !wrap && !(0..index(n)).contains(&k);
         let (mut count, mut total, mut last) = (0, 0.0, 0);
         for &Around { to: [dx, dy], bell, .. } in self.square {
             if outside(x + dx, w, wrap[0]) || outside(y + dy, h, wrap[1]) {
                 continue;
             }
-            let weight =
-                self.found[Plane::bring(y + dy, h, wrap[1]) * w + Plane::bring(x + dx, w, wrap[0])].weight * bell;
+            let weight = self.found[PixelPlane::bring(y + dy, h, wrap[1]) * w + PixelPlane::bring(x + dx, w, wrap[0])]
+                .weight
+                * bell;
             if weight > 0.0 {
                 let at = self.patches.continued(self.region, [x, y], [dx, dy], |q| self.found[q].at);
                 self.add((at, weight), votes, &mut count, &mut total, &mut last);
@@ -163,7 +164,7 @@ impl Election<'_> {
         *total += weight;
     }
 
-    /// Of what was said, what is most like the mean of it, and most often said.
+    /// The vote closest to the weighted mean; frequent votes are preferred.
     #[inline(always)]
     fn best(&self, votes: &[(u32, f32)], total: f32) -> u32 {
         let (scale, unit) = (1.0 / total, self.patches.unit());

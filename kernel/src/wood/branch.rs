@@ -1,6 +1,6 @@
-//! The time at which branches reach a point, and how times are blended (Momoi & Takatera 2014, §3.6, eqs 14–18).
+//! The time at which branches reach a point, and the blending of times (Momoi & Takatera 2014, §3.6, eqs 14–18).
 //!
-//! θ of (15) is taken as the angle between the axis and the way from b1 to the point: as printed, with b2, it would
+//! θ of (15) is taken as the angle between the axis and the vector from b1 to the point: as printed, with b2, it would
 //! always be 90°. Several branches are combined as 1/T² = 1/T1² + Σ 1/T2², which does not depend on their order.
 //!
 //! Cost: about 1.5 ns a point and branch in single precision.
@@ -34,14 +34,14 @@ impl<R: Real> Axis<R> {
         }
     }
 
-    /// The way from the branch's start to a point.
+    /// The vector from the branch's start to a point.
     #[inline(always)]
     fn way_from_start(&self, p: [R; 3]) -> [R; 3] {
         let b = self.start;
         [p[0] - b[0], p[1] - b[1], p[2] - b[2]]
     }
 
-    /// How far along the branch's direction a point lies: 0 or less behind the plane F.
+    /// Distance of a point along the branch's direction: 0 or less behind the plane F.
     #[inline(always)]
     fn along(&self, p: [R; 3]) -> R {
         let (v, u) = (self.way_from_start(p), self.direction);
@@ -61,11 +61,11 @@ impl<R: Real> Axis<R> {
     }
 }
 
-/// Points computed together.
+/// Number of points computed together.
 const RUN: usize = 64;
 
-/// Calls `body(from, to, sums)` for runs of points with Σ T2^-2 over all branches, for eq (18) with several
-/// branches. Branch by branch over the points of a run, so that the inner loop is simple.
+/// Calls `body(from, to, sums)` for runs of points with Σ T2^-2 over all branches, for eq (18) with several branches.
+/// Loops over branches outside and over the points of a run inside, so that the inner loop is simple.
 #[inline(always)]
 fn inverse_squares<R: Real>(branches: &[Axis<R>], at: &Places<'_, R>, mut body: impl FnMut(usize, usize, &[R; RUN])) {
     for from in (0..at.x.len()).step_by(RUN) {
@@ -77,7 +77,7 @@ fn inverse_squares<R: Real>(branches: &[Axis<R>], at: &Places<'_, R>, mut body: 
             for (((x, y), z), along) in points().zip(&mut along) {
                 *along = branch.along([*x, *y, *z]);
             }
-            // Many runs lie behind the plane F of a branch as a whole, where it adds nothing.
+            // Many runs lie completely behind the plane F of a branch, where it adds nothing.
             if !along[..to - from].iter().fold(false, |any, s| any | (*s > R::ZERO)) {
                 continue;
             }
@@ -114,8 +114,8 @@ pub fn branch_time<R: Real>(branches: &[Axis<R>], at: &Places<'_, R>, out: &mut 
     );
 }
 
-/// (a^-k + b^-k)^(-1/k) of two times, `b` possibly infinite: eq (18) for k = 2, the minimum for k = ∞. Times of 0 and
-/// less are taken as they are: the smaller one.
+/// (a^-k + b^-k)^(-1/k) of two times, `b` possibly infinite: eq (18) for k = 2, the minimum for k = ∞. If a time is 0
+/// or less, returns the smaller one.
 #[inline(always)]
 pub fn blend<R: Real>(a: R, b: R, power: Power<R>) -> R {
     let (small, large) = (a.smaller(b), a.larger(b));
@@ -133,7 +133,7 @@ pub fn blend<R: Real>(a: R, b: R, power: Power<R>) -> R {
     }
 }
 
-/// The k of a blend.
+/// The exponent k of a blend.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Power<R> {
     /// ∞.
@@ -147,7 +147,7 @@ pub enum Power<R> {
 }
 
 impl<R: Real> Power<R> {
-    /// Of a number.
+    /// Converts from a number.
     pub fn of(k: f64) -> Self {
         match k {
             k if k.is_infinite() => Self::Minimum,
@@ -162,7 +162,7 @@ impl<R: Real> Power<R> {
 pub fn blend_all<R: Real>(a: &mut [R], b: &[R], power: Power<R>) {
     dispatch(
         #[inline(always)]
-        // A loop for each power: with the choice inside, it would not vectorise.
+        // One loop per power: with a branch inside, it would not vectorise.
         || match power {
             Power::Minimum => blend_each(a, b, Power::Minimum),
             Power::Two => blend_each(a, b, Power::Two),
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn planes_are_blended_as_numbers_are() {
+    fn blends_slices_like_numbers() {
         let b = times(&branches::<f32>());
         let a: Vec<f32> = (0..500u16).map(|i| f32::from(i) * 0.07 - 1.0).collect();
         for k in [f64::INFINITY, 2.0, 4.0, 1.5] {

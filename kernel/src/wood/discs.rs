@@ -1,47 +1,47 @@
-//! Places that lie evenly but not in rows: Poisson discs on a torus, in the order in which they fill it.
+//! Evenly spread points without rows: Poisson discs on a torus, in the order in which they were placed.
 //!
-//! M. McCool and E. Fiume, "Hierarchical Poisson disk sampling distributions" (1992): darts are thrown at a torus, none closer to
-//! an earlier one than a distance that shrinks as it fills. So every beginning of the list is as even as the whole, and a
-//! share of the places is taken by their rank without clumps and holes. A raster tells which place is nearest to a point, with one
-//! look-up; it is exact where the nearest place is nearer than half the distance of places less a twelfth of a cell. Made once,
-//! in about 10 ms; 130 KB.
+//! M. McCool and E. Fiume, "Hierarchical Poisson disk sampling distributions" (1992): darts are thrown at a torus and
+//! rejected if closer to an earlier one than a distance, which shrinks as the torus fills. So every prefix of the list
+//! is as even as the whole, and selecting a share of the points by their rank leaves no clumps and holes. A raster
+//! gives the point nearest to a position with one look-up; it is exact where the nearest point is nearer than half the
+//! distance of points less a twelfth of a cell. Made once, in about 10 ms; 130 KB.
 use crate::ground::hash::Hash;
 use crate::ground::math;
 use std::sync::OnceLock;
 
-/// The torus has as many cells on a side, with one place each on average.
+/// Number of cells along a side of the torus; a cell has one point on average.
 pub const SIDE: u16 = 32;
 
-/// How many places there are.
+/// Number of points.
 const COUNT: usize = SIDE as usize * SIDE as usize;
 
-/// Points of the raster in a cell, on a side.
+/// Raster positions along a side of a cell.
 const FINE: u16 = 8;
 
-/// Points of the raster on a side.
+/// Raster positions along a side of the torus.
 const RASTER: usize = SIDE as usize * FINE as usize;
 
-/// The distance of places is at first this, over the root of their number; 0.83 fills the torus.
+/// Initial distance of points, times the root of their number; 0.83 fills the torus.
 const NEAR: f32 = 0.76;
 
-/// Darts that may miss before the distance shrinks.
+/// Number of misses after which the distance shrinks.
 const MISSES: u32 = 300;
 
-/// Places on a torus of [`SIDE`] cells.
+/// Points on a torus of [`SIDE`] cells.
 #[derive(Debug)]
 pub struct Discs {
     places: Vec<[f32; 2]>,
     nearest: Vec<u16>,
 }
 
-/// A place as seen from a point.
+/// The point nearest to a position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Near {
-    /// Which of the places, also in which repetition of the torus.
+    /// Id of the point, different for each repetition of the torus.
     pub id: [i32; 2],
-    /// How early it is among all places, 0..1.
+    /// Its rank in the order of placing, 0..1.
     pub rank: f32,
-    /// Where it stands, in cells.
+    /// Its position, in cells.
     pub at: [f32; 2],
 }
 
@@ -57,7 +57,7 @@ fn square(a: [f32; 2], b: [f32; 2]) -> f32 {
     x * x + y * y
 }
 
-/// The places of each cell of the torus.
+/// The points of each cell of the torus.
 struct Cells(Vec<Vec<u16>>);
 
 impl Cells {
@@ -71,7 +71,7 @@ impl Cells {
         (y.rem_euclid(side) * side + x.rem_euclid(side)).cast_unsigned() as usize
     }
 
-    /// The places at most `reach` cells away, and some more.
+    /// The points at most `reach` cells away, and some more.
     fn around(&self, at: [f32; 2], reach: i32) -> impl Iterator<Item = u16> + '_ {
         let [x, y] = Self::cell(at);
         let rows = (-reach..=reach).flat_map(move |j| (-reach..=reach).map(move |i| [x + i, y + j]));
@@ -80,7 +80,7 @@ impl Cells {
 }
 
 impl Discs {
-    /// The places, the same for everyone.
+    /// Returns the points, a shared constant.
     pub fn get() -> &'static Self {
         static DISCS: OnceLock<Discs> = OnceLock::new();
         DISCS.get_or_init(Self::new)
@@ -98,7 +98,7 @@ impl Discs {
             let far = |i: u16| square(places[usize::from(i)], at) >= distance * distance;
             #[expect(clippy::cast_possible_truncation, reason = "at most the torus")]
             let reach = distance.ceil() as i32;
-            // While there are few places, all are nearer at hand than those of many cells.
+            // While there are few points, testing all is cheaper than testing many cells.
             let free = if places.len() < 400 {
                 places.iter().all(|place| square(*place, at) >= distance * distance)
             } else {
@@ -120,7 +120,7 @@ impl Discs {
         let nearest = |k: usize| {
             let at = [k % RASTER, k / RASTER].map(|v| (v as f32 + 0.5) * step);
             let mut best = (f32::INFINITY, 0);
-            // Nearly always there is one in the cells around.
+            // The nearest point is nearly always in the cells around.
             for reach in [1, 2] {
                 if best.0 > 1.0 {
                     for i in cells.around(at, reach) {
@@ -135,7 +135,7 @@ impl Discs {
         Self { places, nearest }
     }
 
-    /// The place nearest to a point, in cells.
+    /// The point nearest to a position, in cells.
     #[inline(always)]
     pub fn near(&self, x: f32, y: f32) -> Near {
         let ((_, ix), (_, iy)) = (math::floor_int(x * f32::from(FINE)), math::floor_int(y * f32::from(FINE)));
@@ -143,7 +143,7 @@ impl Discs {
         let index = self.nearest[on(iy) * RASTER + on(ix)];
         let place = self.places[usize::from(index)];
         let side = f32::from(SIDE);
-        // The repetition of the torus in which the place is nearest.
+        // The repetition of the torus that is nearest.
         let turn = |v: f32, place: f32| math::floor_int((v - place) * (1.0 / side) + 0.5);
         let ((tx, cx), (ty, cy)) = (turn(x, place[0]), turn(y, place[1]));
         let at = [place[0] + tx * side, place[1] + ty * side];
@@ -156,9 +156,9 @@ impl Discs {
 mod tests {
     use super::*;
 
-    /// Every beginning of the list keeps its distance: no clumps, whatever share of the places is taken.
+    /// Every prefix of the list keeps its distance: no clumps, whatever share of the points is selected.
     #[test]
-    fn every_beginning_is_even() {
+    fn keeps_every_prefix_even() {
         let discs = Discs::get();
         for n in [64, 400, COUNT] {
             let cell = f32::from(SIDE) / (n as f32).sqrt();
@@ -173,9 +173,9 @@ mod tests {
         }
     }
 
-    /// No rows: the spectrum of the places has no peak. That of a jittered grid has.
+    /// The spectrum of the points has no peak, so there are no rows. A jittered grid has peaks.
     #[test]
-    fn there_are_no_rows() {
+    fn has_no_peak_in_spectrum() {
         let discs = Discs::get();
         let power = |u: f64, v: f64| {
             let (mut re, mut im) = (0.0, 0.0);
@@ -190,7 +190,7 @@ mod tests {
         for (u, v) in [(side, 0.0), (0.0, side), (side, side), (side, -side)] {
             assert!(power(u, v) < 20.0, "{u} {v} {}", power(u, v));
         }
-        // And no clumps: nearly no power in long waves.
+        // Nearly no power in long waves, so there are no clumps.
         let long = (1..=16).map(|k| power(f64::from(k), 0.0) + power(0.0, f64::from(k))).sum::<f64>() / 32.0;
         assert!(long < 0.15, "{long}");
     }

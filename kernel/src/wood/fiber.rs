@@ -1,4 +1,4 @@
-//! Fibre space: coordinates that run with the fibres, in which streaks, pores and rays are drawn.
+//! Fibre space: coordinates that follow the fibres, in which streaks, pores and rays are drawn.
 //!
 //! a = v_h (T - T_e) is the radius measured by the rings: points of equal a are rings of equal time. θ' = θ + δ/d,
 //! where δ is the sideways displacement of the fibres: their wander, the spiral of the stem, curl, and the flow around
@@ -11,26 +11,26 @@ use crate::ground::simd::dispatch;
 use crate::noise::noise3::{Noise3, visible};
 use glam::{DVec3, Vec3};
 
-/// How fibres run.
+/// Settings of fibres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FiberStyle {
-    /// Elongation and thickening in mm a year, and the height of the ground in mm.
+    /// Elongation in mm a year.
     pub elongation: f32,
-    /// See above.
+    /// Thickening in mm a year.
     pub thickening: f32,
-    /// See above.
+    /// Height of the ground in mm.
     pub ground: f32,
-    /// How much fibres wander; 1 is natural.
+    /// Wander of fibres; 1 is natural.
     pub wander: f32,
     /// The slope of spiral grain, as a tangent.
     pub spiral: f32,
-    /// How far curly grain swings, in mm.
+    /// Amplitude of curly grain in mm.
     pub curl: f32,
-    /// The length of a wave of curly grain in mm.
+    /// Wavelength of curly grain in mm.
     pub curl_length: f32,
-    /// How irregular these waves are.
+    /// Irregularity of these waves.
     pub curl_chaos: f32,
-    /// The slope of interlocked grain, as a tangent; it changes sides from layer to layer.
+    /// The slope of interlocked grain, as a tangent; its sign alternates from layer to layer.
     pub interlock: f32,
     /// The thickness of two layers of interlocked grain in mm.
     pub interlock_pitch: f32,
@@ -41,21 +41,21 @@ pub struct FiberStyle {
 pub struct Obstacle {
     start: Vec3,
     direction: Vec3,
-    /// The horizontal direction sideways of the branch.
+    /// The horizontal direction perpendicular to the branch.
     side: Vec3,
-    /// Its radius over the distance from its start.
+    /// Its radius divided by the distance from its start.
     taper: f32,
     length: f32,
 }
 
-/// The distance, in radii, beyond which a knot moves no fibre.
+/// Reach of a knot's effect on fibres, in its radii.
 const REACH: f32 = 8.0;
 const RUN: usize = 64;
-/// The step in height, in mm, of the finite difference that gives the slope of the flow around knots.
+/// Height step in mm of the finite difference for the slope of the flow around knots.
 const LIFT: f32 = 0.5;
 
 impl Obstacle {
-    /// A branch that thickens at `ratio` times the speed of the trunk.
+    /// A branch whose thickening is `ratio` times that of the trunk.
     pub fn new(start: DVec3, direction: DVec3, length: f64, ratio: f64) -> Self {
         let side = direction.cross(DVec3::Z).try_normalize().unwrap_or(DVec3::X);
         let narrow = crate::ground::number::narrow;
@@ -76,7 +76,7 @@ impl Obstacle {
         s + radius > 0.0 && away < REACH * self.taper * math::min(s + radius, self.length)
     }
 
-    /// How far it moves the fibres at a point sideways, and how much the point is inside it.
+    /// Sideways displacement of the fibres at a point, and how far the point is inside the branch (0..1).
     #[inline(always)]
     fn push(&self, x: f32, y: f32, z: f32) -> (f32, f32) {
         let v = [x - self.start.x, y - self.start.y, z - self.start.z];
@@ -102,7 +102,7 @@ pub struct Fibers {
     noise: [Noise3; 8],
 }
 
-/// The displacement of fibres from those of an even tree, sideways and outwards, or its derivative by height.
+/// The displacement of fibres relative to an even tree, sideways and outwards, or its derivative by height.
 #[derive(Clone, Copy)]
 struct Displacement {
     sideways: [f32; RUN],
@@ -143,12 +143,12 @@ impl Wander {
 }
 
 impl Fibers {
-    /// From their parameters.
+    /// Prepares fibres from their settings.
     pub fn new(style: FiberStyle, obstacles: Vec<Obstacle>, hash: Hash) -> Self {
         Self { style, obstacles, noise: std::array::from_fn(|i| Noise3::new(hash, i as u64)) }
     }
 
-    /// The displacements of fibres at up to [`RUN`] points, `dx` and `dy` counting from the pith; with `SLOPE` their
+    /// The displacements of fibres at up to [`RUN`] points, `dx` and `dy` relative to the pith; with `SLOPE` their
     /// derivative with respect to height.
     #[inline(always)]
     fn displacement<const SLOPE: bool>(
@@ -188,7 +188,7 @@ impl Fibers {
                 if SLOPE {
                     push = (obstacle.push(x[i], y[i], z[i] + LIFT).0 - push) * (1.0 / LIFT);
                 }
-                // The side of the branch is that of growing angles where it points away from the pith.
+                // The branch's side has the direction of growing angles if the branch points away from the pith.
                 out.sideways[i] += push;
                 let more = inside > out.inside[i];
                 out.inside[i] = if more { inside } else { out.inside[i] };
@@ -233,7 +233,7 @@ impl Fibers {
         }
     }
 
-    /// X, Y and Z of points with the (even) growth times `time`.
+    /// X, Y and Z of points whose growth time in the even tree is `time`.
     pub fn place(&self, trunk: &Trunk<f32>, at: &Places<'_, f32>, time: &[f32], pixel: f32, out: [&mut [f32]; 3]) {
         let [px, py, pz] = out;
         pz.copy_from_slice(at.z);
@@ -335,7 +335,7 @@ mod tests {
     use crate::wood::fit::{Scheme, equalize, fit};
     use crate::wood::trunk::Rows;
 
-    /// The direction at a point is that of the fibre through it, however many other points are asked for.
+    /// The direction at a point is that of the fibre through it, however many other points are evaluated.
     #[test]
     fn fibres_run_with_the_trunk_at_every_point() {
         let nodes = [(-30.0, 0.0), (0.0, 48.0), (-30.0, 96.0), (10.0, 160.0)].map(|(x, z)| DVec3::new(x, 0.2 * x, z));

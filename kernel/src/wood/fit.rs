@@ -3,17 +3,17 @@
 //! Eq (4) is used with C1 = (7 C0 + 6 C3 - C6) / 12; the printed weights have a wrong sign and do not sum up to 1.
 use glam::DVec3;
 
-/// How a curve is laid through nodes.
+/// The curve through nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scheme {
     /// The natural cubic spline with unit knots: C2. Through three nodes it is eq (4).
     #[default]
     Natural,
-    /// Eq (4) on overlapping triples: C1, a node moves only the segments next to it.
+    /// Eq (4) on overlapping triples: C1, a node changes only the segments next to it.
     Local,
 }
 
-/// Why nodes do not make a skeleton.
+/// Reasons why nodes make no skeleton.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FitError {
     /// Fewer than two nodes.
@@ -26,10 +26,10 @@ pub enum FitError {
     TangentFalls(usize),
 }
 
-/// Refuses nodes that do not rise.
+/// Rejects nodes that do not rise.
 ///
 /// # Errors
-/// The first node at fault.
+/// Returns the first node at fault.
 pub fn check_nodes(nodes: &[DVec3]) -> Result<(), FitError> {
     if let Some(i) = nodes.iter().position(|n| !n.is_finite()) {
         return Err(FitError::NotFinite(i));
@@ -82,7 +82,7 @@ fn natural(nodes: &[DVec3]) -> Vec<DVec3> {
     m
 }
 
-/// Half the distance of the neighbours inside; at the ends as eq (4) has it for the first and last triple.
+/// Half the difference of the neighbours inside; at the ends as in eq (4) for the first and last triple.
 fn local(nodes: &[DVec3]) -> Vec<DVec3> {
     let n = nodes.len();
     let mut m: Vec<DVec3> = (0..n).map(|i| 0.5 * (nodes[(i + 1).min(n - 1)] - nodes[i.saturating_sub(1)])).collect();
@@ -92,11 +92,11 @@ fn local(nodes: &[DVec3]) -> Vec<DVec3> {
     m
 }
 
-/// Moves the inner control points of every segment along the end tangents until the four heights are evenly spaced
-/// (eqs 5–8). Gives the largest shift in mm too.
+/// Moves the inner control points of every segment along the end tangents until the four heights are evenly spaced (eqs
+/// 5–8). Also returns the largest shift in mm.
 ///
 /// # Errors
-/// The first node at which the curve does not rise, or whose height is not above that of the node before.
+/// Returns the first node at which the curve does not rise, or whose height is not above that of the node before.
 pub fn equalize(trunk: &[[DVec3; 4]]) -> Result<(Vec<[DVec3; 4]>, f64), FitError> {
     let mut shift = 0.0_f64;
     let mut even = Vec::with_capacity(trunk.len());
@@ -121,7 +121,7 @@ pub fn equalize(trunk: &[[DVec3; 4]]) -> Result<(Vec<[DVec3; 4]>, f64), FitError
     Ok((even, shift))
 }
 
-/// The point of an even trunk at height `z`; beyond its ends on the prolonged tangents, which the source leaves open.
+/// The point of an even trunk at height `z`; beyond its ends on the extended tangents, which the source leaves open.
 pub fn point_at(trunk: &[[DVec3; 4]], z: f64) -> DVec3 {
     let i = trunk.partition_point(|c| c[3].z <= z).min(trunk.len().saturating_sub(1));
     let Some(&[c0, c1, c2, c3]) = trunk.get(i) else { return DVec3::new(0.0, 0.0, z) };
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn says_what_is_wrong() {
+    fn reports_faulty_nodes() {
         let at = |z: f64| DVec3::new(0.0, 0.0, z);
         assert_eq!(fit(&[at(0.0)], Scheme::Natural), Err(FitError::TooFew));
         assert_eq!(fit(&[at(0.0), at(5.0), at(4.0)], Scheme::Natural), Err(FitError::Falls(2)));

@@ -1,10 +1,10 @@
 //! Branches blended relative to their births: knots without kinks that live or die, darken, and have bark.
 //!
 //! Beyond the source (Momoi & Takatera 2014, §3.6 and §5.3). Eq (18) blends whole ages, so a branch high up moves rings
-//! far away, and it jumps at b1. Blending the times since the branch's birth, t = T - T_α, is continuous everywhere: at
-//! b1 both go to 0 and a blend never exceeds its smaller argument. Several branches: δ = T1 - blend each, T = T1 - (Σ
-//! δ^4)^¼, in any order. Where a branch's share is below an eighth it is faded out, so that far branches can be
-//! skipped.
+//! far away, and the result is discontinuous at b1. Blending the times since the branch's birth, t = T - T_α, is
+//! continuous everywhere: at b1 both go to 0 and a blend never exceeds its smaller argument. Several branches: δ = T1 -
+//! blend each, T = T1 - (Σ δ^4)^¼, in any order. A branch whose share is below a quarter fades out, down to an eighth,
+//! so that far branches can be skipped.
 use super::trunk::{Places, Rows};
 use crate::ground::hash::Hash;
 use crate::ground::math;
@@ -20,36 +20,36 @@ pub struct Knot {
     side: [Vec3; 2],
     length: f32,
     birth: f32,
-    /// How many years it lived.
+    /// Lifetime in years.
     life: f32,
     thickening: f32,
     noise: Noise3,
 }
 
-/// What knots have in common.
+/// Settings shared by all knots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KnotStyle {
     /// Elongation in mm a year.
     pub elongation: f32,
-    /// Thickening of the trunk in mm a year, which tells how thick a knot is at a distance from the pith.
+    /// Thickening of the trunk in mm a year, which gives the thickness of a knot at a distance from the pith.
     pub thickening: f32,
-    /// The k of the blend.
+    /// The exponent k of the blend.
     pub power: f32,
-    /// By how many years rings dip towards a dead stub.
+    /// Number of years by which rings dip towards a dead stub.
     pub dip: f32,
     /// The thickness of bark around a dead stub in mm.
     pub bark: f32,
-    /// How much knots differ from circles, 0..1.
+    /// Deviation of knots from circles, 0..1.
     pub lobes: f32,
 }
 
-/// A branch has no effect below the first of these shares of the other time, and its full effect from the second on.
+/// Shares of the other time at which the effect of a branch begins, and at which it is full.
 const FADE: (f32, f32) = (0.12, 0.25);
-/// Points computed together.
+/// Number of points computed together.
 const RUN: usize = 64;
 
 impl Knot {
-    /// A branch from `start` in `direction` (of length 1), born in the year `birth`, that lived `life` years.
+    /// A branch from `start` in `direction` (of length 1), born in the year `birth`, with a lifetime of `life` years.
     pub fn new(
         start: DVec3,
         direction: DVec3,
@@ -73,7 +73,7 @@ impl Knot {
         }
     }
 
-    /// Whether it has an effect on points within `radius` of `centre` whose trunk times are at most `latest`.
+    /// Returns whether the branch affects points within `radius` of `centre` whose trunk times are at most `latest`.
     fn reaches(&self, centre: Vec3, radius: f32, latest: f32, style: &KnotStyle) -> bool {
         let v = centre - self.start;
         let s = v.dot(self.direction);
@@ -95,7 +95,7 @@ struct Sums {
     bark: [f32; RUN],
 }
 
-/// Blends knots into the trunk's time: the time, how much of a point belongs to a branch (0..1), and bark (0..1), drawn
+/// Blends knots into the trunk's time. Outputs the time, the share of a branch at each point (0..1), and bark (0..1),
 /// with edges of `pixel` mm.
 pub fn blend(knots: &[Knot], style: &KnotStyle, at: &Places<'_, f32>, trunk: &[f32], pixel: f32, out: [&mut [f32]; 3]) {
     let [time, share, bark] = out;
@@ -125,7 +125,7 @@ pub fn blend(knots: &[Knot], style: &KnotStyle, at: &Places<'_, f32>, trunk: &[f
     );
 }
 
-/// A ball around points.
+/// A bounding ball of points.
 fn ball(at: &Places<'_, f32>) -> (Vec3, f32) {
     let range = |v: &[f32]| v.iter().fold((f32::MAX, f32::MIN), |(l, h), &v| (math::min(l, v), math::max(h, v)));
     let ((x0, x1), (y0, y1), (z0, z1)) = (range(at.x), range(at.y), range(at.z));
@@ -264,7 +264,7 @@ mod tests {
             t
         };
         let whole = run(0, 300);
-        // The bits do not depend on which points are computed together.
+        // The bits do not depend on the points that are computed together.
         for (from, to) in [(0, 7), (50, 300), (129, 130)] {
             assert_eq!(run(from, to), whole[from..to]);
         }

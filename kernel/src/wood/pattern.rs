@@ -1,4 +1,4 @@
-//! The colours of a year: looked up by the fraction of the growth time (Momoi & Takatera 2014, §4.3). A whole number is
+//! The colours of a year, indexed by the fraction of the growth time (Momoi & Takatera 2014, §4.3). A whole number is
 //! the start of early wood; interpolation is cyclic.
 
 /// The fraction of a time within its year, 0 ≤ x < 1, also for negative times.
@@ -8,7 +8,7 @@ pub fn phase(time: f64) -> f64 {
     if f < 1.0 { f } else { 0.0 }
 }
 
-/// The entry of a table of `n` at `time`: floor(frac(T) · n).
+/// The index in a table of `n` entries at `time`: floor(frac(T) · n).
 #[inline(always)]
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 ≤ frac · n, limited to the table")]
 pub fn index(time: f64, n: usize) -> usize {
@@ -35,7 +35,7 @@ pub fn linear(table: &[[f32; 3]], time: f64) -> [f32; 3] {
 }
 
 /// A table of `n` entries from stops in ascending order, cyclic; each entry is the mean of the ramp over its part of
-/// the year. Two stops at the same place make an edge.
+/// the year. Two stops at the same position make an edge.
 #[expect(clippy::cast_possible_truncation, reason = "colours are f32")]
 pub fn table(stops: &[(f64, [f32; 3])], n: usize) -> Vec<[f32; 3]> {
     let at = |phase: f64| -> [f32; 3] {
@@ -60,7 +60,7 @@ pub fn table(stops: &[(f64, [f32; 3])], n: usize) -> Vec<[f32; 3]> {
     (0..n).map(entry).collect()
 }
 
-/// Increases or reduces the contrast of the colours of a table: distances from the mean, in the logarithm, times
+/// Scales the contrast of the colours of a table: multiplies their distance from the mean, in the logarithm, by
 /// `contrast`.
 pub fn contrast(table: &mut [[f32; 3]], contrast: f32) {
     if contrast == 1.0 {
@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn stops_become_means() {
+    fn averages_stops_per_entry() {
         let table = table(&[(0.0, [0.0; 3]), (0.5, [1.0; 3]), (0.5, [0.0; 3]), (1.0, [0.0; 3])], 8);
         for (entry, want) in table.iter().zip([0.125, 0.375, 0.625, 0.875, 0.0, 0.0, 0.0, 0.0]) {
             assert!((entry[0] - want).abs() < 1e-6, "{entry:?}");

@@ -1,48 +1,48 @@
-//! Pieces of wood: boards, blocks and veneers, each cut from another place of a tree and along another direction.
+//! Pieces of wood: boards, blocks and veneers, each cut from another position in a tree and along another direction.
 use crate::ground::hash::Hash;
 use crate::ground::number::narrow;
 use crate::ground::simd::dispatch;
 use crate::region::pieces::runs;
 use glam::{DQuat, DVec3};
 
-/// Where a piece lies in the tree: its middle, and the directions of its own x and y axes, of length 1.
+/// Position of a piece in the tree: its middle, and the directions of its own x and y axes, of length 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Piece {
-    /// The point in its middle, in mm.
+pub struct WoodPiece {
+    /// Middle, in mm.
     pub middle: DVec3,
-    /// Along it.
+    /// Direction of the x axis.
     pub along: DVec3,
-    /// Across it.
+    /// Direction of the y axis.
     pub across: DVec3,
 }
 
-/// How pieces differ from each other, by chance.
+/// Random variation of pieces.
 #[derive(Clone, Copy, Debug)]
 pub struct Scatter {
-    /// Where they would all be cut.
-    pub from: Piece,
-    /// About what they are tilted: the direction of their breadth, of length 1.
+    /// The piece without variation.
+    pub from: WoodPiece,
+    /// Axis of the tilt: the direction of the pieces' breadth, of length 1.
     pub tilt: DVec3,
-    /// How far their middles lie from there at most, in mm, in x, y and z.
+    /// Maximum shift of their middles, in mm, in x, y and z.
     pub spread: DVec3,
-    /// By how many degrees at most they are turned about the vertical and tilted about their breadth.
+    /// Maximum rotation about the vertical, and maximum tilt about the breadth, in degrees.
     pub turn: [f64; 2],
-    /// Whether half of them are turned end for end.
+    /// True if half of them are rotated end for end.
     pub flip: bool,
-    /// What decides.
+    /// Random numbers.
     pub hash: Hash,
 }
 
-/// What happened to a piece: yaw, pitch and turn in its own plane, in degrees.
+/// Rotation of a piece: yaw, pitch and rotation in its own plane, in degrees.
 pub type Turned = [f64; 3];
 
 impl Scatter {
-    /// The piece with a number, and how it is turned.
+    /// The piece with an id, and its rotation.
     #[expect(clippy::cast_possible_truncation, reason = "numbers of pieces are whole")]
-    pub fn piece(&self, id: f32) -> (Piece, Turned) {
+    pub fn piece(&self, id: f32) -> (WoodPiece, Turned) {
         let hash = self.hash.with((id.round() as i64).cast_unsigned());
         let draw = |k: u64| 2.0 * hash.unit(k) - 1.0;
-        let Piece { middle, along, across } = self.from;
+        let WoodPiece { middle, along, across } = self.from;
         let middle = middle + self.spread * DVec3::new(draw(0), draw(1), draw(2));
         let [yaw, pitch] = [self.turn[0] * draw(3), self.turn[1] * draw(4)];
         let round = |axis: DVec3, degrees: f64| {
@@ -54,11 +54,11 @@ impl Scatter {
         let [along, across] = if turned { [turn * along, turn * across] } else { [along, across] };
         let flipped = self.flip && hash.u64(5) & 1 == 1;
         let sign = if flipped { -1.0 } else { 1.0 };
-        let piece = Piece { middle, along: sign * along, across: sign * across };
+        let piece = WoodPiece { middle, along: sign * along, across: sign * across };
         (piece, [yaw, pitch, if flipped { 180.0 } else { 0.0 }])
     }
 
-    /// The points in the tree of pixels at `local` mm within their pieces.
+    /// Maps pixels at `local` mm within their pieces to points in the tree.
     pub fn places(&self, ids: &[f32], [x, y]: [&[f32]; 2], out: &mut [&mut [f32]]) {
         let [ox, oy, oz] = out else { return };
         runs(ids, |from, to| {
@@ -78,15 +78,15 @@ impl Scatter {
         });
     }
 
-    /// Which of `count` trees a piece is cut from.
+    /// Index of the tree (of `count`) from which a piece is cut.
     #[expect(clippy::cast_possible_truncation, reason = "whole numbers, and a remainder that is smaller than `count`")]
     pub fn tree(&self, id: f32, count: usize) -> usize {
         let hash = self.hash.with((id.round() as i64).cast_unsigned());
         (hash.u64(6) % (count as u64).max(1)) as usize
     }
 
-    /// Something of each piece, at all its pixels.
-    pub fn each(&self, ids: &[f32], out: &mut [&mut [f32]], of: impl Fn(&Piece, &Turned) -> [f64; 3]) {
+    /// Evaluates `of` for each piece, and writes the result to all its pixels.
+    pub fn each(&self, ids: &[f32], out: &mut [&mut [f32]], of: impl Fn(&WoodPiece, &Turned) -> [f64; 3]) {
         runs(ids, |from, to| {
             let (piece, turned) = self.piece(ids[from]);
             let value = of(&piece, &turned);
@@ -95,7 +95,7 @@ impl Scatter {
     }
 }
 
-/// The cosine and the sine of an angle in degrees at all pixels.
+/// Cosine and sine of an angle in degrees at all pixels.
 pub fn turned_by(angle: &[f32], [cos, sin]: [&mut [f32]; 2]) {
     let mut known = (f32::NAN, [1.0, 0.0]);
     for ((angle, cos), sin) in angle.iter().zip(cos).zip(sin) {
@@ -107,8 +107,8 @@ pub fn turned_by(angle: &[f32], [cos, sin]: [&mut [f32]; 2]) {
     }
 }
 
-/// The cosine and the sine of the angle of pieces, found from `local` in windows that are `columns` wide and one pixel
-/// larger on all sides than those of `out`: by how much it changes towards a neighbour in the same piece.
+/// Cosine and sine of the angle of pieces, derived from `local`: from its change towards a neighbour in the same piece.
+/// The input windows are `columns` wide and one pixel larger on all sides than `out`.
 pub fn turned_like(ids: &[f32], [x, y]: [&[f32]; 2], columns: usize, [cos, sin]: [&mut [f32]; 2]) {
     let width = columns.saturating_sub(2).max(1);
     for (k, (cos, sin)) in cos.iter_mut().zip(sin).enumerate() {
@@ -119,12 +119,12 @@ pub fn turned_like(ids: &[f32], [x, y]: [&[f32]; 2], columns: usize, [cos, sin]:
         let down = || step(i + columns, 1.0).or_else(|| step(i - columns, -1.0)).map(|[dx, dy]| [dy, dx]);
         let [c, s] = right().or_else(down).unwrap_or([1.0, 0.0]);
         let length = (c * c + s * s).sqrt();
-        // Differences of rounded numbers: what is nearly upright or level is.
+        // Differences of rounded numbers: snap directions that are nearly vertical or horizontal.
         [*cos, *sin] = if length > 0.0 { straight([c / length, s / length], 2e-3) } else { [1.0, 0.0] };
     }
 }
 
-/// A direction of length 1, exactly along an axis if it nearly is.
+/// Snaps a direction of length 1 to an axis if it is nearly parallel.
 fn straight([cos, sin]: [f32; 2], tolerance: f32) -> [f32; 2] {
     if sin.abs() < tolerance {
         [cos.signum(), 0.0]
@@ -140,20 +140,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pieces_are_as_often_from_each_tree() {
+    fn draws_trees_equally_often() {
         let mut counts = [0; 4];
         (0_u16..8000).for_each(|id| counts[scatter().tree(f32::from(id), 4)] += 1);
         assert!(counts.iter().all(|count| (1850..2150).contains(count)), "{counts:?}");
     }
 
     fn scatter() -> Scatter {
-        let from = Piece { middle: DVec3::new(3.0, 4.0, 5.0), along: DVec3::Z, across: DVec3::X };
+        let from = WoodPiece { middle: DVec3::new(3.0, 4.0, 5.0), along: DVec3::Z, across: DVec3::X };
         let hash = Hash::new(9);
         Scatter { from, tilt: DVec3::X, spread: DVec3::new(10.0, 20.0, 400.0), turn: [30.0, 5.0], flip: true, hash }
     }
 
     #[test]
-    fn pieces_are_spread_as_far_as_is_said() {
+    fn spreads_pieces_within_bounds() {
         let (mut low, mut high, mut flipped) = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0);
         for id in 0..2000_u16 {
             let (piece, [yaw, pitch, turn]) = scatter().piece(f32::from(id));
@@ -161,7 +161,7 @@ mod tests {
             (low, high) = (low.min(away), high.max(away));
             assert!(yaw.abs() <= 30.0 && pitch.abs() <= 5.0);
             flipped += u16::from(turn == 180.0);
-            // Axes stay of length 1 and upright on each other; the tilt of the length is the pitch.
+            // Axes keep length 1 and stay perpendicular; the tilt of the length is the pitch.
             assert!((piece.along.length() - 1.0).abs() < 1e-12 && piece.along.dot(piece.across).abs() < 1e-12);
             let lean = piece.along.z.abs().min(1.0).acos().to_degrees();
             assert!((lean - pitch.abs()).abs() < 1e-5, "{lean} {pitch}");
@@ -173,10 +173,10 @@ mod tests {
     }
 
     #[test]
-    fn angles_are_found_from_places_within_pieces() {
+    fn derives_angles_from_local_positions() {
         for degrees in [0.0, 90.0, 180.0, -90.0, 33.0, -140.0_f64] {
             let (sin, cos) = degrees.to_radians().sin_cos();
-            // 4 × 4 pixels of ¼ mm and one around; of the third column on another piece.
+            // 4 × 4 pixels of ¼ mm and one around; the third column belongs to another piece.
             let at = |i: usize| (0.25 * (i % 6) as f64, 0.25 * (i / 6) as f64);
             let ids: Vec<f32> = (0..36).map(|i| if i % 6 < 3 { 1.0 } else { 2.0 }).collect();
             let x: Vec<f32> = (0..36).map(|i| narrow(at(i).0 * cos + at(i).1 * sin + f64::from(ids[i]))).collect();

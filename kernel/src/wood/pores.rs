@@ -1,9 +1,10 @@
 //! Pores: vessels cut open, locked to the phase of the year.
 //!
-//! Columns stand on [Poisson discs](super::discs) in X and Y of fibre space; along Z each is divided into segments at offsets of its own,
-//! with at most one spindle each. Which columns have one changes from segment to segment so that both in the plane and along
-//! the column they are spread evenly. Its density and radius follow the year in which the pore's own middle grew, so that no
-//! pore is cut by a ring border. Seen from afar, the mean coverage of the year stands for them.
+//! Columns stand on [Poisson discs](super::discs) in X and Y of fibre space. Along Z each is divided into segments with
+//! its own offset, and a segment has at most one spindle. The selection of columns with a spindle changes from segment
+//! to segment so that spindles are spread evenly both in the plane and along the column. A spindle's density and radius
+//! follow the year in which its middle grew, so that no pore is cut by a ring border. Seen from afar, pores are
+//! replaced by the mean coverage of the year.
 use super::discs::{self, Discs, Near};
 use super::year_table::YearTable;
 use super::years::Calendar;
@@ -25,13 +26,13 @@ pub struct PoreStyle {
     pub density: [f32; 2],
     /// The part of the year that is early wood.
     pub early: f32,
-    /// How much pores stand in groups, 0..1.
+    /// Grouping of pores, 0..1.
     pub groups: f32,
-    /// Elongation and thickening in mm a year, and the height of the ground in mm.
+    /// Elongation in mm a year.
     pub elongation: f32,
-    /// See above.
+    /// Thickening in mm a year.
     pub thickening: f32,
-    /// See above.
+    /// Height of the ground in mm.
     pub ground: f32,
 }
 
@@ -40,7 +41,7 @@ pub struct PoreStyle {
 pub struct Pores {
     style: PoreStyle,
     discs: &'static Discs,
-    /// Where in the torus of the discs these pores begin, in cells.
+    /// Offset of these pores in the torus of the discs, in cells.
     from: [f32; 2],
     columns: Noise3,
     segments: Noise3,
@@ -49,26 +50,26 @@ pub struct Pores {
     mean: YearTable,
 }
 
-/// The cosine and sine of the angle by which the torus is turned: no cut of a board runs along its period.
+/// The cosine and sine of the angle by which the torus is rotated, so that no cut of a board runs along its period.
 const TURN: [f32; 2] = [0.851_658_6, 0.524_097_9];
 
-/// How far the share of columns that have a pore moves on from one segment to the next: the golden section, so that pores of a
+/// Shift of the selection of columns with a pore from one segment to the next: the golden section, so that pores of a
 /// column are spread evenly too.
 const ONWARD: f32 = 0.618_034;
 
 /// Size of a group of pores in mm: across the grain and along it.
 const GROUP: [f32; 2] = [2.6, 34.0];
 
-/// Points computed together.
+/// Number of points computed together.
 const RUN: usize = 64;
 
-/// Vessels that are remembered at most: those of a row of pixels across the grain, which the next row meets again.
+/// Maximum number of cached vessels: those of a row of pixels across the grain, which the next row meets again.
 const REMEMBERED: usize = 512;
 
-/// The segment of a column, and its vessel: [`Pores::vessel`].
+/// A cache entry: the segment of a column, and its vessel (see [`Pores::vessel`]).
 type Known = Option<([i32; 3], Option<(f32, f32)>)>;
 
-/// Where a segment is remembered, in a table of a power of two.
+/// Cache slot of a segment, in a table of a power of two.
 #[inline(always)]
 fn slot([x, y, segment]: [i32; 3], entries: usize) -> usize {
     let mixed = x.cast_unsigned().wrapping_mul(0x9E37_79B1)
@@ -83,7 +84,7 @@ fn unit(word: u32, shift: u32) -> f32 {
     ((word >> shift) & 0x3ff) as f32 * (1.0 / 1023.0)
 }
 
-/// How much of a phase of the year is early wood. Pores begin with the year and thin out into the late wood.
+/// Share of early wood at a phase of the year. Pores begin with the year and thin out into the late wood.
 fn earliness(phase: f32, early: f32) -> f32 {
     let out = math::smooth((early + 0.12 - phase) / 0.24);
     // The vessels of a year begin just before its border.
@@ -91,7 +92,7 @@ fn earliness(phase: f32, early: f32) -> f32 {
 }
 
 impl Pores {
-    /// From their parameters and the calendar of the years.
+    /// Prepares pores from their settings and the calendar of the years.
     pub fn new(style: PoreStyle, calendar: Option<Calendar>, hash: Hash) -> Self {
         let entries = 64u8;
         let cover = |i: u8| {
@@ -116,7 +117,7 @@ impl Pores {
         }
     }
 
-    /// The year's phase at a point of fibre space.
+    /// The phase of the year at a point of fibre space.
     fn phase(&self, a: f32, z: f32) -> f32 {
         let s = &self.style;
         let time = f64::from((z - s.ground) / s.elongation + a / s.thickening);
@@ -126,7 +127,7 @@ impl Pores {
         phase
     }
 
-    /// How much of a pixel of `pixel` mm around a point of fibre space is pore, 0..1.
+    /// The share of pores in a pixel of `pixel` mm around a point of fibre space, 0..1.
     #[inline]
     pub fn at(&self, [x, y, z]: [f32; 3], pixel: f32) -> f32 {
         let mut out = [0.0];
@@ -134,7 +135,7 @@ impl Pores {
         out[0]
     }
 
-    /// How much of pixels of `pixel` mm around points of fibre space is pore, 0..1.
+    /// The share of pores in pixels of `pixel` mm around points of fibre space, 0..1.
     pub fn fill(&self, [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
         out.fill(0.0);
         let mut known: Vec<Known> = vec![None; out.len().next_power_of_two().min(REMEMBERED)];
@@ -150,7 +151,8 @@ impl Pores {
         );
     }
 
-    /// Draws the nearest column of each point: first its distance for all points at once, then the few points that it covers.
+    /// Draws the nearest column of each point: first computes its distance for all points at once, then draws the few
+    /// points that it covers.
     #[inline(always)]
     fn columns(&self, [x, y, z]: [&[f32]; 3], pixel: f32, known: &mut [Known], out: &mut [f32]) {
         let s = &self.style;
@@ -195,15 +197,15 @@ impl Pores {
         }
     }
 
-    /// The radius of the vessel in a segment of a column and the part of the segment that it takes; `None` if there is none.
-    /// `middle` is the height of the segment's middle, in segments.
+    /// The radius of the vessel in a segment of a column and its share of the segment's length; `None` if there is
+    /// none. `middle` is the height of the segment's middle, in segments.
     fn vessel(&self, column: &Near, segment: i32, middle: f32) -> Option<(f32, f32)> {
         let s = &self.style;
         let word = self.segments.word(column.id[0], column.id[1], segment);
-        // In turned coordinates, as the columns are.
+        // In rotated coordinates, like the columns.
         let [px, py] = [0, 1].map(|k| (column.at[k] - self.from[k]) * s.cell);
         let middle_mm = middle * s.length;
-        // Segments at one height have the same number here, whatever their columns' offsets.
+        // Segments at the same height get the same number here, whatever their columns' offsets.
         let layer = (middle + 0.5).floor();
         let turned = column.rank + layer * ONWARD;
         let mut chance = turned - turned.floor();
@@ -222,7 +224,7 @@ impl Pores {
         Some((math::lerp(s.radius[1], s.radius[0], e) * size, 0.30 + 0.68 * unit(word, 10)))
     }
 
-    /// The same, its [`mean`](Self::mean) by even time instead of the calendar's, if that can be.
+    /// Converts [`mean`](Self::mean) from the calendar to even time; returns whether this was possible.
     pub fn by_even_time(&mut self, calendar: &Calendar) -> bool {
         let mean = self.mean.by_even_time(calendar);
         mean.map(|mean| self.mean = mean).is_some()
@@ -233,7 +235,7 @@ impl Pores {
         self.mean.mean(f64::from(time), f64::from(a), f64::from(b))[0]
     }
 
-    /// How much of what is shown should be single pores, at pixels of `pixel` mm; the mean stands for the rest.
+    /// Share of single pores in the picture, at pixels of `pixel` mm; the rest is the mean.
     pub fn single(&self, pixel: f32) -> f32 {
         1.0 - math::smooth((pixel / self.style.cell - 1.0) / 1.5)
     }
@@ -258,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_is_that_of_the_pores() {
+    fn matches_mean_of_pores() {
         let pores = Pores::new(oak(), None, Hash::new(1));
         let (mut sum, mut mean, n) = (0.0_f64, 0.0_f64, 60_000);
         let hash = Hash::new(2);
@@ -271,9 +273,9 @@ mod tests {
         assert!((sum / mean - 1.0).abs() < 0.2, "{} {}", sum / n as f64, mean / n as f64);
     }
 
-    /// Along lines in many directions, about as many pores are met: no line runs along a row of the grid.
+    /// Lines in all directions meet about the same number of pores: no line runs along a row of the grid.
     #[test]
-    fn no_cut_shows_rows() {
+    fn shows_no_rows_in_any_cut() {
         let style = PoreStyle { radius: [0.1; 2], density: [0.7; 2], ..oak() };
         let pores = Pores::new(style, None, Hash::new(4));
         let share = |turn: f32, away: f32| {

@@ -1,7 +1,7 @@
 //! Rays: sheets of cells from the pith outwards, thin across, tall along the grain.
 //!
-//! Radii fall into bands, two interleaved sets of them; a band is divided into sectors, a sector into pieces of height,
-//! each with one sheet or none. What is seen of a sheet depends on the cut: flecks, lines, or spindles.
+//! Radii are divided into bands, in two interleaved sets; a band is divided into sectors, a sector into pieces of
+//! height, each with one sheet or none. Depending on the cut, sheets appear as flecks, lines, or spindles.
 use crate::ground::hash::Hash;
 use crate::ground::math;
 use crate::ground::simd::dispatch;
@@ -16,22 +16,22 @@ pub struct RayStyle {
     pub height: f32,
     /// The thickness of a sheet in mm.
     pub width: f32,
-    /// The share of places with a sheet.
+    /// The share of cells with a sheet.
     pub density: f32,
-    /// The length of a sheet outwards in mm.
+    /// The radial length of a sheet in mm.
     pub length: f32,
-    /// How far sheets bend, in distances of rays.
+    /// Amplitude of the bends of sheets, in distances of rays.
     pub wobble: f32,
 }
 
-/// Points computed together.
+/// Number of points computed together.
 const RUN: usize = 64;
 
-/// How much of a pixel's width lies across rays where the cut runs along them: they bend.
+/// Share of a pixel's width across rays where the cut runs along them; not 0, because rays bend.
 const ALONG: f32 = 0.1;
 
-/// The polar coordinates of points: radius, angle as a share of a full circle, and bend in sectors; and the width of pixels
-/// across rays, in mm.
+/// The polar coordinates of points: radius, angle as a share of a full circle, and bend in sectors; and the width of
+/// pixels across rays, in mm.
 struct Run {
     a: [f32; RUN],
     turn: [f32; RUN],
@@ -49,14 +49,15 @@ pub struct Rays {
 }
 
 impl Rays {
-    /// From their parameters.
+    /// Prepares rays from their settings.
     pub fn new(style: RayStyle, hash: Hash) -> Self {
         let noise = |i| Noise3::new(hash, i);
         Self { style, bend: [noise(0), noise(1), noise(2)], rim: noise(3), place: noise(4) }
     }
 
-    /// How much of pixels of `pixel` mm around points of fibre space is ray, 0..1. Before, `out` tells how much of a pixel's width
-    /// lies across rays, 0..1: nothing where the cut runs along them, so that flecks stay as sharp as pixels are.
+    /// The share of rays in pixels of `pixel` mm around points of fibre space, 0..1. On input, `out` holds the share of
+    /// a pixel's width that lies across rays, 0..1: 0 where the cut runs along them, so that flecks stay as sharp as
+    /// pixels.
     pub fn fill(&self, [x, y, z]: [&[f32]; 3], pixel: f32, out: &mut [f32]) {
         dispatch(
             #[inline(always)]
@@ -78,7 +79,7 @@ impl Rays {
         );
     }
 
-    /// The radius, the angle as a share of a full circle, and how far rays are bent there, in sectors.
+    /// Computes the radius, the angle as a share of a full circle, and the bend of rays in sectors.
     #[inline(always)]
     fn bend(&self, x: &[f32], y: &[f32], z: &[f32], run: &mut Run) {
         let Run { a, turn, bend, .. } = run;
@@ -96,8 +97,8 @@ impl Rays {
         n2.each(at, [1.0 / 1.5, 1.0, 1.0 / 4.0], 0.0, bend, |sum, v| sum + 0.04 * wobble * v);
     }
 
-    /// Adds the sheets of one of the two sets: first the distance of the next sheet for all points at once, then the
-    /// few points that it covers.
+    /// Adds the sheets of one of the two sets: first computes the distance of the nearest sheet for all points at once,
+    /// then draws the few points that it covers.
     #[inline(always)]
     fn sheets(&self, set: f32, run: &Run, z: &[f32], out: &mut [f32]) {
         let s = &self.style;
@@ -116,7 +117,7 @@ impl Rays {
             let sectors = math::max(math::floor_int(around + 0.5).0, 6.0);
             let t = (turn + 0.5) * sectors + run.bend[i];
             let below = math::floor_int(t).0;
-            // The last sector is the neighbour of the first.
+            // The last sector is adjacent to the first.
             let sector = math::floor_int(below - math::floor_int(below / sectors).0 * sectors).1;
             let key = band.wrapping_mul(2).wrapping_add(odd);
             let along = z[i] * per_tall + byte(self.place.word(key, sector, -1), 0);
@@ -131,8 +132,8 @@ impl Rays {
             asides[i] = if byte(word, 0) < s.density { aside.abs() } else { f32::INFINITY };
         }
         for i in 0..n {
-            // Written so that NaN meets no ray. A pixel wider than half a sector reaches into the next ones, which are not looked at.
-            // The wider it is, the more the mean of its own sector stands for them.
+            // Written so that NaN meets no ray. A pixel wider than half a sector reaches into the next sectors, which
+            // are not evaluated. The wider the pixel, the more the mean of its own sector replaces them.
             let span = spans[i];
             let soft = math::min(run.soft[i], span);
             let wide = math::saturate(2.0 * soft / span - 1.0);
@@ -178,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn large_pixels_see_as_much_ray_as_small_ones() {
+    fn keeps_mean_of_rays_at_any_pixel_size() {
         for pitch in [0.5, 1.7] {
             let style = RayStyle { pitch, height: 3.0, width: 0.16, density: 0.6, length: 20.0, wobble: 0.5 };
             let fine = mean(style, 0.02);

@@ -1,4 +1,4 @@
-//! Solids built from closures, and what solid nodes of several families share.
+//! Solids built from closures, and code shared by solid nodes of several families.
 use super::trunk::{Places, Rows};
 use crate::ground::real::Real;
 use glam::DVec3;
@@ -23,55 +23,55 @@ impl Code {
         Self { fill: Box::new(fill), exact: None, wants, cost: Cost::Local, bytes: 0 }
     }
 
-    /// Code that is cheap and reads the inputs alone.
+    /// Code that is cheap and reads only the inputs.
     pub fn of_inputs(fill: impl Fn(&Patch<'_>, &[Planes<'_>], &mut [&mut [f32]]) + Send + Sync + 'static) -> Self {
         let wants = Wants { place: false, quads: false, rounded: false };
         Self { wants, cost: Cost::Pointwise, ..Self::of_place(fill) }
     }
 
-    /// The same in double precision, too.
+    /// Adds an evaluation in double precision.
     #[must_use]
     pub fn with_exact(mut self, exact: impl Fn(&[DVec3], &[Vec<f64>]) -> Vec<f64> + Send + Sync + 'static) -> Self {
         self.exact = Some(Box::new(exact));
         self
     }
 
-    /// The same, evaluated in whole quads.
+    /// Requests evaluation in whole quads.
     #[must_use]
     pub fn with_quads(mut self) -> Self {
         self.wants.quads = true;
         self
     }
 
-    /// The same in whole quads, with the normals of rounded surfaces.
+    /// Requests evaluation in whole quads, with the normals of rounded surfaces.
     #[must_use]
     pub fn with_rounded_quads(mut self) -> Self {
         self.wants.rounded = true;
         self.with_quads()
     }
 
-    /// The same for code whose values usually have one reader only: not kept.
+    /// Marks values as not worth keeping, since they usually have one reader.
     #[must_use]
     pub fn passing(mut self) -> Self {
         self.cost = Cost::Pointwise;
         self
     }
 
-    /// The same, with its tiles kept.
+    /// Marks values as worth keeping as tiles.
     #[must_use]
     pub fn kept(mut self) -> Self {
         self.cost = Cost::Local;
         self
     }
 
-    /// The same with the memory it holds.
+    /// Sets the memory that the code holds.
     #[must_use]
     pub fn holding(mut self, bytes: usize) -> Self {
         self.bytes = bytes;
         self
     }
 
-    /// The solid.
+    /// Builds the solid.
     pub fn solid(self, ty: Type, inputs: Vec<Solid>) -> Solid {
         Solid::new(ty, inputs, self)
     }
@@ -113,9 +113,9 @@ pub fn columns<T>(points: &[DVec3], body: impl FnOnce(&Places<'_, f64>) -> T) ->
     body(&Places { x: &x, y: &y, z: &z, rows: Rows::Any })
 }
 
-/// How far a number changes within a pixel, in the two directions of a quad: the size of its differences there, for all
-/// points of a patch of whole quads; 0 for single points. At the border of a piece, its own points on the other side tell;
-/// where it is one pixel wide, the difference along it stands for both.
+/// The change of a value within a pixel, in the two directions of a quad: the magnitudes of its differences, for all
+/// points of a patch of whole quads; 0 for single points. At the border of a piece, a neighbour of the same piece on
+/// the other side is used; where the piece is one pixel wide, the difference along it is used for both directions.
 pub fn spans(values: &[f32], patch: &Patch<'_>) -> [Vec<f32>; 2] {
     let n = patch.columns;
     let (mut across, mut down) = (vec![0.0; values.len()], vec![0.0; values.len()]);
@@ -148,7 +148,7 @@ pub fn spans(values: &[f32], patch: &Patch<'_>) -> [Vec<f32>; 2] {
     [across, down]
 }
 
-/// How far a number changes within a width of `pixel` in the direction in which it changes most: in quads that lie in space.
+/// The change of a value within a width of `pixel` in the direction of the largest change, in quads that lie in space.
 fn spans_in_space(values: &[f32], columns: usize) -> Vec<f32> {
     let mut out = vec![0.0; values.len()];
     for (values, out) in values.chunks_exact(2 * columns).zip(out.chunks_exact_mut(2 * columns)) {
@@ -164,7 +164,8 @@ fn spans_in_space(values: &[f32], columns: usize) -> Vec<f32> {
     out
 }
 
-/// The same along a surface: the size of the gradient there, √(gᵀ·M⁻¹·g) for the two differences g of a quad and the metric M.
+/// The same along a surface: the magnitude of the gradient, √(gᵀ·M⁻¹·g), from the two differences g of a quad and the
+/// metric M.
 fn spans_along(values: &[f32], patch: &Patch<'_>, [a, b, c]: [&[f32]; 3]) -> Vec<f32> {
     let n = patch.columns;
     let span = |i: usize, x: f32, y: f32| {
@@ -188,7 +189,7 @@ fn spans_along(values: &[f32], patch: &Patch<'_>, [a, b, c]: [&[f32]; 3]) -> Vec
     out
 }
 
-/// Calls `body` for the four points of each quad in which pieces meet.
+/// Calls `body` for the four points of each quad that contains more than one piece.
 pub fn broken_quads(ids: &[f32], columns: usize, mut body: impl FnMut(usize)) {
     for (row, lines) in ids.chunks_exact(2 * columns.max(1)).enumerate() {
         let (upper, lower) = lines.split_at(columns);
@@ -201,13 +202,13 @@ pub fn broken_quads(ids: &[f32], columns: usize, mut body: impl FnMut(usize)) {
     }
 }
 
-/// Two neighbours to the right of each other, and two below each other, that tell how values change at a point: both of the
-/// point's own piece, and with the point among them or next to it. `None` where there are none.
+/// A pair of horizontal neighbours, and a pair of vertical ones, whose differences give the change at point `i`. Both
+/// points are of the same piece as `i`, which is one of them or next to them. `None` if there is no such pair.
 pub fn neighbors(ids: &[f32], columns: usize, i: usize) -> [Option<[usize; 2]>; 2] {
     let (x, y) = (i % columns, i / columns);
     let rows = ids.len() / columns;
     let own = |k: usize| ids[k] == ids[i];
-    // The other point of the quad first, then the one on the other side.
+    // First the other point of the quad, then the one on the opposite side.
     let sides = |at: usize, count: usize| {
         let (other, beyond) = (at ^ 1, if at & 1 == 0 { at.checked_sub(1) } else { Some(at + 1) });
         [Some(other), beyond].into_iter().flatten().filter(move |k| *k < count)
@@ -238,10 +239,11 @@ mod tests {
     use super::*;
     use shibo_engine::value::PatchPieces;
 
-    /// Two slopes side by side, each its own: the change at their border is that within each of them.
+    /// Two adjacent slopes: the change at their border is that within each of them.
     #[test]
     fn spans_end_at_the_borders_of_pieces() {
-        // The border runs through quads: three columns of the first piece, five of the second, and one pixel of a third.
+        // The border runs through quads: three columns of the first piece, five of the second, and one pixel of a
+        // third.
         let ids: Vec<f32> = (0..32)
             .map(|i| {
                 if i == 13 {
@@ -266,7 +268,7 @@ mod tests {
             let want = match ids[i] {
                 1.0 => (2.0, 1.0),
                 2.0 => (5.0, 3.0),
-                // It has no neighbour of its own.
+                // It has no neighbour of the same piece.
                 _ => (0.0, 0.0),
             };
             assert_eq!((across[i], down[i]), want, "{i}");

@@ -1,10 +1,10 @@
-//! The earlier method with straight skeletons (Momoi & Takatera 2014, §2.2, eqs 1–3), kept for
-//! comparison (figs 12 and 14).
+//! The earlier method with straight skeletons (Momoi & Takatera 2014, §2.2, eqs 1–3), kept for comparison (figs 12 and
+//! 14).
 //!
-//! The nearest node decides which two segments are looked at. A segment's area of influence lies between the planes
+//! The nearest node selects the two segments that are evaluated. A segment's area of influence lies between the planes
 //! through its ends; where two overlap, their times are blended by the distance to the planes that bound the overlap
-//! (the source only cites its blend function; here it is linear); outside both, the way goes through the node. Cost:
-//! O(nodes) a point.
+//! (the source only cites its blend function; here it is linear); outside both, the growth path goes through the node.
+//! Cost: O(nodes) a point.
 use crate::ground::real::Real;
 use glam::DVec3;
 
@@ -12,7 +12,7 @@ use glam::DVec3;
 #[derive(Clone, Debug)]
 pub struct Straight<R> {
     nodes: Vec<[R; 3]>,
-    /// For each segment: its direction, its length, and the length of all before it.
+    /// For each segment: its direction, its length, and the total length before it.
     segments: Vec<([R; 3], R, R)>,
     inverse: [R; 2],
 }
@@ -58,7 +58,7 @@ impl<R: Real> Straight<R> {
         best.1
     }
 
-    /// The time through segment `i` and the place along it, if the point lies in its area.
+    /// The time through segment `i` and the position along it, if the point lies in its area.
     #[inline(always)]
     fn by_segment(&self, p: [R; 3], i: usize) -> Option<(R, R)> {
         let (direction, length, before) = *self.segments.get(i)?;

@@ -1,9 +1,9 @@
-//! The colours of a year out of a picture of real wood (Momoi & Takatera 2014, §4.3); beyond the source, rings are
-//! found automatically.
+//! The colours of a year from a picture of real wood (Momoi & Takatera 2014, §4.3); beyond the source, rings are found
+//! automatically.
 //!
-//! A strip across the rings is straightened and averaged; the slope of its light tells which way it runs (slow
-//! darkening, sudden lightening points to the bark) and where years begin; dynamic programming chooses borders whose
-//! distances are alike; every year is resampled, flattened, and the years that are like the others are averaged.
+//! A strip across the rings is straightened and averaged. The slope of its light gives its direction (slow darkening
+//! and sudden lightening point to the bark) and the borders of years. Dynamic programming chooses borders at similar
+//! distances. Every year is resampled and flattened, and the years that are similar to the others are averaged.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,10 +19,10 @@ pub struct Strip {
     pub rows: usize,
 }
 
-/// In which direction a line across rings runs.
+/// Direction of a line across rings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Direction {
-    /// It is found: colours darken slowly and lighten suddenly on the way to the bark.
+    /// Detected: colours darken slowly and lighten suddenly on the way to the bark.
     #[default]
     Auto,
     /// From the pith to the bark.
@@ -31,29 +31,29 @@ pub enum Direction {
     Pith,
 }
 
-/// How to read a strip.
+/// Settings for reading a strip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StripSpec {
-    /// Which way it runs.
+    /// Direction of the strip.
     pub towards: Direction,
-    /// Whether early wood is the darker part of the year.
+    /// True if early wood is the darker part of the year.
     pub early_dark: bool,
-    /// Entries of a year.
+    /// Number of table entries per year.
     pub entries: usize,
-    /// Whether to give all years instead of their mean.
+    /// True if all years are returned instead of their mean.
     pub all: bool,
-    /// The width of a year in pixels, if it is known: nothing is then looked for.
+    /// The width of a year in pixels, if known: then years are not searched for.
     pub period: Option<f32>,
 }
 
-/// What was found.
+/// Result of reading a strip.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sampled {
     /// The colours of one year, or of all.
     pub table: Vec<[f32; 3]>,
     /// The widths of the years relative to their mean, from the pith outwards.
     pub widths: Vec<f32>,
-    /// How many years were found, and how many are like the others.
+    /// Number of years found, and number of years that are similar to the others.
     pub years: (usize, usize),
     /// Confidence that these are years, 0..1.
     pub confidence: f32,
@@ -61,16 +61,16 @@ pub struct Sampled {
     pub skew: f32,
 }
 
-/// Why a strip has no pattern.
+/// Errors of reading a strip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StripError {
     /// Too short to hold two years.
     Short,
-    /// All of one colour.
+    /// All pixels have the same colour.
     Flat,
     /// No years stand out.
     NoRings,
-    /// The years are not like each other.
+    /// The years are not similar.
     Unlike(f32),
 }
 
@@ -104,7 +104,7 @@ fn gaussian(values: &[f32], sigma: f32) -> Vec<f32> {
     (0..values.len()).map(at).collect()
 }
 
-/// The rows shifted onto each other, walking outwards from the middle by at most 2 pixels a row, and averaged.
+/// Shifts the rows onto each other by at most 2 pixels a row, outwards from the middle, and averages them.
 fn straighten(strip: &Strip) -> Vec<[f32; 3]> {
     let n = strip.length;
     let row = |r: usize| &strip.pixels[r * n..(r + 1) * n];
@@ -145,7 +145,7 @@ fn borders(slope: &[f32]) -> Vec<usize> {
     let mut best = (0.0_f32, Vec::new());
     let mut period = 5.0_f32;
     while period < slope.len() as f32 / 2.0 {
-        // One slope in a period is a border: what is steeper than the rest.
+        // One slope in a period is a border: keep the slopes that are steeper than the rest.
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place within the strip")]
         let rare = ((1.0 - 1.0 / period) * sorted.len() as f32) as usize;
         let scale = sorted[rare.min(sorted.len() - 1)].max(1e-9);
@@ -182,15 +182,15 @@ fn borders(slope: &[f32]) -> Vec<usize> {
     best.1
 }
 
-/// Borders moved by a pixel at the most to where light rises most from one pixel to the next: the slope over two pixels
-/// is as large on either side of a sharp border. The pixel at a border is the first one of its year.
+/// Moves borders by at most one pixel to the largest rise of light between two pixels, since the slope over two pixels
+/// is equal on both sides of a sharp border. The pixel at a border is the first one of its year.
 fn sharpened(borders: Vec<usize>, values: &[f32], sign: f32) -> Vec<usize> {
     let rise = |i: usize| if (1..values.len()).contains(&i) { sign * (values[i] - values[i - 1]) } else { f32::MIN };
     let best = |i: usize| (i.saturating_sub(1)..=i + 1).max_by(|a, b| rise(*a).total_cmp(&rise(*b))).unwrap_or(i);
     borders.into_iter().map(best).collect()
 }
 
-/// The mean of a strip's pixels between two places, box by box.
+/// Resamples a strip's pixels between two positions to `entries` values, linearly.
 fn resample(colors: &[[f32; 3]], from: usize, to: usize, entries: usize) -> Vec<[f32; 3]> {
     let width = (to - from) as f32;
     let entry = |k: usize| {
@@ -208,9 +208,9 @@ fn resample(colors: &[[f32; 3]], from: usize, to: usize, entries: usize) -> Vec<
 /// Below this confidence there are no years.
 const LEAST: f32 = 0.3;
 
-/// The confidence that years were found, from how much they are alike, how many they are, and, if the direction is to
-/// be found too, the skewness. Borders chosen by their slope make years alike in any noise: 0.5 to 0.75 by measurement
-/// (white, soft and streaky noise), more where they are few; real rings are alike to 0.85 and more.
+/// The confidence that years were found, from their similarity, their number, and, if the direction is detected too,
+/// the skewness. Borders chosen by their slope make years similar in any noise: 0.5 to 0.75 by measurement (white, soft
+/// and streaky noise), more where they are few; real rings have a similarity of 0.85 and more.
 fn sureness(alike: f32, years: usize, skew: Option<f32>) -> f32 {
     let more = ((alike - 0.7) / 0.3).clamp(0.0, 1.0);
     let many = years as f32 / (years as f32 + 5.0);
@@ -227,7 +227,7 @@ fn every(period: f32, length: usize) -> Vec<usize> {
 /// Finds the years in a strip and their colours.
 ///
 /// # Errors
-/// A strip in which no years can be found.
+/// Returns an error if no years can be found.
 pub fn sample(strip: &Strip, spec: &StripSpec) -> Result<Sampled, StripError> {
     if strip.length < 24 {
         return Err(StripError::Short);
@@ -267,7 +267,7 @@ pub fn sample(strip: &Strip, spec: &StripSpec) -> Result<Sampled, StripError> {
     }
     let widths: Vec<f32> = found.windows(2).map(|p| (p[1] - p[0]) as f32).collect();
     let period = widths.iter().sum::<f32>() / widths.len() as f32;
-    // Noise has peaks that close, too.
+    // Noise has such close peaks, too.
     if spec.period.is_none() && period < 6.5 {
         return Err(StripError::NoRings);
     }
@@ -318,7 +318,7 @@ mod tests {
     use crate::ground::hash::Hash;
     use crate::wood::years::series;
 
-    /// A strip of years of varying width that slants; `turned`: from the bark inwards.
+    /// A slanted strip of years of varying width; `turned`: from the bark inwards.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a test picture")]
     fn strip(turned: bool, sigma: f64) -> (Strip, Vec<f32>) {
         let profile = |p: f32| 0.6 - 0.35 * (p * p * p);
@@ -371,7 +371,7 @@ mod tests {
             for (k, color) in found.table.iter().enumerate() {
                 let want = 0.7 - 0.4 * k as f32 / 23.0;
                 let want = if early_dark { 1.0 - want } else { want };
-                // Slow changes of the whole strip are taken out, which changes a bit at its ends.
+                // Slow changes of the whole strip are removed, which changes its ends slightly.
                 assert!((color[0] - want).abs() < 0.03, "{early_dark} {turned}: entry {k} is {color:?}, not {want}");
             }
         }
@@ -402,14 +402,14 @@ mod tests {
     }
 
     #[test]
-    fn years_of_known_width_need_not_be_found() {
+    fn uses_known_width_of_years() {
         let spec = StripSpec { towards: Direction::Bark, early_dark: false, entries: 8, all: true, period: Some(60.0) };
         let found = sample(&noise(300, 3, 3, 1), &spec).unwrap();
         assert_eq!((found.years, found.table.len(), found.confidence), ((5, 5), 40, 1.0));
     }
 
     #[test]
-    fn refuses_what_has_no_years() {
+    fn rejects_strips_without_years() {
         let spec = StripSpec { towards: Direction::Auto, early_dark: false, entries: 64, all: false, period: None };
         let flat = Strip { pixels: vec![[0.5; 3]; 25 * 300], length: 300, rows: 25 };
         assert_eq!(sample(&flat, &spec), Err(StripError::Flat));

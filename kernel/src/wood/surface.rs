@@ -12,8 +12,7 @@ pub fn patch(controls: &[DVec3; 16], u: f64, v: f64) -> DVec3 {
     (0..4).fold(DVec3::ZERO, |sum, j| sum + row(j) * b[j])
 }
 
-/// A grid of points, `columns` in a row, as a surface: bicubic between them (Catmull–Rom), straight on beyond its
-/// border.
+/// A grid of points, `columns` in a row, as a surface: bicubic between them (Catmull–Rom), straight beyond its border.
 pub fn grid(points: &[DVec3], columns: usize, u: f64, v: f64) -> DVec3 {
     let rows = points.len() / columns;
     let weights = |t: f64| {
@@ -31,7 +30,7 @@ pub fn grid(points: &[DVec3], columns: usize, u: f64, v: f64) -> DVec3 {
             let last = columns - 1;
             let at = |c: usize| points[row * columns + c.min(last)];
             match k {
-                // One point beyond the border, straight on.
+                // One point beyond the border, in a straight line.
                 k if k < 0 => 2.0 * at(0) - at(1),
                 k => {
                     let k = usize::try_from(k).unwrap_or(0);

@@ -1,24 +1,23 @@
 //! The time at which a trunk reaches a point (Momoi & Takatera 2014, §3.3 and §3.5, eqs 8–13).
 //!
 //! The segment is found by comparing heights alone (§5.2); runs of points in the same segment are computed together, so
-//! the number of nodes hardly matters. Cost: about 3 ns a point in single precision, a third of it where a row is
-//! level.
+//! the number of nodes hardly matters. Cost: about 3 ns a point in single precision, a third of that for level rows.
 use crate::ground::real::Real;
 use crate::ground::simd::dispatch;
 use glam::DVec3;
 
-/// How points lie in rows.
+/// Arrangement of points in rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rows {
     /// Unknown.
     Any,
-    /// Rows of this many points; where rows are alike in z, the trunk is looked up once.
+    /// Rows of this many points; rows with equal z share one lookup of the trunk.
     Of(usize),
-    /// Rows of this many points that share their z.
+    /// Rows of this many points; all points of a row have the same z.
     Level(usize),
 }
 
-/// Points with their coordinates by themselves.
+/// Points, with one slice per coordinate.
 #[derive(Clone, Copy, Debug)]
 pub struct Places<'a, R> {
     /// x in mm.
@@ -27,11 +26,11 @@ pub struct Places<'a, R> {
     pub y: &'a [R],
     /// z in mm.
     pub z: &'a [R],
-    /// How they lie.
+    /// Their arrangement.
     pub rows: Rows,
 }
 
-/// How fast a trunk grows.
+/// Speed of a trunk's growth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Growth {
     /// Elongation in mm a year, `v_e`.
@@ -40,7 +39,7 @@ pub struct Growth {
     pub thickening: f64,
     /// The height from which the tree grows, in mm: z of eq (12) counts from here.
     pub ground: f64,
-    /// By how much faster it thickens when it is thin: `v = v_h (1 + boost · e^(-d / fade))`; 0 in the source.
+    /// Relative increase of thickening while the trunk is thin: `v = v_h (1 + boost · e^(-d / fade))`; 0 in the source.
     pub boost: f64,
     /// The radius in mm over which `boost` fades.
     pub fade: f64,
@@ -60,15 +59,15 @@ struct Segment<R> {
 /// A trunk, prepared for evaluation.
 #[derive(Clone, Debug)]
 pub struct Trunk<R> {
-    /// The prolonged start, the segments, the prolonged end.
+    /// The extended start, the segments, the extended end.
     segments: Vec<Segment<R>>,
 }
 
-/// How many points are computed between two searches for the segment.
+/// Number of points computed between two searches for the segment.
 const RUN: usize = 64;
 
 impl<R: Real> Trunk<R> {
-    /// Of control points that are evenly spaced in z. No segment at all is the z axis.
+    /// From control points that are evenly spaced in z. Without segments, the trunk is the z axis.
     pub fn new(trunk: &[[DVec3; 4]]) -> Self {
         let cubic = |c: [f64; 4]| {
             [c[0], 3.0 * (c[1] - c[0]), 3.0 * (c[0] - 2.0 * c[1] + c[2]), c[3] - c[0] + 3.0 * (c[1] - c[2])].map(R::of)
@@ -98,7 +97,7 @@ impl<R: Real> Trunk<R> {
         Self { segments }
     }
 
-    /// The number of the segment with height `z`, from a guess.
+    /// The index of the segment with height `z`, starting from a guess.
     #[inline(always)]
     fn find(&self, z: R, guess: usize) -> usize {
         let near = &self.segments[guess];
@@ -118,7 +117,7 @@ impl<R: Real> Trunk<R> {
         self.segments[self.find(z, 0)].point(z)
     }
 
-    /// How far the skeleton moves in x and y for each mm of height, for up to [`RUN`] heights.
+    /// Horizontal shift of the skeleton in x and y per mm of height, for up to [`RUN`] heights.
     #[inline(always)]
     pub(super) fn lean(&self, z: &[R], lx: &mut [R; RUN], ly: &mut [R; RUN]) {
         let Some(&first) = z.first() else { return };
@@ -254,7 +253,7 @@ impl<R: Real> Segment<R> {
         [at(&self.x), at(&self.y)]
     }
 
-    /// How fast it moves sideways with height.
+    /// Horizontal shift of the skeleton per mm of height.
     #[inline(always)]
     fn lean(&self, z: R) -> [R; 2] {
         let t = (z - self.z0) * self.inverse;
@@ -321,7 +320,7 @@ mod tests {
     const GROWTH: Growth = Growth { elongation: 2.0, thickening: 0.5, ground: 0.0, boost: 0.0, fade: 1.0 };
 
     #[test]
-    fn all_ways_to_a_time_agree() {
+    fn agrees_on_times_in_all_row_layouts() {
         let trunk_points = trunk(9);
         let (single, double) = (Trunk::<f32>::new(&trunk_points), Trunk::<f64>::new(&trunk_points));
         let points: Vec<DVec3> = (0..700)
@@ -340,7 +339,7 @@ mod tests {
         let mut level = vec![0.0; x.len()];
         double.time(&Places { rows: Rows::Level(70), ..at }, &GROWTH, &mut level);
         assert_eq!(level, out);
-        // Rows of other lengths than those that are level have different heights; some are like the row before.
+        // Rows of other lengths than the level ones have different heights; some are like the row before.
         for columns in [1, 10, 70, 100, 700] {
             let mut rows = vec![0.0; x.len()];
             double.time(&Places { rows: Rows::Of(columns), ..at }, &GROWTH, &mut rows);

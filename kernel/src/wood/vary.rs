@@ -1,8 +1,8 @@
-//! Growth that varies around and along a stem: points moved towards or away from the pith before the time is taken.
+//! Variation of growth around and along a stem: moves points towards or away from the pith before the time is computed.
 //!
 //! d' = d (1 + e(θ, z)) + Σ aᵢ d / (d + lᵢ/2) nᵢ(x/lᵢ, y/lᵢ, z/mᵢ). e is noise on the unit circle, so it has no seam;
-//! multiplied by d it is continuous at the pith although e is not, and the factor d / (d + l/2) does the same for the
-//! rest. x and y count from the pith: no polar pinching. z is kept, so level rows stay level.
+//! multiplied by d it is continuous at the pith although e is not, and the factor d / (d + l/2) has the same effect on
+//! the rest. x and y are relative to the pith: no polar pinching. z does not change, so level rows stay level.
 use super::trunk::{Places, Trunk};
 use crate::ground::hash::Hash;
 use crate::ground::number::narrow;
@@ -12,16 +12,16 @@ use crate::noise::noise3::{Noise3, SLOPE, visible};
 /// Waves of the growth rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wave {
-    /// How far rings move, in mm.
+    /// Maximum shift of rings, in mm.
     pub amplitude: f64,
-    /// The size of a wave across the grain, in mm.
+    /// Wavelength across the grain, in mm.
     pub across: f64,
-    /// The size of a wave along the grain, in mm.
+    /// Wavelength along the grain, in mm.
     pub along: f64,
 }
 
-/// The least derivative of the displaced radius by the radius, 1 without variation: time rises outward everywhere if it
-/// is above 0.
+/// Lower bound of the derivative of the displaced radius by the radius, 1 without variation. If it is above 0, time
+/// rises outward everywhere.
 pub fn reserve(eccentricity: f64, waves: &[Wave]) -> f64 {
     1.0 - 1.5 * eccentricity - SLOPE * waves.iter().map(|w| w.amplitude / w.across).sum::<f64>()
 }
@@ -39,7 +39,7 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// From its parameters.
+    /// Prepares the variation from its settings.
     pub fn new(eccentricity: f64, waves: &[Wave], hash: Hash) -> Self {
         let wave = |(i, w): (usize, &Wave)| {
             let inverse = [narrow(1.0 / w.across), narrow(1.0 / w.along)];

@@ -3,22 +3,22 @@
 //!
 //! Time is nearly linear inside a pixel with edges u and v, so its distribution there is box(A) ∗ box(B) with A =
 //! |∂T/∂u| and B = |∂T/∂v|. Prefix sums of the table and of its prefix sums give the exact mean of a piecewise constant
-//! table over it with four look-ups. The mean is taken off first, so that both sums are periodic and no digits are
+//! table over it with four look-ups. The mean is subtracted first, so that both sums are periodic and no digits are
 //! lost.
 use super::pattern;
 use super::years::Calendar;
 use crate::ground::hash::Hash;
 use crate::ground::number::narrow;
 
-/// What a table holds at a time: red, green, blue, and the share of late wood.
+/// A table entry: red, green, blue, and the share of late wood.
 pub type Entry = [f32; 4];
 
-/// How years differ from each other.
+/// Variation between years.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variation {
     /// Relative deviation of the depth of late wood.
     pub depth: f64,
-    /// Deviation of the logarithm of the power by which the phase of a year is bent.
+    /// Deviation of the logarithm of the power that is applied to the phase of a year.
     pub phase: f64,
 }
 
@@ -32,13 +32,13 @@ pub struct YearTable {
     mean: Entry,
     /// The table without its mean.
     rest: Vec<Entry>,
-    /// Its sum up to each entry, in years, without the mean of that.
+    /// Its sum up to each entry, in years, minus the mean of the sums.
     first: Vec<[f64; 4]>,
-    /// The sum of that.
+    /// The sum of `first`.
     second: Vec<[f64; 4]>,
 }
 
-/// The largest number of years of a table by even time.
+/// Maximum number of years of a table by even time.
 const MOST: usize = 1024;
 
 fn lcm(a: usize, b: usize) -> Option<usize> {
@@ -49,15 +49,15 @@ fn lcm(a: usize, b: usize) -> Option<usize> {
     (x > 0).then(|| a / x * b)
 }
 
-/// So many entries are summed one by one.
+/// Up to this number, entries are summed one by one.
 const FEW: f64 = 8.0;
 
-/// Entries a year.
+/// Entries per year.
 const PER_YEAR: usize = 128;
 
 impl YearTable {
-    /// From a pattern of `entries` a year (all its years in turn), for `years` years, each a little different. `late`
-    /// tells how much late wood an entry of one year is, 0..1.
+    /// Builds a table of `years` years from a pattern with `entries` per year. Cycles through the pattern's years; each
+    /// year varies a little. `late` is the share of late wood of each entry of one year, 0..1.
     pub fn new(pattern: &[[f32; 3]], entries: usize, late: &[f32], years: usize, vary: Variation, hash: Hash) -> Self {
         let given = (pattern.len() / entries.max(1)).max(1);
         let normal = |i: u64| {
@@ -96,7 +96,7 @@ impl YearTable {
         for i in 1..n {
             first[i] = add(first[i - 1], exact[i - 1], step);
         }
-        // The mean of the piecewise linear sum is that of the middles of its pieces.
+        // The mean of the piecewise linear sum is the mean of the middles of its segments.
         let middle = (0..n).fold([0.0; 4], |sum, i| add(sum, add(first[i], exact[i], 0.5 * step), 1.0));
         let offset = mean_of(middle);
         first.iter_mut().for_each(|v| *v = add(*v, offset, -1.0));
@@ -110,7 +110,7 @@ impl YearTable {
     }
 
     /// The same by even time instead of the calendar's, which is not linear inside a pixel. `None` if it would take
-    /// more than `MOST` years before both repeat.
+    /// more than `MOST` years until both repeat.
     pub fn by_even_time(&self, calendar: &Calendar) -> Option<Self> {
         let years = lcm(self.years, calendar.years()).filter(|years| *years <= MOST)?;
         const PARTS: usize = 4;
@@ -139,17 +139,17 @@ impl YearTable {
         Some(Self::of_table(&table, PER_YEAR))
     }
 
-    /// The number of years before the table repeats.
+    /// Number of years until the table repeats.
     pub fn years(&self) -> usize {
         self.years
     }
 
-    /// The memory it takes.
+    /// Memory use in bytes.
     pub fn bytes(&self) -> usize {
         self.rest.len() * (16 + 32 + 32)
     }
 
-    /// The entry at a time, and how far the time is into it, in years.
+    /// The index of the entry at a time, and the position of the time within it, in years.
     #[inline(always)]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index within the table")]
     fn locate(&self, time: f64) -> (usize, f64) {
@@ -159,14 +159,14 @@ impl YearTable {
         (i, (t - i as f64) / self.per_year as f64)
     }
 
-    /// The entry at a time, as it is.
+    /// The entry at a time, unfiltered.
     #[inline(always)]
     pub fn at(&self, time: f64) -> Entry {
         let entry = &self.rest[self.locate(if time.is_finite() { time } else { 0.0 }).0];
         std::array::from_fn(|c| self.mean[c] + entry[c])
     }
 
-    /// The mean over `width` years from a time on, if they are few entries.
+    /// The mean over `width` years from a time on, if they span few entries.
     #[inline(always)]
     #[expect(clippy::cast_possible_truncation, reason = "a part of an entry, to f32")]
     fn few(&self, from: f64, width: f64) -> Entry {
@@ -211,7 +211,7 @@ impl YearTable {
         }
         let least = 1.0 / self.per_year as f64;
         let (a, b) = (a.max(b).clamp(least, 1e3), a.min(b).min(1e3));
-        // A box that is much narrower than the other one or than an entry changes nothing.
+        // A box that is much narrower than the other one or than an entry has no effect.
         let box_alone = b < (0.02 * a).max(0.25 * least);
         if box_alone && a < FEW * least {
             return self.few(time - 0.5 * a, a);
@@ -240,7 +240,7 @@ fn early_color(pattern: &[[f32; 3]], late: &[f32]) -> [f32; 3] {
 }
 
 fn smooth(colors: &[[f32; 3]], phase: f64) -> [f32; 3] {
-    // No entry takes from beyond the border of the year: it would lose its edge.
+    // No entry reads beyond the border of the year, which would blur its edge.
     let at = (phase * colors.len() as f64 - 0.5).clamp(0.0, (colors.len() - 1) as f64);
     let (i, t) = split(at);
     let (a, b) = (colors[i], colors[(i + 1).min(colors.len() - 1)]);
@@ -256,7 +256,7 @@ fn split(at: f64) -> (usize, f32) {
     (at as usize, (at - at.floor()) as f32)
 }
 
-/// How much late wood each entry of one year is: 0 where the pattern is lightest, 1 where it is darkest (the other way
+/// Share of late wood of each entry of one year: 0 where the pattern is lightest, 1 where it is darkest (the other way
 /// round if early wood is the darker).
 pub fn late_share(pattern: &[[f32; 3]], entries: usize) -> Vec<f32> {
     let years = (pattern.len() / entries.max(1)).max(1) as f32;
@@ -314,7 +314,7 @@ mod tests {
         for i in 0..4000 {
             let t = f64::from(i) * 0.037 - 30.0;
             let (a, b) = (even.mean(t, 0.0, 0.0), table.mean(calendar.at(t), 0.0, 0.0));
-            // Away from the borders of years, which an entry of either table may straddle.
+            // Skip the borders of years, which an entry of either table may straddle.
             let phase = calendar.at(t).rem_euclid(1.0);
             let near = !(0.05..=0.95).contains(&phase);
             assert!(near || (0..4).all(|c| (a[c] - b[c]).abs() < 0.02), "{t}: {a:?} {b:?}");
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn far_away_only_the_mean_is_left() {
+    fn fades_to_mean_far_away() {
         let table = table();
         let (near, far) = (table.mean(12.34, 900.0, 700.0), table.mean);
         assert!((0..4).all(|c| (near[c] - far[c]).abs() < 2e-3), "{near:?} {far:?}");

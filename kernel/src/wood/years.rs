@@ -1,11 +1,12 @@
 //! Years of different widths: the calendar, a map from even growth to that of good and bad years.
 //!
-//! The calendar is applied to the time itself, after branches are blended: weather changes height and thickness alike,
-//! a continuous rising time stays so, and all cuts agree. Its kinks lie on ring borders, where they cannot be seen.
+//! The calendar is applied to the time itself, after branches are blended: weather changes height and thickness
+//! equally, a continuous rising time stays so, and all cuts agree. Its kinks lie on ring borders, where they are
+//! invisible.
 use crate::ground::hash::Hash;
 
-/// Widths of `count` years relative to their mean: log-normal with deviation `sigma` and memory `memory` (the
-/// correlation of a year with the one before), as tree rings have them.
+/// Widths of `count` years relative to their mean: log-normal with deviation `sigma` and autocorrelation `memory`
+/// between consecutive years, as in tree rings.
 pub fn series(count: usize, sigma: f64, memory: f64, hash: Hash) -> Vec<f64> {
     let normal = |i: u64| {
         let (u, v) = (1.0 - hash.unit(2 * i), hash.unit(2 * i + 1));
@@ -21,7 +22,7 @@ pub fn series(count: usize, sigma: f64, memory: f64, hash: Hash) -> Vec<f64> {
     (0..count).map(&mut next).collect()
 }
 
-/// From even time to the calendar: piecewise linear through (sum of relative widths, year).
+/// Maps even time to the calendar: piecewise linear through (sum of relative widths, year).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calendar {
     /// The even time at which each year begins, and the end of the last one.
@@ -31,7 +32,7 @@ pub struct Calendar {
 }
 
 impl Calendar {
-    /// Of relative widths (> 0), which are scaled to mean 1. After the last year they repeat.
+    /// From relative widths (> 0), which are scaled to mean 1. After the last year they repeat.
     #[expect(clippy::cast_possible_truncation, reason = "years are few")]
     pub fn new(widths: &[f64]) -> Self {
         let mean = widths.iter().sum::<f64>() / widths.len().max(1) as f64;
@@ -49,14 +50,14 @@ impl Calendar {
         Self { starts, guess }
     }
 
-    /// Through points (even time, year) as [`points`](Self::points) gives them; `None` if they are fewer than two
+    /// Through points (even time, year) as returned by [`points`](Self::points); `None` if they span fewer than two
     /// years.
     pub fn through(points: &[glam::DVec3]) -> Option<Self> {
         let widths: Vec<f64> = points.windows(2).map(|p| p[1].x - p[0].x).collect();
         (widths.len() > 1).then(|| Self::new(&widths))
     }
 
-    /// The even time of a calendar time.
+    /// Converts calendar time to even time.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a year within the table")]
     pub fn even(&self, year: f64) -> f64 {
         let years = self.years() as f64;
@@ -68,17 +69,17 @@ impl Calendar {
         turn + self.starts[i] + (year - turn - i as f64) * (self.starts[i + 1] - self.starts[i])
     }
 
-    /// The points that it goes through: even time and year.
+    /// The points of the map: even time and year.
     pub fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         self.starts.iter().enumerate().map(|(i, s)| (*s, i as f64))
     }
 
-    /// The number of years before it repeats.
+    /// Number of years until it repeats.
     pub fn years(&self) -> usize {
         self.starts.len() - 1
     }
 
-    /// The calendar time of an even time.
+    /// Converts even time to calendar time.
     #[inline(always)]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index within the table")]
     pub fn at(&self, time: f64) -> f64 {

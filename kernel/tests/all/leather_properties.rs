@@ -1,4 +1,4 @@
-//! What must hold for the leather kernels whatever the numbers.
+//! Properties of the leather kernels that hold for any numbers.
 #![allow(clippy::cast_possible_truncation, reason = "the vectors are f64, the kernels f32")]
 
 use glam::Vec2;
@@ -52,7 +52,7 @@ fn discs_keep_their_distance_and_fill_the_canvas() {
 }
 
 #[test]
-fn discs_turn_and_stretch_where_they_are_told_to() {
+fn follows_shape_of_discs_by_position() {
     // Long along x on the left, along y on the right, and round at the bottom.
     let shape = |p: Vec2| {
         let quarter = std::f32::consts::FRAC_PI_2;
@@ -61,7 +61,7 @@ fn discs_turn_and_stretch_where_they_are_told_to() {
     let spec = PoissonSpec { shape: Some(&shape), aspect: 3.0, ..DISCS };
     let points = poisson(&spec, Hash::new(3));
     assert_eq!(points, poisson(&spec, Hash::new(3)));
-    // In cells of 2.4 × 0.8 mm there is one point at most where discs lie like them, by the definition.
+    // Where discs are aligned with cells of 2.4 × 0.8 mm, a cell contains at most one point, by the definition.
     for (i, a) in points.iter().enumerate() {
         for b in &points[..i] {
             let mut d = b - a;
@@ -74,7 +74,7 @@ fn discs_turn_and_stretch_where_they_are_told_to() {
             }
         }
     }
-    // Most steps to the nearest neighbour lead across the discs; of round ones half would.
+    // Most steps to the nearest neighbour lead across the discs; with round discs, half would.
     let across = |left: bool| {
         let inside = |p: &&Vec2| {
             (p.y > 2.0 && p.y < 12.0) && if left { p.x > 2.0 && p.x < 13.0 } else { p.x > 17.0 && p.x < 28.0 }
@@ -93,7 +93,7 @@ fn discs_turn_and_stretch_where_they_are_told_to() {
 }
 
 #[test]
-fn discs_thin_out_where_they_are_told_to() {
+fn follows_factor_of_discs_by_position() {
     let factor = |p: Vec2| if p.x < 15.0 { 1.0 } else { 2.0 };
     let points = poisson(&PoissonSpec { factor: Some(&factor), most: 2.0, ..DISCS }, Hash::new(3));
     let left = points.iter().filter(|p| p.x < 15.0).count();
@@ -135,7 +135,7 @@ fn triangulation_survives_bad_points() {
     }
 }
 
-/// A periodic grid with uneven springs, moved.
+/// A run of a periodic grid with uneven springs.
 fn periodic_run(grid: bool, threads: usize) -> Outcome<f32> {
     let shape = GridShape { nx: 60, ny: 70, eight: true, periodic: true };
     let spec = GridSpec {
@@ -170,10 +170,10 @@ fn periodic_run(grid: bool, threads: usize) -> Outcome<f32> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Rows of any length, fewer rows than a stride and more than a band, any links left out, in any order: the fast
-    /// path gives what the general one gives, and a stride what single steps give.
+    /// Rows of any length, fewer rows than a stride and more than a band, any links missing, in any order: the fast
+    /// path must equal the general one, and a stride must equal single steps.
     #[test]
-    fn grids_are_lists(seed: u64, nx in 1usize..40, ny in 1usize..140, eight: bool, periodic: bool, steps in 1u32..11,
+    fn matches_lists_on_grids(seed: u64, nx in 1usize..40, ny in 1usize..140, eight: bool, periodic: bool, steps in 1u32..11,
                        breaks: bool, left_out in 0.0f32..0.4, masses in 0usize..3) {
         let shape = GridShape { nx, ny, eight, periodic };
         let (hash, size) = (Hash::new(seed), Vec2::new(nx as f32, ny as f32));
@@ -217,7 +217,7 @@ proptest! {
         for (a, b) in all(&list).into_iter().zip(all(&grid)) {
             prop_assert!((a[0] - b[0]).abs().max((a[1] - b[1]).abs()) < 1e-9, "{a:?} {b:?}");
         }
-        // A run that may end at any step takes one at a time.
+        // A run that may end at any step takes one step at a time.
         let single = run(Some(shape), 1e-300);
         prop_assert!(all(&single) == all(&grid) && single.broken == grid.broken);
     }
@@ -269,7 +269,7 @@ fn large_lists_meet_across_blocks() {
     };
     let quiet = Motion { drag: 2.0, ..motion() };
     let out = simulate(&start, &net, &quiet, &mut |_| true).expect("stable");
-    // Inner forces leave the centre where it is.
+    // Inner forces do not move the centre.
     let mean = |p: &[[f32; 2]], axis: usize| p.iter().map(|p| f64::from(p[axis])).sum::<f64>() / p.len() as f64;
     for axis in 0..2 {
         assert!((mean(&out.positions, axis) - mean(&start, axis)).abs() < 1e-4);
@@ -278,7 +278,7 @@ fn large_lists_meet_across_blocks() {
 }
 
 #[test]
-fn runs_stop_when_told_when_settled_and_when_diverging() {
+fn stops_runs_when_cancelled_settled_or_diverging() {
     let points = [[0.0, 0.0], [2.0, 0.0]];
     let net = Net { links: &[[0, 1]], stiffness: &[1.0], rest: &[1.0], ..Net::default() };
     let cancelled = simulate(&points, &net, &motion(), &mut |step| step < 3);
@@ -338,7 +338,7 @@ proptest! {
     #[test]
     fn long_strokes_have_the_same_bits_in_any_window(seed: u64, x in 0i32..500, y in 0i32..300, power in -9i32..3,
                                                      p in 0usize..5, caps: bool, thin in 0.01f32..0.4) {
-        // From level or upright, within a rounding error, to slanting; far longer than the window.
+        // From horizontal or vertical, within a rounding error, to slanting; far longer than the window.
         let hash = Hash::new(seed);
         let stroke = |n: u64| {
             let r = |i: u64| hash.unit_f32(4 * n + i);

@@ -13,9 +13,9 @@ use shibo_kernel::leather::segments::{self, SegmentSpec};
 use shibo_kernel::springs::{Motion, Net, simulate};
 use shibo_kernel::strokes::{Draw, Profile, Stroke, StrokeSet, StrokeStyle};
 
-/// Length of a side of the work area: 99 pitches.
+/// Side of the work area: 99 pitches.
 const SIDE: f32 = 99.0;
-/// Pixels of a side of the pictures.
+/// Side of the pictures in pixels.
 const PIXELS: usize = 800;
 
 fn picture(strokes: &[Stroke]) -> Vec<f32> {
@@ -31,7 +31,7 @@ fn mean(values: &[f32]) -> f64 {
     values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len().max(1) as f64
 }
 
-/// The value below which `share` of the values lie.
+/// The quantile of the values at `share`.
 fn quantile(values: &[f32], share: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f32::total_cmp);

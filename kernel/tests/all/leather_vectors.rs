@@ -47,7 +47,7 @@ fn close(a: &[[f64; 2]], b: &[[f64; 2]], tolerance: f64) -> bool {
     a.len() == b.len() && a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| (a - b).abs() <= tolerance)
 }
 
-/// Runs a case of the vectors; `grid` takes the path without lists where it can.
+/// Runs a case of the vectors; `grid` uses the path without lists where possible.
 fn run<T: Real>(all: &Value, case: &Value, grid: bool) -> Outcome<T> {
     let list = |v: &Value| numbers(v).into_iter().map(T::of).collect::<Vec<T>>();
     let start = if case["start"].is_array() { &case["start"] } else { &all["points"] };
@@ -247,7 +247,7 @@ fn placed_and_clipped_segments() {
     }
 }
 
-/// Fills the whole of a picture, without softening.
+/// Fills a whole picture, without antialiasing.
 fn picture(strokes: &[Stroke], profile: Profile, size: Vec2, image: &[f64]) -> Vec<f32> {
     let style = StrokeStyle { profile, min_width: 0.0, antialias: false, ..StrokeStyle::default() };
     let (width, height) = (image[0] as usize, image[1] as usize);

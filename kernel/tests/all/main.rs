@@ -1,4 +1,4 @@
-//! The methods: vectors, properties and statistics.
+//! Tests of the methods: vectors, properties and statistics.
 #![allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions")]
 #![allow(
     clippy::cast_possible_truncation,

@@ -1,4 +1,4 @@
-//! Folded noise shows no lines along x and y: two measures of what a grid under it leaves in its rows and columns.
+//! Folded noise shows no lines along x and y: two measures of the traces of a grid in its rows and columns.
 use glam::DVec2;
 use shibo_engine::value::{Tiling, Window};
 use shibo_kernel::ground::hash::Hash;
@@ -7,7 +7,7 @@ use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Basis, FractalKind, Noise, NoiseSpec};
 use std::f64::consts::TAU;
 
-/// Pixels on a side of the picture, and of a cell of the first octave.
+/// Side of the picture in pixels, and side of a cell of the first octave.
 const SIDE: usize = 256;
 const CELL: usize = 32;
 
@@ -25,7 +25,7 @@ impl Picture {
         Self(out.into_iter().map(f64::from).collect())
     }
 
-    /// The pixel (x, y), or (y, x) if it is looked at by rows.
+    /// The pixel (x, y), or (y, x) if columns and rows are exchanged.
     fn at(&self, x: usize, y: usize, rows: bool) -> f64 {
         let (x, y) = if rows { (y, x) } else { (x, y) };
         self.0[y % SIDE * SIDE + x % SIDE]
@@ -46,11 +46,11 @@ impl Picture {
     }
 }
 
-/// The energy of a picture in waves across columns, or rows, that are constant along them. It is divided by the energy of
-/// waves with two to four periods along them.
+/// The energy of waves across columns (or rows) that are constant along them, divided by the energy of waves with two
+/// to four periods along them.
 fn axis_energy(picture: &Picture, rows: bool) -> f64 {
     let energy = |along: usize| -> f64 {
-        // Each column multiplied by a wave of so many periods, then its waves across.
+        // Multiply each column by a wave with `along` periods, then measure the waves across.
         let wave = |y: usize| TAU * (along * y % SIDE) as f64 / SIDE as f64;
         let line: Vec<[f64; 2]> = (0..SIDE)
             .map(|x| {
@@ -60,7 +60,7 @@ fn axis_energy(picture: &Picture, rows: bool) -> f64 {
                 })
             })
             .collect();
-        // From half a cell down to four pixels.
+        // Wavelengths from half a cell down to four pixels.
         (SIDE / CELL * 2..SIDE / 4)
             .map(|k| {
                 let sum = line.iter().enumerate().fold([0.0; 2], |[re, im], (x, [c, s])| {
@@ -74,8 +74,8 @@ fn axis_energy(picture: &Picture, rows: bool) -> f64 {
     energy(0) / ((2..5).map(energy).sum::<f64>() / 3.0)
 }
 
-/// The spread of the mean second difference of columns, or rows, over the place in a cell, its half and its quarter. It is
-/// divided by the spread over the place in lengths that have nothing to do with cells.
+/// The spread of the mean second difference of columns (or rows) over their position in a cell, its half and its
+/// quarter. It is divided by the spread over the position in lengths unrelated to cells.
 fn spread(picture: &Picture, rows: bool) -> f64 {
     let second = |x: usize, y: usize| {
         let v = |dx: usize| picture.at(x + SIDE - 1 + dx, y, rows);
@@ -123,7 +123,7 @@ fn shows_no_lines_along_x_and_y() {
         for fractal in [FractalKind::Billow, FractalKind::Ridged] {
             for frame in [(1.0, 0.0), (1.0, 0.4)] {
                 let [energy, spread] = measured(basis, fractal, frame);
-                // Grids along x and y have 4 to 120 times the energy of the waves beside.
+                // Grids along x and y have 4 to 120 times the energy of the adjacent waves.
                 if energy > 2.5 || spread > 1.5 {
                     bad.push(format!("{basis:?} {fractal:?} {frame:?}: {energy:.2} {spread:.2}"));
                 }
@@ -135,7 +135,7 @@ fn shows_no_lines_along_x_and_y() {
 
 #[test]
 fn finds_the_lines_of_a_grid_that_lies_along_x_and_y() {
-    // White noise is squares along x and y: the measures see them.
+    // White noise consists of squares along x and y: the measures detect them.
     let [energy, spread] = measured(Basis::White, FractalKind::Billow, (1.0, 0.0));
     assert!(energy > 4.0 && spread > 2.0, "{energy} {spread}");
 }

@@ -1,4 +1,4 @@
-//! Where the sides of a synthesis join.
+//! Continuity across the sides of a synthesis that wrap.
 #![allow(clippy::cast_possible_truncation, reason = "test pictures are small")]
 
 use crate::synthesis::{Plain, analysed, lumps, settings};
@@ -12,8 +12,8 @@ use shibo_kernel::synthesis::lattice_start::fit;
 use shibo_kernel::synthesis::region::{Output, Region};
 use shibo_kernel::synthesis::texels::Texels;
 
-/// How often the exemplar does not continue from one column to the next, and from one row to the next: where sides
-/// join, and anywhere on average.
+/// Share of steps from one column to the next, and from one row to the next, at which the exemplar does not continue:
+/// at wrapping sides, and on average.
 fn breaks(coords: &[Position], [w, h]: [usize; 2], j: Jacobian) -> (f64, f64) {
     let broken =
         |a: Position, b: Position, step: Position| (b[0] - a[0] - step[0]).abs() + (b[1] - a[1] - step[1]).abs() > 1e-3;
@@ -25,7 +25,7 @@ fn breaks(coords: &[Position], [w, h]: [usize; 2], j: Jacobian) -> (f64, f64) {
     (share(column(w - 1), h) + share(row(h - 1), w), all)
 }
 
-/// Lumps, the first channel of which repeats but for some noise.
+/// Lumps; the first channel repeats, with some noise.
 fn near_regular(basis: Basis) -> Texels<f32> {
     let (mut exemplar, hash) = (lumps(64, 64, false), Hash::new(8));
     for p in 0..64 * 64 {
@@ -67,13 +67,13 @@ fn a_turned_lattice_that_must_fit_keeps_its_phase_everywhere() {
             off[0].hypot(off[1])
         };
         let mean = coords.iter().enumerate().map(off).sum::<f64>() / coords.len() as f64;
-        // A third of a pixel if what is shown is not bent.
+        // Without bending it would be a third of a pixel.
         assert!(mean < 0.1, "{size:?}: out of phase by {mean:.3} pixels");
     }
 }
 
 #[test]
-fn where_sides_join_is_no_worse_than_anywhere_else() {
+fn continues_across_wrapping_sides_as_well_as_inside() {
     let basis = Basis { a: [13.3, 0.4], b: [-0.3, 11.6] };
     let near_regular = near_regular(basis);
     let turned: fn(f64, f64) -> Jacobian = |_, _| from_angle_scale(0.6, 1.0, 1.0);
@@ -102,7 +102,8 @@ fn where_sides_join_is_no_worse_than_anywhere_else() {
     }
 }
 
-/// How often the exemplar does not continue within `near` columns and rows of where sides join, and anywhere.
+/// Share of steps at which the exemplar does not continue, within `near` columns and rows of wrapping sides, and
+/// anywhere.
 fn ends(coords: &[Position], [w, h]: [usize; 2], near: usize) -> (f64, f64) {
     let broken = |a: Position, b: Position, step: Position| a[0] + step[0] != b[0] || a[1] + step[1] != b[1];
     let at = |x: usize, y: usize| coords[y % h * w + x % w];
@@ -119,9 +120,9 @@ fn ends(coords: &[Position], [w, h]: [usize; 2], near: usize) -> (f64, f64) {
     (f64::from(here) / f64::from(pixels), f64::from(all) / (w * h) as f64)
 }
 
-/// Where use is evened out by tiles more pieces end where tiles meet; sides join within tiles.
+/// With even use by tiles, more pieces end where tiles meet; so wrapping sides must lie inside tiles.
 #[test]
-fn tiles_of_even_use_do_not_meet_where_sides_join() {
+fn keeps_tile_borders_off_wrapping_sides() {
     let exemplar = lumps(64, 64, false);
     let levels = analysed(&exemplar);
     let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[], picture: None };
@@ -138,9 +139,10 @@ fn tiles_of_even_use_do_not_meet_where_sides_join() {
     assert!(joint < mean, "{joint:.4} near where sides join, {mean:.4} anywhere");
 }
 
-/// What may begin at any of its pixels does so where fewer pieces end, and is the same plane as what may not.
+/// A result that may begin at any pixel begins where fewer pieces end, and fills the same plane as one with a fixed
+/// origin.
 #[test]
-fn sides_are_laid_where_pieces_go_on() {
+fn places_origin_where_pieces_continue() {
     let exemplar = lumps(64, 64, false);
     let levels = analysed(&exemplar);
     let analysed = Analysed { plane: exemplar.plane, levels: &levels, usable: &[], guide: &[], picture: None };
@@ -157,7 +159,7 @@ fn sides_are_laid_where_pieces_go_on() {
             (0..203 * 160).all(|k| still[(p / 203 + k / 203) % 160 * 203 + (p % 203 + k % 203) % 203] == open[k])
         });
         assert!(begins, "seed {seed}: another plane");
-        // Windows of what does not join stay parts of larger ones.
+        // Windows of a result that does not wrap stay parts of larger ones.
         assert_eq!(made(true, [true, false]), made(false, [true, false]));
     }
 }

@@ -1,5 +1,5 @@
-//! Joints that are mended: fewer torn features, as sharp as before; and windows, threads, guides and given pixels as
-//! everywhere in synthesis.
+//! Mended joints: fewer torn features, as sharp as before; and windows, threads, guides and given pixels as in all of
+//! synthesis.
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "test pictures are small")]
 use crate::synthesis::{Plain, analysed, plane, settings};
 use shibo_kernel::ground::hash::Hash;
@@ -9,7 +9,7 @@ use shibo_kernel::synthesis::lattice::Basis;
 use shibo_kernel::synthesis::region::{Output, Region};
 use shibo_kernel::synthesis::texels::Texels;
 
-/// Cells of about ten pixels between dark joints of two, each of its own brightness.
+/// Cells of about ten pixels between dark joints of two, each with its own brightness.
 fn cells(side: usize, wrap: bool) -> Texels<f32> {
     let hash = Hash::new(12);
     let count = side / 10;
@@ -61,13 +61,13 @@ fn unbounded(x: i32, y: i32, w: usize, h: usize) -> Output {
     Output { start: [x, y], size: [w, h], wrap: [false; 2] }
 }
 
-/// What coordinates show.
+/// The values at the coordinates.
 fn shown(exemplar: &Texels<f32>, coords: &[Position]) -> Vec<f32> {
     coords.iter().map(|at| exemplar.at(at[0].floor() as i32, at[1].floor() as i32)[0]).collect()
 }
 
-/// The share of patches of 7² pixels that differ from all those of the exemplar by more than 0.45 of its deviation, and the
-/// energy of their gradients over that of the patches that are most like them.
+/// The share of patches of 7² pixels that differ from all those of the exemplar by more than 0.45 of its deviation, and
+/// the energy of their gradients over that of the most similar patches.
 fn torn(exemplar: &Texels<f32>, picture: &[f32], w: usize) -> (f64, f64) {
     let side = exemplar.plane.w;
     let patch = |data: &[f32], w: usize, x: usize, y: usize| -> Vec<f32> {
@@ -96,7 +96,7 @@ fn torn(exemplar: &Texels<f32>, picture: &[f32], w: usize) -> (f64, f64) {
 }
 
 #[test]
-fn features_are_torn_at_few_places_and_nothing_is_blurred() {
+fn tears_few_features_and_blurs_nothing() {
     let exemplar = cells(72, false);
     let output = unbounded(0, 0, 128, 128);
     let of = |rounds: u32| {
@@ -108,7 +108,7 @@ fn features_are_torn_at_few_places_and_nothing_is_blurred() {
     };
     let (left, mended, best) = (of(0), of(1), of(3));
     assert!(left.0 > 0.1, "the exemplar is too easy: {left:?}");
-    // One round and one of replacing; three of each.
+    // One lookup round and one replacing round; then three of each.
     assert!(mended.0 < 0.35 * left.0 && best.0 < 0.2 * left.0, "torn {left:?}, mended {mended:?}, best {best:?}");
     assert!((0.95..1.05).contains(&mended.1) && (0.95..1.05).contains(&best.1), "mended {mended:?}, best {best:?}");
 }
@@ -129,15 +129,15 @@ fn windows_are_parts_of_larger_ones() {
     }
 }
 
-/// Beside the best of the places that are tried, others are too; in large exemplars these lie far enough away to cross its sides.
+/// Positions next to the best tried position are tried too; in large exemplars they may lie across its sides.
 #[test]
-fn large_exemplars_that_repeat_are_searched_across_their_sides() {
+fn searches_across_wrapping_sides_of_large_exemplars() {
     let hash = Hash::new(21);
     let side = 900;
     let data = (0..side * side).map(|p| 12.0f32.sqrt() * (hash.unit_f32(p as u64) - 0.5)).collect();
     let exemplar = Texels::new(plane(side, side, true), 1, data);
     let output = Output { start: [0, 0], size: [400, 400], wrap: [true; 2] };
-    // Nothing but single pixels to begin with: there are many spots.
+    // Start from single pixels only: there are many spots.
     let how = Settings { coarsest: 1, passes: 0, ..plain(1, 9) };
     let coords = grown(&exemplar, &[], &output, &how, &Plain::default());
     let inside = |at: &Position| at.iter().all(|v| (0.0..side as f32).contains(v));
@@ -187,7 +187,7 @@ fn guides_are_followed_and_given_pixels_stay() {
     }
 }
 
-/// Bricks in running bond between joints, less than three by nine, each of its own colour.
+/// Bricks in running bond between joints, less than three by nine, each with its own colour.
 fn bricks(basis: Basis, side: usize) -> Texels<f32> {
     let (hash, [wide, high]) = (Hash::new(3), [basis.b[0], basis.a[1]]);
     let value = |p: usize| {
@@ -206,7 +206,7 @@ fn bricks(basis: Basis, side: usize) -> Texels<f32> {
 }
 
 #[test]
-fn what_starts_on_a_lattice_stays_in_step() {
+fn keeps_phase_of_lattice_start() {
     let basis = Basis { a: [16.0, 10.6], b: [32.0, 0.0] };
     let exemplar = bricks(basis, 92);
     for seed in 1..=2 {
@@ -219,7 +219,7 @@ fn what_starts_on_a_lattice_stays_in_step() {
             off[0].hypot(off[1]) > 4.0
         };
         let share = coords.iter().enumerate().filter(|at| slipped(*at)).count() as f64 / coords.len() as f64;
-        // More than three times as many if nothing keeps them in step.
+        // More than three times as many if no phase is kept.
         assert!(share < 0.005, "seed {seed}: {share:.4} of the pixels are not in step");
     }
 }

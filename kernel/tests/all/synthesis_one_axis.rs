@@ -1,8 +1,8 @@
-//! Exemplars and results whose sides join along one axis only: each axis is taken by itself.
+//! Exemplars and results that wrap along one axis only: each axis is handled independently.
 #![allow(clippy::cast_possible_truncation, reason = "test pictures are small")]
 use crate::synthesis::{Plain, analysed, settings};
 use shibo_kernel::ground::hash::Hash;
-use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::PixelPlane;
 use shibo_kernel::synthesis::aniso::Position;
 use shibo_kernel::synthesis::driver::{Analysed, Settings, Start, run};
 use shibo_kernel::synthesis::jacobian::{Jacobian, from_angle_scale};
@@ -12,7 +12,7 @@ use shibo_kernel::synthesis::texels::Texels;
 
 const WRAPS: [[bool; 2]; 4] = [[true, false], [false, true], [true, true], [false, false]];
 
-/// Bumps that nearly repeat by a lattice, on a rectangle whose sides join where `wrap` says so.
+/// Bumps that nearly repeat by a lattice, on a rectangle with the wrapping axes `wrap`.
 fn bumps(wrap: [bool; 2], basis: Basis, seed: u64) -> Texels<f32> {
     let (w, h, hash) = (48, 48, Hash::new(seed));
     let value = |p: usize| {
@@ -21,7 +21,7 @@ fn bumps(wrap: [bool; 2], basis: Basis, seed: u64) -> Texels<f32> {
         let wave = (i * std::f64::consts::TAU).cos() + (j * std::f64::consts::TAU).cos();
         (wave + 0.5 * cell + 0.3 * hash.unit(p as u64)) as f32
     };
-    Texels::new(Plane { w, h, wrap }, 1, (0..w * h).map(value).collect())
+    Texels::new(PixelPlane { w, h, wrap }, 1, (0..w * h).map(value).collect())
 }
 
 fn grown(
@@ -36,7 +36,7 @@ fn grown(
     run(&analysed, output, how, &Plain { jacobian, ..Plain::default() }).expect("nothing stops it").coords
 }
 
-/// The mean step of the shown values from one column to the next, or one row: where sides meet, and inside.
+/// The mean step of the values from one column (or row) to the next: across wrapping sides, and inside.
 fn steps(exemplar: &Texels<f32>, coords: &[Position], [w, h]: [usize; 2], rows: bool) -> (f64, f64) {
     let shown = |x: usize, y: usize| {
         let at = coords[y % h * w + x % w];
@@ -54,7 +54,7 @@ fn steps(exemplar: &Texels<f32>, coords: &[Position], [w, h]: [usize; 2], rows: 
 }
 
 #[test]
-fn joins_the_sides_that_join_and_no_others() {
+fn wraps_only_requested_axes() {
     let basis = Basis { a: [11.7, 0.6], b: [-0.5, 12.3] };
     for wrap in WRAPS {
         let mut sums = [[0.0; 2]; 2];
@@ -94,7 +94,7 @@ fn positions_stay_inside_along_a_jacobian() {
     }
 }
 
-/// Along an axis whose sides do not join, a smaller result is a part of a larger one.
+/// Along an axis that does not wrap, a smaller result is a part of a larger one.
 #[test]
 fn a_larger_canvas_extends_a_smaller_one() {
     let basis = Basis { a: [11.7, 0.6], b: [-0.5, 12.3] };

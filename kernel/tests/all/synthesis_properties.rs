@@ -1,4 +1,4 @@
-//! What must hold for synthesis whatever the exemplar.
+//! Properties of synthesis that hold for any exemplar.
 #![allow(clippy::cast_possible_truncation, reason = "test pictures are small")]
 
 use crate::synthesis::{Plain, analysed, lumps, plane, settings};
@@ -8,13 +8,13 @@ use shibo_kernel::ground::stop::NEVER;
 use shibo_kernel::synthesis::analysis::find_alike;
 use shibo_kernel::synthesis::aniso::Position;
 use shibo_kernel::synthesis::driver::{Analysed, run};
-use shibo_kernel::synthesis::exact::{Corrector, Features, Rule, offsets, upsample};
+use shibo_kernel::synthesis::exact::{CorrectionRule, Corrector, Features, offsets, upsample};
 use shibo_kernel::synthesis::jacobian::{Jacobian, from_angle_scale};
 use shibo_kernel::synthesis::lattice::detect;
 use shibo_kernel::synthesis::magnify::places;
 use shibo_kernel::synthesis::region::Output;
 use shibo_kernel::synthesis::texels::{Fetch, Texels};
-use shibo_kernel::synthesis::{Lookup, Neighbours, Plane};
+use shibo_kernel::synthesis::{Lookup, Neighbours, PixelPlane};
 use std::sync::atomic::{AtomicI32, Ordering};
 
 fn synthesise(exemplar: &Texels<f32>, usable: &[bool], output: &Output, local: bool, inputs: &Plain) -> Vec<Position> {
@@ -47,8 +47,8 @@ fn windows_are_parts_of_larger_ones() {
     }
 }
 
-/// How much the output is torn where pieces end: what its neighbours show, squared and summed over all pixels, beside
-/// how the exemplar goes on. Along diagonals too, so that the direction in which pieces end does not matter.
+/// Discontinuity of the output where pieces end: the squared difference between its neighbours and the continuation of
+/// the exemplar, summed over all pixels. Includes diagonals, so that the direction in which pieces end does not matter.
 fn torn(exemplar: &Texels<f32>, j: fn(f64, f64) -> Jacobian) -> f64 {
     const SIDE: usize = 160;
     let output = Output { start: [0, 0], size: [SIDE; 2], wrap: [true; 2] };
@@ -72,9 +72,9 @@ fn torn(exemplar: &Texels<f32>, j: fn(f64, f64) -> Jacobian) -> f64 {
 }
 
 #[test]
-fn a_turn_tears_no_more_than_none() {
+fn tears_no_more_when_rotated() {
     let exemplar = lumps(64, 64, false);
-    // As good as upright, on the same path.
+    // As good as without rotation, on the same path.
     let upright = torn(&exemplar, |_, _| from_angle_scale(1e-5, 1.0, 1.0));
     let turned = [
         torn(&exemplar, |_, _| from_angle_scale(0.3, 1.0, 1.0)),
@@ -132,8 +132,8 @@ fn positions_stay_inside_and_never_streak() {
     }
 }
 
-/// The swirl's Jacobian leads from many pixels to both of their neighbours, though it turns so fast that pieces must
-/// end; 1 does from none.
+/// With the swirl's Jacobian, the steps from many pixels to their right and lower neighbours follow it, although it
+/// rotates so fast that pieces must end; without a Jacobian, nearly none do.
 #[test]
 fn coordinates_follow_a_jacobian_that_varies() {
     let exemplar = lumps(64, 64, true);
@@ -156,9 +156,9 @@ fn coordinates_follow_a_jacobian_that_varies() {
     assert!(along > 0.3 && without < 0.05, "{along:.3} of the pixels follow the Jacobian, {without:.3} without it");
 }
 
-/// A plane that remembers how far from a pixel it was read.
+/// A lookup that records how far from a pixel it was read.
 struct Watched {
-    plane: Plane,
+    plane: PixelPlane,
     centre: [i32; 2],
     far: AtomicI32,
     reads: AtomicI32,
@@ -183,7 +183,7 @@ fn only_the_eight_immediate_neighbours_are_read() {
     let map: Vec<[f64; 2]> = (0..81).map(|p| [16.0 * hash.unit(2 * p), 16.0 * hash.unit(2 * p + 1)]).collect();
     for (square, compared) in [(4, 4), (3, 9), (5, 25)] {
         assert_eq!(offsets(square).len(), compared);
-        let rule = Rule { square, averaged: true, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 1 };
+        let rule = CorrectionRule { square, averaged: true, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 1 };
         for (angle, scale, stretch) in [(0.0, 1.0, 1.0), (0.7, 0.3, 1.0), (2.5, 4.0, 2.0), (4.0, 1.0, 0.4)] {
             let j = from_angle_scale(angle, scale, stretch).map(f64::from);
             let (far, reads) = (AtomicI32::new(0), AtomicI32::new(0));
@@ -199,7 +199,7 @@ fn only_the_eight_immediate_neighbours_are_read() {
 }
 
 #[test]
-fn what_is_masked_is_not_shown_and_what_is_given_stays() {
+fn hides_masked_pixels_and_keeps_given_ones() {
     let exemplar = lumps(48, 48, false);
     let usable: Vec<bool> = (0..48 * 48).map(|p| !(10..26).contains(&(p % 48)) || p / 48 > 30).collect();
     let output = Output { start: [0, 0], size: [96, 96], wrap: [true; 2] };
@@ -244,8 +244,8 @@ fn lattices_are_found_to_parts_of_a_pixel() {
 }
 
 #[test]
-fn a_lattice_is_found_though_less_than_two_periods_are_visible() {
-    // A wall of running bond: two courses and two half bricks are 56 pixels, of which 96 show 1.7.
+fn finds_lattice_with_less_than_two_periods() {
+    // A wall of running bond: two courses and two half bricks are 56 pixels; 96 pixels show 1.7 periods.
     let n = 96;
     let hash = Hash::new(8);
     let wall = |p: usize| {
@@ -262,7 +262,7 @@ fn a_lattice_is_found_though_less_than_two_periods_are_visible() {
         let off = found.basis.coordinates(v).map(|c| (c - c.round()).abs());
         assert!(off[0].max(off[1]) < 0.05, "{found:?}");
     }
-    // What has no order has none at any size.
+    // Noise has no lattice at any size.
     for seed in 0..6 {
         let data = (0..n * n).map(|p| Hash::new(seed).unit_f32(p as u64)).collect();
         let lumps = Texels::new(plane(n, n, false), 1, data).blurred(12);
@@ -288,7 +288,7 @@ proptest! {
             map = upsample(&map, plane(size[0], size[1], false), spacing, |_, _| j);
             size = size.map(|n| 2 * n);
         }
-        // Around the centre of each pixel that it began with.
+        // Around the centre of each starting pixel.
         let side = 1 << levels;
         for (p, at) in map.iter().enumerate() {
             let centred = |k: usize| (k % side) as f64 + 0.5 - side as f64 / 2.0;
@@ -310,7 +310,7 @@ proptest! {
                 [u + j[0] * x + j[1] * y, v + j[2] * x + j[3] * y]
             })
             .collect();
-        let rule = Rule { square, averaged, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 4 };
+        let rule = CorrectionRule { square, averaged, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 4 };
         let corrector = Corrector { features: &features, rule: &rule, lookup: &area, jacobian: |_| j };
         // Inside; at the border neighbours are missing.
         for (x, y) in (1..8).flat_map(|x| (1..7).map(move |y| (x, y))) {
@@ -352,10 +352,10 @@ fn candidate_sets_hold_pixels_apart_from_each_other() {
         };
         for (level, two) in levels.iter().zip(&two) {
             assert_eq!(level.second.len(), 3 * n);
-            // The first of more is the one of two.
+            // The first of several candidates is the one of a pair.
             assert_eq!(&level.second[..n], &two[..]);
-            // Pixels between searched ones are derived from them, so candidates keep their distance at searched pixels
-            // only.
+            // Pixels between searched ones are derived from them, so candidates keep their distance only at searched
+            // pixels.
             let step = (level.h / 4).max(1) as u32;
             for p in (0..n as u32).filter(|p| p % 40 % step == 0 && p / 40 % step == 0) {
                 let set = [0, 1, 2].map(|k| level.second[k * n + p as usize]);

@@ -2,12 +2,12 @@
 #![allow(clippy::cast_possible_truncation, reason = "the vectors are small")]
 use serde_json::Value;
 use shibo_kernel::ground::hash::Hash;
-use shibo_kernel::synthesis::exact::{Corrector, Features, Rule, offsets, upsample};
+use shibo_kernel::synthesis::exact::{CorrectionRule, Corrector, Features, offsets, upsample};
 use shibo_kernel::synthesis::jacobian::{OCTANTS, octant};
 use shibo_kernel::synthesis::levels::pyramid_level;
 use shibo_kernel::synthesis::magnify::places;
 use shibo_kernel::synthesis::texels::{Fetch, Texels};
-use shibo_kernel::synthesis::{Lookup, Plane};
+use shibo_kernel::synthesis::{Lookup, PixelPlane};
 
 const TOLERANCE: f64 = 1e-9;
 
@@ -33,8 +33,8 @@ fn close(a: &[f64], b: &[f64], what: &str) {
     assert!(worst <= TOLERANCE, "{what}: {worst}");
 }
 
-fn torus(side: usize) -> Plane {
-    Plane { w: side, h: side, wrap: [true; 2] }
+fn torus(side: usize) -> PixelPlane {
+    PixelPlane { w: side, h: side, wrap: [true; 2] }
 }
 
 fn picture(v: &Value, channels: usize) -> Texels<f64> {
@@ -57,7 +57,7 @@ fn stacks_and_pyramids() {
 }
 
 #[test]
-fn the_neighbour_in_a_direction() {
+fn finds_neighbour_in_direction() {
     for case in vectors()["immediate_neighbour"].as_array().expect("a list") {
         let degrees = case["degrees"].as_f64().expect("a number");
         let (y, x) = degrees.to_radians().sin_cos();
@@ -81,7 +81,7 @@ fn cases(all: &Value) -> Vec<(Value, Case)> {
 }
 
 #[test]
-fn children_lie_around_their_parents() {
+fn places_children_around_parents() {
     for (json, case) in cases(&vectors()) {
         let h = json["h"].as_f64().expect("a number");
         let made = upsample(&pairs(&json["S_parent_3x3"]), torus(3), h, |x, y| case.j[y * 6 + x]);
@@ -99,7 +99,7 @@ fn neighbourhoods_candidates_errors_and_corrections() {
     for (json, case) in cases(&all) {
         for correction in json["corrections"].as_array().expect("a list") {
             let square = if correction["offsets"] == "full3" { 3 } else { 4 };
-            let rule = Rule {
+            let rule = CorrectionRule {
                 square,
                 averaged: correction["averaged"] == true,
                 fetch: if correction["fetch"] == "nearest" { Fetch::Nearest } else { Fetch::Bilinear },
@@ -136,12 +136,13 @@ fn neighbourhoods_candidates_errors_and_corrections() {
             let mut map = case.map.clone();
             corrector.pass(plane, &[], &mut map);
             close(map.as_flattened(), &flat(&correction["corrected_sub1"]), "corrected at once");
-            let rule = Rule { sub_passes: 4, ..rule };
+            let rule = CorrectionRule { sub_passes: 4, ..rule };
             let mut map = case.map.clone();
             Corrector { rule: &rule, ..corrector }.pass(plane, &[], &mut map);
             close(map.as_flattened(), &flat(&correction["corrected_sub2"]), "corrected in four groups");
         }
-        let rule = Rule { square: 4, averaged: true, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 1 };
+        let rule =
+            CorrectionRule { square: 4, averaged: true, fetch: Fetch::Bilinear, h: 1.0, kappa: 1.0, sub_passes: 1 };
         let corrector = Corrector { features: &features, rule: &rule, lookup: &plane, jacobian: |p: usize| case.j[p] };
         let centres: Vec<[f64; 2]> = (0..64).map(|p| [f64::from(p % 8) + 0.5, f64::from(p / 8) + 0.5]).collect();
         let mut map = case.map.clone();
@@ -167,7 +168,7 @@ fn magnified_colours() {
             };
             close(&show(&|_| [1.0, 0.0, 0.0, 1.0]), &flat(&magnification["isometric"][k]), "isometric (5)");
             close(&show(&|q| case.j[q]), &flat(&magnification["anisometric_J_at_tap"][k]), "anisometric (6)");
-            // J at p, read between its pixels.
+            // J at p, interpolated.
             let mut j = [0.0; 4];
             for (_, weight, q) in taps(&plane, p) {
                 j.iter_mut().zip(case.j[q]).for_each(|(j, v)| *j += weight * v);
@@ -181,8 +182,8 @@ fn magnified_colours() {
     }
 }
 
-/// The four pixels around a place, their weights and indices.
-fn taps(plane: &Plane, p: [f64; 2]) -> Vec<([i32; 2], f64, usize)> {
+/// The four pixels around a position, their weights and indices.
+fn taps(plane: &PixelPlane, p: [f64; 2]) -> Vec<([i32; 2], f64, usize)> {
     let cell = p.map(|v| (v - 0.5).floor());
     let rest = [p[0] - 0.5 - cell[0], p[1] - 0.5 - cell[1]];
     [[0, 0], [1, 0], [0, 1], [1, 1]]
@@ -195,7 +196,7 @@ fn taps(plane: &Plane, p: [f64; 2]) -> Vec<([i32; 2], f64, usize)> {
         .collect()
 }
 
-/// The source's method from zeros on, without jitter: the only whole runs that random numbers do not decide.
+/// The source's method starting from zeros, without jitter: the only whole runs that do not depend on random numbers.
 #[test]
 fn whole_runs_from_zeros() {
     let all = vectors();
@@ -222,7 +223,8 @@ fn whole_runs_from_zeros() {
             let texels = if pyramid { pyramid_level(&finest, h as usize) } else { finest.blurred(h as usize) };
             let ratio = if pyramid { h } else { 1.0 };
             let features = Features { texels: &texels, ratio, second: &[], plane: torus(16) };
-            let rule = Rule { square: 4, averaged: true, fetch: Fetch::Bilinear, h, kappa: 1.0, sub_passes: 4 };
+            let rule =
+                CorrectionRule { square: 4, averaged: true, fetch: Fetch::Bilinear, h, kappa: 1.0, sub_passes: 4 };
             let plane = torus(side);
             let corrector = Corrector {
                 features: &features,

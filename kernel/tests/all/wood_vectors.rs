@@ -47,7 +47,7 @@ fn growth(vectors: &Json) -> Growth {
     Growth { elongation: number(&speeds["ve"]), thickening: number(&speeds["vh"]), ground: 0.0, boost: 0.0, fade: 1.0 }
 }
 
-/// The coordinates of query points by themselves.
+/// The coordinates of query points, one list per axis.
 fn columns(queries: &[Json]) -> [Vec<f64>; 3] {
     std::array::from_fn(|axis| queries.iter().map(|q| number(&q["P"][axis])).collect())
 }
@@ -117,7 +117,7 @@ fn branches_and_blends() {
 }
 
 #[test]
-fn the_earlier_method() {
+fn matches_earlier_method() {
     let vectors = vectors();
     for case in list(&vectors, "straight") {
         let skeleton = list(&vectors, "skeletons").iter().find(|s| s["name"] == case["skeleton"]).unwrap();
@@ -130,7 +130,7 @@ fn the_earlier_method() {
 }
 
 #[test]
-fn what_must_be_refused() {
+fn rejects_invalid_nodes() {
     for case in list(&vectors(), "invalid") {
         for scheme in [Scheme::Natural, Scheme::Local] {
             let nodes = points(&case["nodes"]);

@@ -1,8 +1,9 @@
 //! [`Blend`]: one layer over another.
 //!
 //! Source of the modes: the compositing rules of the W3C and of picture editors; see
-//! [`kernel::blend`](shibo_kernel::pointwise::blend). Differs in that colours are blended scene-linear and nothing is cut to 0..1.
-//! Cost: O(pixels), bound by memory; what a mask hides in a whole tile is not computed.
+//! [`kernel::blend`](shibo_kernel::pointwise::blend). Unlike there, colours are blended scene-linear and results are
+//! not clamped to 0..1. Cost: O(pixels), bound by memory; a layer that a mask hides in a whole tile is not computed
+//! there.
 use crate::masked::{Masked, Mix};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -31,13 +32,13 @@ pub struct Blend {
     pub base: In<AnyField>,
     /// The layer above, b.
     pub top: In<AnyField>,
-    /// Where the top layer shows, 0..1; what lies outside counts as 0 or 1. Everywhere if not given.
+    /// Where the top layer shows, 0..1; values are clamped to that range. Everywhere if not given.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
-    /// How much of the top layer shows, 0..1; multiplied with the mask.
+    /// Opacity of the top layer, 0..1; multiplied with the mask.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub opacity: In<Gray>,
-    /// What becomes of the two where the top layer shows.
+    /// How the two layers are combined where the top layer shows.
     pub mode: BlendMode,
 }
 
@@ -53,7 +54,7 @@ impl Default for Blend {
     }
 }
 
-/// What is the same for all pixels.
+/// Parameters that are the same for all pixels.
 #[derive(Clone, Copy)]
 struct Layers {
     mode: BlendMode,
@@ -67,7 +68,7 @@ impl Layers {
         }
     }
 
-    /// `top` over `base` through a mask. A window that shows only one of them asks only for that one.
+    /// `top` over `base` through a mask. A window in which only one of them shows computes only that one.
     fn masked(self, mask: Field, base: Field, top: Field, ty: Type) -> Field {
         let covering = (self.mode == BlendMode::Normal && self.opacity == 1.0).then_some(0.0);
         let mix: Mix = Box::new(move |out, mask, base, top| self.fill(out, base[0], top[0], Some(mask)));
@@ -111,7 +112,7 @@ impl Node for Blend {
     }
 }
 
-/// A field as another type of more channels, or as it is.
+/// A field converted to a type of more channels, or unchanged if it has that type.
 fn as_type(field: Field, ty: Type) -> Field {
     if field.ty() == ty {
         return field;
@@ -133,7 +134,7 @@ mod tests {
         Field::constant(Type::Gray, &[value])
     }
 
-    /// The blend of `inputs` = base, top and, if there are more, mask and opacity; as values.
+    /// Values of the blend of `inputs`: base, top and, if there are more, mask and opacity.
     fn blend(mode: BlendMode, inputs: &[Field]) -> Vec<f32> {
         let mut node = Blend { base: port(0), top: port(1), mode, ..Blend::default() };
         node.mask = inputs.get(2).map(|_| port(2));

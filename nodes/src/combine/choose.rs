@@ -1,7 +1,7 @@
-//! [`Choose`] and [`ChooseMaterial`]: at every pixel one of several inputs, by the number of the piece that it lies in.
+//! [`Choose`] and [`ChooseMaterial`]: one of several inputs at every pixel, chosen by the number of the piece there.
 //!
-//! They are no kinds in graph files: `Each` makes them. Which input shows is a hash of the number, so that neighbours with
-//! neighbouring numbers are unlike. Of an input only the part is computed that shows in a tile. Cost: a copy.
+//! Graph files cannot name them: `Each` makes them. A hash of the number chooses the input, so that pieces with
+//! neighbouring numbers look unlike. Of each input a tile computes only the part that shows in it. Cost: a copy.
 use crate::chosen::Chosen;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,7 +17,7 @@ use std::sync::Arc;
 pub struct Choose {
     /// Numbers of pieces.
     pub ids: In<IdsField>,
-    /// What to choose among.
+    /// Inputs to choose from.
     pub inputs: Vec<In<AnyField>>,
 }
 
@@ -27,11 +27,11 @@ pub struct Choose {
 pub struct ChooseMaterial {
     /// Numbers of pieces.
     pub ids: In<IdsField>,
-    /// What to choose among.
+    /// Materials to choose from.
     pub inputs: Vec<In<Material>>,
 }
 
-/// Which of `count` inputs shows in the piece of this number.
+/// Index of the input, of `count`, that shows in the piece of this number.
 #[expect(clippy::cast_possible_truncation, reason = "whole numbers, and a remainder that is smaller than `count`")]
 fn choice(id: f32, count: usize) -> usize {
     (Hash::new((id.round() as i64).cast_unsigned()).u64(0) % count as u64) as usize

@@ -1,28 +1,28 @@
-//! What the names in the formula of an [`Expression`](super::Expression) stand for.
+//! Meaning of the names in the formula of an [`Expression`](super::Expression).
 use glam::DVec2;
 use shibo_engine::diagnostics::Code;
 use shibo_engine::expression::{Meaning, Names, Value};
 
 /// The names of the ports.
 pub(super) const PORTS: [&str; 4] = ["a", "b", "c", "d"];
-/// The names that stand for positions, and their planes.
+/// Names of the position, in the order of its planes.
 pub(super) const PLACES: [&str; 4] = ["x", "y", "u", "v"];
 const FACTS: [&str; 3] = ["canvas.width", "canvas.height", "canvas.seed"];
 
-/// What is known of a port.
+/// Knowledge about the input of a port.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Port {
     /// Nothing is connected.
     Open,
-    /// Something whose components are not known yet.
+    /// An input whose components are not known yet.
     Something,
-    /// A field of so many components.
+    /// A field with this number of components.
     Field(usize),
     /// A constant.
     Constant(Vec<f64>),
 }
 
-/// What the names in a formula stand for.
+/// Resolves the names in a formula.
 pub(super) struct InFormula {
     pub(super) ports: [Port; 4],
     pub(super) size: DVec2,
@@ -67,7 +67,7 @@ impl Names for InFormula {
             let facts = [self.size.x, self.size.y, self.canvas_seed as f64];
             return Some(Meaning::Known(Value::Number(facts[fact])));
         }
-        // A component of something unknown may be any.
+        // The components of an unknown input are not known: accept any.
         let whole = name.split_once('.').map(|(whole, _)| whole);
         let unknown = |index: usize| self.ports[index] == Port::Something;
         match whole.filter(|whole| PORTS.iter().position(|port| port == whole).is_some_and(unknown)) {
@@ -90,7 +90,7 @@ impl Names for InFormula {
     }
 }
 
-/// By how much the positions grow from one repeat of the canvas to the next.
+/// Increase of each position from one repeat of the canvas to the next.
 pub(super) fn growth(size: DVec2) -> [[f64; 2]; 4] {
     [[size.x, 0.0], [0.0, size.y], [1.0, 0.0], [0.0, 1.0]]
 }

@@ -1,8 +1,8 @@
 //! [`HeightBlend`]: one height over another, the higher one on top.
 //!
-//! With c the contrast, w = smoothstep(−c/2, c/2, top + offset − base + (2·mask − 1)·(range + c/2)), times the opacity; see
-//! [`kernel::layers`](shibo_kernel::surface::layers). `range` is a parameter, never measured, so a tile needs
-//! nothing but itself. Cost: O(pixels), bound by memory.
+//! With c the contrast, w = smoothstep(−c/2, c/2, top + offset − base + (2·mask − 1)·(range + c/2)), times the opacity;
+//! see [`kernel::layers`](shibo_kernel::surface::layers). `range` is a parameter and not measured, so a tile reads only
+//! itself. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
@@ -12,8 +12,8 @@ use shibo_kernel::surface::layers::{ByHeight, HeightMode, mix_heights};
 
 /// Blends two heights so that the higher one shows: mortar fills gaps, dust lies in grooves.
 ///
-/// The mask raises one against the other: at ½ the heights alone decide, at 0 only the base shows and at 1 only the top.
-/// Colours and other channels follow with `weight` as the mask of `Blend`.
+/// The mask shifts one height against the other: at ½ the heights alone decide, at 0 only the base shows and at 1 only
+/// the top. To blend colours and other channels alike, use the output `weight` as the mask of `Blend`.
 ///
 /// ```ron
 /// "cells": Worley(size: 9),
@@ -32,22 +32,23 @@ pub struct HeightBlend {
     pub base: In<Gray>,
     /// The height above, mm.
     pub top: In<Gray>,
-    /// Where the top shows, 0..1: at ½ where it is higher, with 1 everywhere.
+    /// Where the top shows, 0..1: at ½ where the top is higher, at 1 everywhere, at 0 nowhere.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: In<Gray>,
-    /// How soft the border is, as a difference of height; 0 is a hard edge.
+    /// Softness of the border, as a difference of height; 0 is a hard edge.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
     pub contrast: f64,
     /// Added to the height above.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
     pub offset: f64,
-    /// By how much the mask can raise one against the other: heights should not differ by more.
+    /// The largest difference of height that the mask can overcome; should be at least the largest difference between
+    /// the two heights.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
     pub range: f64,
-    /// How much of the top shows where it shows.
+    /// Opacity of the top where it shows, 0..1.
     #[schemars(range(min = 0, max = 1))]
     pub opacity: f64,
-    /// What becomes of the heights where the top shows.
+    /// How the heights are combined where the top shows.
     pub mode: HeightMode,
 }
 
@@ -107,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_mask_the_larger_height_is_left() {
+    fn shows_higher_input_without_mask() {
         let node = HeightBlend { contrast: 0.0, ..node() };
         let inputs = [gray().into(), lumps().into()];
         let above = pairs(&lumps(), &field(&node, &inputs, "height"));
@@ -116,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn masks_decide_at_their_ends() {
+    fn masks_of_0_and_1_decide_alone() {
         let masked = HeightBlend { mask: port(2), range: 2.0, ..node() };
         for (mask, weight) in [(0.0, 0.0), (1.0, 1.0)] {
             let mask = Field::constant(Type::Gray, &[mask]);

@@ -1,4 +1,5 @@
-//! [`MakeVector`]: a vector of two numbers, or of an angle and a length. Cost: O(pixels); with an angle about 5 ns each.
+//! [`MakeVector`]: a vector of two numbers, or of an angle and a length. Cost: O(pixels); with an angle about 5 ns
+//! each.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -22,13 +23,13 @@ use shibo_kernel::ground::math::{cos_degrees, sin_degrees};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MakeVector {
-    /// The first component, to the right; in mm where the vector is a displacement.
+    /// The first component, to the right; in mm if the vector is a displacement.
     pub x: In<Gray>,
     /// The second component, down.
     pub y: In<Gray>,
     /// Instead of `x` and `y`: the direction in degrees, from +x towards +y.
     pub angle: Option<In<Gray>>,
-    /// With `angle`: how long the vectors are.
+    /// With `angle`: length of the vectors.
     pub length: Option<In<Gray>>,
 }
 
@@ -95,7 +96,7 @@ mod tests {
     use crate::testing::{canvas, lumps, port, raster, render};
 
     #[test]
-    fn by_components_or_by_angle() {
+    fn makes_vectors_from_components_or_angle() {
         let node = MakeVector { x: port(0), y: port(1), ..MakeVector::default() };
         let inputs = [gray().into(), lumps().into()];
         conforms(&node, &inputs);
@@ -109,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn contradictions_are_found() {
+    fn refuses_contradictory_parameters() {
         let both = MakeVector { x: port(0), angle: Some(port(1)), ..MakeVector::default() };
         let half = MakeVector { length: Some(port(0)), ..MakeVector::default() };
         let at = |node: &MakeVector| node.check_on(&canvas())[0].field.clone();

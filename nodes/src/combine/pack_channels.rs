@@ -15,8 +15,8 @@ use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 /// "example": PackChannels(r: "height", g: "noise", b: "cells.value"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *RGBA Merge*, *Channels Shuffle*; Material Maker *Combine*, Blender *Combine Color*, Houdini
-/// *Float to Vector*.
+/// Elsewhere: Substance Designer *RGBA Merge*, *Channels Shuffle*; Material Maker *Combine*, Blender *Combine Color*,
+/// Houdini *Float to Vector*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PackChannels {

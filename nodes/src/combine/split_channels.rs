@@ -1,13 +1,15 @@
-//! [`SplitChannels`]: the numbers of a colour, a normal or a vector, one by one. Cost: O(pixels), bound by memory.
+//! [`SplitChannels`]: the components of a colour, a normal or a vector, as separate fields. Cost: O(pixels), bound by
+//! memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyVector, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 
-/// Takes a colour, a normal or a vector apart, into fields of one number each.
+/// Splits a colour, a normal or a vector into fields of one number each.
 ///
-/// `x`, `y` and `z` are components: those of a normal lie in -1..1, those of a vector have its unit, usually mm. `r`, `g` and
-/// `b` are the channels as they are kept, so a normal's lie in 0..1. A vector has no third one: `z` and `b` are 0.
+/// `x`, `y` and `z` are components: those of a normal lie in -1..1, those of a vector have its unit, usually mm. `r`,
+/// `g` and `b` are the channels as they are stored, so those of a normal lie in 0..1. A vector has no third component:
+/// `z` and `b` are 0.
 ///
 /// ```ron
 /// "cells": Worley(size: 8),
@@ -16,12 +18,12 @@ use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 /// "example": Levels(input: "parts.r", high: 0.6),
 /// ```
 ///
-/// Elsewhere: Substance Designer *RGBA Split*, Material Maker *Decompose*, Blender *Separate Color*, *Separate XYZ*, Houdini
-/// *Vector to Float*.
+/// Elsewhere: Substance Designer *RGBA Split*, Material Maker *Decompose*, Blender *Separate Color*, *Separate XYZ*,
+/// Houdini *Vector to Float*.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SplitChannels {
-    /// What to take apart: a colour, a normal or a vector.
+    /// The colour, normal or vector to split.
     pub input: In<AnyVector>,
 }
 
@@ -72,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn components_and_channels() {
+    fn gives_components_and_channels() {
         let color = raster(&rgb(), &canvas());
         let [r, g, b] = [0, 1, 2].map(|k| color.plane(k)[64 * 9 + 5]);
         assert_eq!(split(rgb()), [r, g, b, r, g, b]);

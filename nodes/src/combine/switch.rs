@@ -1,7 +1,7 @@
-//! [`Switch`] and [`SwitchMaterial`]: one of several inputs. Nothing is made of the others.
+//! [`Switch`] and [`SwitchMaterial`]: one of several inputs. The other inputs are not computed.
 //!
-//! By a number the input is passed on as it is, with its key; by a field each tile reads only what shows in it. Cost:
-//! none, or a copy.
+//! If a number chooses, the input is passed on unchanged, with its cache key. If a field chooses, a tile reads of each
+//! input only the part that shows in it. Cost: none, or a copy.
 use crate::chosen::Chosen;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,8 +13,9 @@ use std::sync::Arc;
 
 /// Passes on one of several fields, chosen by a number or, pixel by pixel, by a field.
 ///
-/// What is not chosen costs nothing: neither it nor what it is made of is computed, unless a number is chosen among colours. Connect
-/// `which` to a parameter, and presets choose between variants of a graph. `SwitchMaterial` does the same with materials.
+/// Inputs that are not chosen cost nothing: neither they nor the nodes before them are computed, unless a number is
+/// chosen among colours. Connect `which` to a parameter to let presets choose between variants of a graph.
+/// `SwitchMaterial` does the same with materials.
 ///
 /// ```ron
 /// "cells": Worley(size: 9, normalize: true),
@@ -28,19 +29,20 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Switch {
-    /// What to choose among: all of one type, or numbers and colours.
+    /// Inputs to choose from: all of one type, or numbers and colours.
     pub inputs: Vec<In<EveryField>>,
-    /// The number of the input at every place, rounded: 0 is the first one. What lies beyond counts as the first or
-    /// the last; `which` has no effect then.
+    /// The number of the input at every place, rounded: 0 is the first one. Numbers below 0 choose the first input and
+    /// numbers that are too large the last. If `by` is given, `which` has no effect.
     pub by: Option<In<Gray>>,
-    /// Which input: 0 is the first one.
+    /// Number of the input: 0 is the first one.
     pub which: u32,
 }
 
 /// Passes on one of several materials, chosen by a number or, pixel by pixel, by a field.
 ///
-/// What is not chosen costs nothing. By a number the material has the channels of the chosen one; by a field those of
-/// all, with defaults for what one of them lacks. Edges are hard; `BlendMaterials` makes them soft.
+/// Materials that are not chosen cost nothing. If a number chooses, the result has the channels of the chosen material.
+/// If a field chooses, it has the channels of all of them, with defaults where a material lacks one. Edges are hard;
+/// use `BlendMaterials` for soft ones.
 ///
 /// ```ron
 /// "clay": Material(base_color: "#9a5a3c", roughness: 0.8),
@@ -55,22 +57,22 @@ pub struct Switch {
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SwitchMaterial {
-    /// What to choose among.
+    /// Materials to choose from.
     pub inputs: Vec<In<Material>>,
-    /// The number of the input at every place, rounded: 0 is the first one. What lies beyond counts as the first or
-    /// the last; `which` has no effect then.
+    /// The number of the material at every place, rounded: 0 is the first one. Numbers below 0 choose the first
+    /// material and numbers that are too large the last. If `by` is given, `which` has no effect.
     pub by: Option<In<Gray>>,
-    /// Which input: 0 is the first one.
+    /// Number of the material: 0 is the first one.
     pub which: u32,
 }
 
-/// Which of `count` inputs a value stands for.
+/// Index of the input, of `count`, that a value chooses.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the inputs")]
 fn nearest(value: f32, count: usize) -> usize {
     value.round().clamp(0.0, count.saturating_sub(1) as f32) as usize
 }
 
-/// Refuses a number that no input has.
+/// Reports a number that is not the number of an input.
 fn too_large(which: u32, count: usize, by: bool) -> Vec<Problem> {
     if by || (which as usize) < count {
         return Vec::new();
@@ -85,7 +87,7 @@ fn idle(which: u32, by: bool) -> Vec<Problem> {
     if by && which != 0 { vec![problem] } else { Vec::new() }
 }
 
-/// Numbers and colours go together; anything else goes with its like only.
+/// The type that all inputs share: numbers and colours may be mixed; other types only with themselves.
 fn common(types: impl IntoIterator<Item = Type>) -> Option<Type> {
     types.into_iter().map(|ty| if ty == Type::Picture { Type::Rgb } else { ty }).try_fold(None, |common, ty| match (
         common, ty,
@@ -201,7 +203,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_chooses_for_all_and_a_field_pixel_by_pixel() {
+    fn chooses_by_number_or_by_field() {
         let inputs = [gray().into(), number(7.0).into(), gray().into()];
         assert_eq!(render(&node(false, 0), &inputs), crate::testing::raster(&gray(), &canvas()));
         assert_eq!(field(&node(false, 1), &inputs).as_constant(), Some(&[7.0][..]));
@@ -212,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_and_numbers_mix_and_nothing_else() {
+    fn mixes_only_colours_and_numbers() {
         let types =
             |types: &[Type]| node(false, 0).type_of_output(&types.iter().map(|ty| ("inputs", *ty)).collect::<Vec<_>>());
         assert_eq!(types(&[Type::Gray, Type::Gray]), Ok(Type::Gray));
@@ -232,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn materials_keep_their_channels_or_share_them() {
+    fn keeps_channels_of_chosen_material_or_joins_them() {
         let material = |channel, value| Value::from(Material::new([(channel, number(value))]));
         let inputs = [material(Channel::Coat, 0.25), material(Channel::Roughness, 0.75), number(1.0).into()];
         let made = |by: bool| {

@@ -1,8 +1,7 @@
 //! [`AlongField`]: a blur along the lines of a field of directions.
 //!
-//! Line integral convolution (B. Cabral, L. Leedom, 1993), see [`kernel::along`](shibo_kernel::filter::along). A tile
-//! reads the input and the directions half the length around it. Cost: O(pixels · length in pixels), about 15 ns for
-//! each pixel of the length.
+//! Line integral convolution (B. Cabral, L. Leedom, 1993), see [`kernel::along`](shibo_kernel::filter::along). The halo
+//! of a tile is half the length. Cost: O(pixels · length in pixels), about 15 ns for each pixel of the length.
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,7 +12,7 @@ use shibo_kernel::filter::along::{self, Directions, LineSpec};
 use shibo_kernel::filter::paths::Reader;
 use shibo_kernel::ground::tile;
 
-/// Smears a field along the lines of a field of directions, round bends and eddies: combed hair, flowing grain, oil
+/// Smears a field along the lines of a field of directions, through bends and eddies: combed hair, flowing grain, oil
 /// on water.
 ///
 /// `DirectionalBlur` smears along a straight line through each place; this node follows the field. A direction and
@@ -30,12 +29,12 @@ use shibo_kernel::ground::tile;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AlongField {
-    /// What to smear.
+    /// Field to smear.
     pub input: In<AnyField>,
     /// The directions: degrees from +x towards +y, or vectors.
     pub direction: In<Direction>,
-    /// Length of the line that each place is the mean of; at most half the canvas' longer side. Beyond 512 pixels
-    /// samples lie farther apart.
+    /// Length of the line over which the mean is taken; at most half the canvas' longer side. Beyond 512 pixels samples
+    /// lie farther apart.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub length: f64,
 }
@@ -108,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn along_a_row_it_is_a_running_mean() {
+    fn averages_along_a_row() {
         let input = raster(&lumps(), &canvas());
         let right = Field::constant(Type::Vec2, &[-2.0, 0.0]).to_angle();
         // 4 mm are 8 pixels: nine samples.

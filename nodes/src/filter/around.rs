@@ -1,19 +1,19 @@
-//! Fields made of one input with its surroundings, and of others at their place.
+//! Fields that read one input with a halo and other inputs without.
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Halo, Read, Stop, Tile, Tiling, Window};
 
-/// A field made of an input with its surroundings and of others at their place.
+/// A field that reads one input with a halo and other inputs without.
 pub(super) struct Around<F> {
-    /// Read with the halo.
+    /// The input that is read with the halo.
     pub(super) input: Field,
     pub(super) halo: Halo,
-    /// Read without.
+    /// The inputs that are read without it.
     pub(super) others: Vec<Field>,
-    /// Fills a tile from those of the input and of the others.
+    /// Fills a tile from the tiles of the input and of the others.
     pub(super) fill: F,
 }
 
 impl<F> Around<F> {
-    /// Where all inputs repeat.
+    /// The directions in which all inputs repeat.
     pub(super) fn tiling(&self) -> Tiling {
         self.others.iter().fold(self.input.tiling(), |tiling, other| tiling.and(other.tiling()))
     }

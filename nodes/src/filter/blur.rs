@@ -1,8 +1,8 @@
 //! [`Blur`]: a Gaussian of any width.
 //!
-//! Narrow Gaussians are applied as they are; wide ones on a picture halved as often as their width allows, see
-//! [`kernel::blur`](shibo_kernel::filter::blur) and [`kernel::fields`](shibo_kernel::filter::fields). Error against the exact Gaussian
-//! below 0.3 % of the range. Cost: O(pixels), nearly independent of the radius.
+//! Narrow Gaussians are applied directly, wide ones to a picture that is halved as often as their width allows, see
+//! [`kernel::blur`](shibo_kernel::filter::blur) and [`kernel::fields`](shibo_kernel::filter::fields). Error against the
+//! exact Gaussian below 0.3 % of the range. Cost: O(pixels), nearly independent of the radius.
 use crate::on_atlas;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -23,13 +23,13 @@ use shibo_kernel::filter::fields;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Blur {
-    /// What to soften.
+    /// Field to soften.
     pub input: In<AnyField>,
     /// Standard deviation σ of the Gaussian; at most half the canvas' longer side. 0 changes nothing.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub radius: f64,
-    /// The atlas on which the input lies: then `radius` is measured on its surface, and what is read beyond borders of charts is
-    /// what lies there. This reads the whole picture; three times `radius` may be 64 texels at most.
+    /// The atlas on which the input lies. If given, `radius` is measured on the surface, and the blur reads across
+    /// borders of charts. This reads the whole picture; three times `radius` may be 64 texels at most.
     pub atlas: Option<In<Atlas>>,
 }
 
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn keeps_the_mean_and_takes_the_contrast() {
+    fn keeps_mean_and_reduces_contrast() {
         let inputs = [lumps().into()];
         let mean = |v: &[f32]| v.iter().sum::<f32>() / v.len() as f32;
         let span = |v: &[f32]| v.iter().fold(f32::MIN, |a, b| a.max(*b)) - v.iter().fold(f32::MAX, |a, b| a.min(*b));
@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn tells_what_is_too_wide() {
+    fn refuses_radius_beyond_half_the_canvas() {
         let problems = blurred(17.0).check_on(&crate::testing::canvas());
         assert_eq!(problems[0].field.as_deref(), Some("radius"));
         assert!(blurred(16.0).check_on(&crate::testing::canvas()).is_empty());

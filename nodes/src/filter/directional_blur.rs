@@ -1,7 +1,7 @@
 //! [`DirectionalBlur`]: a blur along a direction.
 //!
-//! The mean over a straight line through each pixel, two samples a pixel, linear between pixels. A direction that is the
-//! same everywhere becomes a kernel once; see [`kernel::paths`](shibo_kernel::filter::paths). Cost: O(pixels · length in
+//! The mean over a straight line through each pixel, two samples a pixel, linear between pixels. A constant direction
+//! is turned into a kernel once; see [`kernel::paths`](shibo_kernel::filter::paths). Cost: O(pixels · length in
 //! pixels); where the angle is a field about 6 ns for each pixel of the length.
 use super::around::Around;
 use crate::bounds::at_most_half;
@@ -14,7 +14,8 @@ use shibo_kernel::filter::paths::{self, Line, Reader};
 use shibo_kernel::ground::math::{cos_degrees, sin_degrees};
 use shibo_kernel::ground::tile;
 
-/// Smears a field along a direction, which may be another in each place: brushed metal, streaks, fibres along a field.
+/// Smears a field along a direction, which may differ from place to place: brushed metal, streaks, fibres along a
+/// field.
 ///
 /// ```ron
 /// "noise": Perlin(size: 0.4),
@@ -24,17 +25,17 @@ use shibo_kernel::ground::tile;
 /// "example": Levels(input: "streaks", low: 0.35, high: 0.65),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Directional Blur*, Material Maker *Directional Blur*, Blender *Directional Blur*, Houdini
-/// *Streak Blur*.
+/// Elsewhere: Substance Designer *Directional Blur*, Material Maker *Directional Blur*, Blender *Directional Blur*,
+/// Houdini *Streak Blur*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DirectionalBlur {
-    /// What to smear.
+    /// Field to smear.
     pub input: In<AnyField>,
     /// The direction in degrees, from +x towards +y: a number or a field; or vectors.
     pub angle: In<Direction>,
-    /// Length of the line that each place is the mean of; at most half the canvas' longer side. Beyond 255 pixels samples lie
-    /// farther apart.
+    /// Length of the line over which the mean is taken; at most half the canvas' longer side. Beyond 255 pixels samples
+    /// lie farther apart.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub length: f64,
 }
@@ -45,7 +46,7 @@ impl Default for DirectionalBlur {
     }
 }
 
-/// The line of a length in mm, in pixels.
+/// The line in pixels for a length in mm and an angle.
 fn line(length: f64, angle: f32, grid: &Grid) -> Line {
     let [x, y] = tile::step(grid);
     Line::new([length * f64::from(cos_degrees(angle)) / x, length * f64::from(sin_degrees(angle)) / y])
@@ -116,7 +117,7 @@ mod tests {
         Field::constant(Type::Gray, &[angle])
     }
 
-    /// The same everywhere, but not known to be.
+    /// A field of one angle that is not marked as a constant.
     fn spread(angle: f32) -> Field {
         Field::generate(Type::Gray, Tiling::BOTH, move |out, _| {
             out.data_mut().fill(angle);
@@ -125,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn along_rows_it_is_a_running_mean() {
+    fn averages_along_rows() {
         let input = raster(&lumps(), &canvas());
         // 4 mm are 8 pixels: 17 samples, half a pixel apart.
         let out = render(&node(4.0), &[lumps().into(), degrees(0.0).into()]);
@@ -146,7 +147,7 @@ mod tests {
             let known = render(&node(5.0), &[lumps().into(), degrees(angle).into()]);
             let unknown = render(&node(5.0), &[lumps().into(), spread(angle).into()]);
             let worst = known.data().iter().zip(unknown.data()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            // Diagonals take fewer samples in the known case.
+            // Diagonals take fewer samples if the angle is a constant.
             assert!(worst < 0.02, "{angle}: {worst}");
         }
     }

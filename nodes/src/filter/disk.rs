@@ -4,7 +4,7 @@ use shibo_kernel::filter::disk::Disk;
 use shibo_kernel::ground::tile;
 use shibo_kernel::ground::window::View;
 
-/// A field made from the disks of `radius` mm around each place, channel by channel.
+/// A field computed from the disk of `radius` mm around each place, channel by channel.
 pub(super) fn of_disks(
     input: Field,
     radius: f64,

@@ -11,7 +11,7 @@ use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Halo, Stop, Type};
 
-/// On which side of the shape's edge distances are measured.
+/// The side of the shape's edge on which distances are measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Side {
     /// Outside, where the input is not above the threshold; 0 inside.
@@ -19,11 +19,12 @@ pub enum Side {
     Outside,
     /// Inside; 0 outside.
     Inside,
-    /// Outside, and inside with a minus.
+    /// Outside, and negative inside.
     Signed,
 }
 
-/// The distance to a shape: to where the input is above a threshold. In mm up to the radius, or as a share of it.
+/// Computes the distance to a shape, the area where the input is above a threshold: in mm up to the radius, or as a
+/// share of it.
 ///
 /// ```ron
 /// "noise":   Perlin(size: 9),
@@ -34,17 +35,17 @@ pub enum Side {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DistanceField {
-    /// The shape is where this is above the threshold.
+    /// Input; the shape is the area where it is above the threshold.
     pub input: In<Gray>,
     /// The value at the shape's edge.
     #[schemars(range(min = -1e6, max = 1e6))]
     pub threshold: f64,
-    /// Distances end here; at most half the canvas' longer side.
+    /// The largest distance: larger ones get this value; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub radius: f64,
-    /// Where to measure.
+    /// Side of the edge on which to measure.
     pub side: Side,
-    /// Whether the result is divided by the radius: 0..1 instead of mm.
+    /// True to divide the result by the radius: 0..1 instead of mm.
     pub normalize: bool,
 }
 
@@ -104,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn sides_belong_together() {
+    fn signed_distance_combines_both_sides() {
         let inputs = [lumps().into()];
         let [outside, inside, signed] = [Side::Outside, Side::Inside, Side::Signed].map(|s| render(&node(s), &inputs));
         let input = crate::testing::raster(&lumps(), &crate::testing::canvas());

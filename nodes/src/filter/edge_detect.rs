@@ -1,8 +1,8 @@
-//! [`EdgeDetect`]: where a field changes abruptly.
+//! [`EdgeDetect`]: finds where a field changes abruptly.
 //!
-//! The gradient of the field, smoothed by a Gaussian of σ (J. Canny, 1986), times σ·√(2π): at a step of height 1 that is 1
-//! where pixels are smaller than σ. Where they are larger the line is wider and as much fainter, so that a small picture is
-//! the average of a large one. Of a colour the channel with the strongest gradient counts. Cost: that of one
+//! The gradient of the field, smoothed by a Gaussian of σ (J. Canny, 1986), times σ·√(2π): a step of height 1 gives 1
+//! if pixels are smaller than σ. If pixels are larger, the line is wider and proportionally fainter, so that a small
+//! picture is the average of a large one. Of a colour the channel with the strongest gradient counts. Cost: that of one
 //! blur, O(pixels).
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
@@ -15,25 +15,26 @@ use shibo_kernel::ground::math::atan2_degrees;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 
-/// Finds edges: how strong they are, and which way the field rises across them.
+/// Finds edges: their strength, and the direction in which the field rises across them.
 ///
 /// ```ron
 /// "cells": Worley(size: 8),
 /// "example": EdgeDetect(input: "cells.value", radius: 0.15),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Edge Detect*, Material Maker *Edge Detect*, Blender *Filter* (Sobel), Houdini *Edge Detect*.
+/// Elsewhere: Substance Designer *Edge Detect*, Material Maker *Edge Detect*, Blender *Filter* (Sobel), Houdini *Edge
+/// Detect*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct EdgeDetect {
-    /// Where to look for edges.
+    /// Field in which to look for edges.
     pub input: In<AnyField>,
-    /// Width of the lines, and size of the detail that is left out: standard deviation σ of a Gaussian; at most half the
-    /// canvas' longer side. Lines narrower than two pixels are drawn as wide as that and as much fainter. With 0 they are two
-    /// pixels wide and of full strength, and so depend on the resolution.
+    /// Width of the lines, and size of the detail that is ignored: standard deviation σ of a Gaussian; at most half the
+    /// canvas' longer side. Lines narrower than two pixels are drawn two pixels wide and proportionally fainter. With 0
+    /// they are two pixels wide and of full strength, so they depend on the resolution.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub radius: f64,
-    /// Factor on the strength: with 1, a step of 1 gives 1 where the radius is larger than a pixel.
+    /// Factor on the strength: with 1, a step of 1 gives 1 if the radius is larger than a pixel.
     #[schemars(range(min = 0, max = 1e6))]
     pub strength: f64,
 }
@@ -44,7 +45,7 @@ impl Default for EdgeDetect {
     }
 }
 
-/// Differences over a pixel on each side see a step as a Gaussian of this many pixels would.
+/// σ in pixels of the Gaussian derivative that responds to a step like central differences.
 const PIXELS: f64 = 0.8;
 
 impl EdgeDetect {
@@ -129,13 +130,13 @@ mod tests {
                 let node = EdgeDetect { input: port(0), radius, ..EdgeDetect::default() };
                 let [edges, angle] = both(&node, step(degrees)).map(|field| raster(&field, &canvas()));
                 let most = (20..44).flat_map(|y| edges.row(0, y)[20..44].to_vec()).fold(0.0, f32::max);
-                // Pixels of half a mm make a narrow line wider, and as much fainter.
+                // On pixels of half a mm a narrow line is wider and proportionally fainter.
                 let faint = if radius > 0.0 { radius / (radius * radius + 0.25 * PIXELS * PIXELS).sqrt() } else { 1.0 };
                 let share = f64::from(most) / (2.0 * faint);
                 assert!((0.8..1.2).contains(&share), "{degrees} {radius}: {most}");
                 let off = f64::from(angle.row(0, 32)[32]) - degrees;
                 let off = (off + 540.0).rem_euclid(360.0) - 180.0;
-                // Without smoothing, the staircase of pixels has directions of its own.
+                // Without smoothing, pixels form staircases with other directions.
                 assert!(off.abs() < 5.0 || (radius == 0.0 && degrees % 90.0 != 0.0), "{degrees} {radius}: {off}");
             }
         }

@@ -1,9 +1,9 @@
-//! [`GuidedFilter`]: smooth areas, sharp edges.
+//! [`GuidedFilter`]: smooths areas and keeps edges sharp.
 //!
-//! Source: K. He, J. Sun, X. Tang, "Guided image filtering" (2010), with Gaussian instead of box means. In the surroundings of
-//! each place the result is a straight function of the guide; where the guide varies by more than the threshold that
-//! function is steep, and its edges stay. It does what a bilateral filter does, at a cost that does not depend on the
-//! radius: O(pixels), that of four blurs.
+//! Source: K. He, J. Sun, X. Tang, "Guided image filtering" (2010), with Gaussian instead of box means. Around each
+//! place the result is a linear function of the guide. Where the guide varies by more than the threshold, the function
+//! is steep and edges stay. It does what a bilateral filter does, at a cost that does not depend on the radius:
+//! O(pixels), that of four blurs.
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,8 @@ use shibo_engine::value::{Field, Halo, Key, Stop, Tile, Type};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
 
-/// Smooths a field and leaves its edges sharp, as a bilateral filter does; or those of another field, the guide.
+/// Smooths a field and keeps its edges sharp, as a bilateral filter does. The edges may also come from another field,
+/// the guide.
 ///
 /// ```ron
 /// "cells": Worley(size: 9),
@@ -27,14 +28,14 @@ use shibo_kernel::ground::number::narrow;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct GuidedFilter {
-    /// What to smooth.
+    /// Field to smooth.
     pub input: In<AnyField>,
-    /// Whose edges stay; those of the input itself, of a colour those of its luminance, if not given.
+    /// Field whose edges stay. If not given, the input, or the luminance of a colour.
     pub guide: Option<In<Gray>>,
-    /// How far it smooths: standard deviation σ of the means; at most half the canvas' longer side.
+    /// Extent of the smoothing: standard deviation σ of the means; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub radius: f64,
-    /// Differences of the guide that are smaller than this are smoothed, larger ones stay.
+    /// Differences of the guide that are smaller than this are smoothed; larger ones stay.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
     pub threshold: f64,
 }
@@ -48,7 +49,7 @@ impl Default for GuidedFilter {
 /// Weights of linear red, green and blue in luminance (Rec. 709).
 const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
-/// out = sum of channels with these weights, and its square.
+/// The sum of the channels with these weights, and its square.
 fn with_square(input: Field) -> Field {
     Field::map(Type::Vec2, [input], Halo::NONE, |out: &mut Tile, [input]: [&Tile; 1]| {
         if input.channels() == 1 {
@@ -79,7 +80,7 @@ impl Node for GuidedFilter {
             return Ok(Outputs::one(input));
         }
         let (ty, size) = (input.ty(), cx.size_mm());
-        // What is read with its surroundings gets a key, so that neighbouring tiles share it.
+        // Fields that are read with a halo get a cache key, so that neighbouring tiles share their tiles.
         let part = |name: &str, field: Field| match cx.evaluator.key() {
             Some(key) => field.keyed(Key::of(name, &[key.as_bytes()])).owned_by(key),
             None => field,
@@ -160,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_goes_and_the_edge_stays() {
+    fn removes_noise_and_keeps_edge() {
         let out = render(&node(), &[noisy_step().into()]);
         for y in 10..50 {
             let row = out.row(0, y);
@@ -171,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn edges_of_another_field() {
+    fn smooths_edges_missing_in_guide() {
         // The guide has no edge, so that of the input is smoothed as by a Gaussian.
         let flat = Field::constant(Type::Gray, &[0.3]);
         let guided = GuidedFilter { guide: Some(port(1)), ..node() };

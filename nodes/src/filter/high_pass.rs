@@ -1,4 +1,4 @@
-//! [`HighPass`]: detail without what is large.
+//! [`HighPass`]: detail without large shapes.
 //!
 //! input − input blurred + middle. Cost: that of one blur, O(pixels), nearly independent of the radius.
 use crate::bounds::at_most_half;
@@ -10,7 +10,7 @@ use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
 
-/// Takes away what is larger than a radius: uneven light of a photograph, hills under a relief.
+/// Removes shapes that are larger than a radius: uneven light of a photograph, hills under a relief.
 ///
 /// ```ron
 /// "clouds": Fractal(size: 20, octaves: 8),
@@ -22,12 +22,12 @@ use shibo_kernel::ground::number::narrow;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct HighPass {
-    /// What to flatten.
+    /// Field to flatten.
     pub input: In<AnyField>,
-    /// What is larger goes: standard deviation σ of a Gaussian; at most half the canvas' longer side.
+    /// Shapes larger than this are removed: standard deviation σ of a Gaussian; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub radius: f64,
-    /// What an even input becomes; 0 leaves detail around 0.
+    /// The result for an even input; 0 leaves detail around 0.
     #[schemars(range(min = -1e6, max = 1e6))]
     pub middle: f64,
 }
@@ -65,8 +65,9 @@ mod tests {
     use shibo_engine::value::{Tiling, Type};
 
     #[test]
-    fn hills_go_and_ripples_stay() {
-        // A wave as long as the canvas and one of 2 mm: a Gaussian of 2 mm keeps 0.93 of the first and nothing of the second.
+    fn removes_hills_and_keeps_ripples() {
+        // A wave as long as the canvas and one of 2 mm: a Gaussian of 2 mm keeps 0.93 of the first and nothing of the
+        // second.
         let waves = Field::generate(Type::Gray, Tiling::BOTH, |out, _| {
             let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
             for (k, v) in (0..).zip(out.plane_mut(0)) {

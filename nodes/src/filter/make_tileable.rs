@@ -1,10 +1,11 @@
 //! [`MakeTileable`]: a field that repeats, from one that does not.
 //!
-//! Along the border a copy takes over that is shifted by half the canvas, so that what meets at the edge are neighbours in
-//! the input; where both directions meet there are four copies. They are blended after E. Heitz and F. Neyret,
-//! "High-performance by-example noise using a histogram-preserving blending operator" (2018): brought to a normal
-//! distribution, weighted by w / √Σw², and brought back; see
-//! [`kernel::normal_scores`](shibo_kernel::pointwise::normal_scores). Cost: O(pixels), and the input once at 512 pixels.
+//! Along the border the result shows a copy shifted by half the canvas, so that places that meet at the edge are
+//! neighbours in the input. In corners, where both directions meet, four copies are blended. The blend follows E. Heitz
+//! and F. Neyret, "High-performance by-example noise using a histogram-preserving blending operator" (2018): values are
+//! mapped to a normal distribution, weighted by w / √Σw², and mapped back; see
+//! [`kernel::normal_scores`](shibo_kernel::pointwise::normal_scores). Cost: O(pixels), plus once the input at 512
+//! pixels.
 use crate::measured;
 use crate::torus::Torus;
 use glam::DVec2;
@@ -20,11 +21,11 @@ use std::sync::OnceLock;
 
 /// Makes a field repeat with the canvas: photographs, crops, anything that has an edge.
 ///
-/// The middle stays as it is. Along the edges in which the canvas tiles, another part of the input takes over, without loss
-/// of contrast. It suits irregular textures; lines and patterns do not continue.
+/// The middle stays unchanged. Along the edges across which the canvas tiles, another part of the input is blended in,
+/// without loss of contrast. It suits irregular textures; lines and patterns do not continue.
 ///
-/// A whole-picture operation: the input is measured on the canvas, at 512 pixels along its longer side, before anything is
-/// drawn.
+/// A whole-picture operation: the input is measured on the canvas, at 512 pixels along its longer side, before anything
+/// is drawn.
 ///
 /// ```ron
 /// "noise": Fractal(size: 5, octaves: 5, kind: Ridged),
@@ -37,13 +38,14 @@ use std::sync::OnceLock;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MakeTileable {
-    /// What is to repeat.
+    /// Field to make tileable.
     pub input: In<AnyField>,
-    /// How far from the edge the other part takes over; at most half the canvas in each direction in which it tiles. A
-    /// quarter of its shorter side if not given.
+    /// Width of the border along which the other part is blended in; at most half the canvas in each direction in which
+    /// it tiles. A quarter of its shorter side if not given.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub width: Option<f64>,
-    /// Whether the blend keeps contrast and colours of the input; if not, it is a plain mixture, softer and cheaper.
+    /// True if the blend keeps the contrast and colours of the input; false for a plain mixture, which is softer and
+    /// cheaper.
     pub keep_contrast: bool,
 }
 
@@ -66,7 +68,7 @@ struct Blended {
 }
 
 impl Blended {
-    /// In which directions each copy is shifted by half the canvas; the first is in none.
+    /// Tells for each copy in which directions it is shifted by half the canvas; the first copy is not shifted.
     fn copies(&self) -> impl Iterator<Item = [bool; 2]> {
         let Tiling { x, y } = self.wrap;
         [[false, false], [true, false], [false, true], [true, true]]
@@ -74,7 +76,7 @@ impl Blended {
             .filter(move |[a, b]| x >= *a && y >= *b)
     }
 
-    /// Where a copy is read for a window.
+    /// The read of a copy for a window.
     fn read(&self, grid: &Grid, window: Window, shifted: [bool; 2]) -> Read<'_> {
         let (mut grid, mut window) = (*grid, window);
         let pixels = Torus::pixels(self.size, &grid);
@@ -89,7 +91,7 @@ impl Blended {
         Read::new(&self.torus, &grid, window)
     }
 
-    /// How much of what is not shifted shows in columns or rows, from `first` on.
+    /// Weights of the unshifted copy in `count` columns or rows, from `first` on.
     fn weights(&self, grid: &Grid, axis: usize, first: i32, count: usize) -> Vec<f32> {
         let wrap = if axis == 0 { self.wrap.x } else { self.wrap.y };
         let weight = |at: i32| {
@@ -199,7 +201,7 @@ impl Node for MakeTileable {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (input, size, wanted) = (cx.get(&self.input)?, cx.size_mm(), cx.tiling());
-        // Where it repeats already, nothing is to be done.
+        // A direction in which the input repeats already needs no blend.
         let wrap = Tiling { x: wanted.x && !input.tiling().x, y: wanted.y && !input.tiling().y };
         if wrap == Tiling::NONE {
             return Ok(Outputs::one(input));
@@ -221,7 +223,7 @@ mod tests {
     use shibo_engine::value::{Canvas, Halo, Type};
     use shibo_kernel::ground::hash::Hash;
 
-    /// Noise without smoothness that does not repeat: skewed, so that means would show.
+    /// White noise that does not repeat; its distribution is skewed, so that plain means would show.
     fn noise() -> Field {
         Field::generate(Type::Gray, Tiling::NONE, |out, _| {
             let (window, width) = (out.window, out.window.width.cast_signed());
@@ -239,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn the_middle_stays_and_neighbours_meet_at_the_edge() {
+    fn keeps_middle_and_joins_neighbours_at_edge() {
         let inputs = [noise().into()];
         let made = field(&node(8.0), &inputs);
         assert_eq!(made.tiling(), Tiling::BOTH);
@@ -248,7 +250,8 @@ mod tests {
         for y in 16..48 {
             assert_eq!(out.row(0, y)[16..48], input.row(0, y)[16..48]);
         }
-        // Just at the left and the right edge nearly all comes from the two columns in the middle, which are neighbours.
+        // At the left and the right edge nearly all of the value comes from the two columns in the middle, which are
+        // neighbours.
         let off = |x: usize, from: usize| {
             (20..44).map(|y| (out.row(0, y)[x] - input.row(0, y)[from]).abs()).fold(0.0, f32::max)
         };
@@ -256,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn contrast_stays() {
+    fn keeps_contrast() {
         let spread = |keep_contrast: bool| {
             let node = MakeTileable { keep_contrast, ..node(16.0) };
             let fine = Canvas { resolution: glam::UVec2::splat(256), ..canvas() };
@@ -272,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_odd_sizes_and_single_directions() {
+    fn handles_colours_odd_sizes_and_single_directions() {
         let color = Field::map(Type::Rgb, [noise()], Halo::NONE, |out: &mut Tile, [input]: [&Tile; 1]| {
             for (k, plane) in out.planes_mut().into_iter().enumerate() {
                 plane.iter_mut().zip(input.plane(0)).for_each(|(out, v)| *out = v * (k as f32 + 0.5));

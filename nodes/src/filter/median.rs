@@ -1,7 +1,7 @@
-//! [`Median`]: specks away, edges kept.
+//! [`Median`]: removes specks, keeps edges.
 //!
-//! Exact, over the pixels whose centres lie within the radius; see [`kernel::median`](shibo_kernel::filter::median). Cost:
-//! about 20 ns a pixel for a radius of 2 pixels, 200 for 4 and 270 for 8; above that in proportion to the radius.
+//! Exact, over the pixels whose centres lie within the radius; see [`kernel::median`](shibo_kernel::filter::median).
+//! Cost: about 20 ns a pixel for a radius of 2 pixels, 200 for 4 and 270 for 8; above that in proportion to the radius.
 use super::disk::of_disks;
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
@@ -11,9 +11,9 @@ use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output,
 use shibo_engine::value::Stop;
 use shibo_kernel::filter::median;
 
-/// Gives each place the middle value of a disk around it: takes specks and thin lines away and leaves edges sharp.
+/// Gives each place the median of a disk around it: removes specks and thin lines and keeps edges sharp.
 ///
-/// Each channel of a colour by itself. A radius of less than a pixel changes nothing.
+/// Channels of a colour are filtered separately. A radius of less than a pixel changes nothing.
 ///
 /// ```ron
 /// "noise": Fractal(size: 8, octaves: 8, gain: 0.8),
@@ -25,7 +25,7 @@ use shibo_kernel::filter::median;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Median {
-    /// What to clean.
+    /// Field to clean.
     pub input: In<AnyField>,
     /// Radius of the disk; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
@@ -67,7 +67,7 @@ mod tests {
     use shibo_engine::value::{Field, Tiling, Type};
 
     #[test]
-    fn specks_go_and_edges_stay() {
+    fn removes_specks_and_keeps_edges() {
         // A half plane, and a speck of one pixel in a hundred.
         let input = Field::generate(Type::Gray, Tiling::NONE, |out, _| {
             let (window, width) = (out.window, out.window.width.cast_signed());

@@ -1,8 +1,8 @@
 //! [`Morphology`]: shapes grown and shrunk.
 //!
-//! Source: J. Serra, "Image analysis and mathematical morphology" (1982), with a flat disk: the pixels whose centres lie
-//! within the radius; see [`kernel::morphology`](shibo_kernel::filter::morphology). Cost: O(pixels · radius in pixels),
-//! about 4 ns a pixel for a radius of 8; `Open` and `Close` twice that.
+//! Source: J. Serra, "Image analysis and mathematical morphology" (1982), with a flat disk: the pixels whose centres
+//! lie within the radius; see [`kernel::morphology`](shibo_kernel::filter::morphology). Cost: O(pixels · radius in
+//! pixels), about 4 ns a pixel for a radius of 8; `Open` and `Close` twice that.
 use super::disk::of_disks;
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
@@ -12,23 +12,23 @@ use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output,
 use shibo_engine::value::{Field, Key, Stop};
 use shibo_kernel::filter::morphology::extreme;
 
-/// What is done with bright shapes; dark ones get the opposite.
+/// Operation on bright shapes; dark shapes get the opposite one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum MorphologyOperation {
-    /// They grow by the radius: each place gets the greatest value within it
+    /// They grow by the radius: each place gets the maximum within it
     #[default]
     Dilate,
-    /// They shrink by the radius: each place gets the least value within it
+    /// They shrink by the radius: each place gets the minimum within it
     Erode,
-    /// They shrink and grow again: what is thinner than the disk goes, the rest stays
+    /// They shrink and grow again: parts that are thinner than the disk vanish, the rest stays
     Open,
     /// They grow and shrink again: gaps that are thinner than the disk are filled
     Close,
 }
 
-/// Grows and shrinks bright shapes by a disk; of a height, ridges and valleys.
+/// Grows or shrinks bright shapes by a disk; in a height, its ridges.
 ///
-/// Each channel of a colour by itself. A radius of less than a pixel changes nothing.
+/// Channels of a colour are filtered separately. A radius of less than a pixel changes nothing.
 ///
 /// ```ron
 /// "cells": Worley(size: 7),
@@ -40,9 +40,9 @@ pub enum MorphologyOperation {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Morphology {
-    /// What to change.
+    /// Field to change.
     pub input: In<AnyField>,
-    /// What is done with bright shapes.
+    /// Operation on bright shapes.
     pub operation: MorphologyOperation,
     /// Radius of the disk; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
@@ -81,7 +81,7 @@ impl Node for Morphology {
         if matches!(self.operation, MorphologyOperation::Dilate | MorphologyOperation::Erode) {
             return Ok(Outputs::one(once));
         }
-        // With a key of its own, tiles of the first pass are kept for their neighbours.
+        // A cache key of its own lets neighbouring tiles share tiles of the first pass.
         let once = match cx.evaluator.key() {
             Some(key) => once.keyed(Key::of("first pass", &[key.as_bytes()])).owned_by(key),
             None => once,
@@ -116,7 +116,7 @@ mod tests {
         })
     }
 
-    /// The radius of the disk after all, from its area.
+    /// The radius of the disk in the result, from its area.
     fn radius(operation: MorphologyOperation) -> (f64, bool) {
         let out = render(&node(operation, 2.0), &[shapes().into()]);
         let area: f32 = (0..64).map(|y| out.row(0, y)[..52].iter().sum::<f32>()).sum();

@@ -1,7 +1,7 @@
 //! [`RadialBlur`]: a blur round a point, or away from it.
 //!
-//! The mean over an arc of a circle, or over a part of a ray, through each pixel, two samples a pixel of the path, at most
-//! 511; see [`kernel::paths`](shibo_kernel::filter::paths). Cost: O(pixels · length of the paths in pixels).
+//! The mean over an arc of a circle, or over a part of a ray, through each pixel, two samples a pixel of the path, at
+//! most 511; see [`kernel::paths`](shibo_kernel::filter::paths). Cost: O(pixels · length of the paths in pixels).
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ use shibo_kernel::ground::math::{cos_degrees, sin_degrees};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 
-/// Along what a radial blur smears.
+/// The paths along which a radial blur smears.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum RadialDirection {
     /// Round the centre, along arcs of `angle`
@@ -23,7 +23,7 @@ pub enum RadialDirection {
     Zoom,
 }
 
-/// Smears a field round a point, as if it turned, or away from it, as if it came nearer.
+/// Smears a field round a point, as if the field turned, or away from the point, as if the field came nearer.
 ///
 /// The result does not tile. Far from the centre paths are long: the cost grows with the distance.
 ///
@@ -37,17 +37,17 @@ pub enum RadialDirection {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RadialBlur {
-    /// What to smear.
+    /// Field to smear.
     pub input: In<AnyField>,
-    /// Along what.
+    /// Direction of the paths.
     pub direction: RadialDirection,
-    /// With `Spin`: how long the arcs are.
+    /// With `Spin`: angle of the arcs.
     #[schemars(range(min = 0, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// With `Zoom`: how long the rays are, as a share of the distance from the centre.
+    /// With `Zoom`: length of the rays, as a share of the distance from the centre.
     #[schemars(range(min = 0, max = 1.9))]
     pub zoom: f64,
-    /// The point round which it turns; the canvas' centre by default.
+    /// The centre of the arcs and rays; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub center: Option<Xy>,
 }
@@ -65,12 +65,12 @@ struct Smeared {
     /// Degrees, or a share of the distance.
     amount: f64,
     center: DVec2,
-    /// The parameter that decides how far it reads.
+    /// The parameter that determines the halo, for messages.
     reaches_by: &'static str,
 }
 
 impl Smeared {
-    /// How far a path leads away from a pixel, and how long it is, as shares of the distance from the centre.
+    /// Distance from a pixel to the end of its path, and length of the path, as shares of the distance from the centre.
     fn reach(&self) -> (f64, f64) {
         match self.direction {
             RadialDirection::Spin => (2.0 * libm::sin((0.25 * self.amount).to_radians()), self.amount.to_radians()),
@@ -173,7 +173,7 @@ mod tests {
     use crate::testing::{canvas, check_field, field, lumps, port, render};
     use shibo_engine::value::Type;
 
-    /// A field that depends on the distance from the centre alone, or on the direction alone.
+    /// A field that depends only on the distance from the centre, or only on the direction.
     fn rings(of_angle: bool) -> Field {
         Field::generate(Type::Gray, Tiling::NONE, move |out, _| {
             let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_path_does_not_change_stays() {
+    fn keeps_values_that_are_constant_along_paths() {
         let spin = RadialBlur { input: port(0), angle: 90.0, ..RadialBlur::default() };
         let zoom = RadialBlur { direction: RadialDirection::Zoom, zoom: 0.5, ..spin.clone() };
         for (node, of_angle) in [(&spin, false), (&zoom, true)] {

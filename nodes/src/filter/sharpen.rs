@@ -10,9 +10,9 @@ use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
 
-/// Makes detail of a certain size stand out, by its difference from what lies around it.
+/// Strengthens detail of a certain size: its difference from the surroundings grows.
 ///
-/// Nothing is cut off: beside a strong edge values may leave the range that they had.
+/// Values are not clamped: beside a strong edge they may leave the range of the input.
 ///
 /// ```ron
 /// "clouds": Fractal(size: 12, octaves: 7),
@@ -23,12 +23,13 @@ use shibo_kernel::ground::number::narrow;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Sharpen {
-    /// What to sharpen.
+    /// Field to sharpen.
     pub input: In<AnyField>,
-    /// Size of the detail: standard deviation σ of the blur that it is compared with; at most half the canvas' longer side.
+    /// Size of the detail: standard deviation σ of the blur that the input is compared with; at most half the canvas'
+    /// longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub radius: f64,
-    /// How much: 0 changes nothing, 1 doubles the finest detail; below 0 softens.
+    /// Strength: 0 changes nothing, 1 doubles the finest detail; below 0 softens.
     #[schemars(range(min = -1, max = 100))]
     pub amount: f64,
 }
@@ -72,7 +73,7 @@ mod tests {
     use crate::testing::{canvas, check_field, field, lumps, port, raster, render};
 
     #[test]
-    fn differences_from_the_mean_grow() {
+    fn enlarges_differences_from_the_mean() {
         let node = Sharpen { input: port(0), radius: 1.0, amount: 2.0 };
         let out = render(&node, &[lumps().into()]);
         // The kernel of the blur, summed up by hand in the middle of the canvas.

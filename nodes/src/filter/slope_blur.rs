@@ -1,8 +1,8 @@
 //! [`SlopeBlur`]: a blur up or down the slopes of another field.
 //!
-//! From each pixel a path follows the gradient g of the other field: a step leads `length / steps · g / √(s² + |g|²)`, where
-//! s is the steepness. So it is as long as `length` on steep slopes, and ends on tops and in hollows. Cost: O(pixels ·
-//! length in pixels), about 12 ns for each pixel of the length, at most 64.
+//! From each pixel a path follows the gradient g of the other field: a step leads `length / steps · g / √(s² + |g|²)`,
+//! where s is the steepness. So a path has the full `length` on steep slopes, and stops on tops and in hollows. Cost:
+//! O(pixels · length in pixels), about 12 ns for each pixel of the length, at most 64.
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -15,19 +15,19 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::ground::window::View;
 
-/// What becomes of the values on a path.
+/// How the values on a path are combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum SlopeBlurMode {
-    /// Their mean: the input runs along the slopes
+    /// Their mean: the input is smeared along the slopes
     #[default]
     Blur,
-    /// The least of them: edges are eaten away
+    /// The minimum: edges are eaten away
     Min,
-    /// The greatest of them: edges grow out
+    /// The maximum: edges grow outwards
     Max,
 }
 
-/// Smears a field up or down the slopes of another: chipped edges, paint that runs, worn corners.
+/// Smears a field up or down the slopes of another field: chipped edges, paint that runs, worn corners.
 ///
 /// ```ron
 /// "cells": Worley(size: 10),
@@ -40,17 +40,18 @@ pub enum SlopeBlurMode {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SlopeBlur {
-    /// What to smear.
+    /// Field to smear.
     pub input: In<AnyField>,
-    /// Whose slopes the paths follow.
+    /// Field whose slopes the paths follow.
     pub slope: In<Gray>,
-    /// Length of the paths on steep slopes, uphill; below 0 downhill. At most half the canvas' longer side.
+    /// Length of the paths on steep slopes; above 0 they lead uphill, below 0 downhill. At most half the canvas' longer
+    /// side.
     #[schemars(range(min = -5e5, max = 5e5), extend("unit" = "mm"))]
     pub length: f64,
-    /// The slope, in units of the field for each mm, on which paths have 0.7 of that length.
+    /// The slope, in units of the field per mm, on which paths have 0.7 of that length.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "1/mm"))]
     pub steepness: f64,
-    /// What becomes of the values on a path.
+    /// How the values on a path are combined.
     pub mode: SlopeBlurMode,
 }
 
@@ -61,7 +62,7 @@ impl Default for SlopeBlur {
     }
 }
 
-/// Steps of a path, at most.
+/// Maximum number of steps of a path.
 const MOST: f64 = 64.0;
 
 struct Followed {
@@ -73,7 +74,7 @@ struct Followed {
 }
 
 impl Followed {
-    /// How far a path leads, in pixels, with what is read between them.
+    /// Length of a path, and its halo including interpolation, in pixels.
     fn reach(&self, grid: &Grid) -> (i32, i32) {
         let (x, y) = grid.pixels(self.length.abs());
         (x + 1, y + 1)
@@ -84,7 +85,7 @@ impl Followed {
         let (length, square) = (narrow(self.length / count as f64), narrow(self.steepness * self.steepness));
         let [px, py] = grid.step.map(|step| 1.0 / step).to_array().map(narrow);
         for (x, y) in gx.iter_mut().zip(gy) {
-            // So large that its square is no number any more: that is steep.
+            // Clamp slopes whose square would overflow; they count as steep anyway.
             let (a, b) = (x.clamp(-1e15, 1e15), y.clamp(-1e15, 1e15));
             let scale = length / (square + a * a + b * b).max(1e-30).sqrt();
             (*x, *y) = (a * scale * px, b * scale * py);

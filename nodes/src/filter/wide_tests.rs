@@ -1,4 +1,4 @@
-//! Wide filters, which are computed by several fields, give the same as one call of the kernel.
+//! Wide filters, which use several fields, give the same result as one call of the kernel.
 use crate::testing::{canvas, crop, raster};
 use glam::{DVec2, UVec2};
 use shibo_engine::value::{Canvas, Field, Tiling, Type, Window};
@@ -39,13 +39,13 @@ fn wide_blurs_are_gaussian_on_every_level() {
 }
 
 #[test]
-fn both_ways_to_a_distance_agree() {
+fn distances_of_fields_and_kernel_agree() {
     let canvas = Canvas { resolution: UVec2::splat(512), ..canvas() };
     let field = distances(&input(), 0.5, 7.0);
     let wide = raster(&field, &canvas);
     let grid = canvas.grid(canvas.resolution);
     let spec = DistanceSpec { threshold: 0.5, radius: 7.0, step: grid.step.to_array() };
-    // So wide that it takes two passes.
+    // Wide enough to need two passes.
     assert!(spec.halo()[0] > 40);
     let rect = Window::full(canvas.resolution);
     let whole = crop(&input(), &canvas, rect.with_halo(spec.halo()));

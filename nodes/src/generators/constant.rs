@@ -1,7 +1,7 @@
 //! [`Constant`]: one number or one colour.
 //!
-//! Field ports take numbers and colours as they are, so this node is for a value that several ports share, or that
-//! should have a name. Cost: none; nodes that know what to do with a constant do not read it pixel by pixel.
+//! Field ports take numbers and colours directly, so this node is for a value that several ports share or that needs a
+//! name. Cost: none; nodes that handle constants do not read them pixel by pixel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Color, Context, Fact, Node, Output, Outputs};
@@ -21,10 +21,10 @@ use shibo_kernel::ground::number::narrow;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Constant {
-    /// The number; its unit is that of the ports that read it.
+    /// The number, in the unit of the ports that read it.
     #[schemars(range(min = -1e9, max = 1e9))]
     pub value: f64,
-    /// The colour; the grey of `value` if not given.
+    /// The colour; if not given, the grey of `value`.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub color: Option<Color>,
 }

@@ -1,4 +1,4 @@
-//! [`Coordinates`]: where a pixel lies. Cost: O(pixels).
+//! [`Coordinates`]: the position of a pixel. Cost: O(pixels).
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -7,9 +7,10 @@ use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::math::atan2_degrees;
 use shibo_kernel::ground::number::narrow;
 
-/// The place of each pixel: in mm, as shares of the canvas, and as distance and direction from a point.
+/// The position of each pixel: in mm, as shares of the canvas, and as distance and direction from a point.
 ///
-/// What is made of them does not tile unless it is made to, since they jump from one edge to the other.
+/// Coordinates jump from one edge of the canvas to the other, so results computed from them tile only if the graph
+/// makes them tile.
 ///
 /// ```ron
 /// "at": Coordinates(),
@@ -85,7 +86,7 @@ mod tests {
     use crate::testing::{canvas, raster};
 
     #[test]
-    fn places_in_every_form() {
+    fn gives_positions_in_every_form() {
         let node = Coordinates { center: Some(Xy::new(4.25, 3.25)) };
         conforms(&node, &[]);
         conforms(&Coordinates::default(), &[]);

@@ -11,10 +11,10 @@ use shibo_kernel::ground::tile;
 use shibo_kernel::noise::curl;
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
 
-/// Vectors that swirl like a fluid: what they carry neither gathers nor thins out anywhere.
+/// Vectors that swirl like an incompressible fluid: material that they carry neither gathers nor thins out anywhere.
 ///
-/// They are displacements for `Warp`, directions for `AlongField`, `Fibers` and `JacobianFromVectors`. On a tiling
-/// canvas they repeat. `VectorField(kind: Perpendicular)` makes such vectors of any field.
+/// Use them as displacements for `Warp` or as directions for `AlongField`, `Fibers` and `JacobianFromVectors`. On a
+/// tiling canvas they repeat. `VectorField(kind: Perpendicular)` makes such vectors from any field.
 ///
 /// ```ron
 /// "flow": Curl(size: 14, octaves: 2),
@@ -30,16 +30,16 @@ pub struct Curl {
     /// Size of the largest eddies.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
-    /// How many times eddies are refined; each octave has half the size of the one before.
+    /// Number of octaves; each has half the eddy size of the one before.
     #[schemars(range(min = 1, max = 12))]
     pub octaves: u32,
-    /// How strong the noise of each octave is compared to the one before: vectors turn more often where it is large.
+    /// Strength of the noise of each octave compared to the one before: if it is large, vectors turn more often.
     #[schemars(range(min = 0, max = 1))]
     pub gain: f64,
-    /// Length of the vectors, their root mean square.
+    /// RMS length of the vectors.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub amount: f64,
-    /// Another number gives other eddies.
+    /// Another seed gives other eddies.
     pub seed: u64,
 }
 
@@ -82,7 +82,7 @@ mod tests {
     use crate::testing::render;
 
     #[test]
-    fn conforms_and_is_as_long_as_wanted() {
+    fn conforms_and_has_the_given_length() {
         for (size, octaves, gain, amount) in
             [(8.0, 1, 0.4, 1.0), (4.0, 4, 1.0, 3.0), (1e5, 12, 0.0, 1e5), (1e-300, 2, 0.5, 1.0)]
         {
@@ -99,7 +99,7 @@ mod tests {
         let field = crate::testing::field(&Curl { size: 8.0, ..Curl::default() }, &[]);
         let (coarse, fine) =
             (crate::testing::raster(&field, &crate::testing::canvas()), crate::testing::raster(&field, &fine));
-        // The middle of a pixel is that of the middle one of nine.
+        // The centre of a pixel is the centre of the middle one of nine smaller pixels.
         for (x, y) in [(3usize, 9usize), (40, 12), (63, 0)] {
             let (a, b) = (coarse.row(0, y)[x], fine.row(0, 3 * y + 1)[3 * x + 1]);
             assert!((a - b).abs() < 2e-3 * (1.0 + a.abs()), "{a} {b}");

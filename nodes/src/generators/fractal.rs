@@ -1,10 +1,10 @@
 //! [`Fractal`]: octaves of noise, each finer and fainter than the one before.
 //!
 //! Sources: B. Mandelbrot, J. van Ness, "Fractional Brownian motions" (1968); K. Perlin, "An image synthesizer" (1985)
-//! for turbulence; F. K. Musgrave in "Texturing and Modeling" (ch. 16) for ridges. Differs in that every kind is scaled
-//! to the same mean and deviation and that each octave repeats with the canvas by itself; see
-//! [`kernel::noise`](shibo_kernel::noise::fractal). Cost: O(pixels · octaves), about 3 ns each;
-//! along a field about 30 ns each.
+//! for turbulence; F. K. Musgrave in "Texturing and Modeling" (ch. 16) for ridges. Unlike there, every kind is scaled
+//! to the same mean and deviation, and each octave repeats with the canvas; see
+//! [`kernel::noise`](shibo_kernel::noise::fractal). Cost: O(pixels · octaves), about 3 ns per octave; along a field
+//! about 30 ns.
 use super::noise_field::{known_angle, noise_along, noise_field, without_aspect};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,9 +16,9 @@ use shibo_kernel::noise::fractal::{Basis, FractalKind, NoiseSpec};
 
 /// Clouds, crests, lumps or veins: noise with detail of all sizes, 0..1.
 ///
-/// Mean ½ and standard deviation 0.155 whatever the octaves, so `depth · noise` keeps its depth. Octaves finer than a
-/// pixel fade out. On a tiling canvas it repeats; sizes and angles are then met to within half a bump per canvas side.
-/// With a `direction` bumps follow a field: hair, grain around a knot, clouds in a wind.
+/// Mean ½ and standard deviation 0.155 for any number of octaves, so `depth · noise` keeps its depth. Octaves finer
+/// than a pixel fade out. On a tiling canvas the noise repeats; size and angle are then rounded, by up to half a bump
+/// per canvas side. With `direction`, bumps follow a field: hair, grain around a knot, clouds in a wind.
 ///
 /// ```ron
 /// "example": Fractal(size: 14, octaves: 7, kind: Ridged),
@@ -29,8 +29,8 @@ use shibo_kernel::noise::fractal::{Basis, FractalKind, NoiseSpec};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Fractal {
-    /// Where bumps are long, in degrees from +x towards +y or as vectors; `angle` is added. It counts where `aspect` is
-    /// not 1, and is read at eight samples to a bump of the coarsest octave.
+    /// Direction in which bumps are long, in degrees from +x towards +y or as vectors; `angle` is added. Has an effect
+    /// only if `aspect` is not 1, and is sampled eight times per bump of the coarsest octave.
     pub direction: Option<In<Direction>>,
     /// How octaves are folded and summed.
     pub kind: FractalKind,
@@ -39,22 +39,22 @@ pub struct Fractal {
     /// Size of a bump of the coarsest octave, across its long direction.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
-    /// How many octaves.
+    /// Number of octaves.
     #[schemars(range(min = 1, max = 20))]
     pub octaves: u32,
-    /// How many times finer each octave is than the one before.
+    /// Frequency of each octave, as a multiple of that of the one before.
     #[schemars(range(min = 1, max = 16))]
     pub lacunarity: f64,
-    /// How strong each octave is compared to the one before.
+    /// Strength of each octave, as a multiple of that of the one before.
     #[schemars(range(min = 0, max = 2))]
     pub gain: f64,
-    /// How many times longer bumps are along `angle` than across.
+    /// Length of bumps along `angle`, as a multiple of their size across it.
     #[schemars(range(min = 0.02, max = 50))]
     pub aspect: f64,
     /// Direction of the long side, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// Another number gives another pattern of the same kind.
+    /// Another seed gives another pattern of the same kind.
     pub seed: u64,
 }
 
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_direction_that_is_known_is_an_angle() {
+    fn constant_direction_equals_angle() {
         let node = Fractal { aspect: 3.0, angle: 10.0, ..Fractal::default() };
         let along = Fractal { direction: Some(port(0)), ..node.clone() };
         let known = render(&along, &[Field::constant(Type::Gray, &[50.0]).into()]);
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn extremes_are_numbers() {
+    fn extreme_parameters_conform() {
         for (size, aspect, lacunarity, gain) in
             [(1e-300, 50.0, 16.0, 2.0), (1e5, 50.0, 1.0, 0.0), (1e5, 0.02, 16.0, 2.0), (1e-3, 0.02, 1.0, 1.0)]
         {

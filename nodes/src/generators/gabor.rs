@@ -1,8 +1,8 @@
-//! [`Gabor`]: noise of short waves in a direction.
+//! [`Gabor`]: noise of short wave packets along a direction.
 //!
-//! Source: A. Lagae et al., "Procedural noise using sparse Gabor convolution" (2009); what differs is told in
-//! [`kernel::gabor`](shibo_kernel::noise::gabor). A tile reads angles as far around it as packets reach. Cost:
-//! O(pixels), about 60 ns.
+//! Source: A. Lagae et al., "Procedural noise using sparse Gabor convolution" (2009);
+//! [`kernel::gabor`](shibo_kernel::noise::gabor) lists the differences. The halo of a tile of angles is the radius of a
+//! packet. Cost: O(pixels), about 60 ns.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -12,12 +12,12 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::tile;
 use shibo_kernel::noise::gabor::{self as kernel, GaborSpec};
 
-/// Short stripes of one width, in a direction that may be another in each place: grain, brushed metal, ripples, pores
+/// Short stripes of one width, in a direction that may differ from place to place: grain, brushed metal, ripples, pores
 /// along fibres.
 ///
-/// Values lie in 0..1 with mean ½ and deviation 0.155. A small `bandwidth` gives long trains of even waves, a large
-/// one a noise that only leans to the direction; `aspect` makes each stripe longer, and `spread` lets stripes cross.
-/// On a tiling canvas it repeats.
+/// Values lie in 0..1 with mean ½ and deviation 0.155. A small `bandwidth` gives long trains of even waves, a large one
+/// a noise that merely favours the direction. `aspect` makes each stripe longer, and `spread` lets stripes cross. On a
+/// tiling canvas the noise repeats.
 ///
 /// ```ron
 /// "eddies": Curl(size: 22),
@@ -28,25 +28,25 @@ use shibo_kernel::noise::gabor::{self as kernel, GaborSpec};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gabor {
-    /// Where stripes run, in degrees from +x towards +y or as vectors, read at the middle of each packet; `angle` is
-    /// added.
+    /// Direction of the stripes, in degrees from +x towards +y or as vectors, read at the middle of each packet;
+    /// `angle` is added.
     pub direction: Option<In<Direction>>,
-    /// Distance of stripes.
+    /// Distance between stripes.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub wavelength: f64,
-    /// Over how many octaves wavelengths vary, at half strength.
+    /// Range of wavelengths, in octaves, at half strength.
     #[schemars(range(min = 0.1, max = 3))]
     pub bandwidth: f64,
-    /// How many times longer packets of stripes are along them than across.
+    /// Length of packets along the stripes, as a multiple of their width across.
     #[schemars(range(min = 0.1, max = 20))]
     pub aspect: f64,
     /// Direction of the stripes, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// By how much each packet may be turned, either way, by chance: 90 has no direction.
+    /// Largest random rotation of each packet, either way; with 90 the noise has no direction.
     #[schemars(range(min = 0, max = 90), extend("unit" = "°"))]
     pub spread: f64,
-    /// Another number gives another pattern of the same kind.
+    /// Another seed gives another pattern of the same kind.
     pub seed: u64,
 }
 

@@ -1,8 +1,8 @@
 //! [`Gradient`]: a ramp from one point to another.
 //!
-//! The shapes are the usual ones; see [`kernel::gradient`](shibo_kernel::pointwise::gradient) for their formulas. On a
-//! canvas that tiles, shapes around a point are drawn around the nearest of its copies where that leaves no seam. Cost:
-//! O(pixels), about half a nanosecond each, 3 ns for `Angular`.
+//! See [`kernel::gradient`](shibo_kernel::pointwise::gradient) for the formulas of the shapes. On a canvas that tiles,
+//! shapes around a point are drawn around the nearest of its copies if that leaves no seam. Cost: O(pixels), about half
+//! a nanosecond per pixel, 3 ns for `Angular`.
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -14,8 +14,8 @@ use shibo_kernel::pointwise::gradient::{self as kernel, GradientShape, GradientS
 
 /// A ramp from 0 at one point to 1 at another.
 ///
-/// `Linear` tiles if it repeats a whole number of times across the canvas (an even number with `Mirror`). `Radial`, and
-/// `Diamond` and `Square` that are not turned, tile always; `Angular` never does.
+/// `Linear` tiles if it repeats a whole number of times across the canvas (an even number with `Mirror`). `Radial`
+/// always tiles, and so do `Diamond` and `Square` without rotation; `Angular` never does.
 ///
 /// ```ron
 /// "example": Gradient(angle: 45, times: 4, repeat: Mirror),
@@ -26,24 +26,23 @@ use shibo_kernel::pointwise::gradient::{self as kernel, GradientShape, GradientS
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Gradient {
-    /// The lines of equal value.
+    /// Shape of the lines of equal value.
     pub shape: GradientShape,
-    /// Where the value is 0, from the canvas' upper left corner. If not given: where a `Linear` ramp begins to cover
-    /// the canvas, and the middle of the canvas for the other shapes.
+    /// The point of value 0, measured from the canvas' upper left corner. If not given: for `Linear`, the start of a
+    /// ramp that just covers the canvas; for other shapes, the middle of the canvas.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub from: Option<Xy>,
-    /// Where the value is 1. If not given: in the direction `angle` from `from`, as far as a `Linear` ramp needs to
-    /// cover the canvas, and half the shorter side of the canvas for the other shapes.
+    /// The point of value 1. If not given, it lies in the direction `angle` from `from`: for `Linear`, far enough to
+    /// cover the canvas; for other shapes, half the shorter side of the canvas away.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub to: Option<Xy>,
-    /// Direction from `from` to `to`, from +x towards +y; only where one of them is not given.
+    /// Direction from `from` to `to`, from +x towards +y; has no effect if both points are given.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// How many ramps fit between `from` and `to`, or once around for `Angular`. With `Mirror`, up and down count as
-    /// two.
+    /// Number of ramps between `from` and `to`, or once around for `Angular`. With `Mirror`, up and down count as two.
     #[schemars(range(min = 1, max = 1000))]
     pub times: u32,
-    /// What happens beyond the end.
+    /// Values beyond the end of the ramp.
     pub repeat: Repeat,
 }
 
@@ -53,7 +52,7 @@ impl Default for Gradient {
     }
 }
 
-/// The least distance of `from` and `to`, mm.
+/// Minimum distance between `from` and `to`, mm.
 const LEAST: f64 = 1e-6;
 
 impl Gradient {
@@ -73,7 +72,7 @@ impl Gradient {
         }
     }
 
-    /// The ramp on a canvas, and where it repeats.
+    /// The ramp on a canvas, and the directions in which it repeats.
     fn spec(&self, size: DVec2, tile: Tiling) -> (GradientSpec, Tiling) {
         let (from, to) = self.ends(size);
         let mut spec = GradientSpec {
@@ -98,7 +97,7 @@ impl Gradient {
         (spec, tiling)
     }
 
-    /// Whether a linear ramp with this many runs across the canvas repeats with it.
+    /// True if a linear ramp with this many runs across the canvas repeats with it.
     fn repeats(&self, runs: f64) -> bool {
         let whole = |x: f64| (x - x.round()).abs() < 1e-6;
         match self.repeat {
@@ -201,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn contradictions_are_found() {
+    fn refuses_contradictory_parameters() {
         let same = Some(Xy::new(3.0, 3.0));
         let wrong = Gradient { from: same, to: same, times: 3, angle: 10.0, ..Gradient::default() };
         let fields: Vec<_> = wrong.check_on(&canvas()).into_iter().filter_map(|p| p.field).collect();

@@ -1,4 +1,4 @@
-//! Generators: fields made from nothing but parameters.
+//! Generators: fields made from parameters alone.
 mod constant;
 mod coordinates;
 mod curl;

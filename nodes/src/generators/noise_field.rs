@@ -1,4 +1,4 @@
-//! Noise as a field of the canvas.
+//! Noise as a field on the canvas.
 use glam::{DVec2, IVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context};
@@ -18,20 +18,21 @@ pub(super) fn noise_field(cx: &Context<'_>, spec: &NoiseSpec, seed: u64) -> Fiel
     })
 }
 
-/// One octave of noise. Its bumps have a size in mm across, are `aspect` times longer along, and turned by an angle in degrees.
+/// One octave of noise. Bumps have a size in mm across, are `aspect` times longer along, and are turned by an angle in
+/// degrees.
 pub(super) fn one_octave(cx: &Context<'_>, (size, aspect, angle): (f64, f64, f64), basis: Basis, seed: u64) -> Field {
     let shape = CellShape { size, aspect, angle: angle.to_radians() };
     noise_field(cx, &NoiseSpec { shape, basis, ..NoiseSpec::fbm(size, 1) }, seed)
 }
 
-/// The noise of `spec`, drawn out along a field of directions in degrees.
+/// The noise of `spec`, stretched along a field of directions in degrees.
 pub(super) fn noise_along(cx: &Context<'_>, spec: &NoiseSpec, seed: u64, direction: Field) -> Field {
     let noise = NoiseAlong::new(spec, (cx.size_mm(), cx.tiling()), Hash::new(cx.seed(seed)));
     let tiling = cx.tiling().and(direction.tiling());
     Field::new(Type::Gray, tiling, Along { samples: samples(cx.canvas, spec), noise, direction })
 }
 
-/// The grid on which directions are read: eight samples to a bump, whatever the picture's resolution.
+/// The grid on which directions are sampled: eight samples per bump, whatever the picture's resolution.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to 4096")]
 fn samples(canvas: &CanvasFacts, spec: &NoiseSpec) -> Grid {
     let apart = spec.shape.size * spec.shape.aspect.max(1.0) / 8.0;
@@ -42,7 +43,7 @@ fn samples(canvas: &CanvasFacts, spec: &NoiseSpec) -> Grid {
 struct Along {
     noise: NoiseAlong,
     direction: Field,
-    /// Where directions are read.
+    /// The grid on which directions are sampled.
     samples: Grid,
 }
 
@@ -80,7 +81,7 @@ impl FieldSource for Along {
     }
 }
 
-/// A direction as the angle in degrees that it has everywhere, if that is known, and else as the field that it is.
+/// Splits a direction: the angle in degrees if it is a known constant, otherwise the field.
 pub(super) fn known_angle(direction: Option<Field>) -> (f64, Option<Field>) {
     match direction.as_ref().and_then(|field| field.as_constant()).map(|angle| f64::from(angle[0])) {
         Some(angle) => (angle, None),
@@ -88,7 +89,7 @@ pub(super) fn known_angle(direction: Option<Field>) -> (f64, Option<Field>) {
     }
 }
 
-/// Advice where a direction is given and nothing is longer one way than the other.
+/// Advice for a direction that has no effect because `aspect` is 1.
 pub(super) fn without_aspect(directed: bool, aspect: f64) -> Vec<Problem> {
     if !directed || aspect != 1.0 {
         return Vec::new();

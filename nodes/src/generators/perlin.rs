@@ -1,7 +1,7 @@
 //! [`Perlin`]: one octave of gradient noise.
 //!
-//! Source: K. Perlin, "Improving noise" (2002). Differs in its gradients, which are uniform in a square, and in that it
-//! repeats with the canvas; see [`kernel::noise`](shibo_kernel::noise::fractal). Cost: O(pixels).
+//! Source: K. Perlin, "Improving noise" (2002). Unlike there, gradients are uniform in a square, and the noise repeats
+//! with the canvas; see [`kernel::noise`](shibo_kernel::noise::fractal). Cost: O(pixels).
 use super::noise_field::one_octave;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ use shibo_kernel::noise::fractal::Basis;
 
 /// Smooth bumps of one size: gradient noise, 0..1 with mean ½.
 ///
-/// On a tiling canvas it repeats; sizes and angles are then met to within half a bump per canvas side.
+/// On a tiling canvas the noise repeats; size and angle are then rounded, by up to half a bump per canvas side.
 ///
 /// ```ron
 /// "example": Perlin(size: 5),
@@ -25,13 +25,13 @@ pub struct Perlin {
     /// Size of a bump, across its long direction.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
-    /// How many times longer bumps are along `angle` than across.
+    /// Length of bumps along `angle`, as a multiple of their size across it.
     #[schemars(range(min = 0.02, max = 50))]
     pub aspect: f64,
     /// Direction of the long side, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// Another number gives another pattern of the same kind.
+    /// Another seed gives another pattern of the same kind.
     pub seed: u64,
 }
 

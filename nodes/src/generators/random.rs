@@ -1,4 +1,4 @@
-//! [`Random`]: a number by chance. Cost: none.
+//! [`Random`]: a random number. Cost: none.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Range};
@@ -6,10 +6,10 @@ use shibo_engine::value::{Field, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 
-/// A number by chance, the same everywhere: another one with another seed of the canvas or of an instance.
+/// A random number, the same everywhere. It changes with the seed of the canvas or of an instance.
 ///
-/// It goes wherever a field does, so each `Use` of a graph gets its own tint or angle. Parameters draw numbers by
-/// expressions: `"= 3 + 2 * random(1)"`.
+/// It can be connected to any port that takes a field, so each `Use` of a graph gets its own tint or angle. Parameters
+/// draw random numbers by expressions: `"= 3 + 2 * random(1)"`.
 ///
 /// ```ron
 /// "angle": Random(range: (0, 90), seed: 5),
@@ -21,10 +21,10 @@ use shibo_kernel::ground::number::narrow;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Random {
-    /// Smallest and largest number.
+    /// Smallest and largest value.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub range: Range,
-    /// Whether it is a whole number; the largest one may be drawn too.
+    /// True for whole numbers only; the largest one may be drawn too.
     pub whole: bool,
     /// Another seed gives another number.
     pub seed: u64,
@@ -41,7 +41,7 @@ impl Random {
         if !self.whole {
             return self.range.at(t);
         }
-        // Without a whole number between both, the one below.
+        // If no whole number lies in the range, the one below it.
         let (low, high) = (self.range.lo.ceil(), self.range.hi.floor());
         if low > high { self.range.lo.floor() } else { (low + (t * (high - low + 1.0)).floor()).min(high) }
     }
@@ -76,9 +76,9 @@ mod tests {
     }
 
     #[test]
-    fn whole_numbers_are_all_as_likely() {
+    fn whole_numbers_are_equally_likely() {
         let node = Random { range: Range::new(-1.2, 2.5), whole: true, ..Random::default() };
-        // -1, 0, 1 and 2: a quarter of 0..1 each.
+        // The values -1, 0, 1 and 2: a quarter of 0..1 each.
         assert_eq!(
             [0.0, 0.24, 0.26, 0.51, 0.74, 0.76, 0.9999].map(|t| node.draw(t)),
             [-1.0, -1.0, 0.0, 1.0, 1.0, 2.0, 2.0]

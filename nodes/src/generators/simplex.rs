@@ -12,7 +12,7 @@ use shibo_kernel::noise::fractal::Basis;
 /// Smooth bumps of one size, rounder than those of `Perlin` and without its traces of a grid: simplex noise, 0..1
 /// with mean ½.
 ///
-/// On a tiling canvas it repeats; sizes and angles are then met to within half a bump per canvas side.
+/// On a tiling canvas the noise repeats; size and angle are then rounded, by up to half a bump per canvas side.
 /// `Fractal(basis: Simplex)` has octaves.
 ///
 /// ```ron
@@ -27,13 +27,13 @@ pub struct Simplex {
     /// Size of a bump, across its long direction.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
-    /// How many times longer bumps are along `angle` than across.
+    /// Length of bumps along `angle`, as a multiple of their size across it.
     #[schemars(range(min = 0.02, max = 50))]
     pub aspect: f64,
     /// Direction of the long side, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// Another number gives another pattern of the same kind.
+    /// Another seed gives another pattern of the same kind.
     pub seed: u64,
 }
 

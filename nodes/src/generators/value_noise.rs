@@ -1,6 +1,6 @@
 //! [`ValueNoise`]: one octave of value noise.
 //!
-//! A random value at each corner of a cell, joined smoothly; see [`kernel::noise`](shibo_kernel::noise::fractal).
+//! A random value at each corner of a cell, interpolated smoothly; see [`kernel::noise`](shibo_kernel::noise::fractal).
 //! Cost: O(pixels).
 use super::noise_field::one_octave;
 use schemars::JsonSchema;
@@ -9,10 +9,10 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::noise::fractal::Basis;
 
-/// Soft blots of random brightness: value noise, 0..1 with mean ½. It is blockier than `Perlin`, as if it were
-/// painted in squares.
+/// Soft blots of random brightness: value noise, 0..1 with mean ½. It looks blockier than `Perlin`, as if painted in
+/// squares.
 ///
-/// On a tiling canvas it repeats; sizes and angles are then met to within half a blot per canvas side.
+/// On a tiling canvas the noise repeats; size and angle are then rounded, by up to half a blot per canvas side.
 /// `Fractal(basis: Value)` has octaves.
 ///
 /// ```ron
@@ -26,13 +26,13 @@ pub struct ValueNoise {
     /// Size of a blot, across its long direction.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
-    /// How many times longer blots are along `angle` than across.
+    /// Length of blots along `angle`, as a multiple of their size across it.
     #[schemars(range(min = 0.02, max = 50))]
     pub aspect: f64,
     /// Direction of the long side, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// Another number gives another pattern of the same kind.
+    /// Another seed gives another pattern of the same kind.
     pub seed: u64,
 }
 

@@ -1,7 +1,7 @@
 //! [`WhiteNoise`]: one octave of white noise.
 //!
-//! A random value in each cell; see [`kernel::noise`](shibo_kernel::noise::fractal). It differs from one octave there
-//! in that values are as likely all over 0..1. Cost: O(pixels).
+//! A random value in each cell; see [`kernel::noise`](shibo_kernel::noise::fractal). Unlike one octave there, values
+//! are distributed uniformly over 0..1. Cost: O(pixels).
 use super::noise_field::one_octave;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,12 +10,12 @@ use shibo_engine::value::{Field, Halo, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::noise::fractal::Basis;
 
-/// From the deviation of all noises, 0.155, to that of numbers spread evenly over 0..1, 12^-½.
+/// Factor from the deviation of all noises, 0.155, to that of the uniform distribution over 0..1, 12^-½.
 const SPREAD: f32 = 0.288_675 / 0.155;
 
-/// Grains of one size, each with a random value, all values from 0 to 1 being as likely: sand, film grain, dither.
+/// Grains of one size, each with a random value, uniformly distributed from 0 to 1: sand, film grain, dither.
 ///
-/// Grains have a size in mm, so every resolution shows the same ones; those smaller than two pixels fade to ½. On a
+/// Grains have a size in mm, so every resolution shows the same grains; grains smaller than two pixels fade to ½. On a
 /// tiling canvas the noise repeats. `Fractal(basis: White)` has octaves.
 ///
 /// ```ron
@@ -30,13 +30,13 @@ pub struct WhiteNoise {
     /// Size of a grain, across its long direction.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
-    /// How many times longer grains are along `angle` than across.
+    /// Length of grains along `angle`, as a multiple of their size across it.
     #[schemars(range(min = 0.02, max = 50))]
     pub aspect: f64,
     /// Direction of the long side, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// Another number gives another pattern of the same kind.
+    /// Another seed gives another pattern of the same kind.
     pub seed: u64,
 }
 
@@ -71,7 +71,7 @@ mod tests {
     use crate::testing::render;
 
     #[test]
-    fn conforms_and_all_values_are_as_likely() {
+    fn conforms_and_is_uniform() {
         for (size, aspect, angle) in [(2.0, 1.0, 0.0), (1.0, 3.0, 40.0), (1e5, 0.02, -360.0), (1e-300, 50.0, 9.0)] {
             conforms(&WhiteNoise { size, aspect, angle, seed: 1 }, &[]);
         }

@@ -1,9 +1,10 @@
 //! [`Worley`]: cellular noise.
 //!
 //! Source: S. Worley, "A cellular texture basis function" (1996); the border distance after I. Quilez, "Voronoi
-//! borders"; along a field after F. Labelle, J. Shewchuk (2003). Differs in that cells lie on a grid that repeats with the canvas, with one point in each; see
-//! [`kernel::worley`](shibo_kernel::noise::worley). Each output is computed separately. Cost: O(pixels), about 13 ns
-//! each; `border` four times that; along a field about 200 ns each, `border` 450.
+//! borders"; along a field after F. Labelle, J. Shewchuk (2003). Unlike there, cells lie on a grid that repeats with
+//! the canvas, with one point in each; see [`kernel::worley`](shibo_kernel::noise::worley). Each output is computed
+//! separately. Cost: O(pixels), about 13 ns per output; `border` four times that; along a field about 200 ns per
+//! output, `border` 450.
 use super::noise_field::{known_angle, without_aspect};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -22,9 +23,9 @@ use std::sync::Arc;
 
 /// Cells around scattered points: stones, scales, cracks, pores.
 ///
-/// Distances are in mm, measured across the stretch where `aspect` is not 1; `normalize` makes them shares of `size`,
-/// 0 to about 1. On a tiling canvas it repeats; sizes and angles are then met to within half a cell per canvas side.
-/// With a `direction` cells follow a field: scales along a body, cracks around a knot.
+/// Distances are in mm; if `aspect` is not 1, they are measured across the long direction. `normalize` makes them
+/// shares of `size`, 0 to about 1. On a tiling canvas the pattern repeats; size and angle are then rounded, by up to
+/// half a cell per canvas side. With `direction`, cells follow a field: scales along a body, cracks around a knot.
 ///
 /// ```ron
 /// "cells": Worley(size: 8),
@@ -37,25 +38,26 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Worley {
-    /// Where cells are long, in degrees from +x towards +y or as vectors; `angle` is added. It counts where `aspect` is not 1.
+    /// Direction in which cells are long, in degrees from +x towards +y or as vectors; `angle` is added. Has an effect
+    /// only if `aspect` is not 1.
     pub direction: Option<In<Direction>>,
     /// Size of a cell, across its long direction. With more than 10^9 cells on the canvas all outputs are 0.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
-    /// How irregular the cells are; 0 is a regular grid.
+    /// Irregularity of the cells; 0 is a regular grid.
     #[schemars(range(min = 0, max = 1))]
     pub jitter: f64,
-    /// How `f1` and `f2` are measured; `border` is always the true distance.
+    /// Metric of `f1` and `f2`; `border` is always the Euclidean distance.
     pub metric: Metric,
-    /// How many times longer cells are along `angle` than across.
+    /// Length of cells along `angle`, as a multiple of their size across it.
     #[schemars(range(min = 0.02, max = 50))]
     pub aspect: f64,
     /// Direction of the long side, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// Whether `f1`, `f2` and `border` are shares of `size` instead of mm.
+    /// True if `f1`, `f2` and `border` are shares of `size` instead of mm.
     pub normalize: bool,
-    /// Another number gives another pattern of the same kind.
+    /// Another seed gives another pattern of the same kind.
     pub seed: u64,
 }
 
@@ -137,7 +139,7 @@ impl Node for Worley {
     }
 }
 
-/// What is computed of the cells.
+/// The outputs computed from the cells.
 #[derive(Clone, Copy)]
 enum Plane {
     First,
@@ -220,12 +222,12 @@ mod tests {
     }
 
     #[test]
-    fn a_direction_that_is_known_is_an_angle() {
+    fn constant_direction_equals_angle() {
         let node = Worley { aspect: 3.0, angle: 10.0, ..Worley::default() };
         let along = Worley { direction: Some(port(0)), ..node.clone() };
         let known = render(&along, &[Field::constant(Type::Gray, &[50.0]).into()]);
         assert_eq!(known, render(&Worley { angle: 60.0, ..node.clone() }, &[]));
-        // Without an aspect no direction shows, and the pattern is that of no direction.
+        // With an aspect of 1 the direction has no effect: the pattern is that without a direction.
         let round = Worley { aspect: 1.0, ..along.clone() };
         assert_eq!(render(&round, &[lumps().into()]), render(&Worley { aspect: 1.0, ..node }, &[]));
         assert_eq!((round.advice_on(&canvas()).len(), along.advice_on(&canvas()).len()), (1, 0));
@@ -234,7 +236,7 @@ mod tests {
     #[test]
     fn cells_are_long_along_the_direction() {
         let node = Worley { direction: Some(port(0)), size: 2.0, aspect: 4.0, ..Worley::default() };
-        // A field of 90 degrees that is not known to be constant.
+        // A field of 90 degrees that is not marked as a constant.
         let upright = Field::generate(Type::Gray, Tiling::BOTH, |out: &mut Tile, _| {
             out.data_mut().fill(90.0);
             Ok(())

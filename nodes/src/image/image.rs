@@ -1,10 +1,10 @@
 //! [`Image`]: a picture from a file.
 //!
-//! PNG, JPEG, TIFF and OpenEXR. Only the header is read until a pixel is needed. Where a pixel of the result covers
-//! more than one of the picture, area averages are shown, so small pictures do not alias. Cost: decoding once, then
+//! PNG, JPEG, TIFF and OpenEXR. Only the header is read until a pixel is needed. A pixel of the result that covers
+//! several pixels of the picture shows their area average, so small results do not alias. Cost: decoding once, then
 //! O(pixels).
-use super::pixels::{Crop, Pick, Pixels, Placement, Source};
-use super::sheet::{Reading, Sheet};
+use super::pixels::{Crop, Pick, PicturePlacement, PictureSource, Pixels};
+use super::sheet::{DecodeOptions, Sheet};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -15,7 +15,7 @@ use shibo_kernel::filter::sample::{Filter, Outside};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What the numbers in a picture mean.
+/// Meaning of the numbers in a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum ColorSpace {
     /// Colour, encoded by the sRGB curve.
@@ -28,7 +28,7 @@ pub enum ColorSpace {
     Raw,
 }
 
-/// What lies outside the picture.
+/// Values outside the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Wrap {
     /// The picture is repeated.
@@ -38,30 +38,30 @@ pub enum Wrap {
     Clamp,
 }
 
-/// A picture from a file, placed with its corner at the canvas' corner. It can be used as grey and as colour. Nodes that
-/// take either use a picture with one channel as grey, and any other as colour.
+/// A picture from a file, placed with its corner at the canvas' corner. It can be used as grey and as colour. Nodes
+/// that take both use a picture with one channel as grey, and any other picture as colour.
 ///
-/// `check` looks through the file to its end without decoding it. Pictures stand upright: the orientation in a TIFF or in the
-/// EXIF data of a JPEG or PNG is applied, and `crop` counts the upright pixels. Of a TIFF with several pictures, `Image` reads the
-/// first one that is not marked as a smaller version of another. Its signed integers become -1..1. Colours of print (CMYK)
-/// are refused: convert them to RGB.
+/// `check` reads the file to its end without decoding it. Pictures are turned upright: the orientation in a TIFF or in
+/// the EXIF data of a JPEG or PNG is applied, and `crop` counts upright pixels. If a TIFF holds several pictures,
+/// `Image` reads the first one that is not marked as a smaller version of another. Signed integers in a TIFF become
+/// -1..1. Print colours (CMYK) are an error: convert them to RGB.
 ///
-/// **Colours.** Colours become scene-linear Rec. 709. Without `color_space` the file decides. Of PNG the chunk `cICP` counts first,
-/// then an ICC profile, `sRGB`, then `gAMA` and `cHRM`; of JPEG and TIFF an ICC profile counts, and of OpenEXR `chromaticities`.
-/// Profiles of a matrix and curves are used. For others, and damaged ones, a warning says what is assumed. In PQ and HLG, the
-/// white of paper (203 cd/m²) becomes 1. A file that says nothing is taken as sRGB if it has three or four channels of 8 or
-/// 16 bits, and as linear Rec. 709 if these are floats. One channel is data and stays as it is, unless it has a grey profile.
-/// So normals in integers need `color_space: Raw`.
+/// **Colours.** Colours become scene-linear Rec. 709. Without `color_space` the file decides. In a PNG the chunk `cICP`
+/// has priority, then an ICC profile, then `sRGB`, then `gAMA` and `cHRM`. In a JPEG or TIFF it is the ICC profile, in
+/// OpenEXR `chromaticities`. Profiles made of a matrix and curves are applied. For other and damaged profiles, a
+/// warning names the assumption. In PQ and HLG, paper white (203 cd/m²) becomes 1. A file without colour information is
+/// read as sRGB if it has three or four channels of 8 or 16 bits, and as linear Rec. 709 if they are floats. A single
+/// channel is data and stays unchanged, unless it has a grey profile. So normals in integers need `color_space: Raw`.
 ///
-/// **OpenEXR.** Channels are found by their names, whatever their case: `R`, `G`, `B` or `red`, `green`, `blue`, then `X`, `Y`, `Z`, pairs
-/// of these or `U`, `V`, then `Y`. If names do not tell an order, a warning says which channels are taken. The picture is the display window; where
-/// the file has no data, it is 0.
+/// **OpenEXR.** Channels are found by their names, in upper or lower case: `R`, `G`, `B` or `red`, `green`, `blue`,
+/// then `X`, `Y`, `Z`, pairs of these or `U`, `V`, then `Y`. If names give no order, a warning lists the channels that
+/// are used. The picture is the display window; outside the data window it is 0.
 ///
-/// **UDIM.** `path: "skin.<UDIM>.png"` takes the files of all tiles as one picture. Tile 1001 is at its lower left, the columns go to
-/// the right and the rows upwards, up to the last tile for which there is a file. The files must have the same size and channels. A tile
-/// without a file is 0, and a warning says so.
+/// **UDIM.** `path: "skin.<UDIM>.png"` reads the files of all tiles as one picture. Tile 1001 is at its lower left,
+/// columns go to the right and rows upwards, up to the last tile that has a file. The files must have the same size and
+/// channels. A tile without a file is 0, with a warning.
 ///
-/// At the centre of one of its pixels the value is exactly that pixel, with every filter but `BSpline`.
+/// At the centre of a pixel of the picture the value is exactly that pixel, with every filter but `BSpline`.
 ///
 /// ```ron
 /// "picture": Image(path: "ramp.png", size_mm: (20, 15)),
@@ -72,33 +72,35 @@ pub enum Wrap {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Image {
-    /// The file: PNG, JPEG, TIFF or OpenEXR; relative to the graph file. `<UDIM>` in its name stands for the numbers of tiles.
+    /// The file: PNG, JPEG, TIFF or OpenEXR; relative to the graph file. `<UDIM>` in its name stands for the numbers of
+    /// tiles.
     pub path: FilePath,
-    /// Which layer or channel of an OpenEXR file: `normal` of `normal.X` and its like, or `height`. By default its colours,
-    /// or what comes closest. Files of other formats have channels `R`, `G`, `B`, `A`, or `Y`.
+    /// Layer or channel of an OpenEXR file: `normal` for channels such as `normal.X`, or `height`. By default its
+    /// colours, or the channels closest to colours. Files of other formats have channels `R`, `G`, `B`, `A`, or `Y`.
     pub layer: Option<String>,
-    /// The part that is used: left column, top row, width and height in pixels. By default all.
+    /// The part to use: left column, top row, width and height in pixels. By default the whole picture.
     #[schemars(extend("unit" = "px"))]
     pub crop: Option<(u32, u32, u32, u32)>,
-    /// Where its upper left corner lies on the canvas.
+    /// Position of the upper left corner on the canvas.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub position: Xy,
-    /// How large the picture, or its part, is on the canvas; the whole canvas by default.
+    /// Size of the picture, or of its `crop`, on the canvas; the whole canvas by default.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub size_mm: Option<Xy>,
-    /// What its numbers mean. By default what the file says; else sRGB for colour of 8 and 16 bits, linear for float colour, and
-    /// raw for one channel.
+    /// Meaning of the numbers in the file. By default as the file states; otherwise sRGB for colour of 8 and 16 bits,
+    /// linear for float colour, and raw for one channel.
     pub color_space: Option<ColorSpace>,
-    /// True if its colours are multiplied by its opacity (associated alpha, premultiplied): they are divided by it. By default what the
-    /// file says: those of OpenEXR are, those of TIFF where it is declared, others are not. Write `false` for data that are packed into
-    /// four channels of an OpenEXR file.
+    /// True if the colours in the file are multiplied by its opacity (associated or premultiplied alpha); they are then
+    /// divided by it. By default true for OpenEXR, as declared for TIFF, and false for other formats. Write `false` for
+    /// data that are packed into four channels of an OpenEXR file.
     pub premultiplied: Option<bool>,
-    /// The value that replaces samples of floats that are NaN or infinite. By default 0, with a warning that tells the first of them.
+    /// The value that replaces float samples that are NaN or infinite. By default 0, with a warning that names the
+    /// first such sample.
     #[schemars(range(min = -1e9, max = 1e9))]
     pub not_finite: Option<f64>,
-    /// How values between pixel centres are made.
+    /// Interpolation between pixel centres.
     pub filter: Filter,
-    /// What lies outside the picture.
+    /// Values outside the picture.
     pub wrap: Wrap,
 }
 
@@ -119,7 +121,7 @@ impl Default for Image {
     }
 }
 
-/// A picture that cannot be read, at the parameter that names it.
+/// The problem for a picture that cannot be read, at the parameter that names it.
 pub(super) fn problem(error: &picture::FileError) -> Problem {
     let (code, at) = match &error.reason {
         picture::ReadError::NoSuchLayer { .. } => (Code::UnknownVariant, "layer"),
@@ -130,14 +132,14 @@ pub(super) fn problem(error: &picture::FileError) -> Problem {
     Problem::new(code, error.to_string()).at(at)
 }
 
-/// Whether a picture has one channel besides its opacity.
+/// True if a picture has one channel besides its opacity.
 fn is_gray(header: &picture::Header) -> bool {
     header.channels == 1 + u8::from(header.has_alpha)
 }
 
 impl Image {
-    /// How the files are read: their colours, opacity and samples that are no numbers.
-    fn reading(&self) -> Reading {
+    /// Options for reading the files: colours, opacity and samples that are not finite.
+    fn reading(&self) -> DecodeOptions {
         let space = self.color_space.map(|space| match space {
             ColorSpace::Srgb => picture::ColorSpace::Srgb,
             ColorSpace::Linear => picture::ColorSpace::Linear,
@@ -145,10 +147,10 @@ impl Image {
             ColorSpace::Raw => picture::ColorSpace::Raw,
         });
         let (layer, premultiplied, not_finite) = (self.layer.clone(), self.premultiplied, self.not_finite);
-        Reading { layer, space, premultiplied, not_finite }
+        DecodeOptions { layer, space, premultiplied, not_finite }
     }
 
-    fn placement(&self, canvas: glam::DVec2, pixels: [u32; 2]) -> Placement {
+    fn placement(&self, canvas: glam::DVec2, pixels: [u32; 2]) -> PicturePlacement {
         let size = self.size_mm.map_or(canvas, |size| glam::DVec2::new(size.x, size.y));
         let outside = match self.wrap {
             Wrap::Repeat => Outside::Wrap,
@@ -156,10 +158,10 @@ impl Image {
         };
         let pitch = size / glam::UVec2::from(pixels).as_dvec2();
         let position = glam::DVec2::new(self.position.x, self.position.y);
-        Placement { position, pitch, filter: self.filter, outside: [outside; 2] }
+        PicturePlacement { position, pitch, filter: self.filter, outside: [outside; 2] }
     }
 
-    /// The part of a picture that is used.
+    /// The crop of a picture of this size.
     fn part(&self, width: u32, height: u32) -> Result<Crop, Problem> {
         let Some((x, y, w, h)) = self.crop else { return Ok(Crop { x: 0, y: 0, width, height }) };
         let fits =
@@ -212,10 +214,10 @@ impl Node for Image {
         true
     }
 
-    /// Checks the files without decoding: their formats, that they are whole and alike, and that the part lies
+    /// Checks the files without decoding: their formats, that they are complete and alike, and that the crop lies
     /// within. Assumptions are advice.
     fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
-        // What decoding may take in memory depends on the run.
+        // The memory for decoding depends on the run, so no limit is checked here.
         let limits = ReadLimits { max_bytes_decoded: u64::MAX, ..ReadLimits::default() };
         let paths: Vec<&Path> = files.iter().map(|(_, path)| path.as_path()).collect();
         let check = |path: &&Path| picture::check(path, self.layer.as_deref(), &limits).err();
@@ -249,7 +251,7 @@ impl Node for Image {
         let tiling = self.repeats(cx.size_mm());
         let pixels = Arc::new(Pixels::new(path, (sheet, reading), (&header, crop), cx.evaluator.memory())?);
         let field = |ty: Type, pick: Pick| {
-            Field::new(ty, tiling, Source { pixels: pixels.clone(), placement, pick })
+            Field::new(ty, tiling, PictureSource { pixels: pixels.clone(), placement, pick })
                 .with_native(native)
                 .with_pixels(resolution)
         };
@@ -299,7 +301,7 @@ mod tests {
         }
     }
 
-    /// The canvas of [`outputs`] at the picture's own resolution.
+    /// The canvas of [`outputs`], at the picture's resolution.
     fn native() -> Canvas {
         Canvas { size_mm: glam::DVec2::new(32.0, 16.0), resolution: glam::UVec2::new(16, 8), ..canvas() }
     }
@@ -374,7 +376,8 @@ mod tests {
             ..Image::default()
         };
         let gray = output(&outputs(&node, &path).unwrap(), "gray");
-        // The part's pixel (1, 2) is the file's (4, 4); it lies 1.5 · 2 mm right of and 2.5 · 2 mm below the corner.
+        // Pixel (1, 2) of the crop is pixel (4, 4) of the file; it lies 1.5 · 2 mm right of and 2.5 · 2 mm below the
+        // corner.
         let pixel = crop(&gray, &native(), Window { x: 3, y: 1, width: 1, height: 1 });
         assert_eq!(pixel.data(), &planes[4 * 16 + 4..][..1]);
         let again = crop(&gray, &native(), Window { x: 3 + 4, y: 1 + 5, width: 1, height: 1 });
@@ -389,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_read_is_named() {
+    fn names_missing_files_and_bad_samples() {
         let folder = tempfile::tempdir().unwrap();
         let fails = |path: &Path| match outputs(&Image::default(), path) {
             Err(Stop::Failed(problem)) => problem,

@@ -1,11 +1,11 @@
-//! The pixels of a picture file, decoded when the first of them is needed, and the fields that show them.
-use super::sheet::{Reading, Sheet};
+//! The pixels of a picture file, decoded on first use, and the fields that show them.
+use super::sheet::{DecodeOptions, Sheet};
 use glam::DVec2;
 use rayon::prelude::*;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::picture::{Header, ReadLimits};
 use shibo_engine::value::{FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Window};
-use shibo_kernel::filter::placed::{self, Place};
+use shibo_kernel::filter::placed::{self, PlacedWindow};
 use shibo_kernel::filter::sample::{Filter, Outside, Pyramid};
 use shibo_kernel::ground::tile;
 use std::path::Path;
@@ -21,7 +21,7 @@ pub(super) struct Crop {
 }
 
 impl Crop {
-    /// The part of a plane of pictures `width` pixels wide.
+    /// Cuts the crop out of a plane of a picture that is `width` pixels wide.
     fn of(self, plane: &[f32], width: usize) -> Vec<f32> {
         let (x, w) = (self.x as usize, self.width as usize);
         let rows = plane.chunks_exact(width).skip(self.y as usize).take(self.height as usize);
@@ -29,13 +29,13 @@ impl Crop {
     }
 }
 
-/// A picture that is in one or several files.
+/// A picture stored in one or several files.
 pub(super) struct Pixels {
     sheet: Sheet,
-    reading: Reading,
+    reading: DecodeOptions,
     limits: ReadLimits,
     crop: Crop,
-    /// Bytes of the decoded channels and their smaller versions, and of the file's samples while they are decoded.
+    /// Bytes of the decoded channels and their pyramids, and of the file's samples during decoding.
     bytes: u64,
     decoding: u64,
     decoded: OnceLock<Result<Decoded, Problem>>,
@@ -44,9 +44,9 @@ pub(super) struct Pixels {
 struct Decoded {
     /// By channel; opacity last.
     channels: Vec<Pyramid>,
-    /// How many of them are colour or data.
+    /// Number of channels that are colour or data.
     data: usize,
-    /// Warnings about them.
+    /// A warning about the pixels.
     warning: Option<Problem>,
 }
 
@@ -54,7 +54,7 @@ impl Pixels {
     /// Decodes nothing yet; refuses files that would not fit into `memory` bytes.
     pub(super) fn new(
         path: &Path,
-        (sheet, reading): (Sheet, Reading),
+        (sheet, reading): (Sheet, DecodeOptions),
         (header, crop): (&Header, Crop),
         memory: u64,
     ) -> Result<Self, Problem> {
@@ -76,7 +76,8 @@ impl Pixels {
         Ok(Self { sheet, reading, limits, crop, bytes, decoding, decoded: OnceLock::new() })
     }
 
-    /// The pixels. Decoded outside of the lock: decoding waits for other threads, and one of them may come here.
+    /// The pixels. They are decoded outside of the lock: decoding waits for other threads, which may call this
+    /// function.
     fn get(&self) -> Result<&Decoded, Stop> {
         let decoded = match self.decoded.get() {
             Some(decoded) => decoded,
@@ -101,41 +102,41 @@ impl Pixels {
     }
 }
 
-/// Which channels a field shows.
+/// The channels that a field shows.
 #[derive(Clone, Copy)]
 pub(super) enum Pick {
-    /// Three of them; the first one three times if there is no other.
+    /// Three channels; the first one three times if there is no other.
     Color,
-    /// The only one, or the luminance.
+    /// The only channel, or the luminance.
     Gray,
-    /// The channel of that number; the first if there is no other.
+    /// The channel of this number; the first if there is no other.
     Channel(usize),
     /// Opacity.
     Alpha,
 }
 
-/// Where a picture lies.
+/// Placement of a picture on the canvas.
 #[derive(Clone, Copy)]
-pub(super) struct Placement {
-    /// Where its corner lies, mm.
+pub(super) struct PicturePlacement {
+    /// Position of its upper left corner, mm.
     pub(super) position: DVec2,
-    /// Size of one of its pixels, mm.
+    /// Size of a pixel, mm.
     pub(super) pitch: DVec2,
     pub(super) filter: Filter,
     pub(super) outside: [Outside; 2],
 }
 
 /// A picture as a field.
-pub(super) struct Source {
+pub(super) struct PictureSource {
     pub(super) pixels: Arc<Pixels>,
-    pub(super) placement: Placement,
+    pub(super) placement: PicturePlacement,
     pub(super) pick: Pick,
 }
 
 /// Weights of linear red, green and blue in luminance (Rec. 709).
 const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
-impl FieldSource for Source {
+impl FieldSource for PictureSource {
     fn inputs(&self, _grid: &Grid, _window: Window) -> Vec<Read<'_>> {
         Vec::new()
     }
@@ -143,10 +144,11 @@ impl FieldSource for Source {
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let pixels = self.pixels.get()?;
         pixels.warning.iter().for_each(|warning| given.warn(warning.clone()));
-        let Placement { position, pitch, filter, outside } = self.placement;
+        let PicturePlacement { position, pitch, filter, outside } = self.placement;
         let (origin, step) = ((out.grid.origin - position) / pitch, out.grid.step / pitch);
-        let place = Place { window: out.window, origin: origin.to_array(), step: step.to_array(), filter, outside };
-        // The third of two channels is 0.
+        let place =
+            PlacedWindow { window: out.window, origin: origin.to_array(), step: step.to_array(), filter, outside };
+        // A picture of two channels has 0 in the third.
         let is_missing = |k: usize| k == 2 && pixels.data == 2;
         let channel = |k: usize| &pixels.channels[if k < pixels.data { k } else { 0 }];
         match self.pick {

@@ -1,4 +1,4 @@
-//! The files of a picture: one, or one for each UDIM tile, which lie side by side as a sheet. How they are read.
+//! The files of a picture, and how they are read: a single file, or one for each UDIM tile, side by side as a sheet.
 use super::image::problem;
 use rayon::prelude::*;
 use shibo_engine::diagnostics::{Code, Problem};
@@ -7,13 +7,13 @@ use shibo_engine::picture::{
 };
 use std::path::{Path, PathBuf};
 
-/// How the samples of a file become values; nothing stands for what the file says.
+/// Options for turning samples of a file into values; `None` follows the file.
 #[derive(Clone)]
-pub(super) struct Reading {
+pub(super) struct DecodeOptions {
     pub(super) layer: Option<String>,
     pub(super) space: Option<ColorSpace>,
     pub(super) premultiplied: Option<bool>,
-    /// The number that replaces NaN and infinities; without it 0, with a warning.
+    /// The number that replaces NaN and infinities; `None` stands for 0, with a warning.
     pub(super) not_finite: Option<f64>,
 }
 
@@ -25,14 +25,14 @@ struct Part {
     place: [u32; 2],
 }
 
-/// Files side by side, all alike; most often a single one.
+/// Files of the same form, side by side; usually a single one.
 pub(super) struct Sheet {
     parts: Vec<Part>,
     /// Columns and rows of tiles.
     tiles: [u32; 2],
 }
 
-impl Reading {
+impl DecodeOptions {
     /// The header of a file.
     pub(super) fn header(&self, path: &Path) -> Result<Header, FileError> {
         self.layer.as_deref().map_or_else(|| picture::header(path), |layer| picture::header_layer(path, layer))
@@ -42,7 +42,7 @@ impl Reading {
         self.space.map_or_else(|| Conversion::of_file(header), |space| (space.into(), Vec::new()))
     }
 
-    /// The assumptions about a file that does not state its colours, or states them in a way that is not used.
+    /// Advice about assumptions: for a file that does not state its colours, or states them in an unsupported way.
     pub(super) fn assumed(&self, path: &Path, header: &Header) -> Vec<Problem> {
         let advice = |what: &String, help: &str| {
             Problem::new(Code::Advice, format!("`{}`: {what}", path.display())).at("path").help(help)
@@ -53,7 +53,7 @@ impl Reading {
         named.chain(self.conversion(header).1.iter().map(|unused| advice(unused, colors))).collect()
     }
 
-    /// The picture in linear Rec. 709, and what the user should know about it.
+    /// The picture in linear Rec. 709, and a warning if it has one.
     fn read(&self, part: &Part, limits: &ReadLimits) -> Result<(Picture, Option<Problem>), Problem> {
         let Part { path, header, .. } = part;
         let picture = match &self.layer {
@@ -73,7 +73,7 @@ impl Reading {
         Ok((picture, warning))
     }
 
-    /// Replaces NaN and infinities. Gives a warning unless the user says by which value.
+    /// Replaces NaN and infinities; returns a warning unless the user chose the value.
     fn replace_non_finite(&self, path: &Path, picture: &mut Picture) -> Option<Problem> {
         let first = picture.first_non_finite()?;
         let (count, all) = (picture.count_non_finite(), picture.planes.len());
@@ -98,8 +98,8 @@ impl Reading {
 }
 
 impl Sheet {
-    /// The files that the path `named` of a graph file means; reads their headers.
-    pub(super) fn of(named: &Path, files: &[&Path], reading: &Reading) -> Result<Self, Problem> {
+    /// The sheet for the path `named` in a graph file; reads the headers of `files`.
+    pub(super) fn of(named: &Path, files: &[&Path], reading: &DecodeOptions) -> Result<Self, Problem> {
         let mut parts: Vec<Part> = Vec::with_capacity(files.len());
         for path in files {
             let header = reading.header(path).map_err(|error| problem(&error))?;
@@ -124,8 +124,8 @@ impl Sheet {
         }
     }
 
-    /// The assumptions about the files, and the tiles without one.
-    pub(super) fn assumed(&self, reading: &Reading) -> Vec<Problem> {
+    /// Advice about assumptions for the files, and about tiles without a file.
+    pub(super) fn assumed(&self, reading: &DecodeOptions) -> Vec<Problem> {
         let mut found: Vec<Problem> =
             self.parts.iter().flat_map(|part| reading.assumed(&part.path, &part.header)).collect();
         let number = |[column, row]: [u32; 2]| format!("`{}`", 1001 + column + 10 * row);
@@ -144,8 +144,12 @@ impl Sheet {
         found
     }
 
-    /// The whole picture in linear Rec. 709, and what the user should know about it.
-    pub(super) fn read(&self, reading: &Reading, limits: &ReadLimits) -> Result<(Picture, Option<Problem>), Problem> {
+    /// The whole picture in linear Rec. 709, and a warning if it has one.
+    pub(super) fn read(
+        &self,
+        reading: &DecodeOptions,
+        limits: &ReadLimits,
+    ) -> Result<(Picture, Option<Problem>), Problem> {
         let (mut picture, mut warning) = reading.read(&self.parts[0], limits)?;
         if self.tiles == [1, 1] {
             return Ok((picture, warning));
@@ -170,7 +174,7 @@ impl Sheet {
     }
 }
 
-/// The properties that all files of a set share.
+/// The properties that all files of a sheet share.
 fn looks(header: &Header) -> (u32, u32, u8, bool) {
     (header.width, header.height, header.channels, header.has_alpha)
 }

@@ -1,7 +1,8 @@
-//! [`BandPattern`]: bright bands on a dark ground, as a field that wrinkles follow.
+//! [`BandPattern`]: bright bands on a dark ground, as a field for wrinkles to follow.
 //!
-//! Source: JP4905282B2 §8, claims 9 to 11, figs 22 to 24 (rows A59–A66). Beyond the source: bands that repeat with
-//! the canvas, that follow a field, and nuclei everywhere on it; the two ways of the source are options. Cost: O(bands + pixels), by tiles.
+//! Source: JP4905282B2 §8, claims 9 to 11, figs 22 to 24 (rows A59–A66). Beyond the source: bands may repeat with the
+//! canvas or follow a field, and nuclei cover the whole canvas; the two layouts of the source are options. Cost:
+//! O(bands + pixels), by tiles.
 use super::drawing;
 use super::reading::SampledMap;
 use schemars::JsonSchema;
@@ -29,14 +30,14 @@ pub enum Gradation {
 /// How bands that overlap are combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Overlap {
-    /// The brighter one.
+    /// The maximum.
     #[default]
     Max,
     /// The sum, which may exceed 1.
     Add,
 }
 
-/// Where nuclei of bands lie.
+/// Layout of the nuclei of bands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Form {
     /// Everywhere on the canvas.
@@ -48,7 +49,7 @@ pub enum Form {
     FlowChart,
 }
 
-/// Bright bands at random, all in about the same direction: springs that follow them draw wrinkles along the bands.
+/// Random bright bands, all in about the same direction: springs controlled by them make wrinkles along the bands.
 ///
 /// ```ron
 /// "example": BandPattern(pitch: 10, angle: (15, 40), width: (1.5, 4), length: (12, 24)),
@@ -58,13 +59,13 @@ pub enum Form {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BandPattern {
-    /// Where bands run, in degrees from +x towards +y or as vectors, read at the middle of each; its angle is added. The
-    /// field is read at four samples per pitch.
+    /// Direction of the bands, in degrees from +x towards +y or as vectors, read at the middle of each band; the band's
+    /// own angle is added. The field is read at four samples per pitch.
     pub direction: Option<In<Direction>>,
-    /// Mean distance of bands.
+    /// Mean distance between bands.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub pitch: f64,
-    /// Smallest and largest angle from +x towards +y; less than 30° apart looks best.
+    /// Smallest and largest angle from +x towards +y; less than 30° between them looks best.
     #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
     pub angle: Range,
     /// Smallest and largest width.
@@ -77,9 +78,9 @@ pub struct BandPattern {
     pub gradation: Gradation,
     /// How bands that overlap are combined.
     pub overlap: Overlap,
-    /// Where nuclei of bands lie.
+    /// Layout of the nuclei of bands.
     pub form: Form,
-    /// Another number gives other bands.
+    /// Another seed gives other bands.
     pub seed: u64,
 }
 
@@ -99,7 +100,7 @@ impl Default for BandPattern {
     }
 }
 
-/// The most bands that a node makes.
+/// Maximum number of bands.
 const MAX_BANDS: f64 = 1e6;
 
 impl Node for BandPattern {
@@ -117,7 +118,7 @@ impl Node for BandPattern {
             let problem = Problem::new(Code::TooLarge, message).at("pitch");
             return vec![problem.help("use a larger pitch, or a smaller canvas")];
         }
-        // Where the canvas does not repeat, nuclei around it count as far as their bands reach.
+        // On a canvas that does not repeat, nuclei outside of it count as far as their bands reach into it.
         let reach =
             if self.form == Form::Cover && !self.periodic(canvas) { self.width.hi.hypot(self.length.hi) } else { 0.0 };
         let wanted = (canvas.size_mm() + reach).element_product() / (self.pitch * self.pitch);
@@ -182,7 +183,7 @@ impl Node for BandPattern {
 }
 
 impl BandPattern {
-    /// Whether the bands repeat with the canvas; those of the source's own forms never do.
+    /// True if the bands repeat with the canvas; the source's own layouts never do.
     fn periodic(&self, canvas: &CanvasFacts) -> bool {
         canvas.tile() == Tiling::BOTH && self.form == Form::Cover
     }
@@ -212,7 +213,7 @@ mod tests {
 
     #[test]
     fn bands_run_along_the_direction_at_their_middles() {
-        // 30 degrees on the left half, and as much more as the place is to the right of the middle on the other.
+        // 30 degrees on the left half; on the right half 4 degrees more for each mm to the right of the middle.
         let turned = |x: f64| if x < 16.0 { 30.0 } else { 30.0 + 4.0 * (x - 16.0) };
         let field = Field::generate(Type::Gray, Tiling::BOTH, move |out: &mut Tile, _| {
             let (grid, window) = (out.grid, out.window);
@@ -230,7 +231,7 @@ mod tests {
         assert_eq!(segments.ends.len(), 256);
         for [a, b] in &segments.ends {
             let middle = f64::from(0.5 * (a.x + b.x)).rem_euclid(32.0);
-            // The nearest of the samples, half a mm apart.
+            // The nearest sample; samples are half a mm apart.
             let sample = ((middle / 0.5).floor() + 0.5) * 0.5;
             let (want, got) = (5.0 + turned(sample), f64::from((b.y - a.y).atan2(b.x - a.x)).to_degrees());
             assert!((got - want).abs() < 0.01, "{middle}: {got} {want}");

@@ -1,4 +1,4 @@
-//! Stages of the method together, as graphs connect them.
+//! Tests of several stages of the method together, as graphs connect them.
 use super::define_mass::{Refresh, SamplePoint};
 use super::draw_wrinkles::VaryBy;
 use super::simulate_springs::Boundary;
@@ -169,7 +169,7 @@ fn bodies_keep_apart() {
 }
 
 #[test]
-fn the_edge_holds_on_to_any_set() {
+fn fixed_boundary_holds_edge_of_any_set() {
     let canvas = Canvas { tile: Tiling::NONE, ..canvas() };
     let take = |outputs: shibo_engine::node::Outputs| outputs.take("", true).cloned().unwrap();
     let poisson = PoissonPoints { pitch: 2.0, ..PoissonPoints::default() };
@@ -193,7 +193,7 @@ fn the_edge_holds_on_to_any_set() {
     }
 }
 
-/// A wider margin never holds fewer points, and the narrowest holds those that no margin at all does.
+/// A wider margin never holds fewer points, and a very narrow one holds the same points as a margin of 0.
 #[test]
 fn the_edge_holds_more_points_the_wider_its_margin() {
     let take = |outputs: shibo_engine::node::Outputs| outputs.take("", true).cloned().unwrap();
@@ -218,7 +218,7 @@ fn the_edge_holds_more_points_the_wider_its_margin() {
         let [none, narrow, wide, wider] = counts(take(points.unwrap()), &once);
         assert!(none > 30 && narrow == none && wide >= narrow && wider > wide, "{none} {narrow} {wide} {wider}");
     }
-    // What repeats has no edge: only a margin holds points.
+    // A set that repeats has no edge: only a margin above 0 holds points.
     let [none, narrow, wide, wider] = counts(take(outputs(&poisson, &[], &everywhere).unwrap()), &everywhere);
     assert!(none < 2 && narrow < 2 && wide > 20 && wider > wide, "{none} {narrow} {wide} {wider}");
 }
@@ -229,19 +229,19 @@ fn limits_can_be_read_in_every_way() {
     let node = SimulateSprings { break_field: Some(port(1)), break_force: Some(Range::new(0.0, 1e6)), ..simulation() };
     let broken = |node: &SimulateSprings| moved(node, &[value.clone(), halves()]).broken.len();
     let smooth = broken(&node);
-    // Springs are weak where the mean of the field around them is 0: farther from the bright half, the wider it is
-    // read.
+    // Springs are weak where the mean of the field around them is 0: the wider the mean, the farther from the bright
+    // half.
     let near = broken(&SimulateSprings { sample: Sample::Near(4.0), ..node.clone() });
     assert!(near > 0 && near + 20 < smooth, "{near} {smooth}");
     let coarse = broken(&SimulateSprings { sample: Sample::Line, sample_resolution: Some((1, 1)), ..node.clone() });
     assert_eq!(coarse, 0, "the one sample lies in the bright half");
-    // Sums of many pixels are beyond 1, and limits end there.
+    // Sums of many pixels exceed 1; limits are clamped there.
     let sum = broken(&SimulateSprings { reduce: Reduction::Sum, sample: Sample::Near(4.0), ..node });
     assert!(sum <= near, "{sum} {near}");
 }
 
 #[test]
-fn a_boundary_may_follow_the_canvas() {
+fn boundary_follows_the_canvas() {
     let end = |tile: Tiling, boundary: Boundary| {
         let canvas = Canvas { tile, ..canvas() };
         let make = |outputs: Result<shibo_engine::node::Outputs, shibo_engine::value::Stop>| {
@@ -286,12 +286,12 @@ fn springs_break_where_the_field_is_weak() {
 }
 
 #[test]
-fn stretch_is_what_the_links_went_through() {
+fn stretch_is_relative_to_start() {
     let (value, _) =
         springs(&DefineSprings { stiffness: Linear::new(1.0, 10.0), ..DefineSprings::default() }, Some(halves()));
     let stretch = field(&make(&simulation(), std::slice::from_ref(&value), "stretch"));
     let tile = raster(&stretch, &canvas());
-    // Stiff springs on the right have pulled together at the cost of the soft ones on the left.
+    // Stiff springs on the right contracted and stretched the soft ones on the left.
     let mean = |from: usize, to: usize| {
         (0..64).flat_map(|y| tile.row(0, y)[from..to].to_vec()).sum::<f32>() / (64 * (to - from)) as f32
     };
@@ -346,7 +346,7 @@ fn hexagons_have_three_neighbours() {
     let mut degree = vec![0; lattice.points.len()];
     lattice.links.iter().flatten().for_each(|&p| degree[p as usize] += 1);
     assert!(degree.iter().all(|d| *d == 3));
-    // A whole tiling that repeats is a grid with a part of its links; a part of the tiling is not.
+    // A complete tiling that repeats is a grid with some of its links; a part of the tiling is not.
     let points_of = |lattice: &Lattice| lattice.grid.map(|grid| (grid.columns * grid.rows) as usize);
     assert_eq!((lattice.regular, points_of(&lattice)), (true, Some(lattice.points.len())));
     let area = WorkArea { points: port(0), area: port(1), ..WorkArea::default() };

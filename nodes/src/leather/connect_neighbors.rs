@@ -1,7 +1,7 @@
-//! [`ConnectNeighbors`]: which points are neighbours.
+//! [`ConnectNeighbors`]: links between neighbouring points.
 //!
-//! Source: JP4905282B2 §3, claim 8 (rows A11–A16). Delaunay links are beyond the source; they do
-//! most to make leather look natural. Cost: O(links), Delaunay O(n log n).
+//! Source: JP4905282B2 §3, claim 8 (rows A11–A16). Delaunay links are beyond the source; they contribute most to a
+//! natural look of leather. Cost: O(links), Delaunay O(n log n).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -13,23 +13,23 @@ use shibo_kernel::leather::delaunay::delaunay_until;
 use shibo_kernel::leather::links::{GridShape, Links, grid_links_until, radius_estimate, radius_links_until, wrap};
 use std::sync::Arc;
 
-/// A rule that says which points are neighbours.
+/// Rule that decides which points are neighbours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Neighbors {
-    /// The 4 nearest of a grid.
+    /// The 4 nearest points of a grid.
     Four,
-    /// The 8 nearest of a grid.
+    /// The 8 nearest points of a grid.
     Eight,
-    /// The 3 that are joined to a point by edges of the hexagons of `HexPoints`.
+    /// The 3 points at the other ends of a point's edges in the hexagons of `HexPoints`.
     HexEdges,
-    /// All that are at most this many mm away; for any points.
+    /// All points at most this many mm away; for any points.
     Radius(f64),
-    /// Those whose Voronoi cells touch, about 6; for any points.
+    /// Points whose Voronoi cells touch, about 6; for any points.
     #[default]
     Delaunay,
 }
 
-/// Links neighbouring points to a lattice. Jittered grid points keep the neighbours of the regular grid.
+/// Links neighbouring points into a lattice. Jittered grid points keep the neighbours of the regular grid.
 ///
 /// On a canvas that tiles, points near an edge are linked across it.
 ///
@@ -47,12 +47,13 @@ pub enum Neighbors {
 pub struct ConnectNeighbors {
     /// The points to link.
     pub points: In<Points>,
-    /// Which points are neighbours. `Four` and `Eight` need the points of a grid, `HexEdges` those of hexagons.
+    /// Rule that decides which points are neighbours. `Four` and `Eight` need the points of a grid, `HexEdges` those of
+    /// hexagons.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub neighbors: Neighbors,
 }
 
-/// The most links that a node makes.
+/// Maximum number of links.
 const MAX_LINKS: usize = 32_000_000;
 
 impl Node for ConnectNeighbors {
@@ -94,7 +95,7 @@ impl Node for ConnectNeighbors {
 }
 
 impl ConnectNeighbors {
-    /// The links of the whole grid or tiling, and the grid.
+    /// The links of the whole grid or tiling, and its grid form if it has one.
     fn of_layout(&self, points: &Points, until: Until<'_>) -> Result<(Links, Option<GridLinks>), Problem> {
         let periodic = points.periodic == Tiling::BOTH;
         let eight = self.neighbors == Neighbors::Eight;
@@ -120,7 +121,7 @@ impl ConnectNeighbors {
         }
     }
 
-    /// Links to all within a radius, unless there are too many.
+    /// Links to all points within a radius, unless there are too many.
     fn within(&self, cx: &Context<'_>, points: &Points, radius: f64) -> Result<Links, Stop> {
         let periodic = points.periodic == Tiling::BOTH;
         let (size, reach) = (points.size_mm.as_vec2(), narrow(radius));
@@ -133,7 +134,7 @@ impl ConnectNeighbors {
             return Err(Problem::new(Code::OutOfRange, message).at("neighbors").into());
         }
         let count = radius_estimate(&points.positions, reach, size, periodic);
-        // A link takes 10 bytes here and about 40 while it is found and sorted.
+        // A stored link takes 10 bytes, and about 40 while links are found and sorted.
         let most = (cx.evaluator.memory() / 50).min(MAX_LINKS as u64) as f64;
         if count > most {
             let message = format!(
@@ -167,7 +168,7 @@ impl ConnectNeighbors {
     }
 }
 
-/// The links both of whose ends were kept, with the new numbers of the points.
+/// The links between kept points, with the new numbers of the points.
 fn kept(whole: Links, points: &Points) -> Links {
     let Some(sites) = &points.sites else { return whole };
     let most = whole.pairs.iter().flatten().copied().chain(sites.iter().copied()).max().unwrap_or(0);
@@ -184,7 +185,7 @@ fn kept(whole: Links, points: &Points) -> Links {
     left
 }
 
-/// Links by triangulation. Points of a periodic set that have left the canvas are first brought back by whole canvases.
+/// Links by triangulation. Points of a periodic set that lie outside the canvas are first moved back by whole canvases.
 fn triangulate(points: Arc<Points>, size: glam::Vec2, periodic: bool, until: Until<'_>) -> (Arc<Points>, Links) {
     let inside = |p: &glam::Vec2| p.cmpge(glam::Vec2::ZERO).all() && p.cmplt(size).all();
     let points = if periodic && !points.positions.iter().all(inside) {

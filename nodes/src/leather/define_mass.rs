@@ -13,30 +13,30 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::{Raster, Reduction, Sample};
 use std::sync::Arc;
 
-/// Which places of the field belong to a point.
+/// Pixels of the field that count for a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum SamplePoint {
-    /// The pixel that it lies on.
+    /// The pixel under the point.
     #[default]
     Point,
-    /// The pixels at most this many mm from it.
+    /// The pixels at most this many mm from the point.
     Near(f64),
 }
 
-/// When masses are read.
+/// When masses are read from the field.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Refresh {
     /// Once, before the motion: a point keeps its mass.
     #[default]
     Once,
-    /// In every step, at the place where the point is then.
+    /// In every step, at the current place of the point.
     EveryStep,
 }
 
-/// Gives the points of springs their masses, from a field: heavy points move little, light ones a lot.
+/// Sets the masses of the points of springs from a field: heavy points move little, light ones a lot.
 ///
-/// This is another way than stiffness to make a pattern from a field; both can be used together. On a regular grid
-/// whose springs are all alike nothing moves, whatever the masses are: give `DefineSprings` a `spread`.
+/// Masses are a second way, besides stiffness, to make a pattern from a field; both can be used together. On a regular
+/// grid whose springs are all alike nothing moves, whatever the masses: set the `spread` of `DefineSprings`.
 ///
 /// ```ron
 /// "points": GridPoints(pitch: 2.5, stagger: 0.5, jitter: 0.6),
@@ -55,30 +55,30 @@ pub enum Refresh {
 pub struct DefineMass {
     /// The springs.
     pub springs: In<SpringNet>,
-    /// What the masses depend on, 0..1. Without it all are alike, as where the field is 0.
+    /// Field of masses, 0..1. If not given, all masses are those of a field of 0.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub field: Option<In<Gray>>,
-    /// Mass where the field is 0 and where it is 1. One number: the same everywhere.
+    /// Mass where the field is 0 and mass where it is 1. One number: the same everywhere.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]
     pub mass: Linear,
-    /// Which places of the field belong to a point.
+    /// Pixels of the field that count for a point.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub sample: SamplePoint,
-    /// How the values near a point are summed up.
+    /// How the values near a point are combined.
     pub reduce: Reduction,
-    /// When masses are read.
+    /// When masses are read from the field.
     pub refresh: Refresh,
-    /// By how much each point is heavier or lighter by chance, as a share of its mass. Not with `refresh: EveryStep`,
-    /// where masses belong to places and not to points.
+    /// Largest random change of the mass of each point, as a share of its mass. Not with `refresh: EveryStep`, where
+    /// masses belong to places and not to points.
     #[schemars(range(min = 0, max = 0.95))]
     pub spread: f64,
-    /// Whether 0 and 1 of the field change places.
+    /// True to swap 0 and 1 of the field.
     pub invert: bool,
-    /// Columns and rows at which the field is read. By default those of the picture, where the field is one, else four
-    /// per pitch.
+    /// Columns and rows of the samples of the field. By default the pixels of the picture if the field is a picture,
+    /// otherwise four samples per pitch.
     #[schemars(extend("minimum" = 1.0, "maximum" = 8192.0))]
     pub sample_resolution: Option<(u32, u32)>,
-    /// Another number gives another `spread`.
+    /// Another seed gives other random changes.
     pub seed: u64,
 }
 
@@ -144,7 +144,7 @@ impl Node for DefineMass {
         self.positive(&mass)?;
         let mass_map = (self.refresh == Refresh::EveryStep).then(|| Arc::new(map));
         if let (Some(map), true) = (&mass_map, self.reduce == Reduction::Mean) {
-            // Points may move anywhere.
+            // Points may move anywhere, so all values of the field count.
             let of = |v: f32| map.range[0] + (map.range[1] - map.range[0]) * v;
             self.positive(&map.values.iter().map(|&v| of(v)).collect::<Vec<_>>())?;
         }
@@ -171,7 +171,7 @@ impl DefineMass {
             .help("keep the field within 0..1, or use `reduce: Mean`"))
     }
 
-    /// Whether nothing will move, since the springs of a regular grid that are all alike are in balance.
+    /// Advises if nothing will move because all springs of a regular grid are alike and in balance.
     fn advise(&self, cx: &Context<'_>, springs: &SpringNet) {
         let (points, first) = (&springs.lattice.points, springs.stiffness.first());
         let alike = springs.stiffness.iter().all(|k| Some(k) == first);

@@ -12,10 +12,10 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::{Reduction, Sample};
 use shibo_kernel::springs::Rest;
 
-/// Turns links into springs whose stiffness and length at rest come from a field: stiff where it is bright, so small
-/// cells there and large ones where it is dark.
+/// Turns links into springs whose stiffness and length at rest come from a field: springs are stiff where the field is
+/// bright, so cells become small there, and large where it is dark.
 ///
-/// A ratio of 5 to 10 between the two stiffnesses works best, and a field whose features are 3 to 8 pitches large.
+/// A ratio of 5 to 10 between the two stiffnesses works best, with a field whose features are 3 to 8 pitches large.
 ///
 /// ```ron
 /// "points": PoissonPoints(pitch: 2.5),
@@ -35,38 +35,39 @@ use shibo_kernel::springs::Rest;
 pub struct DefineSprings {
     /// The points and links.
     pub lattice: In<Lattice>,
-    /// What the springs depend on, 0..1. Without it all are alike, as where the field is 0.
+    /// Field that controls the springs, 0..1. If not given, all springs are those of a field of 0.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub field: Option<In<Gray>>,
-    /// Stiffness where the field is 0 and where it is 1. One number: the same everywhere.
+    /// Stiffness where the field is 0 and stiffness where it is 1. One number: the same everywhere.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e6))]
     pub stiffness: Linear,
-    /// The standard length at rest.
+    /// Standard length at rest.
     #[schemars(extend("minimum" = -100.0, "maximum" = 100.0))]
     pub rest: Rest,
-    /// What is added to the length at rest where the field is 0 and where it is 1, in pitches; may be negative.
+    /// Length added to the standard length at rest, where the field is 0 and where it is 1, in pitches; may be
+    /// negative.
     #[schemars(extend("minimum" = -100.0, "maximum" = 100.0, "unit" = "pitch"))]
     pub rest_length: Linear,
-    /// Damping where the field is 0 and where it is 1: this factor times the speed at which a spring grows is a force
-    /// against it.
+    /// Damping where the field is 0 and where it is 1: a force against the stretching of a spring, this factor times
+    /// the speed at which the spring grows.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e6))]
     pub damping: Linear,
-    /// By how much each spring is stiffer or softer by chance, as a share of its stiffness: 0.5 gives from half to one and a
-    /// half times.
+    /// Largest random change of the stiffness of each spring, as a share of its stiffness: 0.5 gives from half to one
+    /// and a half times the stiffness.
     #[schemars(range(min = 0, max = 1))]
     pub spread: f64,
-    /// Which places of the field belong to a link.
+    /// Pixels of the field that count for a link.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub sample: Sample,
-    /// How the values along a link are summed up.
+    /// How the values along a link are combined.
     pub reduce: Reduction,
-    /// Whether 0 and 1 of the field change places.
+    /// True to swap 0 and 1 of the field.
     pub invert: bool,
-    /// Columns and rows at which the field is read. By default those of the picture, where the field is one, else four
-    /// per pitch.
+    /// Columns and rows of the samples of the field. By default the pixels of the picture if the field is a picture,
+    /// otherwise four samples per pitch.
     #[schemars(extend("minimum" = 1.0, "maximum" = 8192.0))]
     pub sample_resolution: Option<(u32, u32)>,
-    /// Another number gives another `spread`.
+    /// Another seed gives other random changes.
     pub seed: u64,
 }
 
@@ -138,7 +139,7 @@ impl Node for DefineSprings {
 }
 
 impl DefineSprings {
-    /// The length d that standard lengths refer to: of a grid the smaller pitch, else as `rest` says.
+    /// The length d to which standard lengths refer: for a grid the smaller pitch, otherwise as `rest` says.
     fn pitch(&self, lattice: &Lattice) -> f32 {
         match (&lattice.points.grid, self.rest) {
             (Some(order), _) => order.pitch.min_element(),

@@ -1,6 +1,6 @@
 //! [`Dots`]: a dot on each point.
 //!
-//! Beyond the source: pores, quills, studs, and fields for springs to follow. Dots have their size in millimetres; those
+//! Beyond the source: pores, quills, studs, and fields for springs to follow. Dots have a size in millimetres; dots
 //! smaller than a pixel are drawn as large as one, and fade. Cost: O(points + pixels under dots), by tiles.
 use super::drawing;
 use glam::Vec2;
@@ -31,10 +31,10 @@ pub enum DotProfile {
 /// How dots that overlap are combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum DotOverlap {
-    /// The brighter one.
+    /// The maximum.
     #[default]
     Max,
-    /// The sum, which may exceed the greatest value.
+    /// The sum, which may exceed the largest value of a dot.
     Add,
 }
 
@@ -52,20 +52,20 @@ pub enum DotOverlap {
 pub struct Dots {
     /// The points.
     pub points: In<Points>,
-    /// Where this is below ½ there are no dots; from there to 1 they go from faint to full.
+    /// Dots vanish where the mask is below ½; from ½ to 1 they grow from faint to full.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
-    /// Smallest and largest diameter, by chance.
+    /// Smallest and largest diameter; each dot draws one at random.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub diameter: Range,
-    /// Value in the middle of the faintest and of the brightest dot, by chance.
+    /// Value in the middle of the faintest and of the brightest dot; each dot draws one at random.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e6))]
     pub value: Range,
     /// The cross-section.
     pub profile: DotProfile,
     /// How dots that overlap are combined.
     pub overlap: DotOverlap,
-    /// Another number gives the same dots other sizes and values.
+    /// Another seed gives the same dots other sizes and values.
     pub seed: u64,
 }
 
@@ -134,7 +134,7 @@ impl Dots {
         }
     }
 
-    /// What the mask leaves of each dot, 0..1; empty for all.
+    /// Strength that the mask leaves each dot, 0..1; empty without a mask.
     fn strengths(&self, cx: &Context<'_>, points: &Points) -> Result<Vec<f32>, Stop> {
         let Some(mask) = cx.get_opt(&self.mask)? else { return Ok(Vec::new()) };
         let read = super::reading::read(cx, (points.pitch, points.periodic), (&mask, "mask"), None)?;
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn dots_cover_what_they_should() {
+    fn dots_cover_the_expected_area() {
         let Value::Points(all) = points() else { panic!() };
         let node =
             Dots { points: port(0), diameter: Range::new(2.0, 2.0), profile: DotProfile::Flat, ..Dots::default() };

@@ -1,8 +1,8 @@
 //! [`DrawWrinkles`]: grooves along segments.
 //!
 //! Source: JP4905282B2 §7, claims 17 to 19 (rows A49–A56). Beyond the source: width and depth that follow the link,
-//! tapering, depth fields. Strokes have their size in millimetres, so all resolutions show the same grooves; those thinner
-//! than `min_width` pixels are drawn that wide, and fade. Cost: O(strokes + pixels under strokes), by tiles.
+//! tapering, depth fields. Strokes have a size in millimetres, so all resolutions show the same grooves; grooves
+//! thinner than `min_width` pixels are drawn that wide, and fade. Cost: O(strokes + pixels under strokes), by tiles.
 use super::{drawing, reading};
 use glam::Vec2;
 use schemars::JsonSchema;
@@ -16,15 +16,15 @@ use shibo_kernel::ground::tile;
 use shibo_kernel::strokes::{Combine, CrossSection, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
 use std::sync::{Arc, OnceLock};
 
-/// What decides which grooves of a set are wide and deep.
+/// Property that decides which grooves of a set are wide and deep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum VaryBy {
-    /// Chance alone.
+    /// Random.
     #[default]
     Random,
     /// The length of the link: long links make wide and deep grooves.
     Length,
-    /// How far the link was stretched by the motion.
+    /// The stretch of the link by the motion.
     Stretch,
     /// `vary_field` at the middle of the groove: 0 is the narrowest and shallowest, 1 the widest and deepest.
     Field,
@@ -44,7 +44,7 @@ pub enum VaryBy {
 pub struct DrawWrinkles {
     /// The segments.
     pub segments: In<Segments>,
-    /// What `vary_by: Field` reads, 0..1.
+    /// Field for `vary_by: Field`, 0..1.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub vary_field: Option<In<Gray>>,
     /// Factor on the depth, 0..1, which can differ from place to place.
@@ -59,33 +59,34 @@ pub struct DrawWrinkles {
     /// Depth of the shallowest and of the deepest groove.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
     pub depth: Range,
-    /// What decides which grooves are wide and deep.
+    /// Property that decides which grooves are wide and deep.
     pub vary_by: VaryBy,
-    /// How much `vary_by` decides, 0 to 1; chance decides the rest.
+    /// Weight of `vary_by`, 0 to 1; the rest is random.
     #[schemars(range(min = 0, max = 1))]
     pub mix: f64,
     /// The cross-section.
     pub profile: CrossSection,
-    /// Standard deviation of the `Gaussian`, as a share of the width; the source has 1/6, which draws thin lines.
+    /// Standard deviation of the `Gaussian` cross-section, as a share of the width; the source uses 1/6, which draws
+    /// thin lines.
     #[schemars(range(min = 0.02, max = 1))]
     pub sigma: f64,
-    /// How much narrower a groove is at its ends.
+    /// Narrowing of a groove at its ends, 0..1.
     #[schemars(range(min = 0, max = 1))]
     pub taper: f64,
-    /// How much shallower a groove is at its ends; as `taper` if not given.
+    /// Flattening of a groove at its ends, 0..1; the value of `taper` if not given.
     #[schemars(range(min = 0, max = 1))]
     pub tip: Option<f64>,
-    /// Whether ends are rounded by the cross-section; if not, they are cut square as in the source.
+    /// True for ends rounded by the cross-section; false for ends cut square, as in the source.
     pub round: bool,
-    /// The least width in pixels of the output; narrower grooves are drawn this wide.
+    /// Minimum width in pixels of the output; narrower grooves are drawn this wide.
     #[schemars(range(min = 0, max = 100), extend("unit" = "px"))]
     pub min_width: f64,
-    /// Whether grooves below the least width fade, as they would if they were drawn large and then scaled down. If not,
-    /// they keep their depth, as the lines of one pixel in the source do.
+    /// True if grooves below the minimum width fade, as if they were drawn large and then scaled down. If false, they
+    /// keep their depth, like the lines of one pixel in the source.
     pub fade: bool,
     /// How grooves that overlap are combined.
     pub combine: Combine,
-    /// Another number gives the same grooves other widths and depths.
+    /// Another seed gives the same grooves other widths and depths.
     pub seed: u64,
 }
 
@@ -128,7 +129,8 @@ impl DrawWrinkles {
         }
     }
 
-    /// The width and the depth of each segment. Segment n draws numbers 2n for the width and 2n + 1 for the depth.
+    /// The width and the depth of each segment. Segment n uses the random numbers 2n for the width and 2n + 1 for the
+    /// depth.
     fn sizes(&self, cx: &Context<'_>, segments: &Segments) -> Result<Vec<[f32; 2]>, Stop> {
         let hash = Hash::new(cx.seed(self.seed));
         let by = self.decided(cx, segments)?;
@@ -141,9 +143,9 @@ impl DrawWrinkles {
         Ok((0..segments.len()).map(size).collect())
     }
 
-    /// What `vary_by` says of each segment, 0..1; nothing where chance alone decides.
+    /// Value of the `vary_by` property of each segment, 0..1; `None` if it is random.
     fn decided(&self, cx: &Context<'_>, segments: &Segments) -> Result<Vec<f64>, Stop> {
-        // From 0.55 of the median length, the narrowest, to 1.45, the widest.
+        // Maps 0.55 of the median length to 0 (narrowest) and 1.45 to 1 (widest).
         let spread = |ratio: &f32| ((f64::from(*ratio) - 0.55) / 0.9).clamp(0.0, 1.0);
         Ok(match self.vary_by {
             VaryBy::Random => Vec::new(),
@@ -224,7 +226,7 @@ impl Node for DrawWrinkles {
     }
 }
 
-/// Strokes, sorted into bins when the first tile is filled: where all tiles are in the cache, that never happens.
+/// Strokes that are sorted into bins when the first tile is filled; never if all tiles are in the cache.
 struct Lazy {
     set: OnceLock<StrokeSet>,
     style: StrokeStyle,
@@ -277,7 +279,7 @@ impl FieldSource for Grooves {
             What::Ids => {
                 let mut ids = vec![NO_STROKE; out.window.len()];
                 set.fill_with_ids(&stop, &frame, out.plane_mut(0), &mut ids);
-                // Whole numbers that f32 holds; with more strokes than that, numbers are used again.
+                // Whole numbers that f32 holds exactly; with more strokes, numbers repeat.
                 let number = |id: u32| if id == NO_STROKE { 0.0 } else { (id % 0x00FF_FFFF + 1) as f32 };
                 out.plane_mut(0).iter_mut().zip(ids).for_each(|(o, id)| *o = number(id));
             }

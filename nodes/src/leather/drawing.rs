@@ -1,17 +1,17 @@
-//! What the nodes that draw strokes share: the field of a set of strokes, and the bounds of what can be drawn.
+//! Shared by the nodes that draw strokes: the field of a set of strokes, and bounds on what may be drawn.
 use glam::Vec2;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::value::{Field, Tiling, Type};
 use shibo_kernel::ground::tile;
 use shibo_kernel::strokes::{self, Draw, Stroke, StrokeSet, StrokeStyle};
 
-/// The most strokes that may lie over each other, on average. So many take about a second per million pixels.
+/// Maximum number of strokes that overlap, on average. Drawing that many takes about a second per million pixels.
 const MOST_LAYERS: f64 = 4096.0;
 
-/// How many times longer or wider than the canvas a stroke may be where the canvas tiles: it crosses itself so often.
+/// Maximum length or width of a stroke on a canvas that tiles, in canvas sides: a stroke overlaps itself that often.
 const MOST_TIMES: f64 = 16.0;
 
-/// The depths of a set of strokes.
+/// The depth field of a set of strokes.
 pub(super) fn field(set: StrokeSet, tiling: Tiling) -> Field {
     Field::generate(Type::Gray, tiling, move |out, given| {
         let frame = tile::frame(out);
@@ -20,8 +20,8 @@ pub(super) fn field(set: StrokeSet, tiling: Tiling) -> Field {
     })
 }
 
-/// Refuses strokes that would take far too long, as with parameters in a wrong unit or with one zero too many. `names`
-/// are the parameters that decide about length and width.
+/// Refuses strokes that would take far too long, for example because of a wrong unit or one zero too many. `names` are
+/// the parameters that determine length and width.
 pub(super) fn bounded(
     strokes: impl Iterator<Item = Stroke> + Clone,
     style: &StrokeStyle,

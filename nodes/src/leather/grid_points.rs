@@ -11,13 +11,13 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::points::{GridSpec, grid, grid_counts};
 
-/// The most points that a node makes.
+/// Maximum number of points.
 pub(super) const MAX_POINTS: usize = 4_000_000;
 
 /// Points in rows and columns, regular or jittered: the seed points of the wrinkle method.
 ///
-/// The grid has the pitch that is nearest to the wanted one and divides the canvas. On a canvas that tiles it repeats; on one
-/// that does not, its border points lie on the edge.
+/// The pitch is rounded so that it divides the canvas. On a canvas that tiles, the grid repeats; otherwise its border
+/// points lie on the edge.
 ///
 /// ```ron
 /// "points": GridPoints(pitch: 3, stagger: 0.5, jitter: 0.7),
@@ -31,18 +31,18 @@ pub(super) const MAX_POINTS: usize = 4_000_000;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct GridPoints {
-    /// Distance of columns and of rows; one number stands for both.
+    /// Distance between columns and between rows; one number sets both.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub pitch: Xy,
     /// By how much every second row is shifted, as a share of the pitch; 0.5 makes a grid of triangles.
     #[schemars(range(min = 0, max = 1))]
     pub stagger: f64,
-    /// How far points stray from their places, as a share of the pitch: at 1 by up to half a pitch in x and in y.
+    /// Largest random shift of points, as a share of the pitch: at 1 by up to half a pitch in x and in y.
     #[schemars(range(min = 0, max = 1))]
     pub jitter: f64,
-    /// Whether points at the border stay in place. Where the canvas tiles there is no border, and this has no effect.
+    /// True to keep points at the border in place. Has no effect on a canvas that tiles, which has no border.
     pub keep_border: bool,
-    /// Another number gives other places.
+    /// Another seed gives other shifts.
     pub seed: u64,
 }
 
@@ -78,7 +78,7 @@ impl Node for GridPoints {
                 format!("pitch is `{pitch}`; it must be at most as large as the canvas, {} × {} mm", size.x, size.y);
             return vec![Problem::new(Code::OutOfRange, message).at("pitch")];
         }
-        // Counted in f64 first: a tiny pitch on a large canvas would overflow the exact count.
+        // Estimated in f64 first: a tiny pitch on a large canvas would overflow the exact count.
         let wanted = (canvas.size_mm() / pitch).element_product();
         if wanted > MAX_POINTS as f64 {
             return vec![too_many(wanted, "pitch")];
@@ -118,13 +118,13 @@ impl Node for GridPoints {
     }
 }
 
-/// The error for more points than a node makes, as after a typing mistake.
+/// The error for too many points, for example after a typing error.
 pub(super) fn too_many(wanted: f64, field: &str) -> Problem {
     let message = format!("{field} would make about {wanted:.0} points; at most {MAX_POINTS} are allowed");
     Problem::new(Code::TooLarge, message).at(field).help("make them fewer, or use a smaller canvas")
 }
 
-/// Bytes that a point takes in the stages that follow: with its links, springs and segments, and while they move.
+/// Memory of a point in the stages that follow, in bytes: with its links, springs and segments, and during the motion.
 const BYTES: u64 = 256;
 
 /// Refuses points that would not fit the memory budget.

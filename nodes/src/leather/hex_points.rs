@@ -15,7 +15,7 @@ use shibo_kernel::leather::links::GridShape;
 use shibo_kernel::leather::points::{hexagon_grid, hexagons_until};
 use std::sync::Arc;
 
-/// Points at the corners of a tiling by regular hexagons, two sides of each of which are horizontal.
+/// Points at the corners of a tiling by regular hexagons; two sides of each hexagon are horizontal.
 ///
 /// On a canvas that tiles, the hexagons are stretched a little so that a whole number of them fits.
 ///
@@ -31,13 +31,13 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct HexPoints {
-    /// Length of the sides of a hexagon: the distance of neighbours.
+    /// Length of the sides of a hexagon, the distance between neighbours.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub edge: f64,
-    /// How far points stray from their places, as a share of the edge: at 1 by up to half of it in x and in y.
+    /// Largest random shift of points, as a share of the edge: at 1 by up to half an edge in x and in y.
     #[schemars(range(min = 0, max = 1))]
     pub jitter: f64,
-    /// Another number gives other places.
+    /// Another seed gives other shifts.
     pub seed: u64,
 }
 
@@ -48,7 +48,7 @@ impl Default for HexPoints {
 }
 
 impl HexPoints {
-    /// About how many corners there are: a hexagon has six, and each belongs to three hexagons.
+    /// Approximate number of corners: a hexagon has six, and each belongs to three hexagons.
     fn count(&self, canvas: &CanvasFacts) -> f64 {
         canvas.size_mm().element_product() / (self.edge * self.edge * 0.75 * 3f64.sqrt())
     }

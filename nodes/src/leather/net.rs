@@ -1,6 +1,6 @@
-//! From the inputs of [`super::SimulateSprings`] to the arguments of the kernel, and from the result to its outputs.
+//! Converts the inputs of [`super::SimulateSprings`] to the arguments of the kernel, and the result to the outputs.
 use super::define_mass::mass_at;
-use super::strain::{Strain, What};
+use super::strain::{Strain, StrainQuantity};
 use crate::bounds::told;
 use glam::Vec2;
 use shibo_engine::diagnostics::{Code, Problem};
@@ -13,7 +13,7 @@ use shibo_kernel::springs::{Mass, Net, Outcome};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The springs as the kernel takes them, without dampers, thresholds and fixed points.
+/// The springs in the form of the kernel, without dampers, thresholds and fixed points.
 pub(super) fn net(springs: &SpringNet) -> Net<'_, f32> {
     let lattice = &springs.lattice;
     let points = &lattice.points;
@@ -35,7 +35,7 @@ pub(super) fn net(springs: &SpringNet) -> Net<'_, f32> {
     }
 }
 
-/// The mass of a point at any place, bringing places back onto a canvas that repeats.
+/// The mass of a point at any place; places beyond a canvas that repeats are wrapped.
 pub(super) fn live_mass<'a>(
     map: &'a ScalarMap,
     points: &Points,
@@ -58,7 +58,7 @@ pub(super) fn live_mass<'a>(
     }
 }
 
-/// The springs of a net, and after them contacts between bodies.
+/// The springs of a net, followed by contacts between bodies.
 pub(super) struct Contacts {
     pub(super) links: Vec<[u32; 2]>,
     pub(super) wraps: Vec<[i8; 2]>,
@@ -68,10 +68,10 @@ pub(super) struct Contacts {
 }
 
 impl Contacts {
-    /// Contacts between bodies of a diameter and a stiffness; nothing without bodies.
+    /// Contacts between bodies of a diameter and a stiffness; `None` without bodies.
     ///
     /// # Errors
-    /// When too many bodies would touch.
+    /// If too many bodies would touch.
     pub(super) fn of(cx: &Context<'_>, springs: &SpringNet, body: f64, hardness: f64) -> Result<Option<Self>, Stop> {
         if body <= 0.0 {
             return Ok(None);
@@ -110,7 +110,7 @@ impl Contacts {
     }
 }
 
-/// The value below which `share` of the values lie.
+/// The quantile of `values` at `share`.
 pub(super) fn quantile(values: &[f32], share: f64) -> f32 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f32::total_cmp);
@@ -119,7 +119,7 @@ pub(super) fn quantile(values: &[f32], share: f64) -> f32 {
     sorted.get(at).copied().unwrap_or(f32::INFINITY)
 }
 
-/// The outputs of the node.
+/// Outputs of the node.
 pub(super) fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
     let vectors = |list: &[[f32; 2]]| list.iter().map(|p| Vec2::from_array(*p)).collect::<Vec<_>>();
     let points = Arc::new(Points {
@@ -136,7 +136,7 @@ pub(super) fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
         points: points.clone(),
         links: Arc::new(kept.iter().map(|&l| lattice.links[l]).collect()),
         offsets: Arc::new(select(&lattice.offsets)),
-        // All of them are broken in the new lattice, under their new numbers.
+        // All links of the new lattice are broken ones, with new numbers.
         broken: (0u32..).zip(&broken).map(|(n, &(_, step))| (n, step)).collect(),
         ..Lattice::default()
     };
@@ -146,10 +146,10 @@ pub(super) fn outputs(lattice: &Lattice, outcome: &Outcome<f32>) -> Outputs {
         broken,
         ..lattice.clone()
     });
-    // As a separate output the points no longer belong to a lattice.
+    // The separate output of points does not belong to a lattice.
     let alone = points.alone();
     let strain = |what| Strain::field(&moved, what);
-    let (stretch, breakage) = (strain(What::Stretch), strain(What::Breakage));
+    let (stretch, breakage) = (strain(StrainQuantity::Stretch), strain(StrainQuantity::Breakage));
     Outputs::one(moved)
         .with("points", alone)
         .with("broken", only_broken)

@@ -1,7 +1,7 @@
 //! [`PlaceWrinkles`]: a segment across each link.
 //!
-//! Source: JP4905282B2 §7, claim 1 (rows A46–A48). Beyond the source: lengths other than the link's, and leaving out
-//! links that are too long. Cost: O(links).
+//! Source: JP4905282B2 §7, claim 1 (rows A46–A48). Beyond the source: lengths other than the link's, and a limit on the
+//! length of links. Cost: O(links).
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,7 +12,7 @@ use shibo_kernel::leather::area;
 use shibo_kernel::leather::links::Links;
 use shibo_kernel::leather::segments::{self, SegmentSpec};
 
-/// Which links, by what happened to their springs.
+/// The links that get wrinkles, by the state of their springs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Only {
     /// All links.
@@ -24,7 +24,7 @@ pub enum Only {
     Broken,
 }
 
-/// Places a wrinkle across each link: perpendicular to it and on its middle.
+/// Places a wrinkle across each link, perpendicular to the link and centred on its middle.
 ///
 /// ```ron
 /// "points": GridPoints(pitch: 4, jitter: 0.8),
@@ -38,17 +38,17 @@ pub enum Only {
 pub struct PlaceWrinkles {
     /// The links.
     pub lattice: In<Lattice>,
-    /// Length of a wrinkle, as a share of the length of its link. By default 1, as in the source, for the links of a grid or of hexagons,
-    /// and 0.62 for others, which just closes their cells.
+    /// Length of a wrinkle, as a share of the length of its link. By default 1, as in the source, for the links of a
+    /// grid or of hexagons, and 0.62 for other links, which just closes their cells.
     #[schemars(range(min = 0, max = 10))]
     pub length_scale: Option<f64>,
-    /// Which links get a wrinkle.
+    /// The links that get a wrinkle.
     pub only: Only,
-    /// Links longer than this multiple of the median get none; `inf` keeps all.
+    /// Links longer than this multiple of the median length get no wrinkle; `inf` keeps all.
     #[schemars(extend("exclusiveMinimum" = 0.0, "infinite" = true))]
     pub max_length: f64,
-    /// Whether wrinkles are cut at the canvas' edge and at the contour of the work area. Where the canvas
-    /// tiles they continue at the opposite edge instead.
+    /// True to cut wrinkles at the canvas' edge and at the contour of the work area. Where the canvas tiles, wrinkles
+    /// continue at the opposite edge instead.
     pub clip: bool,
 }
 
@@ -58,7 +58,7 @@ impl Default for PlaceWrinkles {
     }
 }
 
-/// Closes the cells around points with about six neighbours; the most even cells were measured at 0.58 to 0.66.
+/// Closes the cells around points with about six neighbours; measurements gave the most even cells at 0.58 to 0.66.
 const CELL_LENGTH: f64 = 0.62;
 
 impl Node for PlaceWrinkles {

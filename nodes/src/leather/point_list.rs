@@ -1,4 +1,4 @@
-//! [`PointList`]: points that are given.
+//! [`PointList`]: given points.
 //!
 //! Source: JP4905282B2 §3, "any algorithm" (row A9): points made elsewhere. Cost: O(points).
 use super::grid_points::MAX_POINTS;
@@ -10,7 +10,7 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, FilePath, Node, Output, Outputs};
 use shibo_engine::value::{Points, Stop, Tiling, Type};
 
-/// Points that are given, as a list or in a CSV file with one `x,y` per line and no header.
+/// Given points, as a list or in a CSV file with one `x,y` per line and no header.
 ///
 /// ```ron
 /// "points": PointList(points: [(6, 8), (30, 6), (20, 19), (8, 30), (33, 28), (19, 36)]),
@@ -29,7 +29,8 @@ pub struct PointList {
     pub points: Vec<(f64, f64)>,
     /// A CSV file of more points.
     pub file: Option<FilePath>,
-    /// The mean distance of neighbours, which later stages refer to; by default it follows from the number of points.
+    /// The mean distance between neighbours, which later stages use as the pitch; by default computed from the number
+    /// of points.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub pitch: Option<f64>,
 }

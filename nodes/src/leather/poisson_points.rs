@@ -1,6 +1,7 @@
-//! [`PoissonPoints`]: points at random that keep their distance.
+//! [`PoissonPoints`]: random points with a minimum distance.
 //!
-//! Stands for "any algorithm giving an almost uniform distribution" (JP4905282B2 §3, rows A9, A68). Cost: O(points), about two microseconds each.
+//! One choice of "any algorithm giving an almost uniform distribution" (JP4905282B2 §3, rows A9, A68). Cost: O(points),
+//! about two microseconds each.
 use super::grid_points::{MAX_POINTS, afford, too_many};
 use super::reading::SampledMap;
 use glam::Vec2;
@@ -13,7 +14,7 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::poisson::{PoissonSpec, poisson_estimate, poisson_until};
 
-/// Points at random that keep their distance: neither a grid nor clumps, the best start for leather.
+/// Random points with a minimum distance: neither a grid nor clumps. The best start for leather.
 ///
 /// ```ron
 /// "points": PoissonPoints(pitch: 3),
@@ -27,28 +28,30 @@ use shibo_kernel::leather::poisson::{PoissonSpec, poisson_estimate, poisson_unti
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PoissonPoints {
-    /// Where it is darker, points are closer: 1 gives the pitch, 0 a pitch `spread` times smaller. Read at four samples per
-    /// pitch.
+    /// Field of distances: points are closer where it is dark. 1 gives the pitch, 0 a pitch `spread` times smaller.
+    /// Read at four samples per pitch.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub density: Option<In<Gray>>,
-    /// Where points are wider apart, instead of `angle`: degrees from +x towards +y, or vectors. Read at four samples per pitch.
+    /// Field of the direction in which points are wider apart, instead of `angle`: degrees from +x towards +y, or
+    /// vectors. Read at four samples per pitch.
     pub direction: Option<In<Direction>>,
-    /// How much of `aspect` counts, 0..1: where it is 0, points are as far apart in all directions. Read likewise.
+    /// Factor on the effect of `aspect`, 0..1: where it is 0, points are equally far apart in all directions. Read at
+    /// four samples per pitch.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub stretch: Option<In<Gray>>,
-    /// Mean distance of neighbours. No two are nearer than 0.8 of it.
+    /// Mean distance between neighbours. No two points are nearer than 0.8 of it.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub pitch: f64,
-    /// How many times wider apart points are along `angle` than across.
+    /// Distance between points along `angle`, as a multiple of that across.
     #[schemars(range(min = 1, max = 10))]
     pub aspect: f64,
-    /// Direction in which they are wider apart, from +x towards +y.
+    /// Direction in which points are wider apart, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// How many times wider apart points are where `density` is 1 than where it is 0.
+    /// Ratio of the distance between points where `density` is 1 to that where it is 0.
     #[schemars(range(min = 1, max = 8))]
     pub spread: f64,
-    /// Another number gives other points.
+    /// Another seed gives other points.
     pub seed: u64,
 }
 
@@ -83,7 +86,7 @@ impl PoissonPoints {
 }
 
 impl PoissonPoints {
-    /// What has the most points that there can be.
+    /// The parameters for an upper bound on the number of points: with `stretch`, the aspect may be 1 anywhere.
     fn most(&self, canvas: &CanvasFacts) -> PoissonSpec<'static> {
         let spec = self.spec(canvas);
         PoissonSpec { aspect: if self.stretch.is_some() { 1.0 } else { spec.aspect }, ..spec }
@@ -162,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn has_the_density_it_says() {
+    fn has_the_stated_density() {
         let n = count(&PoissonPoints::default(), &[]) as f64;
         assert!((n / (0.97 * 32.0 * 32.0) - 1.0).abs() < 0.05, "{n}");
     }
@@ -176,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn a_direction_and_a_stretch_are_those_of_the_parameters() {
+    fn direction_and_stretch_fields_match_parameters() {
         let number = |v: f32| Value::Field(Field::constant(Type::Gray, &[v]));
         let plain = PoissonPoints { aspect: 3.0, angle: 40.0, ..PoissonPoints::default() };
         let steered = PoissonPoints { angle: 0.0, direction: Some(port(0)), stretch: Some(port(1)), ..plain.clone() };

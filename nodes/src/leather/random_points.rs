@@ -1,4 +1,4 @@
-//! [`RandomPoints`]: points anywhere.
+//! [`RandomPoints`]: points anywhere on the canvas.
 //!
 //! Source: JP4905282B2 §3 (row A8). Cost: O(points).
 use super::grid_points::{MAX_POINTS, afford};
@@ -10,9 +10,10 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::points::random;
 
-/// Points anywhere on the canvas, each at random: they form clumps and leave gaps.
+/// Random points anywhere on the canvas: they form clumps and leave gaps.
 ///
-/// `PoissonPoints` looks better. This is the plain form of the source, and right for specks that should form clumps.
+/// `PoissonPoints` usually looks better. `RandomPoints` is the plain form of the source, and suits specks that should
+/// form clumps.
 ///
 /// ```ron
 /// "points": RandomPoints(count: 220),
@@ -29,7 +30,7 @@ pub struct RandomPoints {
     /// Number of points.
     #[schemars(range(min = 1, max = 4_000_000))]
     pub count: u32,
-    /// Another number gives other points.
+    /// Another seed gives other points.
     pub seed: u64,
 }
 

@@ -1,5 +1,5 @@
-//! Reading a scalar field, for several nodes: as a picture whose size follows from their own parameters, never from the
-//! resolution of the output.
+//! Reads a scalar field as a picture, for several nodes. The size of the picture depends on their parameters, never on
+//! the resolution of the output.
 use super::define_mass::mass_at;
 use glam::{DVec2, UVec2, Vec2};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -8,17 +8,17 @@ use shibo_engine::value::{Field, Lattice, ScalarMap, Stop, Tile, Tiling, Window}
 use shibo_kernel::leather::lines::{Raster, Reduction, Sample};
 use shibo_kernel::leather::links::Links;
 
-/// The most columns or rows at which a field is read by default.
+/// Maximum number of columns or rows at which a field is read by default.
 const MOST_SAMPLES: f64 = 4096.0;
 
-/// How many pixels are read between two questions whether to stop: a few milliseconds' work.
+/// Pixels read between two checks for cancellation: a few milliseconds of work.
 const PIXELS_AT_ONCE: f64 = (1 << 22) as f64;
 
-/// The most pixels that are read near links or points: some seconds' work.
+/// Maximum number of pixels read near links or points: some seconds of work.
 const MOST_PIXELS: f64 = 2e9;
 
-/// A field over the whole canvas as a picture.
-pub(super) struct Reading {
+/// Samples of a field over the whole canvas.
+pub(super) struct FieldSamples {
     /// Columns and rows.
     pub(super) size: UVec2,
     /// Values by rows, all finite.
@@ -27,14 +27,14 @@ pub(super) struct Reading {
     periodic: bool,
 }
 
-/// Reads `field`, which came in at `port`, at `resolution`; by default at the picture's own where it is one, else at
-/// four samples per `pitch`. What reads it repeats in the directions of `periodic`.
+/// Reads `field`, the input of `port`, at `resolution`; by default at that of the picture if the field is a picture,
+/// otherwise at four samples per `pitch`. Coordinates wrap in the directions of `periodic`.
 pub(super) fn read(
     cx: &Context<'_>,
     (pitch, periodic): (f32, Tiling),
     (field, port): (&Field, &str),
     resolution: Option<(u32, u32)>,
-) -> Result<Reading, Stop> {
+) -> Result<FieldSamples, Stop> {
     let size = match (resolution, field.native()) {
         (Some((width, height)), _) => UVec2::new(width, height),
         (None, Some(native)) => {
@@ -57,7 +57,7 @@ pub(super) fn read(
         return Err(Problem::new(Code::NotFinite, message).at(port).into());
     }
     let periodic = periodic == Tiling::BOTH;
-    Ok(Reading { size, values: map.plane(0).to_vec(), size_mm: cx.size_mm().as_vec2(), periodic })
+    Ok(FieldSamples { size, values: map.plane(0).to_vec(), size_mm: cx.size_mm().as_vec2(), periodic })
 }
 
 /// A field over the whole canvas at four samples per pitch, read at the nearest sample.
@@ -68,10 +68,11 @@ pub(super) struct SampledMap {
 }
 
 impl SampledMap {
-    /// Places beyond the canvas are those on its other side if `periodic`, else those at its edge. `pitch` is in mm.
+    /// Places beyond the canvas wrap to its other side if `periodic`, otherwise they are clamped to its edge. `pitch`
+    /// is in mm.
     ///
     /// # Errors
-    /// When the field cannot be made, or the work is cancelled.
+    /// If the field cannot be computed, or the work is cancelled.
     pub(super) fn read(cx: &Context<'_>, field: &Field, pitch: f64, periodic: bool) -> Result<Self, Stop> {
         let samples = (cx.size_mm() / (pitch * 0.25)).ceil().clamp(DVec2::ONE, DVec2::splat(MOST_SAMPLES));
         let size = samples.as_uvec2();
@@ -90,8 +91,8 @@ impl SampledMap {
     }
 }
 
-impl Reading {
-    /// The picture as the kernels take it.
+impl FieldSamples {
+    /// The picture in the form of the kernels.
     pub(super) fn raster(&self) -> Raster<'_> {
         Raster {
             values: &self.values,
@@ -105,7 +106,7 @@ impl Reading {
     /// The scalar of each link of a lattice.
     ///
     /// # Errors
-    /// When the work is cancelled.
+    /// If the work is cancelled.
     pub(super) fn along(
         &self,
         cx: &Context<'_>,
@@ -127,11 +128,11 @@ impl Reading {
         Ok(scalars)
     }
 
-    /// How many links about as long as `length`, or points, of `count` in all, are read before looking again whether to
-    /// stop, if pixels within `radius` mm are read for each.
+    /// Number of links of about `length`, or of points, to read between two checks for cancellation, if each reads the
+    /// pixels within `radius` mm. `count` is the total number of links or points.
     ///
     /// # Errors
-    /// When they read more than `most` pixels in all.
+    /// If they read more than `most` pixels in all.
     fn near(&self, radius: f64, length: f32, count: usize, most: f64) -> Result<usize, Problem> {
         let scale = self.size.as_dvec2() / self.size_mm.as_dvec2();
         let mut sides = (2.0 * radius + f64::from(length)) * scale + 1.0;
@@ -151,7 +152,7 @@ impl Reading {
         Ok(glam::DVec2::splat(at_once).as_usizevec2().x)
     }
 
-    /// The masses of points that read the field.
+    /// The masses of points, which read the field.
     pub(super) fn masses(
         &self,
         cx: &Context<'_>,
@@ -160,7 +161,7 @@ impl Reading {
         steps: bool,
     ) -> Result<Vec<f32>, Stop> {
         let at_once = match map.radius {
-            // Masses that are read in every step must take little time.
+            // Reading masses in every step must take little time.
             Some(radius) if steps => self.near(radius.into(), 0.0, points.len(), MOST_PIXELS / 100.0)?,
             Some(radius) => self.near(radius.into(), 0.0, points.len(), MOST_PIXELS)?,
             None => points.len().max(1),

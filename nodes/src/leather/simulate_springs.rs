@@ -1,4 +1,4 @@
-//! [`SimulateSprings`]: springs set in motion.
+//! [`SimulateSprings`]: simulates the motion of springs.
 //!
 //! Source: JP4905282B2 §5 and §6, claims 13 to 16 (rows A34–A46). Beyond the source: the semi-implicit integrator,
 //! drag, lattices that repeat with the canvas, and stretch and breakage as fields. A motion that diverges is an error,
@@ -19,23 +19,23 @@ use shibo_kernel::leather::points::border;
 use shibo_kernel::springs::{self, BreakOn, Integrator, Mass, Motion, Net, Outcome, SpringError};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// What happens at the canvas' edge.
+/// Behaviour at the canvas' edge.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Boundary {
-    /// Points at the canvas' edge, or at the contour of their work area, stay where they are, and so do all points at
-    /// most this many mm from it. At the edge are the border points of a grid; of other sets all points within a pitch.
-    /// A set that repeats with the canvas has no edge: there only the distance counts, and 0 holds no point.
+    /// Holds the points at the canvas' edge, or at the contour of their work area, and all points at most this many mm
+    /// from it. At the edge lie the border points of a grid; of other sets, all points within a pitch. A set that
+    /// repeats with the canvas has no edge: only the distance counts, and 0 holds no point.
     Fixed(f64),
     /// All points move.
     Free,
-    /// All points move, and the canvas' edges join: needs points of a canvas that tiles.
+    /// All points move, and opposite edges of the canvas are joined: needs points of a canvas that tiles.
     Periodic,
     /// Follows the canvas: `Periodic` where its points repeat with it, else `Fixed(0)`.
     Canvas,
 }
 
 impl Boundary {
-    /// With `Canvas` resolved, for points that repeat with the canvas or do not.
+    /// Resolves `Canvas`, for points that repeat with the canvas or do not.
     fn of_points(self, periodic: bool) -> Self {
         match self {
             Self::Canvas if periodic => Self::Periodic,
@@ -45,11 +45,11 @@ impl Boundary {
     }
 }
 
-/// Lets springs move their points, from rest, for a number of steps. This makes the pattern of the wrinkles.
+/// Lets springs move their points, from rest, for a number of steps. This motion makes the pattern of the wrinkles.
 ///
-/// What counts is stiffness · step² / mass (keep it below about 0.1), drag · step / mass, and the number of steps. With
-/// a drag of 6 · stiffness · step either integrator is safe and the motion comes to rest. A spring that breaks is gone,
-/// but its link stays and makes a long groove.
+/// The result depends on stiffness · step² / mass (keep it below about 0.1), on drag · step / mass, and on the number
+/// of steps. With a drag of 6 · stiffness · step either integrator is stable and the motion comes to rest. A spring
+/// that breaks is removed, but its link stays and makes a long groove.
 ///
 /// ```ron
 /// "points": PoissonPoints(pitch: 3),
@@ -69,17 +69,17 @@ impl Boundary {
 pub struct SimulateSprings {
     /// The springs.
     pub springs: In<SpringNet>,
-    /// How strong springs are, 0..1: the limit of a spring is the first number of `break_force` where this is 0 and the
-    /// second where it is 1. Without it chance decides.
+    /// Strength of the springs, 0..1: the limit of a spring is the first number of `break_force` where the field is 0
+    /// and the second where it is 1. If not given, limits are random.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub break_field: Option<In<Gray>>,
-    /// Which places of `break_field` belong to a link.
+    /// Pixels of `break_field` that count for a link.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub sample: Sample,
-    /// How the values of `break_field` along a link are summed up.
+    /// How the values of `break_field` along a link are combined.
     pub reduce: Reduction,
-    /// Columns and rows at which `break_field` is read. By default those of the picture, where the field is one, else
-    /// four per pitch.
+    /// Columns and rows of the samples of `break_field`. By default the pixels of the picture if the field is a
+    /// picture, otherwise four samples per pitch.
     #[schemars(extend("minimum" = 1.0, "maximum" = 8192.0))]
     pub sample_resolution: Option<(u32, u32)>,
     /// Length of a time step.
@@ -88,39 +88,39 @@ pub struct SimulateSprings {
     /// Number of steps: how far the pattern develops.
     #[schemars(range(min = 0, max = 100_000))]
     pub steps: u32,
-    /// Stops earlier, as soon as no point is faster than this; 0 runs all steps.
+    /// Stops as soon as no point is faster than this; 0 runs all steps.
     #[schemars(range(min = 0), extend("unit" = "mm per unit of time"))]
     pub until: f64,
-    /// How position and velocity advance.
+    /// Integration of position and velocity.
     pub integrator: Integrator,
-    /// This factor times the speed at which a link grows is a force against it; added to the damping of
-    /// `DefineSprings`.
+    /// Damping of links, added to that of `DefineSprings`: a force against the stretching of a link, this factor times
+    /// the speed at which the link grows.
     #[schemars(range(min = 0, max = 1e6))]
     pub damping: f64,
-    /// This factor times the speed of a point is a force against it.
+    /// Drag of points: a force against their motion, this factor times their speed.
     #[schemars(range(min = 0, max = 1e6))]
     pub drag: f64,
-    /// Makes points bodies of this diameter, which push each other away when they touch; 0 for none. Points that are
-    /// more than three diameters apart at the start are not expected to meet.
+    /// Diameter of bodies around the points, which push each other away when they touch; 0 for none. Points more than
+    /// three diameters apart at the start are assumed never to meet.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
     pub body: f64,
-    /// How hard bodies are: their force per mm of overlap.
+    /// Stiffness of bodies: their force per mm of overlap.
     #[schemars(range(min = 0, max = 1e6))]
     pub body_stiffness: f64,
-    /// What happens at the canvas' edge.
+    /// Behaviour at the canvas' edge.
     #[schemars(extend("minimum" = 0.0, "unit" = "mm"))]
     pub boundary: Boundary,
-    /// The force beyond which springs break; a pair gives each spring a limit of its own between the two, by chance or
-    /// by `break_field`. Without it none breaks.
+    /// The force beyond which springs break; a pair gives each spring a limit between the two, at random or by
+    /// `break_field`. If neither this nor `break_share` is given, no spring breaks.
     #[schemars(extend("minimum" = 0.0))]
     pub break_force: Option<Range>,
-    /// The share of springs that break at the start, those under the greatest force: 0.05 is one in twenty. The limit
-    /// that follows holds for all springs and all steps.
+    /// The share of springs that break at the start, those under the greatest force: 0.05 is one in twenty. This
+    /// defines a limit of force, which then holds for all springs and all steps.
     #[schemars(range(min = 0, max = 1))]
     pub break_share: Option<f64>,
-    /// Which springs can break.
+    /// The springs that can break.
     pub break_on: BreakOn,
-    /// Another number gives springs other limits.
+    /// Another seed gives springs other limits.
     pub seed: u64,
 }
 
@@ -206,7 +206,7 @@ impl Node for SimulateSprings {
         let live = springs.mass_map.as_deref().map(|map| live_mass(map, &lattice.points, &weightless));
         let contacts = Contacts::of(cx, &springs, self.body, self.body_stiffness)?;
         if let Some(contacts) = &contacts {
-            // Contacts neither break nor dampen.
+            // Contacts neither break nor have damping.
             let count = contacts.links.len();
             damping.resize(if damping.is_empty() { 0 } else { count }, 0.0);
             threshold.resize(if threshold.is_empty() { 0 } else { count }, f32::INFINITY);
@@ -267,7 +267,7 @@ impl SimulateSprings {
         match &points.grid {
             // A set that repeats has no edge.
             _ if periodic => {}
-            // The border of the grid, wherever jitter has put its points.
+            // The border points of the grid, independent of jitter.
             Some(order) if order.stagger == 0.0 => held.push(border(points.regular(), size, 0.0)),
             _ => held.push(within(points.pitch)),
         }
@@ -275,7 +275,7 @@ impl SimulateSprings {
             held.push(within(margin));
         }
         if let Some(area) = &points.area {
-            // Within a pitch of the contour points have lost neighbours.
+            // Points within a pitch of the contour have lost neighbours.
             held.push(near_contour(&points.positions, area, margin.max(points.pitch)));
         }
         let either = |mut a: Vec<bool>, b: Vec<bool>| {
@@ -285,13 +285,13 @@ impl SimulateSprings {
         held.into_iter().reduce(either).unwrap_or_default()
     }
 
-    /// The force beyond which each spring breaks; empty for never.
+    /// The force beyond which each spring breaks; empty if springs never break.
     fn threshold(&self, cx: &Context<'_>, springs: &SpringNet, start: &[[f32; 2]]) -> Result<Vec<f32>, Stop> {
         let forces = || springs::forces(start, &net(springs));
         let range = match (self.break_force, self.break_share) {
             (_, Some(share)) => {
                 let forces = forces();
-                // The springs are meant to break at once, so there is nothing to warn of.
+                // These springs break at once on purpose, so no warning.
                 return Ok(vec![quantile(&forces, 1.0 - share); forces.len()]);
             }
             (Some(range), None) => range,

@@ -1,36 +1,36 @@
 //! Stretch and breakage of links by a motion, as fields for colour and roughness.
 use glam::{DVec2, UVec2, Vec2};
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Lattice, Read, Stop, Tile, Tiling, Type, Window};
-use shibo_kernel::filter::placed::{self, Place};
+use shibo_kernel::filter::placed::{self, PlacedWindow};
 use shibo_kernel::filter::sample::{Filter, Outside, Pyramid};
 use shibo_kernel::leather::links::Links;
 use shibo_kernel::leather::scatter::{Spread, spread};
 use std::sync::{Arc, OnceLock};
 
-/// What is shown.
+/// The quantity to show.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum What {
+pub(super) enum StrainQuantity {
     /// The length, as a share of the length at the start.
     Stretch,
     /// 1 for broken springs, 0 for others.
     Breakage,
 }
 
-/// Samples per pitch. Each value is spread over 1.5 pitches, so more samples would show no more.
+/// Samples per pitch. Each value is spread over 1.5 pitches, so more samples would show no more detail.
 const DETAIL: f64 = 3.0;
 const REACH: f32 = 1.5;
 const MOST_SAMPLES: f64 = 4096.0;
 
-/// The mean over the links around a place, made when the first tile asks for it.
+/// The mean over the links around a place, computed when the first tile needs it.
 pub(super) struct Strain {
     lattice: Arc<Lattice>,
-    what: What,
+    what: StrainQuantity,
     map: OnceLock<Pyramid>,
 }
 
 impl Strain {
-    /// The field of a lattice that has been in motion.
-    pub(super) fn field(lattice: &Arc<Lattice>, what: What) -> Field {
+    /// The field of a lattice after its motion.
+    pub(super) fn field(lattice: &Arc<Lattice>, what: StrainQuantity) -> Field {
         Field::new(Type::Gray, lattice.points.periodic, Self { lattice: lattice.clone(), what, map: OnceLock::new() })
     }
 
@@ -55,9 +55,9 @@ impl Strain {
         let value = |l: usize| {
             let [a, b] = links.ends(l, &points.positions, size);
             let value = match self.what {
-                What::Stretch if before[l] > 0.0 => (b - a).length() / before[l],
-                What::Stretch => 1.0,
-                What::Breakage => f32::from(u8::from(!alive[l])),
+                StrainQuantity::Stretch if before[l] > 0.0 => (b - a).length() / before[l],
+                StrainQuantity::Stretch => 1.0,
+                StrainQuantity::Breakage => f32::from(u8::from(!alive[l])),
             };
             ((a + b) * 0.5, value)
         };
@@ -72,7 +72,7 @@ impl Strain {
             size_mm: points.size_mm.as_vec2(),
             radius: REACH * points.pitch,
             periodic: points.periodic == Tiling::BOTH,
-            empty: if self.what == What::Stretch { 1.0 } else { 0.0 },
+            empty: if self.what == StrainQuantity::Stretch { 1.0 } else { 0.0 },
         };
         Pyramid::new(spread(&self.values(), &spec), size.x as usize, size.y as usize, self.outside())
     }
@@ -84,7 +84,7 @@ impl FieldSource for Strain {
     }
 
     fn fill(&self, _given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
-        // Made outside of the lock: making it waits for other threads, and one of them may need it too.
+        // Computed outside of the lock: it waits for other threads, which may need the map too.
         let map = match self.map.get() {
             Some(map) => map,
             None => {
@@ -94,7 +94,7 @@ impl FieldSource for Strain {
         };
         let pitch = self.lattice.points.size_mm / self.size().as_dvec2();
         let (origin, step) = (out.grid.origin / pitch, out.grid.step / pitch);
-        let place = Place {
+        let place = PlacedWindow {
             window: out.window,
             origin: origin.to_array(),
             step: step.to_array(),

@@ -1,5 +1,5 @@
-//! The reference values of the springs, computed through the nodes: the parameters of a graph give the source's
-//! numbers.
+//! Compares springs simulated through the nodes with reference values: the parameters of a graph give the numbers of
+//! the source.
 #![allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the vectors are f64, the nodes f32")]
 use super::define_mass::{Refresh, SamplePoint};
 use super::simulate_springs::Boundary;
@@ -57,7 +57,7 @@ fn lattice(case: &Json) -> Value {
     make(&ConnectNeighbors { points: port(0), neighbors }, &[points])
 }
 
-/// Springs, and masses, as the case's options say.
+/// Springs and masses with the options of the case.
 fn springs(all: &Json, case: &Json) -> Arc<SpringNet> {
     let options = &case["options"];
     let field = picture(all, options["field"].as_str().unwrap());
@@ -82,7 +82,7 @@ fn springs(all: &Json, case: &Json) -> Arc<SpringNet> {
     if !vary.starts_with('m') {
         return net;
     }
-    // With masses from the field the source's springs differ by chance; here by the numbers that were drawn.
+    // With masses from a field, the springs of the source have random stiffnesses; take the numbers of the case.
     let stiffness = numbers(&case["k"]).into_iter().map(|k| k as f32).collect();
     let net = Value::SpringNet(Arc::new(SpringNet { stiffness, ..SpringNet::clone(&net) }));
     let node = DefineMass {
@@ -106,7 +106,7 @@ fn near(found: &[f32], expected: &[f64], what: &str) {
 }
 
 #[test]
-fn nodes_come_to_the_numbers_of_the_source() {
+fn nodes_match_reference_values_of_the_source() {
     let all: Json = serde_json::from_str(include_str!("../../../kernel/tests/vectors/leather.json")).unwrap();
     let mut seen = 0;
     for case in all["lattices"].as_array().unwrap() {
@@ -117,8 +117,8 @@ fn nodes_come_to_the_numbers_of_the_source() {
         if case["m"].is_array() && !net.mass.is_empty() {
             near(&net.mass, &numbers(&case["m"]), name);
         }
-        // Other limits for each spring come from a field or from chance; and masses that change at the edges of pixels
-        // depend on how numbers are rounded.
+        // Skip cases with a separate limit per spring, which here come from a field or from random numbers; and masses
+        // read in every step, which depend on rounding at the edges of pixels.
         if case["Fth"].is_array() || name == "m every step" {
             continue;
         }

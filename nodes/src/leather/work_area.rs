@@ -1,7 +1,7 @@
 //! [`WorkArea`]: the points within a shape.
 //!
-//! Source: JP4905282B2 §3, "a work area of any shape" (row A4; with it A42 and A48 for that shape). Cost: O(points), and
-//! the distances from the contour at four samples per pitch.
+//! Source: JP4905282B2 §3, "a work area of any shape" (row A4; with it A42 and A48 for that shape). Cost: O(points),
+//! and the distances from the contour at four samples per pitch.
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,10 +12,10 @@ use shibo_kernel::filter::fields;
 use shibo_kernel::leather::area;
 use std::sync::Arc;
 
-/// Keeps the points within a shape, which becomes the work area of all stages that follow.
+/// Keeps the points within a shape, which becomes the work area of all later stages.
 ///
-/// Links join points of the area only, `boundary: Fixed(…)` holds the points near its contour, and wrinkles are cut at
-/// it. Points of a grid keep their neighbours. The shape is read at four samples per pitch.
+/// Links join only points of the area, `boundary: Fixed(…)` holds the points near its contour, and wrinkles are cut at
+/// the contour. Points of a grid keep their neighbours. The shape is read at four samples per pitch.
 ///
 /// ```ron
 /// "all": PoissonPoints(pitch: 2.5),
@@ -43,9 +43,9 @@ impl Default for WorkArea {
     }
 }
 
-/// The most columns or rows at which the shape is sampled.
+/// Maximum number of columns or rows of samples of the shape.
 const MOST_SAMPLES: f64 = 1024.0;
-/// Distances are known up to this share of the canvas' shorter side.
+/// Distances are computed up to this share of the canvas' shorter side.
 const REACH: f64 = 0.25;
 
 impl Node for WorkArea {
@@ -81,7 +81,7 @@ impl Node for WorkArea {
 }
 
 impl WorkArea {
-    /// The distances from the contour, and from that of the area which the points already had.
+    /// The distances from the contour, combined with those of the area that the points already had.
     fn area(&self, cx: &Context<'_>, points: &Points, shape: &Field) -> Result<Area, Stop> {
         let pitch = f64::from(points.pitch.max(f32::MIN_POSITIVE));
         let size = (cx.size_mm() / pitch * 4.0).ceil().clamp(DVec2::splat(16.0), DVec2::splat(MOST_SAMPLES)).as_uvec2();

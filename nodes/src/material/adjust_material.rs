@@ -1,8 +1,8 @@
-//! [`AdjustMaterial`]: colours, roughness and relief of a material changed at once.
+//! [`AdjustMaterial`]: adjusts colours, roughness and relief of a material.
 //!
-//! Colours as by [`Hsv`](crate::tone::Hsv) (A. Smith, 1978) on sRGB-encoded values; slopes of the normal follow the
-//! height. A channel that nothing changes is passed on as it is. Cost: O(pixels) for each channel that changes, about
-//! 15 ns for colours.
+//! Colours change as by [`Hsv`](crate::tone::Hsv) (A. Smith, 1978) on sRGB-encoded values; slopes of the normal follow
+//! the height. A channel without changes is passed on as it is. Cost: O(pixels) for each channel that changes, about 15
+//! ns for colours.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Color, Context, Fact, In, Linear, MaterialInputs, Node, Output, Outputs};
@@ -13,10 +13,10 @@ use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color;
 use shibo_kernel::surface::layers::scale_slopes;
 
-/// Changes how a material looks: its hue, saturation and lightness, a tint, how rough it is and how high its relief.
+/// Changes the look of a material: hue, saturation and lightness, a tint, roughness, and the height of the relief.
 ///
-/// Only channels that the material has are changed. To change them in places only, blend the result over the material
-/// by a mask.
+/// Only channels that the material has are changed. To change them only in some places, blend the result over the
+/// material by a mask.
 ///
 /// ```ron
 /// "cells":   Worley(size: 7),
@@ -32,29 +32,29 @@ use shibo_kernel::surface::layers::scale_slopes;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AdjustMaterial {
-    /// What to change.
+    /// Material to change.
     pub material: In<Material>,
-    /// By how many degrees the hue of the base colour turns: red, yellow, green, cyan, blue, magenta are 60° apart.
+    /// Rotation of the hue of the base colour in degrees: red, yellow, green, cyan, blue, magenta are 60° apart.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub hue: f64,
-    /// Factor on its saturation: 0 is grey. Saturation ends at its largest.
+    /// Factor on the saturation of the base colour: 0 is grey. The result is clamped to full saturation.
     #[schemars(range(min = 0, max = 100))]
     pub saturation: f64,
-    /// Factor on its lightness, the largest of the encoded channels: 0 is black.
+    /// Factor on the lightness of the base colour, the largest of its encoded channels: 0 is black.
     #[schemars(range(min = 0, max = 100))]
     pub lightness: f64,
     /// Colour that the base colour is multiplied by; white changes nothing.
     pub tint: Color,
-    /// What a roughness of 0 and one of 1 become; the others lie between.
+    /// New values for a roughness of 0 and of 1; values between are interpolated.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub roughness: Linear,
-    /// Factor on the height. Normals become as much steeper.
+    /// Factor on the height. The slopes of normals get the same factor.
     #[schemars(range(min = -1e3, max = 1e3))]
     pub height_scale: f64,
-    /// What is added to the height.
+    /// Added to the height.
     #[schemars(range(min = -1e6, max = 1e6), extend("unit" = "mm"))]
     pub height_offset: f64,
-    /// Factor on the slopes of the normal, besides that of the height: 0 is flat.
+    /// Factor on the slopes of the normal, in addition to `height_scale`: 0 is flat.
     #[schemars(range(min = -1e3, max = 1e3))]
     pub normal_strength: f64,
 }
@@ -75,7 +75,7 @@ impl Default for AdjustMaterial {
     }
 }
 
-/// A field whose every value changes.
+/// A field with `change` applied to every value.
 fn mapped(field: &Field, change: impl Fn(f32) -> f32 + Send + Sync + 'static) -> Field {
     if let Some(values) = field.as_constant() {
         return Field::constant(field.ty(), &values.iter().map(|value| change(*value)).collect::<Vec<_>>());
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn each_channel_changes_as_told() {
+    fn changes_each_channel() {
         let slope = |x: f32| {
             let z = 1.0 / (1.0 + x * x).sqrt();
             Field::constant(Type::Normal, &[0.5 + 0.5 * x * z, 0.5, 0.5 + 0.5 * z])
@@ -201,7 +201,7 @@ mod tests {
         assert!((values(&changed, Channel::Roughness)[0] - 0.3).abs() < 1e-6);
         let (before, after) = (raster(&lumps(), &canvas()), raster(changed.get(Channel::Height).unwrap(), &canvas()));
         assert!(before.data().iter().zip(after.data()).all(|(a, b)| (2.0 * a - 1.0 - b).abs() < 1e-6));
-        // Twice as high and half as strong: as steep as before.
+        // Twice the height at half the strength: normals as steep as before.
         assert_eq!(values(&changed, Channel::Normal), values(&Material::new(channels.to_vec()), Channel::Normal));
         let flat = AdjustMaterial { normal_strength: 0.0, ..node };
         assert!((values(&made(&flat, &channels), Channel::Normal)[0] - 0.5).abs() < 1e-6);
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_changed_stays_the_same_field() {
+    fn passes_on_unchanged_channels() {
         let channels =
             [(Channel::BaseColor, lumps().to_rgb()), (Channel::Height, lumps()), (Channel::Roughness, lumps())];
         let same = made(&node(), &channels);

@@ -1,9 +1,9 @@
 //! [`BlendMaterials`]: one material over another.
 //!
-//! Weight: the mask times the opacity, or `smoothstep(-c/2, c/2, top + offset - base + (2·mask - 1)·(range + c/2))` times
-//! the opacity, `c` being the contrast. Colours are mixed scene-linear, normals by their slopes or by reorientation
-//! (C. Barré-Brisebois and S. Hill, *Blending in Detail*, 2012), anisotropy by twice its angle. Cost: O(pixels), bound by
-//! memory; a tile that shows one layer alone computes nothing of the other.
+//! Weight: the mask times the opacity, or `smoothstep(-c/2, c/2, top + offset - base + (2·mask - 1)·(range + c/2))`
+//! times the opacity, `c` being the contrast. Colours are mixed scene-linear, normals by their slopes or by
+//! reorientation (C. Barré-Brisebois and S. Hill, *Blending in Detail*, 2012), anisotropy by twice its angle. Cost:
+//! O(pixels), bound by memory; a tile in which only one layer shows does not compute the other.
 use super::layers::{BlendBy, BlendNormals, Over};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,14 +13,16 @@ use shibo_kernel::surface::layers::HeightMode;
 
 /// Lays one material over another, all channels at once.
 ///
-/// The result has every channel that one of the two has; a layer that lacks it counts as having the channel's default.
-/// Whatever a mask hides is not computed: a floor of many materials costs about as much as one.
+/// The result has every channel that either layer has; a layer without a channel uses its default. Areas that a mask
+/// hides are not computed: a floor of many materials costs about as much as one.
 ///
-/// By `Height` the higher layer shows, as mortar fills the gaps between stones and dust lies in grooves. The mask
-/// then lifts the top layer (above ½) or lowers it (below ½) by up to `range`; 0 and 1 decide alone.
+/// With `by: Height` the higher layer shows, as mortar fills the gaps between stones and dust lies in grooves. The mask
+/// then lifts the top layer (above ½) or lowers it (below ½) by up to `range`. A mask of 0 always shows the base and a
+/// mask of 1 the top.
 ///
-/// `opacity` acts last, on the weight. `offset` moves the top layer up, for the choice by height and in the result.
-/// Normals are made from the blended height, so that the step from one layer to the other has an edge that catches light.
+/// `opacity` is applied last, to the weight. `offset` moves the top layer up, both for the choice by height and in the
+/// result. By default normals are made from the blended height, so that the step from one layer to the other has an
+/// edge that catches light.
 ///
 /// ```ron
 /// "cells":   Worley(size: 7),
@@ -34,8 +36,8 @@ use shibo_kernel::surface::layers::HeightMode;
 /// "example": Relief(material: "both"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Material Blend* and *Material Height Blend*, Material Maker *Blend* of materials, Blender
-/// *Mix Shader*, Houdini *Layer Mix*, Unreal *Material Layer Blend*.
+/// Elsewhere: Substance Designer *Material Blend* and *Material Height Blend*, Material Maker *Blend* of materials,
+/// Blender *Mix Shader*, Houdini *Layer Mix*, Unreal *Material Layer Blend*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BlendMaterials {
@@ -43,27 +45,27 @@ pub struct BlendMaterials {
     pub base: In<Material>,
     /// The layer above.
     pub top: In<Material>,
-    /// Where the layer above shows, 0..1; what lies outside counts as 0 or 1. If not given: everywhere, or, by height,
-    /// wherever it is the higher.
+    /// Where the layer above shows, 0..1; values are clamped to that range. If not given: everywhere, or, with `by:
+    /// Height`, where it is higher.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
-    /// How much of the layer above shows, 0..1.
+    /// Opacity of the layer above, 0..1.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub opacity: In<Gray>,
-    /// What decides which layer shows.
+    /// How to decide which layer shows.
     pub by: BlendBy,
-    /// By height: the difference of heights over which one layer passes into the other; 0 is a sharp edge.
+    /// With `by: Height`: the difference of heights over which one layer blends into the other; 0 is a sharp edge.
     #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "mm"))]
     pub contrast: f64,
-    /// How far the layer above is raised.
+    /// By how much the layer above is raised.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
     pub offset: f64,
-    /// By height: the difference of heights that the mask can outweigh.
+    /// With `by: Height`: the largest difference of heights that the mask can overcome.
     #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "mm"))]
     pub range: f64,
-    /// What becomes of the heights.
+    /// How the heights are combined.
     pub height: HeightMode,
-    /// Where the normals come from.
+    /// Source of the normals.
     pub normals: BlendNormals,
 }
 
@@ -147,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn channels_of_both_are_mixed_with_defaults_for_those_that_lack() {
+    fn mixes_channels_of_both_with_defaults() {
         let base = Material::new([
             (Channel::BaseColor, Field::constant(Type::Rgb, &[1.0, 0.0, 0.0])),
             (Channel::Roughness, number(0.2)),
@@ -161,14 +163,14 @@ mod tests {
     }
 
     #[test]
-    fn heights_bring_their_normals() {
+    fn makes_normals_from_blended_heights() {
         let with = |height| Material::new([(Channel::Height, height)]);
         let inputs = [with(lumps()).into(), with(number(0.5)).into(), number(0.0).into()];
         let blended = blend(&node(), &inputs);
         let plain = raster(&lumps(), &canvas());
         assert_eq!(raster(blended.get(Channel::Height).unwrap(), &canvas()).data(), plain.data());
         assert!(blended.get(Channel::Normal).is_some());
-        // Mixed normals need normals.
+        // `BlendNormals::Mix` needs normals.
         let mixed = BlendMaterials { normals: BlendNormals::Mix, ..node() };
         assert!(blend(&mixed, &inputs).get(Channel::Normal).is_none());
         // Raised by 0.25, the top layer lies at 0.75 where it shows; the sum is 1.25 with a base of 0.5.

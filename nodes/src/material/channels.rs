@@ -1,6 +1,6 @@
-//! The ports of nodes that take a material's channels one by one: the one table of them.
+//! Table of the ports of all nodes that take the channels of a material one by one.
 
-/// Declares a node with a port for each channel, after ports of its own.
+/// Declares a node with a port for each channel, after its other ports.
 macro_rules! with_channels {
     (
         $(#[$meta:meta])*
@@ -24,7 +24,7 @@ macro_rules! with_channels {
             /// Height in mm.
             #[schemars(extend("unit" = "mm"))]
             height: Gray = Height,
-            /// Ambient occlusion: 1 is open, 0 is shut.
+            /// Ambient occlusion: 1 is open, 0 is fully occluded.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             ao: Gray = Ao,
             /// Opacity, 0..1.
@@ -39,16 +39,17 @@ macro_rules! with_channels {
             /// Anisotropy, 0..1.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             anisotropy: Gray = Anisotropy,
-            /// Direction of brush lines or fibres in degrees, from +x towards +y on the canvas, where y points down: 0 is along x, 90 along y.
-            /// Highlights are narrow along it and wide across it. A whole half turn changes nothing. Exports convert it for each program.
+            /// Direction of brush lines or fibres in degrees, from +x towards +y on the canvas, where y points down: 0
+            /// is along x, 90 along y. Highlights are narrow along it and wide across it. Adding 180° changes nothing.
+            /// Exports convert the angle for each program.
             #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
             anisotropy_angle: Gray = AnisotropyAngle,
             /// Roughness of the clear coat, 0..1.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             coat_roughness: Gray = CoatRoughness,
-            /// Normal of the clear coat; if it is left out, a coat lies level.
+            /// Normal of the clear coat; if not given, the coat is flat.
             coat_normal: NormalField = CoatNormal,
-            /// Light that the surface gives off, scene-linear.
+            /// Light that the surface emits, scene-linear.
             #[schemars(extend("minimum" = 0.0))]
             emission: Rgb = Emission,
             /// Index of refraction.
@@ -57,7 +58,7 @@ macro_rules! with_channels {
             /// Strength of the reflections of a dielectric, 0..1.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             specular: Gray = Specular,
-            /// How much light is scattered below the surface, 0..1.
+            /// Share of light that is scattered below the surface, 0..1.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             subsurface: Gray = Subsurface,
         }
@@ -81,7 +82,7 @@ macro_rules! with_channels {
                 all.into_iter().filter_map(|(channel, connected)| connected.then_some(channel)).collect()
             }
 
-            /// The fields of these.
+            /// The fields of the connected channels.
             fn given(
                 &self,
                 cx: &shibo_engine::node::Context<'_>,

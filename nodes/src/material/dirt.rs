@@ -1,19 +1,19 @@
 //! [`Dirt`]: dirt in grooves and corners.
 //!
-//! Dirt gathers where the height lies below its Gaussian surroundings: a cheap measure of concave curvature at the scale of
-//! `radius`. Cost: that of a blur of the height, and O(pixels).
+//! Dirt gathers where the height lies below its Gaussian surroundings: a cheap measure of concave curvature at the
+//! scale of `radius`. Cost: that of a blur of the height, and O(pixels).
 use super::worn::{Wear, channels};
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Taken};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, TakenChannel};
 use shibo_engine::value::{Channel, ChannelSet, Field, Material, Stop, Type, srgb_to_linear};
 
-/// Lets dirt gather in what lies below its surroundings: grooves, pores, inner corners.
+/// Adds dirt where the surface lies below its surroundings: grooves, pores, inner corners.
 ///
-/// Height and normal of the material stay; all other channels are blended. Connect a noise to make the dirt patchy, or the
-/// inverse of an occlusion as `mask`.
+/// Height and normal of the material stay unchanged; all other channels are blended. Connect a noise to make the dirt
+/// patchy, or the inverse of an occlusion as `mask`.
 ///
 /// ```ron
 /// "cells":   Worley(size: 9),
@@ -25,36 +25,37 @@ use shibo_engine::value::{Channel, ChannelSet, Field, Material, Stop, Type, srgb
 /// "example": Relief(material: "dirty"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Dirt* masks, Substance Painter *Dirt* generator, Blender *Dirty Vertex Colors*, Houdini
-/// *Ambient Occlusion* masks.
+/// Elsewhere: Substance Designer *Dirt* masks, Substance Painter *Dirt* generator, Blender *Dirty Vertex Colors*,
+/// Houdini *Ambient Occlusion* masks.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Dirt {
     /// The material that gets dirty.
     pub material: In<Material>,
-    /// The dirt; dark earth, rough and without coat or metal, if not given. Its height and its normal are not used.
+    /// Material of the dirt; if not given, dark earth, rough and without coat or metal. Its height and normal are not
+    /// used.
     pub dirt: Option<In<Material>>,
-    /// The height in whose grooves it gathers, in mm, instead of the material's.
+    /// The height in whose grooves dirt gathers, in mm, instead of the material's height.
     pub height: Option<In<Gray>>,
-    /// Where dirt may lie at all, 0..1.
+    /// Where dirt is allowed, 0..1.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
-    /// What makes it patchy, 0..1: bright places get dirty first.
+    /// Noise that makes the dirt patchy, 0..1: bright places get dirty first.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub noise: Option<In<Gray>>,
-    /// How large the surroundings are: the standard deviation of a Gaussian. At most half the canvas' longer side.
+    /// Size of the surroundings: the standard deviation of a Gaussian. At most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub radius: f64,
-    /// How far a place must lie below its surroundings to get dirty by the least amount.
+    /// Depth below the surroundings at which a place gets dirty with the smallest `amount`.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub depth: f64,
-    /// How much dirt: 0 is none, 1 covers everything that lies below its surroundings at all.
+    /// Amount of dirt: 0 is none, 1 covers everything that lies below its surroundings at all.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub amount: f64,
-    /// How soft the border is, in units of `depth`.
+    /// Softness of the border, in units of `depth`.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub softness: f64,
-    /// How far the noise moves the border, in units of `depth`.
+    /// Amount by which the noise moves the border, in units of `depth`.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub breakup: f64,
 }
@@ -76,7 +77,7 @@ impl Default for Dirt {
     }
 }
 
-/// Dark, rough and dull.
+/// Default dirt: dark, rough and dull.
 fn earth() -> Material {
     let color = [0x3a, 0x2f, 0x24].map(|byte: u8| srgb_to_linear(f32::from(byte) / 255.0));
     let gray = |value: f32| Field::constant(Type::Gray, &[value]);
@@ -115,7 +116,7 @@ impl Node for Dirt {
         channels(inputs.at("material"), self.dirt_channels(inputs))
     }
 
-    fn takes(&self) -> Vec<Taken> {
+    fn takes(&self) -> Vec<TakenChannel> {
         self.wear().takes()
     }
 
@@ -134,7 +135,7 @@ mod tests {
     use shibo_engine::value::Value;
 
     #[test]
-    fn gathers_in_what_lies_low_and_keeps_the_form() {
+    fn gathers_in_hollows_and_keeps_height() {
         let material = Material::new([(Channel::Height, lumps())]);
         let node = Dirt { material: port(0), radius: 2.0, amount: 0.9, ..Dirt::default() };
         let made = outputs(&node, &[material.into()], &canvas()).unwrap();
@@ -145,7 +146,7 @@ mod tests {
         assert_eq!(raster(dirty.get(Channel::Height).unwrap(), &canvas()).data(), height.data());
         let roughness = raster(dirty.get(Channel::Roughness).unwrap(), &canvas());
         for (rough, weight) in roughness.data().iter().zip(weight.data()) {
-            // From 0.5, which counts where there is none, to 0.9.
+            // From 0.5, the default of a material without roughness, to 0.9.
             assert!((rough - (0.5 + 0.4 * weight)).abs() < 1e-6);
         }
         let at = |find: fn(f32, f32) -> bool| {

@@ -1,18 +1,19 @@
-//! [`EdgeWear`]: another material where edges are worn.
+//! [`EdgeWear`]: shows another material where edges are worn.
 //!
-//! An edge is where the height stands out of its Gaussian surroundings: a cheap measure of convex curvature at the scale of
-//! `radius`. Cost: that of a blur of the height, and O(pixels).
+//! An edge is where the height rises above its Gaussian surroundings: a cheap measure of convex curvature at the scale
+//! of `radius`. Cost: that of a blur of the height, and O(pixels).
 use super::worn::{Wear, channels};
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Taken};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, TakenChannel};
 use shibo_engine::value::{ChannelSet, Material, Stop, Type};
 
-/// Shows the material under a coat where edges are worn: what stands out of its surroundings is rubbed first.
+/// Shows the material under a coat where edges are worn: places above their surroundings wear first.
 ///
-/// Height and normal of the material stay; all other channels are blended. Connect a noise to break up the border.
+/// Height and normal of the material stay unchanged; all other channels are blended. Connect a noise to break up the
+/// border.
 ///
 /// ```ron
 /// "cells":   Worley(size: 9),
@@ -25,36 +26,36 @@ use shibo_engine::value::{ChannelSet, Material, Stop, Type};
 /// "example": Relief(material: "worn"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Metal Edge Wear*, Substance Painter *Edges Wear* masks, Blender *Geometry: Pointiness*,
-/// Houdini *Curvature* masks.
+/// Elsewhere: Substance Designer *Metal Edge Wear*, Substance Painter *Edges Wear* masks, Blender *Geometry:
+/// Pointiness*, Houdini *Curvature* masks.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct EdgeWear {
     /// The material that is worn.
     pub material: In<Material>,
-    /// What shows where it is worn. Its height and its normal are not used.
+    /// Material that shows where the coat is worn. Its height and normal are not used.
     pub under: In<Material>,
-    /// The height whose edges are worn, in mm, instead of the material's.
+    /// The height whose edges are worn, in mm, instead of the material's height.
     pub height: Option<In<Gray>>,
-    /// Where it may be worn at all, 0..1.
+    /// Where wear is allowed, 0..1.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
-    /// What breaks up the border, 0..1: bright places are worn first.
+    /// Noise that breaks up the border, 0..1: bright places wear first.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub noise: Option<In<Gray>>,
-    /// How large the surroundings are: the standard deviation of a Gaussian. At most half the canvas' longer side.
+    /// Size of the surroundings: the standard deviation of a Gaussian. At most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub radius: f64,
-    /// How far an edge must stand out of its surroundings to be worn by the least amount.
+    /// Height above the surroundings at which an edge wears with the smallest `amount`.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub depth: f64,
-    /// How much is worn: 0 is nothing, 1 is everything that stands out at all.
+    /// Amount of wear: 0 is none, 1 is everything that rises above its surroundings at all.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub amount: f64,
-    /// How soft the border is, in units of `depth`.
+    /// Softness of the border, in units of `depth`.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub softness: f64,
-    /// How far the noise moves the border, in units of `depth`.
+    /// Amount by which the noise moves the border, in units of `depth`.
     #[schemars(range(min = 0.0, max = 100.0))]
     pub breakup: f64,
 }
@@ -99,7 +100,7 @@ impl Node for EdgeWear {
         channels(inputs.at("material"), inputs.at("under"))
     }
 
-    fn takes(&self) -> Vec<Taken> {
+    fn takes(&self) -> Vec<TakenChannel> {
         self.wear().takes()
     }
 
@@ -116,7 +117,7 @@ mod tests {
     use shibo_engine::value::{Channel, Field, Value};
 
     #[test]
-    fn wears_what_stands_out_and_keeps_the_form() {
+    fn wears_raised_places_and_keeps_height() {
         let gray = |v: f32| Field::constant(Type::Gray, &[v]);
         let material = Material::new([(Channel::Height, lumps()), (Channel::Roughness, gray(0.8))]);
         let under = Material::new([(Channel::Metallic, gray(1.0)), (Channel::Height, gray(7.0))]);

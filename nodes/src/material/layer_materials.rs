@@ -1,6 +1,6 @@
 //! [`LayerMaterials`]: any number of materials, one over the other.
 //!
-//! What as many nested [`BlendMaterials`](super::BlendMaterials) would give. Cost: O(pixels) for each layer that shows.
+//! The same result as nested [`BlendMaterials`](super::BlendMaterials). Cost: O(pixels) for each layer that shows.
 use super::layers::{BlendBy, BlendNormals, Over};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,8 +9,8 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, N
 use shibo_engine::value::{ChannelSet, Material, Stop, Type};
 use shibo_kernel::surface::layers::HeightMode;
 
-/// Lays materials over each other, the lowest first. Each layer says how it lies over all those before it, as
-/// `BlendMaterials` does; of the first only the material counts.
+/// Lays materials over each other, the lowest first. Each layer is blended over all layers before it, with the
+/// parameters of `BlendMaterials`; the first layer needs only its material.
 ///
 /// ```ron
 /// "cells":   Worley(size: 7),
@@ -32,7 +32,8 @@ use shibo_kernel::surface::layers::HeightMode;
 /// "example": Relief(material: "all"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Multi Material Blend*, Substance Painter layers, Unreal *Material Layers*, Houdini *Layer Mix*.
+/// Elsewhere: Substance Designer *Multi Material Blend*, Substance Painter layers, Unreal *Material Layers*, Houdini
+/// *Layer Mix*.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LayerMaterials {
@@ -46,26 +47,27 @@ pub struct LayerMaterials {
 pub struct Layer {
     /// The material.
     pub material: In<Material>,
-    /// Where it shows, 0..1. If not given: everywhere, or, by height, wherever it is the higher.
+    /// Where the layer shows, 0..1. If not given: everywhere, or, with `by: Height`, where it is higher.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
-    /// How much of it shows, 0..1.
+    /// Opacity of the layer, 0..1.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub opacity: In<Gray>,
-    /// What decides whether it shows.
+    /// How to decide whether the layer shows.
     pub by: BlendBy,
-    /// By height: the difference of heights over which it passes into what lies below; 0 is a sharp edge.
+    /// With `by: Height`: the difference of heights over which the layer blends into the layers below; 0 is a sharp
+    /// edge.
     #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "mm"))]
     pub contrast: f64,
-    /// How far it is raised.
+    /// By how much the layer is raised.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
     pub offset: f64,
-    /// By height: the difference of heights that the mask can outweigh.
+    /// With `by: Height`: the largest difference of heights that the mask can overcome.
     #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "mm"))]
     pub range: f64,
-    /// What becomes of the heights.
+    /// How the heights are combined.
     pub height: HeightMode,
-    /// Where the normals come from.
+    /// Source of the normals.
     pub normals: BlendNormals,
 }
 
@@ -143,7 +145,7 @@ mod tests {
         let made = outputs(&node, &[of(0.0), of(1.0), of(0.1)], &canvas()).unwrap();
         let Some(Value::Material(all)) = made.take("material", true) else { panic!("no material") };
         let red = raster(all.get(Channel::BaseColor).unwrap(), &canvas()).plane(0)[0];
-        // 0, then half of 1, then a quarter of 0.1 and three of 0.5.
+        // 0, then half of 1, then a quarter of 0.1 and three quarters of 0.5.
         assert!((red - 0.4).abs() < 1e-6, "{red}");
         assert_eq!(LayerMaterials::default().check_on(&canvas()).len(), 1);
     }

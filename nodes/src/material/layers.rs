@@ -1,9 +1,9 @@
-//! One material over another, channel by channel: what [`BlendMaterials`](super::BlendMaterials) and
-//! [`LayerMaterials`](super::LayerMaterials) have in common.
+//! One material over another, channel by channel: the shared code of [`BlendMaterials`](super::BlendMaterials) and
+//! [`LayerMaterials`](super::LayerMaterials).
 //!
-//! The weight is a field of its own that all channels read. A window in which it is 0 or 1 everywhere asks only for the
-//! side that shows (see [`Masked`]).
-use crate::masked::{Masked, Mix, Side};
+//! The weight is a field of its own that all channels read. A window in which the weight is 0 or 1 everywhere reads
+//! only the side that shows (see [`Masked`]).
+use crate::masked::{Masked, Mix, SideTiles};
 use crate::normals::normals;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -16,30 +16,30 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::layers::{self as kernel, ByHeight, Grain, HeightMode, Planes};
 
-/// What decides which layer shows.
+/// How to decide which layer shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum BlendBy {
     /// The mask alone.
     #[default]
     Mask,
-    /// The heights: the higher layer shows, and the mask lifts or lowers the top one. Where it is 0 the base shows and
-    /// where it is 1 the top layer; ½, which it is if none is connected, leaves the choice to the heights.
+    /// The heights: the higher layer shows, and the mask lifts or lowers the top one. Where the mask is 0 the base
+    /// shows and where it is 1 the top layer; ½, the default, leaves the choice to the heights.
     Height,
 }
 
-/// Where the normals of a blend come from.
+/// Source of the normals of a blend.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum BlendNormals {
-    /// From the blended height, steps between the layers included. As `Mix` where neither layer has a height.
+    /// From the blended height, steps between the layers included. The same as `Mix` if neither layer has a height.
     #[default]
     FromHeight,
     /// The slopes of both are mixed by the weight; steps between the layers do not show.
     Mix,
-    /// The top layer's normal is tilted with that of the base: detail over a form.
+    /// The normal of the top layer is tilted by that of the base: detail over a form.
     Detail,
 }
 
-/// How one material lies over another.
+/// Parameters for laying one material over another.
 pub(super) struct Over {
     pub(super) by: BlendBy,
     /// mm.
@@ -133,23 +133,23 @@ fn normal(mix: fn(&[f32], Planes<'_>, Planes<'_>, [&mut [f32]; 3])) -> Mix {
     })
 }
 
-fn values(out: &mut Tile, weight: &[f32], base: Side<'_>, top: Side<'_>) {
+fn values(out: &mut Tile, weight: &[f32], base: SideTiles<'_>, top: SideTiles<'_>) {
     for (k, plane) in out.planes_mut().into_iter().enumerate() {
         kernel::mix_values(weight, base[0].plane(k), top[0].plane(k), plane);
     }
 }
 
-fn occlusion(out: &mut Tile, weight: &[f32], base: Side<'_>, top: Side<'_>) {
+fn occlusion(out: &mut Tile, weight: &[f32], base: SideTiles<'_>, top: SideTiles<'_>) {
     kernel::multiply(weight, base[0].plane(0), top[0].plane(0), out.data_mut());
 }
 
-fn strength(out: &mut Tile, weight: &[f32], base: Side<'_>, top: Side<'_>) {
+fn strength(out: &mut Tile, weight: &[f32], base: SideTiles<'_>, top: SideTiles<'_>) {
     let base = Grain { strength: base[0].plane(0), angle: base[1].plane(0) };
     let top = Grain { strength: top[0].plane(0), angle: top[1].plane(0) };
     kernel::mix_grain(false, weight, base, top, out.data_mut());
 }
 
-fn angle(out: &mut Tile, weight: &[f32], base: Side<'_>, top: Side<'_>) {
+fn angle(out: &mut Tile, weight: &[f32], base: SideTiles<'_>, top: SideTiles<'_>) {
     let base = Grain { angle: base[0].plane(0), strength: base[1].plane(0) };
     let top = Grain { angle: top[0].plane(0), strength: top[1].plane(0) };
     kernel::mix_grain(true, weight, base, top, out.data_mut());
@@ -160,7 +160,7 @@ enum Opacity {
     Field(Field),
 }
 
-/// Where the top layer shows. Heights and opacity are asked for only where the mask leaves something open.
+/// The weight of the top layer. Heights and opacity are read only where the mask does not decide alone.
 struct Weight {
     mask: Field,
     opacity: Opacity,
@@ -174,7 +174,7 @@ impl Weight {
         Field::new(Type::Gray, tiling, self)
     }
 
-    /// What is read besides the mask: the heights, and then the opacity.
+    /// Fields that are read besides the mask: the heights, then the opacity.
     fn reads(&self) -> Vec<&Field> {
         let heights = self.heights.iter().flat_map(|(_, heights)| heights);
         let opacity = match &self.opacity {

@@ -1,4 +1,4 @@
-//! [`Material`]: fields put together to a surface.
+//! [`Material`]: combines fields to a material.
 //!
 //! Channels as in the glTF and OpenPBR models. Nothing is computed here. Cost: none.
 use super::channels::with_channels;
@@ -7,8 +7,8 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, MaterialInputs, Node, Outpu
 use shibo_engine::value::{self, ChannelSet, Stop, Type};
 
 with_channels! {
-    /// Puts channels together to a material, which is written as one file per channel. Channels that are not connected are
-    /// left out. A normal is not made from the height by itself: connect `HeightToNormal`.
+    /// Combines channels to a material, which is written as one file per channel. Channels that are not connected are
+    /// left out. A normal is not made from the height automatically: connect `HeightToNormal`.
     ///
     /// ```ron
     /// "cells":   Worley(size: 4),

@@ -1,15 +1,15 @@
 //! [`MaterialChannel`]: one channel of a material.
 //!
-//! Cost: none for the channel as it is; O(pixels) for the luminance of a colour.
+//! Cost: none for an unchanged channel; O(pixels) for the luminance of a colour.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, Taken};
+use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, TakenChannel};
 use shibo_engine::value::{Channel, Field, Halo, Material, Stop, Type};
 
-/// Takes a channel out of a material.
+/// Extracts a channel from a material.
 ///
-/// A channel that the material does not have counts as its default, and `check` warns of it: base colour 0.5, roughness
-/// 0.5, ambient occlusion 1, opacity 1, a normal straight up, and 0 for all others.
+/// A channel that the material does not have is replaced by its default, and `check` warns of it: base colour 0.5,
+/// roughness 0.5, ambient occlusion 1, opacity 1, a normal straight up, and 0 for all other channels.
 ///
 /// ```ron
 /// "cells":   Worley(size: 7),
@@ -24,7 +24,7 @@ use shibo_engine::value::{Channel, Field, Halo, Material, Stop, Type};
 pub struct MaterialChannel {
     /// The material.
     pub material: In<Material>,
-    /// Which of its channels.
+    /// The channel to extract.
     pub channel: Channel,
 }
 
@@ -44,8 +44,8 @@ impl Node for MaterialChannel {
     ];
     const FACTS: &'static [Fact] = &[];
 
-    fn takes(&self) -> Vec<Taken> {
-        vec![Taken { port: "material", field: "channel", channel: self.channel }]
+    fn takes(&self) -> Vec<TakenChannel> {
+        vec![TakenChannel { port: "material", field: "channel", channel: self.channel }]
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -7,7 +7,7 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, O
 use shibo_engine::value::{self, ChannelSet, Stop, Type};
 
 with_channels! {
-    /// Replaces channels of a material, or adds them; all others stay.
+    /// Replaces channels of a material, or adds them; all other channels stay.
     ///
     /// ```ron
     /// "cells":   Worley(size: 7),
@@ -16,7 +16,8 @@ with_channels! {
     /// "example": Relief(material: "glazed"),
     /// ```
     ///
-    /// Elsewhere: Substance Designer *Material Override*, Unreal *Set Material Attributes*, Houdini *Layer Unpack* and *Pack*.
+    /// Elsewhere: Substance Designer *Material Override*, Unreal *Set Material Attributes*, Houdini *Layer Unpack* and
+    /// *Pack*.
     pub struct SetChannels {
         /// The material.
         material: In<value::Material>,
@@ -42,7 +43,7 @@ impl Node for SetChannels {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (old, new) = (cx.get(&self.material)?, self.given(cx)?);
-        // Of two that are alike the first is kept.
+        // If a channel is given twice, the first one is kept.
         Ok(Outputs::one(value::Material::new(new.into_iter().chain(old.channels().iter().cloned()))))
     }
 }

@@ -1,7 +1,8 @@
-//! [`TransformMaterial`]: all channels of a material moved, rotated and scaled at once.
+//! [`TransformMaterial`]: moves, rotates and scales all channels of a material.
 //!
-//! Each channel as by [`Transform`](crate::space::Transform). Normals and the angle of the anisotropy are rotated; slopes
-//! become flatter where features become larger and the height does not. Cost: that of a transform for each channel.
+//! Each channel is transformed as by [`Transform`](crate::space::Transform). Normals and the angle of the anisotropy
+//! are rotated; slopes become flatter if features become larger but the height does not. Cost: that of a transform for
+//! each channel.
 use crate::moved::Placement;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -14,7 +15,7 @@ use shibo_kernel::surface::layers::scale_slopes;
 /// Moves, rotates and scales a material, all its channels at once.
 ///
 /// On a canvas that tiles, the result tiles if the canvas then holds a whole number of repeats of the material: always
-/// when it is only moved, and for example with `scale: 0.5`, or with `angle: 90` on a square canvas.
+/// if the material is only moved, and for example with `scale: 0.5`, or with `angle: 90` on a square canvas.
 ///
 /// ```ron
 /// "wave":    Gradient(times: 8, repeat: Mirror),
@@ -25,25 +26,26 @@ use shibo_kernel::surface::layers::scale_slopes;
 /// "example": Relief(material: "small"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Material Transform*, Material Maker *Transform*, Blender *Mapping*, Houdini *UV Transform*.
+/// Elsewhere: Substance Designer *Material Transform*, Material Maker *Transform*, Blender *Mapping*, Houdini *UV
+/// Transform*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TransformMaterial {
-    /// What to move.
+    /// Material to move.
     pub material: In<Material>,
-    /// How far features move, to the right and down.
+    /// Shift of the features, to the right and down.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub offset: Xy,
-    /// By how much features are rotated, from +x towards +y.
+    /// Rotation of the features, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// How much larger features become: 2 is twice as large. Applied before the rotation.
+    /// Factor on the size of the features: 2 is twice as large. Applied before the rotation.
     #[schemars(extend("minimum" = 1e-3, "maximum" = 1e3))]
     pub scale: Xy,
-    /// The point that stays in place when features are rotated and scaled; the canvas' centre by default.
+    /// The point about which features are rotated and scaled; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub pivot: Option<Xy>,
-    /// Whether heights grow with the features, by the mean of both scales: slopes then stay what they are. Otherwise
+    /// True to scale heights with the features, by the mean of both scales: slopes then stay the same. If false,
     /// heights stay, and larger features are flatter.
     pub scale_height: bool,
 }
@@ -122,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn turns_what_has_a_direction() {
+    fn rotates_normals_and_anisotropy() {
         let slope = |x: f32, y: f32| {
             let z = 1.0 / (1.0 + x * x + y * y).sqrt();
             Field::constant(Type::Normal, &[0.5 + 0.5 * x * z, 0.5 + 0.5 * y * z, 0.5 + 0.5 * z])
@@ -140,7 +142,8 @@ mod tests {
             let tile = raster(material.get(Channel::Normal).unwrap(), &canvas());
             [0, 1, 2].map(|k| 2.0 * tile.plane(k)[0] - 1.0)
         };
-        // Twice as large at the same height is half as steep: slope ½, which pointed right and points down (y is up).
+        // Twice as large at the same height is half as steep: a slope of ½, which pointed right and now points down (y
+        // is up).
         let n = normal(&turned);
         assert!((n[1] / n[2] + 0.5).abs() < 1e-5 && n[0].abs() < 1e-5, "{n:?}");
         let angle = raster(turned.get(Channel::AnisotropyAngle).unwrap(), &canvas()).data()[0];
@@ -151,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_grow_if_asked() {
+    fn scales_heights_on_request() {
         let material = || Material::new([(Channel::Height, lumps())]);
         let plain = TransformMaterial { material: port(0), scale: Xy::new(0.5, 0.5), ..TransformMaterial::default() };
         let height = |node: &TransformMaterial| raster(made(node, material()).get(Channel::Height).unwrap(), &canvas());

@@ -1,7 +1,7 @@
-//! [`WarpMaterial`]: all channels of a material bent by the same displacements.
+//! [`WarpMaterial`]: displaces all channels of a material alike.
 //!
-//! Each channel as by [`Warp`](crate::space::Warp): a point p of the result shows the material at p + d(p). Normals keep their
-//! directions. Cost: O(pixels) for each channel.
+//! Each channel is warped as by [`Warp`](crate::space::Warp): a point p of the result shows the material at p + d(p).
+//! Normals keep their directions. Cost: O(pixels) for each channel.
 use crate::bounds::at_most_half;
 use crate::warped::Warped;
 use schemars::JsonSchema;
@@ -11,7 +11,7 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, N
 use shibo_engine::value::{ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 use shibo_kernel::ground::number::narrow;
 
-/// Bends a material, all its channels at once, by fields that are connected.
+/// Warps a material, all its channels at once, by displacements from fields.
 ///
 /// ```ron
 /// "wave":    Gradient(times: 8, repeat: Mirror),
@@ -22,21 +22,22 @@ use shibo_kernel::ground::number::narrow;
 /// "example": Relief(material: "bent"),
 /// ```
 ///
-/// Elsewhere: Substance Designer *Warp* on every channel, Material Maker *Warp*, Blender *Vector Math* on texture coordinates.
+/// Elsewhere: Substance Designer *Warp* on every channel, Material Maker *Warp*, Blender *Vector Math* on texture
+/// coordinates.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct WarpMaterial {
-    /// What to bend.
+    /// Material to warp.
     pub material: In<Material>,
-    /// Displacements in mm, instead of `x` and `y`; longer ones than `amount` are shortened to it.
+    /// Displacements in mm, instead of `x` and `y`; displacements longer than `amount` are shortened to it.
     pub by: Option<In<Vec2Field>>,
     /// Displacement to the right: 0 is `-amount`, ½ is none, 1 is `amount`.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub x: Option<In<Gray>>,
-    /// Displacement down, in the same way.
+    /// Displacement down, encoded like `x`.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub y: Option<In<Gray>>,
-    /// Largest displacement, in x and in y; at most half the canvas' longer side.
+    /// Largest displacement in x and in y; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub amount: f64,
 }
@@ -117,7 +118,7 @@ mod tests {
         let tile = |channel| raster(bent.get(channel).unwrap(), &canvas());
         let (height, roughness, plain) = (tile(Channel::Height), tile(Channel::Roughness), raster(&lumps(), &canvas()));
         assert_eq!(height.data(), roughness.data());
-        // ¾ is half of 2 mm: two pixels of half a mm further right in the material.
+        // ¾ is half of 2 mm: it reads two pixels of half a mm further to the right.
         for y in 0..64 {
             assert!((0..60).all(|x| (height.row(0, y)[x] - plain.row(0, y)[x + 2]).abs() < 1e-5));
         }

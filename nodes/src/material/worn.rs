@@ -1,19 +1,19 @@
-//! What [`EdgeWear`](super::EdgeWear) and [`Dirt`](super::Dirt) have in common: a material that shows where another stands
-//! out of its surroundings, or lies below them.
+//! Shared code of [`EdgeWear`](super::EdgeWear) and [`Dirt`](super::Dirt): a material that shows where another one
+//! rises above its surroundings, or lies below them.
 use super::layers::{BlendBy, BlendNormals, Over};
-use shibo_engine::node::{Context, Gray, In, Outputs, Taken};
+use shibo_engine::node::{Context, Gray, In, Outputs, TakenChannel};
 use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 use shibo_kernel::filter::fields::blurred;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::surface::layers::HeightMode;
 use shibo_kernel::surface::wear::WearSpec;
 
-/// The parameters of both.
+/// The parameters of both nodes.
 pub(super) struct Wear<'a> {
     pub(super) height: &'a Option<In<Gray>>,
     pub(super) noise: &'a Option<In<Gray>>,
     pub(super) mask: &'a Option<In<Gray>>,
-    /// Standard deviation of the Gaussian that gives the surroundings, mm.
+    /// Standard deviation of the Gaussian that defines the surroundings, mm.
     pub(super) radius: f64,
     pub(super) depth: f64,
     pub(super) amount: f64,
@@ -22,7 +22,8 @@ pub(super) struct Wear<'a> {
 }
 
 impl Wear<'_> {
-    /// The outputs: `top` over `material` where it stands out (`sign` 1) or lies low (-1), and the weight.
+    /// The outputs: `top` over `material` where the height rises above (`sign` 1) or lies below (-1) its surroundings,
+    /// and the weight.
     pub(super) fn outputs(
         &self,
         cx: &Context<'_>,
@@ -47,14 +48,14 @@ impl Wear<'_> {
         Ok(Outputs::one(cover(cx, material, top, &weight)).with("weight", weight))
     }
 
-    /// What is taken from the material.
-    pub(super) fn takes(&self) -> Vec<Taken> {
-        let taken = Taken { port: "material", field: "material", channel: Channel::Height };
+    /// The channels that are read from the material.
+    pub(super) fn takes(&self) -> Vec<TakenChannel> {
+        let taken = TakenChannel { port: "material", field: "material", channel: Channel::Height };
         if self.height.is_none() { vec![taken] } else { Vec::new() }
     }
 }
 
-/// The channels of a material, partly covered with another.
+/// The channels of a material that is partly covered by another.
 pub(super) fn channels(material: ChannelSet, top: ChannelSet) -> ChannelSet {
     material.union(top.iter().filter(|channel| !matches!(channel, Channel::Height | Channel::Normal)).collect())
 }
@@ -70,7 +71,7 @@ struct Worn {
 }
 
 impl Worn {
-    /// The weight, to be shared by all channels.
+    /// The weight, shared by all channels.
     fn weight(self, cx: &Context<'_>) -> Field {
         if self.height.as_constant().is_some() {
             return Field::constant(Type::Gray, &[0.0]);
@@ -104,7 +105,7 @@ impl Worn {
     }
 }
 
-/// `top` over `base`, whose height and normal stay.
+/// `top` over `base`; height and normal of `base` stay.
 fn cover(cx: &Context<'_>, base: &Material, top: &Material, weight: &Field) -> Material {
     let over = Over {
         by: BlendBy::Mask,

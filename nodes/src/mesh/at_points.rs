@@ -1,19 +1,19 @@
-//! Reading fields of an atlas at places of the surface.
+//! Reads fields of an atlas at places of the surface.
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
 use shibo_engine::value::{Atlas, Field, Stop, Tile, Window};
 
-/// The most columns or rows at which a field is read.
+/// Maximum number of columns or rows of samples of a field.
 const MOST: f64 = 4096.0;
 
-/// A field of an atlas as a picture with four pixels per pitch.
+/// Samples of a field on an atlas, four per pitch.
 pub(super) struct AtPoints {
     picture: Tile,
 }
 
 impl AtPoints {
-    /// Reads `field`, which came in at `port`.
+    /// Reads `field`, the input of `port`.
     pub(super) fn read(
         cx: &Context<'_>,
         atlas: &Atlas,
@@ -31,7 +31,7 @@ impl AtPoints {
         Ok(Self { picture })
     }
 
-    /// Its value at a place of a triangle, by the weights of its corners.
+    /// The value at a place of a triangle, given by barycentric weights.
     pub(super) fn at(&self, atlas: &Atlas, triangle: usize, weights: [f64; 3]) -> f64 {
         let corners = atlas.uvs[triangle].map(|uv| uv.as_dvec2());
         let uv: DVec2 = corners.iter().zip(weights).map(|(corner, weight)| *corner * weight).sum();

@@ -1,7 +1,7 @@
-//! [`BakeCurvature`]: where a surface bulges out and where it is hollow.
+//! [`BakeCurvature`]: tells convex from concave places of a surface.
 //!
-//! The mean curvature at vertices, see [`kernel::curvature`](shibo_kernel::mesh::curvature), even between them. Cost:
-//! O(triangles · 100).
+//! The mean curvature at vertices, see [`kernel::curvature`](shibo_kernel::mesh::curvature), interpolated linearly
+//! between them. Cost: O(triangles · 100).
 use super::each::each;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,10 +11,11 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::curvature::mean_curvature;
 use shibo_kernel::mesh::{bake, fields};
 
-/// How much the surface bends at each texel: above ½ where it bulges out, below where it is hollow, ½ where it is flat.
+/// The curvature of the surface at each texel: above ½ where it is convex, below ½ where it is concave, ½ where it is
+/// flat.
 ///
-/// Black and white are reached where it bends as a ball of `radius` does. For wear on edges and dirt in hollows. Beyond charts
-/// and their gutters it is ½.
+/// The curvature of a ball of `radius` gives white, or black if concave. Use it for wear on edges and dirt in hollows.
+/// Beyond charts and their gutters the value is ½.
 ///
 /// ```ron
 /// "cup": MeshShape(shape: Lathe),
@@ -28,7 +29,7 @@ use shibo_kernel::mesh::{bake, fields};
 pub struct BakeCurvature {
     /// The atlas.
     pub atlas: In<Atlas>,
-    /// Over how many mm bends are evened out.
+    /// Radius over which curvature is averaged; also the radius of a ball that gives white.
     #[schemars(range(min = 1e-3, max = 1e5), extend("unit" = "mm"))]
     pub radius: f64,
 }
@@ -73,12 +74,12 @@ mod tests {
     use crate::testing::{check_field, field, outputs, port, render};
 
     #[test]
-    fn a_ball_bulges_evenly() {
+    fn ball_has_constant_curvature() {
         let inputs = [atlas_of(&MeshShape { shape: MeshForm::Sphere, ..MeshShape::default() })];
         let node = BakeCurvature { atlas: port(0), radius: 15.0 };
         check_field(&field(&node, &inputs));
         let tile = render(&node, &inputs);
-        // Half as bent as a ball of `radius`.
+        // Half the curvature of a ball of `radius`.
         assert!(tile.data().iter().all(|v| (*v - 0.75).abs() < 0.01 || *v == 0.5));
         let outputs = outputs(&node, &inputs, &crate::testing::canvas()).unwrap();
         assert!(outputs.take("mean", false).is_some());

@@ -1,17 +1,17 @@
-//! [`BakeNormal`]: the direction in which the surface faces at each texel.
+//! [`BakeNormal`]: the normal of the surface at each texel.
 //!
-//! The file's normals, or those of vertices: of the triangles around them, weighted by their angles there. Cost: about
-//! 40 ns a texel.
+//! The file's normals; without them vertex normals, the mean over the triangles around a vertex, weighted by their
+//! angles there. Cost: about 40 ns a texel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Atlas, Stop, Tiling, Type};
 use shibo_kernel::mesh::{bake, fields};
 
-/// The normal of the surface in space, stored as ½ + ½n; beyond charts and their gutters it points up.
+/// The normal of the surface in object space, stored as ½ + ½n; beyond charts and their gutters it points up.
 ///
-/// This is no normal map of a material, which would be in the surface's own directions: it tells top from sides, for dust,
-/// moss or wear.
+/// This is not the normal map of a material, which is in tangent space. Use it to tell top from sides, for dust, moss
+/// or wear.
 ///
 /// ```ron
 /// "cup": MeshShape(shape: Cylinder, size: (50, 50, 30)),
@@ -25,7 +25,7 @@ use shibo_kernel::mesh::{bake, fields};
 pub struct BakeNormal {
     /// The atlas.
     pub atlas: In<Atlas>,
-    /// Whether normals change evenly between the corners of triangles; else each triangle has one of its own.
+    /// True to interpolate normals between the corners of triangles; false for one normal per triangle.
     pub smooth: bool,
 }
 

@@ -1,8 +1,9 @@
-//! [`BakeOcclusion`]: how much of the sky each texel sees.
+//! [`BakeOcclusion`]: the share of the sky that each texel sees.
 //!
-//! Rays about the normal, as dense as their cosine, see [`kernel::rays`](shibo_kernel::mesh::rays). The same directions for
-//! all points, turned by the normal alone, so charts agree at their borders. Cost: about 0.4 µs a ray.
-use super::cast::{Cast, Place};
+//! Casts rays about the normal with a density proportional to their cosine, see
+//! [`kernel::rays`](shibo_kernel::mesh::rays). All points use the same directions, rotated by the normal alone, so
+//! charts agree at their borders. Cost: about 0.4 µs a ray.
+use super::cast::{Cast, TexelPoint};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
@@ -10,9 +11,9 @@ use shibo_engine::value::{Atlas, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::rays::{directions, turned};
 
-/// How open a surface is at each texel, by its own shape: 1 where nothing is in the way of light, 0 in a closed corner.
+/// Ambient occlusion of a surface by its own shape, at each texel: 1 where nothing blocks light, 0 in a closed corner.
 ///
-/// Beyond charts and their gutters it is 1.
+/// Beyond charts and their gutters the value is 1.
 ///
 /// ```ron
 /// "cup": MeshShape(shape: Lathe),
@@ -26,16 +27,16 @@ use shibo_kernel::mesh::rays::{directions, turned};
 pub struct BakeOcclusion {
     /// The atlas.
     pub atlas: In<Atlas>,
-    /// How many rays are cast from each texel; more are smoother.
+    /// Number of rays cast from each texel; more rays give a smoother result.
     #[schemars(range(min = 1, max = 4096))]
     pub rays: u32,
-    /// How far things darken; half the size of the mesh by default.
+    /// Farthest distance of a surface that blocks light; half the size of the mesh by default.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub distance: Option<f64>,
-    /// How far from the surface rays begin, as a share of the mesh's size.
+    /// Distance from the surface at which rays start, as a share of the mesh's size.
     #[schemars(range(min = 0, max = 0.1))]
     pub bias: f64,
-    /// The height of a floor that darkens too.
+    /// Height of a floor that blocks light too; no floor if not given.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub ground: Option<f64>,
 }
@@ -60,11 +61,11 @@ impl Node for BakeOcclusion {
         let distance = narrow(self.distance.unwrap_or(0.5 * cast.size));
         let (bias, ground) = (narrow(self.bias * cast.size), self.ground.map(narrow));
         let directions = directions(self.rays, 1.0);
-        let share = move |cast: &Cast, place: &Place| {
+        let share = move |cast: &Cast, place: &TexelPoint| {
             let origin = place.at + place.flat * bias;
             let turn = turned(place.normal);
             let (mut free, mut all) = (0u16, 0u16);
-            // What lies behind the triangle itself is not in anything's way.
+            // Skip directions behind the triangle itself.
             for d in directions.iter().map(|d| turn(*d)).filter(|d| d.dot(place.flat) > 0.0) {
                 let floor = ground.map_or(f32::INFINITY, |ground| (ground - origin.z) / d.z);
                 let open = !(floor > 0.0 && floor < distance) && cast.rays.escapes(origin, d, distance);
@@ -85,7 +86,8 @@ mod tests {
     use shibo_engine::value::Value;
     use shibo_kernel::mesh::fields;
 
-    /// A ball on a floor sees the part ½(1 + cos) of the sky, cos being that between its normal and up.
+    /// A ball on a floor sees the share ½(1 + cos) of the sky; cos is the cosine of the angle between its normal and
+    /// up.
     #[test]
     fn a_ball_on_a_floor_sees_a_part_of_the_sky() {
         let inputs = [atlas_of(&MeshShape { shape: MeshForm::Sphere, segments: 96, ..MeshShape::default() })];
@@ -104,7 +106,7 @@ mod tests {
             let want = 0.5 * (1.0 + places.plane(2)[k] / 30.0);
             worst = worst.max((tile.plane(0)[k] - want).abs());
         }
-        // 256 even directions are off by less than twice the deviation of as many by chance.
+        // The error of 256 evenly spread directions is less than twice the standard deviation of as many random ones.
         assert!(worst < 2.0 * 0.5 / 16.0, "{worst}");
         check_field(&field(&BakeOcclusion { atlas: port(0), rays: 8, ..BakeOcclusion::default() }, &inputs));
     }

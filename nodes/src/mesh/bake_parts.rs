@@ -6,20 +6,20 @@ use shibo_engine::value::{Atlas, Field, Stop, Tiling, Type};
 use shibo_kernel::mesh::{bake, fields};
 use std::sync::Arc;
 
-/// What is numbered.
+/// The parts to number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Parts {
     /// The parts that the file names: objects and their materials.
     #[default]
     Part,
-    /// What is connected in space.
+    /// Connected pieces in space.
     Piece,
-    /// What is connected on the canvas.
+    /// Connected pieces on the canvas.
     Chart,
 }
 
 impl Parts {
-    /// The numbers of all triangles, from 1.
+    /// The numbers of all triangles, starting at 1.
     pub(super) fn numbers(self, atlas: &Atlas) -> Vec<f32> {
         #[expect(clippy::cast_precision_loss, reason = "there are fewer than 2²⁴ triangles")]
         match self {
@@ -40,7 +40,7 @@ impl Parts {
     }
 }
 
-/// The number of the part that each texel belongs to, from 1; 0 beyond charts and their gutters.
+/// The number of the part to which each texel belongs, starting at 1; 0 beyond charts and their gutters.
 ///
 /// ```ron
 /// "cup": MeshShape(shape: Cylinder),
@@ -54,7 +54,7 @@ impl Parts {
 pub struct BakeParts {
     /// The atlas.
     pub atlas: In<Atlas>,
-    /// What is numbered.
+    /// The parts to number.
     pub by: Parts,
 }
 

@@ -1,4 +1,4 @@
-//! [`BakePosition`]: where each texel lies on the surface.
+//! [`BakePosition`]: the position of each texel on the surface.
 //!
 //! `X = P0 + J_f·(x - U0)` of the texel's triangle, see [`kernel::bake`](shibo_kernel::mesh::bake). Cost: about 15 ns a
 //! texel, finding its triangle included.
@@ -7,22 +7,23 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Atlas, Stop, Tiling, Type};
-use shibo_kernel::mesh::motion::Motion;
+use shibo_kernel::mesh::motion::RigidMotion;
 use shibo_kernel::mesh::{bake, fields};
 
-/// What places are measured from.
+/// Reference of the positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Relative {
     /// The origin, in mm.
     #[default]
     None,
-    /// The box around the mesh: 0 to 1 from one side to the other, along each axis by itself.
+    /// The box around the mesh: 0 to 1 from one side to the other, along each axis separately.
     Bounds,
 }
 
-/// The place in space of each texel: x, y and z in the channels of a colour.
+/// The position of each texel in space: x, y and z in the channels of a colour.
 ///
-/// It goes on for two texels beyond the border of each chart, as if its triangles did; farther out it is 0.
+/// Positions continue for two texels beyond the border of each chart, as if its triangles did; farther out the value is
+/// 0.
 ///
 /// ```ron
 /// "ball": MeshShape(shape: Torus),
@@ -36,7 +37,7 @@ pub enum Relative {
 pub struct BakePosition {
     /// The atlas.
     pub atlas: In<Atlas>,
-    /// What places are measured from.
+    /// Reference of the positions.
     pub relative: Relative,
 }
 
@@ -58,10 +59,10 @@ impl Node for BakePosition {
             return Ok(Outputs::one(fields::places(&atlas)));
         }
         let [low, high] = atlas.mesh.bounds();
-        // A flat mesh lies at 0 along the axis across it.
+        // Along an axis without extent, all positions of the mesh are 0.
         let scale = (high - low).to_array().map(|length| if length > 0.0 { 1.0 / length } else { 0.0 });
         let turn = DMat3::from_diagonal(DVec3::from_array(scale));
-        let motion = Motion { turn, shift: -(turn * low) };
+        let motion = RigidMotion { turn, shift: -(turn * low) };
         Ok(Outputs::one(fields::baked(Type::Rgb, &atlas, move |texels, planes| {
             if let Ok(planes) = <[&mut [f32]; 3]>::try_from(planes) {
                 bake::places(texels, |_| motion, planes);
@@ -85,7 +86,7 @@ mod tests {
         }
     }
 
-    /// A sheet's places are those of the canvas.
+    /// The positions of a flat sheet are those of the canvas.
     #[test]
     fn relative_places_go_from_0_to_1() {
         let plane = MeshShape { shape: MeshForm::Plane, size: (30.0, 30.0, 1.0), ..MeshShape::default() };

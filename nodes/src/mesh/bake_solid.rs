@@ -1,49 +1,50 @@
-//! [`BakeSolid`]: what a surface shows of a solid.
+//! [`BakeSolid`]: the surface of a mesh cut out of a solid.
 //!
 //! Source: Momoi & Takatera 2014, §4.1, §4.2 (rows B25, B26, B29): surfaces of any form, placed anywhere in the tree, a
-//! point for each pixel. Beyond the source: footprints that do not depend on how charts lie on the canvas (row B30), and
-//! parts from other places of the tree. Cost: that of the solid; about three times as much in `Space`.
+//! point for each pixel. Beyond the source: footprints that do not depend on the layout of the charts (row B30), and
+//! parts cut from other places of the tree. Cost: that of the solid; about three times as much in `Space`.
 use super::bake_parts::Parts;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{
-    Atlas, Cut, Field, FieldSource, Given, Grid, Pieces, Read, Solid, Stop, Tile, Tiling, Type, Window,
+    Atlas, Cut, Field, FieldSource, Given, Grid, PieceMap, Read, Solid, Stop, Tile, Tiling, Type, Window,
 };
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::bake;
 use shibo_kernel::mesh::fields;
-use shibo_kernel::mesh::motion::{Motion, Scatter, motions};
+use shibo_kernel::mesh::motion::{RigidMotion, Scatter, motions};
 use std::sync::Arc;
 
-/// What the width of a texel is, where rings are thinner.
+/// Definition of the width of a texel, which matters where rings are thinner than texels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Footprint {
-    /// The same everywhere, along the surface: charts agree about their common border, unless the surface has an edge there.
+    /// The same everywhere, along the surface: charts agree at their common border, unless the surface has a sharp edge
+    /// there.
     #[default]
     Surface,
-    /// The same everywhere, in all directions of space: charts agree everywhere. Takes about three times as long, and makes thin
-    /// rings softer where the surface runs along them.
+    /// The same everywhere, in all directions of space: charts agree everywhere. Takes about three times as long, and
+    /// blurs thin rings where the surface runs along them.
     Space,
-    /// The texel's own: sharpest where texels are stretched, but charts do not agree.
+    /// The width of each texel itself: sharpest where texels are stretched, but charts do not agree at borders.
     Texel,
 }
 
-/// What is cut from another place of the solid each.
+/// The pieces that are each cut from another place of the solid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum CutBy {
-    /// Nothing: the mesh is cut out as it is.
+    /// None: the mesh is cut out as a whole.
     #[default]
     None,
     /// Each part that the file names.
     Part,
-    /// Each piece that is connected in space.
+    /// Each connected piece.
     Piece,
 }
 
-/// How parts lie in the solid.
+/// Orientation of parts in the solid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum AlignParts {
     /// As they lie in the mesh.
@@ -55,12 +56,12 @@ pub enum AlignParts {
 
 /// The texture of a mesh that is cut out of a solid: a turned bowl, a chair.
 ///
-/// Each texel shows the solid at its place on the surface, in mm; the mesh and the solid share one space, z up along the
-/// trunk. Place the solid by `PlaceInTree` first to cut the mesh from elsewhere. It goes on for two texels beyond charts;
-/// `DilateGutter` carries it farther.
+/// Each texel shows the solid at its place on the surface, in mm; the mesh and the solid share one space, z up along
+/// the trunk. To cut the mesh from elsewhere, place the solid by `PlaceInTree` first. The texture continues for two
+/// texels beyond charts; `DilateGutter` extends it farther.
 ///
-/// Here `RingColor` makes the borders of years at least 0.06 years wide, unless its `border` says otherwise: charts then agree
-/// about rings of 24 texels and more.
+/// On meshes `RingColor` makes the borders of years at least 0.06 years wide, unless its `border` is given: charts then
+/// agree for rings of 24 texels and more.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -80,25 +81,25 @@ pub enum AlignParts {
 pub struct BakeSolid {
     /// The atlas.
     pub atlas: In<Atlas>,
-    /// What the mesh is cut out of.
+    /// The solid from which the mesh is cut.
     pub solid: In<AnySolid>,
-    /// What the width of a texel is.
+    /// Definition of the width of a texel.
     pub footprint: Footprint,
-    /// What is cut from another place each.
+    /// The pieces that are each cut from another place.
     pub by: CutBy,
-    /// With `by`: how far parts are moved at most along x, y and z, one way or the other.
+    /// With `by`: largest random shift of parts along x, y and z, either way.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub spread: (f64, f64, f64),
-    /// With `by`: how far parts are turned at most about z, one way or the other.
+    /// With `by`: largest random rotation of parts about z, either way.
     #[schemars(range(min = 0, max = 180), extend("unit" = "°"))]
     pub turn: f64,
-    /// With `by`: how parts lie.
+    /// With `by`: orientation of parts in the solid.
     pub align: AlignParts,
-    /// With `by`: another number cuts them elsewhere.
+    /// With `by`: another seed cuts parts from other places.
     pub seed: u64,
 }
 
-/// What tells a cut from others of the same atlas.
+/// Bytes of numbers, for cache keys that tell apart the cuts of one atlas.
 fn bytes(numbers: &[f64]) -> Vec<u8> {
     numbers.iter().flat_map(|n| (n + 0.0).to_bits().to_le_bytes()).collect()
 }
@@ -111,7 +112,7 @@ fn largest(atlas: &Atlas) -> f64 {
 }
 
 impl BakeSolid {
-    /// The numbers that tell motions apart.
+    /// Cache key of the motions of the parts.
     fn motion_key(&self, seed: u64) -> Vec<u8> {
         if self.by == CutBy::None {
             return Vec::new();
@@ -121,7 +122,7 @@ impl BakeSolid {
         [&[self.by as u8][..], &bytes(&[x, y, z, self.turn, upright]), &seed.to_le_bytes()].concat()
     }
 
-    /// The places of texels in the solid.
+    /// The positions of texels in the solid.
     fn places(&self, atlas: &Arc<Atlas>, seed: u64) -> Field {
         let of: Vec<u32> = match self.by {
             CutBy::None => return fields::places(atlas),
@@ -136,7 +137,7 @@ impl BakeSolid {
         };
         let motions = motions(&atlas.mesh, &of, &scatter);
         let motion = move |n: usize| {
-            of.get(n).and_then(|part| motions.get(*part as usize)).map_or(Motion::NONE, |motion| *motion)
+            of.get(n).and_then(|part| motions.get(*part as usize)).map_or(RigidMotion::NONE, |motion| *motion)
         };
         let places = fields::baked(Type::Rgb, atlas, move |texels, planes| {
             if let Ok(planes) = <[&mut [f32]; 3]>::try_from(planes) {
@@ -146,13 +147,13 @@ impl BakeSolid {
         places.keyed(atlas.key_of("places of parts", &self.motion_key(seed)))
     }
 
-    /// The cut that the surface makes.
+    /// The cut of the solid along the surface.
     fn cut(&self, atlas: &Arc<Atlas>, place: Field, seed: u64) -> Cut {
         let parameters = [&[self.footprint as u8][..], &self.motion_key(seed)].concat();
         let key = atlas.key_of("surface of a mesh", &parameters);
         let ids = Parts::Chart.field(atlas).keyed(atlas.key_of("charts", &[]));
         let scale = if self.footprint == Footprint::Texel { largest(atlas) } else { atlas.scale() };
-        let pieces = Pieces { ids, planes: None, holes: true };
+        let pieces = PieceMap { ids, planes: None, holes: true };
         let rounded = fields::baked(Type::Rgb, atlas, |texels, planes| {
             if let Ok(planes) = <[&mut [f32]; 3]>::try_from(planes) {
                 bake::rounded(texels, planes);
@@ -177,7 +178,7 @@ fn width(scale: f64, grid: &Grid) -> f64 {
     scale * (grid.step.x * grid.step.y).sqrt()
 }
 
-/// A solid at the texels of an atlas, each for itself.
+/// A solid at the texels of an atlas, each computed on its own.
 struct InSpace {
     solid: Solid,
     place: Field,
@@ -185,7 +186,7 @@ struct InSpace {
     scale: f64,
 }
 
-/// So many texels are computed at a time.
+/// Number of texels computed at a time.
 const AT_ONCE: usize = 8192;
 
 impl FieldSource for InSpace {

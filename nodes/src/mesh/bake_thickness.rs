@@ -1,8 +1,8 @@
-//! [`BakeThickness`]: how much of the body lies behind each texel.
+//! [`BakeThickness`]: the thickness of the body behind each texel.
 //!
-//! Rays inwards in a cone about the normal, see [`kernel::rays`](shibo_kernel::mesh::rays): the mean way to the other side.
-//! Cost: about 0.4 µs a ray.
-use super::cast::{Cast, Place};
+//! Casts rays inwards in a cone about the normal, see [`kernel::rays`](shibo_kernel::mesh::rays), and takes their mean
+//! length to the other side. Cost: about 0.4 µs a ray.
+use super::cast::{Cast, TexelPoint};
 use super::each::each;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,9 +11,10 @@ use shibo_engine::value::{Atlas, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::rays::{directions, turned};
 
-/// How thick the body is behind each texel, in mm: for light that shines through, and for what wears or burns through first.
+/// The thickness of the body behind each texel, in mm: for light that shines through, and for thin places that wear or
+/// burn through first.
 ///
-/// Beyond charts and their gutters it is 0.
+/// Beyond charts and their gutters the value is 0.
 ///
 /// ```ron
 /// "cup": MeshShape(shape: Lathe),
@@ -28,13 +29,13 @@ use shibo_kernel::mesh::rays::{directions, turned};
 pub struct BakeThickness {
     /// The atlas.
     pub atlas: In<Atlas>,
-    /// How many rays are cast from each texel.
+    /// Number of rays cast from each texel.
     #[schemars(range(min = 1, max = 4096))]
     pub rays: u32,
-    /// How far rays are spread: half the angle of their cone.
+    /// Spread of the rays: half the angle of their cone.
     #[schemars(range(min = 0, max = 89), extend("unit" = "°"))]
     pub cone: f64,
-    /// The largest thickness that counts, also where a ray leaves the body nowhere; the size of the mesh by default.
+    /// Upper limit of the thickness, also used for rays that never leave the body; the size of the mesh by default.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e7, "unit" = "mm"))]
     pub most: Option<f64>,
 }
@@ -63,7 +64,7 @@ impl Node for BakeThickness {
         let bias = narrow(1e-4 * cast.size);
         let sin = libm::sin(self.cone.to_radians());
         let directions = directions(self.rays, sin * sin);
-        let thickness = cast.field(0.0, move |cast: &Cast, place: &Place| {
+        let thickness = cast.field(0.0, move |cast: &Cast, place: &TexelPoint| {
             let origin = place.at - place.flat * bias;
             let turn = turned(-place.normal);
             let ways = directions.iter().map(|d| cast.rays.reach(origin, turn(*d), most));
@@ -84,9 +85,9 @@ mod tests {
     use shibo_engine::value::Value;
     use shibo_kernel::mesh::fields;
 
-    /// In the middle of a large slab of 12 mm a ray goes 12 mm / cos.
+    /// In the middle of a large slab of 12 mm a ray is 12 mm / cos long.
     #[test]
-    fn a_slab_is_as_thick_as_it_is() {
+    fn slab_has_its_thickness() {
         let slab = MeshShape { shape: MeshForm::Cube, size: (400.0, 400.0, 12.0), ..MeshShape::default() };
         let inputs = [atlas_of(&slab)];
         let Value::Atlas(atlas) = &inputs[0] else { panic!() };
@@ -94,7 +95,7 @@ mod tests {
             let node = BakeThickness { atlas: port(0), rays: 256, cone, ..BakeThickness::default() };
             let tile = render(&node, &inputs);
             let sin2 = cone.to_radians().sin().powi(2);
-            // The mean of 1/cos over directions that are as dense as their cosine.
+            // The mean of 1/cos over directions with a density proportional to their cosine.
             let mean = if sin2 > 0.0 { 2.0 * (1.0 - (1.0 - sin2).sqrt()) / sin2 } else { 1.0 };
             let places = raster(&fields::places(atlas), &canvas());
             let mut found = 0;

@@ -1,40 +1,40 @@
-//! Fields that are found by casting rays from each texel.
+//! Fields that are computed by casting rays from each texel.
 use shibo_engine::value::{Atlas, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::mesh::bake::{self, Texels};
 use shibo_kernel::mesh::fields;
 use shibo_kernel::mesh::rays::Rays;
 use std::sync::Arc;
 
-/// A surface and what is needed to cast rays at it.
+/// A surface and the data needed to cast rays at it.
 pub(super) struct Cast {
     atlas: Arc<Atlas>,
     texels: Field,
-    /// The surface.
+    /// The surface, prepared for rays.
     pub(super) rays: Rays,
-    /// The diameter of a ball that holds the mesh, in mm.
+    /// Length of the diagonal of the mesh's bounding box, in mm.
     pub(super) size: f64,
 }
 
 /// A texel on the surface.
-pub(super) struct Place {
-    /// Where it is.
+pub(super) struct TexelPoint {
+    /// Its position.
     pub(super) at: glam::Vec3,
-    /// The normal, smooth between vertices: charts agree about it at their borders.
+    /// The normal, interpolated between vertices, so that charts agree at their borders.
     pub(super) normal: glam::Vec3,
-    /// That of its triangle.
+    /// The normal of its triangle.
     pub(super) flat: glam::Vec3,
 }
 
 impl Cast {
-    /// Sorts the triangles of the surface.
+    /// Prepares the triangles of the surface for rays.
     pub(super) fn new(atlas: &Arc<Atlas>) -> Self {
         let [low, high] = atlas.mesh.bounds();
         let size = (high - low).length();
         Self { atlas: atlas.clone(), texels: fields::texels(atlas), rays: Rays::new(&atlas.mesh), size }
     }
 
-    /// The field of what `value` makes of each texel, and `empty` where there is none.
-    pub(super) fn field(self, empty: f32, value: impl Fn(&Self, &Place) -> f32 + Send + Sync + 'static) -> Field {
+    /// The field of `value` at each texel; `empty` where there is no texel.
+    pub(super) fn field(self, empty: f32, value: impl Fn(&Self, &TexelPoint) -> f32 + Send + Sync + 'static) -> Field {
         Field::new(Type::Gray, Tiling::NONE, Source { cast: self, empty, value }).overwriting()
     }
 }
@@ -45,7 +45,7 @@ struct Source<F> {
     value: F,
 }
 
-impl<F: Fn(&Cast, &Place) -> f32 + Send + Sync> FieldSource for Source<F> {
+impl<F: Fn(&Cast, &TexelPoint) -> f32 + Send + Sync> FieldSource for Source<F> {
     fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
         vec![Read::new(&self.cast.texels, grid, window)]
     }
@@ -61,17 +61,17 @@ impl<F: Fn(&Cast, &Place) -> f32 + Send + Sync> FieldSource for Source<F> {
         for (k, out) in out.plane_mut(0).iter_mut().enumerate() {
             *out = self.empty;
             if let Some(n) = shibo_kernel::mesh::texels::triangle(texels.values[k]) {
-                // A ray takes a while.
+                // Rays are slow: check for cancellation.
                 given.check()?;
                 let flat = atlas.mesh.cross(n).normalize_or_zero().as_vec3();
-                *out = (self.value)(&self.cast, &Place { at: at(k, 0), normal: at(k, 3), flat });
+                *out = (self.value)(&self.cast, &TexelPoint { at: at(k, 0), normal: at(k, 3), flat });
             }
         }
         Ok(())
     }
 
     fn bytes(&self) -> usize {
-        // Boxes and triangles.
+        // Bounding boxes and triangles.
         100 * self.cast.atlas.mesh.triangles.len()
     }
 }

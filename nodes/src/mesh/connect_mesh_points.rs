@@ -9,7 +9,7 @@ use shibo_engine::value::{Stop, SurfaceNet, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::links::Points;
 
-/// Which points of a surface are linked.
+/// Rule that decides which points of a surface are linked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum MeshNeighbors {
     /// Neighbours: points whose cells touch, about six for each.
@@ -19,7 +19,7 @@ pub enum MeshNeighbors {
     Radius(f64),
 }
 
-/// The most links.
+/// Maximum number of links.
 const MOST: usize = 4_000_000;
 
 /// Links the points of a mesh with their neighbours.
@@ -38,10 +38,10 @@ const MOST: usize = 4_000_000;
 pub struct ConnectMeshPoints {
     /// The points.
     pub net: In<SurfaceNet>,
-    /// Which points are linked.
+    /// Rule that decides which points are linked.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub neighbors: MeshNeighbors,
-    /// `Delaunay` links points that are at most this far apart.
+    /// With `Delaunay`: the largest distance between linked points.
     #[schemars(range(min = 1, max = 10), extend("unit" = "pitch"))]
     pub longest: f64,
 }

@@ -1,7 +1,8 @@
-//! [`DilateGutter`]: carries what charts show on beyond their borders.
+//! [`DilateGutter`]: extends a texture beyond the borders of charts.
 //!
-//! Ring by ring the mean of the neighbours that are filled already, see [`kernel::dilate`](shibo_kernel::mesh::dilate). What
-//! is farther away comes from a small picture of the canvas. Cost: O(pixels · width) near borders.
+//! Fills texels ring by ring with the mean of the neighbours that are filled already, see
+//! [`kernel::dilate`](shibo_kernel::mesh::dilate). Texels farther away come from a small picture of the canvas. Cost:
+//! O(pixels · width) near borders.
 use crate::on_atlas::{Carried, Reach};
 use glam::DVec2;
 use schemars::JsonSchema;
@@ -14,30 +15,31 @@ use shibo_kernel::mesh::dilate::Picture;
 use shibo_kernel::mesh::fields;
 use std::sync::Arc;
 
-/// Where values beyond a border come from.
+/// Source of the values beyond a border.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum DilateMode {
     /// From the nearest texels of the chart.
     #[default]
     Nearest,
-    /// From where the surface goes on beyond the border, in another chart: filters that read there see no border. This needs
-    /// the whole picture; normals turn with their charts.
+    /// From the other chart in which the surface continues beyond the border: filters that read there see no border.
+    /// This needs the whole picture; normals are rotated with their charts.
     Across,
 }
 
-/// What becomes of texels farther away.
+/// Values of texels farther away.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Rest {
-    /// They keep what the input has there.
+    /// They keep the value of the input.
     #[default]
     Keep,
-    /// They get roughly what the nearest charts show, for smaller and smaller pictures of the whole (mip-maps).
+    /// They get roughly the values of the nearest charts, for use in mip-maps.
     Nearest,
 }
 
-/// Carries a texture on beyond the borders of its charts, so that no renderer mixes in what lies between them.
+/// Extends a texture beyond the borders of its charts, so that no renderer mixes in the texels between charts.
 ///
-/// Texels in charts, and those up to two beyond their borders, stay as they are. Ids are never mixed: the lowest neighbour wins.
+/// Texels in charts, and up to two texels beyond their borders, stay unchanged. Ids are never mixed: the lowest id
+/// among the neighbours is used.
 ///
 /// ```ron
 /// "ball": MeshShape(shape: Cube),
@@ -54,12 +56,12 @@ pub struct DilateGutter {
     pub input: In<EveryField>,
     /// The atlas.
     pub atlas: In<Atlas>,
-    /// Where values come from.
+    /// Source of the values beyond a border.
     pub mode: DilateMode,
-    /// How far they are carried.
+    /// Number of texels by which charts are extended.
     #[schemars(range(min = 1, max = 256), extend("unit" = "px"))]
     pub width: u32,
-    /// What becomes of texels farther away.
+    /// Values of texels farther away.
     pub rest: Rest,
 }
 
@@ -69,7 +71,7 @@ impl Default for DilateGutter {
     }
 }
 
-/// The pixels along the longer side of the small picture that far texels are taken from.
+/// Pixels along the longer side of the small picture that supplies far texels.
 const SMALL: u32 = 256;
 
 struct Dilated {
@@ -81,7 +83,7 @@ struct Dilated {
 }
 
 impl Dilated {
-    /// Whether numbers must not be mixed.
+    /// True for ids, which must not be mixed.
     fn lowest(&self) -> bool {
         self.input.ty() == Type::Ids
     }
@@ -94,7 +96,7 @@ impl Dilated {
         }
     }
 
-    /// The small picture's pixels: the same whatever grid is asked for.
+    /// The grid and window of the small picture, independent of the output's grid.
     fn small(&self) -> (Grid, Window) {
         let pixels = Resolution::Longer(SMALL).of(self.size);
         (
@@ -103,7 +105,7 @@ impl Dilated {
         )
     }
 
-    /// The small picture at the centre of a pixel, even between its own.
+    /// The small picture at a place, interpolated linearly.
     fn far(small: &Tile, channel: usize, at: DVec2) -> f32 {
         let last = DVec2::new(small.width() as f64 - 1.0, small.height() as f64 - 1.0);
         let at = (at / small.grid.step - 0.5).clamp(DVec2::ZERO, last);
@@ -143,7 +145,7 @@ impl FieldSource for Dilated {
                 let from = plane[start..start + out.width()].iter().zip(filled).zip(window.x..);
                 for (value, ((from, filled), x)) in out.row_mut(channel, row).iter_mut().zip(from) {
                     *value = match given.prepared() {
-                        // Numbers are taken whole.
+                        // Ids are not interpolated.
                         Some(small) if !filled && self.lowest() => Self::far(
                             small,
                             channel,
@@ -186,7 +188,7 @@ impl FieldSource for Dilated {
     }
 }
 
-/// A texture whose texels around the charts of an atlas are filled, near ones exactly: what is put into exported files.
+/// A texture with filled texels around the charts of an atlas, near ones exactly. Exported files use it.
 pub fn filled(input: &Field, atlas: &Arc<Atlas>) -> Field {
     if input.as_constant().is_some() {
         return input.clone();
@@ -250,9 +252,9 @@ mod tests {
         }
     }
 
-    /// What is in charts stays, and with `rest: Nearest` nothing is left empty.
+    /// Texels in charts stay unchanged, and with `rest: Nearest` no texel is left empty.
     #[test]
-    fn charts_keep_what_they_show() {
+    fn keeps_texels_in_charts() {
         let inputs = inputs();
         let Value::Field(before) = &inputs[0] else { panic!() };
         let Value::Atlas(atlas) = &inputs[1] else { panic!() };
@@ -269,9 +271,9 @@ mod tests {
         }
     }
 
-    /// `Across` carries on what lies beyond the border on the surface.
+    /// With `Across`, texels beyond a border show the surface beyond it.
     #[test]
-    fn the_surface_goes_on_across_borders() {
+    fn continues_surface_across_borders() {
         let inputs = inputs();
         let across = DilateGutter { mode: DilateMode::Across, ..node(2, Rest::Keep) };
         let (Value::Field(before), Value::Atlas(atlas)) = (&inputs[0], &inputs[1]) else { panic!() };
@@ -283,7 +285,7 @@ mod tests {
             if own {
                 assert!((0..3).all(|c| after.plane(c)[k] == before.plane(c)[k]));
             } else if texels.plane(0)[k] < 0.0 {
-                // A place of the cube's surface, where the extended triangle has left it.
+                // The place lies on the cube's surface, which an extended triangle would leave.
                 let most = place.iter().fold(0.0f64, |most, v| most.max(v.abs()));
                 assert!((20.0..=30.01).contains(&most), "{place:?}");
                 changed += usize::from((0..3).any(|c| after.plane(c)[k] != before.plane(c)[k]));

@@ -16,31 +16,31 @@ use shibo_kernel::mesh::grooves::{Groove, Grooves, across};
 use shibo_kernel::strokes::{Combine, CrossSection, StrokeStyle};
 use std::sync::{Arc, OnceLock};
 
-/// Which links of a surface get a groove.
+/// The links of a surface that get a groove.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum MeshLinks {
-    /// All of them.
+    /// All links.
     #[default]
     All,
-    /// Those whose springs hold.
+    /// Links whose springs hold.
     Intact,
-    /// Those whose springs broke.
+    /// Links whose springs broke.
     Broken,
 }
 
-/// What decides which grooves of a surface are wide and deep.
+/// Property that decides which grooves of a surface are wide and deep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum MeshVaryBy {
-    /// Chance alone.
+    /// Random.
     #[default]
     Random,
     /// The length of the link: long links make wide and deep grooves.
     Length,
-    /// How far the link was stretched by the motion.
+    /// The stretch of the link by the motion.
     Stretch,
 }
 
-/// Draws a groove across the middle of each link of a surface: wrinkles that have no seams, whatever the charts.
+/// Draws a groove across the middle of each link of a surface: wrinkles without seams, independent of the charts.
 ///
 /// ```ron
 /// "ball": MeshShape(shape: Sphere),
@@ -50,15 +50,15 @@ pub enum MeshVaryBy {
 /// "example": DrawMeshWrinkles(net: "links", atlas: "atlas", width: (0.5, 1.2), depth: 0.4, taper: 0.4),
 /// ```
 ///
-/// No other program has it; nearest is drawing strokes in Substance Painter.
+/// No other program has this; drawing strokes in Substance Painter comes closest.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DrawMeshWrinkles {
     /// The points and links.
     pub net: In<SurfaceNet>,
-    /// The atlas on which they are drawn.
+    /// The atlas on which to draw.
     pub atlas: In<Atlas>,
-    /// Which links get a groove.
+    /// The links that get a groove.
     pub only: MeshLinks,
     /// Length of a groove, as a share of the length of its link; 0.62 just closes the cells.
     #[schemars(range(min = 0, max = 10))]
@@ -69,25 +69,25 @@ pub struct DrawMeshWrinkles {
     /// Depth of the shallowest and of the deepest groove.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
     pub depth: Range,
-    /// What decides which grooves are wide and deep.
+    /// Property that decides which grooves are wide and deep.
     pub vary_by: MeshVaryBy,
-    /// How much `vary_by` decides, 0 to 1; chance decides the rest.
+    /// Weight of `vary_by`, 0 to 1; the rest is random.
     #[schemars(range(min = 0, max = 1))]
     pub mix: f64,
     /// The cross-section.
     pub profile: CrossSection,
-    /// Standard deviation of the `Gaussian`, as a share of the width.
+    /// Standard deviation of the `Gaussian` cross-section, as a share of the width.
     #[schemars(range(min = 0.02, max = 1))]
     pub sigma: f64,
-    /// How much narrower a groove is at its ends.
+    /// Narrowing of a groove at its ends, 0..1.
     #[schemars(range(min = 0, max = 1))]
     pub taper: f64,
-    /// The least width in texels; narrower grooves are drawn this wide, and fade.
+    /// Minimum width in texels; narrower grooves are drawn this wide, and fade.
     #[schemars(range(min = 0, max = 100), extend("unit" = "px"))]
     pub min_width: f64,
     /// How grooves that overlap are combined.
     pub combine: Combine,
-    /// Another number gives the same grooves other widths and depths.
+    /// Another seed gives the same grooves other widths and depths.
     pub seed: u64,
 }
 
@@ -132,7 +132,7 @@ impl DrawMeshWrinkles {
         let mut sorted = now.clone();
         sorted.sort_by(f64::total_cmp);
         let median = sorted.get(sorted.len() / 2).copied().unwrap_or(1.0).max(f64::MIN_POSITIVE);
-        // From 0.55 of the usual, the narrowest, to 1.45, the widest.
+        // Maps 0.55 of the usual value to 0 (narrowest) and 1.45 to 1 (widest).
         let spread = |ratio: f64| ((ratio - 0.55) / 0.9).clamp(0.0, 1.0);
         let decided = |link: usize| match self.vary_by {
             MeshVaryBy::Random => None,
@@ -181,11 +181,11 @@ impl Node for DrawMeshWrinkles {
     }
 }
 
-/// Grooves, sorted when the first tile is filled.
+/// Grooves that are sorted when the first tile is filled.
 struct Lazy {
     list: Vec<Groove>,
     style: StrokeStyle,
-    /// For texels of up to a certain size, which coarse pictures exceed.
+    /// The sorted grooves, and the largest texel for which they are sorted.
     sorted: OnceLock<(f32, Grooves)>,
 }
 
@@ -197,7 +197,7 @@ struct Drawn {
 }
 
 impl Drawn {
-    /// The mean distance of neighbouring texels on the surface, in mm.
+    /// The mean distance between neighbouring texels on the surface, in mm.
     fn pixel(&self, grid: &Grid) -> f32 {
         narrow((grid.step.x * grid.step.y).sqrt() * self.atlas.scale())
     }
@@ -218,7 +218,7 @@ impl FieldSource for Drawn {
         let sort = |pixel| (pixel, Grooves::new(lazy.list.clone(), lazy.style, pixel));
         let sorted = lazy.sorted.get_or_init(|| sort(pixel));
         let own;
-        // A coarser picture draws wider grooves, which reach farther.
+        // A coarser picture draws wider grooves, so they are sorted again for it.
         let grooves = if sorted.0 >= pixel {
             &sorted.1
         } else {

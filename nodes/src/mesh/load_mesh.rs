@@ -1,8 +1,8 @@
 //! [`LoadMesh`]: a mesh from a file.
 //!
-//! OBJ and glTF, read by [`read`]; then units and axes are turned to mm and z up, corners at the same place become
-//! one, triangles without area are dropped, and those of a piece are made to agree about which side is outside. Cost: about
-//! 1 µs a triangle of OBJ, a third of that of glTF.
+//! Files are read by [`read`]. Then units and axes are converted to mm and z up, corners at the same place are merged,
+//! triangles without area are dropped, and the triangles of each piece are oriented alike. Cost: about 1 µs a triangle
+//! of OBJ, a third of that of glTF.
 use super::read::{self, Contents, MOST_TRIANGLES, ReadError};
 use glam::{DVec3, Vec3};
 use schemars::JsonSchema;
@@ -16,10 +16,10 @@ use std::path::{Path, PathBuf};
 
 mod gaps;
 
-/// What a file's unit is.
+/// Unit of a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum LengthUnit {
-    /// Metres in glTF, as its standard says; millimetres in OBJ, which says nothing.
+    /// Metres in glTF, as its standard defines; millimetres in OBJ, which defines no unit.
     #[default]
     Auto,
     /// Millimetres.
@@ -32,7 +32,7 @@ pub enum LengthUnit {
     Inch,
 }
 
-/// Which axis of a file points up.
+/// The axis of a file that points up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum UpAxis {
     /// y, as in glTF and in most OBJ.
@@ -42,26 +42,27 @@ pub enum UpAxis {
     Z,
 }
 
-/// What is moved to the origin.
+/// The point of a mesh that is moved to the origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Center {
-    /// Nothing.
+    /// None: the mesh stays in place.
     #[default]
     None,
-    /// The middle of the box around the mesh.
+    /// The middle of the bounding box.
     Bounds,
-    /// The middle of that box's bottom.
+    /// The middle of the bottom of the bounding box.
     Base,
 }
 
 /// A mesh from an OBJ or glTF file, in mm, z up.
 ///
-/// Its objects and materials are its parts. Materials themselves, pictures, animations, skins, cameras and lights are left
-/// out. Files up to 512 MiB and 2 million triangles; glTF 2.0 without compression. Its instances (`EXT_mesh_gpu_instancing`) are
-/// all made, and `KHR_texture_transform` moves UVs, unless a texture only repeats. No other file is read than those named here.
+/// Objects and materials of the file become parts. The materials themselves, pictures, animations, skins, cameras and
+/// lights are ignored. Files may have up to 512 MiB and 2 million triangles; glTF 2.0 must be uncompressed. All
+/// instances of a glTF (`EXT_mesh_gpu_instancing`) are made, and `KHR_texture_transform` moves UVs, unless a texture
+/// only repeats. Only the files named here are read.
 ///
-/// Faces without UVs get no place in the picture if others have some, and corners without a normal that of the surface around
-/// them; a warning tells how many there are.
+/// If only some faces have UVs, the others get no place in the picture. Corners without a normal get the normal of the
+/// surface around them. A warning counts such faces.
 ///
 /// ```ron
 /// "cube": LoadMesh(path: "cube.obj", up: Z),
@@ -75,23 +76,23 @@ pub enum Center {
 pub struct LoadMesh {
     /// The file: `.obj`, `.glb` or `.gltf`; relative to the graph file.
     pub path: FilePath,
-    /// The `.bin` file beside a `.gltf` that keeps its numbers there.
+    /// The `.bin` file beside a `.gltf`, if its numbers are stored there.
     pub buffer: Option<FilePath>,
-    /// The unit of its lengths.
+    /// The unit of lengths in the file.
     pub unit: LengthUnit,
-    /// Which of its axes points up.
+    /// The axis of the file that points up.
     pub up: UpAxis,
-    /// Another factor on all lengths.
+    /// Additional factor on all lengths.
     #[schemars(range(min = 1e-6, max = 1e6))]
     pub scale: f64,
-    /// What is moved to the origin.
+    /// The point of the mesh that is moved to the origin.
     pub center: Center,
-    /// The UVs that are taken, where a glTF has several: the number of `TEXCOORD_0`, `TEXCOORD_1`, …
+    /// The set of UVs to use, if a glTF has several: the number of `TEXCOORD_0`, `TEXCOORD_1`, …
     #[schemars(range(max = 15))]
     pub uv_set: u32,
-    /// The only part that is taken: the name of an object, of a mesh or of a material. By default all.
+    /// The only part to load: the name of an object, a mesh or a material. By default all parts.
     pub part: String,
-    /// Corners that are no farther apart become one. 0: only those at the same place.
+    /// Corners at most this far apart are merged. 0 merges only corners at the same place.
     #[schemars(range(min = 0, max = 10), extend("unit" = "mm"))]
     pub weld: f64,
 }
@@ -112,10 +113,10 @@ impl Default for LoadMesh {
     }
 }
 
-/// The farthest a vertex may lie from the origin, in mm.
+/// Largest distance of a vertex from the origin, in mm.
 const FARTHEST: f64 = 1e7;
 
-/// What is wrong with a file, at the parameter that names it.
+/// The problem for a file that cannot be read, at the parameter that names it.
 fn problem(path: &Path, error: &ReadError) -> Problem {
     let (code, field) = match error {
         ReadError::NotFound(_) => (Code::FileNotFound, "path"),
@@ -132,7 +133,7 @@ fn problem(path: &Path, error: &ReadError) -> Problem {
     }
 }
 
-/// The file at a parameter.
+/// The file of a parameter.
 fn file<'a>(files: &'a [(&'static str, PathBuf)], name: &str) -> Option<&'a Path> {
     files.iter().find(|(field, _)| *field == name).map(|(_, path)| path.as_path())
 }
@@ -150,7 +151,7 @@ impl LoadMesh {
         unit * self.scale
     }
 
-    /// Keeps the triangles of the part that is wanted.
+    /// Keeps only the triangles of the selected part.
     fn keep_part(&self, mesh: &mut Mesh) -> Result<(), Problem> {
         if self.part.is_empty() {
             return Ok(());
@@ -165,7 +166,7 @@ impl LoadMesh {
             return Err(Problem::new(Code::BadValue, message).at("part").help(suggest(&self.part, "part", &words)));
         }
         topology::keep(mesh, |n, mesh| chosen.get(usize::from(mesh.parts[n])).copied().unwrap_or(false));
-        // Parts are numbered anew.
+        // Renumber the parts.
         let mut count = 0;
         let number = |chosen: &bool| {
             let number = count;
@@ -179,7 +180,7 @@ impl LoadMesh {
         Ok(())
     }
 
-    /// Turns units and axes, and moves the mesh to the origin.
+    /// Converts units and axes, and moves the mesh to the origin.
     fn place(&self, mesh: &mut Mesh, metres: bool, watch: &Watch<'_>) -> Result<(), Problem> {
         let (unit, up) = (self.unit_mm(metres), self.up);
         let turn = |p: DVec3| if up == UpAxis::Y { DVec3::new(p.x, -p.z, p.y) } else { p };
@@ -204,14 +205,14 @@ impl LoadMesh {
         Ok(())
     }
 
-    /// The mesh that the contents of a file make, and what is worth knowing about it.
+    /// The mesh made from the contents of a file, and warnings about it.
     pub(super) fn made(&self, contents: Contents, watch: &Watch<'_>) -> Result<(Mesh, Vec<Problem>), Problem> {
         let Contents { mut mesh, metres, left_out, notes } = contents;
         let mut advice = Vec::new();
         let mut tell = |message: String| advice.push(Problem::new(Code::Advice, message).at("path"));
         notes.into_iter().for_each(&mut tell);
         self.keep_part(&mut mesh)?;
-        // Vertices that no triangle has may lie anywhere.
+        // Drop vertices without a triangle, which may lie anywhere.
         topology::keep(&mut mesh, |_, _| true);
         self.place(&mut mesh, metres, watch)?;
         let dropped = topology::weld(&mut mesh, self.weld, watch);
@@ -240,7 +241,7 @@ impl LoadMesh {
     }
 }
 
-/// Advice about a mesh whose unit seems to be another one.
+/// Advice about a mesh that seems to have another unit.
 fn size_advice(mesh: &Mesh) -> Option<Problem> {
     let [low, high] = mesh.bounds();
     let largest = (high - low).max_element();
@@ -267,7 +268,7 @@ impl Node for LoadMesh {
         std::iter::once(("path", &self.path)).chain(buffer).collect()
     }
 
-    /// Looks through the files without making a mesh of them.
+    /// Checks the files without making a mesh.
     fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
         let Some(path) = file(files, "path") else { return Vec::new() };
         let found = read::check(path, file(files, "buffer"), self.uv_set);

@@ -1,7 +1,7 @@
-//! [`MeshAtlas`]: how a mesh lies on the canvas.
+//! [`MeshAtlas`]: the layout of a mesh on the canvas.
 //!
-//! Charts that are given are found by [`kernel::charts`](shibo_kernel::mesh::charts), new ones made by
-//! [`kernel::unwrap`](shibo_kernel::mesh::unwrap). Cost: O(triangles), about 1 µs each; new charts about 50 µs each.
+//! [`kernel::charts`](shibo_kernel::mesh::charts) finds given charts, [`kernel::unwrap`](shibo_kernel::mesh::unwrap)
+//! makes new ones. Cost: O(triangles), about 1 µs per triangle; with new charts about 50 µs.
 use super::bake_parts::Parts;
 use glam::{DVec3, Vec2};
 use rayon::prelude::*;
@@ -27,7 +27,7 @@ pub use udim::Udim;
 /// A place in mm.
 type Triple = (f64, f64, f64);
 
-/// Where charts come from.
+/// Source of the charts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum ChartSource {
     /// The mesh's own UVs, or new charts if it has none.
@@ -37,21 +37,22 @@ pub enum ChartSource {
     Given,
     /// New charts.
     New,
-    /// The charts of the mesh's own UVs, laid out anew: all at the same scale, with room between them.
+    /// The charts of the mesh's own UVs, packed again: all at the same scale, with gaps between them.
     Repack,
 }
 
-/// How much room is left around new charts, in texels of `page`.
+/// Space around new charts, in texels of `page`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Gutter {
-    /// So many texels.
+    /// This number of texels.
     Texels(u32),
-    /// Enough for two texels at each of so many levels, each half as fine as the one before.
+    /// Enough for two texels at each of this number of mip levels; each level has half the resolution of the one
+    /// before.
     Levels(u32),
 }
 
 impl Gutter {
-    /// In texels.
+    /// The gutter in texels.
     fn texels(self) -> u32 {
         match self {
             Self::Texels(n) => n,
@@ -63,14 +64,14 @@ impl Gutter {
 /// How new charts are packed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Pack {
-    /// By their shapes, also into hollows of others.
+    /// By shape, also into hollows of other charts.
     #[default]
     Shape,
-    /// In rows: much faster where there are many, and less dense.
+    /// In rows: much faster for many charts, but less dense.
     Fast,
 }
 
-/// What to do about triangles that lie over each other on the canvas.
+/// Reaction to triangles that overlap on the canvas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Overlap {
     /// A warning.
@@ -80,48 +81,50 @@ pub enum Overlap {
     Refuse,
 }
 
-/// Lays a mesh out on the canvas: each triangle gets its place in the picture, so that every texture on the canvas is one of
-/// the mesh.
+/// Lays a mesh out on the canvas: each triangle gets a place in the picture, so that textures on the canvas are
+/// textures of the mesh.
 ///
-/// The unit square of UVs is the canvas, v down; where UVs lie in several UDIM tiles, these lie side by side on it. Triangles that are connected there make a *chart*. Nodes that know nothing of
-/// meshes measure on the canvas; they are right on the surface if the canvas is as large as the charts, and a warning tells
-/// by how much it is not.
+/// The unit square of UVs is the canvas, v down; if UVs lie in several UDIM tiles, the tiles lie side by side on the
+/// canvas. Triangles that are connected on the canvas make a *chart*. Nodes without an atlas measure lengths on the
+/// canvas. These lengths are right on the surface if the canvas has the scale of the charts; if not, a warning gives
+/// the factor.
 ///
 /// ```ron
 /// "ball": MeshShape(shape: Sphere),
 /// "example": MeshAtlas(mesh: "ball", charts: New),
 /// ```
 ///
-/// Elsewhere: Blender *Smart UV Project*, *Pack Islands*; Houdini *UV Flatten*, *UV Layout*; Substance Painter *Auto-unwrap*.
+/// Elsewhere: Blender *Smart UV Project*, *Pack Islands*; Houdini *UV Flatten*, *UV Layout*; Substance Painter
+/// *Auto-unwrap*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeshAtlas {
     /// The mesh.
     pub mesh: In<Mesh>,
-    /// Where charts come from.
+    /// Source of the charts.
     pub charts: ChartSource,
-    /// For the mesh's own UVs: which UDIM tiles the canvas holds.
+    /// For the mesh's own UVs: the UDIM tiles that the canvas holds.
     pub udim: Udim,
-    /// For new charts: by how much a triangle may be turned away from the rest of its chart. Lower values give flatter charts
-    /// and more borders.
+    /// For new charts: largest angle between a triangle and the rest of its chart. Lower values give flatter charts and
+    /// more borders.
     #[schemars(range(min = 1, max = 89), extend("unit" = "°"))]
     pub angle: f64,
-    /// For new charts: the most by which areas in a chart may differ from those on the surface.
+    /// For new charts: largest factor between areas in a chart and on the surface.
     #[schemars(range(min = 1, max = 100))]
     pub stretch: f64,
-    /// For new charts: the grid on which they are packed, texels along the shorter side of the canvas.
+    /// For new charts: resolution of the packing grid, in texels along the shorter side of the canvas.
     #[schemars(range(min = 64, max = 16384), extend("unit" = "px"))]
     pub page: u32,
-    /// For new charts: how much room is left around each.
+    /// For new charts: space around each chart.
     #[schemars(extend("minimum" = 1, "maximum" = 4096))]
     pub gutter: Gutter,
-    /// For new charts: how they are packed.
+    /// For new charts: method of packing.
     pub pack: Pack,
-    /// For new charts: lines at which the surface is cut, each of at least two points on it. From each point to the next the cut
-    /// follows the shortest way along edges, but not through polygons. At most 10000 points.
+    /// For new charts: lines at which the surface is cut, each of at least two points on it. From each point to the
+    /// next the cut follows the shortest path along edges of polygons. At most 10000 points.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub seams: Vec<Vec<Triple>>,
-    /// What to do about triangles that lie over each other on the canvas.
+    /// Reaction to triangles that overlap on the canvas.
     pub overlap: Overlap,
 }
 
@@ -142,13 +145,13 @@ impl Default for MeshAtlas {
     }
 }
 
-/// The grid on which overlaps are looked for has at most so many texels along a side.
+/// Maximum number of texels along a side of the grid that finds overlaps.
 const LOOK: u32 = 1024;
-/// The share of texels that may be covered twice without a word.
+/// Share of texels that may be covered twice without a warning.
 const TWICE: f64 = 1e-3;
 
 impl MeshAtlas {
-    /// The UVs of all corners.
+    /// The UVs of all corners on the canvas.
     fn uvs(&self, mesh: &Mesh, cx: &Context<'_>) -> Result<Vec<[Vec2; 3]>, Stop> {
         let repack = match self.charts {
             ChartSource::Auto | ChartSource::New if mesh.uvs.is_empty() => false,
@@ -193,7 +196,7 @@ impl MeshAtlas {
         })
     }
 
-    /// What is worth knowing about an atlas, and errors that only a look at it finds.
+    /// Warnings about a finished atlas, and errors that need it.
     fn look(&self, atlas: &Atlas, found: Layout, cx: &Context<'_>) -> Result<(), Stop> {
         if let Some((share, pair)) = found.overlap.filter(|(share, _)| *share > TWICE) {
             let name = |n: usize| {
@@ -340,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn charts_come_from_where_they_should() {
+    fn takes_charts_from_the_chosen_source() {
         let count = |charts, mesh| atlas_in(&made(&node(charts), mesh).unwrap()).chart_count();
         assert_eq!(count(ChartSource::Auto, mesh(MeshForm::Cube)), 6);
         assert_eq!(count(ChartSource::Given, mesh(MeshForm::Cube)), 6);
@@ -363,7 +366,7 @@ mod tests {
         assert_eq!((problem.code, problem.field.as_deref()), (Code::BadValue, Some("charts")));
         assert!(problem.help.unwrap().contains("Repack"));
         assert!(atlas_in(&made(&node(ChartSource::Repack), tiled).unwrap()).chart_count() > 0);
-        // Two sides of a box at one place.
+        // Two sides of a box at the same place.
         let mut double = mesh(MeshForm::Cube);
         let half = double.uvs.len() / 6;
         for n in 0..half {
@@ -376,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn the_size_of_the_canvas_is_advised() {
+    fn advises_size_of_canvas() {
         // A sheet of 60 mm on a canvas of 32 mm.
         let outputs = made(&node(ChartSource::Auto), mesh(MeshForm::Plane)).unwrap();
         let advice = advice::scale(&atlas_in(&outputs)).unwrap();
@@ -389,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn gutters_are_told_in_texels() {
+    fn converts_gutters_to_texels() {
         assert_eq!((Gutter::Texels(3).texels(), Gutter::Levels(1).texels(), Gutter::Levels(6).texels()), (3, 2, 64));
     }
 }

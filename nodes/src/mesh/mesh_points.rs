@@ -1,6 +1,6 @@
-//! [`MeshPoints`]: points strewn evenly over a surface.
+//! [`MeshPoints`]: points spread evenly over a surface.
 //!
-//! See [`kernel::mesh::sow`](shibo_kernel::mesh::sow). Cost: O(points), about 12 candidates each.
+//! See [`kernel::mesh::sow`](shibo_kernel::mesh::sow). Cost: O(points), about 12 candidates per point.
 use super::at_points::AtPoints;
 use glam::Vec3;
 use schemars::JsonSchema;
@@ -11,9 +11,10 @@ use shibo_engine::value::{Atlas, Stop, SurfaceNet, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::mesh::sow::{MOST, normal, sow, wanted};
 
-/// Strews points over a mesh, about as far apart everywhere: the beginning of leather that is grown on the surface itself.
+/// Spreads points over a mesh, about equally far apart everywhere: the first stage of leather that grows on the surface
+/// itself.
 ///
-/// The points depend on the mesh alone, not on its charts, so there are no seams.
+/// The points depend only on the mesh, not on its charts, so there are no seams.
 ///
 /// ```ron
 /// "ball": MeshShape(shape: Torus),
@@ -29,13 +30,14 @@ use shibo_kernel::mesh::sow::{MOST, normal, sow, wanted};
 pub struct MeshPoints {
     /// The atlas of the mesh, on which `density` lies.
     pub atlas: In<Atlas>,
-    /// How dense points are, 0..1: at 1 they are a pitch apart, at ¼ two pitches, at most four; at 0 there are none.
+    /// Density of the points, 0..1: at 1 they are a pitch apart, at ¼ two pitches, at low densities at most four; at 0
+    /// there are none.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub density: Option<In<Gray>>,
-    /// The mean distance of neighbours.
+    /// The mean distance between neighbours.
     #[schemars(range(min = 0.01, max = 1e5), extend("unit" = "mm"))]
     pub pitch: f64,
-    /// Another number gives other points.
+    /// Another seed gives other points.
     pub seed: u64,
 }
 

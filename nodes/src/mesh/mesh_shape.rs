@@ -9,28 +9,28 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Type};
 use shibo_kernel::mesh::shapes;
 
-/// The shapes.
+/// Simple shapes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum MeshForm {
     /// A box; each side is a chart.
     Cube,
-    /// A sphere, or an ellipsoid; six charts, stretched by little.
+    /// A sphere, or an ellipsoid; six charts with little stretch.
     #[default]
     Sphere,
-    /// A ring about the z axis: the middle of its tube is a circle as large as the x and y of `size`, `radius` that of the
-    /// tube. One chart.
+    /// A ring about the z axis: x and y of `size` are the diameters of the centre line of its tube, `radius` is the
+    /// radius of the tube. One chart.
     Torus,
     /// A cylinder about the z axis: its side, cut once, and two caps.
     Cylinder,
-    /// A flat sheet that faces up, as large as the x and y of `size`, its longer side as wide as the canvas. One chart.
+    /// A flat sheet that faces up, with the x and y of `size`. Its longer side spans the canvas. One chart.
     Plane,
-    /// What a lathe makes: `profile` turned about the z axis. One chart.
+    /// A turned body: `profile` rotated about the z axis. One chart.
     Lathe,
 }
 
-/// A sphere, a box, a ring, a turned bowl … as a mesh with UVs: for first steps, tests and turned things.
+/// A sphere, a box, a ring, a turned bowl … as a mesh with UVs: for first steps, tests and turned objects.
 ///
-/// It lies around the origin, z up; a lathe's profile tells its own heights.
+/// It is centred on the origin, z up; the heights of a `Lathe` are those of its profile.
 ///
 /// ```ron
 /// "ball": MeshShape(shape: Sphere, size: (60, 60, 60)),
@@ -42,21 +42,21 @@ pub enum MeshForm {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MeshShape {
-    /// Which shape.
+    /// The shape.
     pub shape: MeshForm,
-    /// Its size along x, y and z.
+    /// Size along x, y and z.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub size: (f64, f64, f64),
-    /// Radius of the tube of a `Torus`, less than half of the smaller of x and y of `size`.
+    /// Radius of the tube of a `Torus`, less than half of the smaller one of x and y of `size`.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub radius: f64,
-    /// For `Lathe`: at least 2 and at most 500 points `(distance from the axis, height)`, one after another along the
-    /// outline. A profile that begins and ends on the axis makes a closed body. A bowl by default.
+    /// For `Lathe`: at least 2 and at most 500 points `(distance from the axis, height)`, in order along the outline. A
+    /// profile that begins and ends on the axis makes a closed body. A bowl by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub profile: Vec<(f64, f64)>,
-    /// Whether the outline of a `Lathe` is a smooth curve through the points, but for corners that turn by more than 40°.
+    /// True if the outline of a `Lathe` is a smooth curve through the points, except at corners of more than 40°.
     pub smooth: bool,
-    /// Straight pieces that a whole circle consists of; a `Cube` has an eighth of it along each edge, a `Plane` a quarter.
+    /// Number of straight segments of a full circle; a `Cube` has an eighth of it along each edge, a `Plane` a quarter.
     #[schemars(range(min = 3, max = 1024))]
     pub segments: u32,
 }
@@ -84,7 +84,7 @@ impl Default for MeshShape {
     }
 }
 
-/// The largest number of points of a profile.
+/// Maximum number of points of a profile.
 const MOST: usize = 500;
 
 impl MeshShape {
@@ -92,7 +92,7 @@ impl MeshShape {
         self.profile.iter().map(|p| DVec2::new(p.0, p.1)).collect()
     }
 
-    /// What is wrong with the profile.
+    /// The first fault of the profile.
     fn profile_problem(&self) -> Option<(Code, String)> {
         let points = self.points();
         if !(2..=MOST).contains(&points.len()) {
@@ -109,14 +109,14 @@ impl MeshShape {
         flat.then(|| (Code::BadValue, "all points of the profile lie on the axis; some must lie beside it".into()))
     }
 
-    /// The outline, and how many pieces go round.
+    /// The points of the outline, subdivided.
     fn outline(&self) -> Vec<DVec2> {
         let points = self.points();
         if !self.smooth {
             return points;
         }
         let widest = points.iter().fold(0.0, |most: f64, p| most.max(p.x));
-        // Pieces as long as those around, and at most about 900.
+        // Segments as long as those around the axis, and at most about 900.
         let length: f64 = points.windows(2).map(|p| p[0].distance(p[1])).sum();
         let piece = std::f64::consts::TAU * widest / f64::from(self.segments);
         shapes::smooth_profile(&points, piece.max(length / 400.0))
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn every_shape_is_as_large_as_it_should_be() {
+    fn every_shape_has_its_size() {
         for (shape, size) in [
             (MeshForm::Cube, [60.0, 60.0, 60.0]),
             (MeshForm::Sphere, [60.0, 60.0, 60.0]),
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_made_is_refused() {
+    fn refuses_impossible_shapes() {
         let refused = |node: MeshShape| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
         let torus = MeshShape { shape: MeshForm::Torus, radius: 30.0, ..MeshShape::default() };
         assert_eq!(refused(torus).as_deref(), Some("radius"));
@@ -204,7 +204,7 @@ mod tests {
         }
     }
 
-    /// The largest of all stay within the limit of triangles.
+    /// The largest shapes stay within the limit of triangles.
     #[test]
     fn shapes_are_never_too_large() {
         let most =

@@ -1,4 +1,4 @@
-//! Meshes: files and simple shapes, their atlases, and what is baked on these.
+//! Meshes: files and simple shapes, their atlases, and baked maps.
 mod at_points;
 mod bake_curvature;
 mod bake_normal;

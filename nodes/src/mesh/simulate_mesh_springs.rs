@@ -1,4 +1,4 @@
-//! [`SimulateMeshSprings`]: the springs of leather on a surface.
+//! [`SimulateMeshSprings`]: simulates the springs of leather on a surface.
 //!
 //! Beyond the source, whose springs are in the plane (JP4905282B2 §4 to §6); on a plane the motion is the same. See
 //! [`kernel::mesh::net`](shibo_kernel::mesh::net). Cost: O(steps · links).
@@ -12,29 +12,29 @@ use shibo_engine::value::{Atlas, Field, Stop, SurfaceNet, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::means::{Means, Sample};
-use shibo_kernel::mesh::net::{Motion, Springs, Stopped, simulate};
+use shibo_kernel::mesh::net::{NetMotion, Springs, Stopped, simulate};
 use shibo_kernel::mesh::slide;
 use shibo_kernel::mesh::sow::{Sown, normal};
 use shibo_kernel::mesh::{bake, fields};
 use shibo_kernel::springs::{Integrator, Rest};
 use std::sync::{Arc, LazyLock};
 
-/// Which points of a surface stay.
+/// The points of a surface that are held in place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum MeshBoundary {
     /// All points move.
     Free,
-    /// Those at most this many mm from an end of the surface.
+    /// Points at most this many mm from an open edge of the surface are held.
     Ends(f64),
-    /// Those at most a pitch from an end of the surface; a closed one has none.
+    /// Points at most a pitch from an open edge of the surface are held; a closed surface has none.
     #[default]
     Auto,
 }
 
-/// Turns the links of a surface into springs and lets them move its points: stiff springs gather small cells, soft ones leave large
-/// ones, as in leather that was stretched over the form.
+/// Turns the links of a surface into springs and lets them move its points: stiff springs make small cells, soft ones
+/// large cells, as in leather stretched over the form.
 ///
-/// What the parameters mean is told at `DefineSprings` and `SimulateSprings`, their siblings in the plane.
+/// `DefineSprings` and `SimulateSprings`, the nodes for the plane, explain the parameters.
 ///
 /// ```ron
 /// "ball": MeshShape(shape: Torus),
@@ -55,12 +55,12 @@ pub struct SimulateMeshSprings {
     pub net: In<SurfaceNet>,
     /// The atlas of their mesh.
     pub atlas: In<Atlas>,
-    /// What the springs depend on, 0..1, on the atlas. Without it all are alike, as where the field is 0.
+    /// Field on the atlas that controls the springs, 0..1. If not given, all springs are those of a field of 0.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub field: Option<In<Gray>>,
-    /// Where this field of the atlas is above ½, points stay.
+    /// Field on the atlas; points are held where it is above ½.
     pub held: Option<In<Gray>>,
-    /// Stiffness where the field is 0 and where it is 1. One number: the same everywhere.
+    /// Stiffness where the field is 0 and stiffness where it is 1. One number: the same everywhere.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e6))]
     pub stiffness: Linear,
     /// The length at rest.
@@ -72,22 +72,22 @@ pub struct SimulateMeshSprings {
     /// Number of steps: how far the pattern develops.
     #[schemars(range(min = 0, max = 100_000))]
     pub steps: u32,
-    /// This factor times the speed of a point is a force against it.
+    /// Drag of points: a force against their motion, this factor times their speed.
     #[schemars(range(min = 0, max = 1e6))]
     pub drag: f64,
-    /// This factor times the speed at which a link grows is a force against it.
+    /// Damping of links: a force against the stretching of a link, this factor times the speed at which the link grows.
     #[schemars(range(min = 0, max = 1e6))]
     pub damping: f64,
-    /// How position and velocity advance.
+    /// Integration of position and velocity.
     pub integrator: Integrator,
-    /// The force beyond which springs break; a pair gives each spring a limit of its own between the two, by chance. Without
-    /// it none breaks.
+    /// The force beyond which springs break; a pair gives each spring a random limit between the two. If not given, no
+    /// spring breaks.
     #[schemars(extend("minimum" = 0.0))]
     pub break_force: Option<Range>,
-    /// Which points stay.
+    /// The points that are held in place.
     #[schemars(extend("minimum" = 0.0, "unit" = "mm"))]
     pub boundary: MeshBoundary,
-    /// Another number gives springs other limits.
+    /// Another seed gives springs other limits.
     pub seed: u64,
 }
 
@@ -157,7 +157,7 @@ impl Node for SimulateMeshSprings {
         let fixed = self.fixed(&net, &atlas, held.as_deref());
         let (rest, limit) = (self.rest(&net), self.limits(cx, net.links.len()));
         let springs = Springs { links: &net.links, stiffness: &stiffness, rest: &rest, limit: &limit, fixed: &fixed };
-        let motion = Motion {
+        let motion = NetMotion {
             step: self.step,
             steps: self.steps,
             drag: self.drag,
@@ -183,10 +183,10 @@ impl Node for SimulateMeshSprings {
     }
 }
 
-/// How far a value of a link reaches, in pitches.
+/// Radius over which the value of a link is averaged, in pitches.
 const REACH: f64 = 1.5;
 
-/// How long links are now, as a share of their length before, around each texel.
+/// The stretch of the links around each texel: their length divided by their length at the start.
 fn stretch(atlas: &Arc<Atlas>, net: &SurfaceNet) -> Field {
     let sample = |link: usize| {
         let [a, b] = net.links[link].map(|n| n as usize);
@@ -199,7 +199,7 @@ fn stretch(atlas: &Arc<Atlas>, net: &SurfaceNet) -> Field {
     };
     let samples: Vec<Sample> = (0..net.links.len()).map(sample).collect();
     let radius = narrow(REACH * net.pitch).max(f32::MIN_POSITIVE);
-    // Sorted when the first texel asks.
+    // Sorted when the first texel is computed.
     let means = LazyLock::new(move || Means::new(samples, radius));
     fields::baked(Type::Gray, atlas, move |texels, mut planes| {
         if let [out] = &mut planes[..] {
@@ -210,7 +210,7 @@ fn stretch(atlas: &Arc<Atlas>, net: &SurfaceNet) -> Field {
     })
 }
 
-/// The weights of the corners of a point's triangle.
+/// The barycentric weights of a point in its triangle.
 fn weights(net: &SurfaceNet, point: usize) -> [f64; 3] {
     let corners = net.mesh.corners(net.triangles[point] as usize);
     slide::weights(corners, net.positions[point]).unwrap_or([1.0, 0.0, 0.0])
@@ -235,7 +235,7 @@ impl SimulateMeshSprings {
         }
     }
 
-    /// The force beyond which each spring breaks; nothing if none can.
+    /// The force beyond which each spring breaks; empty if none can break.
     fn limits(&self, cx: &Context<'_>, links: usize) -> Vec<f64> {
         let Some(range) = self.break_force else { return Vec::new() };
         let hash = Hash::new(cx.seed(self.seed));
@@ -269,7 +269,7 @@ impl SimulateMeshSprings {
     }
 }
 
-/// The edges at which a surface ends.
+/// The open edges of a surface.
 fn ends(atlas: &Atlas) -> Vec<[DVec3; 2]> {
     let of = |triangle: usize| {
         let corners = atlas.mesh.corners(triangle);
@@ -286,7 +286,7 @@ mod tests {
     use crate::testing::{canvas, check_field, outputs, port, raster};
     use shibo_engine::value::Value;
 
-    /// The stretch, and where there is a surface, after so many steps on a ball.
+    /// The stretch on a ball after `steps` steps, and the field of texels that lie on its surface.
     fn stretched(steps: u32) -> (Field, Field) {
         let made =
             |node: &dyn Fn() -> Result<Outputs, Stop>, name: &str| node().unwrap().take(name, true).unwrap().clone();
@@ -308,7 +308,7 @@ mod tests {
     }
 
     #[test]
-    fn stretch_is_that_of_the_links_around() {
+    fn stretch_averages_nearby_links() {
         let (still, mask) = stretched(0);
         let on = |field: &Field| {
             let (values, mask) = (raster(field, &canvas()), raster(&mask, &canvas()));
@@ -319,7 +319,7 @@ mod tests {
         let (moved, _) = stretched(40);
         let values = on(&moved);
         let (low, high) = values.iter().fold((f32::MAX, 0.0_f32), |(low, high), v| (low.min(*v), high.max(*v)));
-        // A closed surface keeps its area: what is gathered here is stretched there.
+        // A closed surface keeps its area: links shrink at some places and stretch at others.
         assert!((0.4..0.97).contains(&low) && (1.03..2.5).contains(&high), "{low} to {high}");
         check_field(&moved);
     }

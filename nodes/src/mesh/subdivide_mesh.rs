@@ -1,6 +1,6 @@
-//! [`SubdivideMesh`]: shorter edges, the same shape.
+//! [`SubdivideMesh`]: shortens edges and keeps the shape.
 //!
-//! Edges that are too long are split at their middles, over and over, see
+//! Edges that are too long are split at their middles, repeatedly, see
 //! [`kernel::subdivide`](shibo_kernel::mesh::subdivide). Cost: O(triangles of the result).
 use super::read::MOST_TRIANGLES;
 use schemars::JsonSchema;
@@ -10,9 +10,10 @@ use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Mesh, Stop, Type};
 use shibo_kernel::mesh::subdivide::subdivide;
 
-/// Splits the edges of a mesh until none is longer than `edge`; its shape, UVs and parts stay.
+/// Splits the edges of a mesh until none is longer than `edge`; shape, UVs and parts stay the same.
 ///
-/// For directions, curvature and springs, which are known at vertices only: large flat triangles have too few of them.
+/// Use it for directions, curvature and springs, which are computed at vertices: large flat triangles have too few
+/// vertices.
 ///
 /// ```ron
 /// "box": MeshShape(shape: Cube, size: (60, 60, 20)),

@@ -1,8 +1,8 @@
 //! [`TangentField`]: directions on a surface.
 //!
-//! Source: JP5149288B2 III, claim 11 (rows C20, C21): t and b at every point, drawn by the user or found automatically, or
-//! only one of them. Method: the smoothest field that keeps to wishes, after F. Knöppel et al., *Globally optimal direction
-//! fields* (2013), by conjugate gradients. Cost: O(vertices · rounds).
+//! Source: JP5149288B2 III, claim 11 (rows C20, C21): t and b at every point, both or only one of them drawn by the
+//! user or found automatically. Method: the smoothest field that follows the given directions, after F. Knöppel et al.,
+//! *Globally optimal direction fields* (2013), solved by conjugate gradients. Cost: O(vertices · rounds).
 use crate::csv_points;
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -14,31 +14,33 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::mesh::field::{Fault, FieldSpec, Principal, Wish, tangent_field};
 use shibo_kernel::mesh::topology::topology;
 
-/// Three numbers.
+/// A point or direction in space.
 type Triple = (f64, f64, f64);
 
-/// Where directions come from.
+/// Source of the directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum FieldFrom {
-    /// From `direction`, laid onto the surface; where it leads out of the surface, from around.
+    /// From `direction`, projected onto the surface; where it is normal to the surface, from the surroundings.
     Direction,
     /// Round the axis that has `direction` and passes through `axis`.
     Around,
-    /// From strokes; between them the surface is followed as smoothly as possible.
+    /// From strokes; as smooth as possible between them.
     Strokes,
-    /// From how the surface bends: where it does so most, or least. It has no ends, so `symmetry` is at least 2.
+    /// From the principal curvature of the surface, the largest or the smallest. Such directions have no sign, so
+    /// `symmetry` is at least 2.
     Curvature(Principal),
     /// As smooth as possible, and otherwise at random.
     Smooth,
 }
 
-/// Directions on a mesh along which features lie: drawn, round an axis, or found.
+/// Directions on a mesh along which features lie: drawn, round an axis, or computed.
 ///
-/// The exemplar's x axis follows them, and its y axis lies at a right angle, so that nothing is mirrored. On a closed shape
-/// other than a ring every field has points without a direction, like the crown of a head; `shibo dump` lists them as
-/// `singular`. Strokes move them to where they do not disturb.
+/// In synthesis the x axis of the exemplar follows the directions, and its y axis is perpendicular, never mirrored. On
+/// a closed shape other than a ring every field has points without a direction, like the crown of a head; `shibo dump`
+/// lists them as `singular`. Use strokes to move them to places where they do not disturb.
 ///
-/// Elsewhere: Houdini *Attribute Paint* with *Comb*, *Surface Tangent Field*; Blender hair combing; nothing in Substance.
+/// Elsewhere: Houdini *Attribute Paint* with *Comb*, *Surface Tangent Field*; Blender hair combing; nothing in
+/// Substance.
 ///
 /// ```ron
 /// "ring": MeshShape(shape: Torus),
@@ -51,35 +53,35 @@ pub enum FieldFrom {
 pub struct TangentField {
     /// The mesh.
     pub mesh: In<Mesh>,
-    /// One more stroke.
+    /// An additional stroke.
     pub line: Option<In<Curve>>,
-    /// Where directions come from. By default from strokes if there are any, else from `direction`.
+    /// Source of the directions. By default strokes if there are any, otherwise `direction`.
     pub from: Option<FieldFrom>,
-    /// A direction in space, z up; for `Around` that of the axis.
+    /// A direction in space, z up; for `Around` the direction of the axis.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
     pub direction: Triple,
-    /// A point of the axis.
+    /// With `Around`: a point on the axis.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub axis: Triple,
     /// Lines on the surface, each of at least two points. At most 10000 points.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub strokes: Vec<Vec<Triple>>,
-    /// A CSV file of one more stroke, one `x,y,z` in mm a line, no header.
+    /// A CSV file with an additional stroke, one `x,y,z` in mm per line, no header.
     pub file: Option<FilePath>,
-    /// Over which length directions are smoothed. 0 chooses: strokes reach everywhere, and what else is wished for is
-    /// smoothed over two edges of the mesh. With strokes, `direction` takes over beyond that length.
+    /// Length over which directions are smoothed. With 0 it is chosen automatically: strokes reach everywhere, and
+    /// other directions are smoothed over two edges of the mesh. With strokes, `direction` is used beyond this length.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub smooth: f64,
-    /// How many directions are equally good at a point, evenly spaced round it: 1, 2 or 4. Synthesis needs 1.
+    /// Number of equivalent directions at a point, evenly spaced around it: 1, 2 or 4. Synthesis needs 1.
     #[schemars(range(min = 1, max = 4))]
     pub symmetry: u8,
-    /// By how much all directions are turned in the surface, clockwise seen from outside.
+    /// Rotation of all directions in the surface, clockwise seen from outside.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub turn: f64,
-    /// How large features are.
+    /// Size of the features, for `JacobianFromMesh` and synthesis.
     #[schemars(range(min = 0.015625, max = 64))]
     pub length: f64,
-    /// Another number gives another field of `Smooth`.
+    /// Another seed gives another field of `Smooth`.
     pub seed: u64,
 }
 
@@ -102,7 +104,7 @@ impl Default for TangentField {
     }
 }
 
-/// The most points of all strokes.
+/// Maximum number of points of all strokes.
 const MOST: usize = 10_000;
 
 fn vector((x, y, z): Triple) -> DVec3 {
@@ -142,7 +144,7 @@ impl TangentField {
         })
     }
 
-    /// The error about a stroke that lies beside the surface.
+    /// The error for a stroke that lies off the surface.
     fn far(&self, stroke: usize, point: usize, far: f64, most: f64) -> Problem {
         let place = match self.strokes.len() {
             n if stroke < n => "strokes",
@@ -249,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sense_is_refused() {
+    fn refuses_invalid_parameters() {
         let fields = |node: TangentField| -> Vec<String> {
             node.check_on(&canvas()).into_iter().filter_map(|problem| problem.field).collect()
         };

@@ -12,7 +12,7 @@ fn noise(side: u32) -> Vec<f32> {
     (0..side * side).map(|k| (k * k % 97) as f32 / 97.0).collect()
 }
 
-/// The `rgb` or `gray` of `node`, which is given that noise.
+/// The `rgb` or `gray` output of `node`, for a picture of this noise.
 fn picture(node: &Image, side: u32, name: &str) -> Field {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("noise.tif");
@@ -22,12 +22,12 @@ fn picture(node: &Image, side: u32, name: &str) -> Field {
     let Some(Value::Field(field)) = DynNode::evaluate(node, &call).unwrap().take(name, false).cloned() else {
         panic!("{name}")
     };
-    // Decoded before the folder is gone.
+    // Decode the file before its folder is removed.
     raster(&field, &canvas());
     field
 }
 
-/// 40² pixels as large as those of the canvas, not on them.
+/// A picture of 40² pixels that are as large as those of the canvas but lie between them.
 fn between_pixels() -> Image {
     Image { position: Xy::new(3.3, -5.1), size_mm: Some(Xy::new(20.0, 20.0)), ..Image::default() }
 }
@@ -38,7 +38,7 @@ fn cubic(t: f64) -> [f64; 4] {
     [far(1.0 + t), near(t), near(1.0 - t), far(2.0 - t)]
 }
 
-/// The repeated noise, laid out as by [`between_pixels`], at `at` mm.
+/// The value at `at` mm of the repeated noise, placed as by [`between_pixels`].
 fn read_once(pixels: &[f32], at: DVec2) -> f64 {
     let at = (at - DVec2::new(3.3, -5.1)) / 0.5 - 0.5;
     let (first, rest) = (at.floor().as_ivec2() - 1, at - at.floor());
@@ -83,7 +83,7 @@ fn moves_and_quarter_turns_show_the_pixels() {
     for (y, row) in (0..64).map(|y| (y, moved.row(0, y))) {
         assert!((0..64).all(|x| row[x] == pixels[(y % 40) * 40 + (x + 30) % 40]), "{y}");
     }
-    // Whatever the filter of the picture, all values are its own.
+    // With this filter all values are values of the picture.
     let nearest = Image { filter: Filter::Nearest, ..between_pixels() };
     let node = Transform { input: port(0), angle: 90.0, ..Transform::default() };
     let turned = raster(&field(&node, &[picture(&nearest, 40, "gray").into()]), &canvas());

@@ -1,6 +1,6 @@
 //! [`FlowFromPaths`]: directions that follow paths.
 //!
-//! See [`kernel::flow`](shibo_kernel::path::flow). A tile costs its pixels times the length of path within reach.
+//! See [`kernel::flow`](shibo_kernel::path::flow). Cost of a tile: its pixels times the length of path within `reach`.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -10,10 +10,10 @@ use shibo_kernel::ground::{math, tile};
 use shibo_kernel::path::flow::{Flow, Flowing};
 use std::sync::Arc;
 
-/// A field of directions that follows the nearest paths: along each of them, and mixed by distance between them.
+/// A field of directions that follows the nearest paths: along each path, and interpolated by distance between paths.
 ///
-/// `flow` and `angle` steer `Fibers`, `TileSampler`, `Scratches` and `Streamlines`. Beyond `reach` there is no direction:
-/// `flow` is `(0, 0)` and `angle` 0.
+/// Use `flow` and `angle` as directions for `Fibers`, `TileSampler`, `Scratches` and `Streamlines`. Beyond `reach`
+/// there is no direction: `flow` is `(0, 0)` and `angle` 0.
 ///
 /// ```ron
 /// "guides": Path(d: "M -2 8 C 12 -4 20 22 42 10 M -2 30 C 10 40 26 22 42 36"),
@@ -26,13 +26,13 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FlowFromPaths {
-    /// What is followed.
+    /// The paths to follow.
     pub path: In<value::Path>,
-    /// How far from a path its direction is felt.
+    /// Largest distance from a path at which it has an effect.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub reach: f64,
-    /// Whether paths count the same both ways, as fibres and grain do; if not, those that go against each other cancel
-    /// out.
+    /// True if a path means the same in both directions, as for fibres and grain; if false, paths in opposite
+    /// directions cancel out.
     pub lines: bool,
 }
 
@@ -72,7 +72,7 @@ impl Node for FlowFromPaths {
             for (axis, plane) in out.planes_mut().into_iter().enumerate() {
                 for (out, flowing) in plane.iter_mut().zip(&all) {
                     let length = (flowing.way[0] * flowing.way[0] + flowing.way[1] * flowing.way[1]).sqrt();
-                    // Where all directions cancel out, there is none.
+                    // If all directions cancel out, there is no direction.
                     let clear = length > 1e-5 * flowing.weight && length > 0.0;
                     *out = if clear { flowing.way[axis] / length } else { 0.0 };
                 }
@@ -91,7 +91,7 @@ impl Node for FlowFromPaths {
     }
 }
 
-/// The same two planes as a field of its own.
+/// Two of the planes as a field of their own.
 fn both(all: &Field) -> Field {
     Field::map(Type::Vec2, [all.clone()], Halo::NONE, |out, [all]| {
         out.data_mut().copy_from_slice(all.data());

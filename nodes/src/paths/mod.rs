@@ -1,4 +1,4 @@
-//! Paths: curves on the canvas, what lies beside them, and seams along them.
+//! Paths: curves on the canvas, fields of the distance from them, and seams along them.
 mod flow_from_paths;
 mod path;
 mod sources;

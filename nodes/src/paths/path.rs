@@ -1,7 +1,7 @@
 //! [`Path`]: lines and curves on the canvas.
 //!
 //! Curves are cut into straight pieces that lie within half a micrometre of them, and sorted into bins. See
-//! [`kernel::nearest`](shibo_kernel::path::nearest). A tile costs the pieces within `reach` of it, and its pixels.
+//! [`kernel::nearest`](shibo_kernel::path::nearest). Cost of a tile: its pixels, and the pieces within `reach` of it.
 use super::sources;
 use glam::DVec2;
 use schemars::JsonSchema;
@@ -16,19 +16,19 @@ use shibo_kernel::path::nearest::{Beside, Nearest};
 use shibo_kernel::path::pen::{self, MOST_PIECES, Pen};
 use std::sync::Arc;
 
-/// The most copies of a path.
+/// Maximum number of copies of a path.
 const MOST_COPIES: u32 = 10_000;
 
-/// The longest straight piece, in canvases, where the canvas tiles.
+/// Maximum length of a straight piece on a canvas that tiles, in canvas sides.
 const MOST_CANVASES: f64 = 64.0;
 
-/// Lines and curves on the canvas, in mm: from places, SVG path data, outlines or segments; and where each place lies
-/// beside them.
+/// Lines and curves on the canvas, in mm, from places, SVG path data, outlines or segments; with fields of the position
+/// along and across them.
 ///
-/// Give one of `points`, `d`, `outline` and `segments`. On a canvas that tiles, a path repeats with it, and one that
-/// ends whole canvases away from its beginning goes round the canvas without an end. Fields reach so far as `reach`
-/// says; beyond it, `along` and `ids` are 0, `distance` is `reach`, `across` is `reach` or `-reach`, by the side on which
-/// the nearest curve has the place, and `tangent` is `(0, 0)`.
+/// Give exactly one of `points`, `d`, `outline` and `segments`. On a canvas that tiles, a path repeats with it, and a
+/// path that ends whole canvases away from its start continues round the canvas without an end. Fields are known within
+/// `reach`. Beyond it, `along` and `ids` are 0, `distance` is `reach`, `across` is `reach` or `-reach` by the side of
+/// the nearest curve, and `tangent` is `(0, 0)`.
 ///
 /// ```ron
 /// "curve": Path(points: [(0, 20), (10, 14), (20, 20), (30, 26), (40, 20)], smooth: true, reach: 9),
@@ -43,32 +43,32 @@ const MOST_CANVASES: f64 = 64.0;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Path {
-    /// Places `(x, y)` from the canvas' upper left corner, which the path goes through.
+    /// Places `(x, y)`, from the canvas' upper left corner, through which the path passes.
     #[schemars(extend("unit" = "mm"))]
     pub points: Vec<(f64, f64)>,
-    /// Whether a smooth curve goes through `points`; if not, straight lines.
+    /// True for a smooth curve through `points`, false for straight lines.
     pub smooth: bool,
-    /// SVG path data, its unit 1 mm: `M 0 5 C 10 5 10 15 20 15`.
+    /// SVG path data, with 1 mm as the unit: `M 0 5 C 10 5 10 15 20 15`.
     pub d: String,
     /// Another path, such as the outlines of an `Svg`.
     pub outline: Option<In<value::Path>>,
-    /// Segments, which are joined where they meet: two always, more where that is nearly straight.
+    /// Segments. Two segments that meet are always joined; of more, those that continue nearly straight.
     pub segments: Option<In<Segments>>,
-    /// Whether curves end where they begin.
+    /// True to close curves: each ends where it starts.
     pub closed: bool,
     /// Factor on all positions.
     #[schemars(range(min = -1e6, max = 1e6))]
     pub scale: f64,
-    /// By how much the path is moved after that.
+    /// Shift of the path, applied after `scale`.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub offset: Xy,
-    /// How many times the path is drawn.
+    /// Number of times that the path is drawn.
     #[schemars(range(min = 1, max = 10000))]
     pub copies: u32,
-    /// From one copy to the next.
+    /// Shift from one copy to the next.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub step: Xy,
-    /// How far from the path its fields are known.
+    /// Largest distance from the path at which its fields are known.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub reach: f64,
 }
@@ -92,7 +92,7 @@ impl Default for Path {
 }
 
 impl Path {
-    /// What is given, by the names of the parameters.
+    /// The names of the parameters that give a path.
     fn given(&self) -> Vec<&'static str> {
         let all = [
             ("points", !self.points.is_empty()),
@@ -107,12 +107,12 @@ impl Path {
         p * self.scale + DVec2::new(self.offset.x, self.offset.y)
     }
 
-    /// What `points` and `d` say.
+    /// Draws the path of `points` and `d`.
     fn draw(&self, (size, tiling): (DVec2, Tiling), pen: &mut Pen) -> Result<(), Problem> {
         let mut points: Vec<DVec2> = self.points.iter().map(|&(x, y)| self.place(DVec2::new(x, y))).collect();
         let around = points.first().zip(points.last()).and_then(|(a, b)| pen::around(*a, *b, size, tiling));
         if points.len() > 1 && self.smooth {
-            // A path that ends where it begins is closed, with one place less.
+            // A path that ends where it starts is closed, and its last point is dropped.
             let closed = self.closed || around == Some(DVec2::ZERO);
             if around == Some(DVec2::ZERO) {
                 points.pop();
@@ -182,7 +182,7 @@ impl Node for Path {
         Output::new("ids", Type::Ids, "The number of the nearest curve, from 1; 0 beyond `reach`."),
     ];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
-    // 2: the side is known beyond `reach`, too.
+    // Version 2: the side is known beyond `reach`, too.
     const VERSION: u32 = 2;
 
     fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
@@ -240,7 +240,7 @@ impl Node for Path {
                 given.check()
             })
         };
-        // Four numbers in one field, so that they are looked for once.
+        // Four numbers in one field, so that the nearest curve is searched only once.
         let beside = field(Type::Jacobian, |beside, reach| match beside {
             Some(b) => [b.along, b.across, b.distance, f64::from(b.curve % 0x00FF_FFFF + 1)],
             None => [0.0, reach, reach, 0.0],
@@ -257,7 +257,7 @@ impl Node for Path {
     }
 }
 
-/// The distances to the side: those of the field of four within `reach`, and beyond it `reach` with the sign of the side.
+/// The signed distances across: from the shared field within `reach`, beyond it `reach` with the sign of the side.
 fn across(all: &Field, nearest: Arc<Nearest>, reach: f64) -> Field {
     Field::map(Type::Gray, [all.clone()], Halo::NONE, move |out, [all]| {
         let ids = all.plane(3);
@@ -277,7 +277,7 @@ fn across(all: &Field, nearest: Arc<Nearest>, reach: f64) -> Field {
     })
 }
 
-/// One plane of a field of four as a field of its own.
+/// One plane of a field of four numbers as a field of its own.
 pub(super) fn plane(all: &Field, ty: Type, number: usize) -> Field {
     Field::map(ty, [all.clone()], Halo::NONE, move |out, [all]| {
         out.plane_mut(0).copy_from_slice(all.plane(number));
@@ -318,7 +318,7 @@ mod tests {
             for name in FIELDS {
                 let field = field(&node, &[], name);
                 assert_eq!(field.tiling(), Tiling::BOTH);
-                // Where two places of the path are equally near, rounding decides.
+                // Where two places of the path are equally near, rounding decides, so only the distance is compared.
                 if name == "distance" {
                     check_field(&field);
                 }
@@ -341,15 +341,15 @@ mod tests {
         let outputs = outputs(&node, &[], &canvas).unwrap();
         let Some(Value::Field(across)) = outputs.take("across", false) else { panic!("no field") };
         let tile = part(across, &canvas, 0, 0, 64, 64);
-        // Pixels of ½ mm: the first row lies 9¾ mm to the left, the last one 21¾ mm to the right.
+        // With pixels of ½ mm, the first row lies 9¾ mm to the left, the last one 21¾ mm to the right.
         assert!(tile.row(0, 0).iter().all(|across| *across == -3.0), "{:?}", tile.row(0, 0));
         assert!(tile.row(0, 63).iter().all(|across| *across == 3.0), "{:?}", tile.row(0, 63));
         assert_eq!((tile.row(0, 18)[20], tile.row(0, 22)[20]), (-0.75, 1.25));
     }
 
     #[test]
-    fn a_straight_line_is_its_own_ruler() {
-        // From (4, 10) to (28, 10): pixels of ½ mm, the first at ¼ mm.
+    fn measures_along_and_across_a_straight_line() {
+        // A line from (4, 10) to (28, 10); pixels of ½ mm, the first at ¼ mm.
         let node = Path { reach: 3.0, ..line(&[(4.0, 10.0), (28.0, 10.0)]) };
         let at = |name: &str, x: usize, y: usize| {
             let tile = part(&field(&node, &[], name), &canvas(), 0, 0, 64, 64);
@@ -371,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn paths_come_from_all_that_is_named() {
+    fn makes_paths_from_all_sources() {
         let square = [(2.0, 2.0), (10.0, 2.0), (10.0, 10.0), (2.0, 10.0)];
         assert_eq!(curves(&line(&square), &[]), [(4, false, 24.0)]);
         assert_eq!(curves(&Path { closed: true, ..line(&square) }, &[]), [(5, true, 32.0)]);
@@ -390,7 +390,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_path_is_refused() {
+    fn refuses_invalid_paths() {
         let refused =
             |node: Path| node.check_on(&canvas()).first().map(|p| (p.code, p.field.clone().unwrap_or_default()));
         let base = line(&[(1.0, 1.0), (5.0, 5.0)]);

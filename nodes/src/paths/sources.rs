@@ -1,14 +1,14 @@
-//! What paths are made of: places, SVG path data, segments, other paths.
+//! Sources of paths: places, SVG path data, segments, other paths.
 use glam::DVec2;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::value::{self, Polyline};
 use shibo_kernel::path::pen::{MOST_PIECES, Pen};
 use svgtypes::{Error, SimplePathSegment, SimplifyingPathParser};
 
-/// The most bytes of a path's text.
+/// Maximum number of bytes of SVG path data.
 const MOST_BYTES: usize = 1 << 20;
 
-/// Draws SVG path data, its units times `scale` and moved by `offset`.
+/// Draws SVG path data, scaled by `scale` and moved by `offset`.
 pub(super) fn draw_data(text: &str, scale: f64, offset: DVec2, pen: &mut Pen) -> Result<(), Problem> {
     if text.len() > MOST_BYTES {
         return Err(Problem::new(Code::TooLarge, "d has more than 1 MiB").at("d"));
@@ -41,7 +41,7 @@ fn wrong(text: &str, error: &Error) -> Problem {
     };
     let help = "write SVG path data, in mm: `M 2 5 L 10 5 C 14 5 14 12 20 12`, `Z` at the end closes it";
     let problem = Problem::new(Code::BadValue, format!("d is no path: {what}")).at("d").help(help);
-    // Their positions count characters from 1.
+    // Positions in errors of the parser count characters from 1.
     let byte = at.map(|at| text.char_indices().nth(at.saturating_sub(1)).map_or(text.len(), |(byte, _)| byte));
     let from = byte.unwrap_or(text.len());
     let to = text[from..].chars().next().map_or(from, |c| from + c.len_utf8());

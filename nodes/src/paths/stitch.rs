@@ -1,8 +1,7 @@
 //! [`Stitch`]: sewing thread along a path.
 //!
-//! Stitches are straight between their holes. See [`kernel::seam`](shibo_kernel::path::seam) for where they lie and
-//! [`kernel::thread`](shibo_kernel::path::thread) for how they are drawn. A tile costs the pixels of the stitches near
-//! it.
+//! Stitches are straight between their holes. [`kernel::seam`](shibo_kernel::path::seam) places them and
+//! [`kernel::thread`](shibo_kernel::path::thread) draws them. Cost of a tile: the pixels of the stitches near it.
 use super::path::plane;
 use crate::bounds::{exceeds, told};
 use crate::degrees::sin_cos;
@@ -18,17 +17,17 @@ use shibo_kernel::path::seam::{self, Seam};
 use shibo_kernel::path::thread::{Bit, Drawn, MOST_STRANDS, Thread};
 use std::sync::Arc;
 
-/// The longest stitch, as a share of the pitch.
+/// Maximum length of a stitch, as a share of the pitch.
 const LONGEST: f64 = 1.5;
 
-/// The most stitches of a node.
+/// Maximum number of stitches.
 const MOST_STITCHES: f64 = 1e6;
 
 /// Sews along a path: twisted thread that comes out of holes and goes in again, and pulls the ground down.
 ///
-/// The distance of stitches is changed a little, so that a whole number of them fits each curve. Lay the thread on its
-/// ground with `BlendMaterials` by `mask`; subtract `pull`, and `holes` times their depth, from the ground's height, as
-/// in the example.
+/// The distance between stitches is changed a little, so that a whole number of them fits each curve. Lay the thread on
+/// its ground with `BlendMaterials` by `mask`; subtract `pull`, and `holes` times their depth, from the ground's
+/// height, as in the example.
 ///
 /// ```ron
 /// "seam": Path(d: "M 0 20 C 13 8 27 32 40 20"),
@@ -43,40 +42,41 @@ const MOST_STITCHES: f64 = 1e6;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Stitch {
-    /// Along what is sewn.
+    /// The path of the seam.
     pub path: In<value::Path>,
-    /// From one stitch to the next; 25.4 divided by the stitches per inch.
+    /// Distance from one stitch to the next; 25.4 divided by the stitches per inch.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub pitch: f64,
-    /// The part of a stitch that is seen, at most one and a half of the pitch; by default nearly the whole pitch, as in a saddle
-    /// stitch, where two stitches share a hole.
+    /// Visible length of a stitch, at most one and a half times the pitch; by default nearly the whole pitch, as in a
+    /// saddle stitch, where two stitches share a hole.
     #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub length: Option<f64>,
-    /// The angle of stitches to the path, from +x towards +y as the path goes along +x.
+    /// The angle between stitches and the path; positive angles turn from the direction of the path as +x turns towards
+    /// +y.
     #[schemars(range(min = -90, max = 90), extend("unit" = "°"))]
     pub tilt: f64,
     /// Width of the thread.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub width: f64,
-    /// Width of the holes; 0.6 of the thread by default, which closes them. 0 is none.
+    /// Width of the holes; by default 0.6 of the width of the thread, which then hides them. 0 for no holes.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
     pub holes: Option<f64>,
-    /// How far a strand goes while it winds around the others once; negative winds the other way, 0 does not wind.
+    /// Length of one turn of a strand around the others; a negative length winds the other way, 0 does not wind.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
     pub twist: f64,
-    /// How many strands the thread has; 1 is smooth.
+    /// Number of strands of the thread; 1 is smooth.
     #[schemars(range(min = 1, max = 8))]
     pub strands: u32,
-    /// How far the ground is pulled down at the holes; the thread sinks with it.
+    /// Depth to which the ground is pulled down at the holes; the thread sinks with it.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
     pub pull: f64,
-    /// How far from the thread the ground is pulled.
+    /// Distance from the thread to which the ground is pulled.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub spread: f64,
-    /// How uneven stitches are: 0 as by a machine, 1 as by a beginner.
+    /// Unevenness of the stitches: 0 as sewn by a machine, 1 as by a beginner.
     #[schemars(range(min = 0, max = 1))]
     pub jitter: f64,
-    /// Another number gives other unevenness.
+    /// Another seed gives other unevenness.
     pub seed: u64,
 }
 
@@ -100,7 +100,7 @@ impl Default for Stitch {
 }
 
 impl Stitch {
-    /// How long a stitch is, as a share of the pitch; at most [`LONGEST`].
+    /// Length of a stitch as a share of the pitch; at most [`LONGEST`].
     fn share(&self) -> f64 {
         self.length.map_or_else(|| ((self.pitch - 0.3 * self.width) / self.pitch).max(0.5), |l| l / self.pitch)
     }
@@ -203,7 +203,7 @@ impl Node for Stitch {
     }
 }
 
-/// What the planes of the shared field hold.
+/// Contents of the planes of the shared field.
 const PLANES: [fn(&Bit) -> f32; 4] =
     [|bit| bit.height, |bit| bit.mask, |bit| bit.crown, |bit| (bit.id % 0x00FF_FFFF) as f32];
 
@@ -237,7 +237,7 @@ mod tests {
 
     #[test]
     fn a_seam_round_the_canvas_has_whole_stitches() {
-        // Pixels of ½ mm; 32 mm take eight stitches of 4 mm, the first from 0.3 to 3.7 mm.
+        // Pixels of ½ mm; eight stitches of 4 mm fit 32 mm, the first from 0.3 to 3.7 mm.
         let node = Stitch { jitter: 0.0, strands: 1, pull: 0.0, ..node() };
         let tile = |name: &str| part(&field(&node, &[line()], name), &canvas(), 0, 0, 64, 64);
         let (ids, mask, holes) = (tile("ids"), tile("mask"), tile("holes"));
@@ -247,15 +247,15 @@ mod tests {
             }
             assert_eq!(ids.row(0, 40)[x], 0.0);
         }
-        // A hole at both ends of each stitch, between them.
+        // Neighbouring stitches share a hole between them.
         assert!(holes.row(0, 20)[0] == 1.0 && holes.row(0, 20)[63] == 1.0 && holes.row(0, 20)[4] == 0.0);
-        // 4.6 mm: seven of them.
+        // A pitch of 4.6 mm gives seven stitches.
         let ids = part(&field(&Stitch { pitch: 4.6, ..node }, &[line()], "ids"), &canvas(), 0, 0, 64, 64);
         assert_eq!(ids.data().iter().copied().fold(0.0, f32::max), 7.0);
     }
 
     #[test]
-    fn what_cannot_be_sewn_is_refused() {
+    fn refuses_invalid_seams() {
         let refused = |node: Stitch| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
         assert_eq!(refused(node()), None);
         assert_eq!(refused(Stitch { length: Some(6.1), ..node() }).as_deref(), Some("length"));

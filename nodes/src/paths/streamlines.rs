@@ -1,6 +1,6 @@
 //! [`Streamlines`]: lines that follow a field of directions.
 //!
-//! See [`kernel::stream`](shibo_kernel::path::stream). Directions are read with four samples in the spacing, before the
+//! See [`kernel::stream`](shibo_kernel::path::stream). Directions are read at four samples per spacing, before the
 //! first line is drawn. Cost: O(length of all lines / spacing).
 use crate::map::Map;
 use glam::DVec2;
@@ -14,10 +14,10 @@ use shibo_kernel::ground::math;
 use shibo_kernel::path::pen::Pen;
 use shibo_kernel::path::stream::Streams;
 
-/// The most lines, about.
+/// Maximum number of squares of the spacing on the canvas.
 const MOST_CELLS: f64 = 1e6;
 
-/// How many seeds are tried for each square of the spacing.
+/// Number of seeds tried for each square of the spacing.
 const TRIES: f64 = 3.0;
 
 /// Evenly spaced lines along a field of directions: engraving, combed hair, furrows, seams that follow a form.
@@ -39,19 +39,19 @@ const TRIES: f64 = 3.0;
 pub struct Streamlines {
     /// The direction of lines, in degrees from +x towards +y, or as vectors.
     pub direction: In<Direction>,
-    /// Where lines may go: where it is ½ or more. Everywhere, if not given.
+    /// Mask of the area of lines: they go where it is ½ or more. Everywhere if not given.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
-    /// The distance of lines.
+    /// Distance between lines.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub spacing: f64,
-    /// The length of the longest lines.
+    /// Length of the longest lines.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub length: f64,
-    /// The shortest line that is drawn, as a multiple of the spacing.
+    /// Length of the shortest line that is drawn, as a multiple of the spacing.
     #[schemars(range(min = 0, max = 1000))]
     pub shortest: f64,
-    /// Another number gives other lines.
+    /// Another seed gives other lines.
     pub seed: u64,
 }
 
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_lie_as_the_field_says() {
+    fn lines_follow_the_field() {
         let node = Streamlines { direction: port(0), length: 20.0, ..Streamlines::default() };
         for angle in [0.0, 30.0, 180.0, -90.0] {
             let path = drawn(&node, Field::constant(Type::Gray, &[angle]));
@@ -154,7 +154,7 @@ mod tests {
             assert!(path.curves.len() > 10);
             assert!(path.pieces().all(|[a, b]| ((b - a).normalize().dot(way)).abs() > 0.9999), "{angle}");
             let total: f64 = path.curves.iter().map(|curve| curve.length()).sum();
-            // Nowhere more lines than the spacing allows, and not half as many.
+            // Length of all lines if they were exactly `spacing` apart.
             let full = 32.0 * 32.0 / node.spacing;
             assert!(total > 0.5 * full && total < 1.6 * full, "{total} {full}");
         }
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_drawn_is_refused() {
+    fn refuses_invalid_streamlines() {
         let refused = |node: Streamlines| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
         assert_eq!(refused(Streamlines::default()), None);
         assert_eq!(refused(Streamlines { spacing: 0.01, ..Streamlines::default() }).as_deref(), Some("spacing"));

@@ -11,13 +11,13 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
 use shibo_engine::value::{Stop, Tiling};
 use shibo_kernel::pattern::finish::{BevelProfile, Finish, degrees};
-use shibo_kernel::pattern::layout::{Grid, Layout, Pieces};
+use shibo_kernel::pattern::layout::{Grid, Layout, PieceSpec};
 
 /// Bricks, tiles, boards: pieces with gaps and bevels between them, in seven layouts.
 ///
-/// Pieces partition the plane: in a gap, `ids`, `local` and `angle` are those of the nearest piece, and `gap` is 1.
-/// `local.x` runs along the long side and is never mirrored. On a canvas that tiles, pieces become as large as the nearest
-/// pattern that fits, gaps stay as they are, and a warning tells by how much.
+/// Pieces partition the plane: in a gap, `gap` is 1, and `ids`, `local` and `angle` are the values of the nearest
+/// piece. `local.x` runs along the long side and is never mirrored. On a canvas that tiles, the size of pieces is
+/// changed to the nearest one that fits, gaps stay the same, and a warning gives the change.
 ///
 /// ```ron
 /// "floor": Brick(layout: Herringbone, size: (9.6, 4.6), gap: 0.4, bevel: 0.5, angle: 0),
@@ -28,9 +28,9 @@ use shibo_kernel::pattern::layout::{Grid, Layout, Pieces};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Brick {
-    /// How pieces are laid.
+    /// Layout of the pieces.
     pub layout: Layout,
-    /// Length and width of a piece, without the gap; of `Versailles` those of the largest.
+    /// Length and width of a piece, without the gap; for `Versailles` of the largest piece.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub size: Xy,
     /// Width of the gap between pieces.
@@ -41,19 +41,19 @@ pub struct Brick {
     pub bevel: f64,
     /// The cross-section of the slope.
     pub profile: BevelProfile,
-    /// How much lower the gap is than the pieces.
+    /// Depth of the gap below the pieces.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
     pub depth: f64,
     /// Radius of the corners of rectangles; at most half a piece's width. Other pieces keep sharp corners.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub radius: f64,
-    /// How far every second row of `Running` is shifted, as a share of a piece and a gap.
+    /// With `Running`: shift of every second row, as a share of a piece and a gap.
     #[schemars(range(min = 0, max = 1))]
     pub stagger: f64,
-    /// The angle by which pieces of `Chevron` are slanted.
+    /// With `Chevron`: the slant of the pieces.
     #[schemars(range(min = 5, max = 80), extend("unit" = "°"))]
     pub slant: f64,
-    /// By how much the whole pattern is turned, from +x towards +y.
+    /// Rotation of the whole pattern, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
 }
@@ -80,9 +80,9 @@ impl Brick {
         DVec2::new(self.size.x, self.size.y)
     }
 
-    fn pieces(&self) -> Pieces {
+    fn pieces(&self) -> PieceSpec {
         let (sin, cos) = sin_cos(self.slant);
-        Pieces { layout: self.layout, size: self.size(), gap: self.gap, stagger: self.stagger, slant: sin / cos }
+        PieceSpec { layout: self.layout, size: self.size(), gap: self.gap, stagger: self.stagger, slant: sin / cos }
     }
 
     fn lay(&self, canvas: &CanvasFacts) -> Option<Grid> {
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn sizes_that_do_not_fit_are_told() {
+    fn advises_about_sizes_that_do_not_fit() {
         let advice = |layout, x, y, angle| {
             let node = Brick { layout, size: Xy::new(x, y), gap: 0.5, angle, ..Brick::default() };
             node.advice_on(&canvas()).first().map(|p| p.message.clone())
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_laid_is_refused() {
+    fn refuses_invalid_sizes() {
         let refused = |node: Brick| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
         let base = Brick::default();
         assert_eq!(refused(base.clone()), None);

@@ -1,9 +1,9 @@
-//! What patterns say when they do not fit.
+//! Messages of patterns that do not fit the canvas.
 use crate::bounds::told;
 use glam::DVec2;
 use shibo_engine::diagnostics::{Code, Problem};
 
-/// Sizes may differ from the wanted ones by this share without a word.
+/// Relative difference from the wanted size that is accepted without advice.
 const SAME: f64 = 2e-3;
 
 /// The error for more pieces than can be numbered.
@@ -12,7 +12,8 @@ pub(super) fn too_many(field: &'static str) -> Problem {
     Problem::new(Code::TooLarge, message).at(field).help("make them larger, or use a smaller canvas")
 }
 
-/// Advice if pieces are not as `wanted` (mm) but as `laid`, or not turned by `angle` but by `turned` degrees.
+/// Advice if the size of pieces is not `wanted` but `laid` (mm), or if their rotation is not `angle` but `turned`
+/// degrees.
 pub(super) fn advice(
     field: &'static str,
     [wanted, laid]: [DVec2; 2],
@@ -33,5 +34,5 @@ pub(super) fn advice(
     vec![Problem::new(Code::Advice, message).at(field)]
 }
 
-/// Why they differ.
+/// The reason for the difference.
 pub(super) const FITS: &str = ", so that the pattern fits the canvas";

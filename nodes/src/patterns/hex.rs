@@ -10,12 +10,13 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Tiling};
 use shibo_kernel::pattern::finish::{BevelProfile, Finish, degrees};
-use shibo_kernel::pattern::layout::{Grid, Layout, Pieces};
+use shibo_kernel::pattern::layout::{Grid, Layout, PieceSpec};
 
 /// Regular hexagons: honeycombs, tiles, scales.
 ///
-/// At angle 0 two sides of each lie level, and two corners left and right. On a canvas that tiles they are stretched a little so that
-/// whole ones fit, and a warning tells by how much; a canvas of 1.732 times the height of its width fits exactly.
+/// At angle 0 two sides of each hexagon are horizontal, and two corners lie left and right. On a canvas that tiles,
+/// hexagons are stretched a little so that a whole number fits, and a warning gives the change. A canvas whose height
+/// is 1.732 times its width fits exactly.
 ///
 /// ```ron
 /// "comb": Hex(size: 3.5, gap: 0.5, bevel: 1.2, profile: Round, depth: 0.8),
@@ -26,7 +27,7 @@ use shibo_kernel::pattern::layout::{Grid, Layout, Pieces};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Hex {
-    /// Distance of opposite sides of a hexagon, without the gap.
+    /// Distance between opposite sides of a hexagon, without the gap.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
     /// Width of the gap between hexagons.
@@ -37,10 +38,10 @@ pub struct Hex {
     pub bevel: f64,
     /// The cross-section of the slope.
     pub profile: BevelProfile,
-    /// How much lower the gap is than the hexagons.
+    /// Depth of the gap below the hexagons.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
     pub depth: f64,
-    /// By how much the whole pattern is turned, from +x towards +y.
+    /// Rotation of the whole pattern, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
 }
@@ -52,9 +53,9 @@ impl Default for Hex {
 }
 
 impl Hex {
-    fn pieces(&self) -> Pieces {
+    fn pieces(&self) -> PieceSpec {
         let size = DVec2::new(self.size * 2.0 / 3f64.sqrt(), self.size);
-        Pieces { layout: Layout::Hexagonal, size, gap: self.gap, stagger: 0.0, slant: 0.0 }
+        PieceSpec { layout: Layout::Hexagonal, size, gap: self.gap, stagger: 0.0, slant: 0.0 }
     }
 
     fn lay(&self, canvas: &CanvasFacts) -> Option<Grid> {
@@ -81,7 +82,7 @@ impl Node for Hex {
         let Some(grid) = self.lay(canvas) else { return Vec::new() };
         let (pieces, turned) = (self.pieces(), degrees(grid.directions[0]));
         let laid = pieces.laid(&grid);
-        // A canvas of another shape than the pattern's stretches it always: that is worth a word only where it shows.
+        // A canvas of another shape always stretches the pattern; advise only if the change is visible.
         if ((laid - pieces.size) / pieces.size).abs().max_element() < 0.05 && (turned - self.angle).abs() < 0.05 {
             return Vec::new();
         }

@@ -1,4 +1,4 @@
-//! Patterns: bricks, tiles, hexagons, cloth; pieces with numbers, places and angles.
+//! Patterns: bricks, tiles, hexagons, cloth; each piece has a number, a place and an angle.
 mod brick;
 mod fitted;
 mod hex;

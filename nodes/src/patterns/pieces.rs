@@ -4,11 +4,11 @@ use shibo_engine::value::{Field, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::ground::window::Frame;
-use shibo_kernel::pattern::finish::{self, Finish, Plane};
+use shibo_kernel::pattern::finish::{self, Finish, FinishPlane};
 use shibo_kernel::pattern::layout::Grid;
 use std::sync::Arc;
 
-/// Those of `Brick` and `Hex`.
+/// The outputs of `Brick` and `Hex`.
 pub(super) const OUTPUTS: &[Output] = &[
     Output::new("height", Type::Gray, "0 on the pieces, `depth` lower in the gaps.").in_unit("mm"),
     Output::new("bevel", Type::Gray, "The same from 0 in the gaps to 1 on the pieces."),
@@ -19,22 +19,22 @@ pub(super) const OUTPUTS: &[Output] = &[
     Output::new("angle", Type::Gray, "The angle of the long side, from +x towards +y.").in_unit("°"),
 ];
 
-/// The fields of pieces that are laid.
+/// The fields of the pieces of a layout.
 pub(super) fn outputs(grid: Grid, finish: Finish, depth: f64, tiling: Tiling) -> Outputs {
     let grid = Arc::new(grid);
-    let plane = |ty: Type, plane: Plane| {
+    let plane = |ty: Type, plane: FinishPlane| {
         drawn(&grid, ty, tiling, move |grid, frame, out| finish::fill(grid, &finish, plane, frame, out))
     };
     let local = places(&grid, tiling, finish::local);
-    Outputs::one(plane(Type::Gray, Plane::Height(narrow(depth))))
-        .with("bevel", plane(Type::Gray, Plane::Bevel))
-        .with("gap", plane(Type::Gray, Plane::Gap))
-        .with("ids", plane(Type::Ids, Plane::Ids))
+    Outputs::one(plane(Type::Gray, FinishPlane::Height(narrow(depth))))
+        .with("bevel", plane(Type::Gray, FinishPlane::Bevel))
+        .with("gap", plane(Type::Gray, FinishPlane::Gap))
+        .with("ids", plane(Type::Ids, FinishPlane::Ids))
         .with("local", local)
-        .with("angle", plane(Type::Gray, Plane::Angle))
+        .with("angle", plane(Type::Gray, FinishPlane::Angle))
 }
 
-/// A field of which a pattern fills the plane.
+/// A field whose plane a pattern fills.
 pub(super) fn drawn<P: Send + Sync + 'static>(
     pattern: &Arc<P>,
     ty: Type,
@@ -48,7 +48,7 @@ pub(super) fn drawn<P: Send + Sync + 'static>(
     })
 }
 
-/// A field of places within the pieces of a pattern.
+/// A field of the places within the pieces of a pattern.
 pub(super) fn places<P: Send + Sync + 'static>(
     pattern: &Arc<P>,
     tiling: Tiling,

@@ -12,10 +12,10 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
 use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::pattern::finish::{BevelProfile, degrees};
-use shibo_kernel::pattern::truchet::{Motif, Plane, Tiles};
+use shibo_kernel::pattern::truchet::{Motif, Tiles, TruchetPlane};
 use std::sync::Arc;
 
-/// Square tiles with one figure, each turned by a quarter at random: bands that wander and join everywhere.
+/// Square tiles with one figure, each rotated by random quarter turns: bands that wander and join everywhere.
 ///
 /// ```ron
 /// "maze": Truchet(size: 5, width: 1.8, height: 0.8),
@@ -28,21 +28,21 @@ use std::sync::Arc;
 pub struct Truchet {
     /// The figure of a tile.
     pub motif: Motif,
-    /// Side of a tile; on a canvas that tiles, the nearest of which a whole number fits.
+    /// Side of a tile; on a canvas that tiles, rounded so that a whole number of tiles fits.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
     /// Width of the bands; at most the side of a tile.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub width: f64,
-    /// Height of the bands in their middle, or of the triangles.
+    /// Height of the middle of the bands, or of the triangles.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
     pub height: f64,
     /// The cross-section of the bands.
     pub profile: BevelProfile,
-    /// By how much the whole pattern is turned, from +x towards +y.
+    /// Rotation of the whole pattern, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// Another number turns the tiles otherwise.
+    /// Another seed gives the tiles other rotations.
     pub seed: u64,
 }
 
@@ -102,15 +102,16 @@ impl Node for Truchet {
         let hash = Hash::new(cx.seed(self.seed));
         let tiles = Arc::new(self.tiles(cx.canvas, hash).ok_or_else(|| fitted::too_many("size"))?);
         let tiling = cx.tiling();
-        let plane =
-            |ty: Type, plane: Plane| drawn(&tiles, ty, tiling, move |tiles, frame, out| tiles.fill(plane, frame, out));
+        let plane = |ty: Type, plane: TruchetPlane| {
+            drawn(&tiles, ty, tiling, move |tiles, frame, out| tiles.fill(plane, frame, out))
+        };
         let local = places(&tiles, tiling, Tiles::local);
-        Ok(Outputs::one(plane(Type::Gray, Plane::Height))
-            .with("mask", plane(Type::Gray, Plane::Mask))
-            .with("distance", plane(Type::Gray, Plane::Distance))
-            .with("ids", plane(Type::Ids, Plane::Ids))
+        Ok(Outputs::one(plane(Type::Gray, TruchetPlane::Height))
+            .with("mask", plane(Type::Gray, TruchetPlane::Mask))
+            .with("distance", plane(Type::Gray, TruchetPlane::Distance))
+            .with("ids", plane(Type::Ids, TruchetPlane::Ids))
             .with("local", local)
-            .with("angle", plane(Type::Gray, Plane::Angle)))
+            .with("angle", plane(Type::Gray, TruchetPlane::Angle)))
     }
 }
 

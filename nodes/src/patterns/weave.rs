@@ -11,17 +11,19 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
 use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::pattern::finish::degrees;
-use shibo_kernel::pattern::weave::{Binding, Cloth, Plane, Woven, satin_step};
+use shibo_kernel::pattern::weave::{Binding, Cloth, WeavePlane, Woven, satin_step};
 use std::sync::Arc;
 
 /// Woven cloth, straps, basketry: threads that cross over and under each other.
 ///
-/// Warp threads run down, weft threads across. A *piece* is a float: the part of a thread that shows between two crossings; `local.x`
-/// runs along it. On a canvas that tiles, distances of threads are fitted so that the whole weave repeats, and a warning tells by how much.
+/// Warp threads run down, weft threads across. A *piece* is a float: the part of a thread that shows between two
+/// crossings; `local.x` runs along it. On a canvas that tiles, distances between threads are changed so that the whole
+/// weave repeats, and a warning gives the change.
 ///
-/// A pixel shows the thread at its middle; only holes are drawn by the share of a pixel that they cover. Threads have steep flanks where
-/// one dives under another, and an average over each pixel would cost many times as much. So while a thread is less than about ten pixels
-/// wide, a small picture differs from the average of a large one: for a smooth one, render larger and scale the result down.
+/// A pixel shows the thread at its centre; only holes are drawn by the share of the pixel that they cover. Threads have
+/// steep flanks where one goes under another, and an average over each pixel would cost many times as much. So if
+/// threads are less than about ten pixels wide, a small picture differs from the average of a large one: for a smooth
+/// picture, render larger and scale the result down.
 ///
 /// ```ron
 /// "cloth": Weave(binding: Twill, over: 2, under: 2, pitch: 2, width: 1.9, thickness: 0.6),
@@ -32,27 +34,29 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Weave {
-    /// How threads cross.
+    /// Pattern in which threads cross.
     pub binding: Binding,
-    /// Of `Twill` and `Satin`: how many weft threads a warp thread goes over. Of `Basket`: how many threads make a group.
+    /// With `Twill` and `Satin`: number of weft threads that a warp thread goes over. With `Basket`: number of threads
+    /// in a group.
     #[schemars(range(min = 1, max = 24))]
     pub over: u32,
-    /// Of `Twill` and `Satin`: how many weft threads a warp thread goes under.
+    /// With `Twill` and `Satin`: number of weft threads that a warp thread goes under.
     #[schemars(range(min = 1, max = 24))]
     pub under: u32,
-    /// Distance of warp threads and of weft threads, from middle to middle; one number stands for both.
+    /// Distance between warp threads and between weft threads, from middle to middle; one number sets both.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub pitch: Xy,
-    /// Width of warp and of weft threads; at most their distance.
+    /// Width of warp and of weft threads; at most the distance between them.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub width: Xy,
     /// Thickness of warp and of weft threads.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
     pub thickness: Xy,
-    /// How far the middle of warp and of weft threads rises and sinks; by default half the other's thickness, as where both bend alike.
+    /// Amplitude with which the middle of warp and of weft threads rises and sinks; by default half the thickness of
+    /// the other thread, as if both bend equally.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
     pub crimp: Option<Xy>,
-    /// By how much the cloth is turned, from +x towards +y.
+    /// Rotation of the cloth, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
 }
@@ -154,15 +158,16 @@ impl Node for Weave {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let woven = Arc::new(self.woven(cx.canvas).ok_or_else(|| fitted::too_many("pitch"))?);
         let tiling = cx.tiling();
-        let plane =
-            |ty: Type, plane: Plane| drawn(&woven, ty, tiling, move |woven, frame, out| woven.fill(plane, frame, out));
+        let plane = |ty: Type, plane: WeavePlane| {
+            drawn(&woven, ty, tiling, move |woven, frame, out| woven.fill(plane, frame, out))
+        };
         let local = places(&woven, tiling, Woven::local);
-        Ok(Outputs::one(plane(Type::Gray, Plane::Height))
-            .with("gap", plane(Type::Gray, Plane::Gap))
-            .with("warp", plane(Type::Gray, Plane::Warp))
-            .with("ids", plane(Type::Ids, Plane::Ids))
+        Ok(Outputs::one(plane(Type::Gray, WeavePlane::Height))
+            .with("gap", plane(Type::Gray, WeavePlane::Gap))
+            .with("warp", plane(Type::Gray, WeavePlane::Warp))
+            .with("ids", plane(Type::Ids, WeavePlane::Ids))
             .with("local", local)
-            .with("angle", plane(Type::Gray, Plane::Angle)))
+            .with("angle", plane(Type::Gray, WeavePlane::Angle)))
     }
 }
 
@@ -189,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_woven_is_refused() {
+    fn refuses_invalid_weaves() {
         let refused = |node: Weave| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
         let satin = |over, under| Weave { binding: Binding::Satin, over, under, ..Weave::default() };
         assert_eq!(refused(satin(4, 1)), None);

@@ -1,7 +1,7 @@
 //! [`FloodFill`]: the connected pieces of a mask.
 //!
-//! Runs of rows are joined, see [`kernel::flood`](shibo_kernel::region::flood). Every number depends on the whole mask,
-//! which is read once for each resolution. Cost: O(pixels), and 8 bytes of memory a pixel.
+//! Joins runs of pixels row by row, see [`kernel::flood`](shibo_kernel::region::flood). Every number depends on the
+//! whole mask, which is read once per resolution. Cost: O(pixels), and 8 bytes of memory a pixel.
 use super::region_coordinates::Coordinates;
 use super::whole::whole;
 use glam::{DVec2, UVec2};
@@ -14,12 +14,12 @@ use shibo_engine::value::{
 };
 use shibo_kernel::region::flood;
 
-/// Numbers the pieces of a mask: what is at least ½ and hangs together by the sides of pixels is one piece.
+/// Numbers the pieces of a mask. A piece is a set of pixels of at least ½ that are connected by their sides.
 ///
-/// A whole-picture operation. Pieces are numbered from 1 by their first pixels in reading order; what is less than ½
-/// has number 0. Where the mask tiles, a piece that leaves on one side goes on at the other. With the resolution,
-/// pieces may join or part where they are as thin as pixels, which changes the numbers of others; `resolution` keeps
-/// them.
+/// A whole-picture operation. Pieces are numbered from 1 by their first pixels in reading order; pixels below ½ have
+/// number 0. Where the mask tiles, a piece that leaves on one side continues on the other. At another resolution,
+/// pieces as thin as a pixel may join or split, which changes the numbers of other pieces; set `resolution` to keep
+/// numbers stable.
 ///
 /// ```ron
 /// "cells": Worley(size: 5),
@@ -35,15 +35,15 @@ use shibo_kernel::region::flood;
 pub struct FloodFill {
     /// The mask.
     pub mask: In<Gray>,
-    /// Pixels along the longer side of the canvas at which pieces are found; by default those of the picture.
+    /// Resolution at which pieces are found: pixels along the longer side of the canvas. By default that of the output.
     #[schemars(range(min = 1, max = 65536))]
     pub resolution: Option<u32>,
 }
 
-/// The most pieces that numbers in fields can tell apart.
+/// Maximum number of pieces that numbers in fields can distinguish.
 const MOST: usize = (1 << 24) - 1;
 
-/// The numbers of pieces.
+/// The field of the numbers of pieces.
 struct Filled {
     mask: Field,
     /// The canvas, mm.
@@ -51,7 +51,7 @@ struct Filled {
     resolution: Option<u32>,
 }
 
-/// The pixel of a picture of `side` pixels at which `at` (in pixels) lies.
+/// The pixel, of `side` pixels, in which `at` (in pixels) lies.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the picture")]
 fn pixel(at: f64, side: usize, wraps: bool) -> usize {
     let whole = if wraps { at.floor().rem_euclid(side as f64) } else { at.floor().clamp(0.0, side as f64 - 1.0) };
@@ -102,7 +102,7 @@ impl FieldSource for Filled {
     }
 }
 
-/// The memory for a pixel while pieces are numbered.
+/// Bytes per pixel while pieces are numbered.
 const PIXEL_BYTES: u64 = 10;
 
 impl Node for FloodFill {
@@ -141,7 +141,7 @@ mod tests {
     use crate::conform::{conforms, field, part};
     use crate::testing::{canvas, port};
 
-    /// A disc of 4 mm radius whose middle is `center`, on a canvas of 32 mm that repeats where `tiling` says.
+    /// A disc of 4 mm radius about `center`, on a canvas of 32 mm that repeats as `tiling` says.
     fn disc(center: DVec2, tiling: Tiling) -> Field {
         Field::generate(Type::Gray, tiling, move |out, _| {
             let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
@@ -178,13 +178,13 @@ mod tests {
             let show = |output| part(&field(&node(), &inputs, output), &canvas(), 0, 0, 64, 64);
             let (ids, local, area) = (show("ids"), show("local"), show("size"));
             assert_eq!(ids.data().iter().copied().fold(0.0, f32::max), pieces);
-            // At the lower left corner the piece's middle is half a pixel away, wherever it is cut off.
+            // Places relative to the middle of the piece, near the lower left corner.
             let at = |tile: &Tile, channel: usize, x: usize, y: usize| tile.row(channel, y)[x];
             assert_eq!(at(&ids, 0, 1, 62), 1.0);
             let whole = std::f64::consts::PI * 16.0;
             let want = match (tiling.x, tiling.y) {
                 (true, true) => (whole, -0.25, 0.25),
-                // What is left are the columns up to 5 mm, and the rows from 27 mm.
+                // The piece is cut off: columns up to 5 mm and rows from 27 mm are left.
                 (true, false) => (f64::NAN, -0.25, 1.75),
                 _ => (f64::NAN, -1.75, 1.75),
             };
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_and_middles_are_those_of_rectangles() {
+    fn measures_boxes_and_middles_of_rectangles() {
         // 6 × 3 mm around (9, 20), and 2 × 8 mm across the border around (32, 4).
         let mask = Field::generate(Type::Gray, Tiling::BOTH, |out, _| {
             let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
@@ -215,7 +215,7 @@ mod tests {
             let tile = show(output);
             (0..tile.channels()).map(|c| tile.row(c, y)[x]).collect::<Vec<_>>()
         };
-        // By the first pixel in reading order.
+        // Numbered by the first pixel in reading order.
         assert_eq!([values("ids", 18, 40), values("ids", 0, 8), values("ids", 63, 8)], [[2.0], [1.0], [1.0]]);
         assert_eq!((values("size", 18, 40), values("size", 0, 8)), (vec![18.0], vec![16.0]));
         assert_eq!((values("center", 18, 40), values("center", 63, 8)), (vec![9.0, 20.0], vec![0.0, 4.0]));

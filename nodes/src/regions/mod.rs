@@ -1,4 +1,4 @@
-//! Regions: numbered pieces of the canvas, and what is measured of them.
+//! Regions: numbered pieces of the canvas, and measurements of them.
 mod flood_fill;
 mod per_piece;
 mod region_average;

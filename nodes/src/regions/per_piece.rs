@@ -1,21 +1,21 @@
-//! Fields that follow from what is measured of whole pieces.
+//! Fields that depend on measurements of whole pieces.
 use super::whole::{picture, whole};
 use glam::{DVec2, UVec2};
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::region::axes::Picture;
 use shibo_kernel::region::pieces::{Pieces, find, runs};
 
-/// A field with `N` numbers known of each piece.
+/// A field that depends on `N` measured numbers of each piece.
 pub(super) struct PerPiece<const N: usize, M, F> {
     /// The numbers of the pieces.
     pub(super) ids: Field,
-    /// What else is measured.
+    /// Another field to measure.
     pub(super) input: Option<Field>,
     /// The canvas, mm.
     pub(super) size: DVec2,
-    /// The numbers known of each piece.
+    /// Measures the numbers of each piece.
     pub(super) measure: M,
-    /// The value of a pixel, from those of its piece and its place on the canvas in mm.
+    /// The value of a pixel, from the numbers of its piece and its place on the canvas in mm.
     pub(super) value: F,
 }
 
@@ -89,7 +89,8 @@ where
     }
 }
 
-/// The bytes that measuring the pieces of a whole picture takes; the channels are the numbers of pieces and what is measured.
+/// Bytes for measuring the pieces of a whole picture; the channels are the numbers of pieces and the channels that are
+/// measured.
 pub(super) fn of_pieces(pixels: UVec2, channels: u64) -> u64 {
     8 * u64::from(pixels.x) * u64::from(pixels.y) * channels
 }

@@ -1,6 +1,6 @@
 //! [`RegionAverage`]: the mean over every piece.
 //!
-//! Sums over the whole picture at its own resolution. Cost: O(pixels).
+//! Sums over the whole picture at the resolution of the output. Cost: O(pixels).
 use super::per_piece::{PerPiece, of_pieces};
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
@@ -11,9 +11,9 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::region::axes::Picture;
 use shibo_kernel::region::pieces::Pieces;
 
-/// Gives each piece the mean of a picture over it: mosaics, stained glass, one height for each stone of a relief.
+/// Gives each piece the mean of a field over it: mosaics, stained glass, one height for each stone of a relief.
 ///
-/// A whole-picture operation. The result repeats where the numbers and the input do.
+/// A whole-picture operation. The result repeats in the directions in which both the numbers and the input repeat.
 ///
 /// ```ron
 /// "clouds": Fractal(size: 14, octaves: 5),
@@ -27,7 +27,7 @@ use shibo_kernel::region::pieces::Pieces;
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RegionAverage {
-    /// What is averaged.
+    /// Field to average.
     pub input: In<AnyField>,
     /// The numbers of the pieces.
     pub ids: In<IdsField>,

@@ -1,4 +1,4 @@
-//! [`RegionCoordinates`]: coordinates of its own for every piece.
+//! [`RegionCoordinates`]: coordinates within every piece.
 //!
 //! Bounding boxes, second moments and extents of whole pieces, see [`kernel::axes`](shibo_kernel::region::axes). Cost:
 //! O(pixels), and the numbers once more for each output.
@@ -13,21 +13,21 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::region::axes::{self, Picture};
 use shibo_kernel::region::pieces::{Pieces, reaches};
 
-/// Along what the x axis of a piece runs.
+/// Direction of the x axis of a piece.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum PieceAxis {
     /// To the right on the canvas.
     #[default]
     Canvas,
-    /// Along the long side of the piece: the axis about which its area turns most easily.
+    /// Along the long side of the piece: the axis of its smallest second moment of area.
     Length,
 }
 
-/// For every piece the place within it, its angle, its area, and where it lies.
+/// Gives, for every piece, the position within the piece, its angle, its area, and its place on the canvas.
 ///
-/// A whole-picture operation. Axes run along the canvas or along each piece, and are turned by `angle` and by chance:
-/// so veneers, stones or leaves get a direction of their own. `local`, `ids` and `angle` are what `CutPlane` takes.
-/// Where the numbers tile, a piece that crosses the border is one piece.
+/// A whole-picture operation. Axes run along the canvas or along each piece, and are turned by `angle` and at random:
+/// so veneers, stones or leaves each get a direction. `CutPlane` takes `local`, `ids` and `angle` as inputs. Where the
+/// numbers tile, a piece that crosses the border is one piece.
 ///
 /// ```ron
 /// "cells": Worley(size: 7),
@@ -42,19 +42,19 @@ pub enum PieceAxis {
 pub struct RegionCoordinates {
     /// The numbers of the pieces.
     pub ids: In<IdsField>,
-    /// Along what the x axis of a piece runs.
+    /// Direction of the x axis of a piece.
     pub axis: PieceAxis,
-    /// By how much axes are turned from there, from +x towards +y.
+    /// Rotation of axes from there, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// By how much they are turned by chance at most, one way or the other.
+    /// Largest random rotation of axes, either way.
     #[schemars(range(min = 0, max = 180), extend("unit" = "°"))]
     pub vary: f64,
-    /// Another number turns them otherwise.
+    /// Another seed gives other rotations.
     pub seed: u64,
 }
 
-/// Pieces, and how their axes lie.
+/// Pieces, and the directions of their axes.
 #[derive(Clone)]
 pub(super) struct Coordinates {
     pub(super) ids: Field,
@@ -80,7 +80,7 @@ pub(super) fn hash_of(hash: Hash, id: f32) -> Hash {
     hash.with((id.round() as i64).cast_unsigned())
 }
 
-/// What is known of a piece: its middle, half its length and width along its own axes, the cosine and sine of their
+/// Measurements of a piece: its middle, half its length and width along its own axes, the cosine and sine of their
 /// angle, the angle in degrees, its area.
 type Known = [f32; 8];
 
@@ -117,7 +117,8 @@ impl Coordinates {
             .collect()
     }
 
-    /// A field of what is known of the piece, and the place in it from its middle along its own axes, mm.
+    /// A field computed from the measurements of the piece, and from the place relative to its middle along its own
+    /// axes, in mm.
     fn each(&self, ty: Type, value: impl Fn(&Known, DVec2) -> [f32; 3] + Send + Sync + 'static) -> Field {
         let (own, period) = (self.clone(), self.period());
         let per_piece = PerPiece {
@@ -143,7 +144,7 @@ impl Coordinates {
         self.each(Type::Vec2, |_, at| [narrow(at.x), narrow(at.y), 0.0])
     }
 
-    /// The place from 0 to 1 over the piece's length and width.
+    /// The place over the piece's length and width, from 0 to 1.
     pub(super) fn unit(&self, ty: Type) -> Field {
         self.each(ty, |known, at| {
             let share = |at: f64, half: f32| narrow((0.5 + 0.5 * at / f64::from(half).max(1e-12)).clamp(0.0, 1.0));
@@ -220,13 +221,13 @@ mod tests {
         let show = |output| part(&field(&node, &[slabs().into()], output), &canvas(), 0, 0, 64, 64);
         let at = |tile: &Tile, channel: usize, x: usize, y: usize| tile.row(channel, y)[x];
         let (angle, extent, local, uv) = (show("angle"), show("box"), show("local"), show("uv"));
-        // The slab of 16 × 4 mm lies level, that of 4 × 16 mm stands.
+        // The slab of 16 × 4 mm is horizontal, that of 4 × 16 mm is vertical.
         assert!(at(&angle, 0, 10, 3).abs() < 1e-3);
         assert!((at(&angle, 0, 2, 30).abs() - 90.0).abs() < 1e-3, "{}", at(&angle, 0, 2, 30));
         for (x, y) in [(10, 3), (2, 30)] {
             assert!((at(&extent, 0, x, y) - 16.0).abs() < 1e-3 && (at(&extent, 1, x, y) - 4.0).abs() < 1e-3);
         }
-        // Half a pixel from the left end, and from the upper one.
+        // Half a pixel from the left end and from the upper end.
         assert!((at(&local, 0, 0, 3) + 7.75).abs() < 1e-3 && (at(&uv, 0, 0, 3) - 0.25 / 16.0).abs() < 1e-3);
         assert!((at(&local, 0, 2, 24).abs() - 7.75).abs() < 1e-3);
     }

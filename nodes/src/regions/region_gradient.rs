@@ -10,11 +10,11 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output,
 use shibo_engine::value::{Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 
-/// A gradient from 0 to 1 over each piece, in one direction or in one of its own: slabs that lie askew, shaded veneers,
-/// scales.
+/// A gradient from 0 to 1 over each piece, in one direction or in a separate one for each piece: slabs that lie askew,
+/// shaded veneers, scales.
 ///
-/// A whole-picture operation. Every piece has 0 at one end and 1 at the other, however large it is. Where the numbers
-/// tile, a piece that crosses the border is one piece.
+/// A whole-picture operation. Every piece of any size has 0 at one end and 1 at the other. Where the numbers tile, a
+/// piece that crosses the border is one piece.
 ///
 /// ```ron
 /// "floor": Brick(size: (9.6, 4.6), gap: 0.4),
@@ -29,16 +29,15 @@ use shibo_kernel::ground::hash::Hash;
 pub struct RegionGradient {
     /// The numbers of the pieces.
     pub ids: In<IdsField>,
-    /// From where `angle` counts: from the canvas, or from the long side of each piece.
+    /// Reference of `angle`: the x axis of the canvas, or the long side of each piece.
     pub axis: PieceAxis,
-    /// In which direction values rise, from +x towards +y.
+    /// Direction in which values rise, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// By how much the direction differs by chance at most, one way or the other: with 180° every direction is as
-    /// likely.
+    /// Largest random change of the direction, either way: with 180° all directions are equally likely.
     #[schemars(range(min = 0, max = 180), extend("unit" = "°"))]
     pub vary: f64,
-    /// Another number gives other directions.
+    /// Another seed gives other directions.
     pub seed: u64,
 }
 
@@ -81,7 +80,7 @@ mod tests {
         let node = RegionGradient { ids: port(0), vary: 0.0, ..RegionGradient::default() };
         let out = render(&node, &[slabs().into()]);
         let near = |x: usize, y: usize, want: f32| assert!((out.row(0, y)[x] - want).abs() < 1e-4, "{x} {y}");
-        // Pixels of ½ mm: over 16 mm, over 4 mm, and across the border from 26 to 34 mm.
+        // Pixels of ½ mm; gradients over 16 mm, over 4 mm, and across the border from 26 to 34 mm.
         near(0, 3, 0.25 / 16.0);
         near(31, 3, 15.75 / 16.0);
         near(0, 30, 0.25 / 4.0);

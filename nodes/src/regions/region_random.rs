@@ -1,6 +1,6 @@
-//! [`RegionRandom`]: a number, a colour and a vector by chance for every piece.
+//! [`RegionRandom`]: a random number, colour and vector for every piece.
 //!
-//! Hashes of the numbers of pieces. Cost: O(pixels).
+//! Computed as hashes of the numbers of pieces. Cost: O(pixels).
 use super::region_coordinates::hash_of;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,11 +10,11 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::region::pieces::runs;
 
-/// A random number for each piece, the same at all its pixels: tones of boards, heights of stones, which leaves are
-/// red.
+/// A random number for each piece, the same at all its pixels: tones of boards, heights of stones, a choice of red
+/// leaves.
 ///
-/// It depends on the number of the piece alone, so pieces keep theirs when others change. What has number 0, such as
-/// the ground of `FloodFill`, is a piece like others.
+/// It depends only on the number of the piece, so a piece keeps its random number when other pieces change. Number 0,
+/// such as the ground of `FloodFill`, is a piece like any other.
 ///
 /// ```ron
 /// "floor": Brick(layout: BasketWeave, size: (9.8, 4.8), gap: 0.2),
@@ -30,10 +30,10 @@ use shibo_kernel::region::pieces::runs;
 pub struct RegionRandom {
     /// The numbers of the pieces.
     pub ids: In<IdsField>,
-    /// The least and the largest value.
+    /// Smallest and largest value.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub range: Range,
-    /// Another number gives other values.
+    /// Another seed gives other values.
     pub seed: u64,
 }
 

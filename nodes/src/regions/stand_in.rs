@@ -1,8 +1,8 @@
 //! Numbers of pieces for tests.
 use shibo_engine::value::{Field, Tiling, Type};
 
-/// On the canvas of tests, 32 × 32 mm: number 1 is 16 × 4 mm at the upper left, number 2 is 4 × 16 mm from (0, 12) on,
-/// number 3 crosses the border at the right from y = 4 to y = 8 mm, and the rest is number 0.
+/// Pieces on the canvas of tests, 32 × 32 mm: number 1 is 16 × 4 mm at the upper left, number 2 is 4 × 16 mm from (0,
+/// 12) on, number 3 crosses the border at the right from y = 4 to y = 8 mm, and the rest is number 0.
 pub(super) fn slabs() -> Field {
     Field::generate(Type::Ids, Tiling::BOTH, |out, _| {
         let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());

@@ -3,8 +3,8 @@ use glam::DVec2;
 use shibo_engine::value::{Canvas, Grid, Resolution, Tiling, Window};
 use shibo_kernel::region::axes::Picture;
 
-/// The grid of a canvas of `size` mm, and all of its pixels: as many along its longer side as are asked for, or those
-/// of `grid`.
+/// The grid of a canvas of `size` mm, and the window of all its pixels: `longer` pixels along the longer side, by
+/// default the pixels of `grid`.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the pixels of a canvas")]
 pub(super) fn whole(size: DVec2, grid: &Grid, longer: Option<u32>) -> (Grid, Window) {
     let side = |n: f64| n.round().clamp(1.0, f64::from(Canvas::MAX_RESOLUTION)) as u32;

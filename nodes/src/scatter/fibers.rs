@@ -1,8 +1,8 @@
 //! [`Fibers`]: hairs and fibres that lie on a surface.
 //!
-//! Strands of [`kernel::strand`](shibo_kernel::scatter::strand), drawn as strokes; where they cross, the highest is seen. Cost: O(strands + pixels
-//! under them), by tiles.
-use super::strands::{Plan, whole};
+//! Strands of [`kernel::strand`](shibo_kernel::scatter::strand), drawn as strokes; where they cross, the highest one
+//! shows. Cost: O(strands + pixels under them), by tiles.
+use super::strands::{StrandPlan, whole};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
@@ -12,7 +12,8 @@ use shibo_kernel::scatter::strand::Ends;
 
 /// Fibres and hairs along a field of directions: fur, suede, felt, paper, carpets.
 ///
-/// Without `direction` they lie along x, or, with a wide `angle`, in all directions. Fibres thinner than a pixel are drawn as wide as one, and fade.
+/// Without `direction` they lie along x, or, with a wide `angle`, in all directions. Fibres thinner than a pixel are
+/// drawn as wide as one, and fade.
 ///
 /// ```ron
 /// "noise": Perlin(size: 20),
@@ -27,31 +28,31 @@ use shibo_kernel::scatter::strand::Ends;
 pub struct Fibers {
     /// The direction that fibres follow: degrees from +x towards +y, or vectors.
     pub direction: Option<In<Direction>>,
-    /// The share of fibres that are drawn, 0..1, by where their middles lie.
+    /// The share of fibres that are drawn, 0..1, read at the middle of each fibre.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
-    /// How many there are in a square centimetre, before the mask.
+    /// Number of fibres per square centimetre, before the mask.
     #[schemars(range(min = 0, max = 1e6), extend("unit" = "1/cm²"))]
     pub density: f64,
-    /// Smallest and largest length, by chance.
+    /// Smallest and largest length; each fibre draws one at random.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub length: Range,
-    /// Smallest and largest width in their middle, by chance.
+    /// Smallest and largest width in the middle; each fibre draws one at random.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
     pub width: Range,
-    /// How high the lowest and the highest fibres lie in their middle, by chance.
+    /// Height of the lowest and of the highest fibre in its middle; each fibre draws one at random.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
     pub thickness: Range,
-    /// Smallest and largest angle to the direction, by chance.
+    /// Smallest and largest angle to the direction; each fibre draws one at random.
     #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
     pub angle: Range,
-    /// By how many degrees a fibre turns in a millimetre at most, one way or the other, by chance.
+    /// Largest random bend of a fibre, either way, in degrees per millimetre.
     #[schemars(range(min = 0, max = 360), extend("unit" = "°/mm"))]
     pub curl: f64,
-    /// How much thinner the ends are than the middle: 0 not at all, 1 pointed.
+    /// Narrowing of the ends: 0 none, 1 pointed.
     #[schemars(range(min = 0, max = 1))]
     pub taper: f64,
-    /// Another number gives other fibres.
+    /// Another seed gives other fibres.
     pub seed: u64,
 }
 
@@ -73,9 +74,9 @@ impl Default for Fibers {
 }
 
 impl Fibers {
-    fn plan(&self) -> Plan<'_> {
+    fn plan(&self) -> StrandPlan<'_> {
         let taper = shibo_kernel::ground::number::narrow(self.taper);
-        Plan {
+        StrandPlan {
             density: self.density,
             length: self.length,
             width: self.width,

@@ -1,4 +1,4 @@
-//! Where stamps go: what `TileSampler` and `Scatter` share.
+//! Placement of stamps, shared by `TileSampler` and `Scatter`.
 use crate::degrees::sin_cos;
 use crate::map::Map;
 use glam::{DVec2, Vec2};
@@ -13,17 +13,17 @@ use shibo_kernel::scatter::set::{Stamp, StampSet};
 /// The order in which stamps are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Order {
-    /// That of the rows, or of the points.
+    /// The order of the rows, or of the points.
     #[default]
     Rows,
-    /// The other way round: the first ones lie on top.
+    /// The reverse order: the first stamps lie on top.
     Reverse,
-    /// Any.
+    /// A random order.
     Random,
 }
 
-/// What varies from stamp to stamp.
-pub(super) struct Plan<'a> {
+/// Parameters that vary from stamp to stamp.
+pub(super) struct StampPlan<'a> {
     pub(super) size: DVec2,
     pub(super) scale: Range,
     pub(super) turn: Range,
@@ -35,18 +35,18 @@ pub(super) struct Plan<'a> {
     pub(super) direction: &'a Option<In<Direction>>,
 }
 
-/// Draws of a stamp; others are the places of its layout.
+/// Indices of the random numbers of a stamp; further ones place it in its layout.
 const KEEP: u64 = 0;
 const SCALE: u64 = 1;
 const TURN: u64 = 2;
 const VALUE: u64 = 3;
 const ORDER: u64 = 4;
-/// The first of two draws for its place.
+/// The first of two random numbers for its place.
 pub(super) const PLACE: u64 = 5;
 
-impl Plan<'_> {
-    /// The stamps at these places, of which place n draws the numbers of `hash.with(n)`; on a canvas that repeats as `tiling`
-    /// says. `pitch` is about the distance of places.
+impl StampPlan<'_> {
+    /// The stamps at these places, on a canvas that repeats as `tiling` says. Place n uses the random numbers of
+    /// `hash.with(n)`. `pitch` is the approximate distance between places.
     pub(super) fn stamps(
         &self,
         cx: &Context<'_>,

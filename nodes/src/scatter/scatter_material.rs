@@ -1,10 +1,10 @@
 //! [`ScatterMaterial`]: whole materials stamped on points.
 //!
-//! All channels are drawn by the kernel of [`TileSampler`](super::TileSampler), from the same stamps and with the same heights, so in
-//! all of them the same stamp is seen. A tile that no stamp touches is a copy of the ground, and ground under opaque stamps that are
-//! drawn one over the other is not computed. Cost: that of `Scatter` for each channel.
-use super::plan::{Order, Plan};
-use super::sown::{Ground, Sown, What};
+//! All channels are drawn by the kernel of [`TileSampler`](super::TileSampler), from the same stamps and with the same
+//! heights, so the same stamp shows in all of them. A tile that no stamp touches is a copy of the ground. With `Over`,
+//! ground under opaque stamps is not computed. Cost: that of `Scatter` for each channel.
+use super::plan::{Order, StampPlan};
+use super::sown::{Ground, Sown, StampQuantity};
 use super::tile_sampler::too_large;
 use super::varied::varied;
 use crate::normals::normals;
@@ -21,23 +21,25 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::scatter::paint::{Content, Overlap};
 use std::sync::Arc;
 
-/// How the heights of stamps meet those of the ground and of each other.
+/// How the heights of stamps are combined with those of the ground and of each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum ScatterHeights {
-    /// The higher one is seen, in all channels: stamps sink into the ground and into each other.
+    /// The higher one shows, in all channels: stamps sink into the ground and into each other.
     #[default]
     Max,
-    /// They add up; in the other channels the highest stamp is seen.
+    /// Heights add up; in the other channels the highest stamp shows.
     Add,
-    /// The stamp that is drawn last is seen, whatever lies below it.
+    /// The stamp that is drawn last shows, whatever lies below it.
     Over,
 }
 
 varied! {
-    /// Stamps a material on points, all channels at once, over another material: pebbles in sand, studs in leather, leaves on soil.
+    /// Stamps a material on points, all channels at once, over another material: pebbles in sand, studs in leather,
+    /// leaves on soil.
     ///
-    /// The whole canvas of the material becomes one stamp of `size` mm. Its `opacity`, or `shape`, cuts it out. Normals are made from
-    /// the heights of the result; a coat lies level on stamps. Angles of anisotropy turn with them.
+    /// The whole canvas of the material becomes one stamp of `size` mm. Its `opacity`, or `shape`, cuts out the stamp.
+    /// Normals are made from the heights of the result; the coat is flat on stamps. Angles of anisotropy turn with the
+    /// stamps.
     ///
     /// ```ron
     /// "form": Shape(form: Ellipse, size: (39, 31)),
@@ -55,34 +57,36 @@ varied! {
     /// "example": Relief(material: "both"),
     /// ```
     ///
-    /// Elsewhere: Substance Designer *Shape Splatter* with *Shape Splatter Blend*, *Material Scatter*; Houdini *Copy to Points*; Blender *Instance on Points*.
+    /// Elsewhere: Substance Designer *Shape Splatter* with *Shape Splatter Blend*, *Material Scatter*; Houdini *Copy to
+    /// Points*; Blender *Instance on Points*.
     pub struct ScatterMaterial {
-        /// What is stamped; the whole canvas becomes a stamp.
+        /// Material to stamp; its whole canvas becomes a stamp.
         material: In<Material> = In::default(),
-        /// What it lies on; channels that it lacks have their defaults.
+        /// Material of the ground; defaults replace channels that it lacks.
         ground: Option<In<Material>> = None,
-        /// Where stamps go.
+        /// Positions of the stamps.
         points: In<Points> = In::default(),
-        /// How opaque the stamp is, 0..1, over the same canvas; the opacity of the material without it, else a full rectangle.
+        /// Opacity of the stamp, 0..1, over the same canvas. If not given, the opacity of the material, or a full
+        /// rectangle without one.
         #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
         shape: Option<In<Gray>> = None,
         [steering]
         [sizes]
-        /// Smallest and largest factor on the heights, by chance.
+        /// Smallest and largest factor on the heights; each stamp draws one at random.
         #[schemars(extend("minimum" = -1e4, "maximum" = 1e4))]
         height_scale: Range = Range::new(1.0, 1.0),
-        /// How far stamps are raised before that; negative ones sink into the ground.
+        /// By how much stamps are raised before `height_scale`; negative values sink them into the ground.
         #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
         offset: f64 = 0.0,
         [share]
-        /// How heights meet, and which stamp is seen.
+        /// How heights are combined, and which stamp shows.
         heights: ScatterHeights = ScatterHeights::Max,
         [order]
         [seed]
     }
 }
 
-/// Channels that stamps do not bring along as they are: normals would have to be turned, and opacity cuts stamps out.
+/// Channels that are not copied from stamps: normals would have to be rotated, and opacity cuts stamps out.
 const LEFT: [Channel; 3] = [Channel::Normal, Channel::CoatNormal, Channel::Opacity];
 
 impl Node for ScatterMaterial {
@@ -120,7 +124,7 @@ impl Node for ScatterMaterial {
         let base = Sown {
             input: height.clone().unwrap_or_else(|| Channel::Height.default_field()),
             shape: cx.get_opt(&self.shape)?.or_else(|| material.get(Channel::Opacity).cloned()),
-            // Without heights, the last one is seen.
+            // Without heights, the last stamp shows.
             overlap: if height.is_none() || self.heights == ScatterHeights::Over {
                 Overlap::Over
             } else {
@@ -132,7 +136,7 @@ impl Node for ScatterMaterial {
             ground: Ground::Flat(0.0),
             size_mm: cx.size_mm(),
         };
-        let cover = cx.shared_field("mask", base.field(What::Cover, points.periodic));
+        let cover = cx.shared_field("mask", base.field(StampQuantity::Cover, points.periodic));
         let stamped =
             Stamped { base, cover: cover.clone(), sinks: self.heights == ScatterHeights::Max, points: &points };
         let has = |channel: Channel| [&*material, &ground].iter().any(|m| m.get(channel).is_some());
@@ -157,12 +161,12 @@ impl Node for ScatterMaterial {
         let made = Material::new(made.collect::<Vec<_>>());
         Ok(Outputs::one(made)
             .with("mask", cover)
-            .with("ids", stamped.shown(What::Ids, &ground))
-            .with("local", stamped.shown(What::Local, &ground)))
+            .with("ids", stamped.shown(StampQuantity::Ids, &ground))
+            .with("local", stamped.shown(StampQuantity::Local, &ground)))
     }
 }
 
-/// The channels of stamps of a material on a ground.
+/// The channels of the result for stamps of a material on a ground.
 fn result(material: ChannelSet, ground: ChannelSet) -> ChannelSet {
     let kept = |channels: ChannelSet, without: &'static [Channel]| {
         channels.iter().filter(move |channel| !without.contains(channel))
@@ -187,13 +191,13 @@ fn raised(material: &Material, offset: f64) -> Option<Field> {
 struct Stamped<'a> {
     base: Sown,
     cover: Field,
-    /// Whether the ground hides what is lower.
+    /// True if higher ground hides stamps.
     sinks: bool,
     points: &'a Points,
 }
 
 impl Stamped<'_> {
-    /// A channel, of which stamps have `content`; their heights if there is none.
+    /// A channel of the result; `content` is that of the stamps, by default their height.
     fn channel(&self, channel: Channel, content: Option<Field>, ground: &Material, adds: bool) -> Field {
         let values = ground.or_default(channel);
         let tiling = self.points.periodic.and(values.tiling());
@@ -209,11 +213,11 @@ impl Stamped<'_> {
             ground: self.ground(values, ground),
             ..self.base.clone()
         };
-        sown.field(What::Values, tiling)
+        sown.field(StampQuantity::Values, tiling)
     }
 
-    /// Which stamp is seen, or where within it.
-    fn shown(&self, what: What, ground: &Material) -> Field {
+    /// The number of the stamp that shows, or the place within it.
+    fn shown(&self, what: StampQuantity, ground: &Material) -> Field {
         let values = Channel::Height.default_field();
         let tiling = ground.get(Channel::Height).map_or(self.points.periodic, |h| self.points.periodic.and(h.tiling()));
         Sown { ground: self.ground(values, ground), ..self.base.clone() }.field(what, tiling)
@@ -292,7 +296,7 @@ mod tests {
 
     #[test]
     fn heights_decide_in_all_channels() {
-        // One stamp on the low ground, one on the high, two over each other on the low one.
+        // Stamps: one on the low ground, one on the high ground, two over each other on the low ground.
         let inputs = inputs(&[(5.0, 5.0), (24.0, 8.0), (6.0, 22.0), (8.0, 24.0)]);
         for (heights, low, high, twice) in [
             (ScatterHeights::Max, (1.0, 0.2), (2.0, 0.8), 1.0),
@@ -303,7 +307,7 @@ mod tests {
             let both = |x, y| (at(&made, Channel::Height, x, y), at(&made, Channel::Roughness, x, y));
             assert_eq!((both(5, 5), both(24, 8)), (low, high), "{heights:?}");
             assert_eq!((at(&made, Channel::Height, 7, 23), both(13, 14)), (twice, (0.5, 0.8)), "{heights:?}");
-            // A coat that stamps lack, and an angle that the ground lacks, have their defaults there.
+            // The default replaces a coat that stamps lack, and an angle that the ground lacks.
             assert_eq!((at(&made, Channel::Coat, 5, 5), at(&made, Channel::Coat, 13, 14)), (0.0, 1.0));
             assert_eq!(
                 (at(&made, Channel::AnisotropyAngle, 5, 5), at(&made, Channel::AnisotropyAngle, 13, 14)),

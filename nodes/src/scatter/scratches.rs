@@ -1,8 +1,8 @@
 //! [`Scratches`]: fine grooves.
 //!
-//! Strands of [`kernel::strand`](shibo_kernel::scatter::strand), drawn as strokes. Fields that steer are read before, at the strands' places.
-//! Cost: O(strands + pixels under them), by tiles.
-use super::strands::{Plan, whole};
+//! Strands of [`kernel::strand`](shibo_kernel::scatter::strand), drawn as strokes. Control fields are read first, at
+//! the places of the strands. Cost: O(strands + pixels under them), by tiles.
+use super::strands::{StrandPlan, whole};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
@@ -12,7 +12,8 @@ use shibo_kernel::scatter::strand::Ends;
 
 /// Scratches: thin grooves of random length, width and depth, straight or curled, in one direction or in all.
 ///
-/// Those thinner than a pixel are drawn as wide as one, and fade. A canvas that tiles in both directions is crossed at its border.
+/// Scratches thinner than a pixel are drawn as wide as one, and fade. On a canvas that tiles in both directions,
+/// scratches cross its border.
 ///
 /// ```ron
 /// "scratches": Scratches(density: 9, length: (4, 25), width: (0.08, 0.4), depth: (0.05, 0.3), angle: (-25, 25), curl: 2),
@@ -23,30 +24,30 @@ use shibo_kernel::scatter::strand::Ends;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scratches {
-    /// The share of scratches that are drawn, 0..1, by where their middles lie.
+    /// The share of scratches that are drawn, 0..1, read at the middle of each scratch.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
     /// The direction that scratches follow: degrees from +x towards +y, or vectors; `angle` is added.
     pub direction: Option<In<Direction>>,
-    /// How many there are in a square centimetre, before the mask.
+    /// Number of scratches per square centimetre, before the mask.
     #[schemars(range(min = 0, max = 1e6), extend("unit" = "1/cm²"))]
     pub density: f64,
-    /// Smallest and largest length, by chance.
+    /// Smallest and largest length; each scratch draws one at random.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub length: Range,
-    /// Smallest and largest width in their middle, by chance.
+    /// Smallest and largest width in the middle; each scratch draws one at random.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
     pub width: Range,
-    /// Smallest and largest depth in their middle, by chance.
+    /// Smallest and largest depth in the middle; each scratch draws one at random.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
     pub depth: Range,
-    /// Smallest and largest angle from +x towards +y, by chance.
+    /// Smallest and largest angle from +x towards +y; each scratch draws one at random.
     #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
     pub angle: Range,
-    /// By how many degrees a scratch turns in a millimetre at most, one way or the other, by chance.
+    /// Largest random bend of a scratch, either way, in degrees per millimetre.
     #[schemars(range(min = 0, max = 360), extend("unit" = "°/mm"))]
     pub curl: f64,
-    /// Another number gives other scratches.
+    /// Another seed gives other scratches.
     pub seed: u64,
 }
 
@@ -67,8 +68,8 @@ impl Default for Scratches {
 }
 
 impl Scratches {
-    fn plan(&self) -> Plan<'_> {
-        Plan {
+    fn plan(&self) -> StrandPlan<'_> {
+        StrandPlan {
             density: self.density,
             length: self.length,
             width: self.width,
@@ -120,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn they_are_as_many_and_as_deep_as_wanted() {
+    fn scratches_have_the_given_number_and_depth() {
         let node = Scratches {
             density: 4.0,
             length: Range::new(3.0, 3.0),
@@ -130,7 +131,7 @@ mod tests {
         };
         let ids = part(&field(&node, &[], "ids"), &canvas(), 0, 0, 64, 64);
         let all: std::collections::BTreeSet<u32> = ids.data().iter().map(|v| *v as u32).filter(|v| *v > 0).collect();
-        // 4 in a cm² on 10.24 cm²: 41, of which some lie under others.
+        // 4 per cm² on 10.24 cm² are 41 scratches, some of which lie under others.
         assert!((36..=41).contains(&all.len()) && all.last() <= Some(&41), "{}", all.len());
         let height = part(&field(&node, &[], "height"), &canvas(), 0, 0, 64, 64);
         let deepest = height.data().iter().copied().fold(0.0, f32::min);

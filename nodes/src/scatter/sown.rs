@@ -23,34 +23,34 @@ pub(super) const OUTPUTS: &[Output] = &[
     .in_unit("mm"),
 ];
 
-/// The most pixels along a side at which the stamp is read.
+/// Maximum number of pixels along a side of the picture of the stamp.
 const MOST: u32 = 2048;
 
-/// What is shown.
+/// The quantity that a field shows.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum What {
+pub(super) enum StampQuantity {
     Values,
     Cover,
     Ids,
     Local,
 }
 
-/// What stamps lie on.
+/// The ground under the stamps.
 #[derive(Clone)]
 #[expect(clippy::large_enum_variant, reason = "there is one for each field")]
 pub(super) enum Ground {
     /// One value everywhere.
     Flat(f32),
-    /// A field; where it is higher than the stamps, it covers them, if its height is given.
+    /// A field. If its height is given, it covers the stamps where it is higher.
     Field {
         values: Field,
         height: Option<Field>,
-        /// How much stamps cover: where that is nothing, the ground is copied.
+        /// Coverage by stamps: where it is 0, the ground is copied.
         cover: Field,
     },
 }
 
-/// What all fields of one node share.
+/// Data shared by all fields of one node.
 #[derive(Clone)]
 pub(super) struct Sown {
     pub(super) input: Field,
@@ -71,19 +71,19 @@ impl Sown {
             let help = "stamp the height, and make the normals of the result with `HeightToNormal`";
             return Err(Problem::new(Code::TypeMismatch, message).at("input").help(help).into());
         }
-        Ok(Outputs::one(self.field(What::Values, tiling))
-            .with("mask", self.field(What::Cover, tiling))
-            .with("ids", self.field(What::Ids, tiling))
-            .with("local", self.field(What::Local, tiling)))
+        Ok(Outputs::one(self.field(StampQuantity::Values, tiling))
+            .with("mask", self.field(StampQuantity::Cover, tiling))
+            .with("ids", self.field(StampQuantity::Ids, tiling))
+            .with("local", self.field(StampQuantity::Local, tiling)))
     }
 
-    /// One of the fields, which repeats as `tiling` says.
-    pub(super) fn field(&self, what: What, tiling: Tiling) -> Field {
+    /// The field of one quantity, which repeats as `tiling` says.
+    pub(super) fn field(&self, what: StampQuantity, tiling: Tiling) -> Field {
         let ty = match what {
-            What::Values => self.input.ty(),
-            What::Cover => Type::Gray,
-            What::Ids => Type::Ids,
-            What::Local => Type::Vec2,
+            StampQuantity::Values => self.input.ty(),
+            StampQuantity::Cover => Type::Gray,
+            StampQuantity::Ids => Type::Ids,
+            StampQuantity::Local => Type::Vec2,
         };
         let largest = self.set.stamps().iter().fold(Vec2::ZERO, |most, stamp| most.max(stamp.half));
         Field::new(ty, tiling, Shown { sown: self.clone(), what, largest })
@@ -92,26 +92,26 @@ impl Sown {
 
 struct Shown {
     sown: Sown,
-    what: What,
+    what: StampQuantity,
     /// Half the size of the largest stamp, mm.
     largest: Vec2,
 }
 
 impl Shown {
-    /// Whether the content, the shape and the height are read.
+    /// The content, the shape and the height, each if it is read.
     fn parts(&self) -> [Option<&Field>; 3] {
         let Sown { input, shape, height, overlap, .. } = &self.sown;
-        let by_height = *overlap == Overlap::ByHeight && self.what != What::Cover;
+        let by_height = *overlap == Overlap::ByHeight && self.what != StampQuantity::Cover;
         let height = height.as_ref().filter(|_| by_height);
         let content = match self.what {
-            What::Values => true,
-            What::Cover => false,
-            What::Ids | What::Local => *overlap != Overlap::Over,
+            StampQuantity::Values => true,
+            StampQuantity::Cover => false,
+            StampQuantity::Ids | StampQuantity::Local => *overlap != Overlap::Over,
         };
         [Some(input).filter(|_| content), shape.as_ref(), height]
     }
 
-    /// The grid on which the stamp is read: as many pixels as the largest has on `grid`.
+    /// The grid on which the stamp is read: as many pixels as the largest stamp has on `grid`.
     fn stamp_grid(&self, grid: &Grid) -> (Grid, UVec2) {
         let pixels = UVec2::from(paint::resolution(self.largest, tile::step(grid), MOST));
         let step = self.sown.size_mm / pixels.as_dvec2();
@@ -120,11 +120,12 @@ impl Shown {
 }
 
 impl Shown {
-    /// What lies under the stamps: how much they cover, and then the ground's values and its height as far as they count.
+    /// The fields for the ground under the stamps: the coverage by stamps, and then the values and the height of the
+    /// ground, if they are used.
     fn under(&self) -> (Option<&Field>, Vec<&Field>) {
         match &self.sown.ground {
-            Ground::Field { values, height, cover } if self.what != What::Cover => {
-                let values = Some(values).filter(|_| self.what == What::Values);
+            Ground::Field { values, height, cover } if self.what != StampQuantity::Cover => {
+                let values = Some(values).filter(|_| self.what == StampQuantity::Values);
                 let height = height.as_ref().filter(|_| self.sown.overlap == Overlap::ByHeight);
                 (Some(cover), values.into_iter().chain(height).collect())
             }
@@ -132,23 +133,23 @@ impl Shown {
         }
     }
 
-    /// Whether the ground is seen where stamps cover all of it.
+    /// True if the ground may show through stamps that cover it fully.
     fn through(&self) -> bool {
         self.sown.overlap != Overlap::Over
     }
 
-    /// Fills in the ground, with nothing in place of what stamps hide for sure. Returns whether stamps touch it.
+    /// Fills in the ground, except where stamps are certain to hide it. Returns true if stamps touch the tile.
     fn lay(&self, given: &Given<'_>, out: &mut Tile) -> bool {
         let cover = match (&self.sown.ground, self.under().0) {
             (Ground::Field { .. }, Some(_)) => given.tile(0).plane(0),
-            (Ground::Flat(value), _) if self.what == What::Values => {
+            (Ground::Flat(value), _) if self.what == StampQuantity::Values => {
                 out.data_mut().fill(*value);
                 return true;
             }
             _ => return true,
         };
         let touched = cover.iter().any(|cover| *cover > 0.0);
-        if self.what != What::Values {
+        if self.what != StampQuantity::Values {
             return touched;
         }
         let values = given.tile(1);
@@ -181,7 +182,7 @@ impl FieldSource for Shown {
             return Vec::new();
         }
         let (low, high) = bounds(given.tile(0).data());
-        let values = self.what == What::Values;
+        let values = self.what == StampQuantity::Values;
         let part = |wanted: bool| if wanted { window } else { Window { width: 0, height: 0, ..window } };
         let height = self.under().1.len() - usize::from(values);
         let of_values = values.then(|| part(self.through() || low < 1.0));
@@ -220,7 +221,7 @@ impl FieldSource for Shown {
     fn prepare_bytes(&self, grid: &Grid) -> u64 {
         let (_, pixels) = self.stamp_grid(grid);
         let channels: usize = self.parts().iter().flatten().map(|field| field.channels()).sum();
-        // The picture, its halves, and both laid out.
+        // The picture, its pyramid, and both in the layout of the kernel.
         u64::from(pixels.x + 2) * u64::from(pixels.y + 2) * channels as u64 * 24
     }
 
@@ -232,7 +233,7 @@ impl FieldSource for Shown {
         let (_, pixels) = self.stamp_grid(&out.grid);
         let parts = self.parts();
         let nothing_read = parts.iter().all(Option::is_none);
-        // Without anything to read only the outlines count.
+        // If no field is read, only the outlines count.
         let layout = if nothing_read { Layout::new(1, 1) } else { Layout::new(pixels.x as usize, pixels.y as usize) };
         let mut next = 0;
         let mut planes = |field: Option<&Field>| -> Vec<&[f32]> {
@@ -248,16 +249,16 @@ impl FieldSource for Shown {
             return given.check();
         }
         let under = self.under().1.len();
-        let ground = (under > usize::from(self.what == What::Values)).then(|| given.tile(under).plane(0));
+        let ground = (under > usize::from(self.what == StampQuantity::Values)).then(|| given.tile(under).plane(0));
         let source = Source { shape, height, content: *content, ground, ..Source::new(&layout, values) };
         let stop = || given.check().is_err();
         let how = (&**set, &source, *overlap);
         let mut planes = out.planes_mut();
         match self.what {
-            What::Values => paint::paint(&stop, how, &frame, Target::Values(planes)),
-            What::Cover => paint::paint(&stop, how, &frame, Target::Cover(&mut *planes[0])),
-            What::Ids => paint::paint(&stop, how, &frame, Target::Ids(&mut *planes[0])),
-            What::Local => {
+            StampQuantity::Values => paint::paint(&stop, how, &frame, Target::Values(planes)),
+            StampQuantity::Cover => paint::paint(&stop, how, &frame, Target::Cover(&mut *planes[0])),
+            StampQuantity::Ids => paint::paint(&stop, how, &frame, Target::Ids(&mut *planes[0])),
+            StampQuantity::Local => {
                 if let [along, across] = &mut planes[..] {
                     paint::paint(&stop, how, &frame, Target::Local([along, across]));
                 }

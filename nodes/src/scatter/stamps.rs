@@ -1,7 +1,7 @@
 //! [`Scatter`]: one field stamped on points.
 //!
-//! The kernel of [`TileSampler`](super::TileSampler).
-use super::plan::{Order, Plan};
+//! Uses the kernel of [`TileSampler`](super::TileSampler).
+use super::plan::{Order, StampPlan};
 use super::sown::{self, Ground, Sown};
 use super::tile_sampler::too_large;
 use super::varied::varied;
@@ -15,7 +15,8 @@ use shibo_kernel::scatter::paint::{Content, Overlap};
 use std::sync::Arc;
 
 varied! {
-    /// Stamps a field on points: pebbles, leaves, rivets, drops. The whole canvas of the input becomes one stamp of `size` mm.
+    /// Stamps a field on points: pebbles, leaves, rivets, drops. The whole canvas of the input becomes one stamp of
+    /// `size` mm.
     ///
     /// `TileSampler` does the same on a grid.
     ///
@@ -26,24 +27,25 @@ varied! {
     /// "example": Relief(height: "pebbles"),
     /// ```
     ///
-    /// Elsewhere: Substance Designer *Shape Splatter*; Material Maker *Splatter*; Blender *Instance on Points*; Houdini *Copy to Points*.
+    /// Elsewhere: Substance Designer *Shape Splatter*; Material Maker *Splatter*; Blender *Instance on Points*; Houdini
+    /// *Copy to Points*.
     pub struct Scatter {
-        /// What is stamped; the whole canvas becomes a stamp.
+        /// Field to stamp; its whole canvas becomes a stamp.
         input: In<AnyField> = In::default(),
-        /// Where stamps go.
+        /// Positions of the stamps.
         points: In<Points> = In::default(),
-        /// How opaque the stamp is, 0..1, over the same canvas; a full rectangle without it.
+        /// Opacity of the stamp, 0..1, over the same canvas; a full rectangle if not given.
         #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
         shape: Option<In<Gray>> = None,
-        /// How high the stamp is, for `ByHeight`; the input itself without it.
+        /// Height of the stamp, for `ByHeight`; the input itself if not given.
         height: Option<In<Gray>> = None,
         [steering]
         [sizes]
-        /// Smallest and largest factor on the values, by chance.
+        /// Smallest and largest factor on the values; each stamp draws one at random.
         #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
         value: Range = Range::new(1.0, 1.0),
         [share]
-        /// What is seen where stamps overlap.
+        /// How stamps that overlap are combined.
         overlap: Overlap = Overlap::Max,
         [order]
         /// The value where there is no stamp.
@@ -108,7 +110,7 @@ mod tests {
         let node = Scatter { turn: Range::new(0.0, 0.0), ..node };
         let mask = field(&node, &[Field::constant(Type::Gray, &[1.0]).into(), points()], "mask");
         let tile = part(&mask, &canvas(), 0, 0, 64, 64);
-        // 4 × 4 mm about (4, 4), (30, 20) across the border, and (40, 10), which is (8, 10).
+        // Stamps of 4 × 4 mm about (4, 4), about (30, 20) across the border, and about (40, 10), which is (8, 10).
         let covered = |x: usize, y: usize| tile.row(0, y)[x];
         assert_eq!((covered(4, 4), covered(11, 11), covered(12, 8), covered(3, 8)), (1.0, 1.0, 0.0, 0.0));
         assert_eq!((covered(63, 40), covered(0, 40), covered(16, 20), covered(20, 20)), (1.0, 0.0, 1.0, 0.0));

@@ -1,4 +1,4 @@
-//! What `Scratches` and `Fibers` share: strands anywhere on the canvas, as strokes.
+//! Shared by `Scratches` and `Fibers`: strands anywhere on the canvas, drawn as strokes.
 use crate::map::Map;
 use glam::{DVec2, Vec2};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -11,22 +11,22 @@ use shibo_kernel::scatter::strand::{Ends, Strand};
 use shibo_kernel::strokes::{self, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
 use std::sync::Arc;
 
-/// The most strokes that strands are cut into.
+/// Maximum number of strokes of all strands.
 const MOST_STROKES: f64 = 4e6;
 
-/// The most strokes that may lie over each other, on average.
+/// Maximum number of strokes that overlap, on average.
 const MOST_LAYERS: f64 = 1024.0;
 
-/// How many strands, and how they vary.
-pub(super) struct Plan<'a> {
-    /// In a cm².
+/// Number of strands, and their variation.
+pub(super) struct StrandPlan<'a> {
+    /// Strands per cm².
     pub(super) density: f64,
     pub(super) length: Range,
     pub(super) width: Range,
     pub(super) depth: Range,
     /// Degrees.
     pub(super) angle: Range,
-    /// Most degrees in a mm, either way.
+    /// Largest bend in degrees per mm, either way.
     pub(super) curl: f64,
     pub(super) ends: Ends,
     pub(super) mask: &'a Option<In<Gray>>,
@@ -40,18 +40,18 @@ struct Strands {
     tiling: Tiling,
 }
 
-impl Plan<'_> {
+impl StrandPlan<'_> {
     fn count(&self, size: DVec2) -> f64 {
         (self.density * size.element_product() / 100.0).round()
     }
 
-    /// Strokes of a strand: enough for its ends, and for what bends it.
+    /// Number of strokes per strand: enough for its ends and its bend.
     fn pieces(&self) -> u32 {
         let turn = if self.direction.is_some() { 180.0 } else { self.curl * self.length.hi };
         [8, 16, 24, 32].into_iter().find(|n| turn <= 8.0 * f64::from(*n)).unwrap_or(48)
     }
 
-    /// Refuses too many strands, and such as are much longer than the canvas.
+    /// Refuses too many strands, and strands much longer than the canvas.
     pub(super) fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         let size = canvas.size_mm();
         let (count, pieces) = (self.count(size), f64::from(self.pieces()));
@@ -86,7 +86,7 @@ impl Plan<'_> {
         Ok(Outputs::one(height).with("mask", mask).with("ids", ids))
     }
 
-    /// The strands; number n draws the numbers of `hash.with(n)`.
+    /// The strands; strand n uses the random numbers of `hash.with(n)`.
     fn strands(&self, cx: &Context<'_>, hash: Hash, style: StrokeStyle) -> Result<Strands, Stop> {
         let size = cx.size_mm();
         let pitch = (100.0 / self.density.max(1e-9)).sqrt().min(0.5 * self.length.hi.max(1e-3));
@@ -160,12 +160,12 @@ impl Strands {
     }
 }
 
-/// Where strands repeat on a canvas that repeats like this: in both directions or not at all.
+/// Tiling of strands on a canvas with this tiling: in both directions or not at all.
 pub(super) fn whole(tiling: Tiling) -> Tiling {
     if tiling == Tiling::BOTH { Tiling::BOTH } else { Tiling::NONE }
 }
 
-/// How strokes of strands are drawn.
+/// The style of the strokes of strands.
 fn style(profile: strokes::Profile) -> StrokeStyle {
     StrokeStyle { profile, round_caps: true, ..StrokeStyle::default() }
 }

@@ -1,9 +1,9 @@
 //! [`TileSampler`]: one field stamped many times, on a grid or on points.
 //!
-//! The stamp is read once for each resolution, with as many pixels as the largest stamp has, and its halves serve the smaller ones; between
-//! pixels it is interpolated. Then a tile costs what overlaps it. Steering fields are read at
-//! the middle of each stamp, with four samples per pitch. See [`kernel::paint`](shibo_kernel::scatter::paint).
-use super::plan::{Order, PLACE, Plan};
+//! The stamp is read once per resolution, with as many pixels as the largest stamp has; its pyramid serves smaller
+//! stamps, with interpolation between pixels. A tile then costs the stamps that overlap it. Control fields are read at
+//! the middle of each stamp, from four samples per pitch. See [`kernel::paint`](shibo_kernel::scatter::paint).
+use super::plan::{Order, PLACE, StampPlan};
 use super::sown::{self, Ground, Sown};
 use super::varied::varied;
 use crate::bounds::{exceeds, told};
@@ -16,47 +16,48 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::scatter::paint::{Content, Overlap};
 use std::sync::Arc;
 
-/// The most stamps of a node.
+/// Maximum number of stamps.
 pub(super) const MOST_STAMPS: f64 = 4e6;
 
 varied! {
     /// Stamps a field many times, on a grid or on points: the whole canvas of the input becomes one stamp of `size` mm.
     ///
-    /// Size, turn, place, value and order vary at random, and fields steer how densely stamps lie, how large they are and where they
-    /// point. On a canvas that tiles the grid is fitted so that it repeats, with a warning that tells by how much.
+    /// Size, rotation, place, value and order vary at random, and fields control the density, size and direction of
+    /// stamps. On a canvas that tiles, the grid is changed so that it repeats, and a warning gives the change.
     ///
     /// ```ron
     /// "leaf": Shape(form: Ellipse, size: (36, 16), softness: 8),
     /// "example": TileSampler(input: "leaf.mask", pitch: 4, size: 7, scale: (0.6, 1.2), turn: (0, 360), jitter: 0.8, value: (0.3, 1), overlap: Max),
     /// ```
     ///
-    /// Elsewhere: Substance Designer *Tile Sampler*, *Tile Random*, *Splatter*; Material Maker *Tiler*, *Splatter*; Blender *Instance on Points*; Houdini *Copy to Points*.
+    /// Elsewhere: Substance Designer *Tile Sampler*, *Tile Random*, *Splatter*; Material Maker *Tiler*, *Splatter*;
+    /// Blender *Instance on Points*; Houdini *Copy to Points*.
     pub struct TileSampler {
-        /// What is stamped; the whole canvas becomes a stamp.
+        /// Field to stamp; its whole canvas becomes a stamp.
         input: In<AnyField> = In::default(),
-        /// How opaque the stamp is, 0..1, over the same canvas; a full rectangle without it.
+        /// Opacity of the stamp, 0..1, over the same canvas; a full rectangle if not given.
         #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
         shape: Option<In<Gray>> = None,
-        /// How high the stamp is, for `ByHeight`; the input itself without it.
+        /// Height of the stamp, for `ByHeight`; the input itself if not given.
         height: Option<In<Gray>> = None,
-        /// Where stamps go, instead of a grid; `pitch`, `stagger` and `jitter` have no effect then.
+        /// Positions of the stamps, instead of a grid; `pitch`, `stagger` and `jitter` then have no effect.
         points: Option<In<Points>> = None,
         [steering]
-        /// Distance of columns and rows; one number stands for both.
+        /// Distance between columns and between rows; one number sets both.
         #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
         pitch: Xy = Xy::new(4.0, 4.0),
         /// By how much every second row is shifted, as a share of the pitch.
         #[schemars(range(min = 0, max = 1))]
         stagger: f64 = 0.0,
-        /// How far stamps stray from their places, as a share of the pitch: at 1 by up to half a pitch in x and in y.
+        /// Largest random shift of stamps, as a share of the pitch: at 1 by up to half a pitch in x and in y.
         #[schemars(range(min = 0, max = 4))]
         jitter: f64 = 0.0,
         [sizes]
-        /// Smallest and largest factor on the values, by chance.
+        /// Smallest and largest factor on the values; each stamp draws one at random.
         #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
         value: Range = Range::new(1.0, 1.0),
         [share]
-        /// What is seen where stamps overlap.
+        /// How stamps that overlap are combined.
         overlap: Overlap = Overlap::Max,
         [order]
         /// The value where there is no stamp.
@@ -67,7 +68,7 @@ varied! {
 }
 
 impl TileSampler {
-    /// Columns and rows, and their distances.
+    /// Numbers of columns and rows, and the distances between them.
     fn grid(&self, canvas: &CanvasFacts) -> (DVec2, DVec2) {
         let (size, pitch, tiling) = (canvas.size_mm(), DVec2::new(self.pitch.x, self.pitch.y), canvas.tile());
         let wanted = size / pitch;
@@ -155,7 +156,7 @@ impl Node for TileSampler {
     }
 }
 
-/// Refuses stamps that are larger than four canvases: so often they overlap themselves.
+/// Refuses stamps larger than four canvases, which would overlap themselves that often.
 pub(super) fn too_large(size: DVec2, scale: Range, canvas: &CanvasFacts) -> Vec<Problem> {
     let (largest, most) = (size.max_element() * scale.hi, 4.0 * canvas.size_mm().max_element());
     if !exceeds(largest, most) {
@@ -208,7 +209,7 @@ mod tests {
         let tile = part(&field(&node, &one, "result"), &canvas(), 0, 0, 64, 64);
         let ids = part(&field(&node, &one, "ids"), &canvas(), 0, 0, 64, 64);
         for k in 0..64 * 64 {
-            // Pixels of ½ mm: stamps from 1 to 7 and from 2 to 6 mm of every 8 × 8 mm.
+            // Pixels of ½ mm; in every 8 × 8 mm a stamp from 1 to 7 mm and from 2 to 6 mm.
             let (x, y) = (k % 64, k / 64);
             let inside = (2..14).contains(&(x % 16)) && (4..12).contains(&(y % 16));
             assert_eq!(tile.data()[k], if inside { 0.5 } else { 0.0 }, "{x} {y}");
@@ -218,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_steer() {
+    fn fields_control_stamps() {
         let value = |v: f32| Value::from(Field::constant(Type::Gray, &[v]));
         let mean = |node: &TileSampler, steer: f32| {
             let tile = part(&field(node, &[value(1.0), value(steer)], "mask"), &canvas(), 0, 0, 64, 64);
@@ -238,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_stamped_is_refused() {
+    fn refuses_invalid_stamps() {
         assert_eq!(TileSampler { pitch: Xy::new(1e-3, 1e-3), ..node() }.check_on(&canvas())[0].code, Code::TooLarge);
         assert_eq!(TileSampler { size: Xy::new(200.0, 1.0), ..node() }.check_on(&canvas())[0].code, Code::OutOfRange);
         assert_eq!(TileSampler { pitch: Xy::new(7.0, 8.0), ..node() }.advice_on(&canvas()).len(), 1);

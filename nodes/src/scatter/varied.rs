@@ -1,6 +1,7 @@
-//! The parameters that all nodes have which stamp: what varies from stamp to stamp.
+//! Parameters shared by all nodes that stamp: the variation from stamp to stamp.
 
-/// Declares a node that stamps: its own fields in four places, and those of all others between them. Each field has its default.
+/// Declares a node that stamps: its own fields in four places, with the shared fields between them. Each field has its
+/// default.
 macro_rules! varied {
     (
         $(#[$meta:meta])*
@@ -22,22 +23,22 @@ macro_rules! varied {
         #[serde(default, deny_unknown_fields)]
         pub struct $name {
             $($(#[$m1])* pub $f1: $t1,)*
-            /// The share of stamps that are drawn, 0..1, at their places.
+            /// The share of stamps that are drawn, 0..1, read at the place of each stamp.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             pub density: Option<In<Gray>>,
-            /// Factor on the size of stamps, 0..1, at their places.
+            /// Factor on the size of stamps, 0..1, read at the place of each stamp.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             pub scale_by: Option<In<Gray>>,
-            /// Where the stamps' own x points: degrees from +x towards +y, or vectors; `turn` is added.
+            /// Direction of the x axis of stamps: degrees from +x towards +y, or vectors; `turn` is added.
             pub direction: Option<In<Direction>>,
             $($(#[$m2])* pub $f2: $t2,)*
             /// Width and height of a stamp of scale 1.
             #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
             pub size: Xy,
-            /// Smallest and largest factor on the size, by chance.
+            /// Smallest and largest factor on the size; each stamp draws one at random.
             #[schemars(extend("minimum" = 0.0, "maximum" = 100.0))]
             pub scale: Range,
-            /// Smallest and largest turn from +x towards +y, by chance.
+            /// Smallest and largest rotation, from +x towards +y; each stamp draws one at random.
             #[schemars(extend("minimum" = -3600.0, "maximum" = 3600.0, "unit" = "°"))]
             pub turn: Range,
             $($(#[$m3])* pub $f3: $t3,)*
@@ -45,10 +46,10 @@ macro_rules! varied {
             #[schemars(range(min = 0, max = 1))]
             pub share: f64,
             $($(#[$m4])* pub $f4: $t4,)*
-            /// The order in which they are drawn.
+            /// The order in which stamps are drawn.
             pub order: Order,
             $($(#[$m5])* pub $f5: $t5,)*
-            /// Another number gives other chances.
+            /// Another seed gives other random values.
             pub seed: u64,
         }
 
@@ -74,9 +75,9 @@ macro_rules! varied {
         }
 
         impl $name {
-            /// What varies, the factors on the values among it.
-            fn plan(&self, value: Range) -> Plan<'_> {
-                Plan {
+            /// The variation of stamps; `value` is the range of factors on the values.
+            fn plan(&self, value: Range) -> StampPlan<'_> {
+                StampPlan {
                     size: DVec2::new(self.size.x, self.size.y),
                     scale: self.scale,
                     turn: self.turn,

@@ -6,28 +6,28 @@ use std::path::Path;
 use ttf_parser::gpos::{PairAdjustment, PositioningSubtable};
 use ttf_parser::{Face, GlyphId, OutlineBuilder, Tag};
 
-/// The font that is used where none is named: Quattrocento by Pablo Impallari, under the SIL Open Font License (`nodes/fonts/OFL.txt`).
+/// The default font: Quattrocento by Pablo Impallari, under the SIL Open Font License (`nodes/fonts/OFL.txt`).
 const EMBEDDED: &[u8] = include_bytes!("../../fonts/Quattrocento-Regular.otf");
 
-/// The most bytes of a font file.
+/// Maximum size of a font file, in bytes.
 const MOST_BYTES: u64 = 64 << 20;
 
-/// The most edges of a text.
+/// Maximum number of edges of a text.
 const MOST_EDGES: usize = 400_000;
 
-/// How far edges may lie from the curves of a font, as a share of its size.
+/// Largest distance of edges from the curves of a font, as a share of its size.
 const TOLERANCE: f64 = 5e-5;
 
-/// How a text is set.
+/// Parameters for setting a text.
 pub(super) struct Setting<'a> {
     pub(super) text: &'a str,
     /// mm.
     pub(super) size: f64,
-    /// Between letters, as a share of the size.
+    /// Space between letters, as a share of the size.
     pub(super) tracking: f64,
-    /// From line to line, as a share of the size.
+    /// Distance from line to line, as a share of the size.
     pub(super) leading: f64,
-    /// 0 for lines that begin together, ½ for such as are centred, 1 for such as end together.
+    /// Alignment of lines: 0 left, ½ centred, 1 right.
     pub(super) align: f64,
 }
 
@@ -69,7 +69,7 @@ pub(super) fn edges(font: &[u8], setting: &Setting<'_>) -> Result<Vec<Edge>, Pro
         }
     }
     let mut edges = pen.edges;
-    // In the middle of its widest line, whatever the alignment.
+    // Centre the text on its widest line, for every alignment.
     let (low, high) =
         edges.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), e| (low.min(e.from.x), high.max(e.from.x)));
     let shift = DVec2::new(if low <= high { -0.5 * (low + high) } else { 0.0 }, 0.0);
@@ -77,7 +77,7 @@ pub(super) fn edges(font: &[u8], setting: &Setting<'_>) -> Result<Vec<Edge>, Pro
     Ok(edges)
 }
 
-/// The glyphs of a line with their places in units of the font, and at last the end of the line.
+/// The glyphs of a line with their places in units of the font; the last entry is the end of the line.
 fn places(face: &Face<'_>, line: &str, tracking: f64) -> Result<Vec<(Option<GlyphId>, f64)>, Problem> {
     let mut places: Vec<(Option<GlyphId>, f64)> = Vec::new();
     let (mut at, mut before): (f64, Option<GlyphId>) = (0.0, None);
@@ -102,7 +102,7 @@ fn places(face: &Face<'_>, line: &str, tracking: f64) -> Result<Vec<(Option<Glyp
     Ok(places)
 }
 
-/// By how much the second of two glyphs is moved, in units of the font.
+/// Shift of the second of two glyphs by kerning, in units of the font.
 fn kerning(face: &Face<'_>, left: GlyphId, right: GlyphId) -> f64 {
     let Some(gpos) = face.tables().gpos else {
         let tables = face.tables().kern.into_iter().flat_map(|kern| kern.subtables);
@@ -118,7 +118,7 @@ fn kerning(face: &Face<'_>, left: GlyphId, right: GlyphId) -> f64 {
         }
         seen.push(number);
         let Some(lookup) = gpos.lookups.get(number) else { continue };
-        // The first subtable that knows the pair counts.
+        // The first subtable that contains the pair counts.
         for table in lookup.subtables.into_iter::<PositioningSubtable<'_>>() {
             let PositioningSubtable::Pair(pair) = table else { continue };
             let Some(index) = pair.coverage().get(left) else { continue };
@@ -202,7 +202,7 @@ mod tests {
         let letters = set("HOH", 0.5, 0.0);
         let (low, high) = extent(&letters);
         assert!((low.x + high.x).abs() < 1e-9 && (low.y + high.y).abs() < 0.3, "{low} {high}");
-        // Capitals are about 0.7 of the size, and each outline ends where it began.
+        // Capitals are about 0.7 of the size, and each outline ends where it starts.
         assert!((6.0..8.0).contains(&(high.y - low.y)), "{}", high.y - low.y);
         let sum: DVec2 = letters.iter().map(|e| e.to - e.from).sum();
         assert!(sum.length() < 1e-6);
@@ -215,7 +215,7 @@ mod tests {
             let (low, high) = extent(&set(text, 0.0, tracking));
             high.x - low.x
         };
-        // Without kerning a word is as wide both ways.
+        // Kerning moves A and V closer together than H and H.
         let sum = |a: &str, b: &str| width(a, 0.0) + width(b, 0.0);
         let gap = |text: &str, a: &str, b: &str| width(text, 0.0) - sum(a, b);
         assert!(gap("AV", "A", "V") < gap("HH", "H", "H") - 0.5, "{} {}", gap("AV", "A", "V"), gap("HH", "H", "H"));
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn letters_that_a_font_lacks_are_told() {
+    fn reports_letters_missing_in_font() {
         let setting = Setting { text: "aシ", size: 10.0, tracking: 0.0, leading: 1.0, align: 0.0 };
         let problem = edges(EMBEDDED, &setting).unwrap_err();
         assert!(problem.message.contains("no glyph for `\\u{30b7}`"), "{}", problem.message);

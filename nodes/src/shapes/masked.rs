@@ -1,4 +1,4 @@
-//! The mask of a signed distance.
+//! Masks of signed distances.
 use shibo_engine::value::{Field, Halo, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
@@ -6,7 +6,7 @@ use shibo_kernel::shape::mask;
 use shibo_kernel::shape::outline::Outline;
 use std::sync::Arc;
 
-/// 1 where `distance` (mm) is negative, over one pixel or `softness` mm.
+/// 1 where `distance` (mm) is negative; the edge fades over one pixel or `softness` mm.
 pub(super) fn mask(distance: &Field, softness: f64) -> Field {
     let softness = narrow(softness);
     Field::map(Type::Gray, [distance.clone()], Halo::NONE, move |out, [d]| {
@@ -16,7 +16,7 @@ pub(super) fn mask(distance: &Field, softness: f64) -> Field {
     })
 }
 
-/// The mask of an outline, of which only the places near its edge are measured.
+/// The mask of an outline; distances are measured only near its edge.
 pub(super) fn outlined(outline: &Arc<Outline>, softness: f64, tiling: Tiling) -> Field {
     let outline = outline.clone();
     Field::generate(Type::Gray, tiling, move |out, given| {

@@ -1,7 +1,7 @@
 //! [`Shape`]: one geometric figure.
 //!
-//! Signed distances in closed form, see [`kernel::figure`](shibo_kernel::shape::figure); where the canvas tiles, that of
-//! the nearest copy. Cost: O(pixels · copies near).
+//! Signed distances in closed form, see [`kernel::figure`](shibo_kernel::shape::figure); on a canvas that tiles, the
+//! distance of the nearest copy. Cost: O(pixels · copies nearby).
 use super::masked;
 use crate::degrees::sin_cos;
 use glam::DVec2;
@@ -12,9 +12,9 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
 use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
-use shibo_kernel::shape::figure::{Figure, Placed};
+use shibo_kernel::shape::figure::{Figure, PlacedFigure};
 
-/// The figures.
+/// Geometric figures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Form {
     /// A disc; its diameter is the smaller number of `size`.
@@ -24,24 +24,26 @@ pub enum Form {
     Ellipse,
     /// A rectangle of `size`, its corners rounded by `radius`.
     Box,
-    /// A regular polygon, or with `inner` a star, with `sides` corners on a circle as for `Circle`; one of them up.
+    /// A regular polygon, or with `inner` a star, with `sides` corners on the circle of `Circle`, one of them at the
+    /// top.
     Polygon,
     /// A ring with the outer edge of `Circle`, `width` wide.
     Ring,
-    /// A rectangle of `size` with half circles for its short sides.
+    /// A rectangle of `size` with half circles at its short sides.
     Capsule,
-    /// A straight bar, as long as `size.x` and `width` wide, its corners rounded by `radius`.
+    /// A straight bar, `size.x` long and `width` wide, its corners rounded by `radius`.
     Line,
     /// A heart that fits into `size`, tip down.
     Heart,
-    /// Two bars, `width` wide, as long as `size.x` and `size.y`, that cross in the middle; outer corners rounded by `radius`.
+    /// Two bars, `width` wide, as long as `size.x` and `size.y`, that cross in the middle; outer corners rounded by
+    /// `radius`.
     Cross,
 }
 
 /// A circle, a rectangle, a polygon, a star, a heart … as a mask and as the distance from its edge in mm.
 ///
-/// On a canvas that tiles, the shape repeats with it: what leaves on one side comes in on the other. Distances join with
-/// `ShapeMath`; the mask alone is sharp at any resolution.
+/// On a canvas that tiles, the shape repeats with it: a part that leaves on one side enters on the other. Combine
+/// distances with `ShapeMath`. The mask is sharp at any resolution.
 ///
 /// ```ron
 /// "star": Shape(form: Polygon, size: 34, sides: 5, inner: 0.5, radius: 1),
@@ -55,15 +57,15 @@ pub enum Form {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Shape {
-    /// Which figure.
+    /// The figure.
     pub form: Form,
-    /// Where its middle lies; the canvas' centre by default.
+    /// Centre of the shape; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub center: Option<Xy>,
-    /// Its width and height before it is turned; one number stands for both. Where the canvas tiles, at most twice the canvas.
+    /// Width and height before the rotation; one number sets both. On a canvas that tiles, at most twice the canvas.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub size: Xy,
-    /// By how much it is turned, from +x towards +y.
+    /// Rotation of the shape, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
     /// Radius of the corners of `Box`, `Polygon`, `Line` and `Cross`; straight sides stay where they are.
@@ -75,11 +77,11 @@ pub struct Shape {
     /// Corners of a `Polygon`.
     #[schemars(range(min = 3, max = 1000))]
     pub sides: u32,
-    /// Makes a star of a `Polygon`: how far its inner corners lie from the middle, as a share of the outer ones. Without it the sides
-    /// are straight.
+    /// Makes a `Polygon` a star: distance of the inner corners from the middle, as a share of that of the outer ones.
+    /// Without it the sides are straight.
     #[schemars(range(min = 0.01, max = 1))]
     pub inner: Option<f64>,
-    /// Over how many mm the mask fades, half of them inside; at least over one pixel.
+    /// Width over which the edge of the mask fades, half of it inside; at least one pixel.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub softness: f64,
 }
@@ -134,7 +136,7 @@ impl Shape {
         }
     }
 
-    /// The largest `radius` of the corners, where the figure has some.
+    /// The largest possible `radius`, for figures with corners.
     fn room(&self) -> Option<f64> {
         let half = self.half();
         match self.form {
@@ -188,7 +190,7 @@ impl Node for Shape {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let center = self.center.map_or(cx.size_mm() * 0.5, |c| DVec2::new(c.x, c.y));
-        let placed = Placed::new(self.figure(), center, sin_cos(self.angle), (cx.size_mm(), cx.tiling()));
+        let placed = PlacedFigure::new(self.figure(), center, sin_cos(self.angle), (cx.size_mm(), cx.tiling()));
         let distance = Field::generate(Type::Gray, cx.tiling(), move |out, _| {
             placed.fill(&tile::frame(out), out.plane_mut(0));
             Ok(())
@@ -220,7 +222,7 @@ mod tests {
         for form in FORMS {
             let node = Shape { form, size: Xy::new(13.0, 7.0), angle: 25.0, radius: 0.5, ..Shape::default() };
             conforms(&node, &[]);
-            // Across the border.
+            // A shape across the border.
             conforms(&Shape { center: Some(Xy::new(1.0, 31.0)), softness: 2.0, ..node.clone() }, &[]);
             conforms(&Shape { size: Xy::new(60.0, 60.0), ..node }, &[]);
         }
@@ -250,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused() {
+    fn refuses_impossible_sizes() {
         let refused = |node: Shape| node.check_on(&canvas()).first().map(|p| p.field.clone().unwrap_or_default());
         let base = Shape { size: Xy::new(10.0, 6.0), ..Shape::default() };
         assert_eq!(refused(base.clone()), None);

@@ -1,8 +1,8 @@
 //! [`ShapeMath`]: shapes combined, by their distances.
 //!
-//! See [`kernel::combine`](shibo_kernel::shape::combine). `Repeat` shows the nearest four copies of what lies in two cells about the
-//! middle of the canvas; between pixels it is read by Catmull-Rom. Cost: O(pixels), bound by memory; `Repeat` also that of the
-//! input over two cells.
+//! See [`kernel::combine`](shibo_kernel::shape::combine). `Repeat` shows the nearest four copies of the input in two
+//! cells about the middle of the canvas, interpolated by Catmull-Rom. Cost: O(pixels), bound by memory; `Repeat` adds
+//! the cost of the input over two cells.
 use super::masked;
 use glam::DVec2;
 use schemars::JsonSchema;
@@ -15,11 +15,11 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::shape::combine::{self, Operation};
 
-/// Joins, cuts, offsets, outlines and repeats shapes. It works on distances in mm (`Shape.distance`, `Text.distance`), negative
-/// inside, and gives a distance again, so that nodes follow each other.
+/// Joins, cuts, offsets, outlines and repeats shapes. Works on distances in mm (`Shape.distance`, `Text.distance`),
+/// negative inside. The result is a distance again, so that nodes can be chained.
 ///
-/// Corners are rounded in two steps: draw the shape smaller by the radius, then `Offset` it by as much. Distances inside of shapes
-/// that overlap are those of the deeper one. `Repeat` fits its cells to a canvas that tiles.
+/// Corners are rounded in two steps: draw the shape smaller by the radius, then `Offset` it by the same amount. Inside
+/// overlapping shapes, the distance is that of the deeper one. `Repeat` fits its cells to a canvas that tiles.
 ///
 /// ```ron
 /// "bar": Shape(form: Box, size: (26, 7), radius: 1),
@@ -29,27 +29,28 @@ use shibo_kernel::shape::combine::{self, Operation};
 /// "example": Invert(input: "outline.mask"),
 /// ```
 ///
-/// Elsewhere: Material Maker *Boolean*, *Smooth Boolean*, *Rounded Shape*, *Annular Shape*; Blender *Boolean Math*, *Math* (Smooth Minimum).
+/// Elsewhere: Material Maker *Boolean*, *Smooth Boolean*, *Rounded Shape*, *Annular Shape*; Blender *Boolean Math*,
+/// *Math* (Smooth Minimum).
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ShapeMath {
-    /// What is done.
+    /// Operation on the shapes.
     pub operation: Operation,
     /// The distance of the first shape.
     pub a: In<Gray>,
     /// The distance of the second shape, for `Union`, `Intersection` and `Difference`.
     pub b: Option<In<Gray>>,
-    /// Radius of the seam between two shapes; 0 is a sharp corner.
+    /// Radius of the fillet between two shapes; 0 is a sharp corner.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub radius: f64,
-    /// How much larger `Offset` makes the shape, and how wide the outline of `Shell` is.
+    /// By how much `Offset` grows the shape; the width of the outline of `Shell`.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub amount: f64,
-    /// The cell of `Repeat`: what lies in the cell about the middle of the canvas is repeated. On a canvas that tiles a whole number
-    /// of them is fitted.
+    /// The cell of `Repeat`: the part of the input in the cell about the middle of the canvas is repeated. On a canvas
+    /// that tiles, the cell is changed so that a whole number fits.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub cell: Xy,
-    /// Over how many mm the mask fades, half of them inside; at least over one pixel.
+    /// Width over which the edge of the mask fades, half of it inside; at least one pixel.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub softness: f64,
 }
@@ -69,7 +70,7 @@ impl Default for ShapeMath {
 }
 
 impl ShapeMath {
-    /// The cell that fits the canvas.
+    /// The cell, changed to fit the canvas.
     fn fitted(&self, size: DVec2, tiling: Tiling) -> DVec2 {
         let cell = DVec2::new(self.cell.x, self.cell.y);
         let fitted = size / (size / cell).round().max(DVec2::ONE);
@@ -153,7 +154,7 @@ impl Node for ShapeMath {
     }
 }
 
-/// A distance, once in each cell.
+/// A distance, repeated in each cell.
 struct Repeated {
     input: Field,
     cell: DVec2,
@@ -161,7 +162,7 @@ struct Repeated {
 }
 
 impl Repeated {
-    /// The pixels of the input that are read: a cell on each side of the middle.
+    /// The pixels of the input to read: a cell on each side of the middle.
     #[expect(clippy::cast_possible_truncation, reason = "pixels of a canvas")]
     fn source(&self, grid: &Grid) -> Window {
         let (low, high) = (
@@ -182,7 +183,7 @@ impl FieldSource for Repeated {
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let sampler = Sampler::new(tile::view(given.tile(0), 0), Filter::CatmullRom, [Outside::Clamp; 2]);
         let (grid, window) = (out.grid, out.window);
-        // Counted from the middle in cells: the copy at or before it in each direction, and the next one.
+        // The pixel of the input for the copy at or before the place, and for the next copy.
         let place = |p: f64, k: usize| {
             let away = p - self.middle[k];
             let first = away - (away / self.cell[k]).floor() * self.cell[k];
@@ -221,7 +222,7 @@ mod tests {
         let input = [distance(&small).into()];
         conforms(&node, &input);
         let got = part(&field(&node, &input, "distance"), &canvas(), 0, 0, 64, 64);
-        // By hand: boxes about (4 + 8 i, 16 j) mm, for the middle is (16, 16) and cells are 8 × 16.
+        // By hand: boxes about (4 + 8 i, 16 j) mm, because the middle is (16, 16) and cells are 8 × 16.
         for (k, got) in got.data().iter().enumerate() {
             let p = canvas().grid(canvas().resolution).center((k % 64) as i32, (k / 64) as i32);
             let mut want = f64::INFINITY;
@@ -249,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_told() {
+    fn reports_cells_that_do_not_fit() {
         let node = |operation, cell, amount| ShapeMath {
             operation,
             a: port(0),

@@ -1,7 +1,8 @@
 //! [`Svg`]: a vector picture.
 //!
-//! Read by `usvg` and drawn by `resvg` at the resolution of the grid, in blocks of 64 pixels that do not depend on the window, with 8 bits for
-//! each channel. Colours are mixed as SVG says, in sRGB, and then made scene-linear. Cost: that of drawing the picture once for each block.
+//! Read by `usvg` and drawn by `resvg` at the resolution of the grid, in blocks of 64 pixels that do not depend on the
+//! window, with 8 bits for each channel. Colours are blended in sRGB, as SVG defines, and then made scene-linear. Cost:
+//! drawing the picture once for each block.
 use super::vector::Vector;
 use glam::DVec2;
 use schemars::JsonSchema;
@@ -13,24 +14,25 @@ use shibo_kernel::ground::number::narrow;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// How a picture fills its place.
+/// How a picture fills its rectangle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Fit {
-    /// As large as it can be without leaving it.
+    /// As large as possible within the rectangle.
     #[default]
     Contain,
-    /// As small as it can be without leaving a part of it empty; what stands out is cut off.
+    /// As small as possible without leaving a part of the rectangle empty; parts beyond it are cut off.
     Cover,
-    /// Width and height each by itself.
+    /// Width and height are scaled separately.
     Stretch,
 }
 
-/// A vector picture from an SVG file, drawn anew at every resolution: ornaments, logos, drawings.
+/// A vector picture from an SVG file, drawn sharply at every resolution: ornaments, logos, drawings.
 ///
-/// Shapes, strokes, gradients, clips and masks are drawn. Text, pictures, filters, patterns and markers are refused with their place in the file if
-/// they would be drawn; unused and hidden ones do not matter. Colours have all forms of CSS 3; one that cannot be known, such as `var(--c)`, is
-/// refused and never black. Nothing outside of the file is read. On a canvas that tiles, the picture repeats with it. With a black `background`, `color + ground·(1 - alpha)`
-/// lays the picture on a ground without dark edges, as in the example.
+/// Shapes, strokes, gradients, clips and masks are drawn. Text, pictures, filters, patterns and markers are errors,
+/// with their place in the file, if they would be drawn; unused and hidden ones are ignored. Colours may have all forms
+/// of CSS 3; a colour that cannot be resolved, such as `var(--c)`, is an error and never black. Nothing outside of the
+/// file is read. On a canvas that tiles, the picture repeats with it. With a black `background`, `color + ground·(1 -
+/// alpha)` lays the picture on a ground without dark edges, as in the example.
 ///
 /// ```ron
 /// "drawing": Svg(path: "leaf.svg", size_mm: 34),
@@ -44,15 +46,15 @@ pub enum Fit {
 pub struct Svg {
     /// The file, SVG or SVGZ, up to 16 MiB also when unpacked; relative to the graph file.
     pub path: FilePath,
-    /// The place that it fills; the whole canvas by default.
+    /// Size of the rectangle to fill; the whole canvas by default.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub size_mm: Option<Xy>,
-    /// How it fills its place.
+    /// How the picture fills its rectangle.
     pub fit: Fit,
-    /// Where the middle of its place lies; the canvas' centre by default.
+    /// Centre of the rectangle; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub center: Option<Xy>,
-    /// The colour on which it is drawn.
+    /// The colour of the background.
     pub background: Color,
 }
 
@@ -106,7 +108,7 @@ impl Node for Svg {
             Fit::Stretch => each,
         };
         let corner = center - 0.5 * scale * vector.size;
-        // What is shown of it.
+        // Half the visible part.
         let half = 0.5 * place.min(scale * vector.size);
         let tiling = cx.tiling();
         let period =
@@ -130,26 +132,26 @@ impl Node for Svg {
 /// A picture on the canvas.
 struct Drawn {
     vector: Arc<Vector>,
-    /// mm of its unit.
+    /// Millimetres per unit of the picture.
     scale: DVec2,
-    /// Where its origin lies, mm.
+    /// Position of its origin, mm.
     corner: DVec2,
-    /// The part of the canvas that shows it, mm.
+    /// The part of the canvas that shows the picture, mm.
     low: DVec2,
     high: DVec2,
-    /// From one copy to the next, mm; 0 where there is one only.
+    /// Distance from one copy to the next, mm; 0 for a single copy.
     period: DVec2,
 }
 
-/// A pixel is drawn as so many by so many: the coverage of one alone is known in steps of 1/16.
+/// Supersampling per axis: `resvg` knows the coverage of a single pixel only in steps of 1/16.
 const FINE: usize = 2;
-/// Pixels that are drawn for a side of a block.
+/// Drawn pixels along a side of a block.
 const DRAWN: u32 = 128;
-/// Pixels of a block.
+/// Pixels along a side of a block.
 const SIDE: usize = 64;
 
 impl Drawn {
-    /// The numbers of the copies in one direction that reach into `first..last` mm.
+    /// The numbers of the copies along axis `k` that reach into `first..last` mm.
     fn copies(&self, k: usize, first: f64, last: f64) -> Vec<f64> {
         let period = self.period[k];
         if period <= 0.0 {
@@ -160,7 +162,7 @@ impl Drawn {
         std::iter::successors(Some(from), |n| Some(n + 1.0)).take_while(|n| *n <= to).collect()
     }
 
-    /// The block whose first pixel is (x, y): red, green, blue and opacity 0..1, multiplied by opacity; nothing if it is empty.
+    /// The block whose first pixel is (x, y): premultiplied red, green, blue and opacity, 0..1; `None` if it is empty.
     fn block(&self, grid: &Grid, x: i32, y: i32) -> Result<Option<Vec<[f32; 4]>>, Stop> {
         let side = i32::try_from(SIDE).unwrap_or(i32::MAX);
         let corner = |x: i32, y: i32| grid.origin + DVec2::new(f64::from(x), f64::from(y)) * grid.step;
@@ -180,7 +182,7 @@ impl Drawn {
                 })?;
                 let out = all.get_or_insert_with(|| vec![[0.0; 4]; SIDE * SIDE]);
                 for (k, out) in out.iter_mut().enumerate() {
-                    // How much of the pixel lies in the picture's place.
+                    // Share of the pixel that lies in the visible part.
                     let at = corner(x, y) + (DVec2::new((k % SIDE) as f64, (k / SIDE) as f64) + 0.5) * grid.step;
                     let within = ((at - low).min(high - at) / grid.step + 0.5).clamp(DVec2::ZERO, DVec2::ONE);
                     let cover = narrow(within.element_product());
@@ -202,7 +204,7 @@ impl Drawn {
     }
 }
 
-/// What is shown of a picture.
+/// The quantity that a field shows.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum What {
     Color,
@@ -295,7 +297,7 @@ mod tests {
 
     #[test]
     fn shapes_lie_where_they_should() {
-        // 20 × 10 units on 32 × 32 mm: 1.6 mm a unit, 8 mm above and below free; pixels are ½ mm.
+        // 20 × 10 units on 32 × 32 mm: 1.6 mm per unit, with 8 mm empty above and below; pixels are ½ mm.
         let [color, alpha, mask] = fields(&Svg::default(), PICTURE).unwrap();
         let [color, alpha, mask] = [color, alpha, mask].map(|field| raster(&field, &canvas()));
         let at = |tile: &Tile, x: usize, y: usize| tile.row(0, y)[x];
@@ -331,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_is_none_is_refused() {
+    fn refuses_invalid_files() {
         assert!(matches!(fields(&Svg::default(), "no svg"), Err(Stop::Failed(_))));
     }
 }

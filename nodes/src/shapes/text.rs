@@ -1,8 +1,8 @@
 //! [`Text`]: lettering.
 //!
-//! Outlines of the font, as [`kernel::outline`](shibo_kernel::shape::outline): the distance is exact, and the mask follows from it. Letters
-//! follow each other by their widths and by the pairs that the font kerns; other features of fonts (ligatures, scripts that join) are left out.
-//! Cost: O(pixels · edges near).
+//! Outlines of the font, as [`kernel::outline`](shibo_kernel::shape::outline): the distance is exact, and the mask
+//! follows from it. Letters are spaced by their widths and by the kerning pairs of the font; other features of fonts
+//! (ligatures, scripts that join) are not supported. Cost: O(pixels · edges nearby).
 use super::glyphs::{self, Setting};
 use super::masked;
 use crate::degrees::sin_cos;
@@ -18,21 +18,22 @@ use shibo_kernel::shape::outline::{Edge, Outline};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Where lines begin.
+/// Alignment of lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Align {
-    /// Together on the left.
+    /// Lines begin together on the left.
     Left,
-    /// So that their middles lie above each other.
+    /// Lines are centred.
     #[default]
     Center,
-    /// So that they end together on the right.
+    /// Lines end together on the right.
     Right,
 }
 
 /// Lettering as a mask and as the distance from its edge in mm: monograms, labels, engravings.
 ///
-/// Without `font` it is set in Quattrocento by Pablo Impallari (SIL Open Font License). On a canvas that tiles it repeats with the canvas.
+/// The default font is Quattrocento by Pablo Impallari (SIL Open Font License). On a canvas that tiles, the text
+/// repeats with it.
 ///
 /// ```ron
 /// "letters": Text(text: "Shibo", size_mm: 13),
@@ -44,28 +45,28 @@ pub enum Align {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Text {
-    /// What is written; `\n` begins another line. At most 2000 letters.
+    /// The text; `\n` starts another line. At most 2000 letters.
     pub text: String,
-    /// A TrueType or OpenType font, relative to the graph file; the embedded font without it.
+    /// A TrueType or OpenType font, relative to the graph file; the embedded font if not given.
     pub font: Option<FilePath>,
     /// Size of the font; capital letters are about 0.7 times as high.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size_mm: f64,
-    /// How lines lie to each other.
+    /// Alignment of lines.
     pub align: Align,
-    /// Space between letters, in shares of the size, besides that of the font.
+    /// Additional space between letters, as a share of the size.
     #[schemars(range(min = -1, max = 10))]
     pub tracking: f64,
-    /// From one line to the next, in shares of the size.
+    /// Distance from one line to the next, as a share of the size.
     #[schemars(range(min = 0, max = 10))]
     pub leading: f64,
-    /// Where the middle of the text lies; the canvas' centre by default.
+    /// Centre of the text; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub center: Option<Xy>,
-    /// By how much it is turned, from +x towards +y.
+    /// Rotation of the text, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// Over how many mm the mask fades, half of them inside; at least over one pixel.
+    /// Width over which the edge of the mask fades, half of it inside; at least one pixel.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub softness: f64,
 }
@@ -179,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_set_is_refused() {
+    fn refuses_invalid_text() {
         let refused = |node: Text| node.check_on(&canvas()).first().and_then(|p| p.field.clone());
         assert_eq!(refused(Text::default()), None);
         assert_eq!(refused(Text { text: "シボ".into(), ..Text::default() }).as_deref(), Some("text"));

@@ -1,4 +1,4 @@
-//! SVG files: read with limits, and drawn in blocks.
+//! Reads SVG files with limits, and draws them in blocks.
 mod check;
 mod drawn;
 mod encoding;
@@ -16,10 +16,10 @@ use shibo_kernel::path::pen::Pen;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-/// The most bytes of a file, packed and unpacked.
+/// Maximum size of a file in bytes, packed and unpacked.
 const MOST_BYTES: u64 = 16 << 20;
 
-/// The most straight pieces of outlines.
+/// Maximum number of straight pieces of outlines.
 const MOST_OUTLINES: usize = 1_000_000;
 
 /// A vector picture.
@@ -68,8 +68,8 @@ impl Vector {
         Ok(Self { tree, size })
     }
 
-    /// Draws the picture into `side` × `side` pixels, its units placed by `scale` and `shift` in pixels: red, green, blue and opacity,
-    /// 0..255, multiplied by opacity. Nothing if that cannot be done.
+    /// Draws the picture into `side` × `side` pixels, with `scale` pixels per unit and moved by `shift` pixels:
+    /// premultiplied red, green, blue and opacity, 0..255. `None` if the pixels cannot be allocated.
     #[expect(clippy::cast_possible_truncation, reason = "places in a block need no more than f32")]
     pub(super) fn draw(&self, (scale, shift): (DVec2, DVec2), side: u32) -> Option<Vec<u8>> {
         let transform = Transform::from_row(scale.x as f32, 0.0, 0.0, scale.y as f32, shift.x as f32, shift.y as f32);
@@ -81,15 +81,15 @@ impl Vector {
         catch_unwind(AssertUnwindSafe(draw)).ok().flatten()
     }
 
-    /// The outlines of all shapes as they are drawn, `scale` mm to a unit and moved by `shift`, up to [`MOST_OUTLINES`] straight
-    /// pieces; and whether these are all.
+    /// The outlines of all drawn shapes, with `scale` mm per unit and moved by `shift`, up to [`MOST_OUTLINES`]
+    /// straight pieces; and true if they are complete.
     pub(super) fn outlines(&self, scale: DVec2, shift: DVec2) -> (Pen, bool) {
         let mut pen = Pen::default();
         let all = trace(self.tree.root(), (scale, shift), &mut pen);
         (pen, all)
     }
 
-    /// About how much memory it takes.
+    /// Approximate memory of the picture, in bytes.
     pub(super) fn bytes(&self) -> usize {
         fn nodes(group: &usvg::Group) -> usize {
             let each = |node: &usvg::Node| match node {
@@ -128,7 +128,7 @@ fn trace(group: &usvg::Group, place: (DVec2, DVec2), pen: &mut Pen) -> bool {
     })
 }
 
-/// The elements of a text.
+/// Parses a text into elements.
 fn tree_of(text: &str) -> Result<roxmltree::Document<'_>, String> {
     let nodes_limit = u32::try_from(2 * MOST_ELEMENTS).unwrap_or(u32::MAX);
     let options = roxmltree::ParsingOptions { allow_dtd: true, nodes_limit, ..Default::default() };
@@ -136,7 +136,7 @@ fn tree_of(text: &str) -> Result<roxmltree::Document<'_>, String> {
         .map_err(|error| format!("line {}, column {}: {error}", error.pos().row, error.pos().col))
 }
 
-/// The text of a document, with colours added to the styles of elements.
+/// The text of a document, with rewritten colours added to the styles of elements.
 fn rewrite(document: &roxmltree::Document<'_>, colors: &Rewritten) -> String {
     let mut text = document.input_text().to_owned();
     let mut places: Vec<(usize, String)> = Vec::new();
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_drawn_is_told_with_its_place() {
+    fn names_unsupported_elements_with_place() {
         assert_eq!(refused("<g>\n  <image href='x.png'/></g>"), "`a.svg`, line 3, column 3: `image` is not drawn");
         assert!(refused("<use xlink:href='other.svg#a'/>").contains("refers to another file"));
         assert!(refused("<text>a</text>").contains("`text` is not drawn"));
@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn refuses_what_is_used_and_not_drawn() {
+    fn refuses_unsupported_elements_that_are_used() {
         let rect = "<rect width='5' height='5'";
         let defs = "<defs><filter id='f'><feFlood/></filter><pattern id='p' width='1' height='1'/><marker id='m'/>\
                     <clipPath id='c'><text>a</text></clipPath><mask id='k'><image href='#f'/></mask></defs>";
@@ -226,7 +226,7 @@ mod tests {
         }
     }
 
-    /// The colour of the pixel in the middle of a square that is drawn.
+    /// The colour of the middle pixel of a square drawn by `inside`.
     #[track_caller]
     fn color(inside: &str) -> [u8; 4] {
         let vector = parse(inside).unwrap_or_else(|problem| panic!("{inside}: {}", problem.message));
@@ -237,7 +237,7 @@ mod tests {
     const RED: [u8; 4] = [255, 0, 0, 255];
 
     #[test]
-    fn what_is_not_used_does_not_matter() {
+    fn ignores_unused_elements() {
         let rect = "<rect width='5' height='5' fill='red'/>";
         for beside in [
             "<filter id='f'><feGaussianBlur stdDeviation='2'/></filter>",
@@ -285,7 +285,7 @@ mod tests {
         assert_eq!(fill("none"), [0; 4]);
     }
 
-    /// The names of CSS with their colours, as `svgtypes` has them and some that are easily missed.
+    /// Colour names of CSS that `svgtypes` knows, and some that are easily missed.
     #[test]
     fn reads_names_of_colors_in_any_case() {
         for (name, [r, g, b]) in [
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn unknown_colors_are_told_and_never_black() {
+    fn refuses_unknown_colors() {
         let said = refused("<rect width='5' height='5'\n fill='var(--c)'/>");
         assert_eq!(said, "`a.svg`, line 2, column 1: `fill` is `var(--c)`, which is no colour that is read");
         for (drawn, found) in [
@@ -323,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn files_that_would_take_for_ever_are_refused() {
+    fn refuses_files_that_take_too_long() {
         assert!(refused("<g id='a'><use href='#b'/></g><g id='b'><use href='#a'/></g>").contains("uses itself"));
         let mut laughs = "<g id='a0'><rect width='1' height='1'/></g>".to_owned();
         for k in 1..20 {

@@ -1,6 +1,6 @@
 //! [`Crop`]: a rectangle of a field, enlarged to the whole canvas.
 //!
-//! The input is evaluated with as many pixels as the rectangle has on the result, so it stays sharp; see
+//! The input is evaluated with as many pixels as the rectangle has on the result, so the result stays sharp; see
 //! [`Transform`](crate::space::Transform). Cost: that of the input on another grid.
 use crate::moved::Placement;
 use glam::DVec2;
@@ -9,10 +9,10 @@ use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
 use shibo_engine::value::{Stop, Tiling};
 
-/// Shows a rectangle of a field on the whole canvas. `Place` is the other way round.
+/// Shows a rectangle of a field on the whole canvas. `Place` does the opposite.
 ///
-/// The result tiles where the rectangle is as wide or as high as a whole number of canvases; `Wrap` and
-/// `MakeTileable` make others tile.
+/// The result tiles in a direction in which the rectangle spans a whole number of canvases; otherwise use `Wrap` or
+/// `MakeTileable`.
 ///
 /// ```ron
 /// "cells": Worley(size: 6),
@@ -24,12 +24,13 @@ use shibo_engine::value::{Stop, Tiling};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Crop {
-    /// Of what a rectangle is shown.
+    /// Field to crop.
     pub input: In<AnyField>,
-    /// Its upper left corner.
+    /// Upper left corner of the rectangle.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub position: Xy,
-    /// Its width and height; half the canvas if not given. Another shape than that of the canvas is stretched.
+    /// Width and height of the rectangle; half the canvas if not given. A shape other than that of the canvas is
+    /// stretched.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub size: Option<Xy>,
 }
@@ -74,7 +75,7 @@ mod tests {
     fn the_rectangle_fills_the_canvas() {
         let node = Crop { input: port(0), position: Xy::new(8.0, 4.0), size: Some(Xy::new(16.0, 16.0)) };
         let tile = raster(&field(&node, &[lumps().into()]), &canvas());
-        // As the picture of twice the resolution from pixel (32, 16) on.
+        // The same as the picture of twice the resolution, from pixel (32, 16) on.
         let fine = raster(&lumps(), &Canvas { resolution: canvas().resolution * 2, ..canvas() });
         for y in 0..64 {
             assert!(tile.row(0, y).iter().zip(&fine.row(0, y + 16)[32..]).all(|(a, b)| (a - b).abs() < 1e-5));

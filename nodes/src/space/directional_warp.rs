@@ -1,7 +1,7 @@
 //! [`DirectionalWarp`]: a field pushed along a direction.
 //!
-//! A point p of the result shows the input at p − amount·value(p) in the direction, read by Catmull-Rom; so features move
-//! the way the angle points. A tile reads its input only as far as its own displacements lead. Cost: O(pixels).
+//! A point p of the result shows the input at p − amount·value(p) in the direction, read by Catmull-Rom; so features
+//! move the way the angle points. The halo of a tile is only as wide as its own displacements. Cost: O(pixels).
 use crate::bounds::at_most_half;
 use crate::warped::Warped;
 use schemars::JsonSchema;
@@ -12,7 +12,7 @@ use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::math::{clamp, cos_degrees, sin_degrees};
 use shibo_kernel::ground::number::narrow;
 
-/// Pushes a field along a direction, as far as another field says.
+/// Pushes a field along a direction, by the amount that another field gives.
 ///
 /// ```ron
 /// "stripes": Gradient(times: 20, repeat: Mirror),
@@ -25,14 +25,14 @@ use shibo_kernel::ground::number::narrow;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct DirectionalWarp {
-    /// What to push.
+    /// Field to push.
     pub input: In<AnyField>,
-    /// How far: 0 stays, 1 moves by `amount`, −1 by as much the other way. What lies beyond counts as these.
+    /// Displacement: 0 is none, 1 moves by `amount`, −1 by `amount` the other way. Values are clamped to -1..1.
     #[schemars(extend("minimum" = -1.0, "maximum" = 1.0))]
     pub by: In<Gray>,
     /// The direction in which features move, in degrees, from +x towards +y: a number or a field; or vectors.
     pub angle: In<Direction>,
-    /// The largest displacement; at most half the canvas' longer side.
+    /// Largest displacement; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub amount: f64,
 }

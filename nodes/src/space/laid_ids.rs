@@ -1,7 +1,7 @@
-//! [`LaidIds`]: the numbers of pieces moved, which is how `Use` lays out those that a sub-graph makes.
+//! [`LaidIds`]: moves the numbers of pieces; `Use` lays out the pieces of a sub-graph with it.
 //!
-//! They are moved as by [`Transform`]; where that interpolates, the nearest number is taken. It is no kind of its own in
-//! graph files: `Use(canvas: …)` makes it. Cost: O(pixels).
+//! Numbers are moved as by [`Transform`], but taken from the nearest pixel instead of interpolated. Graph files cannot
+//! name this node: `Use(canvas: …)` makes it. Cost: O(pixels).
 use super::Transform;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,15 +12,15 @@ use shibo_engine::value::{Stop, Tiling, Type};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LaidIds {
-    /// What to move.
+    /// Numbers to move.
     pub input: In<IdsField>,
-    /// How far features move, to the right and down.
+    /// Shift of the features, to the right and down.
     pub offset: Xy,
-    /// By how much features are rotated, from +x towards +y.
+    /// Rotation of the features, from +x towards +y.
     pub angle: f64,
-    /// How much larger features become.
+    /// Factor on the size of the features.
     pub scale: Xy,
-    /// The point that stays in place when features are rotated and scaled; the canvas' centre by default.
+    /// The point about which features are rotated and scaled; the canvas' centre by default.
     pub pivot: Option<Xy>,
 }
 
@@ -61,7 +61,7 @@ mod tests {
     use crate::testing::{canvas, check_field, field, port, raster};
     use shibo_engine::value::{Field, Tile};
 
-    /// Stripes of 3 mm, each with a number far from those beside it.
+    /// Stripes of 3 mm; neighbouring stripes have very different numbers.
     fn stripes() -> Field {
         Field::generate(Type::Ids, Tiling::BOTH, |out: &mut Tile, _| {
             let (grid, window) = (out.grid, out.window);
@@ -83,7 +83,7 @@ mod tests {
         let (sin, cos) = (0.5, libm::cos(std::f64::consts::FRAC_PI_6));
         for (k, id) in (0..).zip(ids.plane(0)) {
             let p = grid.center(k % 64, k / 64);
-            // Back by hand: the offset off, then turned about the middle.
+            // The inverse by hand: subtract the offset, then rotate back about the middle.
             let (dx, dy) = (p.x - 1.3 - 16.0, p.y - 0.4 - 16.0);
             let x = (16.0 + cos * dx + sin * dy).rem_euclid(8.0);
             let far = (x - 4.0).abs().min(x.min(8.0 - x)) > 0.5;

@@ -1,7 +1,7 @@
-//! [`LaidMaterial`]: all channels of a material moved as one, which is how `Use` lays out a sub-graph's materials.
+//! [`LaidMaterial`]: moves all channels of a material together; `Use` lays out the materials of a sub-graph with it.
 //!
-//! Each channel is moved as by [`Transform`]; normals turn with it, and so do the angles of the anisotropy. Heights keep
-//! their millimetres. It is no kind of its own in graph files: `Use(canvas: …)` makes it. Cost: that of its channels.
+//! Each channel is moved as by [`Transform`]; normals and the angles of the anisotropy are rotated too. Heights stay
+//! the same in mm. Graph files cannot name this node: `Use(canvas: …)` makes it. Cost: that of its channels.
 use super::Transform;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,15 +13,15 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LaidMaterial {
-    /// What to move.
+    /// Material to move.
     pub input: In<Material>,
-    /// How far features move, to the right and down.
+    /// Shift of the features, to the right and down.
     pub offset: Xy,
-    /// By how much features are rotated, from +x towards +y.
+    /// Rotation of the features, from +x towards +y.
     pub angle: f64,
-    /// How much larger features become.
+    /// Factor on the size of the features.
     pub scale: Xy,
-    /// The point that stays in place when features are rotated and scaled; the canvas' centre by default.
+    /// The point about which features are rotated and scaled; the canvas' centre by default.
     pub pivot: Option<Xy>,
 }
 
@@ -39,7 +39,7 @@ impl LaidMaterial {
     }
 }
 
-/// Angles in degrees, all of them larger by `angle`.
+/// Angles in degrees, each increased by `angle`.
 #[expect(clippy::cast_possible_truncation, reason = "fields hold f32")]
 fn turned(angles: Field, angle: f64) -> Field {
     let angle = (angle % 360.0) as f32;
@@ -99,11 +99,11 @@ mod tests {
             (0..tile.channels()).map(|c| tile.row(c, y)[x]).collect::<Vec<_>>()
         };
         let before = raster(&lumps(), &canvas());
-        // +x turns towards +y, about the middle of 64² pixels.
+        // A rotation of +x towards +y, about the middle of 64² pixels.
         for (x, y) in [(0, 0), (5, 11), (40, 63)] {
             assert!((before.row(0, y)[x] - pixel(Channel::Height, 63 - y, x)[0]).abs() < 1e-5, "{x} {y}");
         }
-        // A slope to the right is one downwards then; heights count upwards in normals.
+        // A slope to the right becomes a slope downwards; normals have y up.
         assert_eq!(pixel(Channel::Normal, 3, 3), [0.5, 0.0, 0.5]);
         assert_eq!(pixel(Channel::AnisotropyAngle, 3, 3), [100.0]);
     }

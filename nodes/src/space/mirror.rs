@@ -1,32 +1,33 @@
-//! [`Mirror`]: one half of a picture twice.
+//! [`Mirror`]: shows one half of a picture twice.
 //!
-//! Each pixel shows the one that lies as far from the axis on the other side, and is read from the canvas alone; so the
-//! result is symmetric at the axis and half a canvas away from it, and repeats whatever the input does. The axis lies
-//! between pixels or in the middle of one. Cost: O(pixels), bound by memory.
+//! A pixel of the mirrored half shows the pixel at the same distance on the other side of the axis. Only the canvas is
+//! read, so the result is symmetric about the axis and about the line half a canvas away, and repeats even if the input
+//! does not. The axis lies between pixels or in the middle of a pixel. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 
-/// Which half of a picture is shown twice.
+/// The half of a picture that is shown twice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum MirrorAxis {
-    /// The left one; the right one is its mirror image
+    /// The left half; the right one is its mirror image
     #[default]
     Left,
-    /// The right one; the left one is its mirror image
+    /// The right half; the left one is its mirror image
     Right,
-    /// The upper one; the lower one is its mirror image
+    /// The upper half; the lower one is its mirror image
     Top,
-    /// The lower one; the upper one is its mirror image
+    /// The lower half; the upper one is its mirror image
     Bottom,
-    /// The upper left quarter, in all four
+    /// The upper left quarter, mirrored into all four
     TopLeft,
 }
 
-/// Shows one half of a field twice, the second time as in a mirror: book-matched veneer, symmetric ornaments.
+/// Replaces one half of a field by the mirror image of the other: book-matched veneer, symmetric ornaments.
 ///
-/// Across the axis the result repeats with the canvas even where the input does not. Normals are turned with the picture; green up.
+/// Across the axis the result repeats with the canvas even if the input does not. Normals are mirrored with the
+/// picture; green is up.
 ///
 /// ```ron
 /// "noise": Fractal(size: 12, octaves: 6),
@@ -38,11 +39,11 @@ pub enum MirrorAxis {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Mirror {
-    /// What is mirrored.
+    /// Field to mirror.
     pub input: In<AnyField>,
-    /// Which part is shown twice.
+    /// Part that is shown twice.
     pub keep: MirrorAxis,
-    /// Where the axis lies; in the middle of the canvas if not given. The parts on both sides are half a canvas wide.
+    /// Position of the axis; the middle of the canvas if not given. The parts on both sides are half a canvas wide.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub axis: Option<Xy>,
 }
@@ -53,7 +54,7 @@ impl Default for Mirror {
     }
 }
 
-/// On which side of the axis what is shown lies, across and down; `None` where nothing is mirrored.
+/// For each direction, across and down: true if the kept half lies before the axis; `None` if nothing is mirrored.
 fn sides(keep: MirrorAxis) -> [Option<bool>; 2] {
     match keep {
         MirrorAxis::Left => [Some(true), None],
@@ -64,19 +65,19 @@ fn sides(keep: MirrorAxis) -> [Option<bool>; 2] {
     }
 }
 
-/// One direction of a grid.
+/// Mirroring in one direction of a grid.
 #[derive(Clone, Copy)]
 struct Folded {
-    /// Pixel x has its mirror image at `sum` − x.
+    /// The mirror image of pixel x is pixel `sum` − x.
     sum: i32,
-    /// Pixels that make the canvas.
+    /// Pixels per canvas.
     pixels: i32,
-    /// Whether what is shown lies before the axis, where something is mirrored.
+    /// True if the kept half lies before the axis; `None` if nothing is mirrored.
     before: Option<bool>,
 }
 
 impl Folded {
-    /// The pixel that is shown by `at`, and whether it is a mirror image.
+    /// The pixel that shows at `at`, and true if it is mirrored.
     fn source(self, at: i32) -> (i32, bool) {
         let Some(before) = self.before else { return (at, false) };
         // Twice the distance from the axis, in -pixels..pixels.
@@ -88,7 +89,7 @@ impl Folded {
         (i32::try_from((i64::from(self.sum) + twice).div_euclid(2)).unwrap_or(at), mirrored)
     }
 
-    /// The pixels that are read for `count` of them from `start` on: the first, and how many.
+    /// The pixels to read for `count` pixels from `start` on: the first, and their number.
     fn reads(self, start: i32, count: u32) -> (i32, u32) {
         let all = || (start..).take(count as usize).map(|at| self.source(at).0);
         let (low, high) = (all().min().unwrap_or(start), all().max().unwrap_or(start));
@@ -168,7 +169,7 @@ mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, crop, field, lumps, port, raster};
 
-    /// Counts pixels.
+    /// A field that counts pixels.
     fn count() -> Field {
         Field::generate(Type::Gray, Tiling::NONE, |out, _| {
             let (window, width) = (out.window, out.window.width.cast_signed());
@@ -189,13 +190,13 @@ mod tests {
         assert_eq!([0, 31, 32, 40].map(|x| at(MirrorAxis::Right, None, x, 0)), [63.0, 32.0, 32.0, 40.0]);
         assert_eq!([0, 31, 32, 63].map(|y| at(MirrorAxis::Top, None, 1, y)), [1.0, 31001.0, 31001.0, 1.0]);
         assert_eq!(at(MirrorAxis::TopLeft, None, 60, 61), 2003.0);
-        // The axis in the middle of pixel 10; half a canvas away is 42.
+        // The axis lies in the middle of pixel 10; half a canvas away is pixel 42.
         let axis = Some(Xy::new(5.25, 0.0));
         assert_eq!([9, 10, 11, 40].map(|x| at(MirrorAxis::Left, axis, x, 0)), [9.0, 10.0, 9.0, -20.0]);
     }
 
     #[test]
-    fn repeats_whatever_the_input_does() {
+    fn repeats_for_any_input() {
         for keep in [MirrorAxis::Left, MirrorAxis::Right, MirrorAxis::Top, MirrorAxis::Bottom, MirrorAxis::TopLeft] {
             for axis in [None, Some(Xy::new(3.1, 40.0))] {
                 let node = Mirror { input: port(0), keep, axis };

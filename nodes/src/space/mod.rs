@@ -1,4 +1,4 @@
-//! Space: fields moved, rotated, scaled and bent, and fields of directions.
+//! Space: moves, rotates, scales and warps fields, and makes fields of directions.
 mod crop;
 mod directional_warp;
 mod laid_ids;

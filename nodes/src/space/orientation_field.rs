@@ -1,4 +1,4 @@
-//! [`OrientationField`]: which way the features of a field run.
+//! [`OrientationField`]: the direction of the features of a field.
 //!
 //! The structure tensor (J. Bigün, G. Granlund, 1987): products of slopes, averaged by a Gaussian; see
 //! [`kernel::tensor`](shibo_kernel::filter::tensor). Cost: that of two blurs, O(pixels).
@@ -12,14 +12,14 @@ use shibo_kernel::filter::{fields, slopes, tensor};
 use shibo_kernel::ground::math::{cos_degrees, sin_degrees};
 use shibo_kernel::ground::tile;
 
-/// Finds which way stripes, fibres and edges run in a field, and how clearly: of a photograph of wood, of woven
-/// cloth, of hair.
+/// Finds the direction of stripes, fibres and edges in a field, and how distinct it is: in a photograph of wood, of
+/// woven cloth, of hair.
 ///
-/// The direction is a line: it has no sign, and jumps from 90° to -90°. Nodes that take directions take it as it is.
+/// The direction is that of a line: it has no sign, and jumps from 90° to -90°. Nodes that take directions handle this.
 ///
-/// Slopes are differences of neighbouring pixels. Features of a few pixels look steeper in a larger picture, so a `detail` of
-/// at least a pixel makes the directions the same at all resolutions. Where the angle and the vector jump, a small picture
-/// has the direction at the middle of a pixel, not an average, which would be neither.
+/// Slopes are differences between neighbouring pixels. Features of a few pixels look steeper in a larger picture, so
+/// set `detail` to at least a pixel to get the same directions at all resolutions. Where the angle and the vector jump,
+/// a small picture shows the direction at the middle of a pixel, because an average would be wrong.
 ///
 /// ```ron
 /// "bent": Curl(size: 24),
@@ -34,12 +34,13 @@ use shibo_kernel::ground::tile;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct OrientationField {
-    /// Whose features are looked at.
+    /// Field whose features are analysed.
     pub input: In<Gray>,
-    /// How far around each place is looked: standard deviation of a Gaussian; at most half the canvas' longer side.
+    /// Radius over which directions are averaged: standard deviation of a Gaussian; at most half the canvas' longer
+    /// side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub radius: f64,
-    /// Detail that is left out before: standard deviation of a Gaussian; at most half the canvas' longer side.
+    /// Detail that is removed first: standard deviation of a Gaussian; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub detail: f64,
 }
@@ -62,7 +63,7 @@ fn averaged(cx: &Context<'_>, input: Field, radius: f64) -> Field {
     fields::blurred(&cx.shared_field("products", products), radius, cx.size_mm())
 }
 
-/// A field from a tensor, pixel by pixel.
+/// A field computed from a tensor, pixel by pixel.
 fn each(tensor: &Field, ty: Type, of: impl Fn([f32; 3]) -> [f32; 2] + Send + Sync + 'static) -> Field {
     Field::map(ty, [tensor.clone()], Halo::NONE, move |out: &mut Tile, [tensor]: [&Tile; 1]| {
         for (part, plane) in out.planes_mut().into_iter().enumerate() {
@@ -132,7 +133,7 @@ mod tests {
             assert!(part("coherence") > 0.98);
             assert!((part("vector") - degrees.to_radians().cos()).abs() < 0.01);
         }
-        // Two sets of stripes as strong, at a right angle, have none.
+        // Two equally strong sets of stripes at a right angle have no direction.
         let both = Field::map(
             Type::Gray,
             [stripes(20.0), stripes(110.0)],

@@ -1,8 +1,8 @@
-//! [`Place`]: a whole field in a rectangle of the canvas.
+//! [`Place`]: puts a whole field into a rectangle of the canvas.
 //!
-//! Made in the middle of the canvas and moved from there; where the canvas tiles, what crosses an edge comes in on
-//! the other side. What the rectangle does not show is not computed. Cost: that of the input on another grid, and a
-//! blend at the border.
+//! The field is placed in the middle of the canvas and moved from there; where the canvas tiles, parts that cross an
+//! edge enter on the other side. Hidden parts of the base and of the input are not computed. Cost: that of the input on
+//! another grid, and a blend at the border.
 use crate::masked::{Masked, Mix};
 use crate::moved::Placement;
 use crate::torus::Torus;
@@ -17,9 +17,9 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::{channel, widest};
 
 /// Puts the whole canvas of a field into a rectangle, over a base: a label, a sample on a sheet, a picture in its
-/// frame. `Crop` is the other way round.
+/// frame. `Crop` does the opposite.
 ///
-/// The border is as sharp as a pixel. On a canvas that tiles the rectangle may cross the edge.
+/// The border is one pixel sharp. On a canvas that tiles the rectangle may cross the edge.
 ///
 /// ```ron
 /// "cells": Worley(size: 8),
@@ -32,17 +32,17 @@ use shibo_kernel::ground::tile::{channel, widest};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Place {
-    /// What is placed.
+    /// Field to place.
     pub input: In<AnyField>,
-    /// What shows around it.
+    /// Field that shows around it.
     pub base: In<AnyField>,
-    /// The upper left corner of the rectangle, before it is turned.
+    /// The upper left corner of the rectangle, before the rotation.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub position: Xy,
-    /// Its width and height; half the canvas if not given.
+    /// Width and height of the rectangle; half the canvas if not given.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub size: Option<Xy>,
-    /// By how much it is turned about its middle, from +x towards +y.
+    /// Rotation of the rectangle about its middle, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
 }
@@ -58,7 +58,7 @@ impl Place {
         self.size.map_or(0.5 * canvas, |size| DVec2::new(size.x, size.y))
     }
 
-    /// How much of each pixel lies in the rectangle, in the middle of the canvas.
+    /// The share of each pixel that lies in the rectangle, for a rectangle in the middle of the canvas.
     fn mask(&self, canvas: DVec2) -> Field {
         let (half, (sin, cos)) = (0.5 * self.size(canvas), crate::degrees::sin_cos(self.angle));
         Field::generate(Type::Gray, Tiling::NONE, move |out, _| {
@@ -159,7 +159,8 @@ mod tests {
     fn the_canvas_lies_in_the_rectangle() {
         let inputs = [gray().into(), Field::constant(Type::Gray, &[9.0]).into()];
         let placed = part(&field(&node(), &inputs, "result"), &canvas(), 0, 0, 64, 64);
-        // 24 to 40 mm are the last 16 pixels and the first 16; every second pixel of the input's shows, by its own formula.
+        // 24 to 40 mm are the last 16 pixels and the first 16; they show every second pixel of the input, computed from
+        // its formula.
         let coarse = shibo_engine::value::Canvas { resolution: glam::UVec2::splat(32), ..canvas() };
         let small = part(&gray(), &coarse, 0, 0, 32, 32);
         for y in 0..64usize {
@@ -182,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_refused() {
+    fn refuses_rectangles_larger_than_tiling_canvas() {
         assert_eq!(node().check_on(&canvas()), []);
         let large = Place { size: Some(Xy::new(33.0, 1.0)), ..node() };
         assert_eq!(large.check_on(&canvas())[0].field.as_deref(), Some("size"));

@@ -1,7 +1,7 @@
-//! [`Polar`]: a field bent round a point, or what lies round a point unrolled.
+//! [`Polar`]: bends a field round a point, or unrolls the surroundings of a point.
 //!
-//! Places are found by displacements and read by Catmull-Rom, as those of [`Warp`](crate::space::Warp): a tile reads
-//! what it shows. Cost: O(pixels).
+//! Pixels are displaced and interpolated by Catmull-Rom, as in [`Warp`](crate::space::Warp): a tile reads only the
+//! pixels that it shows. Cost: O(pixels).
 use crate::bounds::{exceeds, told};
 use crate::warped::Warped;
 use glam::DVec2;
@@ -12,20 +12,20 @@ use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output,
 use shibo_engine::value::{Field, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 
-/// Which way a field is bent.
+/// Direction of the mapping.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum PolarMode {
     /// Round the point: the upper edge becomes the centre, the lower edge the circle of `radius`, columns become rays
     #[default]
     Bend,
-    /// The other way round: rays become columns, the centre the upper edge
+    /// The opposite: rays become columns, the centre becomes the upper edge
     Unroll,
 }
 
-/// Bends a field round a point, so that its columns become rays; or unrolls what lies round a point.
+/// Bends a field round a point, so that its columns become rays; or unrolls the surroundings of a point.
 ///
-/// A field that tiles across bends without a seam. What was bent does not tile; what was unrolled tiles across.
-/// Details that are squeezed together at the centre are not filtered.
+/// A field that tiles in x bends without a seam. The result of `Bend` does not tile; the result of `Unroll` tiles in x.
+/// Details that are compressed at the centre are not filtered.
 ///
 /// ```ron
 /// "petals": Gradient(times: 12, repeat: Mirror),
@@ -39,17 +39,17 @@ pub enum PolarMode {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Polar {
-    /// What is bent.
+    /// Field to bend.
     pub input: In<AnyField>,
-    /// Which way.
+    /// Direction of the mapping.
     pub mode: PolarMode,
-    /// The point round which it is bent; the middle of the canvas by default.
+    /// Centre of the mapping; the middle of the canvas by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub center: Option<Xy>,
-    /// Distance from the centre that the lower edge stands for; half the shorter side of the canvas by default.
+    /// Distance from the centre that corresponds to the lower edge; half the shorter side of the canvas by default.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub radius: Option<f64>,
-    /// Direction of the ray that the left edge stands for, from +x towards +y.
+    /// Direction of the ray that corresponds to the left edge, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
 }
@@ -60,7 +60,7 @@ impl Default for Polar {
     }
 }
 
-/// How places are mapped.
+/// The mapping of places.
 #[derive(Clone, Copy)]
 struct Bent {
     mode: PolarMode,
@@ -71,7 +71,7 @@ struct Bent {
 }
 
 impl Bent {
-    /// The place in the input that is shown at a place.
+    /// The place in the input that shows at a place of the result.
     fn source(self, at: DVec2) -> DVec2 {
         match self.mode {
             PolarMode::Bend => {
@@ -130,7 +130,7 @@ impl Node for Polar {
             }
             Ok(())
         });
-        // Farther away than this lies nothing that is shown on the canvas or next to it.
+        // Upper bound on the distance of places that show on the canvas or next to it.
         let far = center.abs().max_element() + size.element_sum();
         let limit = 4.0 * (far + far * size.y / bent.radius + bent.radius);
         Ok(Outputs::one(Field::new(input.ty(), self.tiling(cx.canvas), Warped { input, by, limit })))
@@ -157,7 +157,7 @@ mod tests {
         Polar { input: port(0), mode, ..Polar::default() }
     }
 
-    /// A smooth formula of the place in mm.
+    /// A smooth function of the place in mm.
     fn formula(of: fn(DVec2) -> f64) -> Field {
         Field::generate(Type::Gray, Tiling::NONE, move |out, _| {
             let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn rows_become_circles_and_columns_rays() {
-        // y mm of 32 are y/2 mm of a radius of 16.
+        // y mm of 32 map to y/2 mm of a radius of 16.
         let rows = raster(&field(&node(PolarMode::Bend), &[formula(|at| at.y).into()]), &canvas());
         let columns = Polar { angle: 90.0, ..node(PolarMode::Bend) };
         let columns = raster(&field(&columns, &[formula(|at| at.x).into()]), &canvas());

@@ -1,9 +1,9 @@
-//! [`Transform`]: a field moved, rotated and scaled.
+//! [`Transform`]: moves, rotates and scales a field.
 //!
-//! A point q of the result shows the input at `p = pivot + S⁻¹·R⁻¹·(q - pivot - offset)`. The input is evaluated with
-//! pixels as large as those of the result become there: an enlarged field is evaluated finer and stays sharp, a reduced
-//! one coarser and does not alias. Without rotation its pixels are copied; with one they are
-//! interpolated by Catmull-Rom, exactly at multiples of 90°. A picture whose pixels have that size is read at its own
+//! A point q of the result shows the input at `p = pivot + S⁻¹·R⁻¹·(q - pivot - offset)`. The pixels of the input have
+//! the size of the result's pixels mapped into it: an enlarged field is evaluated on finer pixels and stays sharp, a
+//! reduced one on coarser pixels and does not alias. Without rotation pixels are copied. With rotation they are
+//! interpolated by Catmull-Rom, exactly at multiples of 90°. A picture with pixels of that size is read at its own
 //! pixels, so that it is filtered only once. Cost: O(pixels), and that of the input on another grid.
 use crate::moved::Placement;
 use glam::DVec2;
@@ -14,8 +14,8 @@ use shibo_engine::value::{Field, Stop, Tiling};
 
 /// Moves, rotates and scales a field. Normals are rotated with it.
 ///
-/// On a canvas that tiles, the result tiles if the canvas then holds a whole number of repeats of the input: always
-/// when it is only moved, and for example with `scale: 0.5`, or with `angle: 90` on a square canvas.
+/// On a canvas that tiles, the result tiles if the canvas then holds a whole number of repeats of the input: always if
+/// the input is only moved, and for example with `scale: 0.5`, or with `angle: 90` on a square canvas.
 ///
 /// ```ron
 /// "cells":   Worley(size: 10),
@@ -27,18 +27,18 @@ use shibo_engine::value::{Field, Stop, Tiling};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Transform {
-    /// What to move.
+    /// Field to move.
     pub input: In<AnyField>,
-    /// How far features move, to the right and down.
+    /// Shift of the features, to the right and down.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub offset: Xy,
-    /// By how much features are rotated, from +x towards +y.
+    /// Rotation of the features, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-    /// How much larger features become: 2 is twice as large. Applied before the rotation.
+    /// Factor on the size of the features: 2 is twice as large. Applied before the rotation.
     #[schemars(extend("minimum" = 1e-3, "maximum" = 1e3))]
     pub scale: Xy,
-    /// The point that stays in place when features are rotated and scaled; the canvas' centre by default.
+    /// The point about which features are rotated and scaled; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub pivot: Option<Xy>,
 }
@@ -55,12 +55,12 @@ impl Transform {
         Placement { offset, angle, scale, pivot }
     }
 
-    /// A field, moved on a canvas of that size.
+    /// A field, transformed on a canvas of this size.
     pub(super) fn apply(&self, input: &Field, size: DVec2) -> Field {
         self.placement().place(input, size)
     }
 
-    /// The directions in which what repeats as the canvas does still repeats.
+    /// The directions in which a field that repeats with the canvas still repeats.
     pub(super) fn keeps(&self, canvas: &CanvasFacts) -> Tiling {
         self.placement().repeats(canvas.size_mm(), canvas.tile())
     }
@@ -111,7 +111,7 @@ mod tests {
         let (before, after) = (render(&node(), &inputs), render(&Transform { angle: 90.0, ..node() }, &inputs));
         for y in 0..64 {
             for x in 0..64 {
-                // +x turns towards +y.
+                // The rotation is from +x towards +y.
                 assert!((before.row(0, y)[x] - after.row(0, x)[63 - y]).abs() < 1e-5);
             }
         }

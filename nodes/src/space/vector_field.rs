@@ -1,7 +1,7 @@
 //! [`VectorField`]: directions and displacements from a field of numbers.
 //!
-//! Gradients are those of [`kernel::slopes`](shibo_kernel::filter::slopes): differences of neighbouring pixels, per
-//! mm. Cost: O(pixels), and that of one blur with a `radius`.
+//! Gradients are those of [`kernel::slopes`](shibo_kernel::filter::slopes): differences between neighbouring pixels,
+//! per mm. Cost: O(pixels), plus a blur with a `radius`.
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,27 +13,27 @@ use shibo_kernel::ground::math::{clamp, cos_degrees, sin_degrees};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 
-/// What vectors are made of.
+/// How vectors are made from a field.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum VectorKind {
-    /// They point uphill, and are as long as the slope is steep
+    /// They point uphill; their length is the slope
     #[default]
     Gradient,
     /// The gradient turned by 90° from +x towards +y: along lines of equal value, round hills and hollows
     Perpendicular,
-    /// The field is the direction itself in degrees, from +x towards +y; vectors have a length of 1
+    /// The field is the direction itself in degrees, from +x towards +y; with vectors of length 1
     Angle,
 }
 
-/// Vectors from a field: uphill, along its contour lines, or in the direction that it gives.
+/// Vectors from a field: uphill, along its contour lines, or in the direction that its values give.
 ///
-/// They are directions for `AlongField`, `Gabor`, `Fibers` and `JacobianFromVectors`, and displacements for `Warp`.
-/// The perpendicular of a noise is curl noise, which `Curl` makes in one. Lines round a knot are the perpendicular of
-/// the distance from it.
+/// Use them as directions for `AlongField`, `Gabor`, `Fibers` and `JacobianFromVectors`, or as displacements for
+/// `Warp`. The perpendicular of a noise is curl noise, which `Curl` makes in one node. The perpendicular of the
+/// distance from a knot gives lines round it.
 ///
-/// Slopes are differences of neighbouring pixels. Detail of a few pixels is steeper in a larger picture, so a `radius` of at
-/// least a pixel makes the vectors the same at all resolutions. The `angle` jumps by a full turn from 180° to -180°: a small
-/// picture has the angle at the middle of a pixel, not an average, which would be neither.
+/// Slopes are differences between neighbouring pixels. Detail of a few pixels is steeper in a larger picture, so set
+/// `radius` to at least a pixel to get the same vectors at all resolutions. The `angle` jumps by a full turn from 180°
+/// to -180°: a small picture shows the angle at the middle of a pixel, because an average would be wrong.
 ///
 /// ```ron
 /// "knots": Perlin(size: 16),
@@ -47,20 +47,20 @@ pub enum VectorKind {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct VectorField {
-    /// What vectors are made of.
+    /// Field to make vectors from.
     pub input: In<Gray>,
-    /// How they are made of it.
+    /// How vectors are made from the field.
     pub kind: VectorKind,
-    /// How much detail is left out before slopes are taken: standard deviation of a Gaussian; at most half the
-    /// canvas' longer side. No effect on angles.
+    /// Detail that is removed before slopes are taken: standard deviation of a Gaussian; at most half the canvas'
+    /// longer side. Has no effect with `Angle`.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub radius: f64,
-    /// By how much vectors are turned besides, from +x towards +y.
+    /// Additional rotation of the vectors, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub turn: f64,
-    /// Whether all have a length of 1 before `amount`; where the field is level they have none.
+    /// True to set the length of vectors to 1 before `amount`; where the field is flat, vectors stay 0.
     pub normalize: bool,
-    /// Factor on their length: a displacement in mm for a slope of one unit in a mm, or for a length of 1.
+    /// Factor on the length of vectors: a displacement in mm for a slope of one unit in a mm, or for a length of 1.
     #[schemars(range(min = -1e6, max = 1e6))]
     pub amount: f64,
 }
@@ -71,7 +71,7 @@ impl Default for VectorField {
     }
 }
 
-/// So steep that its square is no number any more.
+/// Slopes are limited to this, so that their square does not overflow.
 const STEEPEST: f32 = 1e15;
 
 impl VectorField {

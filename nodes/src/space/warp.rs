@@ -1,8 +1,8 @@
-//! [`Warp`]: a field bent by noise or by a field of displacements.
+//! [`Warp`]: displaces a field by noise or by another field.
 //!
-//! A point p of the result shows the input at p + d(p), read by Catmull-Rom. Without other displacements d is noise: two
-//! independent sums of gradient noise, each scaled from 0..1 to ±amount, so its root mean square is 0.31·amount. A tile
-//! reads its input only as far as its own displacements lead. Cost: O(pixels).
+//! A point p of the result shows the input at p + d(p), read by Catmull-Rom. Without other displacements d is noise:
+//! two independent sums of gradient noise, each scaled from 0..1 to ±amount, so its root mean square is 0.31·amount.
+//! The halo of a tile is only as wide as its own displacements. Cost: O(pixels).
 use crate::bounds::at_most_half;
 use crate::warped::Warped;
 use schemars::JsonSchema;
@@ -15,7 +15,7 @@ use shibo_kernel::ground::tile;
 use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
 
-/// Bends a field: straight lines become wavy. The displacements are noise, or fields that are connected.
+/// Warps a field: straight lines become wavy. The displacements are noise, or connected fields.
 ///
 /// ```ron
 /// "cells":   Worley(size: 8),
@@ -27,26 +27,26 @@ use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Warp {
-    /// What to bend.
+    /// Field to warp.
     pub input: In<AnyField>,
     /// Displacements in mm, instead of noise; `amount` has no effect on them.
     pub by: Option<In<Vec2Field>>,
     /// Displacement to the right, instead of noise: 0 is `-amount`, ½ is none, 1 is `amount`.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub x: Option<In<Gray>>,
-    /// Displacement down, in the same way.
+    /// Displacement down, encoded like `x`.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub y: Option<In<Gray>>,
-    /// Largest displacement, in x and in y; at most half the canvas' longer side.
+    /// Largest displacement in x and in y; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub amount: f64,
     /// Size of the noise's bumps.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
-    /// How many times the noise is refined; each octave has half the size and half the weight of the one before.
+    /// Number of octaves of the noise; each has half the size and half the weight of the one before.
     #[schemars(range(min = 1, max = 12))]
     pub octaves: u32,
-    /// Another number gives another noise.
+    /// Another seed gives another noise.
     pub seed: u64,
 }
 
@@ -106,14 +106,14 @@ impl Node for Warp {
 }
 
 impl Warp {
-    /// Fills displacements in mm with what stands for 0..1.
+    /// Maps values of 0..1 to displacements in mm.
     fn scale(&self) -> impl Fn(&mut Tile) + Send + Sync + use<> {
         #[expect(clippy::cast_possible_truncation, reason = "displacements need no more than f32")]
         let amount = self.amount as f32;
         move |out| out.data_mut().iter_mut().for_each(|v| *v = (*v * 2.0 - 1.0) * amount)
     }
 
-    /// Displacements by noise of the node's own.
+    /// Displacements by the node's own noise.
     fn by_noise(&self, cx: &Context<'_>) -> Field {
         let (noise, scale) = ([self.noise(cx, 0), self.noise(cx, 1)], self.scale());
         Field::generate(Type::Vec2, cx.tiling(), move |out, _| {
@@ -124,7 +124,7 @@ impl Warp {
         })
     }
 
-    /// Displacements by two pictures.
+    /// Displacements from two fields.
     fn by_fields(&self, fields: [Field; 2]) -> Field {
         let scale = self.scale();
         Field::map(Type::Vec2, fields, Halo::NONE, move |out: &mut Tile, [x, y]: [&Tile; 2]| {

@@ -1,16 +1,16 @@
-//! [`Wrap`]: a field as it is on the canvas, repeated. Cost: a copy.
+//! [`Wrap`]: repeats the canvas of a field. Cost: a copy.
 use crate::torus::Torus;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, CanvasFacts, Context, In, Node, Output, Outputs};
 use shibo_engine::value::{Field, Stop, Tiling};
 
-/// Repeats a field with the canvas, whatever it is beyond the edge: what lies at the left edge follows what lies at
-/// the right one.
+/// Repeats a field with the canvas, ignoring its values beyond the edge: to the right of the right edge, the left edge
+/// follows.
 ///
-/// For what was masked away from the border, or is the same at opposite edges, and tiles although no node can know
-/// it. Anything else gets a seam: `MakeTileable` blends it. In directions in which the canvas does not tile nothing
-/// changes.
+/// Use it for a field that tiles although no node can know it: because it is masked out near the border, or is the same
+/// at opposite edges. Other fields get a seam: use `MakeTileable`, which blends them. In directions in which the canvas
+/// does not tile nothing changes.
 ///
 /// ```ron
 /// "at": Coordinates(),
@@ -24,7 +24,7 @@ use shibo_engine::value::{Field, Stop, Tiling};
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Wrap {
-    /// What is repeated.
+    /// Field to repeat.
     pub input: In<AnyField>,
 }
 
@@ -73,7 +73,7 @@ mod tests {
         let tile = crop(&wrapped, &canvas(), Window { x: 60, y: -2, width: 8, height: 4 });
         assert_eq!(tile.row(0, 0), [6260.0, 6261.0, 6262.0, 6263.0, 6200.0, 6201.0, 6202.0, 6203.0]);
         assert_eq!(tile.row(0, 2)[3..6], [63.0, 0.0, 1.0]);
-        // What repeats already is passed on.
+        // A field that repeats already is passed on.
         check_field(&field(&node, &[lumps().to_rgb().into()]));
     }
 }

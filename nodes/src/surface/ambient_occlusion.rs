@@ -1,8 +1,9 @@
-//! [`AmbientOcclusion`]: how much of the sky a point sees.
+//! [`AmbientOcclusion`]: approximate share of the sky that a point sees.
 //!
 //! Compares the height with itself blurred at three scales, 0.35, 1 and 2 times the radius; see
-//! [`kernel::occlusion`](shibo_kernel::surface::occlusion). The result is smooth, the same in all directions and without noise, unlike
-//! that of tracing rays; but it does not know the shape of the surroundings. Cost: three blurs, O(pixels), nearly independent of the radius.
+//! [`kernel::occlusion`](shibo_kernel::surface::occlusion). The result is smooth, the same in all directions and
+//! without noise, unlike that of ray tracing; but it ignores the shape of the surroundings. Cost: three blurs,
+//! O(pixels), nearly independent of the radius.
 use crate::bounds::at_most_half;
 use crate::on_atlas;
 use schemars::JsonSchema;
@@ -14,7 +15,7 @@ use shibo_kernel::filter::fields;
 use shibo_kernel::surface::occlusion;
 use std::sync::Arc;
 
-/// How open a height field is to the sky: 1 on plains and hills, darker in hollows and grooves.
+/// Ambient occlusion of a height: 1 on plains and hills, darker in hollows and grooves.
 ///
 /// ```ron
 /// "cells":   Worley(size: 6),
@@ -33,11 +34,11 @@ pub struct AmbientOcclusion {
     /// Size of the hollows that darken; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub radius: f64,
-    /// 1 is natural, more is darker; 0 is open everywhere.
+    /// Strength: 1 is natural, more is darker; with 0 the result is 1 everywhere.
     #[schemars(range(min = 0, max = 1e3))]
     pub strength: f64,
-    /// The atlas on which the height lies: then `radius` is measured on its surface, and hollows go on across borders of charts.
-    /// This reads the whole picture; six times `radius` may be 64 texels at most.
+    /// The atlas on which the height lies. If given, `radius` is measured on the surface, and hollows continue across
+    /// borders of charts. This reads the whole picture; six times `radius` may be 64 texels at most.
     pub atlas: Option<In<Atlas>>,
 }
 

@@ -1,7 +1,7 @@
-//! [`Bevel`]: a mask as a raised shape with bevelled edges.
+//! [`Bevel`]: raises a mask to a shape with bevelled edges.
 //!
-//! The exact distance from the edge, see [`kernel::distance`](shibo_kernel::filter::distance), through a profile. Cost: that
-//! of one or two distances, O(pixels · width in pixels).
+//! Applies a profile to the exact distance from the edge, see [`kernel::distance`](shibo_kernel::filter::distance).
+//! Cost: that of one or two distances, O(pixels · width in pixels).
 use crate::bounds::at_most_half;
 use crate::distances;
 use schemars::JsonSchema;
@@ -12,13 +12,13 @@ use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::surface::profile::{self, Profile};
 
-/// On which side of the mask's edge the slope of a bevel lies.
+/// The side of the mask's edge on which the slope lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum BevelSide {
-    /// Inside: the foot is the edge
+    /// Inside: the slope starts at the edge
     #[default]
     Inside,
-    /// Outside: the top begins at the edge
+    /// Outside: the slope ends at the edge
     Outside,
     /// Half inside and half outside
     Both,
@@ -36,19 +36,19 @@ pub enum BevelSide {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Bevel {
-    /// The shape is where this is above the threshold. Its edge is found between pixels: a mask that is soft there gives
-    /// smoother slopes than one of black and white.
+    /// Mask; the shape is the area where it is above the threshold. The edge is located between pixels: a mask with
+    /// soft edges gives smoother slopes than one of black and white.
     pub mask: In<Gray>,
     /// The value at the shape's edge.
     #[schemars(range(min = -1e6, max = 1e6))]
     pub threshold: f64,
-    /// How wide the slope is; at most half the canvas' longer side.
+    /// Width of the slope; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub width: f64,
-    /// How high the shape is raised; below 0 it is sunk.
+    /// Height of the raised shape; below 0 the shape is sunk.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
     pub height: f64,
-    /// On which side of the edge the slope lies.
+    /// The side of the edge on which the slope lies.
     pub side: BevelSide,
     /// The shape of the slope.
     pub profile: Profile,
@@ -100,7 +100,7 @@ mod tests {
     use crate::testing::{check_field, field, lumps, port, render};
     use shibo_engine::value::Tiling;
 
-    /// The half plane right of x = 16 mm, its edge known to a small part of a pixel.
+    /// The half plane right of x = 16 mm; its edge is precise to a small part of a pixel.
     fn half() -> Field {
         Field::generate(Type::Gray, Tiling::NONE, |out, _| {
             let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn slopes_lie_where_they_should() {
+    fn slopes_lie_on_the_chosen_side() {
         for (side, from) in [(BevelSide::Inside, 16.0), (BevelSide::Outside, 12.0), (BevelSide::Both, 14.0)] {
             let node =
                 Bevel { mask: port(0), width: 4.0, height: 3.0, side, profile: Profile::Linear, ..Bevel::default() };

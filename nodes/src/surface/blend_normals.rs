@@ -29,11 +29,11 @@ use shibo_kernel::surface::combine_normals::{self as kernel, NormalBlend};
 pub struct BlendNormals {
     /// The coarse surface.
     pub base: In<NormalField>,
-    /// What lies on it.
+    /// The detail that lies on it.
     pub detail: In<NormalField>,
     /// Factor on the slopes of the detail, a number or a mask: 0 leaves the base.
     pub strength: In<Gray>,
-    /// How two normals become one.
+    /// How the two normals are combined.
     pub mode: NormalBlend,
 }
 
@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn holds_in_any_window() {
         for mode in [NormalBlend::Reoriented, NormalBlend::Slopes, NormalBlend::Whiteout] {
-            // Numbers that are no normals at all.
+            // Inputs that are not valid normals.
             let inputs = [lumps().to_rgb().into(), lumps().to_rgb().into(), lumps().into()];
             check_field(&field(&node(mode), &inputs));
         }

@@ -1,6 +1,7 @@
-//! [`Cavity`]: what lies below its surroundings.
+//! [`Cavity`]: masks of places below their surroundings.
 //!
-//! The height against itself smoothed by a Gaussian. Cost: that of one blur, O(pixels), nearly independent of the radius.
+//! Compares the height with the height smoothed by a Gaussian. Cost: that of one blur, O(pixels), nearly independent of
+//! the radius.
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,7 +12,7 @@ use shibo_kernel::filter::fields;
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
 
-/// Masks of hollows and of peaks: where a height lies below what is around it, and where above.
+/// Masks of hollows and of peaks: where a height lies below its surroundings, and where above.
 ///
 /// ```ron
 /// "cells": Worley(size: 7),
@@ -29,7 +30,7 @@ pub struct Cavity {
     /// Size of the hollows: standard deviation σ of the surroundings; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub radius: f64,
-    /// How far below or above its surroundings a place is 1.
+    /// Difference from the surroundings at which a mask reaches 1.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub depth: f64,
 }

@@ -1,7 +1,8 @@
-//! [`CurvatureMap`]: how convex or concave a height is.
+//! [`CurvatureMap`]: the curvature of a height.
 //!
-//! The mean curvature of the surface, see [`kernel::curvature`](shibo_kernel::surface::curvature), of the height smoothed by
-//! a Gaussian: at every resolution the same edges have the same curvature. Cost: that of one blur, O(pixels).
+//! Computes the mean curvature of the height smoothed by a Gaussian, see
+//! [`kernel::curvature`](shibo_kernel::surface::curvature): the same edges have the same curvature at every resolution.
+//! Cost: that of one blur, O(pixels).
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -30,10 +31,10 @@ use shibo_kernel::surface::curvature;
 pub struct CurvatureMap {
     /// Height in mm.
     pub input: In<Gray>,
-    /// Size of the detail that is left out: standard deviation σ of a Gaussian; at most half the canvas' longer side.
+    /// Size of the detail that is removed: standard deviation σ of a Gaussian; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
     pub radius: f64,
-    /// The curvature that becomes 1 in `normalized`; its opposite becomes 0.
+    /// The curvature that becomes 1 in `normalized`; the negative of it becomes 0.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "1/mm"))]
     pub range: f64,
 }
@@ -85,7 +86,7 @@ mod tests {
 
     #[test]
     fn a_ball_has_its_curvature() {
-        // A cap of a ball of 40 mm, 1 mm high hollows around it never matter in the middle.
+        // A cap of a ball of 40 mm; the surroundings of the cap do not affect its middle.
         let ball = Field::generate(Type::Gray, Tiling::NONE, |out, _| {
             let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
             for (k, v) in (0..).zip(out.plane_mut(0)) {

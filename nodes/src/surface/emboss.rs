@@ -8,21 +8,21 @@ use shibo_engine::value::{Field, Halo, Stop, Type};
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 
-/// How values become depth.
+/// Mapping of values to depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum EmbossCurve {
-    /// In proportion.
+    /// Proportional.
     #[default]
     Linear,
-    /// Level at both ends, as where a rounded tool has pressed: `v² (3 - 2v)`.
+    /// Flat at both ends, as if pressed by a rounded tool: `v² (3 - 2v)`.
     Smooth,
-    /// `v` to this power: above 1 only the brightest parts go deep, below 1 all but the darkest.
+    /// `v` to this power: above 1 only the brightest parts become deep, below 1 all but the darkest.
     Power(f64),
 }
 
-/// Presses a grey picture into the surface: 0 stays, 1 goes to the full depth.
+/// Presses a grey picture into the surface: 0 is the surface, 1 the full depth.
 ///
-/// Values beyond 0..1 are cut off.
+/// Values are clamped to 0..1.
 ///
 /// ```ron
 /// "shape": Worley(size: 6),
@@ -37,7 +37,7 @@ pub struct Emboss {
     /// Depth where the picture is 1; negative raises it.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
     pub depth: f64,
-    /// How values become depth.
+    /// Mapping of values to depth.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 100.0))]
     pub curve: EmbossCurve,
 }

@@ -28,12 +28,12 @@ pub struct HeightToNormal {
     /// Factor on the height: 1 is true to scale, below 0 turns hills into hollows.
     #[schemars(range(min = -1e6, max = 1e6))]
     pub strength: f64,
-    /// Whether green points up the picture (OpenGL, glTF, Blender) rather than down (DirectX).
+    /// True if green points up the picture (OpenGL, glTF, Blender), false if down (DirectX).
     pub y_up: bool,
-    /// How slopes are measured.
+    /// Method of measuring slopes.
     pub slope: SlopeFilter,
-    /// The atlas on which the height lies: then slopes are those on its surface, also across borders of charts. This reads the
-    /// whole picture.
+    /// The atlas on which the height lies. If given, slopes are measured on the surface, also across borders of charts.
+    /// This reads the whole picture.
     pub atlas: Option<In<Atlas>>,
 }
 

@@ -1,4 +1,4 @@
-//! Surface detail: what follows from a height in mm.
+//! Surface detail: fields computed from a height in mm.
 mod ambient_occlusion;
 mod bevel;
 mod blend_normals;

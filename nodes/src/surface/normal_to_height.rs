@@ -1,9 +1,9 @@
-//! [`NormalToHeight`]: the height that belongs to a normal map.
+//! [`NormalToHeight`]: the height for a normal map.
 //!
-//! Poisson's equation by Fourier transforms (R. Frankot, R. Chellappa, 1988); see
-//! [`kernel::poisson`](shibo_kernel::surface::poisson). Every height depends on all normals, so this is an operation on the
-//! whole picture; it is solved once for each resolution. Cost: O(n log n), and 16 bytes of memory a pixel; where the
-//! result does not tile, twice that for each direction.
+//! Solves Poisson's equation by Fourier transforms (R. Frankot, R. Chellappa, 1988); see
+//! [`kernel::poisson`](shibo_kernel::surface::poisson). Every height depends on all normals, so this is an operation on
+//! the whole picture; it is solved once per resolution. Cost: O(n log n), and 16 bytes of memory a pixel; for each
+//! direction in which the result does not tile, twice as much.
 use glam::{DVec2, UVec2};
 use rayon::prelude::*;
 use schemars::JsonSchema;
@@ -17,10 +17,10 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::poisson::Poisson;
 
-/// Makes a height of a normal map: that whose slopes fit the normals best. Its mean is 0.
+/// Computes the height whose slopes fit a normal map best. Its mean is 0.
 ///
-/// A whole-picture operation. On a tiling canvas, where the normals repeat, the result repeats and is exact; elsewhere the
-/// surface is taken as level across its edges.
+/// A whole-picture operation. If the canvas tiles and the normals repeat, the result repeats and is exact; otherwise
+/// the surface is assumed to be flat across its edges.
 ///
 /// ```ron
 /// "noise": Fractal(size: 12, octaves: 5),
@@ -39,7 +39,7 @@ pub struct NormalToHeight {
     /// Factor on the height: 1 is true to scale.
     #[schemars(range(min = -1e6, max = 1e6))]
     pub strength: f64,
-    /// Whether green points up the picture (OpenGL, glTF, Blender) rather than down (DirectX).
+    /// True if green points up the picture (OpenGL, glTF, Blender), false if down (DirectX).
     pub y_up: bool,
 }
 
@@ -49,10 +49,10 @@ impl Default for NormalToHeight {
     }
 }
 
-/// A normal that leans over more than this is taken as a slope of 100.
+/// Minimum z of a normal: a flatter one counts as a slope of 100.
 const FLATTEST: f32 = 0.01;
 
-/// The height of normals.
+/// The height computed from normals.
 struct Integrated {
     input: Field,
     /// The canvas, mm.
@@ -63,7 +63,7 @@ struct Integrated {
 }
 
 impl Integrated {
-    /// The grid of the canvas with pixels as large as those of `grid`.
+    /// The grid of the canvas, with pixels of the size of those of `grid`.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited to the pixels of a canvas")]
     fn canvas(&self, grid: &Grid) -> (Grid, UVec2) {
         let side = |n: f64| n.round().clamp(1.0, f64::from(Canvas::MAX_RESOLUTION)) as u32;
@@ -74,7 +74,7 @@ impl Integrated {
         (Grid { origin: DVec2::ZERO, step: self.size / pixels.as_dvec2(), period: Some(pixels), shown: None }, pixels)
     }
 
-    /// Slopes to the right and down of normals kept as ½ + ½n.
+    /// Slopes to the right and down, from normals stored as ½ + ½n.
     fn slopes(&self, normals: &Tile, row: usize) -> [Vec<f32>; 2] {
         let [x, y, z] = [0, 1, 2].map(|k| normals.row(k, row));
         let up = narrow(self.strength) * if self.y_up { 1.0 } else { -1.0 };
@@ -146,7 +146,7 @@ impl Node for NormalToHeight {
     const FACTS: &'static [Fact] = &[Fact::Size];
 
     fn whole_bytes(&self, pixels: UVec2, _canvas: &CanvasFacts) -> u64 {
-        // Where the normals repeat; elsewhere the picture is mirrored and takes more.
+        // For normals that repeat; otherwise the picture is mirrored and needs more.
         Poisson::bytes(pixels.to_array().map(|n| n as usize), [true; 2]) + 4 * u64::from(pixels.x) * u64::from(pixels.y)
     }
 
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn heights_are_found_again() {
+    fn recovers_heights() {
         for y_up in [true, false] {
             let node = NormalToHeight { input: port(0), y_up, ..NormalToHeight::default() };
             let made = field(&node, &[normals(y_up, Tiling::BOTH).into()]);
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn without_repeats_it_is_level_at_the_edges() {
+    fn is_flat_at_edges_without_repeats() {
         let made = field(
             &NormalToHeight { input: port(0), ..NormalToHeight::default() },
             &[normals(true, Tiling::NONE).into()],

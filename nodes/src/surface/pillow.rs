@@ -1,7 +1,7 @@
 //! [`Pillow`]: domes between grooves.
 //!
-//! `1 - (1 - min(d/radius, 1))²` of the distance d to the grooves: steep at their edge, level at the radius, as full-grain
-//! leather swells between its wrinkles. Cost: that of the distance, O(pixels · radius in pixels).
+//! `1 - (1 - min(d/radius, 1))²` of the distance d to the grooves: steep at the edge of a groove, flat at the radius,
+//! like full-grain leather between its wrinkles. Cost: that of the distance, O(pixels · radius in pixels).
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,7 +10,7 @@ use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Out
 use shibo_engine::value::{Field, Halo, Stop, Type};
 use shibo_kernel::filter::{distance, fields};
 
-/// Raises what lies between grooves to domes, 0 in the grooves and 1 on top.
+/// Raises the areas between grooves to domes, 0 in the grooves and 1 on top.
 ///
 /// ```ron
 /// "cells":   Worley(size: 6),
@@ -22,7 +22,7 @@ use shibo_kernel::filter::{distance, fields};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Pillow {
-    /// Grooves are where this is above the threshold.
+    /// Input; grooves are where it is above the threshold.
     pub input: In<Gray>,
     /// Distance from a groove at which a dome reaches its full height; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]

@@ -1,7 +1,8 @@
 //! [`RaisedEdge`]: a bead along the edge of a mask.
 //!
-//! The exact distance from the edge, see [`kernel::distance`](shibo_kernel::filter::distance), through a profile, whose mean
-//! over a pixel is taken: sides are steep at their foot. Cost: that of two distances, O(pixels · width in pixels).
+//! Applies a profile to the exact distance from the edge, see [`kernel::distance`](shibo_kernel::filter::distance). The
+//! mean of the profile over a pixel is taken, because sides are steep at their foot. Cost: that of two distances,
+//! O(pixels · width in pixels).
 use crate::bounds::at_most_half;
 use crate::distances;
 use schemars::JsonSchema;
@@ -12,7 +13,8 @@ use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::surface::profile::{self, Profile};
 
-/// Raises a bead along the edge of a shape: weld seams, rolled rims, the burr of a cut, a piped border. Below 0 it is a groove.
+/// Raises a bead along the edge of a shape: weld seams, rolled rims, the burr of a cut, a piped border. Below 0 it is a
+/// groove.
 ///
 /// ```ron
 /// "noise": Fractal(size: 18, octaves: 2),
@@ -24,22 +26,23 @@ use shibo_kernel::surface::profile::{self, Profile};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct RaisedEdge {
-    /// The shape is where this is above the threshold.
+    /// Mask; the shape is the area where it is above the threshold.
     pub mask: In<Gray>,
     /// The value at the shape's edge.
     #[schemars(range(min = -1e6, max = 1e6))]
     pub threshold: f64,
-    /// How wide the bead is, from foot to foot; at most half the canvas' longer side. One that is narrower than two pixels
+    /// Width of the bead, from foot to foot; at most half the canvas' longer side. A bead narrower than two pixels
     /// loses some of its volume.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub width: f64,
-    /// How high it is; below 0 it is a groove.
+    /// Height of the bead; below 0 it is a groove.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
     pub height: f64,
-    /// How far inside the edge its middle runs; below 0 outside. With half the width at most half the canvas' longer side.
+    /// Distance of the middle of the bead inside the edge; below 0 outside. Together with half the width at most half
+    /// the canvas' longer side.
     #[schemars(range(min = -5e5, max = 5e5), extend("unit" = "mm"))]
     pub offset: f64,
-    /// The shape of its sides; two round ones make a half circle.
+    /// The shape of the sides of the bead; `Round` gives a half circle.
     pub profile: Profile,
 }
 
@@ -53,7 +56,7 @@ impl Default for RaisedEdge {
 const BEYOND: f64 = 0.25;
 
 impl RaisedEdge {
-    /// How far from the edge the bead reaches, mm.
+    /// Largest distance of the bead from the edge, mm.
     fn reach(&self) -> f64 {
         0.5 * self.width + self.offset.abs()
     }
@@ -71,7 +74,8 @@ impl Node for RaisedEdge {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let mask = cx.get(&self.mask)?;
-        // Half a pixel beyond the foot still shows some of it; how large pixels are is known later.
+        // Measure a little beyond the foot, because a pixel there still shows part of the bead. The size of pixels is
+        // not known here.
         let reach = self.reach() + BEYOND * self.width;
         let away = |inside: bool| distances::to_edge(&mask, self.threshold, reach, inside);
         let steep = 2.0 / self.width.max(1e-12);
@@ -118,7 +122,7 @@ mod tests {
 
     #[test]
     fn a_small_picture_is_the_average_of_a_large_one() {
-        // Three pixels wide.
+        // A bead three pixels wide.
         for profile in [Profile::Round, Profile::Linear, Profile::Smooth, Profile::Cove] {
             let node = RaisedEdge { mask: port(0), width: 1.5, profile, ..RaisedEdge::default() };
             let unlike = unlike_average(&field(&node, &[lumps().into()]));

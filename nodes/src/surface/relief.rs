@@ -1,8 +1,9 @@
-//! [`Relief`]: a lit picture of a surface, for looking at.
+//! [`Relief`]: a lit picture of a surface, for viewing.
 //!
-//! Key light, weak fill and a sky; Lambert and GGX (E. Heitz, 2014), 4 % at normal incidence; ambient occlusion darkens
-//! the sky and, by half, the key light; a curve for the screen comes last. See [`kernel::relief`](shibo_kernel::surface::relief). Of a
-//! material metal, sheen and coat show too, and with `fibers` and `anisotropy` its fibres. Cost: O(pixels).
+//! Lights: a key light, a weak fill light and a sky. Shading: Lambert and GGX (E. Heitz, 2014), with 4 % reflection at
+//! normal incidence. Ambient occlusion darkens the sky and, by half, the key light; a tone curve for the screen comes
+//! last. See [`kernel::relief`](shibo_kernel::surface::relief). Metal, sheen and coat of a material are shown too, and
+//! with `fibers` and `anisotropy` its fibres. Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -12,21 +13,21 @@ use shibo_kernel::ground::tile;
 use shibo_kernel::surface::display::Curve;
 use shibo_kernel::surface::relief::{self, Finish, Lacquer, ReliefSpec, Surface};
 
-/// How light is shown on the screen.
+/// Tone curve: how light is shown on the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Tone {
-    /// As film: channel by channel. Pale woods turn a little green, dark colours lighter.
+    /// Like film: channel by channel. Pale woods become a little green, dark colours lighter.
     #[default]
     Filmic,
-    /// Hues are kept: in full light the base colour is shown as it is. An `exposure` of about 0.45 is full light.
+    /// Hues are kept: in full light the base colour is shown unchanged. An `exposure` of about 0.45 is full light.
     Neutral,
-    /// As it is; what is brighter than white is cut off.
+    /// Unchanged; values brighter than white are cut off.
     Linear,
 }
 
-/// A lit picture of a surface seen from above: of a height, or of a whole material. Scene-linear colour, for looking at.
+/// A lit picture, for viewing, of a surface seen from above: of a height, or of a whole material. Scene-linear colour.
 ///
-/// Channels that are connected here take the place of those of the material.
+/// Connected channels replace those of the material.
 ///
 /// ```ron
 /// "cells":   Worley(size: 2.6),
@@ -42,43 +43,44 @@ pub enum Tone {
 pub struct Relief {
     /// A material that supplies the channels below, and metal, sheen and coat if it has them.
     pub material: Option<In<Material>>,
-    /// Height in mm. Without it that of the material; without both the surface is flat.
+    /// Height in mm. If not given, that of the material; without both the surface is flat.
     pub height: Option<In<Gray>>,
-    /// Base colour. Without it that of the material; without both `color`.
+    /// Base colour. If not given, that of the material; without both `color`.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub base_color: Option<In<Rgb>>,
-    /// Roughness, 0..1. Without it that of the material; without both 0.45.
+    /// Roughness, 0..1. If not given, that of the material; without both 0.45.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub roughness: Option<In<Gray>>,
-    /// Ambient occlusion, 1 is open. Without it that of the material; without both 1.
+    /// Ambient occlusion, 1 is open. If not given, that of the material; without both 1.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub ao: Option<In<Gray>>,
-    /// A normal that is shown in place of that of the height, such as one with the tilt of fibres.
+    /// A normal that replaces that of the height, for example one with the tilt of fibres.
     pub normal: Option<In<NormalField>>,
-    /// The colour where no base colour is given.
+    /// The colour if no base colour is given.
     pub color: Color,
     /// Factor on the height: 1 is true to scale.
     #[schemars(range(min = -1e4, max = 1e4))]
     pub strength: f64,
-    /// Direction the light comes from, from +x towards +y: 225° is the upper left.
+    /// Direction from which the light comes, from +x towards +y: 225° is the upper left.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub azimuth: f64,
-    /// Height of the light above the surface: 90° is from above.
+    /// Elevation of the light above the surface: 90° is from above.
     #[schemars(range(min = 1, max = 90), extend("unit" = "°"))]
     pub elevation: f64,
     /// Factor on all light.
     #[schemars(range(min = 0, max = 1e3))]
     pub exposure: f64,
-    /// How light is shown on the screen.
+    /// Tone curve: how light is shown on the screen.
     pub tone: Tone,
-    /// How much light fibres reflect that lie in the surface, in the colour of the material: about 0.6 for wood. Their share and
-    /// their direction are the anisotropy of the material and its angle. With a `normal` that follows their tilt, figure shows.
+    /// Strength of the reflection, in the colour of the material, of fibres that lie in the surface: about 0.6 for
+    /// wood. The anisotropy of the material and its angle give the share and the direction of fibres. With a `normal`
+    /// that follows their tilt, the figure of wood becomes visible.
     #[schemars(range(min = 0, max = 4))]
     pub fibers: f64,
-    /// The direction of fibres in degrees, from +x towards +y. Without it that of the material's anisotropy.
+    /// The direction of fibres in degrees, from +x towards +y. If not given, that of the material's anisotropy.
     pub angle: Option<In<Gray>>,
-    /// How much narrower the white gloss is along fibres than across them, as on brushed metal, satin and polished wood: a factor on
-    /// the material's anisotropy; with an `angle` of its own on 1.
+    /// Anisotropy of the white gloss, which is narrower along fibres than across them, as on brushed metal, satin and
+    /// polished wood: a factor on the material's anisotropy, or on 1 if `angle` is given.
     #[schemars(range(min = 0, max = 1))]
     pub anisotropy: f64,
 }
@@ -140,7 +142,7 @@ impl Node for Relief {
         let lies = [normal.is_some(), shine && (angle.is_some() || has(&[Channel::Anisotropy]))];
         inputs.extend(normal);
         if lies[1] {
-            // Fibres that are connected here lie in the surface everywhere, unless the material says how much.
+            // With `angle`, fibres lie in the surface everywhere, unless the material gives their share.
             let share = if angle.is_some() { 1.0 } else { 0.0 };
             inputs.push(channel(None, Channel::Anisotropy, &[share]));
             inputs.push(channel(angle, Channel::AnisotropyAngle, &[0.0]));
@@ -162,12 +164,12 @@ fn planes(tile: &Tile) -> [&[f32]; 3] {
     [tile.plane(0), tile.plane(1), tile.plane(2)]
 }
 
-/// The lit picture; reads only the height beyond the window.
+/// The lit picture; only the height is read with a halo.
 struct Lit {
-    /// Height, colour, roughness, occlusion; the normal and the fibres' share and angle, if `lies` says so; of some materials
-    /// also metal, sheen and coat; of some the coat's roughness, the emission, and the coat's normal.
+    /// Height, colour, roughness, occlusion; then, as `lies` says, the normal, and the share and angle of fibres; for
+    /// some materials also metal, sheen and coat; for some the coat's roughness, the emission, and the coat's normal.
     inputs: Vec<Field>,
-    /// Whether there is a normal, and whether there are fibres.
+    /// True if `inputs` has a normal, and if it has fibres.
     lies: [bool; 2],
     node: Relief,
 }
@@ -238,7 +240,7 @@ mod tests {
     use shibo_engine::value::Value;
 
     #[test]
-    fn a_material_is_lit_as_its_channels_are() {
+    fn lights_material_like_its_channels() {
         let (height, rough) = (lumps(), Field::constant(Type::Gray, &[0.2]));
         let wired = Relief { height: Some(port(0)), roughness: Some(port(1)), ..Relief::default() };
         let channels = [(Channel::Height, height.clone()), (Channel::Roughness, rough.clone())];
@@ -250,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn fibres_are_those_of_the_material() {
+    fn takes_fibres_from_the_material() {
         let wood = |angle: f32| {
             let channels = [(Channel::Anisotropy, 1.0), (Channel::AnisotropyAngle, angle)];
             Value::from(Material::new(channels.map(|(c, v)| (c, Field::constant(Type::Gray, &[v])))))

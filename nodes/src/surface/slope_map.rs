@@ -1,6 +1,6 @@
-//! [`SlopeMap`]: how steep a height is, and which way it rises.
+//! [`SlopeMap`]: steepness and direction of the slope of a height.
 //!
-//! Slopes by differences over one pixel on each side, as `HeightToNormal` has them. Cost: O(pixels), about 4 ns each.
+//! Slopes are differences over one pixel on each side, as in `HeightToNormal`. Cost: O(pixels), about 4 ns per pixel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
@@ -9,7 +9,7 @@ use shibo_kernel::filter::slopes;
 use shibo_kernel::ground::math::atan2_degrees;
 use shibo_kernel::ground::tile;
 
-/// The steepness of a height, as an angle: 0 is level, 90° is a wall.
+/// The steepness of a height, as an angle: 0 is flat, 90° is a wall.
 ///
 /// ```ron
 /// "noise": Fractal(size: 20, octaves: 3),
@@ -23,7 +23,7 @@ use shibo_kernel::ground::tile;
 pub struct SlopeMap {
     /// Height in mm.
     pub input: In<Gray>,
-    /// Whether `slope` is a share, 1 for a wall, instead of degrees.
+    /// True if `slope` is a share, 1 for a wall, instead of degrees.
     pub normalize: bool,
 }
 
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn planes_have_their_angle() {
-        // Rises by 1 to the left and by √2 downwards: √3 in all, an angle of 60°.
+        // Rises by 1 to the left and by √2 downwards: in total √3, an angle of 60°.
         let plane = Field::generate(Type::Gray, Tiling::NONE, |out, _| {
             let (grid, window, width) = (out.grid, out.window, out.window.width.cast_signed());
             for (k, v) in (0..).zip(out.plane_mut(0)) {

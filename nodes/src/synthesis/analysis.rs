@@ -1,20 +1,20 @@
-//! What the nodes of this family have in common: from an exemplar on a wire to the arguments of the kernels.
+//! Shared by the nodes of this family: converts an exemplar to the arguments of the kernels.
 use glam::DVec2;
 use shibo_engine::value::{Exemplar, ExemplarLattice, ExemplarLevel, Tiling};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::stop::Until;
-use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::PixelPlane;
 use shibo_kernel::synthesis::analysis::{AnalysisSpec, analyse_until, find_alike, spacings};
 use shibo_kernel::synthesis::texels::Texels;
 use shibo_kernel::synthesis::{lattice, levels};
 
-/// Size, and where sides join.
-pub(super) fn plane(exemplar: &Exemplar) -> Plane {
+/// Size of an exemplar, and the directions in which its sides join.
+pub(super) fn plane(exemplar: &Exemplar) -> PixelPlane {
     let (size, Tiling { x, y }) = (exemplar.frame.size, exemplar.frame.periodic);
-    Plane { w: size.x as usize, h: size.y as usize, wrap: [x, y] }
+    PixelPlane { w: size.x as usize, h: size.y as usize, wrap: [x, y] }
 }
 
-/// What is compared at the finest level.
+/// The features that are compared at the finest level.
 pub(super) fn features(exemplar: &Exemplar) -> Texels<f32> {
     Texels::new(plane(exemplar), exemplar.channels, exemplar.features.to_vec())
 }
@@ -23,7 +23,7 @@ pub(super) fn features(exemplar: &Exemplar) -> Texels<f32> {
 /// everywhere.
 pub(super) const ANALYSIS: Hash = Hash::new(0x5348_4942_4F31);
 
-/// The levels, analysed; not to be used if the work was cancelled.
+/// The analysed levels; must not be used if the work was cancelled.
 pub(super) fn levels_of(exemplar: &Exemplar, spec: &AnalysisSpec, until: Until<'_>) -> Vec<ExemplarLevel> {
     let features = features(exemplar);
     let spacings = spacings(features.plane.w.min(features.plane.h));
@@ -31,15 +31,15 @@ pub(super) fn levels_of(exemplar: &Exemplar, spec: &AnalysisSpec, until: Until<'
     analyse_until(&spacings, image, &exemplar.usable, spec, ANALYSIS, until)
 }
 
-/// Adds what looks alike to every level: sets of `k`; `distance` is a share of the shorter side. Not to be used if the
-/// work was cancelled.
+/// Adds sets of `k` similar pixels to every level; `distance` is a share of the shorter side. The result must not be
+/// used if the work was cancelled.
 pub(super) fn add_alike(exemplar: &Exemplar, levels: &mut [ExemplarLevel], k: usize, distance: f64, until: Until<'_>) {
     let plane = plane(exemplar);
     let distance = distance * plane.w.min(plane.h) as f64;
     find_alike(levels, plane, &exemplar.usable, distance, k, ANALYSIS.with(1), until);
 }
 
-/// How an exemplar repeats.
+/// Detects the lattice of an exemplar.
 pub(super) fn find_lattice(exemplar: &Exemplar) -> ExemplarLattice {
     match lattice::detect(&features(exemplar)) {
         Some(found) => {

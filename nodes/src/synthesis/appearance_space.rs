@@ -10,9 +10,10 @@ use shibo_engine::value::{Exemplar, Neighborhood, Stop, Type};
 use shibo_kernel::synthesis::analysis::AnalysisSpec;
 use std::sync::Arc;
 
-/// Describes every pixel of an exemplar by its surroundings, which keeps features whole where colours alone would not.
+/// Describes every pixel of an exemplar by its surroundings, which keeps features whole better than colours alone.
 ///
-/// `Synthesize` does this by itself with these defaults; use it to choose others, or to share the work.
+/// `Synthesize` does this automatically with these defaults; use this node to choose other values, or to share the
+/// work.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
@@ -30,10 +31,10 @@ pub struct AppearanceSpace {
     pub coarse: Neighborhood,
     /// Neighbours that are compared at fine levels.
     pub fine: Neighborhood,
-    /// From which spacing of its pixels on, in pixels of the finest level, a level counts as coarse.
+    /// A level counts as coarse if the spacing of its pixels is at least this, in pixels of the finest level.
     #[schemars(range(min = 1, max = 512))]
     pub switch: u32,
-    /// How many numbers describe a pixel.
+    /// Number of values that describe a pixel.
     #[schemars(range(min = 1, max = 8))]
     pub dimensions: u32,
 }

@@ -1,7 +1,7 @@
-//! [`CandidateSets`]: for every pixel of an exemplar others that look alike.
+//! [`CandidateSets`]: similar pixels for every pixel of an exemplar.
 //!
-//! Beyond the source (k-coherence of the published work): usually k = 2, found by PatchMatch on neighbourhood vectors. Cost:
-//! O(pixels · levels · log pixels).
+//! Beyond the source (k-coherence of the published work): usually k = 2, found by PatchMatch on neighbourhood vectors.
+//! Cost: O(pixels · levels · log pixels).
 use super::analysis::{add_alike, levels_of};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,11 +10,12 @@ use shibo_engine::value::{Exemplar, Stop, Type};
 use shibo_kernel::synthesis::analysis::AnalysisSpec;
 use std::sync::Arc;
 
-/// Finds for every pixel of an exemplar others that look alike, so that pieces can be joined in more ways.
+/// Finds similar pixels for every pixel of an exemplar, so that pieces can be joined in more ways.
 ///
 /// More than two candidates make smaller pieces with more joints, and take longer.
 ///
-/// `Synthesize` does this by itself with these defaults; use it to choose others, or to share the work.
+/// `Synthesize` does this automatically with these defaults; use this node to choose other values, or to share the
+/// work.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
@@ -26,12 +27,12 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CandidateSets {
-    /// The exemplar. Where it is not analysed, `AppearanceSpace` is applied with its defaults.
+    /// The exemplar. If it is not analysed, `AppearanceSpace` is applied with its defaults.
     pub exemplar: In<Exemplar>,
-    /// Candidates per pixel, the pixel itself included: with 1 no others are looked for.
+    /// Candidates per pixel, the pixel itself included: with 1 no other candidates are searched.
     #[schemars(range(min = 1, max = 8))]
     pub k: u32,
-    /// The least distance of candidates from the pixel and from each other, as a share of the exemplar's shorter side.
+    /// Minimum distance of candidates from the pixel and from each other, as a share of the exemplar's shorter side.
     #[schemars(range(min = 0, max = 0.5))]
     pub distance: f64,
 }

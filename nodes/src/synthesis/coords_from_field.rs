@@ -1,4 +1,5 @@
-//! [`CoordsFromField`]: coordinates from a picture, as [`CoordsToField`](super::CoordsToField) or another program wrote it.
+//! [`CoordsFromField`]: coordinates from a picture written by [`CoordsToField`](super::CoordsToField) or by another
+//! program.
 //!
 //! Source: JP5149288B2 II, claim 1 (row C2): synthesis may start from any earlier result. Cost: O(pixels).
 use super::coords_to_field::CoordUnit;
@@ -13,10 +14,11 @@ use shibo_kernel::ground::number::narrow;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Coordinates from a field of vectors or from a file: to show an earlier result again, or to go on from it.
+/// Coordinates from a field of vectors or from a file: to show an earlier result again, or to continue from it.
 ///
-/// The first number is the column in the exemplar, the second the row. A file is an EXR with the channels `X` and `Y` over the
-/// whole canvas, as an output of coordinates writes it; the size of the exemplar that is told in it must be that of `exemplar`.
+/// The first number is the column in the exemplar, the second the row. A file is an EXR with the channels `X` and `Y`
+/// over the whole canvas, as an output of coordinates writes it; the size of the exemplar recorded in it must be that
+/// of `exemplar`.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
@@ -29,21 +31,22 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CoordsFromField {
-    /// The field, if there is no `file`.
+    /// The field, if no `file` is given.
     pub input: Option<In<Vec2Field>>,
     /// The file, relative to the graph file.
     pub file: Option<FilePath>,
-    /// The exemplar that coordinates refer to.
+    /// The exemplar to which coordinates refer.
     pub exemplar: In<Exemplar>,
-    /// What a coordinate is measured in.
+    /// Unit of the coordinates.
     pub unit: CoordUnit,
-    /// Columns and rows over the canvas. By default those of the file, or as many as the exemplar's pixels need.
+    /// Columns and rows over the canvas. By default those of the file, or such that pixels have the size of the
+    /// exemplar's pixels.
     #[schemars(extend("minimum" = 1.0, "maximum" = 16384.0))]
     pub size: Option<(u32, u32)>,
 }
 
 impl CoordsFromField {
-    /// What a field shows at the centres of so many pixels over the canvas: first the columns, then the rows.
+    /// The values of a field at the centres of `size` pixels over the canvas: the column numbers, then the row numbers.
     fn of_field(
         &self,
         cx: &Context<'_>,
@@ -58,7 +61,7 @@ impl CoordsFromField {
         Ok((size, cx.evaluator.raster(&field, &grid, Window::full(size))?.data().to_vec()))
     }
 
-    /// The same of a file.
+    /// The same from a file.
     fn of_file(&self, cx: &Context<'_>, path: &Path, exemplar: &Exemplar) -> Result<(UVec2, Vec<f32>), Stop> {
         let failed = |error: FileError| {
             let code = if error.reason.is_not_found() { Code::FileNotFound } else { Code::BadFile };

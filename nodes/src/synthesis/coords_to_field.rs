@@ -1,6 +1,6 @@
 //! [`CoordsToField`]: synthesised coordinates as a picture, for files and other programs.
 //!
-//! Source: JP5149288B2 II, box 260 (row C12): the coordinates are the result. Cost: O(pixels).
+//! Source: JP5149288B2 II, box 260 (row C12): coordinates are the result of synthesis. Cost: O(pixels).
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -8,21 +8,21 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{CoordMap, Stop, Tiling, Type};
 
-/// What a coordinate is measured in.
+/// Unit of a coordinate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum CoordUnit {
     /// Pixels of the exemplar, from its upper left corner; the centre of pixel `i` is at `i + ½`.
     #[default]
     Pixels,
-    /// Shares of the exemplar, 0 to 1, from its upper left corner: what other programs call a UV or ST map.
+    /// Shares of the exemplar, 0 to 1, from its upper left corner; other programs call this a UV or ST map.
     Share,
 }
 
 /// Synthesised coordinates as a field of vectors, for other nodes and for files with another unit.
 ///
-/// An output of a graph may be the coordinates themselves: they are written in pixels, as EXR with the channels `X` and `Y` and
-/// with the size of their exemplar, and `CoordsFromField` reads the file. Render at as many pixels as the coordinates have.
-/// Pixels are exact in half floats up to exemplars of 1024 pixels.
+/// An output of a graph may also be the coordinates themselves, without this node: they are written in pixels, as EXR
+/// with the channels `X` and `Y` and the size of their exemplar. `CoordsFromField` reads the file. Render at as many
+/// pixels as the coordinates have. Pixels are exact in half floats up to exemplars of 1024 pixels.
 ///
 /// Elsewhere: an *STMap* in compositing, with `unit: Share`.
 ///
@@ -35,9 +35,9 @@ pub enum CoordUnit {
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CoordsToField {
-    /// The coordinates, of the plane.
+    /// The coordinates, in the plane.
     pub coords: In<CoordMap>,
-    /// What a coordinate is measured in.
+    /// Unit of the coordinates.
     pub unit: CoordUnit,
 }
 

@@ -1,4 +1,4 @@
-//! [`CorrectCoords`]: coordinates made to fit those around them.
+//! [`CorrectCoords`]: corrects coordinates to fit their neighbours.
 //!
 //! Source: JP5149288B2 II and III, equations (1) and (2), claims 2 to 4, 10, 16 (rows C6 to C11).
 //! Cost: O(pixels · candidates · neighbours).
@@ -12,11 +12,11 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
 use shibo_engine::value::{CoordMap, Exemplar, IndirectionMap, Neighborhood, Stop, Type};
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::synthesis::exact::{Corrector, Features, Rule};
+use shibo_kernel::synthesis::exact::{CorrectionRule, Corrector, Features};
 use shibo_kernel::synthesis::texels::{self, Texels};
 use std::sync::Arc;
 
-/// How values between exemplar pixels are read.
+/// Interpolation between exemplar pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Fetch {
     /// Linear in x and y.
@@ -26,10 +26,11 @@ pub enum Fetch {
     Nearest,
 }
 
-/// Replaces each coordinate by the best of itself and what its eight neighbours predict, compared with the exemplar.
+/// Replaces each coordinate by the best candidate: itself, or one that its eight neighbours predict. Candidates are
+/// compared with the exemplar.
 ///
-/// Works at whatever level the coordinates are. An exemplar that is analysed is compared by its appearance, and pixels that
-/// look alike are further candidates. Otherwise colours are compared, as in the source.
+/// Works at the level of the coordinates. If the exemplar is analysed, its appearance is compared, and similar pixels
+/// are further candidates. Otherwise colours are compared, as in the source.
 ///
 /// ```ron
 /// "cells": Worley(size: 5),
@@ -51,24 +52,24 @@ pub struct CorrectCoords {
     pub coords: In<CoordMap>,
     /// The exemplar.
     pub exemplar: In<Exemplar>,
-    /// The surface, level by level, if it is not the plane; as that of StartCoords.
+    /// The surface, level by level, if it is not the plane; connect the one of `StartCoords`.
     pub surface: Option<In<IndirectionMap>>,
-    /// From output to exemplar, that of a surface from JacobianFromMesh; the unit matrix by default.
+    /// The Jacobian from output to exemplar; on a surface that of `JacobianFromMesh`. The unit matrix by default.
     pub jacobian: Option<In<JacobianField>>,
-    /// Which neighbours are compared.
+    /// The neighbours that are compared.
     pub neighborhood: Neighborhood,
-    /// How often all coordinates are corrected.
+    /// Number of corrections of all coordinates.
     #[schemars(range(min = 0, max = 64))]
     pub passes: u32,
-    /// Into how many groups pixels are divided, a square number. Each group is corrected from the results of those before it;
+    /// Number of groups of pixels, a square number. Each group is corrected with the results of the groups before it;
     /// with 1 all pixels are corrected from the old map.
     #[schemars(range(min = 1, max = 256))]
     pub sub_passes: u32,
-    /// Whether three predictions are averaged for each neighbour; if not, one is taken.
+    /// True to average three predictions for each neighbour; false to take one.
     pub averaged: bool,
-    /// How values between exemplar pixels are read.
+    /// Interpolation between exemplar pixels.
     pub fetch: Fetch,
-    /// Factor on the cost of candidates that only look alike and do not continue a neighbour.
+    /// Factor on the cost of candidates that are only similar and do not continue a neighbour.
     #[schemars(range(min = 1, max = 10))]
     pub copy_size: f64,
 }
@@ -116,7 +117,7 @@ impl Node for CorrectCoords {
         };
         let second = analysed.map_or(&[][..], |level| &level.second);
         let features = Features { texels: &texels, ratio, second, plane: plane(&exemplar) };
-        let rule = Rule {
+        let rule = CorrectionRule {
             square: match self.neighborhood {
                 Neighborhood::Diagonal4 => 4,
                 Neighborhood::Square3 => 3,

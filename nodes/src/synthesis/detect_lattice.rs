@@ -1,7 +1,7 @@
 //! [`DetectLattice`]: the two vectors by which a near-regular exemplar repeats.
 //!
-//! Beyond the source: from the correlation of the exemplar with itself, refined to fractions of a pixel. This lattice
-//! is that of crystallography, all sums of whole multiples of two vectors; it is not the lattice of springs of the
+//! Beyond the source: from the correlation of the exemplar with itself, refined to fractions of a pixel. A lattice in
+//! the sense of crystallography: all sums of whole multiples of two vectors. It is not the lattice of springs of the
 //! leather nodes. Cost: O(pixels · log pixels).
 use super::analysis::find_lattice;
 use glam::DVec2;
@@ -11,7 +11,7 @@ use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
 use shibo_engine::value::{Exemplar, ExemplarLattice, Stop, Type};
 
-/// Where the vectors come from.
+/// Source of the vectors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub enum Lattice {
     /// They are found in the exemplar, if it is near-regular.
@@ -25,7 +25,7 @@ pub enum Lattice {
 
 /// Finds the two vectors by which brickwork, cloth or tiles repeat, so that synthesis stays in phase with them.
 ///
-/// `Synthesize` does this by itself. Use this node to switch it off, to state the vectors, or to look at them with
+/// `Synthesize` does this automatically. Use this node to switch it off, to state the vectors, or to look at them with
 /// `shibo dump`.
 ///
 /// ```ron
@@ -40,7 +40,7 @@ pub enum Lattice {
 pub struct DetectLattice {
     /// The exemplar.
     pub exemplar: In<Exemplar>,
-    /// Where the vectors come from.
+    /// Source of the vectors.
     pub vectors: Lattice,
 }
 

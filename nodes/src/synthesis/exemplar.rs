@@ -1,4 +1,4 @@
-//! [`Exemplar`]: a picture, or any field, made ready to synthesise from.
+//! [`Exemplar`]: prepares a picture, or any field, for synthesis.
 //!
 //! Source: JP5149288B2 II and III (row C1). Beyond the source: several
 //! aligned pictures with weights, guide, mask, exemplars from fields. Cost: O(pixels · channels).
@@ -13,44 +13,44 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::{feature, seams};
 use std::sync::Arc;
 
-/// How coarser levels are made.
+/// How coarser levels are computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Levels {
-    /// More and more blurred, with the same number of pixels.
+    /// Increasingly blurred, with the same number of pixels.
     #[default]
     Stack,
-    /// With half as many columns and rows each time.
+    /// With half the columns and rows at each level.
     Pyramid,
 }
 
-/// Whether an exemplar's sides join.
+/// Directions in which an exemplar tiles: opposite sides join.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Periodic {
-    /// As the field says of itself; of a picture, as it looks.
+    /// The tiling of the field; for a picture, detected from its pixels.
     #[default]
     Auto,
     /// Left and right, top and bottom join.
     Yes,
-    /// They do not join.
+    /// No sides join.
     No,
 }
 
-/// In which form colours are compared.
+/// Encoding in which colours are compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Compare {
-    /// As the eye sees them: colour encoded by the sRGB curve, anything else as it is.
+    /// Perceptual: colours are encoded by the sRGB curve, other values are unchanged.
     #[default]
     Encoded,
-    /// Scene-linear, as they are.
+    /// Scene-linear, unchanged.
     Linear,
 }
 
-/// A small picture of anything, from which more of it can be synthesised.
+/// A small picture from which any amount of similar texture can be synthesised.
 ///
-/// A picture file is taken at its own pixels, any other field at `size` pixels over `size_mm` of the canvas: the height of
-/// a leather or a cut of wood is an exemplar too. Aligned pictures in `others` are compared as well, so that a
-/// colour, a height and a normal map stay together; all of them can be sampled later. They may have other resolutions: what
-/// lies at the same place in mm belongs together.
+/// A picture file is used at its own pixels, any other field at `size` pixels over `size_mm` of the canvas: the height
+/// of a leather or a cut of wood can be an exemplar too. Aligned pictures in `others` are compared as well, so that a
+/// colour, a height and a normal map stay together; all of them can be sampled later. Their resolutions may differ:
+/// pictures are aligned by their places in mm.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
@@ -64,42 +64,42 @@ pub enum Compare {
 pub struct Exemplar {
     /// The picture, or any field.
     pub input: In<AnyField>,
-    /// More fields, aligned with the first, that are compared too.
+    /// Additional fields, aligned with the first, that are compared too.
     #[schemars(extend("optional" = true))]
     pub others: Vec<In<AnyField>>,
-    /// Weights of the first and the other fields; 1 for those that have none. What has weight 0 is not compared.
+    /// Weights of the first and the other fields; 1 if not given. A field of weight 0 is not compared.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e3))]
     pub weights: Vec<f64>,
-    /// Where features are whose shape must be kept, such as cracks or joints (at least 0.5): the distance to their edges is
-    /// compared too, which keeps thin ones whole.
+    /// Mask, at least 0.5, of features whose shape must be kept, such as cracks or joints. The distance to their edges
+    /// is compared too, which keeps thin features whole.
     pub feature: Option<In<Gray>>,
     /// Weight of `feature`.
     #[schemars(range(min = 0, max = 1e3))]
     pub feature_weight: f64,
-    /// Numbers that steer the look, 0..1: where `guide` of `Synthesize` has a value, places with that value are shown.
+    /// Guide values, 0..1: where `guide` of `Synthesize` has a value, places of the exemplar with that value are shown.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub guide: Option<In<Gray>>,
-    /// What may be shown: nothing where it is below 0.5. The opacity of a picture is a good mask.
+    /// Mask of the pixels that may be shown: at least 0.5. The opacity of a picture is a good mask.
     pub mask: Option<In<Gray>>,
-    /// Columns and rows. By default those of the picture, where the field is one, else 128.
+    /// Columns and rows. By default those of the picture if the field is a picture, otherwise 128.
     #[schemars(extend("minimum" = 1.0, "maximum" = 16384.0))]
     pub size: Option<(u32, u32)>,
-    /// The part of the field that is taken. By default the picture, or the whole canvas.
+    /// Size of the part of the field to use. By default the picture, or the whole canvas.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub size_mm: Option<Xy>,
-    /// Where that part begins.
+    /// Upper left corner of that part.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub origin: Xy,
-    /// How coarser levels are made.
+    /// How coarser levels are computed.
     pub levels: Levels,
-    /// Whether its sides join.
+    /// Directions in which the exemplar tiles.
     pub periodic: Periodic,
-    /// In which form colours are compared.
+    /// Encoding in which colours are compared.
     pub compare: Compare,
-    /// Pixels nearer to the border than this are not shown, in pixels of the level.
+    /// Width of a border whose pixels are not shown, in pixels of the level.
     #[schemars(range(min = 0, max = 4))]
     pub margin: f64,
-    /// Removes shading that is wider than this share of the exemplar before pixels are compared; 0 leaves it.
+    /// Removes shading wider than this share of the exemplar before pixels are compared; 0 keeps it.
     #[schemars(range(min = 0, max = 1))]
     pub flatten: f64,
 }
@@ -126,7 +126,7 @@ impl Default for Exemplar {
     }
 }
 
-/// The most pixels of an exemplar on a side.
+/// Maximum number of pixels along a side of an exemplar.
 const MOST: u32 = 16_384;
 
 impl Exemplar {
@@ -163,7 +163,7 @@ impl Exemplar {
         Ok(ExemplarFrame { size, origin, pitch, periodic: Tiling::NONE })
     }
 
-    /// The directions in which the exemplar joins itself; of a picture those in which these planes look as if they did.
+    /// The directions in which opposite sides of the exemplar join; for a picture, detected from its planes.
     fn joins(&self, cx: &Context<'_>, input: &Field, frame: &ExemplarFrame, planes: &[Vec<f32>]) -> Tiling {
         match self.periodic {
             Periodic::Yes => Tiling::BOTH,
@@ -196,7 +196,7 @@ impl Exemplar {
         Ok(tile)
     }
 
-    /// Warns of a picture that lies elsewhere than that of `input`, which is hardly meant.
+    /// Warns of a picture whose place differs from that of `input`: probably a mistake.
     fn advise(cx: &Context<'_>, input: &Field, other: &Field, port: &str) {
         let place = |field: &Field| {
             let (grid, pixels) = field.native().zip(field.pixels())?;
@@ -221,7 +221,7 @@ impl Exemplar {
         }
     }
 
-    /// The distance to the edges of features, limited to an eighth of the exemplar; as any other field that is compared.
+    /// The distance to the edges of features, limited to an eighth of the exemplar, as a field to compare.
     fn distance(&self, field: &Field, tile: &Tile, joins: Tiling) -> Vec<f32> {
         let size = [tile.width(), tile.height()];
         let radius = (size[0].min(size[1]) as f64 / 8.0).max(4.0);
@@ -229,7 +229,7 @@ impl Exemplar {
         self.feature(field, size, distances, self.feature_weight)
     }
 
-    /// Values with a mean of 0 and a variance of `weight`² over all channels, encoded if they are colour.
+    /// Values with a mean of 0 and a variance of `weight`² over all channels, encoded if they are colours.
     fn feature(&self, field: &Field, size: [usize; 2], mut data: Vec<f32>, weight: f64) -> Vec<f32> {
         if self.compare == Compare::Encoded && field.ty() == Type::Rgb {
             data.iter_mut().for_each(|v| *v = srgb_encode(v.max(0.0)));
@@ -250,7 +250,7 @@ impl Exemplar {
     }
 }
 
-/// The values of each pixel side by side.
+/// Interleaves planes: the values of each pixel side by side.
 fn together(planes: &[Vec<f32>]) -> Vec<f32> {
     let n = planes.first().map_or(0, Vec::len);
     (0..n).flat_map(|p| planes.iter().map(move |plane| plane[p])).collect()

@@ -1,7 +1,7 @@
-//! [`IndirectionMap`]: which pixels of an atlas lie beside each other on the surface.
+//! [`IndirectionMap`]: neighbours, on the surface, of the pixels of an atlas.
 //!
-//! Source: JP5149288B2 III, claims 6, 7, 13, 14 (rows C24, C25): a pixel beyond the border of a chart is looked up where the
-//! surface goes on, in another chart. Beyond the source, what is kept of a place between pixels is exact. Cost: O(pixels).
+//! Source: JP5149288B2 III, claims 6, 7, 13, 14 (rows C24, C25): a pixel beyond the border of a chart is looked up in
+//! the chart where the surface continues. Beyond the source, places between pixels are kept exactly. Cost: O(pixels).
 use super::jacobian_from_mesh::of_one_mesh;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,23 +10,23 @@ use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Atlas, Frames, Stop, Type};
 use shibo_kernel::mesh::levels::{LevelsSpec, indirection};
 
-/// What is kept of where a neighbour lies.
+/// Precision with which the place of a neighbour is stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Jumps {
-    /// The pixel, and where the place lies from its centre, since the pixels of two charts do not line up.
+    /// The pixel, and the offset of the place from its centre, because the pixels of two charts do not line up.
     #[default]
     Exact,
-    /// The pixel alone, as in the source.
+    /// Only the pixel, as in the source.
     Nearest,
 }
 
-/// Finds for the pixels of an atlas which others lie beside them on the surface, level by level.
+/// Finds the neighbours, on the surface, of the pixels of an atlas, level by level.
 ///
-/// `SynthesizeSurface` does this by itself. Use this node to run its stages one by one, or to look at the map with
-/// `shibo dump`, which lists for the pixels just outside of the charts what is found there.
+/// `SynthesizeSurface` does this automatically. Use this node to run its stages one by one, or to look at the map with
+/// `shibo dump`, which lists the neighbours found for the pixels just outside of the charts.
 ///
-/// No other program has it: Houdini's UV islands and Blender's margin of baked pictures copy colours across borders, and do not
-/// tell what lies there.
+/// No other program has this: Houdini's UV islands and Blender's margin of baked pictures copy colours across borders,
+/// but do not tell which pixels lie there.
 ///
 /// ```ron
 /// "ball": MeshShape(shape: Sphere),
@@ -38,18 +38,18 @@ pub enum Jumps {
 pub struct IndirectionMap {
     /// The atlas.
     pub atlas: In<Atlas>,
-    /// Directions on its mesh. Where they turn by half or a quarter of a turn, as those of `symmetry: 2` and `4` may, the
-    /// surface ends.
+    /// Directions on its mesh. Where they jump by a half or a quarter turn, as may happen with `symmetry: 2` and `4`,
+    /// the surface ends.
     pub frames: Option<In<Frames>>,
     /// Columns of the finest level; rows follow from the canvas. 512 by default.
     #[schemars(extend("minimum" = 16.0, "maximum" = 16384.0))]
     pub size: Option<u32>,
-    /// How many levels, each half as fine as the one before.
+    /// Number of levels; each has half the resolution of the one before.
     #[schemars(range(min = 1, max = 12))]
     pub levels: u32,
-    /// What is kept of where a neighbour lies.
+    /// Precision with which the place of a neighbour is stored.
     pub jumps: Jumps,
-    /// How many pixels around the charts are listed by `shibo dump`.
+    /// Width of the border around charts that `shibo dump` lists, in pixels.
     #[schemars(range(min = 1, max = 8))]
     pub gutter: u32,
 }
@@ -60,7 +60,7 @@ impl Default for IndirectionMap {
     }
 }
 
-/// The columns and rows of a map over an atlas, refused if it were too large for the memory.
+/// The columns and rows of a map over an atlas, or an error if the map would not fit into memory.
 pub(super) fn map_size(cx: &Context<'_>, atlas: &Atlas, columns: u32, bytes: u64) -> Result<[u32; 2], Stop> {
     let rows = (f64::from(columns) * atlas.size_mm.y / atlas.size_mm.x).round().max(1.0);
     let need = f64::from(columns) * rows * bytes as f64;

@@ -1,4 +1,4 @@
-//! The inputs of a synthesis, level by level: Jacobians, guides, given coordinates, and those to start from.
+//! The inputs of a synthesis, level by level: Jacobians, guides, fixed coordinates, and coordinates to start from.
 use glam::{DVec2, IVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
@@ -9,7 +9,7 @@ use shibo_kernel::synthesis::jacobian::{self, IDENTITY, Jacobian};
 use shibo_kernel::synthesis::region::Region;
 use std::sync::Arc;
 
-/// The fields that a synthesis follows.
+/// The fields that control a synthesis.
 pub(super) struct FieldInputs<'a> {
     pub(super) cx: &'a Context<'a>,
     pub(super) jacobian: Option<Field>,
@@ -17,15 +17,15 @@ pub(super) struct FieldInputs<'a> {
     pub(super) fixed: Option<(Arc<CoordMap>, Option<Field>)>,
     pub(super) jitter: Option<Field>,
     pub(super) start: Option<Arc<CoordMap>>,
-    /// Size of a finest pixel in mm.
+    /// Size of a pixel of the finest level, mm.
     pub(super) pitch: DVec2,
-    /// Finest pixels of the canvas.
+    /// Pixels of the finest level on the canvas.
     pub(super) size: UVec2,
     /// The pixel at the canvas' corner.
     pub(super) origin: IVec2,
 }
 
-/// Says that a Jacobian cannot be followed at a place of the canvas.
+/// The error for a Jacobian that cannot be used at a place of the canvas.
 pub(super) fn faulty(fault: &str, at: DVec2, [a, b, c, d]: &Jacobian) -> Problem {
     let message = format!("the Jacobian is {fault} at ({:.3}, {:.3}) mm, where it is [{a}, {b}; {c}, {d}]", at.x, at.y);
     let help = "features must keep an area there; raise the scale, or keep the field away from such places";
@@ -48,7 +48,7 @@ pub(super) fn checked(tile: &Tile) -> Result<Vec<Jacobian>, Problem> {
 }
 
 impl FieldInputs<'_> {
-    /// Whether a Jacobian turns or stretches anything.
+    /// True if a Jacobian rotates or scales anything.
     pub(super) fn bends(&self) -> bool {
         self.jacobian.as_ref().is_some_and(|field| field.as_constant().is_none_or(|j| *j != IDENTITY))
     }
@@ -77,8 +77,8 @@ impl FieldInputs<'_> {
         Ok(tile.plane(0).to_vec())
     }
 
-    /// The coordinates of a map at the centres of a region's pixels. Beyond sides that do not join, the pixel at the border
-    /// goes on.
+    /// The coordinates of a map at the centres of a region's pixels. Beyond sides that do not join, the pixel at the
+    /// border is repeated.
     fn seen(&self, map: &CoordMap, region: &Region) -> Vec<Position> {
         let (w, h) = (region.plane.w, region.plane.h);
         let spacing = f64::from(map.spacing);

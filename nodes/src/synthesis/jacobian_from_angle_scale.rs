@@ -1,7 +1,7 @@
 //! [`JacobianFromAngleScale`]: the rotation, scale and stretch of features.
 //!
-//! Source: JP5149288B2 III, figures 6 and 7 (rows C3, C14, C15). Users give orientation and size of features, and the
-//! node inverts them: `J = (R(angle) · scale · diag(stretch, 1))⁻¹`. Cost: O(pixels).
+//! Source: JP5149288B2 III, figures 6 and 7 (rows C3, C14, C15). Users give the orientation and size of features, and
+//! the node inverts the matrix: `J = (R(angle) · scale · diag(stretch, 1))⁻¹`. Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Direction, Fact, Gray, In, Node, Output, Outputs};
@@ -22,11 +22,11 @@ use shibo_kernel::synthesis::jacobian::from_angle_scale;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct JacobianFromAngleScale {
-    /// By how many degrees features are rotated, from +x towards +y; or vectors that their x axis follows.
+    /// Rotation of features in degrees, from +x towards +y; or vectors that their x axis follows.
     pub angle: In<Direction>,
-    /// How many times as large they become.
+    /// Factor on the size of features.
     pub scale: In<Gray>,
-    /// How many times longer they become along their own x axis.
+    /// Factor on the length of features along their own x axis.
     pub stretch: In<Gray>,
 }
 

@@ -1,7 +1,7 @@
 //! [`JacobianFromMesh`]: equation (4) of the source at each texel of an atlas.
 //!
-//! Source: JP5149288B2 III, claim 12 (rows C19, C22, C23): `J = (t b)⁺ J_f`, J_f of the texel's triangle, t and b at its
-//! centre. Cost: about 0.2 µs a texel.
+//! Source: JP5149288B2 III, claim 12 (rows C19, C22, C23): `J = (t b)⁺ J_f`, J_f of the texel's triangle, t and b at
+//! its centre. Cost: about 0.2 µs a texel.
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,12 +13,12 @@ use shibo_kernel::mesh::frame::{Face, Framing, jacobian};
 use shibo_kernel::mesh::texels;
 use std::sync::Arc;
 
-/// How features are rotated and scaled on an atlas if they are to follow directions on the surface.
+/// The rotation and scale of features on an atlas that makes them follow directions on the surface.
 ///
-/// Beyond the charts and their gutters it is 1. `SynthesizeSurface` does this by itself; use this node for single stages,
-/// and to look at directions as pictures.
+/// Beyond the charts and their gutters the Jacobian is 1. `SynthesizeSurface` does this automatically; use this node
+/// for single stages, and to look at directions as pictures.
 ///
-/// No other program has it: Substance's and Blender's tangents are those of the UVs.
+/// No other program has this: tangents in Substance and Blender are those of the UVs.
 ///
 /// ```ron
 /// "ball": MeshShape(shape: Torus),
@@ -34,13 +34,13 @@ pub struct JacobianFromMesh {
     pub atlas: In<Atlas>,
     /// Directions on its mesh.
     pub frames: In<Frames>,
-    /// By how many degrees directions are turned in the surface, clockwise seen from outside.
+    /// Rotation of the directions in the surface in degrees, clockwise seen from outside.
     pub angle: Option<In<Gray>>,
-    /// How many times larger features are.
+    /// Factor on the size of features.
     pub scale: Option<In<Gray>>,
 }
 
-/// What is made of the frame at each texel.
+/// The output that is computed from the frame at each texel.
 #[derive(Clone, Copy, PartialEq)]
 enum Shows {
     Jacobian,

@@ -1,16 +1,16 @@
 //! [`JacobianFromVectors`]: features that follow vectors.
 //!
-//! Source: JP5149288B2 III (rows C3, C15): `J = (t b)⁻¹`, where t and b are the directions that the exemplar's axes take. Cost:
-//! O(pixels).
+//! Source: JP5149288B2 III (rows C3, C15): `J = (t b)⁻¹`, where t and b are the directions that the exemplar's axes
+//! take. Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::synthesis::jacobian::from_vectors;
 
-/// Lets the exemplar's x axis follow vectors: given as two numbers, as two fields, or as one field of vectors.
+/// Makes the exemplar's x axis follow vectors, given as two numbers, as two fields, or as one field of vectors.
 ///
-/// The exemplar's y axis is at a right angle to them unless it has vectors of its own.
+/// The exemplar's y axis is perpendicular to them, unless `across` is given.
 ///
 /// ```ron
 /// "hills": Perlin(size: 30),
@@ -32,7 +32,7 @@ pub struct JacobianFromVectors {
     pub x: In<Gray>,
     /// The vectors' second component.
     pub y: In<Gray>,
-    /// Whether only directions count: features keep their size.
+    /// True to use only the directions: features keep their size.
     pub normalize: bool,
 }
 
@@ -52,7 +52,7 @@ impl Node for JacobianFromVectors {
         let normalize = self.normalize;
         let unit = move |[x, y]: [f32; 2]| {
             let length = if normalize { (x * x + y * y).sqrt() } else { 1.0 };
-            // Where there is no direction, features stay upright.
+            // Without a direction, features stay upright.
             if length > 1e-12 { [x / length, y / length] } else { [1.0, 0.0] }
         };
         let write = move |out: &mut Tile, t: &dyn Fn(usize) -> [f32; 2], b: Option<&Tile>| {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 
-/// Bends features as `Warp` with the same displacements would bend a picture, but pixels are not stretched.
+/// Bends features as `Warp` with the same displacements would bend a picture, but without stretching pixels.
 ///
 /// ```ron
 /// "x": Perlin(size: 30),
@@ -28,7 +28,7 @@ pub struct JacobianFromWarp {
     /// Displacement along y: 0 is -amount, 1 is +amount.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub y: In<Gray>,
-    /// What 0 and 1 of `x` and `y` stand for.
+    /// Displacement for the value 1 of `x` and `y`; the value 0 is its negative.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub amount: f64,
 }

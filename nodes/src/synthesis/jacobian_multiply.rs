@@ -7,7 +7,7 @@ use shibo_engine::node::{Context, Fact, In, JacobianField, Node, Output, Outputs
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::synthesis::jacobian::multiply;
 
-/// The product A·B: features are first changed as `a` says, and then, as a whole, as `b` says.
+/// The product A·B: features are first changed by `a`, and then, as a whole, by `b`.
 ///
 /// ```ron
 /// "turned": JacobianFromAngleScale(angle: 30),

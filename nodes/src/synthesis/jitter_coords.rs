@@ -1,6 +1,7 @@
-//! [`JitterCoords`]: variety by displacing coordinates at random.
+//! [`JitterCoords`]: random displacements of coordinates, for variety.
 //!
-//! Beyond the source: without it, `J = 1` and coordinates that start as zeros give back the exemplar, tiled. Cost: O(pixels).
+//! Beyond the source: without jitter, `J = 1` and coordinates that start as zeros give the exemplar itself, tiled.
+//! Cost: O(pixels).
 use super::stages;
 use super::surface_stages::{Staged, jittered};
 use schemars::JsonSchema;
@@ -12,7 +13,7 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact;
 use std::sync::Arc;
 
-/// Displaces the coordinates of one level at random, as far as the exemplar allows variety.
+/// Displaces the coordinates of one level at random.
 ///
 /// ```ron
 /// "start": StartCoords(size: (10, 10), levels: 4),
@@ -29,14 +30,14 @@ use std::sync::Arc;
 pub struct JitterCoords {
     /// The coordinates.
     pub coords: In<CoordMap>,
-    /// The surface, level by level, if it is not the plane; as that of StartCoords.
+    /// The surface, level by level, if it is not the plane; connect the one of `StartCoords`.
     pub surface: Option<In<IndirectionMap>>,
     /// Factor on the amount.
     pub mask: Option<In<Gray>>,
-    /// How far coordinates move at the most, in pixels of the level.
+    /// Largest displacement of coordinates, in pixels of the level.
     #[schemars(range(min = 0, max = 64))]
     pub amount: f64,
-    /// Another number gives other displacements.
+    /// Another seed gives other displacements.
     pub seed: u64,
 }
 

@@ -1,7 +1,7 @@
-//! [`MagnifyCoords`]: a detailed picture at coordinates that were found on a coarse one.
+//! [`MagnifyCoords`]: shows a detailed picture at coordinates that were synthesised from a coarse one.
 //!
-//! Source: JP5149288B2 III, equations (5) and (6), claims 8, 15, 20 (rows C27 to C30). The coordinates stay as they are:
-//! at any output resolution they show a picture of any resolution. Cost: O(pixels).
+//! Source: JP5149288B2 III, equations (5) and (6), claims 8, 15, 20 (rows C27 to C30). The coordinates stay unchanged:
+//! they can show a picture of any resolution at any output resolution. Cost: O(pixels).
 use super::sampled::Sampled;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -11,10 +11,11 @@ use shibo_kernel::synthesis::texels::Fetch;
 
 /// Shows a finer picture of the exemplar at coordinates that were synthesised from a coarse one.
 ///
-/// Between coordinates, equation (6) of the source is used with a Jacobian, and (5), which fits `J = 1`, without.
+/// Between coordinates, equation (6) of the source is used if a Jacobian is connected, otherwise (5), which is right
+/// for `J = 1`.
 ///
-/// Coordinates that never met an exemplar, such as those of `StartCoords` alone, are read as pixels of `input`: of its own if
-/// it is a picture file, else of 128x128 over the canvas.
+/// Coordinates without an exemplar, such as those of `StartCoords` alone, count pixels of `input`: the pixels of the
+/// file if it is a picture, otherwise 128x128 pixels over the canvas.
 ///
 /// ```ron
 /// "coarse": Worley(size: 10, jitter: 0.8),
@@ -27,18 +28,18 @@ use shibo_kernel::synthesis::texels::Fetch;
 pub struct MagnifyCoords {
     /// The coordinates.
     pub coords: In<CoordMap>,
-    /// What they show: a fine picture over the same place as the exemplar's.
+    /// The picture to show: a fine one that covers the same area as the exemplar.
     pub input: In<AnyField>,
-    /// The Jacobian that the coordinates follow; those of a surface know theirs.
+    /// The Jacobian of the coordinates; coordinates on a surface contain it.
     pub jacobian: Option<In<JacobianField>>,
-    /// How many pixels of `input` are read per pixel of the exemplar, in x and in y. By default those of the picture, where
-    /// it is one.
+    /// Number of pixels of `input` per pixel of the exemplar, in x and in y. By default that of the picture file, if it
+    /// is one.
     #[schemars(range(min = 1, max = 64))]
     pub resolution: Option<u32>,
-    /// How values between the picture's pixels are made.
+    /// Interpolation between the picture's pixels.
     pub filter: Fetch,
-    /// Whether values are heights that grow with their features; they are then divided by √|det J|; on a
-    /// surface multiplied by the size of features there.
+    /// True for heights that grow with their features: they are divided by √|det J|, and on a surface multiplied by the
+    /// size of features there.
     pub scale_heights: bool,
 }
 
@@ -49,7 +50,7 @@ impl Default for MagnifyCoords {
             input: In::default(),
             jacobian: None,
             resolution: None,
-            // The picture is fine already.
+            // The picture is fine already, so interpolation is enough.
             filter: Fetch::Bilinear,
             scale_heights: false,
         }

@@ -1,8 +1,8 @@
-//! Exemplar synthesis: any amount of texture from a small picture, along a field of Jacobians.
+//! Exemplar synthesis: any amount of texture from a small picture, transformed by a field of Jacobians.
 //!
 //! Source: JP5149288B2 (anisometric synthesis, rows C1 to C17 and C27 to C34), and the published work on parallel
-//! controllable synthesis and appearance space. Synthesis finds coordinates; what they show is sampled afterwards, from
-//! as many aligned pictures as there are.
+//! controllable synthesis and appearance space. Synthesis finds coordinates; afterwards they are used to sample any
+//! number of aligned pictures.
 mod analysis;
 mod appearance_space;
 mod candidate_sets;

@@ -1,5 +1,5 @@
-//! The method of the source from start to end: coordinates are zeros at first; at each level they are upsampled (3),
-//! jittered if that is wanted, and corrected (1), (2).
+//! The method of the source from start to end: coordinates start as zeros; at each level they are upsampled (3),
+//! optionally jittered, and corrected (1), (2).
 use super::analysis::{features, plane};
 use super::inputs::FieldInputs;
 use super::stages::Ended;
@@ -7,16 +7,16 @@ use super::synthesize::Synthesize;
 use shibo_engine::value::{Exemplar, Stop};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::PixelPlane;
 use shibo_kernel::synthesis::aniso::Jacobians;
 use shibo_kernel::synthesis::driver::Inputs;
-use shibo_kernel::synthesis::exact::{self, Corrector, Features, Rule};
+use shibo_kernel::synthesis::exact::{self, CorrectionRule, Corrector, Features};
 use shibo_kernel::synthesis::jacobian::IDENTITY;
 use shibo_kernel::synthesis::levels::pyramid_level;
 use shibo_kernel::synthesis::region::Region;
 use shibo_kernel::synthesis::texels::{Fetch, Texels};
 
-/// Features of a level in double precision, and how many finest pixels one of them is wide.
+/// Features of a level in double precision, and the width of one of its texels in pixels of the finest level.
 pub(super) fn level(features: &Texels<f64>, h: usize, pyramid: bool) -> (Texels<f64>, f64) {
     if pyramid { (pyramid_level(features, h), h as f64) } else { (features.blurred(h), 1.0) }
 }
@@ -26,9 +26,9 @@ pub(super) fn wide(texels: &Texels<f32>) -> Texels<f64> {
     Texels::new(texels.plane, texels.channels, texels.data.iter().map(|v| f64::from(*v)).collect())
 }
 
-/// A first coordinate, `k` finest pixels on, of an exemplar of `n`: 0 as in the source where a Jacobian `bends`.
-/// Elsewhere zeros would repeat what the first spacing covers instead of the exemplar; they are the same if both are the same
-/// power of two.
+/// The first coordinate at `k` pixels of the finest level, for an exemplar of `n` pixels. It is 0, as in the source, if
+/// a Jacobian `bends`. Otherwise zeros would repeat the part of the exemplar that the first spacing covers, instead of
+/// the whole exemplar; both are the same if the exemplar and the spacing are the same power of two.
 fn begun(bends: bool, k: usize, n: usize) -> f64 {
     if bends { 0.0 } else { (k % n) as f64 }
 }
@@ -50,7 +50,7 @@ pub(super) fn run(
     let region = |h_l: usize| Region {
         h: h_l,
         start: [0, 0],
-        plane: Plane {
+        plane: PixelPlane {
             w: w.div_ceil(1 << levels) << (levels - h_l.ilog2()),
             h: h.div_ceil(1 << levels) << (levels - h_l.ilog2()),
             wrap,
@@ -80,7 +80,7 @@ pub(super) fn run(
         }
         let (texels, ratio) = level(&features, h_l, exemplar.pyramid);
         let features = Features { texels: &texels, ratio, second: &[], plane: finest };
-        let rule = Rule {
+        let rule = CorrectionRule {
             square: 4,
             averaged: node.averaged,
             fetch: Fetch::Bilinear,

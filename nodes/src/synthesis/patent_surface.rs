@@ -1,6 +1,6 @@
-//! The method of the source on a surface, from start to end: coordinates are zeros or random at first; at each level they are
-//! upsampled (3) and corrected (1), (2), across borders through the indirection map. From zeros and without jitter it gives
-//! what `StartCoords`, `UpsampleCoords` and `CorrectCoords` give one after another.
+//! The method of the source on a surface, from start to end: coordinates start as zeros or at random; at each level
+//! they are upsampled (3) and corrected (1), (2), across borders through the indirection map. Starting from zeros and
+//! without jitter, the result is that of the chain `StartCoords`, `UpsampleCoords`, `CorrectCoords`.
 use super::analysis::{features, plane};
 use super::patent::{level, wide};
 use super::surface_inputs::SurfaceFields;
@@ -9,19 +9,19 @@ use shibo_engine::value::{Exemplar, IndirectionMap, Stop};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::driver::Inputs;
-use shibo_kernel::synthesis::exact::{Features, Rule};
+use shibo_kernel::synthesis::exact::{CorrectionRule, Features};
 use shibo_kernel::synthesis::jacobian::Jacobian;
 use shibo_kernel::synthesis::sheet::Sheet;
 use shibo_kernel::synthesis::surface::SurfaceInputs;
 use shibo_kernel::synthesis::texels::Fetch;
 
-/// How the source's method is run.
+/// Parameters of the source's method.
 pub(super) struct PatentSpec {
     pub(super) averaged: bool,
     pub(super) sub_passes: u32,
     pub(super) passes: u32,
     pub(super) jitter: f64,
-    /// Whether it starts from zeros.
+    /// True to start from zeros.
     pub(super) zero: bool,
     pub(super) hash: Hash,
 }
@@ -61,7 +61,7 @@ pub(super) fn run(
         }
         let (texels, ratio) = level(&features, sheet.level.h as usize, exemplar.pyramid);
         let features = Features { texels: &texels, ratio, second: &[], plane: finest };
-        let rule = Rule {
+        let rule = CorrectionRule {
             square: 4,
             averaged: spec.averaged,
             fetch: Fetch::Bilinear,

@@ -1,8 +1,8 @@
-//! [`SampleExemplar`]: what synthesised coordinates show.
+//! [`SampleExemplar`]: samples a picture at synthesised coordinates.
 //!
-//! Source: JP5149288B2 II box 265 and III (rows C13, C27 to C30, C32): values are looked up at the very end, from any
-//! number of aligned pictures; between pixels by magnification, equations (5) and (6). Beyond the source: normals
-//! rotated and heights scaled with the Jacobian, area averages where features shrink. Cost: O(pixels).
+//! Source: JP5149288B2 II box 265 and III (rows C13, C27 to C30, C32): values are looked up at the end, from any number
+//! of aligned pictures; values between pixels come from magnification, equations (5) and (6). Beyond the source:
+//! normals rotated and heights scaled with the Jacobian, area averages where features shrink. Cost: O(pixels).
 use super::sampled::Sampled;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -10,14 +10,15 @@ use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, JacobianField
 use shibo_engine::value::{CoordMap, Stop, Tiling};
 use shibo_kernel::synthesis::texels::Fetch;
 
-/// Shows a picture at synthesised coordinates: the exemplar itself, or any other that is aligned with it.
+/// Shows a picture at synthesised coordinates: the exemplar itself, or any other picture that is aligned with it.
 ///
-/// At the pixels of the coordinates, values are those of the picture, without any blur. At higher resolutions the
-/// picture is magnified, at lower ones averaged. Where features are rotated, coordinates lie between its pixels, and
-/// `filter` says what is seen there. A normal map is rotated with the Jacobian, if that is connected.
+/// If the output has the pixels of the coordinates, values are those of the picture, without any blur. At higher
+/// resolutions the picture is magnified, at lower ones averaged. Where features are rotated, coordinates lie between
+/// pixels, and `filter` sets the interpolation. A normal map is rotated by the Jacobian, if connected.
 ///
-/// Coordinates that never met an exemplar, such as those of `StartCoords` alone, are read as pixels of `input`: of its own if
-/// it is a picture file, else of 128x128 over the canvas. `CorrectCoords` and `Synthesize` tell them their exemplar.
+/// Coordinates without an exemplar, such as those of `StartCoords` alone, count pixels of `input`: the pixels of the
+/// file if it is a picture, otherwise 128x128 pixels over the canvas. `CorrectCoords` and `Synthesize` add the exemplar
+/// to coordinates.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
@@ -33,15 +34,15 @@ use shibo_kernel::synthesis::texels::Fetch;
 pub struct SampleExemplar {
     /// The coordinates.
     pub coords: In<CoordMap>,
-    /// What they show: a picture over the same place as the exemplar's.
+    /// The picture to show, which covers the same area as the exemplar.
     pub input: In<AnyField>,
-    /// The Jacobian that the coordinates follow; those of a surface know theirs. It rotates normals, keeps features that shrink from aliasing, and is
-    /// used between pixels, by equation (6) of the source.
+    /// The Jacobian of the coordinates; coordinates on a surface contain it. It rotates normals, prevents aliasing of
+    /// features that shrink, and is used between pixels, by equation (6) of the source.
     pub jacobian: Option<In<JacobianField>>,
-    /// How values between the picture's pixels are made, where features are rotated or grow.
+    /// Interpolation between the picture's pixels, where features are rotated or grow.
     pub filter: Fetch,
-    /// Whether values are heights that grow with their features; they are then divided by √|det J|; on a
-    /// surface multiplied by the size of features there.
+    /// True for heights that grow with their features: they are divided by √|det J|, and on a surface multiplied by the
+    /// size of features there.
     pub scale_heights: bool,
 }
 

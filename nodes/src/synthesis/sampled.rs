@@ -1,12 +1,12 @@
-//! A picture seen through coordinates: what [`SampleExemplar`](super::SampleExemplar) and
-//! [`MagnifyCoords`](super::MagnifyCoords) make.
+//! A picture seen through coordinates: the core of [`SampleExemplar`](super::SampleExemplar) and
+//! [`MagnifyCoords`](super::MagnifyCoords).
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::Context;
 use shibo_engine::value::{
     CoordMap, ExemplarFrame, Field, FieldSource, Given, Grid, Pictures, Read, Stop, Surface, Tile, Tiling, Type, Window,
 };
-use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::PixelPlane;
 use shibo_kernel::synthesis::jacobian::{IDENTITY, Jacobian};
 use shibo_kernel::synthesis::sampling::{Area, Source};
 use shibo_kernel::synthesis::sheet::Sheet;
@@ -18,11 +18,11 @@ use std::sync::{Arc, OnceLock};
 pub(super) struct Sampled {
     coords: Arc<CoordMap>,
     input: Field,
-    /// The Jacobian, with which equation (6) gives what lies between the coordinates' pixels; without one (5) does.
+    /// The Jacobian for interpolating between coordinates by equation (6); without it (5) is used.
     jacobian: Option<Field>,
     filter: Fetch,
     scale_heights: bool,
-    /// Where the picture is read, once for all tiles.
+    /// The area and pixels of the picture, read once for all tiles.
     frame: ExemplarFrame,
     grid: Grid,
     size: UVec2,
@@ -47,7 +47,7 @@ impl Sampled {
             ExemplarFrame { size, origin: DVec2::ZERO, pitch, periodic: Tiling::BOTH }
         };
         let frame = coords.exemplar.unwrap_or_else(whole);
-        // A finer picture is read at its own pixels, as many as cover the exemplar.
+        // A finer picture is read at its own resolution over the area of the exemplar.
         let own = native.map_or(DVec2::ONE, |n| (frame.pitch / n.0.step).round().max(DVec2::ONE));
         let times = resolution.map_or(own, |times| DVec2::splat(f64::from(times)));
         let size = (frame.size.as_dvec2() * times).as_uvec2();
@@ -69,7 +69,7 @@ impl Sampled {
         Field::new(self.input.ty(), tiling, self)
     }
 
-    /// The tile of a field on a surface.
+    /// Fills a tile of a field on a surface.
     fn fill_surface(&self, surface: &Surface, source: &Source, out: &mut Tile) {
         let map = SurfaceMap {
             sheet: Sheet { atlas: &surface.atlas, finest: surface.finest, level: &surface.level },
@@ -101,7 +101,7 @@ impl Sampled {
 
     fn read(&self, tile: &Tile) -> Source {
         let Tiling { x, y } = self.frame.periodic;
-        let plane = Plane { w: self.size.x as usize, h: self.size.y as usize, wrap: [x, y] };
+        let plane = PixelPlane { w: self.size.x as usize, h: self.size.y as usize, wrap: [x, y] };
         let planes: Vec<&[f32]> = (0..tile.channels()).map(|c| tile.plane(c)).collect();
         let scale = (self.size.as_dvec2() / self.frame.size.as_dvec2()).as_vec2().to_array();
         let turned = self.jacobian.is_some() || self.coords.surface.is_some();
@@ -128,7 +128,11 @@ impl FieldSource for Sampled {
         let (map, pitch) = (&self.coords, self.coords.pitch);
         let area = Area {
             map: &map.coords,
-            plane: Plane { w: map.size.x as usize, h: map.size.y as usize, wrap: [map.periodic.x, map.periodic.y] },
+            plane: PixelPlane {
+                w: map.size.x as usize,
+                h: map.size.y as usize,
+                wrap: [map.periodic.x, map.periodic.y],
+            },
             spacing: f64::from(map.spacing),
             origin: ((out.grid.origin / pitch) - map.start.as_dvec2()).to_array(),
             step: (out.grid.step / pitch).to_array(),
@@ -174,7 +178,7 @@ impl FieldSource for Sampled {
     }
 }
 
-/// Rotates a normal stored as ½ + ½n, y up, with its feature: slopes are multiplied by Jᵀ without its scale.
+/// Rotates a normal stored as ½ + ½n, y up, with its feature: slopes are multiplied by Jᵀ, normalized to scale 1.
 fn turn(data: &mut [f32], p: usize, n: usize, j: &Jacobian) {
     let (x, y, z) = (data[p] * 2.0 - 1.0, 1.0 - data[n + p] * 2.0, (data[2 * n + p] * 2.0 - 1.0).max(1e-4));
     let scale = 1.0 / shibo_kernel::synthesis::jacobian::det(j).abs().sqrt().max(1e-4);

@@ -1,4 +1,4 @@
-//! What the nodes of single stages have in common.
+//! Shared by the nodes of single stages.
 use super::inputs::checked;
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -6,11 +6,11 @@ use shibo_engine::node::Context;
 use shibo_engine::value::{CoordMap, Field, Grid, Stop, Tile, Window};
 use shibo_kernel::ground::window::OCTANTS;
 use shibo_kernel::synthesis::jacobian::{IDENTITY, Jacobian};
-use shibo_kernel::synthesis::{Lookup, Neighbours, Plane};
+use shibo_kernel::synthesis::{Lookup, Neighbours, PixelPlane};
 
-/// Size of a map, and where its sides join.
-pub(super) fn plane(map: &CoordMap) -> Plane {
-    Plane { w: map.size.x as usize, h: map.size.y as usize, wrap: [map.periodic.x, map.periodic.y] }
+/// Size of a map, and the directions in which its sides join.
+pub(super) fn plane(map: &CoordMap) -> PixelPlane {
+    PixelPlane { w: map.size.x as usize, h: map.size.y as usize, wrap: [map.periodic.x, map.periodic.y] }
 }
 
 /// The coordinates in double precision.
@@ -43,7 +43,7 @@ pub(super) fn at(list: &[Jacobian], pixel: usize) -> [f64; 4] {
     list.get(pixel).unwrap_or(&list[0]).map(f64::from)
 }
 
-/// Refuses coordinates on a surface where that is not connected.
+/// Refuses coordinates on a surface if the surface is not connected.
 pub(super) fn in_the_plane(map: &CoordMap) -> Result<(), Problem> {
     if map.surface.is_none() {
         return Ok(());
@@ -61,8 +61,8 @@ pub(super) fn afford(cx: &Context<'_>, pixels: u64) -> Result<(), Stop> {
     Err(Problem::new(Code::TooLarge, message).at("coords").help("start smaller, or raise --memory").into())
 }
 
-/// A map beyond whose sides there is nothing, unless they join: then pixels there continue themselves.
-pub(super) struct Ended(pub(super) Plane);
+/// A map without neighbours beyond its sides, unless opposite sides join.
+pub(super) struct Ended(pub(super) PixelPlane);
 
 impl Lookup for Ended {
     fn index(&self, x: i32, y: i32) -> usize {
@@ -72,7 +72,7 @@ impl Lookup for Ended {
 
 impl Neighbours for Ended {
     fn near(&self, (x, y): (i32, i32), octant: usize) -> Option<(usize, [f32; 2])> {
-        let Plane { w, h, wrap } = self.0;
+        let PixelPlane { w, h, wrap } = self.0;
         let [dx, dy] = OCTANTS[octant];
         let there = |k: i32, n: usize, wrap: bool| wrap || usize::try_from(k).is_ok_and(|k| k < n);
         let there = there(x + dx, w, wrap[0]) && there(y + dy, h, wrap[1]);
@@ -80,7 +80,8 @@ impl Neighbours for Ended {
     }
 }
 
-/// A map whose opposite sides fit, shifted so that another pixel is the first.
+/// Shifts a map cyclically, in the directions in which opposite sides join, so that the pixel at `origin` becomes the
+/// first.
 pub(super) fn rolled(coords: Vec<[f32; 2]>, size: UVec2, origin: (i32, i32), wrap: [bool; 2]) -> Vec<[f32; 2]> {
     let by = |k: i32, n: u32, wrap: bool| if wrap { k.rem_euclid(n.cast_signed()).unsigned_abs() as usize } else { 0 };
     let (dx, dy) = (by(origin.0, size.x, wrap[0]), by(origin.1, size.y, wrap[1]));

@@ -1,4 +1,4 @@
-//! [`StartCoords`]: the coordinates that synthesis begins with.
+//! [`StartCoords`]: the first coordinates of a synthesis.
 //!
 //! Source: JP5149288B2 II, claim 1 (row C2), with any size to start from. Cost: O(pixels).
 use super::surface_stages::Staged;
@@ -11,7 +11,7 @@ use shibo_engine::value::{CoordMap, Exemplar, IndirectionMap, Stop, Type};
 use shibo_kernel::ground::number::narrow;
 use std::sync::Arc;
 
-/// A small map of coordinates over the canvas, zeros or given, to be doubled `levels` times.
+/// A small map of coordinates over the canvas, zeros or given ones, to be doubled `levels` times.
 ///
 /// ```ron
 /// "start": StartCoords(size: (4, 4), levels: 4),
@@ -27,15 +27,16 @@ use std::sync::Arc;
 pub struct StartCoords {
     /// The surface, level by level, if it is not the plane. Connect the same one to all stages.
     pub surface: Option<In<IndirectionMap>>,
-    /// The exemplar: on a surface its pixels have a size, which says how large features are.
+    /// The exemplar: on a surface the size of its pixels determines the size of features.
     pub exemplar: Option<In<Exemplar>>,
     /// Columns and rows. On a surface, those of its level.
     #[schemars(extend("minimum" = 1.0, "maximum" = 4096.0))]
     pub size: (u32, u32),
-    /// The coordinates by rows, in exemplar pixels; zeros if there are none.
+    /// The coordinates by rows, in exemplar pixels; zeros if not given.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
     pub coords: Vec<(f64, f64)>,
-    /// How often the map will be doubled: one pixel stands for 2^levels of the finest, in x and in y.
+    /// Number of times that later stages double the map: one pixel stands for 2^levels pixels of the finest level, in x
+    /// and in y.
     #[schemars(range(min = 0, max = 12))]
     pub levels: u32,
 }

@@ -11,15 +11,15 @@ use shibo_kernel::synthesis::sheet::Sheet;
 use shibo_kernel::synthesis::surface::SurfaceInputs;
 use std::sync::Arc;
 
-/// The fields that a synthesis on a surface follows.
+/// The fields that control a synthesis on a surface.
 pub(super) struct SurfaceFields<'a> {
-    /// Those of the plane.
+    /// The fields shared with the plane.
     pub(super) fields: FieldInputs<'a>,
     pub(super) atlas: Arc<Atlas>,
     pub(super) frames: Arc<Frames>,
-    /// By how many degrees directions are turned.
+    /// Rotation of the directions, in degrees.
     pub(super) angle: Option<Field>,
-    /// How large features are.
+    /// Size of the features.
     pub(super) scale: Option<Field>,
     /// The size of an exemplar pixel in mm.
     pub(super) exemplar: glam::DVec2,

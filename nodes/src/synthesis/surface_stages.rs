@@ -1,4 +1,4 @@
-//! Stages of the method on a surface: what the nodes of single stages and the preset `Patent` share.
+//! Stages of the method on a surface, shared by the nodes of single stages and the preset `Patent`.
 use super::inputs::faulty;
 use super::stages::raster;
 use super::synthesize_surface::color;
@@ -8,7 +8,7 @@ use shibo_engine::node::Context;
 use shibo_engine::value::{CoordMap, Exemplar, ExemplarFrame, Field, IndirectionMap, Stop, Surface, Tiling};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::synthesis::exact::{Corrector, Features, Rule};
+use shibo_kernel::synthesis::exact::{CorrectionRule, Corrector, Features};
 use shibo_kernel::synthesis::jacobian::{self, IDENTITY, Jacobian};
 use shibo_kernel::synthesis::sheet::Sheet;
 use shibo_kernel::synthesis::surface;
@@ -26,7 +26,8 @@ fn narrowed(coords: Vec<[f64; 2]>) -> Coords {
     coords.into_iter().map(|c| c.map(narrow)).collect()
 }
 
-/// A level's coordinates from those of the coarser one (3). Both come with the Jacobians of their pixels.
+/// The coordinates of a level from those of the next coarser one, by equation (3). Both come with the Jacobians of
+/// their pixels.
 pub(super) fn upsampled(
     (coarse, coords, before): (&Sheet<'_>, &[[f32; 2]], &[Jacobian]),
     (sheet, jacobians): (&Sheet<'_>, &[Jacobian]),
@@ -35,8 +36,8 @@ pub(super) fn upsampled(
     narrowed(surface::upsampled((coarse, &wide(coords), before), (sheet, |pixel: usize| jacobians[pixel]), settled))
 }
 
-/// Displaces coordinates at random by at most `reach` exemplar pixels, times the mask; each by its place on the surface.
-/// `pitch` is the size of an exemplar pixel in mm.
+/// Displaces coordinates at random by at most `reach` exemplar pixels, times the mask. The random numbers depend on the
+/// place on the surface. `pitch` is the size of an exemplar pixel in mm.
 pub(super) fn jittered(sheet: &Sheet<'_>, coords: &mut Coords, (reach, mask): (f64, &[f32]), hash: Hash, pitch: f64) {
     for (pixel, at) in coords.iter_mut().enumerate() {
         let name = sheet.name(hash, pixel, pitch);
@@ -45,10 +46,10 @@ pub(super) fn jittered(sheet: &Sheet<'_>, coords: &mut Coords, (reach, mask): (f
     }
 }
 
-/// Coordinates made to fit those around them, `passes` times. `step` is asked before each of them.
+/// Corrects coordinates `passes` times to fit their neighbours. `step` is called before each pass.
 pub(super) fn corrected(
     (sheet, jacobians): (&Sheet<'_>, &[Jacobian]),
-    (features, rule): (&Features<'_, f64>, &Rule<f64>),
+    (features, rule): (&Features<'_, f64>, &CorrectionRule<f64>),
     coords: &[[f32; 2]],
     passes: u32,
     step: impl Fn(u32) -> Result<(), Stop>,
@@ -63,7 +64,7 @@ pub(super) fn corrected(
     Ok(narrowed(coords))
 }
 
-/// The level of a surface that coordinates of this size and spacing are of.
+/// The level of a surface to which coordinates of this size and spacing belong.
 fn level(surface: &IndirectionMap, size: UVec2, spacing: u32) -> Result<Sheet<'_>, Problem> {
     let found = surface.levels.iter().position(|level| level.h == spacing && UVec2::from(level.size) == size);
     if let Some(found) = found {
@@ -96,7 +97,7 @@ pub(super) struct Staged<'a> {
 
 impl<'a> Staged<'a> {
     /// # Errors
-    /// The exemplar is not known.
+    /// If the exemplar is not known.
     pub(super) fn new(
         cx: &'a Context<'a>,
         surface: &'a IndirectionMap,
@@ -110,7 +111,7 @@ impl<'a> Staged<'a> {
         Ok(Self { cx, surface, jacobian, frame: frame.ok_or_else(missing)? })
     }
 
-    /// The level of some coordinates.
+    /// The level to which coordinates belong.
     pub(super) fn sheet(&self, map: &CoordMap) -> Result<Sheet<'a>, Problem> {
         level(self.surface, map.size, map.spacing)
     }
@@ -136,7 +137,7 @@ impl<'a> Staged<'a> {
         }
     }
 
-    /// A map of a level. What lies in no chart has no coordinates.
+    /// The map of a level. Pixels outside of charts get no coordinates.
     pub(super) fn map(&self, sheet: &Sheet<'_>, mut coords: Coords, jacobians: &[Jacobian]) -> CoordMap {
         coords
             .iter_mut()
@@ -165,7 +166,8 @@ impl<'a> Staged<'a> {
         }
     }
 
-    /// The same for coordinates of the finest level that will not change any more: how well they go on is measured.
+    /// Like [`Self::map`], for final coordinates: at the finest level it also measures how well they continue across
+    /// pixels and borders.
     pub(super) fn measured(
         &self,
         sheet: &Sheet<'_>,
@@ -186,7 +188,7 @@ impl<'a> Staged<'a> {
         map
     }
 
-    /// The coordinates that a stage on a surface begins with: zeros, or those given by rows.
+    /// The first coordinates on a surface: zeros, or given ones by rows.
     pub(super) fn start(&self, levels: u32, given: &[(f64, f64)]) -> Result<CoordMap, Problem> {
         let wanted = self.surface.levels.iter().find(|level| level.h == 1 << levels);
         let size = wanted.map_or(UVec2::ZERO, |level| UVec2::from(level.size));

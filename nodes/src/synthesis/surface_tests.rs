@@ -1,4 +1,4 @@
-//! Synthesis on surfaces, compared with what must come out.
+//! Tests of synthesis on surfaces against expected results.
 use super::indirection_map::Jumps;
 use super::synthesize::Preset;
 use super::synthesize_surface::{SurfaceStart, SynthesizeSurface};
@@ -19,7 +19,7 @@ use shibo_kernel::synthesis::surface_measure::{Measured, seam};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// The atlas of a text of triangles, OBJ with v up.
+/// The atlas of a mesh in OBJ text, with v up.
 fn read(text: &str) -> Arc<Atlas> {
     let (mut positions, mut points) = (Vec::new(), Vec::new());
     let (mut triangles, mut uvs) = (Vec::new(), Vec::new());
@@ -58,7 +58,7 @@ fn plane(name: &str) -> Arc<Atlas> {
     })
 }
 
-/// A torus of n × m quads, R 40 mm and r 15 mm, in one chart that meets itself on all sides.
+/// A torus of n × m quads, R 40 mm and r 15 mm, in one chart whose opposite sides meet.
 fn torus(n: u32, m: u32) -> Arc<Atlas> {
     let turn = |k: u32, n: u32| std::f64::consts::TAU * f64::from(k) / f64::from(n);
     let (mut positions, mut triangles, mut uvs) = (Vec::new(), Vec::new(), Vec::new());
@@ -84,7 +84,7 @@ fn frames(atlas: &Atlas, wish: Wish) -> Frames {
     tangent_field(&atlas.mesh, &spec, NEVER).unwrap()
 }
 
-/// Along x, everywhere or turned and scaled by place.
+/// Frames along x; if `varied`, rotated and scaled by place.
 fn along_x(atlas: &Atlas, varied: bool) -> Frames {
     let n = atlas.mesh.positions.len();
     let mut frames = frames(atlas, Wish::Direction(DVec3::X));
@@ -145,7 +145,7 @@ fn grown(node: &SynthesizeSurface, exemplar: &Exemplar, atlas: &Arc<Atlas>, fram
     map
 }
 
-/// Coordinates by place, in hundredths of a mm.
+/// Coordinates by place on the surface, in hundredths of a mm.
 fn by_place(map: &CoordMap) -> HashMap<[i64; 2], [f32; 2]> {
     let surface = map.surface.as_ref().unwrap();
     let sheet = Sheet { atlas: &surface.atlas, finest: map.size.to_array(), level: &surface.level };
@@ -168,7 +168,8 @@ fn apart(a: [f32; 2], b: [f32; 2], side: f32) -> f32 {
     axis(0).max(axis(1))
 }
 
-/// Rows C18, C22, C24, C26: however a plane is cut into charts, moved and turned, it gets the same coordinates.
+/// Rows C18, C22, C24, C26: a plane gets the same coordinates for every way of cutting it into charts, moving and
+/// turning them.
 #[test]
 fn a_plane_that_is_cut_gets_the_same_coordinates() {
     for (size, varied) in [(128u32, false), (128, true), (256, true)] {
@@ -213,8 +214,8 @@ fn moved_plane() -> Arc<Atlas> {
     made(positions, triangles, &uvs)
 }
 
-/// Row C18, beyond the source: with the usual preset too, charts that are moved get the coordinates of the plane that is whole,
-/// random numbers and even use included.
+/// Row C18, beyond the source: with the default preset too, moved charts get the coordinates of the uncut plane,
+/// including random numbers and even use.
 #[test]
 fn charts_that_are_moved_get_the_same_coordinates() {
     for (size, varied) in [(128u32, false), (256, true)] {
@@ -233,7 +234,7 @@ fn charts_that_are_moved_get_the_same_coordinates() {
     }
 }
 
-/// S-17: an affine map is a fixed point across any borders: each neighbour predicts exactly what a pixel has.
+/// S-17: an affine map is a fixed point across any border: each neighbour predicts exactly the coordinate of a pixel.
 #[test]
 fn affine_maps_are_fixed_points_across_borders() {
     let atlas = plane("plane_wild");
@@ -280,7 +281,7 @@ fn shipped(name: &str) -> Arc<Atlas> {
     Arc::new(atlas(mesh, &uvs, DVec2::splat(100.0)).unwrap())
 }
 
-/// Row C26: steps across borders of charts are like those inside.
+/// Row C26: steps between pixels across borders of charts are like those inside charts.
 #[test]
 fn borders_are_not_seen() {
     let ball = read(include_str!("../../../tests/meshes/sphere.obj"));
@@ -313,7 +314,7 @@ fn borders_are_not_seen() {
     }
 }
 
-/// The counter-check: where charts do not know of each other, their borders are seen.
+/// Counter-check: without pointers between charts, their borders are visible.
 #[test]
 fn without_pointers_borders_are_seen() {
     let whole = plane("plane_wild");
@@ -334,7 +335,7 @@ fn without_pointers_borders_are_seen() {
     assert!(seam.pairs > 800 && seam.mean >= 1.6 && seam.torn > 3.0, "{seam:?}");
 }
 
-/// The source's own pointers.
+/// The source's nearest pointers can be used instead.
 #[test]
 fn nearest_pointers_can_be_taken() {
     let atlas = plane("plane_wild");

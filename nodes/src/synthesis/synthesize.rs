@@ -1,9 +1,9 @@
 //! [`Synthesize`]: any amount of a texture from an exemplar.
 //!
 //! Source: JP5149288B2 II and III, claims 1 to 5, 10, 16 (rows C2 to C15, C31 to C34). The preset `Patent` is exactly
-//! that: it compares colours, starts from zeros, and uses no random numbers. The others work in appearance space, with
-//! candidate sets, with a random start or one from the exemplar's lattice, and with even use of the exemplar. Cost:
-//! O(pixels · passes).
+//! the method of the source: it compares colours, starts from zeros, and uses no random numbers. The other presets work
+//! in appearance space, with candidate sets, a start at random or on the exemplar's lattice, and even use of the
+//! exemplar. Cost: O(pixels · passes).
 use super::analysis::{self, add_alike, find_lattice, levels_of};
 use super::inputs::FieldInputs;
 use super::{patent, stages};
@@ -22,31 +22,31 @@ use shibo_kernel::synthesis::lattice::Basis;
 use shibo_kernel::synthesis::region::Output as Pixels;
 use std::sync::Arc;
 
-/// Settings that belong together. A parameter that is given replaces that of the preset.
+/// A set of parameters. A parameter that is given replaces that of the preset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Preset {
-    /// The method of the source and nothing more: it gives back the exemplar, tiled, unless a Jacobian or `jitter`
-    /// varies it.
+    /// Exactly the method of the source: it gives the exemplar itself, tiled, unless a Jacobian or `jitter` varies it.
     Patent,
-    /// For what has no order, such as grain, stone or bark.
+    /// For irregular textures, such as grain, stone or bark.
     Stochastic,
-    /// For anything: keeps features whole, and finds out by itself whether the exemplar is regular.
+    /// For any texture: keeps features whole, and detects whether the exemplar is regular.
     #[default]
     Structured,
     /// For brickwork, cloth or tiles: strictly in phase, with no visible repeats.
     Regular,
     /// Larger pieces of the exemplar, unchanged.
     Faithful,
-    /// As `Structured`, but where pieces meet is left as it is: about half the time, and features are torn there.
+    /// Like `Structured`, but joints between pieces are not mended: takes about half the time, but features are torn
+    /// there.
     Fast,
-    /// As `Structured`, and where pieces meet is mended in more rounds, until less is left: the fewest torn features.
+    /// Like `Structured`, but joints between pieces are mended in more rounds: the fewest torn features.
     Best,
 }
 
-/// Over which area the use of the exemplar is evened out.
+/// Area over which the use of the exemplar is evened out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Scope {
-    /// Locally, so that windows stay exact
+    /// Locally, so that a larger output contains a smaller one
     #[default]
     Auto,
     /// The whole output. Then a larger output does not contain a smaller one.
@@ -55,7 +55,7 @@ pub enum Scope {
     Local,
 }
 
-/// What the first coordinates are.
+/// The first coordinates.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum StartMode {
     /// On the lattice of the exemplar if it has one, otherwise random.
@@ -65,13 +65,13 @@ pub enum StartMode {
     Random,
 }
 
-/// Grows any amount of a texture from an exemplar: finds for every pixel where in the exemplar it comes from.
+/// Grows any amount of a texture from an exemplar: finds for every pixel its place in the exemplar.
 ///
-/// Works at the exemplar's pixel size from the canvas' corner, whatever the output's resolution: a larger canvas shows
-/// more. Where the canvas tiles, in x or in y, those opposite sides of the result fit each other. If it tiles in both, its
-/// edge goes where it cuts the fewest features, unless something belongs to a place: a guide, given coordinates, or a
-/// Jacobian that varies. `SampleExemplar` shows the coordinates with any aligned picture. Structure wider than half the exemplar is
-/// not kept; give it by `guide` or `jacobian`.
+/// Works at the exemplar's pixel size from the canvas' corner, independent of the output's resolution: a larger canvas
+/// shows more. In directions in which the canvas tiles, opposite sides of the result fit each other. If it tiles in
+/// both, its edge is placed where it cuts the fewest features, unless an input depends on the place: a guide, given
+/// coordinates, or a Jacobian that varies. `SampleExemplar` shows the coordinates with any aligned picture. Structure
+/// wider than half the exemplar is not kept; control it by `guide` or `jacobian`.
 ///
 /// ```ron
 /// "cells": Worley(size: 5, jitter: 0.8),
@@ -84,67 +84,67 @@ pub enum StartMode {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Synthesize {
-    /// The exemplar. What `AppearanceSpace`, `CandidateSets` and `DetectLattice` have not done is done here.
+    /// The exemplar. Without `AppearanceSpace`, `CandidateSets` or `DetectLattice` before it, their work is done here
+    /// with defaults.
     pub exemplar: In<Exemplar>,
-    /// How features are rotated and scaled: from output to exemplar. The unit matrix by default.
+    /// The Jacobian from output to exemplar, which rotates and scales features. The unit matrix by default.
     pub jacobian: Option<In<JacobianField>>,
-    /// Which guide values of the exemplar are wanted where, 0..1; needs an exemplar with a guide.
+    /// The wanted guide value at each place, 0..1; needs an exemplar with a guide.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub guide: Option<In<Gray>>,
-    /// Coordinates that are given. They stay where `fixed_mask` is at least 0.5, and everything else is made to fit
-    /// them.
+    /// Given coordinates. They stay where `fixed_mask` is at least 0.5, and all other coordinates are fitted to them.
     pub fixed: Option<In<CoordMap>>,
-    /// Where the coordinates of `fixed` stay; everywhere by default.
+    /// Mask of the coordinates of `fixed` that stay; everywhere by default.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub fixed_mask: Option<In<Gray>>,
     /// Coordinates to start from instead of random ones.
     pub start: Option<In<CoordMap>>,
     /// Factor on `jitter`.
     pub jitter_mask: Option<In<Gray>>,
-    /// Settings that belong together. A parameter below that is given replaces that of the preset.
+    /// A set of parameters. A parameter given below replaces that of the preset.
     pub preset: Preset,
-    /// Columns and rows over the canvas. By default as many as the exemplar's pixels need.
+    /// Columns and rows over the canvas. By default such that pixels have the size of the exemplar's pixels.
     #[schemars(extend("minimum" = 1.0, "maximum" = 65536.0))]
     pub size: Option<(u32, u32)>,
     /// The pixel of the unbounded texture that lies at the canvas' corner.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
     pub origin: (i32, i32),
-    /// Size of the pieces that are copied whole: 1.5 is small, 2.5 that of most presets, 3 large.
+    /// Size of the pieces that are copied whole: 1.5 is small, 2.5 the value of most presets, 3 large.
     #[schemars(range(min = 1, max = 10))]
     pub copy_size: Option<f64>,
-    /// How evenly all parts of the exemplar are used, from 0, not at all: 1 by default, and 1.25 where a lattice is found and
-    /// the preset is not `Regular`.
+    /// Strength of the even use of all parts of the exemplar; 0 is none. By default 1, or 1.25 if a lattice is found
+    /// and the preset is not `Regular`.
     #[schemars(range(min = 0, max = 1.5))]
     pub even_use: Option<f64>,
-    /// Over which area the use of the exemplar is evened out.
+    /// Area over which the use of the exemplar is evened out.
     pub scope: Scope,
-    /// What the first coordinates are.
+    /// The first coordinates.
     pub start_mode: StartMode,
     /// Spacing of the first coordinates in pixels, rounded down to a power of two. By default a quarter of the
     /// exemplar, or about the period of its lattice.
     #[schemars(range(min = 1, max = 16384))]
     pub start_size: Option<u32>,
-    /// How often all pixels are corrected at each level.
+    /// Number of corrections of all pixels at each level.
     #[schemars(range(min = 0, max = 16))]
     pub passes: u32,
-    /// How thoroughly is mended where pieces meet: in so many rounds what is shown there is looked up in the exemplar, and in
-    /// as many more what is still torn is replaced. 0 leaves it as it is, most presets have 2, `Best` has 4. Nothing is mended
-    /// where a Jacobian turns or stretches.
+    /// Rounds of mending the joints between pieces: in this number of rounds the texture at joints is looked up in the
+    /// exemplar, and in as many further rounds places that are still torn are replaced. 0 mends nothing; most presets
+    /// have 2, `Best` has 4. Nothing is mended where a Jacobian rotates or scales.
     #[schemars(range(min = 0, max = 8))]
     pub mend: Option<u32>,
-    /// For the preset `Patent`: into how many groups pixels are divided that are corrected one after another; 1
-    /// corrects all at once.
+    /// For the preset `Patent`: number of groups of pixels that are corrected one after another; 1 corrects all pixels
+    /// at once.
     #[schemars(range(min = 1, max = 256))]
     pub sub_passes: u32,
-    /// How far pixels are displaced at random at all coarse levels, in pixels of the level: more variety, less order.
+    /// Random displacement of pixels at all coarse levels, in pixels of the level: more variety, less order.
     #[schemars(range(min = 0, max = 4))]
     pub jitter: f64,
     /// Weight of the guide.
     #[schemars(range(min = 0, max = 1e3))]
     pub guide_weight: f64,
-    /// Whether three predictions are averaged where a Jacobian turns or stretches.
+    /// True to average three predictions where a Jacobian rotates or scales.
     pub averaged: bool,
-    /// Another number gives another texture of the same kind.
+    /// Another seed gives another texture of the same kind.
     pub seed: u64,
 }
 
@@ -177,7 +177,7 @@ impl Default for Synthesize {
     }
 }
 
-/// How many groups of pixels are corrected one after another by default.
+/// Default number of groups of pixels that are corrected one after another.
 const SUB_PASSES: u32 = 4;
 
 /// Side of the squares over which use is evened out locally.
@@ -192,7 +192,7 @@ impl Synthesize {
             Some((w, h)) => (DVec2::new(f64::from(w), f64::from(h)), canvas / DVec2::new(f64::from(w), f64::from(h))),
             None => {
                 let count = canvas / exemplar.frame.pitch;
-                // Where the canvas tiles, a whole number of pixels covers it.
+                // In directions in which the canvas tiles, a whole number of pixels covers it.
                 let axis = |tiles: bool, n: f64| if tiles { n.round().max(1.0) } else { (n - 1e-9).ceil().max(1.0) };
                 let size = DVec2::new(axis(tiling.x, count.x), axis(tiling.y, count.y));
                 let pitch = |tiles: bool, whole: f64, n: f64, pitch: f64| if tiles { whole / n } else { pitch };
@@ -200,7 +200,8 @@ impl Synthesize {
                 (size, DVec2::new(x, pitch(tiling.y, canvas.y, size.y, exemplar.frame.pitch.y)))
             }
         };
-        // Positions; without a Jacobian indices, and what is compared and found while joints are mended.
+        // Bytes for positions; for indices if there is no Jacobian; and for comparisons and matches while joints are
+        // mended.
         let per_pixel = if self.jacobian.is_some() || self.rounds() > 0 { 56.0 } else { 24.0 };
         let bytes = size.x * size.y * per_pixel;
         if bytes > cx.evaluator.memory() as f64 || size.max_element() > 65_536.0 {
@@ -225,12 +226,12 @@ impl Synthesize {
         found.vectors.map(|[a, b]| Basis { a: a.to_array(), b: b.to_array() })
     }
 
-    /// Whether some place of the canvas must show something in particular.
+    /// True if an input asks for something particular at some place of the canvas.
     fn is_placed(&self) -> bool {
         self.guide.is_some() || self.fixed.is_some() || self.start.is_some() || self.jitter_mask.is_some()
     }
 
-    /// In how many rounds is mended where pieces meet.
+    /// Number of rounds of mending joints between pieces.
     fn rounds(&self) -> u32 {
         self.mend.unwrap_or(match self.preset {
             Preset::Patent | Preset::Fast => 0,
@@ -250,7 +251,8 @@ impl Synthesize {
             Preset::Faithful => 3.0,
             _ => 2.5,
         });
-        // Of what is regular, other parts fit as well: fewer are seen twice, and no more is torn.
+        // In a regular texture other parts fit as well, so a stronger even use avoids repeats and tears no more
+        // features.
         let even = self.even_use.unwrap_or(if basis.is_some() && !regular { 1.25 } else { 1.0 });
         Settings {
             kappa: narrow(kappa),
@@ -277,7 +279,7 @@ impl Synthesize {
         }
     }
 
-    /// The exemplar's levels; what has not been analysed before is now.
+    /// The levels of the exemplar, analysed now if they were not before.
     pub(super) fn levels(cx: &Context<'_>, exemplar: &Exemplar) -> Result<Arc<Vec<ExemplarLevel>>, Stop> {
         let seconds = exemplar.levels.iter().any(|level| !level.second.is_empty());
         if !exemplar.levels.is_empty() && seconds {
@@ -307,7 +309,7 @@ impl Synthesize {
 }
 
 impl Synthesize {
-    /// Parameters that are given and do nothing, and why.
+    /// Given parameters that have no effect, with the reason.
     fn idle(&self) -> Vec<(&'static str, &'static str)> {
         const PATENT: &str = "the preset `Patent` is the method of the source, which has no such thing";
         if self.preset != Preset::Patent {

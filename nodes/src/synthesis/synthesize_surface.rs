@@ -1,9 +1,9 @@
-//! [`SynthesizeSurface`]: a texture grown on a surface.
+//! [`SynthesizeSurface`]: grows a texture on a surface.
 //!
-//! Source: JP5149288B2 III, claims 6, 7, 11 to 14 (rows C18 to C26): synthesis directly on the pixels of an atlas, along
-//! `J = (t b)⁺ J_f`, reading across borders of charts through an indirection map. The preset `Patent` is that and nothing
-//! more. Beyond the source: pointers between pixels, random numbers by place on the surface, and further passes over
-//! pixels near borders. Cost: O(texels · passes).
+//! Source: JP5149288B2 III, claims 6, 7, 11 to 14 (rows C18 to C26): synthesis directly on the pixels of an atlas,
+//! along `J = (t b)⁺ J_f`, reading across borders of charts through an indirection map. The preset `Patent` is exactly
+//! this method. Beyond the source: pointers between pixels, random numbers by place on the surface, and further passes
+//! over pixels near borders. Cost: O(texels · passes).
 use super::analysis;
 use super::indirection_map::{Jumps, map_size};
 use super::inputs::FieldInputs;
@@ -27,10 +27,10 @@ use shibo_kernel::synthesis::surface::{Grown, Surfaces, run};
 use shibo_kernel::synthesis::surface_measure::{Measured, seam};
 use std::sync::Arc;
 
-/// What the first coordinates on a surface are.
+/// The first coordinates on a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum SurfaceStart {
-    /// Zeros for the preset `Patent`, else random.
+    /// Zeros for the preset `Patent`, otherwise random.
     #[default]
     Auto,
     /// Random places of the exemplar.
@@ -39,11 +39,11 @@ pub enum SurfaceStart {
     Zero,
 }
 
-/// Grows a texture from an exemplar directly on a surface: for every texel of an atlas, where in the exemplar it comes from.
+/// Grows a texture from an exemplar directly on a surface: finds for every texel of an atlas its place in the exemplar.
 ///
-/// Features follow the directions of `frames` and go on across the borders of charts, whatever these look like on the
-/// canvas. Works at the exemplar's pixel size on the surface, whatever the output's resolution. `SampleExemplar` shows the
-/// coordinates; `DilateGutter` then fills the space between charts.
+/// Features follow the directions of `frames` and continue across the borders of charts, independent of the layout of
+/// charts on the canvas. Works at the exemplar's pixel size on the surface, independent of the output's resolution.
+/// `SampleExemplar` shows the coordinates; `DilateGutter` then fills the space between charts.
 ///
 /// Elsewhere: no counterpart in Substance or Blender, whose *tri-planar* projections overlay three pictures.
 ///
@@ -60,69 +60,69 @@ pub enum SurfaceStart {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SynthesizeSurface {
-    /// The exemplar. What `AppearanceSpace` and `CandidateSets` have not done is done here.
+    /// The exemplar. Without `AppearanceSpace` or `CandidateSets` before it, their work is done here with defaults.
     pub exemplar: In<Exemplar>,
     /// The surface and its charts.
     pub atlas: In<Atlas>,
     /// Directions on its mesh.
     pub frames: In<Frames>,
-    /// By how many degrees directions are turned in the surface, clockwise seen from outside.
+    /// Rotation of the directions in the surface in degrees, clockwise seen from outside.
     pub angle: Option<In<Gray>>,
-    /// How many times larger features are.
+    /// Factor on the size of features.
     pub scale: Option<In<Gray>>,
-    /// Which guide values of the exemplar are wanted where, 0..1; needs an exemplar with a guide.
+    /// The wanted guide value at each place, 0..1; needs an exemplar with a guide.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub guide: Option<In<Gray>>,
-    /// Coordinates that are given. They stay where `fixed_mask` is at least 0.5, and everything else is made to fit
-    /// them.
+    /// Given coordinates. They stay where `fixed_mask` is at least 0.5, and all other coordinates are fitted to them.
     pub fixed: Option<In<CoordMap>>,
-    /// Where the coordinates of `fixed` stay; everywhere by default.
+    /// Mask of the coordinates of `fixed` that stay; everywhere by default.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub fixed_mask: Option<In<Gray>>,
     /// Coordinates to start from instead of random ones.
     pub start: Option<In<CoordMap>>,
     /// Factor on `jitter`.
     pub jitter_mask: Option<In<Gray>>,
-    /// Settings that belong together; on a surface there is no `Regular`. A parameter below that is given replaces that of
-    /// the preset.
+    /// A set of parameters; on a surface there is no `Regular`. A parameter given below replaces that of the preset.
     pub preset: Preset,
     /// Columns over the canvas; rows follow. By default texels are as large as the exemplar's pixels, on average.
     #[schemars(extend("minimum" = 16.0, "maximum" = 16384.0))]
     pub size: Option<u32>,
-    /// Size of the pieces that are copied whole: 1.5 is small, 2.5 that of most presets, 3 large.
+    /// Size of the pieces that are copied whole: 1.5 is small, 2.5 the value of most presets, 3 large.
     #[schemars(range(min = 1, max = 10))]
     pub copy_size: Option<f64>,
-    /// How evenly all parts of the exemplar are used: 0 not at all, 1 as in the presets.
+    /// Strength of the even use of all parts of the exemplar: 0 is none, 1 the value of the presets.
     #[schemars(range(min = 0, max = 1.5))]
     pub even_use: Option<f64>,
-    /// Over which area the use of the exemplar is evened out: by default cubes of 128 exemplar pixels in space.
+    /// Area over which the use of the exemplar is evened out: by default cubes in space with sides of 128 exemplar
+    /// pixels.
     pub scope: Scope,
-    /// What the first coordinates are.
+    /// The first coordinates.
     pub start_mode: SurfaceStart,
-    /// Spacing of the first coordinates in texels, rounded down to a power of two. By default a quarter of the exemplar.
+    /// Spacing of the first coordinates in texels, rounded down to a power of two. By default a quarter of the
+    /// exemplar.
     #[schemars(range(min = 1, max = 16384))]
     pub start_size: Option<u32>,
-    /// How often all texels are corrected at each level.
+    /// Number of corrections of all texels at each level.
     #[schemars(range(min = 0, max = 16))]
     pub passes: u32,
-    /// How often texels near borders of charts are corrected after that. 2 by default, 0 for `Patent`.
+    /// Number of additional corrections of texels near borders of charts. 2 by default, 0 for `Patent`.
     #[schemars(range(min = 0, max = 8))]
     pub border_passes: Option<u32>,
-    /// For the preset `Patent`: into how many groups texels are divided that are corrected one after another; 1 corrects
-    /// all at once.
+    /// For the preset `Patent`: number of groups of texels that are corrected one after another; 1 corrects all texels
+    /// at once.
     #[schemars(range(min = 1, max = 256))]
     pub sub_passes: u32,
-    /// What is known of a neighbour across a border: by default its exact place; for `Patent` the nearest texel.
+    /// Precision of the place of a neighbour across a border: by default exact; for `Patent` the nearest texel.
     pub jumps: Option<Jumps>,
-    /// How far texels are displaced at random at all coarse levels, in texels of the level: more variety, less order.
+    /// Random displacement of texels at all coarse levels, in texels of the level: more variety, less order.
     #[schemars(range(min = 0, max = 4))]
     pub jitter: f64,
     /// Weight of the guide.
     #[schemars(range(min = 0, max = 1e3))]
     pub guide_weight: f64,
-    /// Whether three predictions are averaged where features turn or stretch.
+    /// True to average three predictions where features are rotated or scaled.
     pub averaged: bool,
-    /// Another number gives another texture of the same kind.
+    /// Another seed gives another texture of the same kind.
     pub seed: u64,
 }
 
@@ -158,10 +158,10 @@ impl Default for SynthesizeSurface {
     }
 }
 
-/// Side of the cubes over which use is evened out, in exemplar pixels.
+/// Side of the cubes over which the use of the exemplar is evened out, in exemplar pixels.
 const TILE: usize = 128;
 
-/// The largest default number of columns.
+/// Largest default number of columns.
 const MOST: f64 = 4096.0;
 
 impl SynthesizeSurface {
@@ -192,7 +192,7 @@ impl SynthesizeSurface {
         map_size(cx, atlas, columns, 52)
     }
 
-    /// The indirection map, from the finest level to the one where synthesis begins.
+    /// The indirection map, from the finest level to the level at which synthesis starts.
     fn map(&self, inputs: &SurfaceFields<'_>, coarsest: u32) -> Result<IndirectionMap, Stop> {
         let (cx, size, ends) = (inputs.fields.cx, inputs.fields.size.to_array(), inputs.frames.ends());
         let nearest = self.jumps.unwrap_or(if self.patent() { Jumps::Nearest } else { Jumps::Exact }) == Jumps::Nearest;
@@ -271,7 +271,7 @@ impl SynthesizeSurface {
         run(&analysed, &surface, &self.settings(cx, exemplar, 1 << (map.levels.len() - 1)), inputs)
     }
 
-    /// Advice about what will not look as wished.
+    /// Advice about inputs that will not give the expected result.
     fn advise(&self, cx: &Context<'_>, exemplar: &Exemplar, frames: &Frames) {
         if self.guide.is_some() && exemplar.guide.is_empty() {
             let problem = Problem::new(Code::Advice, "the exemplar has no guide, so that of the output does nothing");
@@ -287,13 +287,13 @@ impl SynthesizeSurface {
     }
 }
 
-/// The largest side of the box around a mesh.
+/// The largest side of the bounding box of a mesh.
 fn exemplar_extent(atlas: &Atlas) -> f64 {
     let [low, high] = atlas.mesh.bounds();
     (high - low).max_element()
 }
 
-/// The colour of an exemplar at a position, of its nearest pixel.
+/// The colour of the exemplar's pixel nearest to a position.
 pub(super) fn color(exemplar: &Exemplar, at: [f32; 2]) -> [f32; 3] {
     let (n, size) = (exemplar.len(), exemplar.frame.size);
     let axis = |v: f32, n: u32, wraps: bool| {

@@ -1,4 +1,4 @@
-//! [`UpsampleCoords`]: from a level to the next finer one.
+//! [`UpsampleCoords`]: upsamples coordinates to the next finer level.
 //!
 //! Source: JP5149288B2 II, equation (3) (rows C4, C5): child = parent + h·J·Δ, Δ = (±½, ±½). Cost:
 //! O(pixels).
@@ -14,7 +14,7 @@ use shibo_kernel::synthesis::exact;
 use shibo_kernel::synthesis::sheet::Sheet;
 use std::sync::Arc;
 
-/// Doubles a map of coordinates in x and y: each pixel becomes four, which lie around it as the Jacobian says.
+/// Doubles a map of coordinates in x and y: each pixel becomes four, placed around it by the Jacobian.
 ///
 /// ```ron
 /// "start": StartCoords(size: (2, 2), coords: [(20, 20), (50, 30), (80, 70), (30, 90)], levels: 5),
@@ -31,9 +31,9 @@ use std::sync::Arc;
 pub struct UpsampleCoords {
     /// The coarser map.
     pub coords: In<CoordMap>,
-    /// The surface, level by level, if it is not the plane; as that of StartCoords.
+    /// The surface, level by level, if it is not the plane; connect the one of `StartCoords`.
     pub surface: Option<In<IndirectionMap>>,
-    /// From output to exemplar, that of a surface from JacobianFromMesh; the unit matrix by default.
+    /// The Jacobian from output to exemplar; on a surface that of `JacobianFromMesh`. The unit matrix by default.
     pub jacobian: Option<In<JacobianField>>,
 }
 

@@ -1,8 +1,8 @@
-//! [`AutoLevels`]: the whole range, whatever the input has.
+//! [`AutoLevels`]: stretches the input to the whole range.
 //!
-//! The least and the greatest value are measured on the whole canvas, at 512 pixels along its longer side whatever the
-//! resolution of the picture: a preview looks like the final picture. What is finer than that and goes beyond is cut off.
-//! Cost: O(pixels), and the input once at that resolution.
+//! The minimum and the maximum are measured on the whole canvas, at 512 pixels along its longer side for every
+//! resolution of the picture, so a preview looks like the final picture. Values of finer detail beyond them are
+//! clamped. Cost: O(pixels), plus once the input at that resolution.
 use crate::measured::Measured;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,10 +12,10 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::{histogram, tone};
 use std::sync::OnceLock;
 
-/// Stretches the contrast to the full range: the least value becomes black and the greatest white.
+/// Stretches the contrast to the full range: the minimum becomes black and the maximum white.
 ///
-/// A whole-picture operation: the input is measured on the canvas, at 512 pixels along its longer side, before anything is
-/// drawn. An input that is the same everywhere becomes the lower end of `output`.
+/// A whole-picture operation: the input is measured on the canvas, at 512 pixels along its longer side, before anything
+/// is drawn. An input that is the same everywhere becomes the lower end of `output`.
 ///
 /// ```ron
 /// "clouds": Fractal(size: 14),
@@ -27,14 +27,14 @@ use std::sync::OnceLock;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AutoLevels {
-    /// What to stretch.
+    /// Field to stretch.
     pub input: In<AnyField>,
-    /// The share of the picture that is cut off at each end.
+    /// The share of the pixels that is clamped at each end.
     #[schemars(range(min = 0, max = 0.49))]
     pub clip: f64,
-    /// Whether the channels of a colour are stretched each by itself, which takes a cast away, instead of alike.
+    /// True to stretch the channels of a colour separately, which removes a colour cast; false to stretch them alike.
     pub separate: bool,
-    /// What black and white become, `(black, white)`.
+    /// New values of black and white, `(black, white)`.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub output: Linear,
 }
@@ -45,10 +45,10 @@ impl Default for AutoLevels {
     }
 }
 
-/// Quantiles that are told apart when a share is cut off.
+/// Number of quantiles for cutting off a share.
 const QUANTILES: usize = 4096;
 
-/// The values between which a share `1 - 2·clip` lies, for each channel of a tile.
+/// The values between which a share `1 - 2·clip` of the pixels lies, for each channel of a tile.
 fn ends(tile: &Tile, clip: f64, separate: bool) -> Vec<[f32; 2]> {
     let of = |values: &[f32]| {
         if clip == 0.0 {
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn the_whole_range_is_used() {
-        // The stand-in has the values -0.5 … 1.46875, each as often as any other.
+        // The test field has the values -0.5 … 1.46875, all equally often.
         let wanted = |x: f32, low: f32, high: f32| ((x - low) / (high - low)).clamp(0.0, 1.0);
         for (clip, [low, high]) in [(0.0, [-0.5, 1.468_75]), (0.25, [-0.0, 0.968_75])] {
             let node = AutoLevels { clip, ..node() };
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn channels_alike_or_each() {
+    fn stretches_channels_together_or_separately() {
         let tinted = Field::map(Type::Rgb, [gray()], shibo_engine::value::Halo::NONE, |out, [input]| {
             for (k, plane) in out.planes_mut().into_iter().enumerate() {
                 plane.iter_mut().zip(input.plane(0)).for_each(|(o, v)| *o = (0.5 + v) * (k + 1) as f32);
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_flat_stays_flat() {
+    fn keeps_flat_input() {
         let flat = Field::constant(Type::Gray, &[7.0]);
         let out = render(&AutoLevels { output: Linear::new(0.25, 1.0), ..node() }, &[flat.into()]);
         assert!(out.data().iter().all(|v| *v == 0.25));

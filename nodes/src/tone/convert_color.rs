@@ -1,7 +1,8 @@
-//! [`ConvertColor`]: the numbers of other colour spaces.
+//! [`ConvertColor`]: converts between colour spaces.
 //!
 //! Sources: IEC 61966-2-1 (sRGB), CIE 15 (Lab), B. Ottosson, "A perceptual color space for image processing" (2020), A.
-//! Smith (1978) for HSV, G. Joblove and D. Greenberg (1978) for HSL, ITU-R BT.709 (YCbCr). Cost: O(pixels), 1 to 20 ns each.
+//! Smith (1978) for HSV, G. Joblove and D. Greenberg (1978) for HSL, ITU-R BT.709 (YCbCr). Cost: O(pixels), 1 to 20 ns
+//! per pixel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, Rgb};
@@ -9,11 +10,11 @@ use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color::{self, ColorSpace};
 
-/// Converts colours between colour spaces: to work on lightness or hue alone, or to take numbers for colours.
+/// Converts colours between colour spaces: to change only lightness or hue, or to make colours from numbers.
 ///
-/// The three channels of the result are the numbers of the space in its own units, as its name tells; take them apart with
-/// `SplitChannels`, change them, put them together with `PackChannels` and convert them back. Oklab colours that no light
-/// has, with a channel below 0, are cut there.
+/// The three channels of the result are the components of the colour space in its own units, in the order of its name.
+/// Split them with `SplitChannels`, change them, combine them with `PackChannels` and convert them back. Oklab colours
+/// outside of the range of real colours, with a channel below 0, are clamped to 0.
 ///
 /// ```ron
 /// "noise": Fractal(size: 12, seed: 1),
@@ -28,9 +29,9 @@ use shibo_kernel::pointwise::color::{self, ColorSpace};
 pub struct ConvertColor {
     /// Colours, or three numbers.
     pub input: In<Rgb>,
-    /// What the numbers of the input mean.
+    /// Colour space of the input.
     pub from: ColorSpace,
-    /// What those of the result mean.
+    /// Colour space of the result.
     pub to: ColorSpace,
 }
 

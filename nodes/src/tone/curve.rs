@@ -1,8 +1,8 @@
 //! [`Curve`]: a tone curve through points.
 //!
-//! The tool of this name in every picture editor. Smooth curves are monotone cubics (F. Fritsch, R. Carlson, 1980): they do
-//! not swing beyond their points; see [`kernel::curve`](shibo_kernel::pointwise::curve). Cost: O(pixels · points), eight
-//! pixels at a time.
+//! The tool of this name in every picture editor. Smooth curves are monotone cubics (F. Fritsch, R. Carlson, 1980):
+//! they do not overshoot their points; see [`kernel::curve`](shibo_kernel::pointwise::curve). Cost: O(pixels · points),
+//! eight pixels at a time.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -11,10 +11,10 @@ use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::pointwise::curve::{self as kernel, CurveKind};
 use shibo_kernel::pointwise::tone;
 
-/// Gives values other values, along a curve through points.
+/// Maps values by a curve through points.
 ///
-/// Before the first and after the last point their values go on. Red, green and blue may have curves of their own, which
-/// come before the common one.
+/// Before the first and after the last point the curve is constant. Red, green and blue may have separate curves, which
+/// are applied before the common one.
 ///
 /// ```ron
 /// "cells": Worley(size: 8),
@@ -26,23 +26,24 @@ use shibo_kernel::pointwise::tone;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Curve {
-    /// What to change; the channels of a colour are changed alike.
+    /// Field to change; the channels of a colour are changed alike.
     pub input: In<AnyField>,
-    /// Points of the curve, `[(from, to), …]`, 2 to 64, ascending in the first number. Two at the same place make a step.
+    /// Points of the curve, `[(from, to), …]`, 2 to 64, ascending in the first number. Two points at the same place
+    /// make a step.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub points: Vec<(f64, f64)>,
-    /// A curve for red alone, before the common one; none if it is empty. A field of one channel has no red.
+    /// A curve for red, applied before the common one; none if empty. A field of one channel has no red.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub red: Vec<(f64, f64)>,
-    /// The same for green.
+    /// A curve for green, like `red`.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub green: Vec<(f64, f64)>,
-    /// The same for blue.
+    /// A curve for blue, like `red`.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub blue: Vec<(f64, f64)>,
-    /// How the curves run from point to point.
+    /// Interpolation between points.
     pub interpolation: CurveKind,
-    /// Whether curves are those of sRGB-encoded values, as picture editors draw them, instead of linear ones.
+    /// True to apply curves to sRGB-encoded values, as picture editors do; false for linear values.
     pub encoded: bool,
 }
 
@@ -60,7 +61,7 @@ impl Default for Curve {
     }
 }
 
-/// The largest number of points.
+/// Maximum number of points.
 const MOST: usize = 64;
 
 fn check(name: &'static str, points: &[(f64, f64)], may_be_empty: bool) -> Option<Problem> {
@@ -148,7 +149,7 @@ mod tests {
         let node = Curve { encoded: true, ..curve(&[(0.0, 0.0), (0.5, 0.25), (1.0, 1.0)]) };
         let grey = Field::constant(shibo_engine::value::Type::Gray, &[0.214_041_14]);
         let out = crate::testing::render(&node, &[grey.into()]);
-        // Half grey of a picture editor becomes a quarter grey.
+        // An encoded grey of ½ becomes an encoded grey of ¼.
         assert!((out.data()[0] - 0.050_876).abs() < 1e-5, "{}", out.data()[0]);
     }
 

@@ -1,8 +1,8 @@
-//! [`Dither`]: few values that look like many.
+//! [`Dither`]: rounds to few values that look like many.
 //!
-//! Thresholds by place: a mask of blue noise (R. Ulichney, "The void-and-cluster method for dither array generation",
-//! 1993), 64 pixels wide, or the matrices of B. Bayer (1973). Which threshold a pixel has follows from its place on the
-//! canvas, so results are the same in every window. Cost: O(pixels), 2 ns each.
+//! Uses thresholds by place: a blue noise mask (R. Ulichney, "The void-and-cluster method for dither array generation",
+//! 1993), 64 pixels wide, or the matrices of B. Bayer (1973). The threshold of a pixel depends on its place on the
+//! canvas, so results are the same in every window. Cost: O(pixels), 2 ns per pixel.
 use super::quantize::check_range;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,10 +13,10 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::pointwise::steps::{self, DitherPattern, Steps};
 
-/// Rounds values to a few in such a way that averages over a few pixels stay: two values are enough for a picture.
+/// Rounds values to few levels but keeps averages over a few pixels: two levels are enough for a picture.
 ///
-/// The pattern belongs to the pixels: another resolution has other dots. On a tiling canvas it repeats, without a break if
-/// the picture's sides are multiples of 64 pixels.
+/// The pattern belongs to the pixels: another resolution has other dots. On a tiling canvas the pattern repeats; it is
+/// seamless if the picture's sides are multiples of 64 pixels.
 ///
 /// ```ron
 /// "clouds": Fractal(size: 20, octaves: 3),
@@ -28,20 +28,20 @@ use shibo_kernel::pointwise::steps::{self, DitherPattern, Steps};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Dither {
-    /// What to round.
+    /// Field to round.
     pub input: In<AnyField>,
-    /// How many values are left, both ends of `range` among them.
+    /// Number of levels, both ends of `range` included.
     #[schemars(range(min = 2, max = 65536))]
     pub levels: u32,
-    /// The least and the greatest of them; what lies beyond becomes one of these.
+    /// Lowest and highest level; values beyond are clamped.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub range: Linear,
-    /// Where values are rounded up and where down.
+    /// Pattern of thresholds, which decide where values are rounded up or down.
     pub pattern: DitherPattern,
-    /// How strongly: 0 rounds to the nearest value, 1 keeps averages.
+    /// Strength: 0 rounds to the nearest level, 1 keeps averages.
     #[schemars(range(min = 0, max = 1))]
     pub amount: f64,
-    /// Whether the channels of a colour have patterns of their own, which hides the dots better.
+    /// True for a separate pattern for each channel of a colour, which hides the dots better.
     pub separate: bool,
 }
 

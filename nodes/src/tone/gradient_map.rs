@@ -1,7 +1,7 @@
 //! [`GradientMap`]: colour from a number.
 //!
-//! Mixing in Oklab (B. Ottosson, "A perceptual color space for image processing", 2020) gives ramps that are even to the
-//! eye. The ramp is computed without a table: exact at its stops. Cost: O(pixels · stops).
+//! Mixing in Oklab (B. Ottosson, "A perceptual color space for image processing", 2020) gives perceptually even ramps.
+//! The ramp is computed without a table: exact at its stops. Cost: O(pixels · stops).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -11,17 +11,17 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::tone::{self as kernel, Interpolation};
 
-/// Where colours are mixed.
+/// Colour space in which colours are mixed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum MixSpace {
-    /// In Oklab: even steps to the eye.
+    /// Oklab: perceptually even steps.
     #[default]
     Oklab,
-    /// In linear light, as lights mix: brighter in the middle.
+    /// Linear light, as lights mix: brighter in the middle.
     Linear,
 }
 
-/// Colours a field: each number becomes the colour that a ramp has there.
+/// Colours a field: each number becomes the colour of a ramp at that number.
 ///
 /// ```ron
 /// "clouds": Fractal(size: 14, kind: Ridged),
@@ -36,13 +36,13 @@ pub enum MixSpace {
 pub struct GradientMap {
     /// The numbers to colour.
     pub input: In<Gray>,
-    /// Where the ramp has which colour, `[(0.0, "#rrggbb"), …]`, ascending; 1 to 64 stops. Two at the same place make a
-    /// hard edge. Before the first and after the last stop their colours go on.
+    /// Stops of the ramp, `[(0.0, "#rrggbb"), …]`, ascending; 1 to 64 stops. Two stops at the same place make a hard
+    /// edge. Before the first and after the last stop the colour is constant.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub stops: Vec<(f64, Color)>,
-    /// How colour runs from stop to stop.
+    /// Interpolation between stops.
     pub interpolation: Interpolation,
-    /// Where colours are mixed.
+    /// Colour space in which colours are mixed.
     pub space: MixSpace,
 }
 
@@ -54,7 +54,7 @@ impl Default for GradientMap {
     }
 }
 
-/// The largest number of stops.
+/// Maximum number of stops.
 const MOST: usize = 64;
 
 impl Node for GradientMap {

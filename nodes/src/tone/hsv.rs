@@ -1,7 +1,7 @@
 //! [`Hsv`]: hue, saturation and value.
 //!
-//! Source: A. Smith, "Color gamut transform pairs" (1978). On sRGB-encoded values, as in picture editors; what is changed
-//! may be another field, so that a mask turns the hue here and not there. Cost: O(pixels), about 15 ns each.
+//! Source: A. Smith, "Color gamut transform pairs" (1978). Works on sRGB-encoded values, as picture editors do. Each
+//! change may be a field, so that a mask can limit it to some places. Cost: O(pixels), about 15 ns per pixel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Rgb};
@@ -9,7 +9,7 @@ use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color;
 
-/// Turns the hue of colours and changes how saturated and how bright they are. Each change is a number or a field.
+/// Changes the hue, saturation and value of colours. Each change is a number or a field.
 ///
 /// ```ron
 /// "cells": Worley(size: 8),
@@ -19,16 +19,17 @@ use shibo_kernel::pointwise::color;
 /// "example": Hsv(input: "color", hue: "degrees", saturation: 0.9),
 /// ```
 ///
-/// Elsewhere: Substance Designer *HSL*, Material Maker *Adjust HSV*, Blender *Hue/Saturation/Value*, Houdini *HSV Adjust*.
+/// Elsewhere: Substance Designer *HSL*, Material Maker *Adjust HSV*, Blender *Hue/Saturation/Value*, Houdini *HSV
+/// Adjust*.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Hsv {
     /// The colours.
     pub input: In<Rgb>,
-    /// By how many degrees the hue turns: red, yellow, green, cyan, blue, magenta are 60° apart.
+    /// Rotation of the hue in degrees: red, yellow, green, cyan, blue, magenta are 60° apart.
     #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
     pub hue: In<Gray>,
-    /// Factor on the saturation: 0 is grey, 1 changes nothing. Saturation ends at its largest.
+    /// Factor on the saturation: 0 is grey, 1 changes nothing. The result is clamped to full saturation.
     pub saturation: In<Gray>,
     /// Factor on the value, the largest of the encoded channels: 0 is black, 1 changes nothing.
     pub value: In<Gray>,

@@ -17,7 +17,7 @@ use shibo_kernel::pointwise::tone;
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Invert {
-    /// What to invert. Values outside 0..1 are inverted too: 1.2 becomes -0.2.
+    /// Field to invert. Values outside 0..1 are inverted too: 1.2 becomes -0.2.
     pub input: In<AnyField>,
 }
 
@@ -42,7 +42,7 @@ mod tests {
     use crate::testing::port;
 
     #[test]
-    fn turns_every_channel_around() {
+    fn inverts_every_channel() {
         let invert = Invert { input: port(0) };
         for input in [gray(), rgb()] {
             let inputs = [input.clone().into()];

@@ -1,7 +1,7 @@
 //! [`Levels`]: black point, white point and gamma.
 //!
 //! The tool of this name in every picture editor. Colours are changed scene-linear, so a `gamma` above 1 lightens less
-//! than it would on encoded values. Cost: O(pixels); with a gamma about 1 ns each.
+//! than on encoded values. Cost: O(pixels); with a gamma about 1 ns per pixel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{AnyField, Context, Fact, In, Linear, Node, Output, Outputs};
@@ -9,7 +9,7 @@ use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
 
-/// Stretches the contrast: `low` becomes black and `high` white, and what lies beyond is cut off.
+/// Stretches the contrast: `low` becomes black and `high` white, and values beyond them are clamped.
 ///
 /// ```ron
 /// "clouds": Fractal(size: 14),
@@ -20,18 +20,18 @@ use shibo_kernel::pointwise::tone;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Levels {
-    /// What to change; the channels of a colour are changed alike.
+    /// Field to change; the channels of a colour are changed alike.
     pub input: In<AnyField>,
     /// The value that becomes black.
     #[schemars(range(min = -1e9, max = 1e9))]
     pub low: f64,
-    /// The value that becomes white. If it is below `low` the result is inverted; if both are equal it is a step.
+    /// The value that becomes white. If `high` is below `low` the result is inverted; if both are equal it is a step.
     #[schemars(range(min = -1e9, max = 1e9))]
     pub high: f64,
-    /// Changes what lies between, by the power 1/gamma: above 1 lightens, below 1 darkens.
+    /// Changes values between black and white by the power 1/gamma: above 1 lightens, below 1 darkens.
     #[schemars(range(min = 0.01, max = 100))]
     pub gamma: f64,
-    /// What black and white become in the end, `(black, white)`.
+    /// New values of black and white, `(black, white)`.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub output: Linear,
 }
@@ -68,7 +68,7 @@ mod tests {
     use crate::testing::port;
 
     #[test]
-    fn stretches_and_cuts() {
+    fn stretches_and_clamps() {
         let levels = Levels { input: port(0), low: 0.25, high: 0.75, ..Levels::default() };
         for input in [gray(), rgb()] {
             let inputs = [input.clone().into()];
@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn extremes_are_numbers() {
+    fn extreme_parameters_conform() {
         for (low, high, gamma) in [(0.5, 0.5, 1.0), (1.0, 0.0, 100.0), (-1e9, 1e9, 0.01), (0.5, 0.5 + 1e-40, 2.0)] {
             let output = Linear::new(1e9, -1e9);
             conforms(&Levels { input: port(0), low, high, gamma, output }, &[gray().into()]);

@@ -1,8 +1,9 @@
-//! [`MatchHistogram`]: the distribution of values of another picture.
+//! [`MatchHistogram`]: gives a field the distribution of values of another.
 //!
-//! Quantile by quantile, each channel by itself: the value below which a share of the input lies becomes the value below
-//! which the same share of the other lies (R. Gonzalez, R. Woods, "Digital image processing", §3.3). Both are measured on
-//! the whole canvas at 512 pixels along its longer side, by 1024 quantiles. Cost: O(pixels), about 10 ns each.
+//! Matches quantiles, each channel separately: the value below which a share of the input lies becomes the value below
+//! which the same share of the other picture lies (R. Gonzalez, R. Woods, "Digital image processing", §3.3). Both are
+//! measured on the whole canvas at 512 pixels along its longer side, by 1024 quantiles. Cost: O(pixels), about 10 ns
+//! per pixel.
 use crate::measured::Measured;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -14,10 +15,10 @@ use shibo_kernel::ground::tile::channel;
 use shibo_kernel::pointwise::histogram::{self, Transfer};
 use std::sync::OnceLock;
 
-/// Changes values so that they are distributed as those of another picture: as bright, as rich in contrast, as coloured.
+/// Changes values so that they have the distribution of another picture: its brightness, contrast and colours.
 ///
 /// A whole-picture operation: both are measured on the canvas, at 512 pixels along its longer side, before anything is
-/// drawn. Which value is above which does not change.
+/// drawn. The order of values does not change.
 ///
 /// ```ron
 /// "cells": Worley(size: 9),
@@ -30,11 +31,11 @@ use std::sync::OnceLock;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct MatchHistogram {
-    /// What to change.
+    /// Field to change.
     pub input: In<AnyField>,
-    /// Whose distribution it gets. For a grey input that of its luminance counts.
+    /// Field with the wanted distribution. For a grey input the distribution of its luminance is used.
     pub to: In<AnyField>,
-    /// How far: 0 changes nothing, 1 matches.
+    /// Strength: 0 changes nothing, 1 matches.
     #[schemars(range(min = 0, max = 1))]
     pub amount: f64,
 }
@@ -45,7 +46,7 @@ impl Default for MatchHistogram {
     }
 }
 
-/// How many quantiles are matched.
+/// Number of quantiles that are matched.
 const QUANTILES: usize = 1024;
 
 /// Weights of linear red, green and blue in luminance (Rec. 709).
@@ -107,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn equally_many_pixels_lie_below_each_value() {
+    fn matches_quantiles() {
         let inputs = [gray().into(), lumps().into()];
         conforms(&node(1.0), &inputs);
         let canvas = crate::testing::canvas();

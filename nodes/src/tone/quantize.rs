@@ -1,4 +1,4 @@
-//! [`Quantize`]: few values instead of many. Cost: O(pixels), bound by memory.
+//! [`Quantize`]: rounds to few values. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -7,7 +7,7 @@ use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::steps::{self, Steps};
 
-/// Rounds values to a few, evenly spaced: terraces, posters.
+/// Rounds values to a few evenly spaced levels: terraces, posters.
 ///
 /// ```ron
 /// "clouds": Fractal(size: 20, octaves: 3),
@@ -19,15 +19,15 @@ use shibo_kernel::pointwise::steps::{self, Steps};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Quantize {
-    /// What to round; the channels of a colour are rounded alike.
+    /// Field to round; the channels of a colour are rounded alike.
     pub input: In<AnyField>,
-    /// How many values are left, both ends of `range` among them.
+    /// Number of levels, both ends of `range` included.
     #[schemars(range(min = 2, max = 65536))]
     pub levels: u32,
-    /// The least and the greatest of them; what lies beyond becomes one of these.
+    /// Lowest and highest level; values beyond are clamped.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub range: Linear,
-    /// How much of a step rises smoothly: 0 is a hard edge, 1 is the smoothest staircase.
+    /// Share of a step that rises smoothly: 0 is a hard edge, 1 is the smoothest staircase.
     #[schemars(range(min = 0, max = 1))]
     pub softness: f64,
 }
@@ -38,7 +38,7 @@ impl Default for Quantize {
     }
 }
 
-/// Refuses a range without a width.
+/// Reports a range of zero width.
 pub(super) fn check_range(range: Linear) -> Vec<Problem> {
     if (narrow(range.at1) - narrow(range.at0)).abs() >= 1e-9 {
         return Vec::new();
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn a_range_has_a_width() {
+    fn refuses_range_of_zero_width() {
         let problems = Quantize { range: Linear::new(0.5, 0.5), ..Quantize::default() };
         assert_eq!(problems.check_on(&crate::testing::canvas())[0].field.as_deref(), Some("range"));
     }

@@ -1,4 +1,4 @@
-//! [`Remap`]: one range of numbers to another. Cost: O(pixels), bound by memory.
+//! [`Remap`]: maps one range of numbers to another. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
@@ -7,7 +7,7 @@ use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
 
-/// Maps one range of numbers to another along a straight line: for example lengths to shares, or bright to dark.
+/// Maps one range of numbers to another linearly: for example lengths to shares, or bright to dark.
 ///
 /// ```ron
 /// "cells": Worley(size: 8),
@@ -19,15 +19,15 @@ use shibo_kernel::pointwise::tone;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Remap {
-    /// What to map; the channels of a colour are mapped alike.
+    /// Field to map; the channels of a colour are mapped alike.
     pub input: In<AnyField>,
     /// Two values of the input, in its unit.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub from: Linear,
-    /// What they become.
+    /// The two values of the result.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub to: Linear,
-    /// Whether results stay within `to`; if not, they continue along the line.
+    /// True to clamp results to `to`; false to continue along the line.
     pub clamp: bool,
 }
 
@@ -37,7 +37,7 @@ impl Default for Remap {
     }
 }
 
-/// The least difference between the values of `from`: with a smaller one, results could become too large for a number.
+/// Minimum difference between the values of `from`: with a smaller one, results could overflow.
 const LEAST: f64 = 1e-9;
 
 impl Node for Remap {
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn hands_on_what_it_would_not_change() {
+    fn passes_on_unchanged_input() {
         let same = remap((0.2, 0.7), (0.2, 0.7), false);
         assert_eq!(same.no_op(), Some("input"));
         let input = gray();
@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_is_no_range() {
+    fn refuses_range_of_zero_width() {
         for from in [(0.5, 0.5), (1e9, 1e9 + 1e-3), (0.0, 1e-12)] {
             assert_eq!(remap(from, (0.0, 1.0), false).check_on(&canvas())[0].field.as_deref(), Some("from"));
             conforms(&remap(from, (-1e9, 1e9), true), &[gray().into()]);

@@ -1,7 +1,7 @@
-//! [`ReplaceColor`]: one colour instead of another.
+//! [`ReplaceColor`]: replaces one colour by another.
 //!
-//! How alike colours are is their distance in Oklab (B. Ottosson, 2020), in which black and white are 1 apart and equal
-//! distances look about equal. Cost: O(pixels), about 40 ns each.
+//! Compares colours by their distance in Oklab (B. Ottosson, 2020), where black and white are 1 apart and equal
+//! distances look about equal. Cost: O(pixels), about 40 ns per pixel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, Rgb};
@@ -10,7 +10,7 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color;
 
-/// Replaces a colour, and those that look like it, by another; and tells where.
+/// Replaces a colour, and similar colours, by another; also gives a mask of the replaced places.
 ///
 /// ```ron
 /// "cells": Worley(size: 6),
@@ -26,20 +26,21 @@ use shibo_kernel::pointwise::color;
 pub struct ReplaceColor {
     /// The colours.
     pub input: In<Rgb>,
-    /// The colour that goes.
+    /// The colour to replace.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4))]
     pub from: Color,
-    /// The colour that comes.
+    /// The new colour.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4))]
     pub to: Color,
-    /// Colours within this distance are replaced altogether. Black and white are 1 apart, neighbours that the eye just tells
-    /// apart about 0.02.
+    /// Colours within this distance are replaced completely. Black and white are 1 apart, just distinguishable colours
+    /// about 0.02.
     #[schemars(range(min = 0, max = 2))]
     pub tolerance: f64,
-    /// So much farther away colours stay as they are; between, they change in part.
+    /// Width of the transition beyond `tolerance`: within it colours change partly, farther away they stay unchanged.
     #[schemars(range(min = 0, max = 2))]
     pub softness: f64,
-    /// Whether lighter and darker shades of the old colour become such of the new one, instead of all being the same.
+    /// True to turn lighter and darker shades of the old colour into such shades of the new one; false to make all of
+    /// them the new colour.
     pub keep_shading: bool,
 }
 
@@ -103,11 +104,11 @@ mod tests {
     }
 
     #[test]
-    fn the_colour_goes_and_others_stay() {
+    fn replaces_colour_and_keeps_others() {
         let close = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-4);
         assert!(close(pixel(&node(), [0.2; 3]), [0.8, 0.1, 0.1]));
         assert_eq!(pixel(&node(), [0.0, 0.9, 0.0]), [0.0, 0.9, 0.0]);
-        // Greys within the tolerance: flat, or as much darker as they were.
+        // Greys within the tolerance become flat, or keep their differences in shade.
         let flat = ReplaceColor { keep_shading: false, ..node() };
         assert!(close(pixel(&flat, [0.18; 3]), [0.8, 0.1, 0.1]));
         assert!(pixel(&node(), [0.18; 3])[0] < 0.79);

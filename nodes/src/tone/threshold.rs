@@ -1,4 +1,4 @@
-//! [`Threshold`]: a mask of what lies above a level.
+//! [`Threshold`]: a mask of values above a level.
 //!
 //! The soft edge is the cubic step, `softness` wide in values and centred on `level`. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
@@ -8,7 +8,7 @@ use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
 
-/// A mask: 1 where the input lies above a level, 0 below.
+/// A mask: 1 where the input is above a level, 0 where it is below.
 ///
 /// ```ron
 /// "clouds": Fractal(size: 14),
@@ -20,12 +20,12 @@ use shibo_kernel::pointwise::tone;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Threshold {
-    /// What to compare.
+    /// Field to compare.
     pub input: In<Gray>,
     /// The level, in the unit of the input.
     #[schemars(range(min = -1e9, max = 1e9))]
     pub level: f64,
-    /// Width of the edge, in the unit of the input; 0 makes a hard edge, which shows steps at the pixels.
+    /// Width of the edge, in the unit of the input; 0 makes a hard, aliased edge.
     #[schemars(range(min = 0, max = 1e9))]
     pub softness: f64,
 }

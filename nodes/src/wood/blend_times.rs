@@ -1,8 +1,8 @@
 //! [`BlendTimes`]: the growth times of trunk and branches combined.
 //!
 //! Source: Momoi & Takatera 2014, §3.6 (eq 18; rows B18, B19, B20, B35). Beyond the source: `origin: Branch` blends
-//! relative to each branch's birth, with branches that end or die, darken and keep their bark.
-//! Cost: about 2 ns a point and branch nearby.
+//! relative to each branch's birth, with branches that end or die, become darker and keep their bark. Cost: about 2 ns
+//! a point and branch nearby.
 use super::trees::even;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -15,20 +15,21 @@ use shibo_kernel::wood::branch::{Power, blend, blend_all};
 use shibo_kernel::wood::knots::{self, Knot, KnotStyle};
 use shibo_kernel::wood::solids::{Code, constant, places};
 
-/// From which moment the times that are blended count.
+/// Start of the times that are blended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Origin {
     /// From the tree's first year, as in the source: T = (Σ T^-k)^(-1/k) of all `times`.
     #[default]
     Tree,
-    /// From the birth of each branch of `skeleton`: rings are disturbed only near a knot, and are torn nowhere.
+    /// From the birth of each branch of `skeleton`: rings are disturbed only near a knot, and are never torn.
     Branch,
 }
 
-/// Blends growth times: the rings of the trunk run smoothly around those of branches, and into them.
+/// Blends growth times: the rings of the trunk run smoothly around and into the rings of branches.
 ///
-/// With `origin: Tree`, connect the times of trunk and branches. With `origin: Branch`, connect the trunk's time and the
-/// `skeleton`, whose branches are then computed here: they may die, and the outputs tell where knots and bark are.
+/// With `origin: Tree`, connect the times of trunk and branches. With `origin: Branch`, connect the trunk's time and
+/// the `skeleton`; the times of its branches are then computed here. Branches may die, and outputs give masks of knots
+/// and bark.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 5),
@@ -46,35 +47,35 @@ pub enum Origin {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BlendTimes {
-    /// The times, that of the trunk first.
+    /// The times; the trunk's time comes first.
     pub times: Vec<In<SolidNumber>>,
     /// The trunk with its branches, for `origin: Branch`.
     pub skeleton: Option<In<Skeleton>>,
-    /// From which moment times count.
+    /// Start of the times that are blended.
     pub origin: Origin,
-    /// How closely rings follow both times: 2 is that of the source, `inf` takes the smaller of the times. By default 2 for
+    /// Sharpness of the blend: 2 is the value of the source, `inf` takes the smaller one of the times. By default 2 for
     /// `Tree` and 4 for `Branch`.
     #[schemars(extend("exclusiveMinimum" = 0.5, "infinite" = true))]
     pub k: Option<f64>,
-    /// For `Branch`: how fast the tree grows in length, as in `TrunkTime`.
+    /// With `Branch`: growth of the tree in length, as in `TrunkTime`.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
     pub elongation_speed: f64,
-    /// For `Branch`: how fast the trunk thickens, as in `TrunkTime`.
+    /// With `Branch`: growth of the trunk in radius, as in `TrunkTime`.
     #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
     pub thickening_speed: f64,
-    /// The height from which the tree grows, as in `TrunkTime`.
+    /// Height at which the tree starts to grow, as in `TrunkTime`.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub ground: f64,
-    /// By how many years rings dip towards a dead stub.
+    /// Depth, in years, of the dip of rings towards a dead stub.
     #[schemars(range(min = 0, max = 3), extend("unit" = "years"))]
     pub dip: f64,
-    /// How thick the bark round a dead stub is.
+    /// Thickness of the bark round a dead stub.
     #[schemars(range(min = 0, max = 20), extend("unit" = "mm"))]
     pub bark: f64,
-    /// How much knots differ from circles.
+    /// Deviation of knots from circles.
     #[schemars(range(min = 0, max = 0.5))]
     pub lobes: f64,
-    /// Another number gives knots other shapes.
+    /// Another seed gives knots other shapes.
     pub seed: u64,
 }
 
@@ -114,7 +115,7 @@ impl BlendTimes {
         .solid(Type::Solid, times)
     }
 
-    /// How much of a point belongs to a branch, by the times of the source.
+    /// The share of a point that belongs to branches, from the times of the source.
     fn share(times: Vec<Solid>) -> Solid {
         Code::of_inputs(move |_, inputs, out| {
             let trunk = inputs[0].plane(0);

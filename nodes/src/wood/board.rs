@@ -1,8 +1,8 @@
 //! [`Board`]: the six faces of a board.
 //!
-//! Source: Momoi & Takatera 2014, §2.1 and §4.1 (rows B26, B28, B29): boards for buildings, cut from anywhere in the tree.
-//! Cost: that of a cut for each output that is used.
-use super::cut_plane::Plane;
+//! Source: Momoi & Takatera 2014, §2.1 and §4.1 (rows B26, B28, B29): boards for buildings, cut from anywhere in the
+//! tree. Cost: a cut for each output that is used.
+use super::cut_plane::PlaneInSolid;
 use super::trees::{Triple, vector};
 use crate::degrees::about;
 use glam::DVec3;
@@ -13,8 +13,9 @@ use shibo_engine::value::{Stop, Tiling};
 
 /// Cuts a board out of a solid: all six faces, which agree on their edges.
 ///
-/// Its length runs along the trunk (z), its width along x and its thickness along y, before it is turned. Each output shows
-/// one face over the whole canvas, with the length to the right. Ends show the width to the right and the thickness down.
+/// Before the rotation, its length runs along the trunk (z), its width along x and its thickness along y. Each output
+/// shows one face over the whole canvas, with the length to the right. Ends show the width to the right and the
+/// thickness down.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -30,15 +31,16 @@ use shibo_engine::value::{Stop, Tiling};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Board {
-    /// What to cut.
+    /// Solid to cut.
     pub solid: In<AnySolid>,
     /// Length, width and thickness.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub size: Triple,
-    /// Where in the tree the board's middle lies.
+    /// Position of the board's middle in the tree.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub middle: Triple,
-    /// Turns about the length (0 is flat-sawn for a board on the y axis, 90 quarter-sawn), the width and the thickness.
+    /// Rotations about the length (0 is flat-sawn for a board on the y axis, 90 quarter-sawn), about the width and
+    /// about the thickness.
     #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
     pub turn: Triple,
 }
@@ -51,14 +53,14 @@ impl Default for Board {
 
 impl Board {
     /// The planes of the faces, in the order of the outputs.
-    fn planes(&self) -> [Plane; 6] {
+    fn planes(&self) -> [PlaneInSolid; 6] {
         // Length along z, width along x, thickness along y.
         let turn = about(DVec3::Z, self.turn.0) * about(DVec3::X, self.turn.1) * about(DVec3::Y, self.turn.2);
         let (length, width, thickness) =
             (turn * DVec3::Z * self.size.0, turn * DVec3::X * self.size.1, turn * DVec3::Y * self.size.2);
         let middle = vector(self.middle);
-        // A face: the way out of the board, to the right, and down.
-        let face = |out: DVec3, u: DVec3, v: DVec3| Plane { origin: middle + 0.5 * (out - u - v), u, v };
+        // A face: the directions out of the board, to the right, and down.
+        let face = |out: DVec3, u: DVec3, v: DVec3| PlaneInSolid { origin: middle + 0.5 * (out - u - v), u, v };
         [
             face(thickness, length, -width),
             face(-thickness, length, width),
@@ -106,18 +108,18 @@ mod tests {
     fn faces_share_their_edges() {
         let board = Board { turn: (30.0, 5.0, -7.0), ..Board::default() };
         let [face, back, side, other_side, end, other_end] = board.planes();
-        let corner = |p: &Plane, u: f64, v: f64| p.origin + p.u * u + p.v * v;
+        let corner = |p: &PlaneInSolid, u: f64, v: f64| p.origin + p.u * u + p.v * v;
         let same = |a: DVec3, b: DVec3| assert!(a.distance(b) < 1e-9, "{a} {b}");
-        // Below the face begins the side, above it the other one, on its left the end.
+        // Below the face lies one side, above it the other, on its left the end.
         same(corner(&face, 0.0, 1.0), corner(&side, 0.0, 0.0));
         same(corner(&face, 1.0, 1.0), corner(&side, 1.0, 0.0));
         same(corner(&face, 0.0, 0.0), corner(&other_side, 0.0, 1.0));
         same(corner(&face, 0.0, 0.0), corner(&end, 1.0, 1.0));
         same(corner(&face, 1.0, 0.0), corner(&other_end, 0.0, 1.0));
         same(corner(&side, 0.0, 1.0), corner(&back, 0.0, 0.0));
-        let looks = |p: &Plane| p.u.cross(p.v).normalize();
+        let looks = |p: &PlaneInSolid| p.u.cross(p.v).normalize();
         assert!(looks(&face).dot(looks(&back)) < -0.999 && looks(&side).dot(looks(&other_side)) < -0.999);
-        // Seen from outside, nothing is mirrored: right × down points into the board.
+        // Faces are not mirrored when seen from outside: right × down points into the board.
         let middle = vector(board.middle);
         for plane in board.planes() {
             assert!(looks(&plane).dot(corner(&plane, 0.5, 0.5) - middle) < 0.0);

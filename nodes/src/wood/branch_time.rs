@@ -1,4 +1,4 @@
-//! [`BranchTime`]: when branches reached each point of space.
+//! [`BranchTime`]: the time at which branches reached each point of space.
 //!
 //! Source: Momoi & Takatera 2014, §3.6 (eqs 14–17; rows B12–B14, B16–B20). Cost: about 1.5 ns a point and branch.
 use super::trees::axes;
@@ -12,11 +12,11 @@ use shibo_kernel::wood::branch::{Axis, Power, blend_all, branch_time};
 use shibo_kernel::wood::solids::{Code, columns, places};
 use shibo_kernel::wood::trunk::Places;
 
-/// The time at which branches reached each point: T2 of the source, which counts from the tree's first year. It is infinite
-/// behind the plane through a branch's start.
+/// The time at which branches reached each point: T2 of the source, counted from the tree's first year. The time is
+/// infinite behind the plane through a branch's start.
 ///
-/// All branches of the skeleton together, or one of them. Blend it with the trunk's time. It follows the source.
-/// For branches that die, use `BlendTimes` with `origin: Branch` instead.
+/// The time is that of all branches of the skeleton together, or of one of them. Blend it with the trunk's time. The
+/// method is that of the source. For branches that die, use `BlendTimes` with `origin: Branch` instead.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(nodes: [(0, 0, -40), (2, 0, 20), (0, 0, 90)]),
@@ -33,18 +33,18 @@ use shibo_kernel::wood::trunk::Places;
 pub struct BranchTime {
     /// The trunk with its branches.
     pub skeleton: In<Skeleton>,
-    /// How fast trunk and branches grow in length.
+    /// Growth of trunk and branches in length.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
     pub elongation_speed: f64,
-    /// The height from which the trunk grows.
+    /// Height at which the trunk starts to grow.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub ground: f64,
-    /// The number of the only branch to look at, from 0: first those that are listed in `Branches`, then those of whorls
-    /// from below. All of them if not given.
+    /// Number of the only branch to use, from 0: first the branches listed in `Branches`, then those of whorls from
+    /// below. All branches if not given.
     #[schemars(range(min = 0, max = 1000))]
     pub branch: Option<u32>,
-    /// How the times of several branches are combined, as in `BlendTimes`: 2 is the source's, `inf` the smallest of them.
-    /// With the same `k` in `BlendTimes` all branches and the trunk are combined as one.
+    /// How the times of several branches are combined, as in `BlendTimes`: 2 is the value of the source, `inf` takes
+    /// the smallest time. With the same `k` in `BlendTimes`, all branches and the trunk are combined as if at once.
     #[schemars(extend("exclusiveMinimum" = 0.5, "infinite" = true))]
     pub k: f64,
 }

@@ -1,4 +1,4 @@
-//! [`Branches`]: where branches grow from a trunk.
+//! [`Branches`]: adds branches to a trunk.
 //!
 //! Source: Momoi & Takatera 2014, §3.1 and §3.6 (rows B12, B13, B20). Beyond the source: branches that end or die, and
 //! whorls as measured on a spruce log. Cost: O(branches).
@@ -12,22 +12,22 @@ use shibo_engine::value::{Branch, Skeleton, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::wood::fit;
 
-/// A branch as it is written.
+/// A branch as given in a graph.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BranchSpec {
-    /// The height on the trunk at which it starts.
+    /// Height on the trunk at which it starts.
     #[schemars(extend("unit" = "mm"))]
     pub height: f64,
-    /// The direction in which it grows; its length has no meaning.
+    /// Direction in which it grows; the length of the vector has no meaning.
     pub direction: Triple,
-    /// How fast it thickens.
+    /// Growth in radius.
     #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
     pub thickening_speed: f64,
-    /// Its length; by default it never ends.
+    /// Length; by default it never ends.
     #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub length: Option<f64>,
-    /// The year of the tree from which on it was dead; by default it lives.
+    /// Year of the tree in which the branch dies; by default it lives.
     #[schemars(extend("minimum" = 0.0, "unit" = "years"))]
     pub dead_from: Option<f64>,
 }
@@ -38,7 +38,7 @@ impl Default for BranchSpec {
     }
 }
 
-/// Adds branches to a trunk: those that are listed, and whorls (rings of branches at one height) that are generated.
+/// Adds branches to a trunk: listed branches, and generated whorls (rings of branches at one height).
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 5),
@@ -57,27 +57,28 @@ impl Default for BranchSpec {
 pub struct Branches {
     /// The trunk.
     pub skeleton: In<Skeleton>,
-    /// Branches, each `(height: 0, direction: (x, y, z), thickening_speed: 0.4)`. At most 1000, those of whorls included.
+    /// Branches, each `(height: 0, direction: (x, y, z), thickening_speed: 0.4)`. At most 1000 branches, including
+    /// those of whorls.
     pub branches: Vec<BranchSpec>,
-    /// The mean distance of generated whorls along the trunk; 0 makes none. In a spruce it is 165 mm.
+    /// Mean distance between generated whorls along the trunk; 0 makes no whorls. In a spruce it is 165 mm.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub whorl_spacing: f64,
-    /// The smallest and the largest number of branches in a whorl.
+    /// Smallest and largest number of branches in a whorl.
     #[schemars(extend("minimum" = 1.0, "maximum" = 32.0))]
     pub per_whorl: Range,
-    /// How steeply generated branches rise.
+    /// Elevation angle of generated branches.
     #[schemars(extend("minimum" = -60.0, "maximum" = 85.0, "unit" = "°"))]
     pub elevation: Range,
-    /// How fast generated branches thicken.
+    /// Growth of generated branches in radius.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e3, "unit" = "mm/year"))]
     pub thickening_speed: Range,
-    /// The share of generated branches that died.
+    /// Share of generated branches that die.
     #[schemars(range(min = 0, max = 1))]
     pub dead_share: f64,
-    /// For how many years those generated branches lived that died.
+    /// Lifetime, in years, of generated branches that die.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "years"))]
     pub lifetime: Range,
-    /// Another number gives other whorls of the same kind.
+    /// Another seed gives other whorls of the same kind.
     pub seed: u64,
 }
 
@@ -97,7 +98,7 @@ impl Default for Branches {
     }
 }
 
-/// The largest number of branches.
+/// Maximum number of branches.
 const MOST: usize = 1000;
 
 fn whole(v: f64) -> u64 {
@@ -113,7 +114,7 @@ impl Branches {
         let (mut z, mut whorl) = (first[0].z, 0u64);
         while self.whorl_spacing > 0.0 && list.len() < MOST {
             let hash = hash.with(whorl);
-            // Whorls lie 0.6 to 1.4 of the mean apart.
+            // Whorls are 0.6 to 1.4 of the mean distance apart.
             z += self.whorl_spacing * (0.6 + 0.8 * hash.unit(0));
             if z >= last[3].z {
                 break;

@@ -1,8 +1,8 @@
 //! [`BudEyes`]: the eyes of burls, around which rings bend inwards.
 //!
-//! Beyond the source. Buds stand as a Poisson process has them: two chances in each cell of the angle and the height, anywhere
-//! in it, so that neither rows nor even distances show. A dip is a cone in its middle, so that rings close around the eye
-//! wherever they meet it, and level at its rim. Cost: about 25 ns a point.
+//! Beyond the source. Buds are placed like a Poisson process: each cell of angle and height has up to two buds anywhere
+//! in it, so that neither rows nor even distances are visible. A dip is a cone in its middle, so that rings close
+//! around the eye on every cut, and flat at its rim. Cost: about 25 ns a point.
 use super::trees::even;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -18,8 +18,8 @@ use shibo_kernel::wood::trunk::{Places, Trunk};
 
 /// Adds buds that never grew into branches: rings bend around each of them, and a flat cut shows eyes.
 ///
-/// Buds run outwards from the pith. Put this node before `BlendTimes` and before `VaryGrowth` with a `series`. `WarpSolid`
-/// makes the rings between buds swirl.
+/// Buds run outwards from the pith. Put this node before `BlendTimes` and before `VaryGrowth` with a `series`.
+/// `WarpSolid` makes the rings between buds swirl.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 7),
@@ -34,25 +34,25 @@ use shibo_kernel::wood::trunk::{Places, Trunk};
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct BudEyes {
-    /// The growth time, before `VaryGrowth` with a `series`.
+    /// The growth time before `VaryGrowth` with a `series`.
     pub time: In<SolidNumber>,
-    /// The trunk, from whose pith buds run outwards; the z axis if not given.
+    /// The trunk; buds run outwards from its pith. The z axis if not given.
     pub skeleton: Option<In<Skeleton>>,
-    /// The distance of buds at `radius`.
+    /// Distance between buds at `radius`.
     #[schemars(range(min = 0.5, max = 1000), extend("unit" = "mm"))]
     pub spacing: f64,
-    /// The distance from the pith at which buds are `spacing` apart; farther out they are farther apart around the stem.
+    /// Distance from the pith at which buds are `spacing` apart; farther out their distance around the stem is larger.
     #[schemars(range(min = 1, max = 1e4), extend("unit" = "mm"))]
     pub radius: f64,
-    /// How many places have a bud.
+    /// Share of the possible places that have a bud.
     #[schemars(range(min = 0, max = 1))]
     pub density: f64,
-    /// How crowded buds are, a factor of 0 to 1 on `density`: they mostly stand in clusters.
+    /// Factor of 0 to 1 on `density`, because buds mostly stand in clusters.
     pub crowd: Option<In<SolidNumber>>,
-    /// By how many years rings dip at the middle of the largest buds.
+    /// Depth, in years, of the dip of rings at the middle of the largest buds.
     #[schemars(range(min = 0, max = 20), extend("unit" = "years"))]
     pub depth: f64,
-    /// Another number gives other buds of the same kind.
+    /// Another seed gives other buds of the same kind.
     pub seed: u64,
 }
 
@@ -71,17 +71,17 @@ impl Default for BudEyes {
     }
 }
 
-/// Buds in cells of the angle and the height.
+/// Buds in cells of angle and height.
 #[derive(Clone, Copy)]
 struct Buds {
     cells: Noise3,
-    /// Cells round the stem, and the inverse of their height.
+    /// Number of cells round the stem, and the inverse of their height.
     around: f32,
     inverse: f32,
     density: f32,
 }
 
-/// How large the smallest and the largest buds are, in cells.
+/// Radii of the smallest and the largest buds, in cells.
 const SIZES: (f32, f32) = (0.22, 0.72);
 
 /// Eight bits of a word as a number 0..1.
@@ -91,8 +91,9 @@ fn byte(word: u32, shift: u32) -> f32 {
 }
 
 impl Buds {
-    /// How deep a point is in a bud: 0 outside, 1 in the middle of the largest; and how near its middle, 0..1. `turn` is its
-    /// angle as a share of a full circle, `z` its height, `crowd` the factor on the density there.
+    /// Depth of a point in a bud, from 0 outside to 1 in the middle of the largest; and its nearness to the middle,
+    /// 0..1. `turn` is the angle of the point as a share of a full circle, `z` its height, `crowd` the factor on the
+    /// density there.
     #[inline(always)]
     fn at(&self, turn: f32, z: f32, crowd: f32) -> (f32, f32) {
         let (u, v) = ((turn + 0.5) * self.around, z * self.inverse);
@@ -106,7 +107,7 @@ impl Buds {
                 let cell = cell - math::floor_int(cell / self.around).0 * self.around;
                 for which in 0..2 {
                     let word = self.cells.word(math::floor_int(cell).1, iv.wrapping_add(i32::from(dv)), which);
-                    // Where fewer buds stand, those at the limit are shallow: none is cut.
+                    // Where the density falls, buds fade by becoming shallow and are never cut off.
                     let there = math::smooth((chances - byte(word, 24)) * 8.0);
                     let (x, y) = (fu + f32::from(du) + byte(word, 0), fv + f32::from(dv) + byte(word, 8));
                     let size = SIZES.0 + (SIZES.1 - SIZES.0) * byte(word, 16);
@@ -132,11 +133,11 @@ impl Buds {
                         for i in from..to {
                             let (x, y) = (at.x[i] - qx[i - from], at.y[i] - qy[i - from]);
                             let turn = math::atan2(y, x) * (0.5 * std::f32::consts::FRAC_1_PI);
-                            // At the pith angles have no meaning, and there are no buds.
+                            // Angles have no meaning at the pith, so there are no buds there.
                             let grown = math::smooth((x * x + y * y).sqrt() * 0.1);
                             let (deep, near) = self.at(turn, at.z[i], math::saturate(crowd[i]));
                             earlier[i] = time[i] - depth * deep * grown;
-                            // Only the middle has the colour of a bud.
+                            // Only the middle of a bud has its colour.
                             eyes[i] = math::smooth((near - 0.76) * 7.0) * grown;
                         }
                     },
@@ -200,7 +201,7 @@ mod tests {
         assert!((400..3200).contains(&met) && steepest < 0.05, "{met} {steepest}");
     }
 
-    /// Eyes close around their middles: in small circles round the deepest points a dip falls off on all sides at once.
+    /// Eyes close around their middles: on small circles round its deepest point, a dip is shallower on all sides.
     #[test]
     fn dips_are_cones() {
         let buds = Buds { cells: Noise3::new(Hash::new(3), 0), around: 40.0, inverse: 1.0 / 11.0, density: 0.62 };

@@ -1,8 +1,8 @@
 //! [`ColorPattern`]: the colours of wood through a year.
 //!
-//! Source: Momoi & Takatera 2014, §1, §2.1 and §4.3 (rows B22, B23, B24). Beyond the source: years are found automatically
-//! along a line of a picture; see [`kernel::wood::strip`](shibo_kernel::wood::strip). Cost: O(entries), with a picture
-//! O(pixels of the strip).
+//! Source: Momoi & Takatera 2014, §1, §2.1 and §4.3 (rows B22, B23, B24). Beyond the source: years are found
+//! automatically along a line of a picture; see [`kernel::wood::strip`](shibo_kernel::wood::strip). Cost: O(entries),
+//! with a picture O(pixels of the strip).
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,20 +13,21 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::pattern;
 use shibo_kernel::wood::strip::{self, Direction, Sampled, Strip, StripError, StripSpec};
 
-/// Which years of a picture are taken.
+/// The years of a picture that are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Years {
-    /// One year: the mean of those that are alike.
+    /// One year: the mean of similar years.
     #[default]
     One,
-    /// All of them, one after another, with their colours as they are.
+    /// All years, one after another, with their colours unchanged.
     All,
 }
 
-/// The colours of a year's growth, from the first early wood to the last late wood: by stops, or out of a picture of wood.
+/// The colours of a year's growth, from the first early wood to the last late wood: from stops, or from a picture of
+/// wood.
 ///
-/// With an `image`, a strip along `line` across the rings is read; years are found by themselves, best where each
-/// has ten pixels or more. Their widths go to `VaryGrowth` with `series: FromPattern`.
+/// With an `image`, a strip along `line` across the rings is read; years are found automatically, best if each has ten
+/// pixels or more. `VaryGrowth` with `series: FromPattern` uses their widths.
 ///
 /// ```ron
 /// "rings": ColorPattern(stops: [(0, "#c18659"), (0.6, "#bf8356"), (0.88, "#b47648"), (0.97, "#a66a40"), (1, "#b87d51")]),
@@ -41,30 +42,31 @@ pub enum Years {
 pub struct ColorPattern {
     /// A picture of wood; instead of `stops`.
     pub image: Option<In<Rgb>>,
-    /// Where in the picture to look, from `(x, y)` to `(x, y)` in mm on the canvas; across its middle if not given.
+    /// Line of the strip in the picture, from `(x, y)` to `(x, y)` in mm on the canvas; across its middle if not given.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub line: Option<((f64, f64), (f64, f64))>,
-    /// How many pixels beside the line are read too.
+    /// Half width of the strip: number of pixels read on each side of the line.
     #[schemars(range(min = 0, max = 200), extend("unit" = "px"))]
     pub strip: u32,
-    /// In which direction the line runs.
+    /// Direction of the line relative to the growth of the tree.
     pub direction: Direction,
-    /// Whether early wood is the darker part of the year, as in some ring-porous woods.
+    /// True if early wood is the darker part of the year, as in some ring-porous woods.
     pub early_dark: bool,
-    /// Which years are taken.
+    /// The years that are used.
     pub years: Years,
-    /// How wide a year is along the line; 0 to find the years. If it is given, years are not searched for, and even
-    /// pictures without rings, such as veneer, give colours; with `years: All` those along the line, unchanged.
+    /// Width of a year along the line; 0 to find the years. If given, years are not searched, and even pictures without
+    /// rings, such as veneer, give colours; with `years: All` the colours along the line, unchanged.
     #[schemars(range(min = 0, max = 1e6), extend("unit" = "mm"))]
     pub period: f64,
-    /// Where in the year wood has which colour, `[(0.0, "#rrggbb"), …]`, ascending from 0 to 1; 1 to 64 stops. Colours
-    /// run straight from the last stop to the first of the next year; two stops at one place make a border.
+    /// Colours of wood through the year, `[(0.0, "#rrggbb"), …]`, ascending from 0 to 1; 1 to 64 stops. Colours are
+    /// interpolated linearly from the last stop to the first one of the next year; two stops at the same place make a
+    /// border.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub stops: Vec<(f64, Color)>,
-    /// Into how many entries a year is divided.
+    /// Number of entries of the table of a year.
     #[schemars(range(min = 1, max = 4096))]
     pub entries: u32,
-    /// How much colours differ through the year: 1 as given, 0 not at all.
+    /// Factor on the contrast through the year: 1 is unchanged, 0 none.
     #[schemars(range(min = 0, max = 4))]
     pub contrast: f64,
 }
@@ -98,7 +100,7 @@ impl Default for ColorPattern {
 }
 
 impl ColorPattern {
-    /// The pixels along the line, at the picture's own pixels, and those beside it; and the size of a pixel in mm.
+    /// The strip of pixels along the line, at the resolution of the picture; and the size of a pixel in mm.
     fn read(&self, cx: &Context<'_>, image: &Field) -> Result<(Strip, f64), Stop> {
         let size = cx.size_mm();
         let middle = ((0.02 * size.x, 0.5 * size.y), (0.98 * size.x, 0.5 * size.y));
@@ -188,7 +190,7 @@ impl ColorPattern {
     }
 }
 
-/// What is wrong with a strip, for people.
+/// The problem for a strip that cannot be read.
 fn unreadable(error: StripError) -> Problem {
     let (message, help) = match error {
         StripError::Short => ("the line is too short to hold years", "draw it across at least three rings"),

@@ -1,4 +1,4 @@
-//! [`ColorSolid`]: colour from a number, in space. Cost: about 10 ns a point.
+//! [`ColorSolid`]: a colour ramp in space. Cost: about 10 ns a point.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
@@ -8,7 +8,7 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone::{Gradient, Interpolation};
 use shibo_kernel::wood::solids::Code;
 
-/// Colours a solid: each number becomes the colour that a ramp has there, mixed in Oklab.
+/// Colours a solid: each number becomes the colour of a ramp, mixed in Oklab.
 ///
 /// ```ron
 /// "clouds": SolidNoise(size: 14, octaves: 5),
@@ -20,7 +20,7 @@ use shibo_kernel::wood::solids::Code;
 pub struct ColorSolid {
     /// The numbers to colour.
     pub solid: In<SolidNumber>,
-    /// Where the ramp has which colour, `[(0.0, "#rrggbb"), …]`, ascending; 1 to 64 stops.
+    /// Stops of the ramp, `[(0.0, "#rrggbb"), …]`, ascending; 1 to 64 stops.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub stops: Vec<(f64, Color)>,
 }

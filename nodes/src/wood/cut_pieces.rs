@@ -1,10 +1,10 @@
-//! Cuts that are made of pieces, each from another place.
-use shibo_engine::value::{Cut, Field, Grid, Halo, Key, PieceAxes, PiecePlanes, Pieces, Tile, Type};
+//! Cuts made of pieces, each from another place of the solid.
+use shibo_engine::value::{Cut, Field, Grid, Halo, Key, PieceAxes, PieceMap, PiecePlanes, Tile, Type};
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::wood::pieces::{self, Piece, Scatter, Turned};
+use shibo_kernel::wood::pieces::{self, Scatter, Turned, WoodPiece};
 use std::sync::Arc;
 
-/// Pieces of the canvas, and where in a solid each of them lies.
+/// Pieces of the canvas, and the place of each in a solid.
 pub(super) struct CutPieces {
     pub(super) local: Field,
     pub(super) ids: Field,
@@ -13,8 +13,8 @@ pub(super) struct CutPieces {
 }
 
 impl CutPieces {
-    /// Something of each piece, at all its pixels.
-    pub(super) fn each(&self, of: impl Fn(&Piece, &Turned) -> [f64; 3] + Send + Sync + 'static) -> Field {
+    /// A field with a property of each piece, at all its pixels.
+    pub(super) fn each(&self, of: impl Fn(&WoodPiece, &Turned) -> [f64; 3] + Send + Sync + 'static) -> Field {
         let scatter = self.scatter;
         Field::map(Type::Rgb, [self.ids.clone()], Halo::NONE, move |out: &mut Tile, [ids]: [&Tile; 1]| {
             scatter.each(ids.plane(0), &mut out.planes_mut(), &of);
@@ -23,7 +23,7 @@ impl CutPieces {
         .overwriting()
     }
 
-    /// Which of `count` trees each piece is cut from.
+    /// A field with the number of the tree, of `count`, from which each piece is cut.
     pub(super) fn tree(&self, count: usize) -> Field {
         let scatter = self.scatter;
         Field::map(Type::Gray, [self.ids.clone()], Halo::NONE, move |out: &mut Tile, [ids]: [&Tile; 1]| {
@@ -38,7 +38,7 @@ impl CutPieces {
         })
     }
 
-    /// The cosine and the sine of the angle of pieces on the canvas.
+    /// A field of the cosine and sine of the angle of pieces on the canvas.
     fn turned(&self) -> Field {
         if let Some(angle) = &self.angle {
             return Field::map(Type::Vec2, [angle.clone()], Halo::NONE, |out: &mut Tile, [angle]: [&Tile; 1]| {
@@ -58,7 +58,7 @@ impl CutPieces {
         })
     }
 
-    /// What tells these pieces from others, if the fields that make them are known by keys.
+    /// The cache key of these pieces, if the fields that make them have keys.
     fn key(&self) -> Option<Key> {
         let Scatter { from, tilt, spread, turn, flip, hash } = self.scatter;
         let vectors = [from.middle, from.along, from.across, tilt, spread].map(|v| v.to_array());
@@ -75,7 +75,7 @@ impl CutPieces {
         Some(Key::of("pieces", &parts))
     }
 
-    /// The cut. Cuts with the same pieces share what they read.
+    /// The cut. Cuts with the same pieces share the fields that they read.
     pub(super) fn cut(&self) -> Cut {
         let scatter = self.scatter;
         let inputs = [self.local.clone(), self.ids.clone()];
@@ -86,7 +86,7 @@ impl CutPieces {
         let (mut place, mut turned) = (place.overwriting(), self.turned().overwriting());
         let key = self.key();
         if let Some(key) = key {
-            // Every solid that is cut reads the points, so they get a key and are kept.
+            // Every solid that is cut reads the points, so they get a cache key.
             place = place.keyed(Key::of("piece points", &[key.as_bytes()]));
             turned = turned.keyed(Key::of("piece angles", &[key.as_bytes()]));
         }
@@ -96,6 +96,6 @@ impl CutPieces {
         };
         let planes = Some(PiecePlanes { turned, axes: PieceAxes(Arc::new(axes)) });
         let spacing = |grid: &Grid| grid.step.max_element();
-        Cut::new(key, place, spacing).with_pieces(Pieces { ids: self.ids.clone(), planes, holes: false })
+        Cut::new(key, place, spacing).with_pieces(PieceMap { ids: self.ids.clone(), planes, holes: false })
     }
 }

@@ -1,8 +1,8 @@
 //! [`CutPlane`]: a plane through a solid.
 //!
 //! Source: Momoi & Takatera 2014, §4.1, §4.2, §5.1 (rows B26–B28, B30). Beyond the source: pieces, each cut from
-//! another place, see [`kernel::pieces`](shibo_kernel::wood::pieces). Cost: about 1 ns a
-//! pixel besides the solid, with pieces about 3.
+//! another place, see [`kernel::pieces`](shibo_kernel::wood::pieces). Cost: that of the solid plus about 1 ns a pixel,
+//! with pieces about 3 ns.
 use super::cut_pieces::CutPieces;
 use super::trees::{Triple, vector};
 use crate::chosen::Chosen;
@@ -15,17 +15,19 @@ use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, Gray, IdsField, I
 use shibo_engine::value::{Cut, Field, Key, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::simd::dispatch;
-use shibo_kernel::wood::pieces::{Piece, Scatter};
+use shibo_kernel::wood::pieces::{Scatter, WoodPiece};
 
-/// How a board is cut from a trunk that stands on the z axis.
+/// Ways of cutting a board from a trunk that stands on the z axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Sawing {
-    /// By `origin`, `u` and `v`.
+    /// Defined by `origin`, `u` and `v`.
     #[default]
     Given,
-    /// Tangential (板目): at `distance` from the pith, with the length along the trunk to the right. Rings form cathedrals.
+    /// Tangential (板目): at `distance` from the pith, with the length along the trunk to the right. Rings form
+    /// cathedrals.
     FlatSawn,
-    /// Radial (柾目): from `distance` on away from the pith, with the length along the trunk to the right. Rings form stripes.
+    /// Radial (柾目): starting at `distance` from the pith and leading away from it, with the length along the trunk to
+    /// the right. Rings form stripes.
     QuarterSawn,
     /// Across the trunk, with the middle at `distance` from the pith. Rings show as circles.
     EndGrain,
@@ -33,11 +35,12 @@ pub enum Sawing {
 
 /// Cuts a solid with a plane: the canvas shows P = origin + (x / width) · u + (y / height) · v.
 ///
-/// With `local` and `ids`, as `Brick`, `Hex`, `FloodFill` and others give them, it cuts **pieces**: boards, blocks,
-/// veneers. Each is cut from another place of the tree: its middle lies within `spread` of `origin`, or with a preset
-/// of the point that `distance`, `offset` and `height` tell, and `local.x` runs along u, or along the board. `turn` and
-/// `flip` turn each piece by itself. Cuts with the same pieces and the same `seed` agree with each other. Where pieces
-/// are turned on the canvas, connect their `angle` too. With `others` every piece is cut from one of several trees.
+/// With `local` and `ids`, which `Brick`, `Hex`, `FloodFill` and other nodes give, the node cuts **pieces**: boards,
+/// blocks, veneers. Each piece is cut from another place of the tree. Its middle lies within `spread` of `origin`, or,
+/// with a preset, of the point given by `distance`, `offset` and `height`; `local.x` runs along u, or along the board.
+/// `turn` and `flip` turn each piece separately. Cuts with the same pieces and the same `seed` agree with each other.
+/// If pieces are rotated on the canvas, connect their `angle` too. With `others` every piece is cut from one of several
+/// trees.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-2000, 2000), count: 21, wander: 9),
@@ -55,57 +58,58 @@ pub enum Sawing {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CutPlane {
-    /// What to cut.
+    /// Solid to cut.
     pub solid: In<AnySolid>,
-    /// For pieces: more trees. Each piece is cut from `solid` or one of these, by chance, as often from each; what does not
-    /// show is not computed. Cuts with as many trees in the same order agree with each other.
+    /// For pieces: more trees. Each piece is cut from `solid` or one of these, chosen at random with equal chances;
+    /// parts that do not show are not computed. Cuts with the same number of trees in the same order agree with each
+    /// other.
     #[schemars(extend("optional" = true))]
     pub others: Vec<In<AnySolid>>,
-    /// How the board is cut from the trunk.
+    /// Way of cutting the board from the trunk.
     pub preset: Sawing,
     /// For `Given`: the point at the canvas' upper left corner.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub origin: Triple,
-    /// For `Given`: the way from there to the upper right corner; (width of the canvas, 0, 0) if not given.
+    /// For `Given`: the vector from there to the upper right corner; (width of the canvas, 0, 0) if not given.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub u: Option<Triple>,
-    /// For `Given`: the way from there to the lower left corner; (0, 0, height of the canvas) if not given.
+    /// For `Given`: the vector from `origin` to the lower left corner; (0, 0, height of the canvas) if not given.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub v: Option<Triple>,
-    /// For the others: the distance from the pith.
+    /// For the other presets: the distance from the pith.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub distance: f64,
-    /// For the others: how far the board is moved in the other horizontal direction.
+    /// For the other presets: shift of the board in the other horizontal direction.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub offset: f64,
-    /// For the others: the height in the trunk at which the board starts.
+    /// For the other presets: the height in the trunk at which the board starts.
     #[schemars(range(min = -1e5, max = 1e6), extend("unit" = "mm"))]
     pub height: f64,
-    /// For the others: how far the board is turned about the vertical through its middle; a few degrees
-    /// away from a quarter cut change much.
+    /// For the other presets: rotation of the board about the vertical through its middle; a few degrees away from a
+    /// quarter cut change much.
     #[schemars(range(min = -180, max = 180), extend("unit" = "°"))]
     pub yaw: f64,
-    /// For the others: the angle between the board's length and that of the trunk.
+    /// For the other presets: the angle between the board's length and that of the trunk.
     #[schemars(range(min = -90, max = 90), extend("unit" = "°"))]
     pub pitch: f64,
-    /// For the others: whether the length runs down the canvas instead of to the right.
+    /// For the other presets: true if the length runs down the canvas instead of to the right.
     pub upright: bool,
     /// For pieces: the place within the piece, in mm from its middle, along it and across it.
     pub local: Option<In<Vec2Field>>,
     /// For pieces: their numbers.
     pub ids: Option<In<IdsField>>,
-    /// For pieces: the angle of `local.x` on the canvas in degrees, from +x towards +y. Without it, it is found from
-    /// `local`, which is less exact where pieces are neither level nor upright.
+    /// For pieces: the angle of `local.x` on the canvas in degrees, from +x towards +y. If not given, the angle is
+    /// derived from `local`, which is less exact for pieces that are neither horizontal nor vertical.
     pub angle: Option<In<Gray>>,
-    /// For pieces: how far away their middles lie at most, one way or the other, in x, y and z of the solid.
+    /// For pieces: largest random shift of their middles, either way, in x, y and z of the solid.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub spread: Triple,
-    /// For pieces: how far each is turned at most, one way or the other: as by `yaw`, and as by `pitch`.
+    /// For pieces: largest random rotation, either way: like `yaw`, and like `pitch`.
     #[schemars(extend("minimum" = 0.0, "maximum" = 180.0, "unit" = "°"))]
     pub turn: (f64, f64),
-    /// For pieces: whether half of them, by chance, are turned end for end.
+    /// For pieces: true to turn half of them, at random, end for end.
     pub flip: bool,
-    /// For pieces: another number cuts them elsewhere.
+    /// For pieces: another seed cuts them from other places.
     pub seed: u64,
 }
 
@@ -135,16 +139,16 @@ impl Default for CutPlane {
     }
 }
 
-/// A plane: the points of the canvas' upper left corner, and the ways to the other two.
+/// A plane: the point at the canvas' upper left corner, and the vectors to the upper right and the lower left corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Plane {
+pub(super) struct PlaneInSolid {
     pub(super) origin: DVec3,
     pub(super) u: DVec3,
     pub(super) v: DVec3,
 }
 
-impl Plane {
-    /// The cut that shows it on a canvas of `size` mm.
+impl PlaneInSolid {
+    /// The cut of this plane on a canvas of `size` mm.
     pub(super) fn cut(self, size: glam::DVec2) -> Cut {
         let Self { origin, u, v } = self;
         let numbers = [origin, u, v].map(|p| p.to_array()).concat();
@@ -154,7 +158,7 @@ impl Plane {
         let place = Field::generate(Type::Rgb, Tiling::NONE, move |out: &mut Tile, _| {
             let (grid, window) = (out.grid, out.window);
             let width = out.width();
-            // From the numbers of pixels, so that any window gives the same bits.
+            // Computed from the numbers of pixels, so that any window gives the same bits.
             let columns = (0..width).map(|i| grid.origin.x + (f64::from(window.x) + i as f64 + 0.5) * grid.step.x);
             let columns: Vec<f64> = columns.collect();
             dispatch(
@@ -189,15 +193,15 @@ const fn single(v: f64) -> f32 {
 }
 
 impl CutPlane {
-    fn plane(&self, size: glam::DVec2) -> Plane {
+    fn plane(&self, size: glam::DVec2) -> PlaneInSolid {
         let (w, h) = (size.x, size.y);
         let (long, wide) = if self.upright { (h, w) } else { (w, h) };
-        // The middle of the board, its length and its breadth.
+        // The middle of the board, and the directions of its length and breadth.
         let (middle, length, breadth) = match self.preset {
             Sawing::Given => {
                 let u = self.u.map_or(DVec3::new(w, 0.0, 0.0), vector);
                 let v = self.v.map_or(DVec3::new(0.0, 0.0, h), vector);
-                return Plane { origin: vector(self.origin), u, v };
+                return PlaneInSolid { origin: vector(self.origin), u, v };
             }
             Sawing::FlatSawn => {
                 (DVec3::new(self.offset, self.distance, self.height + 0.5 * long), DVec3::Z * long, DVec3::X * wide)
@@ -210,10 +214,10 @@ impl CutPlane {
         };
         let [length, breadth] = self.turned(length, breadth);
         let (u, v) = if self.upright { (breadth, length) } else { (length, breadth) };
-        Plane { origin: middle - 0.5 * u - 0.5 * v, u, v }
+        PlaneInSolid { origin: middle - 0.5 * u - 0.5 * v, u, v }
     }
 
-    /// A board's length and breadth, turned by `yaw` and `pitch`.
+    /// The directions of a board's length and breadth, turned by `yaw` and `pitch`.
     fn turned(&self, length: DVec3, breadth: DVec3) -> [DVec3; 2] {
         if self.yaw == 0.0 && self.pitch == 0.0 {
             return [length, breadth];
@@ -222,12 +226,12 @@ impl CutPlane {
         [turn * length, turn * breadth]
     }
 
-    /// Where pieces are cut.
+    /// The random placement of pieces in the solid.
     fn scatter(&self, size: glam::DVec2, hash: Hash) -> Scatter {
         let (distance, offset, height) = (self.distance, self.offset, self.height);
         let (middle, length, breadth) = match self.preset {
             Sawing::Given => {
-                let Plane { origin, u, v } = self.plane(size);
+                let PlaneInSolid { origin, u, v } = self.plane(size);
                 (origin, u.normalize_or(DVec3::X), v.normalize_or(DVec3::Z))
             }
             Sawing::FlatSawn => (DVec3::new(offset, distance, height), DVec3::Z, DVec3::X),
@@ -238,7 +242,7 @@ impl CutPlane {
         let [length, breadth] = if given { [length, breadth] } else { self.turned(length, breadth) };
         let (along, across) = if self.upright && !given { (breadth, length) } else { (length, breadth) };
         Scatter {
-            from: Piece { middle, along, across },
+            from: WoodPiece { middle, along, across },
             tilt: breadth,
             spread: vector(self.spread),
             turn: [self.turn.0, self.turn.1],
@@ -247,7 +251,7 @@ impl CutPlane {
         }
     }
 
-    /// Whether anything is said of how pieces differ.
+    /// True if a parameter makes pieces differ.
     fn scatters(&self) -> bool {
         !self.others.is_empty()
             || self.spread != (0.0, 0.0, 0.0)
@@ -336,7 +340,7 @@ mod tests {
     use glam::DVec2;
 
     fn plane(cut: &CutPlane) -> (DVec3, DVec3, DVec3) {
-        let Plane { origin, u, v } = cut.plane(DVec2::new(200.0, 80.0));
+        let PlaneInSolid { origin, u, v } = cut.plane(DVec2::new(200.0, 80.0));
         (origin, u, v)
     }
 
@@ -345,9 +349,9 @@ mod tests {
     }
 
     #[test]
-    fn presets_are_the_cuts_of_sawyers() {
+    fn presets_place_cuts_in_the_trunk() {
         let cut = |preset| CutPlane { preset, distance: 30.0, offset: 5.0, height: 700.0, ..CutPlane::default() };
-        // Tangential: all of it 30 mm in front of the pith, the trunk's length to the right.
+        // Tangential: the whole cut lies 30 mm in front of the pith, the trunk's length to the right.
         let (origin, u, v) = plane(&cut(Sawing::FlatSawn));
         close(origin, DVec3::new(5.0 - 40.0, 30.0, 700.0));
         close(u, DVec3::Z * 200.0);
@@ -357,7 +361,7 @@ mod tests {
         close(origin, DVec3::new(30.0, 5.0, 700.0));
         close(u, DVec3::Z * 200.0);
         close(v, DVec3::X * 80.0);
-        // Across: level.
+        // Across: horizontal.
         let (origin, u, v) = plane(&cut(Sawing::EndGrain));
         close(origin, DVec3::new(5.0 - 100.0, 30.0 - 40.0, 700.0));
         close(u, DVec3::X * 200.0);
@@ -376,7 +380,7 @@ mod tests {
             let straight = plane(&cut(0.0, 0.0));
             let turned = plane(&cut(90.0, 0.0));
             close(middle(turned), middle(straight));
-            // About the vertical: the length stays, the breadth goes from x to y.
+            // A rotation about the vertical: the length stays, the breadth turns from x to y.
             close(turned.1, straight.1);
             close(turned.2, DVec3::Y * 80.0);
             let tilted = plane(&cut(0.0, 10.0));

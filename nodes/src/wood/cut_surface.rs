@@ -1,7 +1,7 @@
-//! [`CutSurface`]: a curved surface through a solid.
+//! [`CutSurface`]: cuts a solid along a curved surface.
 //!
-//! Source: Momoi & Takatera 2014, §4.1, §4.2 (rows B25, B27, B29): a parametric surface (u, v), read from a file or given,
-//! of which u and v are scanned evenly. Cost: about 30 ns a pixel besides the solid.
+//! Source: Momoi & Takatera 2014, §4.1, §4.2 (rows B25, B27, B29): a parametric surface (u, v), read from a file or
+//! given, sampled evenly in u and v. Cost: that of the solid plus about 30 ns a pixel.
 use super::trees::{Triple, vector};
 use crate::csv_points::FARTHEST;
 use glam::{DVec2, DVec3};
@@ -46,9 +46,9 @@ pub enum SurfaceShape {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CutSurface {
-    /// What to cut.
+    /// Solid to cut.
     pub solid: In<AnySolid>,
-    /// Which surface.
+    /// The surface.
     pub shape: SurfaceShape,
     /// For a cylinder or a bowl: its radius.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
@@ -56,14 +56,14 @@ pub struct CutSurface {
     /// For a cylinder: its length; the height of the canvas if not given.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub length: Option<f64>,
-    /// For a cylinder or a bowl: how far around the axis it goes.
+    /// For a cylinder or a bowl: the angle that it covers around the axis.
     #[schemars(range(min = 0.1, max = 360), extend("unit" = "°"))]
     pub arc: f64,
     /// For `Bezier`: 16 control points by rows, u first.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub controls: Vec<Triple>,
-    /// For `Points`: a CSV file with one `x,y,z` in mm a line and an empty line between rows; rows have equally many
-    /// points, at least 2; at most 4 million in all.
+    /// For `Points`: a CSV file with one `x,y,z` in mm per line and an empty line between rows. All rows have the same
+    /// number of points, at least 2; at most 4 million points in total.
     pub file: Option<FilePath>,
 }
 
@@ -85,7 +85,7 @@ type Surface = Arc<dyn Fn(f64, f64) -> DVec3 + Send + Sync>;
 
 const MOST: usize = 4_000_000;
 
-/// A grid of points from a file: the points and how many make a row.
+/// A grid of points from a file: the points, and the number of points in a row.
 fn read_grid(path: &Path) -> Result<(Vec<DVec3>, usize), Problem> {
     let bad = |line: usize, what: &str| {
         let place = if line > 0 { format!(", line {line}") } else { String::new() };
@@ -202,7 +202,7 @@ impl Node for CutSurface {
         let size = cx.size_mm();
         let (surface, bytes) = self.surface(cx)?;
         let key = Key::of("surface", &[&[self.shape as u8], &bytes, &size.x.to_le_bytes(), &size.y.to_le_bytes()]);
-        // The largest distance of neighbours on a coarse grid, as mm of space for a mm of canvas.
+        // The largest distance between neighbours on a coarse grid, in mm of space per mm of canvas.
         let mut stretch = DVec2::ZERO;
         let net = 48;
         for i in 0..net {
@@ -229,7 +229,7 @@ impl Node for CutSurface {
             Ok(())
         });
         let spacing = move |grid: &shibo_engine::value::Grid| (stretch * grid.step).max_element();
-        // Every solid that is cut reads the points, so they get a key and are kept.
+        // Every solid that is cut reads the points, so they get a cache key.
         let place = place.keyed(Key::of("surface points", &[key.as_bytes()]));
         Ok(Outputs::one(cx.cut(&cx.get(&self.solid)?, &Cut::new(key, place, spacing))))
     }

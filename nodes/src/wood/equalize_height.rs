@@ -12,8 +12,8 @@ use shibo_kernel::wood::fit;
 
 /// Moves the inner control points of a skeleton along its tangents until they are evenly spaced in height.
 ///
-/// The curve stays smooth in direction (C1). Growth times do this by themselves; use this node to see the result, or to
-/// place branches on it. A shift of more than a third of a segment is warned of.
+/// The curve stays smooth in direction (C1). Growth times do this automatically; use this node to see the result, or to
+/// place branches on it. A shift of more than a third of a segment gives a warning.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(nodes: [(0, 0, -20), (6, 2, 10), (-8, 0, 40), (4, 0, 70)]),

@@ -1,4 +1,4 @@
-//! [`FiberShading`]: how fibres catch the light on a cut.
+//! [`FiberShading`]: reflection of light by fibres on a cut.
 //!
 //! Beyond the source, after S. Marschner et al., "Measuring and modeling the appearance of finished wood"
 //! (2005). Cost: about 10 ns a point besides the direction.
@@ -12,8 +12,8 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::wood::solids::Code;
 
-/// What follows from the angle between fibres and the cut: anisotropy and its direction, the tilt of fibres out of the cut,
-/// and figure, which makes wood lighter where fibres tilt one way and darker where they tilt the other.
+/// Computes, from the angle between fibres and the cut: anisotropy and its direction, the tilt of fibres out of the
+/// cut, and figure, which makes wood lighter where fibres tilt one way and darker where they tilt the other way.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -30,15 +30,15 @@ use shibo_kernel::wood::solids::Code;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FiberShading {
-    /// The colour to draw figure on.
+    /// The colour to which figure is added.
     pub color: In<SolidColor>,
     /// The direction of `FiberSpace`.
     pub direction: In<SolidVector>,
-    /// How much lighter wood is where its fibres tilt out of the cut towards the right of the canvas; on meshes, where they rise
-    /// out of the surface on their way up the trunk.
+    /// Strength of figure: by how much wood is lighter where fibres tilt out of the cut towards the right of the
+    /// canvas; on meshes, where fibres that lead up the trunk rise out of the surface.
     #[schemars(range(min = -4, max = 4))]
     pub figure: f64,
-    /// How much of the tilt the normal follows.
+    /// The share of the tilt that the normal follows.
     #[schemars(range(min = 0, max = 1))]
     pub normal_gain: f64,
 }
@@ -49,7 +49,7 @@ impl Default for FiberShading {
     }
 }
 
-/// A number that follows from the direction of fibres in the frame of the cut.
+/// A number computed from the direction of fibres in the frame of the cut.
 fn each(local: &Solid, f: impl Fn(f32, f32, f32) -> f32 + Send + Sync + 'static) -> Solid {
     let code = Code::of_inputs(move |_, inputs, out| {
         let [a, b, c] = [0, 1, 2].map(|k| inputs[0].plane(k));
@@ -86,7 +86,7 @@ impl Node for FiberShading {
             let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
             let [along, down, up, tilt] = out else { return };
             let rounded = patch.rounded;
-            // Single points are seen from y, z to the right.
+            // Single points have no cut: assume a view from y, with z to the right.
             let alone = Frame { right: [0.0, 0.0, 1.0], down: [1.0, 0.0, 0.0], normal: [0.0, 1.0, 0.0] };
             dispatch(
                 #[inline(always)]
@@ -102,7 +102,7 @@ impl Node for FiberShading {
                             for (((x, y), z), ((along, down), (up, tilt))) in from_space.zip(local.zip(out)) {
                                 let f = [*x, *y, *z];
                                 let across = dot(f, frame.right);
-                                // A fibre has no front: it points to the right, or down.
+                                // A fibre has no sign: make it point to the right, or down.
                                 let sign = if across < 0.0 { -1.0 } else { 1.0 };
                                 *along = sign * across;
                                 (*down, *up) = (sign * dot(f, frame.down), sign * dot(f, frame.normal));
@@ -110,8 +110,8 @@ impl Node for FiberShading {
                             }
                         },
                     );
-                    // Neither how charts lie on the canvas must show on a mesh, nor its facets: the front of fibres is the one
-                    // that they have in space, and the surface is as round as its normals.
+                    // On a mesh, neither the layout of charts nor facets may be visible: the sign of fibres is taken in
+                    // space, and the smooth normals define the surface.
                     let Some([to_right, to_down, to_up]) = rounded else { return };
                     for (i, tilt) in tilt.iter_mut().enumerate() {
                         *tilt *= along[i] * to_right[i] + down[i] * to_down[i] + up[i] * to_up[i];
@@ -119,7 +119,7 @@ impl Node for FiberShading {
                 },
             );
         });
-        // A wood often asks twice: for what must not show on end grain, and for its figure.
+        // A wood often needs the results twice: to hide details on end grain, and for its figure.
         let all = Solid::bundle(4, vec![direction.clone()], code.with_rounded_quads());
         let all = cx.shared_of(&format!("FiberShading {}", Self::VERSION), all, &direction);
         let (local, tilt) = (all.pick(Type::SolidVector, &[0, 1, 2]), all.channel(3));

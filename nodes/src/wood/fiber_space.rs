@@ -1,6 +1,6 @@
-//! [`FiberSpace`]: coordinates that run with the fibres of a tree.
+//! [`FiberSpace`]: coordinates along the fibres of a tree.
 //!
-//! Beyond the source. Cost: about 25 ns a point, with curl 40.
+//! Beyond the source. Cost: about 25 ns a point, with curl 40 ns.
 use super::trees::even;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,10 +13,10 @@ use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::Trunk;
 use std::sync::Arc;
 
-/// Coordinates along the fibres, in which streaks, pores and rays are drawn, and the direction of the fibres.
+/// Coordinates along the fibres, for drawing streaks, pores and rays; and the direction of the fibres.
 ///
-/// Connect the time before `VaryGrowth` with a `series`. Fibres wander, spiral, curl and flow around the branches of the
-/// skeleton.
+/// Connect the time before `VaryGrowth` with a `series`. Fibres wander, spiral, curl and flow around the branches of
+/// the skeleton.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -29,20 +29,20 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct FiberSpace {
-    /// The growth time, branches included, before `VaryGrowth` with a `series`.
+    /// The growth time, including branches, before `VaryGrowth` with a `series`.
     pub time: In<SolidNumber>,
     /// The trunk with its branches.
     pub skeleton: In<Skeleton>,
-    /// How fast the tree grows in length, as in `TrunkTime`.
+    /// Growth of the tree in length, as in `TrunkTime`.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
     pub elongation_speed: f64,
-    /// How fast it thickens, as in `TrunkTime`.
+    /// Growth of the tree in radius, as in `TrunkTime`.
     #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
     pub thickening_speed: f64,
-    /// The height from which it grows, as in `TrunkTime`.
+    /// Height at which the tree starts to grow, as in `TrunkTime`.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub ground: f64,
-    /// How much fibres wander; 1 is natural.
+    /// Strength of the wander of fibres; 1 is natural.
     #[schemars(range(min = 0, max = 10))]
     pub wander: f64,
     /// The angle at which fibres wind round the stem.
@@ -51,19 +51,19 @@ pub struct FiberSpace {
     /// The angle of interlocked grain, which changes sides from layer to layer; only `direction` shows it.
     #[schemars(range(min = 0, max = 30), extend("unit" = "°"))]
     pub interlock: f64,
-    /// The thickness of two layers of interlocked grain.
+    /// Thickness of two layers of interlocked grain.
     #[schemars(range(min = 0.1, max = 1000), extend("unit" = "mm"))]
     pub interlock_pitch: f64,
-    /// How far curly grain moves sideways; 0 for straight grain.
+    /// Sideways amplitude of curly grain; 0 for straight grain.
     #[schemars(range(min = 0, max = 10), extend("unit" = "mm"))]
     pub curl: f64,
-    /// The length of a wave of curly grain.
+    /// Wavelength of curly grain.
     #[schemars(range(min = 0.5, max = 1000), extend("unit" = "mm"))]
     pub curl_length: f64,
-    /// How irregular the waves of curly grain are.
+    /// Irregularity of the waves of curly grain.
     #[schemars(range(min = 0, max = 3))]
     pub curl_chaos: f64,
-    /// Another number gives other fibres of the same kind.
+    /// Another seed gives other fibres of the same kind.
     pub seed: u64,
 }
 

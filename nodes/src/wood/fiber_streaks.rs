@@ -1,4 +1,4 @@
-//! [`FiberStreaks`]: fibres seen as fine streaks, slow drifts of tone, and streaks of pigment.
+//! [`FiberStreaks`]: fine streaks of fibres, slow drifts of tone, and streaks of pigment.
 //!
 //! Beyond the source. Cost: about 30 ns a point.
 use schemars::JsonSchema;
@@ -15,7 +15,7 @@ use shibo_kernel::wood::solids::Code;
 /// Draws fibres into the colour of wood: streaks from 0.05 to 1.3 mm wide, drifts of tone over many centimetres, and
 /// streaks of pigment.
 ///
-/// Dark fibres are not grey: more of the same pigment makes wood darker and warmer. `tint` gives that hue.
+/// Dark fibres are not grey: more of the same pigment makes wood darker and warmer. `tint` sets this hue.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -32,28 +32,28 @@ use shibo_kernel::wood::solids::Code;
 pub struct FiberStreaks {
     /// The colour to draw on.
     pub color: In<SolidColor>,
-    /// The fibres: the place of `FiberSpace`.
+    /// Coordinates along the fibres: the output `place` of `FiberSpace`.
     pub fiber: In<SolidVector>,
-    /// How much single fibres differ in tone.
+    /// Differences of tone between single fibres.
     #[schemars(range(min = 0, max = 1))]
     pub fine: f64,
-    /// How much bundles of fibres differ in tone.
+    /// Differences of tone between bundles of fibres.
     #[schemars(range(min = 0, max = 1))]
     pub coarse: f64,
-    /// How much tone drifts over the board.
+    /// Drift of tone over the board.
     #[schemars(range(min = 0, max = 1))]
     pub drift: f64,
-    /// How strong streaks of pigment are.
+    /// Strength of streaks of pigment.
     #[schemars(range(min = 0, max = 1))]
     pub streak: f64,
     /// The colour of pigment.
     pub streak_color: Color,
-    /// The hue that fibres take as they become darker, mostly that of late wood; if not given, they only become darker.
+    /// The hue of fibres as they become darker, mostly that of late wood; if not given, they only become darker.
     pub tint: Option<Color>,
-    /// How deep fibres are in the surface.
+    /// Depth of fibres in the surface.
     #[schemars(range(min = 0, max = 1), extend("unit" = "mm"))]
     pub depth: f64,
-    /// Another number gives other streaks of the same kind.
+    /// Another seed gives other streaks of the same kind.
     pub seed: u64,
 }
 
@@ -74,11 +74,12 @@ impl Default for FiberStreaks {
     }
 }
 
-/// Layers of streaks: width and length in mm, and strength among those of their kind.
+/// Layers of streaks: width and length in mm, and relative strength.
 const FINE: [(f32, f32, f32); 4] = [(0.16, 7.0, 0.75), (0.34, 16.0, 0.65), (0.06, 2.5, 0.8), (0.1, 4.5, 0.8)];
 const COARSE: [(f32, f32, f32); 2] = [(0.9, 42.0, 0.7), (2.4, 110.0, 0.7)];
 
-/// Makes `fine` the deviation of tone between fibres that is measured in pictures of wood (1 to 4 waves a mm).
+/// Scales `fine` to the standard deviation of tone between fibres as measured in pictures of wood (1 to 4 waves per
+/// mm).
 const FINE_GAIN: f32 = 5.0;
 
 /// Adds a layer of streaks.
@@ -92,7 +93,7 @@ fn add(at: [&[f32]; 3], pixel: f32, noise: Noise3, layer: (f32, f32, f32), to: &
     }
 }
 
-/// The powers of tone in red, green and blue: Beer's law for a pigment of this colour, with the luminance kept.
+/// The exponents of tone for red, green and blue: Beer's law for a pigment of this colour, with the luminance kept.
 fn powers(tint: Option<Color>) -> Option<[f32; 3]> {
     let absorbed = tint?.0.map(|c| -math::log2(c.clamp(0.004, 0.98)));
     let mean = 0.2126 * absorbed[0] + 0.7152 * absorbed[1] + 0.0722 * absorbed[2];
@@ -108,7 +109,7 @@ struct Streaks {
 }
 
 impl Streaks {
-    /// The relief of fibres (±1), the tone (a factor), and how much pigment there is.
+    /// The relief of fibres (±1), the tone (a factor), and the amount of pigment.
     fn fill(&self, patch: &Patch<'_>, inputs: &[Planes<'_>], out: &mut [&mut [f32]]) {
         let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
         let [relief, tone, pigment] = out else { return };
@@ -173,7 +174,7 @@ impl Node for FiberStreaks {
             let (tone, pigment) = (inputs[1].plane(1), inputs[1].plane(2));
             for (c, plane) in out.iter_mut().enumerate() {
                 for (((out, color), tone), pigment) in plane.iter_mut().zip(inputs[0].plane(c)).zip(tone).zip(pigment) {
-                    // Where there is pigment, its colour shows, with some of the light and dark of the rings.
+                    // Pigment shows its colour, with some of the contrast of the rings.
                     *out = math::lerp(*color, dye[c] * 0.55 + 0.45 * *color, *pigment);
                     if powers.is_none() {
                         *out *= *tone;
@@ -212,7 +213,7 @@ mod tests {
         assert!(dark[0] > dark[1] && dark[1] > dark[2], "{dark:?}");
         let light = 0.2126 * dark[0] + 0.7152 * dark[1] + 0.0722 * dark[2];
         assert!((light - 0.8).abs() < 0.02, "{light}");
-        // No colour divides by nothing.
+        // No colour causes a division by zero.
         assert!(powers(Some(Color([1.0; 3]))).unwrap().iter().all(|p| p.is_finite()));
     }
 }

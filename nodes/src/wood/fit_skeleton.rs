@@ -10,7 +10,7 @@ use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
 use shibo_engine::value::{Curve, Skeleton, Stop, Type};
 use shibo_kernel::wood::fit;
 
-/// How the curve is made of the points.
+/// How the curve is constructed from the points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Scheme {
     /// Through all points, smooth in direction and curvature (C2): the natural spline.
@@ -37,7 +37,7 @@ pub enum Scheme {
 pub struct FitSkeleton {
     /// The nodes, or control points.
     pub curve: In<Curve>,
-    /// How the curve is made of the points.
+    /// How the curve is constructed from the points.
     pub scheme: Scheme,
 }
 

@@ -1,4 +1,4 @@
-//! How a cut lies in space at the points of a block.
+//! Orientation of a cut in space at the points of a block.
 use shibo_engine::value::{Patch, PatchPieces, PieceAxes};
 use shibo_kernel::wood::solids::neighbors;
 
@@ -25,7 +25,7 @@ fn unit(v: [f32; 3]) -> Option<[f32; 3]> {
 }
 
 impl Frame {
-    /// From vectors to the right and down; `None` if they span no plane.
+    /// A frame from vectors to the right and down; `None` if they span no plane.
     fn new(right: [f32; 3], down: [f32; 3]) -> Option<Self> {
         let right = unit(right)?;
         // y points down on the canvas, so right × down points away.
@@ -34,8 +34,8 @@ impl Frame {
     }
 }
 
-/// Calls `body(from, to, frame)` for the points of a block of whole quads that have the same frame: for all points of a
-/// plane, and elsewhere for the rows of each quad. Single points lie on no surface and have no frame.
+/// Calls `body(from, to, frame)` for runs of points, in a block of whole quads, that share a frame: for all points of a
+/// plane, and otherwise for the rows of each quad. Single points lie on no surface and have no frame.
 #[inline(always)]
 pub(super) fn frames(patch: &Patch<'_>, mut body: impl FnMut(usize, usize, Option<&Frame>)) {
     if let Some([right, down]) = patch.flat {
@@ -61,7 +61,7 @@ pub(super) fn frames(patch: &Patch<'_>, mut body: impl FnMut(usize, usize, Optio
     }
 }
 
-/// The same for plane pieces: runs of points of one piece.
+/// Like [`frames`] for plane pieces: runs of points of one piece.
 #[inline(always)]
 fn in_planes(
     ids: &[f32],
@@ -86,8 +86,8 @@ fn in_planes(
     }
 }
 
-/// The same for curved pieces: quads within a piece as on any other surface, and the points of other quads by the differences
-/// to their neighbours in their own piece.
+/// Like [`frames`] for curved pieces: quads within a piece are handled as on any surface; points of other quads use the
+/// differences to neighbours in their own piece.
 #[inline(always)]
 fn in_pieces(patch: &Patch<'_>, pieces: &PatchPieces<'_>, mut body: impl FnMut(usize, usize, Option<&Frame>)) {
     let (ids, n) = (pieces.ids, patch.columns);
@@ -108,7 +108,7 @@ fn in_pieces(patch: &Patch<'_>, pieces: &PatchPieces<'_>, mut body: impl FnMut(u
     }
 }
 
-/// The frame of one point.
+/// The frame of one point at the border of a piece.
 fn at_border(patch: &Patch<'_>, ids: &[f32], i: usize) -> Option<Frame> {
     let step = |[a, b]: [usize; 2]| patch.place.map(|axis| axis[b] - axis[a]);
     match neighbors(ids, patch.columns, i).map(|pair| pair.map(step)) {

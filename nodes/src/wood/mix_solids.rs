@@ -1,4 +1,4 @@
-//! [`MixSolids`]: two solids in one. Cost: about 1 ns a point.
+//! [`MixSolids`]: mixes two solids. Cost: about 1 ns a point.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
@@ -27,9 +27,9 @@ pub struct MixSolids {
     pub a: In<AnySolid>,
     /// The solid where the mask is 1, of the same type.
     pub b: In<AnySolid>,
-    /// How much of `b`, 0..1; `amount` everywhere if not given.
+    /// Weight of `b`, 0..1; `amount` everywhere if not given.
     pub mask: Option<In<SolidNumber>>,
-    /// How much of `b` where nothing is connected to `mask`.
+    /// Weight of `b` if `mask` is not connected.
     #[schemars(range(min = 0, max = 1))]
     pub amount: f64,
 }

@@ -1,7 +1,7 @@
-//! [`PlaceInTree`]: an object cut out of a tree.
+//! [`PlaceInTree`]: places an object in a tree.
 //!
-//! Source: Momoi & Takatera 2014, §4.1, §4.2 (row B26): the target is placed anywhere in the texture's space, and adjusted
-//! finely. Cost: about 1 ns a point.
+//! Source: Momoi & Takatera 2014, §4.1, §4.2 (row B26): the target can be placed anywhere in the texture's space, and
+//! fine-tuned. Cost: about 1 ns a point.
 use super::trees::{Triple, vector};
 use crate::degrees::about;
 use glam::DVec3;
@@ -13,7 +13,8 @@ use shibo_kernel::wood::solids::Code;
 
 /// Places an object in a solid: the result is the solid in the coordinates of the object.
 ///
-/// At a point P of the object the solid is taken at position + R · (P · scale), where R turns about x, then y, then z.
+/// At a point P of the object the solid is evaluated at position + R · (P · scale), where R rotates about x, then y,
+/// then z.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -31,13 +32,13 @@ use shibo_kernel::wood::solids::Code;
 pub struct PlaceInTree {
     /// The solid, in the coordinates of the tree.
     pub solid: In<AnySolid>,
-    /// Where in the tree the origin of the object lies.
+    /// Position of the object's origin in the tree.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub position: Triple,
-    /// Turns of the object about x, then y, then z.
+    /// Rotations of the object about x, then y, then z.
     #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
     pub turn: Triple,
-    /// How many times larger the object is in the tree.
+    /// Factor on the size of the object in the tree.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0))]
     pub scale: f64,
 }

@@ -1,8 +1,8 @@
-//! [`RingColor`]: growth time to the colours of wood.
+//! [`RingColor`]: maps growth time to the colours of wood.
 //!
 //! Source: Momoi & Takatera 2014, §4.3 (rows B22, B30). Beyond the source: the exact mean of the pattern over a pixel's
-//! span of years, so that thin rings never alias; years that differ; late wood as a solid; sapwood, knots and bark.
-//! Cost: about 40 ns a point.
+//! span of years, so that thin rings never alias; variation from year to year; late wood as a solid; sapwood, knots and
+//! bark. Cost: about 40 ns a point.
 use super::by_calendar::ByCalendar;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,7 @@ use shibo_kernel::wood::solids::{Code, spans};
 use shibo_kernel::wood::year_table::{Variation, YearTable, late_share};
 use std::sync::Arc;
 
-/// How rings that are thinner than a pixel are shown.
+/// Filtering of rings that are thinner than a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum RingFilter {
     /// The mean of the pattern over the span of years that a pixel covers.
@@ -50,40 +50,40 @@ pub struct RingColor {
     pub time: In<SolidNumber>,
     /// The colours of a year.
     pub pattern: In<ColorPattern>,
-    /// How much of a point belongs to a knot, 0..1.
+    /// Share of a point that belongs to a knot, 0..1.
     pub knots: Option<In<SolidNumber>>,
-    /// Where bark grew in, 0..1.
+    /// Mask of ingrown bark, 0..1.
     pub bark: Option<In<SolidNumber>>,
-    /// Coordinates along the fibres, from `FiberSpace`, which `feather` follows; by default those of space.
+    /// Coordinates along the fibres, from `FiberSpace`, for `feather`; by default those of space.
     pub fiber: Option<In<SolidVector>>,
-    /// How rings that are thinner than a pixel are shown.
+    /// Filtering of rings that are thinner than a pixel.
     pub filter: RingFilter,
-    /// With `filter: None`: whether colours are interpolated between entries.
+    /// With `filter: None`: true to interpolate colours between entries.
     pub interpolate: bool,
-    /// How much the depth of late wood differs from year to year; 0.3 to 0.7 in nature.
+    /// Variation of the darkness of late wood from year to year; 0.3 to 0.7 in nature.
     #[schemars(range(min = 0, max = 2))]
     pub late_variation: f64,
-    /// How much the share of late wood differs from year to year; about 0.25 in nature.
+    /// Variation of the share of late wood from year to year; about 0.25 in nature.
     #[schemars(range(min = 0, max = 1))]
     pub phase_variation: f64,
-    /// How far ring borders fray into the fibres.
+    /// Distance by which ring borders fray along the fibres.
     #[schemars(range(min = 0, max = 0.5), extend("unit" = "years"))]
     pub feather: f64,
-    /// With `filter: Exact`: the least width of the border between two years. With a twentieth of a year, cuts in all
-    /// directions show it alike, even where pixels are not much smaller. By default 0.06 on meshes, so that charts agree
-    /// where they meet, and 0 elsewhere.
+    /// With `filter: Exact`: minimum width of the border between two years. With a twentieth of a year, cuts in all
+    /// directions show it alike, even if pixels are not much smaller. By default 0.06 on meshes, so that charts agree
+    /// where they meet, and 0 otherwise.
     #[schemars(range(min = 0, max = 1), extend("unit" = "years"))]
     pub border: Option<f64>,
-    /// After how many years `late_variation` repeats.
+    /// Number of years after which `late_variation` repeats.
     #[schemars(range(min = 1, max = 1024))]
     pub years: u32,
-    /// The age of the tree, from which `sap_years` count.
+    /// The age of the tree; `sap_years` count back from it.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "years"))]
     pub age: f64,
-    /// How many of the last years are sapwood; 0 for none.
+    /// Number of the last years that are sapwood; 0 for none.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "years"))]
     pub sap_years: f64,
-    /// Over how many years heartwood turns into sapwood.
+    /// Number of years over which heartwood turns into sapwood.
     #[schemars(range(min = 0.01, max = 100), extend("unit" = "years"))]
     pub sap_softness: f64,
     /// The mean colour of sapwood.
@@ -92,7 +92,7 @@ pub struct RingColor {
     pub knot_color: Color,
     /// The colour of bark.
     pub bark_color: Color,
-    /// Another number gives other variation from year to year.
+    /// Another seed gives other variation from year to year.
     pub seed: u64,
 }
 
@@ -123,13 +123,13 @@ impl Default for RingColor {
     }
 }
 
-/// The usual width of borders between years on meshes, in years.
+/// The default width of borders between years on meshes, in years.
 const ON_SURFACES: f64 = 0.06;
 
-/// So many years a texel, and charts of a surface no longer agree about borders of rings.
+/// Above this number of years per texel, charts of a surface no longer agree about borders of rings.
 const NARROW: f32 = 1.0 / 16.0;
 
-/// Whether most texels of a patch, if it has some, are wide beside the rings: more years wide than [`NARROW`].
+/// True if most texels of a non-empty patch are wide compared with the rings: wider, in years, than [`NARROW`].
 fn are_narrow(spans: &[f32]) -> bool {
     let there = spans.iter().filter(|span| **span > 0.0 && span.is_finite());
     let (wide, all) = there.fold((0, 0), |(wide, all), span| (wide + usize::from(*span > NARROW), all + 1));
@@ -142,7 +142,7 @@ fn narrow_rings() -> Problem {
     Problem::new(Kind::Advice, message).at("time").help(help)
 }
 
-/// How a time becomes a colour.
+/// Mapping from time to colour.
 enum Lookup {
     Mean(YearTable),
     Point(YearTable),
@@ -153,13 +153,13 @@ struct Painter {
     lookup: Lookup,
     mean: [f32; 3],
     feather: f32,
-    /// The least width of the border between two years, on planes and on stretched surfaces.
+    /// Minimum width of the border between two years, on planes and on stretched surfaces.
     border: [f32; 2],
     noise: [Noise3; 2],
     has_fiber: bool,
     knots: Option<[f32; 3]>,
     bark: Option<[f32; 3]>,
-    /// The time at which sapwood begins, the inverse of the softness, and the colour.
+    /// The time at which sapwood starts, the inverse of the softness, and the colour.
     sap: Option<(f32, f32, [f32; 3])>,
 }
 
@@ -191,7 +191,7 @@ impl Painter {
         let jag = self.jag(time, patch, fiber);
         let moved: &[f32] = jag.as_deref().unwrap_or(time);
         let [across, down] = spans(time, patch);
-        // Where the fraying is finer than pixels, it widens the span by twice its deviation instead.
+        // Fraying finer than pixels widens the span by twice its standard deviation instead.
         let blur = 2.0 * self.feather * 0.27 * (1.0 - visible(0.5, patch.pixel));
         let border = self.border[usize::from(patch.metric.is_some())];
         if let (Some(Listener(tell)), true) = (patch.listener, patch.metric.is_some() && are_narrow(&across)) {
@@ -217,7 +217,7 @@ impl Painter {
         );
     }
 
-    /// Sapwood, knots and bark in a channel.
+    /// Adds sapwood, knots and bark to a channel.
     #[inline(always)]
     fn tint(&self, k: usize, time: &[f32], knots: Option<&[f32]>, bark: Option<&[f32]>, plane: &mut [f32]) {
         let mean = self.mean[k];
@@ -230,7 +230,7 @@ impl Painter {
         if let (Some(share), Some(color)) = (knots, self.knots) {
             for (c, share) in plane.iter_mut().zip(share) {
                 let s = math::smooth((share - 0.08) * (1.0 / 0.54));
-                // Knots keep their rings, in their own colour and closer together in tone.
+                // Knots keep their rings, in the colour of knots and with less contrast.
                 let ring = (*c / mean).sqrt();
                 *c = math::lerp(*c, color[k] * ring, s);
             }
@@ -240,7 +240,7 @@ impl Painter {
         }
     }
 
-    /// The time with ring borders that the fibres move.
+    /// The time, with ring borders frayed along the fibres.
     fn jag(&self, time: &[f32], patch: &Patch<'_>, fiber: Option<&Planes<'_>>) -> Option<Vec<f32>> {
         if self.feather == 0.0 {
             return None;
@@ -307,7 +307,7 @@ impl Node for RingColor {
         let (calendar_time, table) = (cx.get(&self.time)?, cx.get(&self.pattern)?);
         let hash = Hash::new(cx.seed(self.seed));
         let mut lookup = self.lookup(&table, hash);
-        // Time that follows a calendar has kinks inside pixels; the even time before it has none.
+        // Time that follows a calendar has kinks within pixels; the even time has none.
         let mut time = calendar_time.clone();
         let mut sap_from = self.age - self.sap_years;
         if let (Lookup::Mean(table), Some((even, calendar))) = (&lookup, ByCalendar::of(&calendar_time))

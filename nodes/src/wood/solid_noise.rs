@@ -14,7 +14,7 @@ use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::{DEVIATION, Noise3, visible};
 use shibo_kernel::wood::solids::Code;
 
-/// Noise in space: clouds with detail of several sizes, 0..1, with mean ½ and standard deviation 0.155, as `Fractal`.
+/// Noise in space: clouds with detail of several sizes, 0..1, with mean ½ and standard deviation 0.155, like `Fractal`.
 ///
 /// Detail finer than a pixel fades out.
 ///
@@ -27,24 +27,24 @@ use shibo_kernel::wood::solids::Code;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SolidNoise {
-    /// Other coordinates to draw it in, such as those of `FiberSpace`.
+    /// Other coordinates for the noise, such as those of `FiberSpace`.
     pub place: Option<In<SolidVector>>,
     /// Size of a cloud of the coarsest octave.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
-    /// How many times longer clouds are in x, y and z.
+    /// Factors on the size of clouds in x, y and z.
     #[schemars(extend("minimum" = 0.01, "maximum" = 1000.0))]
     pub stretch: Triple,
-    /// How many octaves.
+    /// Number of octaves.
     #[schemars(range(min = 1, max = 16))]
     pub octaves: u32,
-    /// How many times finer each octave is than the one before.
+    /// Frequency of each octave, as a multiple of that of the one before.
     #[schemars(range(min = 1, max = 16))]
     pub lacunarity: f64,
-    /// How strong each octave is compared to the one before.
+    /// Strength of each octave, as a multiple of that of the one before.
     #[schemars(range(min = 0, max = 2))]
     pub gain: f64,
-    /// Another number gives other clouds of the same kind.
+    /// Another seed gives other clouds of the same kind.
     pub seed: u64,
 }
 

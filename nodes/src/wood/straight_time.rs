@@ -1,7 +1,7 @@
 //! [`StraightTime`]: the earlier method, for comparison.
 //!
-//! Source: Momoi & Takatera 2014, §2.2 (eqs 1–3; rows B33–B36). It jumps far from the skeleton and is angular near it;
-//! the curved method was made to avoid both. Cost: O(nodes) a point.
+//! Source: Momoi & Takatera 2014, §2.2 (eqs 1–3; rows B33–B36). The time jumps far from the skeleton and is angular
+//! near it; the curved method avoids both. Cost: O(nodes) a point.
 use super::trees::axes;
 use super::trees::problem;
 use schemars::JsonSchema;
@@ -30,10 +30,10 @@ pub struct StraightTime {
     pub curve: In<Curve>,
     /// A skeleton whose branches are blended with the trunk, with k = 2.
     pub branches: Option<In<Skeleton>>,
-    /// How fast the tree grows along its segments.
+    /// Growth of the tree along its segments.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
     pub elongation_speed: f64,
-    /// How fast it grows away from them.
+    /// Growth of the tree away from its segments.
     #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
     pub thickening_speed: f64,
 }

@@ -1,19 +1,19 @@
-//! What the nodes of trees share: parameters, and errors for people.
+//! Shared by the nodes of trees: parameters, and error messages.
 use glam::DVec3;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::value::{Skeleton, Stop};
 use shibo_kernel::wood::branch::Axis;
 use shibo_kernel::wood::fit::{self, FitError};
 
-/// Three numbers as they are written.
+/// A vector in a graph file.
 pub(super) type Triple = (f64, f64, f64);
 
-/// Three numbers as a vector.
+/// Converts to a vector.
 pub(super) const fn vector(v: Triple) -> DVec3 {
     DVec3::new(v.0, v.1, v.2)
 }
 
-/// What is wrong with the nodes of a trunk.
+/// The problem for nodes of a trunk that make no skeleton.
 pub(super) fn problem(error: FitError, nodes: &[DVec3]) -> Problem {
     let at = |i: usize| nodes.get(i).map_or(DVec3::ZERO, |n| *n);
     let bad = |message: String| Problem::new(Code::BadValue, message);
@@ -33,7 +33,7 @@ pub(super) fn problem(error: FitError, nodes: &[DVec3]) -> Problem {
     }
 }
 
-/// The trunk with its control points evenly spaced in z, as growth times need it.
+/// The trunk with control points evenly spaced in z, as growth times need it.
 pub(super) fn even(skeleton: &Skeleton, port: &str) -> Result<Vec<[DVec3; 4]>, Stop> {
     if skeleton.even {
         return Ok(skeleton.trunk.clone());
@@ -42,7 +42,7 @@ pub(super) fn even(skeleton: &Skeleton, port: &str) -> Result<Vec<[DVec3; 4]>, S
     fit::equalize(&skeleton.trunk).map(|(even, _)| even).map_err(|e| problem(e, &nodes).at(port).into())
 }
 
-/// The branches in the form of the equations; they grow as fast in length as the trunk.
+/// The branches in the form of the equations; they grow in length at the speed of the trunk.
 pub(super) fn axes<R: shibo_kernel::ground::real::Real>(
     skeleton: &Skeleton,
     elongation: f64,

@@ -1,8 +1,8 @@
-//! [`TrunkNodes`]: the points through which a trunk grew.
+//! [`TrunkNodes`]: the points through which a trunk grows.
 //!
 //! Source: Momoi & Takatera 2014, §2.2 and §3 (rows B1, B5): skeleton data of the earlier method can be used unchanged.
-//! Beyond the source: nodes from a file, and nodes generated with the wander measured on a spruce log: its deviation is
-//! half as large over half the length. Cost: O(nodes).
+//! Beyond the source: nodes from a file, and nodes generated with the wander measured on a spruce log: over half the
+//! length its standard deviation is half as large. Cost: O(nodes).
 use super::trees::{Triple, problem, vector};
 use crate::csv_points;
 use glam::DVec3;
@@ -16,7 +16,7 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::noise::noise3::{DEVIATION, Noise3};
 use shibo_kernel::wood::fit;
 
-/// The pith of a trunk, from the ground up: nodes that are listed, read from a file, or generated.
+/// The pith of a trunk, from the ground up: nodes from a list or a file, or generated nodes.
 ///
 /// Without a list or a file, `count` nodes between the heights of `height` lean by `lean` and wander by `wander`.
 ///
@@ -31,27 +31,27 @@ use shibo_kernel::wood::fit;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TrunkNodes {
-    /// Positions `(x, y, z)`, each higher than the one before; x and y lie on the ground. At most 10000.
+    /// Positions `(x, y, z)`, each higher than the one before; x and y are horizontal. At most 10000.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub nodes: Vec<Triple>,
-    /// A CSV file of nodes, one `x,y,z` in mm a line, no header.
+    /// A CSV file of nodes, one `x,y,z` in mm per line, no header.
     pub file: Option<FilePath>,
-    /// Heights of the lowest and of the highest node generated.
+    /// Heights of the lowest and of the highest generated node.
     #[schemars(extend("minimum" = -1e5, "maximum" = 1e6, "unit" = "mm"))]
     pub height: Range,
-    /// How many nodes are generated.
+    /// Number of generated nodes.
     #[schemars(range(min = 2, max = 10000))]
     pub count: u32,
-    /// How far the trunk leans.
+    /// Lean of the trunk from the vertical.
     #[schemars(range(min = 0, max = 45), extend("unit" = "°"))]
     pub lean: f64,
-    /// The direction in which it leans, from +x towards +y.
+    /// Direction of the lean, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub lean_direction: f64,
-    /// How far the pith wanders from its straight line: the standard deviation over 4 m.
+    /// Wander of the pith about a straight line: the standard deviation over 4 m.
     #[schemars(range(min = 0, max = 1000), extend("unit" = "mm"))]
     pub wander: f64,
-    /// Another number gives another tree of the same kind.
+    /// Another seed gives another tree of the same kind.
     pub seed: u64,
 }
 
@@ -70,18 +70,18 @@ impl Default for TrunkNodes {
     }
 }
 
-/// The lean in degrees above which rings become much thinner than they should be.
+/// Lean in degrees above which rings become much too thin.
 const STEEP: f64 = 45.5;
 
-/// The largest number of nodes.
+/// Maximum number of nodes.
 const MOST: usize = 10_000;
 
 impl TrunkNodes {
     fn generate(&self, hash: Hash) -> Vec<DVec3> {
         let (sin, cos) = libm::sincos(self.lean_direction.to_radians());
         let lean = libm::tan(self.lean.to_radians());
-        // Waves of 4 m and shorter, each half as long and half as strong as the one before: long ones make most of the
-        // deviation.
+        // Waves of 4 m and shorter; each has half the length and half the strength of the one before, so long waves
+        // make most of the deviation.
         let stray = |axis: u64, z: f64| {
             let wave = |k: i32| {
                 let (length, share) = (4000.0 * 0.5_f64.powi(k), 0.87 * 0.5_f64.powi(k));

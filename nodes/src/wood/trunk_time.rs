@@ -1,7 +1,7 @@
-//! [`TrunkTime`]: when a trunk reached each point of space.
+//! [`TrunkTime`]: the time at which a trunk reached each point of space.
 //!
-//! Source: Momoi & Takatera 2014, §3.3 and §3.5 (eqs 8–13; rows B7–B11, B15). Beyond the source: young trees
-//! may thicken faster. Cost: about 2 ns a point, whatever the number of nodes.
+//! Source: Momoi & Takatera 2014, §3.3 and §3.5 (eqs 8–13; rows B7–B11, B15). Beyond the source: young trees may
+//! thicken faster. Cost: about 2 ns a point, for any number of nodes.
 use super::trees::even;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -26,19 +26,19 @@ use std::sync::Arc;
 pub struct TrunkTime {
     /// The trunk. Its control points are spaced evenly in height first, as by `EqualizeHeight`.
     pub skeleton: In<Skeleton>,
-    /// How fast it grows in height.
+    /// Growth of the trunk in height.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
     pub elongation_speed: f64,
-    /// How fast it grows in radius: the width of a year's ring.
+    /// Growth of the trunk in radius: the width of a year's ring.
     #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
     pub thickening_speed: f64,
-    /// The height from which it grows.
+    /// Height at which the trunk starts to grow.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub ground: f64,
-    /// How much faster it thickens while it is thin: 0 in the source, about 0.6 in nature.
+    /// Additional growth in radius while the trunk is thin: 0 in the source, about 0.6 in nature.
     #[schemars(range(min = 0, max = 100))]
     pub age_boost: f64,
-    /// The radius over which `age_boost` fades.
+    /// Radius over which `age_boost` fades.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub age_fade: f64,
 }

@@ -1,7 +1,7 @@
 //! [`VaryGrowth`]: growth that is irregular in space and from year to year.
 //!
-//! Momoi & Takatera 2014 mention it in §5.1 and §5.3 without a description (rows B31, B32); the method is beyond the
-//! source. Cost: about 5 ns a point and wave.
+//! Momoi & Takatera 2014 mention irregular growth in §5.1 and §5.3 without a description (rows B31, B32); the method is
+//! beyond the source. Cost: about 5 ns a point and wave.
 use super::by_calendar::ByCalendar;
 use super::trees::even;
 use glam::DVec3;
@@ -25,18 +25,18 @@ pub enum Series {
     /// All years have the same width.
     #[default]
     Even,
-    /// Random widths with `sigma` and `memory`, log-normal as those of trees.
+    /// Random widths with `sigma` and `memory`, log-normal as in real trees.
     Generated,
-    /// These relative widths, from the pith outwards. After the last one they are used again.
+    /// These relative widths, from the pith outwards. After the last width the list repeats.
     List(Vec<f64>),
-    /// The widths of the years that the picture of `pattern` shows.
+    /// The widths of the years in the picture of `pattern`.
     FromPattern,
 }
 
 /// Makes growth irregular: rings that are not round, that waver along the stem, and years of different widths.
 ///
-/// The shape (`eccentricity`, `waves`) belongs between the trunk's time and `BlendTimes`, the `series` after it: use
-/// the node twice. Time stays continuous and rises outward, which is checked.
+/// Use the node twice: with the shape (`eccentricity`, `waves`) between the trunk's time and `BlendTimes`, and with the
+/// `series` after `BlendTimes`. Time stays continuous and increases outwards; a check ensures this.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -55,29 +55,29 @@ pub struct VaryGrowth {
     pub time: In<SolidNumber>,
     /// The trunk around which the shape varies; by default the z axis.
     pub skeleton: Option<In<Skeleton>>,
-    /// The pattern whose widths `series: FromPattern` takes.
+    /// The pattern whose widths of years `series: FromPattern` uses.
     pub pattern: Option<In<ColorPattern>>,
     /// The widths of years.
     pub series: Series,
-    /// For `Generated`: how much widths differ, as the standard deviation of their logarithm.
+    /// With `Generated`: variation of widths, as the standard deviation of their logarithm.
     #[schemars(range(min = 0, max = 1.5))]
     pub sigma: f64,
-    /// For `Generated`: how much a year is like the one before.
+    /// With `Generated`: correlation of a year with the one before.
     #[schemars(range(min = 0, max = 0.99))]
     pub memory: f64,
-    /// For `Generated`: after how many years widths repeat.
+    /// With `Generated`: number of years after which widths repeat.
     #[schemars(range(min = 8, max = 4096))]
     pub years: u32,
-    /// How much cross-sections differ from circles, as a share of the radius.
+    /// Deviation of cross-sections from circles, as a share of the radius.
     #[schemars(range(min = 0, max = 0.5))]
     pub eccentricity: f64,
-    /// Waves of rings, each `(amplitude, across, along)` in mm; at most 8. Time must still rise outward: the sum of
-    /// amplitude / across must stay below (1 - 1.5 eccentricity) / 3.1.
+    /// Waves of rings, each `(amplitude, across, along)` in mm; at most 8. Time must still increase outwards: the sum
+    /// of amplitude / across must stay below (1 - 1.5 eccentricity) / 3.1.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
     pub waves: Vec<(f64, f64, f64)>,
-    /// Whether time may decrease outwards in some places, as in burls.
+    /// True to allow time to decrease outwards in some places, as in burls.
     pub allow_folds: bool,
-    /// Another number gives other variation of the same kind.
+    /// Another seed gives other variation of the same kind.
     pub seed: u64,
 }
 

@@ -1,4 +1,4 @@
-//! [`WarpSolid`]: a solid whose points are displaced by noise, as for burls and figure.
+//! [`WarpSolid`]: displaces the points of a solid by noise, for burls and figure.
 //!
 //! Beyond the source. Cost: about 12 ns a point and octave.
 use super::trees::Triple;
@@ -12,7 +12,7 @@ use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::{DEVIATION, Noise3};
 use shibo_kernel::wood::solids::Code;
 
-/// Bends a solid by noise.
+/// Warps a solid by noise.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -28,24 +28,24 @@ use shibo_kernel::wood::solids::Code;
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct WarpSolid {
-    /// What to bend.
+    /// Solid to warp.
     pub solid: In<AnySolid>,
-    /// How far points are displaced: the standard deviation in each direction.
+    /// Displacement of points: the standard deviation in each direction.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
     pub amount: f64,
     /// Size of a cloud of the coarsest octave.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub size: f64,
-    /// How many times longer clouds are in x, y and z.
+    /// Factors on the size of clouds in x, y and z.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1000.0))]
     pub stretch: Triple,
-    /// How many octaves.
+    /// Number of octaves.
     #[schemars(range(min = 1, max = 16))]
     pub octaves: u32,
-    /// How strong each octave is compared to the one before.
+    /// Strength of each octave, as a multiple of that of the one before.
     #[schemars(range(min = 0, max = 2))]
     pub gain: f64,
-    /// Another number gives another warp of the same kind.
+    /// Another seed gives another warp of the same kind.
     pub seed: u64,
 }
 

@@ -17,8 +17,8 @@ use shibo_kernel::wood::years::Calendar;
 
 /// Draws the pores of wood: dark dashes along the grain, dots on end grain, most of them in early wood.
 ///
-/// Where pores are smaller than pixels, how much of each part of the year they cover on average is drawn. Most woods have two
-/// populations, few large pores and many small ones: draw them with a node each.
+/// Pores smaller than pixels are drawn as the average share of each part of the year that they cover. Most woods have
+/// two populations, few large pores and many small ones: draw each with a separate node.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -35,48 +35,48 @@ use shibo_kernel::wood::years::Calendar;
 pub struct WoodPores {
     /// The colour to draw on.
     pub color: In<SolidColor>,
-    /// The fibres: the place of `FiberSpace`.
+    /// Coordinates along the fibres: the output `place` of `FiberSpace`.
     pub fiber: In<SolidVector>,
     /// The growth time, after `VaryGrowth` with a `series`.
     pub time: In<SolidNumber>,
-    /// The calendar of `VaryGrowth`, so that pores know the year in which they grew.
+    /// The calendar of `VaryGrowth`, which gives the year in which pores grew.
     pub calendar: Option<In<Curve>>,
-    /// How fast the tree grows in length, as in `TrunkTime`.
+    /// Growth of the tree in length, as in `TrunkTime`.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
     pub elongation_speed: f64,
-    /// How fast it thickens, as in `TrunkTime`.
+    /// Growth of the tree in radius, as in `TrunkTime`.
     #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
     pub thickening_speed: f64,
-    /// The height from which it grows, as in `TrunkTime`.
+    /// Height at which the tree starts to grow, as in `TrunkTime`.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub ground: f64,
     /// The distance between pores across the grain; at least 1.7 times the largest radius.
     #[schemars(range(min = 0.01, max = 100), extend("unit" = "mm"))]
     pub cell: f64,
-    /// The length of the longest pores.
+    /// Length of the longest pores.
     #[schemars(range(min = 0.1, max = 1000), extend("unit" = "mm"))]
     pub length: f64,
-    /// The radius in early and in late wood.
+    /// Radius in early wood and in late wood.
     #[schemars(extend("minimum" = 0.0, "maximum" = 10.0, "unit" = "mm"))]
     pub radius: Linear,
-    /// The share of places that have a pore, in early and in late wood.
+    /// Share of places that have a pore, in early wood and in late wood.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub density: Linear,
-    /// The part of the year that is early wood.
+    /// Share of the year that is early wood.
     #[schemars(range(min = 0, max = 1))]
     pub early: f64,
-    /// How much pores stand in groups, with empty places between them, as in ash and walnut: 0 for evenly.
+    /// Clustering of pores into groups, with empty places between them, as in ash and walnut: 0 for none.
     #[schemars(range(min = 0, max = 1))]
     pub groups: f64,
-    /// How dark pores are.
+    /// Darkness of pores.
     #[schemars(range(min = 0, max = 1))]
     pub darkness: f64,
-    /// The colour in pores; by default that of the wood, darkened.
+    /// Colour in pores; by default that of the wood, darkened.
     pub filling: Option<Color>,
-    /// How deep pores are.
+    /// Depth of pores.
     #[schemars(range(min = 0, max = 10), extend("unit" = "mm"))]
     pub depth: f64,
-    /// Another number gives other pores of the same kind.
+    /// Another seed gives other pores of the same kind.
     pub seed: u64,
 }
 

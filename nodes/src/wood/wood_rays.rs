@@ -33,41 +33,41 @@ use shibo_kernel::wood::trunk::Trunk;
 pub struct WoodRays {
     /// The colour to draw on.
     pub color: In<SolidColor>,
-    /// The fibres: the place of `FiberSpace`.
+    /// Coordinates along the fibres: the output `place` of `FiberSpace`.
     pub fiber: In<SolidVector>,
-    /// The trunk, from whose pith rays start; the z axis if not given.
+    /// The trunk; rays start from its pith. The z axis if not given.
     pub skeleton: Option<In<Skeleton>>,
-    /// The distance of rays around the stem.
+    /// Distance between rays around the stem.
     #[schemars(range(min = 0.05, max = 100), extend("unit" = "mm"))]
     pub pitch: f64,
-    /// How tall rays are along the grain.
+    /// Height of rays along the grain.
     #[schemars(range(min = 0.05, max = 1000), extend("unit" = "mm"))]
     pub height: f64,
-    /// How thick they are.
+    /// Thickness of rays.
     #[schemars(range(min = 0.005, max = 10), extend("unit" = "mm"))]
     pub width: f64,
-    /// The share of places that have a ray.
+    /// Share of places that have a ray.
     #[schemars(range(min = 0, max = 1))]
     pub density: f64,
-    /// How long they are outwards.
+    /// Length of rays outwards.
     #[schemars(range(min = 0.5, max = 1000), extend("unit" = "mm"))]
     pub length: f64,
-    /// How far they bend, as a share of their distance; this decides how large flecks are.
+    /// Bend of rays, as a share of the distance between them; it determines the size of flecks.
     #[schemars(range(min = 0, max = 10))]
     pub wobble: f64,
     /// The colour of flecks and of lines on end grain.
     pub ray_color: Color,
-    /// How strong flecks are.
+    /// Strength of flecks.
     #[schemars(range(min = 0, max = 1))]
     pub gain: f64,
-    /// The factor on the colour where a flat cut meets rays.
+    /// Factor on the colour where a flat cut meets rays.
     #[schemars(range(min = 0, max = 2))]
     pub flat: f64,
-    /// How much the colour and the sharpness of rays depend on the cut, as in nature: with 0 they are the same on all cuts, so
-    /// that faces agree exactly on their shared edges.
+    /// Dependence of the colour and the sharpness of rays on the cut, as in nature: with 0 they are the same on all
+    /// cuts, so that faces agree exactly on their shared edges.
     #[schemars(range(min = 0, max = 1))]
     pub by_cut: f64,
-    /// Another number gives other rays of the same kind.
+    /// Another seed gives other rays of the same kind.
     pub seed: u64,
 }
 
@@ -92,7 +92,7 @@ impl Default for WoodRays {
     }
 }
 
-/// The share of their own colour that rays show on a cut in any direction, where `by_cut` is 0.
+/// Share of their own colour that rays show on a cut in any direction if `by_cut` is 0.
 const EVERYWHERE: f32 = 0.6;
 
 impl Node for WoodRays {
@@ -120,7 +120,7 @@ impl Node for WoodRays {
         };
         let rays = Rays::new(style, Hash::new(cx.seed(self.seed)));
         let (own, gain, by_cut) = (self.ray_color.0, narrow(self.gain), narrow(self.by_cut));
-        // Ray, fleck or line (how much of its own colour), and spindle (how much of a flat cut).
+        // The weight of a ray's own colour (a fleck or a line), and the weight of a spindle (on a flat cut).
         let code = Code::of_place(move |patch, inputs, out| {
             let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));
             let [mask, shine, flat] = out else { return };
@@ -164,7 +164,7 @@ impl Node for WoodRays {
         let all = Solid::new(Type::SolidVector, vec![fiber], code.with_quads());
         let all = cx.shared("all", all);
         let factor = (narrow(self.flat) - 1.0) * by_cut;
-        // How much rays shine on average over all cuts.
+        // Mean strength of rays over all cuts.
         let always = EVERYWHERE * (1.0 - by_cut);
         let paint = Code::of_inputs(move |_, inputs, out| {
             let [mask, shine, flat] = [0, 1, 2].map(|c| inputs[1].plane(c));

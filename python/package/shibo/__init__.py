@@ -12,28 +12,29 @@ import os
 import pathlib
 import tempfile
 import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, Optional, Union
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Optional
 
 from . import _shibo
 from ._shibo import Diagnostic, ShiboError
+from ._types import Array as Array
+from ._types import Canvas as Canvas
+from ._types import Depth as Depth
+from ._types import Format as Format
+from ._types import Parameter as Parameter
+from ._types import Path as Path
+from ._types import Progress as Progress
+from ._types import Region as Region
+from ._types import Rendered as Rendered
+from ._types import Resolution as Resolution
+from ._types import Value as Value
 
 __version__ = _shibo.VERSION
 __all__ = ["Diagnostic", "Graph", "Session", "ShiboError", "check", "graphs", "load"]
 
-Value = Union[bool, int, float, str, "os.PathLike[str]", Sequence[float]]
-"""What a parameter may be given."""
-Resolution = Union[int, "tuple[int, int]"]
-"""Pixels of the longer side, or width and height."""
-Region = "tuple[int, int, int, int]"
-"""A part of a picture: x, y, width and height in pixels from the top left."""
-Progress = Callable[[str, int, int], Any]
-"""Called with the name of a node, its steps done and all of its steps."""
-Path = Union[str, "os.PathLike[str]"]
-
 
 def _cache_home() -> Optional[pathlib.Path]:
-    """The user's folder for caches: as the command has it."""
+    """The user's folder for caches, as the command uses it."""
     for name, below in (("XDG_CACHE_HOME", ""), ("HOME", ".cache")):
         value = os.environ.get(name, "")
         if os.path.isabs(value):
@@ -44,9 +45,9 @@ def _cache_home() -> Optional[pathlib.Path]:
 class Session:
     """Threads and caches, shared by the graphs that are loaded with it.
 
-    `threads` compute, 0 is one per core; `memory` and `cache_size` are MiB. Results are kept in `cache_dir`, by default
-    the folder of the command, unless `cache` is false. Imports of graphs are also looked for in the folders `import_path`, and
-    in those of the environment variable SHIBO_IMPORT_PATH."""
+    `threads` is the number of threads, 0 for one per core; `memory` and `cache_size` are in MiB. Results are kept in
+    `cache_dir`, by default the folder of the command, unless `cache` is false. Imports are also searched in the folders
+    `import_path`, and in those of the environment variable SHIBO_IMPORT_PATH."""
 
     def __init__(
         self,
@@ -59,9 +60,9 @@ class Session:
         import_path: Sequence[Path] = (),
     ) -> None:
         home = _cache_home()
-        usual = cache and cache_dir is None and home is not None
-        if usual:
-            cache_dir = home / "shibo"
+        usual = False
+        if cache and cache_dir is None and home is not None:
+            usual, cache_dir = True, home / "shibo"
         named = [folder for folder in os.environ.get("SHIBO_IMPORT_PATH", "").split(os.pathsep) if folder]
         library = (home or pathlib.Path(tempfile.gettempdir())) / "shibo-library"
         self._native = _shibo.Session(
@@ -76,7 +77,7 @@ class Session:
 
     @property
     def cache_error(self) -> Optional[str]:
-        """Why the cache folder is not used, if it could not be."""
+        """The reason if the cache folder cannot be used."""
         return self._native.cache_error
 
 
@@ -85,7 +86,7 @@ _default: Optional[Session] = None
 
 
 def _session(session: Optional[Session]) -> _shibo.Session:
-    """The session given, or the one that all share."""
+    """The given session, or the shared default one."""
     global _default
     if session is not None:
         return session._native
@@ -98,7 +99,8 @@ def _session(session: Optional[Session]) -> _shibo.Session:
 class Graph:
     """A graph file with values for its parameters; made by `load`.
 
-    The file is read again for every render, so an edit counts. Threads may use one graph, or several, at the same time."""
+    The file is read again for every render, so edits take effect. Threads may use one graph, or several, at the same
+    time."""
 
     def __init__(
         self,
@@ -138,12 +140,12 @@ class Graph:
         return self._native.outputs
 
     @property
-    def params(self) -> dict[str, dict[str, Any]]:
+    def params(self) -> dict[str, Parameter]:
         """The parameters by name: `type`, `value` and `default` as RON, `range`, `unit`, `doc`, `options`."""
         return self._native.params
 
     @property
-    def canvas(self) -> dict[str, Any]:
+    def canvas(self) -> Canvas:
         """`size_mm`, `resolution`, `tile` and `seed`."""
         return self._native.canvas
 
@@ -153,8 +155,8 @@ class Graph:
         return self._native.diagnostics
 
     def set(self, values: Optional[Mapping[str, Value]] = None, /, **more: Value) -> None:
-        """Gives parameters values, `{"left.gap": 2}` those of the sub-graph `left`; `seed` is the canvas' seed unless a
-        parameter has that name. If a value is in error, `ShiboError` tells what it must be, and nothing changes."""
+        """Sets parameters; `{"left.gap": 2}` sets one of the sub-graph `left`. `seed` is the canvas' seed unless a
+        parameter has that name. A wrong value raises `ShiboError` with the valid values, and nothing changes."""
         self._native.set_values({**(values or {}), **more})
 
     def render(
@@ -165,14 +167,14 @@ class Graph:
         region: Optional[Region] = None,
         values: Optional[Mapping[str, Value]] = None,
         progress: Optional[Progress] = None,
-    ) -> Any:
-        """An output as a new array of 32-bit floats, (height, width) or (height, width, channels); of a whole material a
-        dict of them. `name` is an output, `OUTPUT.CHANNEL`, or a channel that only one material has.
+    ) -> Rendered:
+        """Renders an output to a new array of 32-bit floats, (height, width) or (height, width, channels), and a whole
+        material to a dict of arrays. `name` is an output, `OUTPUT.CHANNEL`, or a channel that only one material has.
 
-        Colours are scene-linear Rec.709, heights millimetres, normals ½ + ½n with y up. `values` are those of parameters
-        for this picture alone. Ctrl-C, or an exception of `progress`, stops the work at once."""
+        Colours are scene-linear Rec.709, heights are millimetres, normals are ½ + ½n with y up. `values` sets
+        parameters for this picture only. Ctrl-C, or an exception in `progress`, stops the work at once."""
         return self._native.render(
-            name, resolution=resolution, region=region, values=values and dict(values), progress=progress
+            name, resolution=resolution, region=region, values=None if values is None else dict(values), progress=progress
         )
 
     def seeds(
@@ -182,8 +184,8 @@ class Graph:
         *,
         resolution: Optional[Resolution] = None,
         region: Optional[Region] = None,
-    ) -> Iterator[tuple[int, Any]]:
-        """`render` for seeds of the canvas, one after another: (seed, array)."""
+    ) -> Iterator[tuple[int, Rendered]]:
+        """Renders an output for several seeds of the canvas, one after another: yields (seed, array)."""
         for seed in seeds:
             yield seed, self.render(name, resolution=resolution, region=region, values={"seed": seed})
 
@@ -195,16 +197,17 @@ class Graph:
         resolution: Optional[Resolution] = None,
         region: Optional[Region] = None,
         target: Optional[str] = None,
-        format: Optional[str] = None,
-        depth: Optional[str] = None,
+        format: Optional[Format] = None,
+        depth: Optional[Depth] = None,
         values: Optional[Mapping[str, Value]] = None,
         progress: Optional[Progress] = None,
     ) -> list[pathlib.Path]:
-        """The outputs as files in the folder `out`, which is made if need be: what `shibo render` writes, byte by byte.
-        Either all files are written or none.
+        """Writes the outputs as files to the folder `out`, which is created if necessary. The files equal those of
+        `shibo render`, byte by byte. Either all files are written or none.
 
-        `outputs` are all unless some are named; a `target` writes the materials for that program, by the names of
-        `shibo render --as`; `format` is png, tiff, exr or svg, `depth` 8, 16, f16 or f32, instead of the graph's."""
+        `outputs` names the outputs, by default all. `target` writes the materials for another program, named as in
+        `shibo render --as`. `format` (png, tiff, exr or svg) and `depth` (8, 16, f16 or f32) replace those of the
+        graph."""
         files = self._native.write(
             out,
             outputs=list(outputs),
@@ -213,7 +216,7 @@ class Graph:
             target=target,
             format=format,
             depth=depth,
-            values=values and dict(values),
+            values=None if values is None else dict(values),
             progress=progress,
         )
         return [pathlib.Path(file) for file in files]
@@ -222,15 +225,15 @@ class Graph:
 def load(
     path: Path, *, preset: Optional[str] = None, session: Optional[Session] = None, **params: Value
 ) -> Graph:
-    """The graph file at `path`, or one that comes along, `shibo:NAME`. An error in it is a `ShiboError`."""
+    """Loads the graph file at `path`, or a shipped graph, `shibo:NAME`. A graph with errors raises `ShiboError`."""
     return Graph(path, preset=preset, session=session, values=params)
 
 
 def check(path: Path, *, session: Optional[Session] = None) -> list[Diagnostic]:
-    """The errors and warnings of a graph file, without computing anything."""
+    """Returns the errors and warnings of a graph file, without computing anything."""
     return _shibo.check(path, _session(session))
 
 
 def graphs() -> list[str]:
-    """The names of the graphs that come along, to be loaded as `shibo:NAME`."""
+    """Returns the names of the shipped graphs, which load as `shibo:NAME`."""
     return _shibo.graphs()

@@ -1,37 +1,92 @@
-"""The extension module. Use the package, which documents what it does."""
+# The extension module. Use the package, which documents its classes and functions.
 
-from typing import Any, Optional
+from pathlib import Path as FilePath
+from typing import Optional, Union, final
+
+from ._types import Array, Canvas, Depth, Format, Parameter, Path, Progress, Region, Resolution, Value
+
+__all__ = ["VERSION", "Diagnostic", "Graph", "Session", "ShiboError", "check", "graphs"]
 
 VERSION: str
 
+@final
 class Diagnostic:
-    code: str
-    message: str
-    help: Optional[str]
-    file: Optional[str]
-    line: int
-    column: int
-    warning: bool
+    @property
+    def code(self) -> str: ...
+    @property
+    def message(self) -> str: ...
+    @property
+    def help(self) -> Optional[str]: ...
+    @property
+    def file(self) -> Optional[str]: ...
+    @property
+    def line(self) -> int: ...
+    @property
+    def column(self) -> int: ...
+    @property
+    def warning(self) -> bool: ...
 
 class ShiboError(Exception):
     diagnostics: list[Diagnostic]
 
+@final
 class Session:
-    cache_error: Optional[str]
-    def __new__(cls, library: Any, **settings: Any) -> "Session": ...
+    def __new__(
+        cls,
+        library: Path,
+        *,
+        threads: int = 0,
+        memory: int = 1536,
+        cache_dir: Optional[Path] = None,
+        cache_size: int = 4096,
+        usual_cache: bool = False,
+        import_path: list[Path] = ...,
+    ) -> Session: ...
+    @property
+    def cache_error(self) -> Optional[str]: ...
 
+@final
 class Graph:
-    path: Any
-    preset: Optional[str]
-    presets: list[str]
-    outputs: list[str]
-    params: dict[str, dict[str, Any]]
-    canvas: dict[str, Any]
-    diagnostics: list[Diagnostic]
-    def __new__(cls, path: Any, session: Session, preset: Optional[str], values: dict[str, Any]) -> "Graph": ...
-    def set_values(self, values: dict[str, Any]) -> None: ...
-    def render(self, name: str, **how: Any) -> Any: ...
-    def write(self, out: Any, **how: Any) -> list[Any]: ...
+    def __new__(cls, path: Path, session: Session, preset: Optional[str], values: dict[str, Value]) -> Graph: ...
+    @property
+    def path(self) -> FilePath: ...
+    @property
+    def preset(self) -> Optional[str]: ...
+    @preset.setter
+    def preset(self, preset: Optional[str]) -> None: ...
+    @property
+    def presets(self) -> list[str]: ...
+    @property
+    def outputs(self) -> list[str]: ...
+    @property
+    def params(self) -> dict[str, Parameter]: ...
+    @property
+    def canvas(self) -> Canvas: ...
+    @property
+    def diagnostics(self) -> list[Diagnostic]: ...
+    def set_values(self, values: dict[str, Value]) -> None: ...
+    def render(
+        self,
+        name: str,
+        *,
+        resolution: Optional[Resolution] = None,
+        region: Optional[Region] = None,
+        values: Optional[dict[str, Value]] = None,
+        progress: Optional[Progress] = None,
+    ) -> Union[Array, dict[str, Array]]: ...
+    def write(
+        self,
+        out: Path,
+        *,
+        outputs: list[str] = ...,
+        resolution: Optional[Resolution] = None,
+        region: Optional[Region] = None,
+        target: Optional[str] = None,
+        format: Optional[Format] = None,
+        depth: Optional[Depth] = None,
+        values: Optional[dict[str, Value]] = None,
+        progress: Optional[Progress] = None,
+    ) -> list[FilePath]: ...
 
-def check(path: Any, session: Session) -> list[Diagnostic]: ...
+def check(path: Path, session: Session) -> list[Diagnostic]: ...
 def graphs() -> list[str]: ...

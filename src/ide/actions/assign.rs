@@ -1,4 +1,4 @@
-//! Values that were found elsewhere, written into a file: as defaults of parameters, in presets, as arguments of nodes.
+//! Writes values chosen elsewhere into a file: as parameter defaults, in presets, or as node arguments.
 use super::super::colors;
 use super::super::file::{File, Section};
 use super::super::names::quote;
@@ -11,7 +11,7 @@ use shibo_engine::node::parse_color;
 use shibo_engine::value::linear_to_srgb;
 use std::ops::Range;
 
-/// Writes values, as RON, to where they are given: into a preset, or to the defaults without one.
+/// Sets values, given as RON: in a preset, or as the defaults without one.
 pub(crate) fn assign(cx: Cx<'_>, preset: Option<&str>, values: &[(String, String)]) -> Result<Vec<Edit>, String> {
     let mut edits = Vec::new();
     let mut added = Vec::new();
@@ -34,7 +34,7 @@ pub(crate) fn assign(cx: Cx<'_>, preset: Option<&str>, values: &[(String, String
     Ok(edits)
 }
 
-/// Adds a preset of these values.
+/// Adds a preset with these values.
 pub(crate) fn add_preset(cx: Cx<'_>, name: &str, values: &[(String, String)]) -> Result<Vec<Edit>, String> {
     let allowed = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | ' ');
     if name.trim().is_empty() || !name.chars().all(allowed) {
@@ -54,12 +54,12 @@ pub(crate) fn add_preset(cx: Cx<'_>, name: &str, values: &[(String, String)]) ->
     Ok(add_to(cx.file, Section::Presets, &entry))
 }
 
-/// Makes a parameter of the literal at a place; nothing, if there is none.
+/// Turns the literal at a position into a parameter; `None` if there is no literal.
 pub(crate) fn promote(cx: Cx<'_>, at: usize) -> Option<Vec<Edit>> {
     refactor::name_literal(cx, at).and_then(|action| action.edits.into_values().next())
 }
 
-/// The text that stands for a value in a place, written as what is there.
+/// Formats a value in the notation of the text that it replaces.
 pub(crate) fn alike(cx: Cx<'_>, there: &Range<usize>, value: &str) -> String {
     let written = cx.file.at(there);
     let color = value.strip_prefix('"').and_then(|text| parse_color(text.strip_suffix('"')?));

@@ -1,4 +1,4 @@
-//! Moves the selected nodes into a graph of their own, which takes their place.
+//! Moves the selected nodes into a new graph file, and uses that graph in their place.
 use super::super::file::Section;
 use super::super::names::{Symbol, occurrences};
 use super::super::rename::{Edit, sort};
@@ -12,23 +12,23 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::ops::Range;
 
-/// Several graphs take their names from here.
+/// Sections whose names the graph shares.
 const NAMES: [Section; 2] = [Section::Nodes, Section::Inputs];
 
-/// What the new graph is made of.
+/// Contents of the new graph.
 struct Plan<'a> {
     cx: Cx<'a>,
-    /// The entries that move.
+    /// Entries that move.
     moved: BTreeSet<usize>,
-    /// What they read of nodes that stay: the reference, the name of the input, and its type.
+    /// References from moved entries to nodes that stay, with the name and type of the new input.
     inputs: BTreeMap<String, (String, Accepts)>,
-    /// The parameters that they read.
+    /// Parameters read by moved entries.
     params: BTreeSet<String>,
-    /// What others read of them: the reference, and the name of the output.
+    /// References from outside to moved entries, with the name of the new output.
     outputs: BTreeMap<String, String>,
 }
 
-/// The change, if several nodes are selected.
+/// Returns the action if several nodes are selected.
 pub(super) fn extract(cx: Cx<'_>, selected: &Range<usize>) -> Option<Action> {
     let body = cx.file.section(Section::Nodes)?;
     let chosen = |item: &Item| item.range.start < selected.end && selected.start < item.range.end && item.key.is_some();
@@ -51,7 +51,7 @@ pub(super) fn extract(cx: Cx<'_>, selected: &Range<usize>) -> Option<Action> {
 impl<'a> Plan<'a> {
     fn new(cx: Cx<'a>, moved: BTreeSet<usize>) -> Option<Self> {
         let mut plan = Self { cx, moved, inputs: BTreeMap::new(), params: BTreeSet::new(), outputs: BTreeMap::new() };
-        // Objects have no literals that could be defaults of inputs: the nodes that make them move, too.
+        // Objects have no literals that could be defaults of inputs, so the nodes that make them move too.
         while let Some(more) = plan.look() {
             // An input of this graph cannot move.
             plan.moved.insert(more?);
@@ -68,7 +68,8 @@ impl<'a> Plan<'a> {
         self.moved.iter().any(|index| items[*index].range.contains(&at))
     }
 
-    /// Finds what goes in and out; or a node that has to move, too, if it can.
+    /// Collects inputs and outputs. Returns `Some` if another node has to move too, with `None` inside if that node
+    /// cannot move.
     fn look(&mut self) -> Option<Option<usize>> {
         let types = Types::new(self.cx);
         (self.inputs, self.params, self.outputs) = Default::default();
@@ -88,7 +89,7 @@ impl<'a> Plan<'a> {
                             self.inputs.insert(says, (input, ty));
                         }
                         (false, true) => {
-                            // Not `node_port`: that may be the name of the file of a channel.
+                            // Not `node_port`, which may be the file name of a channel.
                             let output = says.split_once('.').map(|(node, port)| format!("{port}_of_{node}"));
                             self.outputs.insert(says.clone(), output.unwrap_or(says));
                         }
@@ -101,7 +102,7 @@ impl<'a> Plan<'a> {
         None
     }
 
-    /// A name for the input that stands for a reference: none that a node or a parameter of the new graph may have.
+    /// Picks a name for the input of a reference that no node or parameter of the new graph can have.
     fn input_name(&self, says: &str) -> String {
         let plain = says.replace('.', "_");
         let node = plain != says && self.cx.file.entry(Section::Nodes, &plain).is_some();
@@ -109,7 +110,7 @@ impl<'a> Plan<'a> {
         if taken { format!("{plain}_in") } else { plain }
     }
 
-    /// Gives outputs names that are no names of the files of each other's channels, such as `skin` and `skin_height`.
+    /// Renames outputs that coincide with file names of each other's channels, such as `skin` and `skin_height`.
     fn part_outputs(&mut self) {
         let names: Vec<String> = self.outputs.values().cloned().collect();
         let channel = |a: &str, b: &str| b.strip_prefix(a).is_some_and(|rest| rest.starts_with('_'));
@@ -118,7 +119,7 @@ impl<'a> Plan<'a> {
         }
     }
 
-    /// A name for the import and the file.
+    /// Picks a name for the import and the file.
     fn name(&self, wanted: &str) -> String {
         let exists = |name: &str| self.cx.file.folder().join(format!("{name}.ron")).exists();
         let numbered = (2..).map(|n| format!("{wanted}_{n}"));
@@ -126,7 +127,7 @@ impl<'a> Plan<'a> {
         std::iter::once(wanted.to_owned()).chain(numbered).find(free).unwrap_or_default()
     }
 
-    /// The text of the new graph.
+    /// Text of the new graph.
     fn text(&self) -> String {
         let file = self.cx.file;
         let mut out = String::from("(\n  version: 1,\n");
@@ -164,7 +165,7 @@ impl<'a> Plan<'a> {
         out
     }
 
-    /// The declarations of the parameters, with those that their defaults read.
+    /// Declarations of the parameters, and of the parameters read by their defaults.
     fn declarations(&self) -> Vec<&'a str> {
         let file = self.cx.file;
         let mut wanted: Vec<String> = self.params.iter().cloned().collect();
@@ -183,7 +184,7 @@ impl<'a> Plan<'a> {
             .collect()
     }
 
-    /// The text of an entry that moves, reading the inputs.
+    /// Text of a moved entry with references replaced by inputs.
     fn rewritten(&self, range: &Range<usize>) -> String {
         let mut edits = Vec::new();
         for found in occurrences(self.cx).into_iter().filter(|found| !found.declares) {
@@ -197,7 +198,7 @@ impl<'a> Plan<'a> {
         super::apply(self.cx.file.at(range), &edits)
     }
 
-    /// The changes of this file.
+    /// Edits of this file.
     fn edits(&self, name: &str, node: &str) -> Vec<Edit> {
         let file = self.cx.file;
         let mut given: Vec<String> =
@@ -225,7 +226,7 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// How the default of an input of that type is declared, if there is a literal for it.
+/// Declaration of the default of an input of this type, if it has a literal.
 fn default(ty: Accepts) -> Option<&'static str> {
     match ty {
         Accepts::One(Type::Gray) | Accepts::Field | Accepts::EveryField | Accepts::Direction => Some("default: 0.5"),

@@ -1,4 +1,4 @@
-//! Fixes for what is reported.
+//! Fixes for reported findings.
 use super::super::complete::complete;
 use super::super::diagnose::Finding;
 use super::super::expect::Expect;
@@ -10,13 +10,13 @@ use super::insert::append;
 use super::{Action, ActionKind, apply};
 use shibo_engine::node::{KindInfo, Role};
 
-/// The words in backticks of a message.
+/// Words in backticks of a message.
 fn words(message: &str) -> impl DoubleEndedIterator<Item = &str> {
     let parts: Vec<&str> = message.split('`').collect();
     (1..parts.len()).step_by(2).map(move |i| parts[i]).collect::<Vec<_>>().into_iter()
 }
 
-/// What the help of findings says to write instead.
+/// Fixes suggested by the help of findings.
 pub(super) fn fixes(cx: Cx<'_>, findings: &[Finding]) -> Vec<Action> {
     let fix = |(index, finding): (usize, &Finding)| {
         let edit = meant(cx, finding).or_else(|| instead(cx, finding))?;
@@ -27,7 +27,7 @@ pub(super) fn fixes(cx: Cx<'_>, findings: &[Finding]) -> Vec<Action> {
     findings.iter().enumerate().filter_map(fix).collect()
 }
 
-/// "did you mean": the wrong word is the last one of the message that stands in the place.
+/// "did you mean": the wrong word is the last word of the message that occurs in the range.
 fn meant(cx: Cx<'_>, finding: &Finding) -> Option<Edit> {
     let help = finding.help.as_deref()?.strip_prefix("did you mean `")?;
     let right = &help[..help.find('`')?];
@@ -38,7 +38,7 @@ fn meant(cx: Cx<'_>, finding: &Finding) -> Option<Edit> {
     Some(Edit { range: start..start + wrong.len(), text: right.to_owned() })
 }
 
-/// "write …" where all of the place is wrong.
+/// "write …": replaces the whole range.
 fn instead(cx: Cx<'_>, finding: &Finding) -> Option<Edit> {
     let help = finding.help.as_deref()?.strip_prefix("write `\"")?;
     let right = &help[..help.find("\"`")?];
@@ -49,13 +49,13 @@ fn instead(cx: Cx<'_>, finding: &Finding) -> Option<Edit> {
     (whole && small).then(|| Edit { range: finding.range.clone(), text: format!("\"{right}\"") })
 }
 
-/// Adds the ports and parameters that the node at a place needs and does not have.
+/// Adds required ports and parameters that the node at a position lacks.
 pub(super) fn missing_ports(cx: Cx<'_>, at: usize, findings: &[Finding]) -> Option<Action> {
     let mends = findings.iter().position(|finding| finding.code == "missing-input");
     let at = mends.map_or(at, |index| findings[index].range.end);
     let trail = trail(cx, at);
     let on_word = |value: &super::super::view::Value| value.body().map(|body| body.range.start + 1);
-    // On the kind itself, its brackets are still ahead.
+    // On the kind itself, the position is still before the brackets.
     let inner = match trail.spot {
         super::super::walk::Spot::Value(_, value) if value.word().is_some_and(|word| word.end >= at) => on_word(value),
         _ => None,
@@ -84,7 +84,7 @@ fn missing<'k>(info: &'k KindInfo, body: &super::super::view::Body) -> Vec<&'k s
     needed.map(|field| field.name.as_str()).filter(|name| body.get(name).is_none()).collect()
 }
 
-/// A field with the first thing that completion would offer for it.
+/// A field with the first value that completion would offer.
 fn filled(cx: Cx<'_>, body: &super::super::view::Body, before: &[String], field: &str, info: &KindInfo) -> String {
     let list = info.field(field).is_some_and(|f| matches!(&f.role, Role::Port(port) if port.list));
     let (open, close) = if list { ("[\"", "\"]") } else { ("\"", "\"") };

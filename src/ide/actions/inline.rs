@@ -1,4 +1,4 @@
-//! Puts the nodes of a sub-graph in the place of the `Use` that shows it.
+//! Replaces a `Use` by the nodes of its sub-graph.
 use super::super::file::{File, Section};
 use super::super::names::{Symbol, occurrences, quote};
 use super::super::rename::{Edit, sort};
@@ -11,15 +11,15 @@ use super::{Action, ActionKind, apply};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// What a parameter of the sub-graph becomes.
+/// Replacement of a parameter of the sub-graph.
 enum Becomes {
-    /// Text in the place of the whole value; and what stands for it in an expression, if it can stand in one.
+    /// Text for the whole value, and the text for use in an expression, if there is one.
     Text(String, Option<String>),
     /// A parameter of the outer graph.
     Param(String),
 }
 
-/// The change, if there is a `Use` at a place whose graph can be put there.
+/// Returns the action if the `Use` at a position can be inlined.
 pub(super) fn inline(cx: Cx<'_>, at: usize) -> Option<Action> {
     let trail = trail(cx, at);
     let (Section::Nodes, item) = trail.entry()? else { return None };
@@ -28,7 +28,7 @@ pub(super) fn inline(cx: Cx<'_>, at: usize) -> Option<Action> {
     if cx.file.word(value)? != "Use" {
         return None;
     }
-    // An instance with a seed, a layout or a preset of its own is more than its nodes.
+    // An instance with its own seed, layout or preset is more than its nodes, so it cannot be inlined.
     let plain = args.items.iter().all(|arg| matches!(arg.name(), Some("graph" | "with" | "note")));
     let import = cx.file.text_of(value, "graph")?;
     let inner = cx.imported(import)?;
@@ -64,12 +64,12 @@ impl Job<'_, '_> {
         Cx { world: self.cx.world, file: self.inner }
     }
 
-    /// The name of a node of the sub-graph in the outer one.
+    /// Name of a sub-graph node in the outer graph.
     fn node(&self, name: &str) -> String {
         free_name(self.cx.file, &[Section::Nodes, Section::Inputs], &format!("{}_{name}", self.name))
     }
 
-    /// What the parameters become, and the edits that declare new ones.
+    /// Replacements of the parameters, and edits that declare new parameters.
     fn params(&self) -> (BTreeMap<String, Becomes>, Vec<Edit>) {
         let mut params = BTreeMap::new();
         let mut declared = Vec::new();
@@ -96,7 +96,7 @@ impl Job<'_, '_> {
             };
             params.insert(name.to_owned(), becomes);
         }
-        // What parameters become is known now, so a default that follows others can say it.
+        // All replacements are known now, so a default that depends on other parameters can use them.
         let declared: Vec<String> = declared
             .into_iter()
             .map(|(item, new, text, follows)| {
@@ -127,15 +127,15 @@ impl Job<'_, '_> {
         (params, edits)
     }
 
-    /// Whether a formula that runs for every pixel reads a parameter. There an expression would be computed again, in another
-    /// precision.
+    /// Returns whether a per-pixel formula reads a parameter. An expression in a formula would be evaluated again, with
+    /// another precision.
     fn in_formula(&self, name: &str) -> bool {
         occurrences(self.inner()).iter().any(|found| {
             matches!(&found.symbol, Symbol::Param(param) if param == name) && !found.literal.1.starts_with(['$', '='])
         })
     }
 
-    /// The text of the nodes, with other names and with values in the place of parameters and inputs.
+    /// Text of the nodes with new names, and with parameters and inputs replaced by values.
     fn nodes(&self, params: &BTreeMap<String, Becomes>) -> Option<String> {
         let body = self.inner.section(Section::Nodes)?;
         let (first, last) = (body.items.first()?, body.items.last()?);
@@ -156,11 +156,11 @@ impl Job<'_, '_> {
             edits.insert(at.start, Edit { range: at, text });
         }
         let text = apply(self.inner.at(&whole), &edits.into_values().collect::<Vec<_>>());
-        // Formulas that are parameters of nodes are handled as expressions are.
+        // Formulas in node parameters are handled like expressions.
         (!text.contains("\"$$")).then_some(text)
     }
 
-    /// A reference of the sub-graph, to one of its nodes or to what is given to its input.
+    /// Translates a reference of the sub-graph, to a node or to the argument of an input.
     fn reference(&self, name: &str, says: &str) -> Option<String> {
         if self.inner.entry(Section::Nodes, name).is_some() {
             return Some(quote(&says.replacen(name, &self.node(name), 1)));
@@ -170,7 +170,7 @@ impl Job<'_, '_> {
         let default = item.value.as_ref().and_then(|v| v.body()?.value("default")).map(|value| (value, self.inner));
         let (value, file) = value.or(default)?;
         match (&value.shape, std::ptr::eq(file, self.inner)) {
-            // The stand-in is a node of the sub-graph.
+            // The default of the input is a node of the sub-graph.
             (Shape::Text(says), true) if !says.starts_with(['#', '$', '=']) => {
                 let node = says.split('.').next()?;
                 Some(quote(&says.replacen(node, &self.node(node), 1)))
@@ -180,7 +180,7 @@ impl Job<'_, '_> {
         }
     }
 
-    /// A text with values in the place of its parameters.
+    /// Replaces the parameters in a text by values.
     fn with_params(&self, says: &str, params: &BTreeMap<String, Becomes>) -> String {
         if let Some(name) = says.strip_prefix('$')
             && let Some(becomes) = params.get(name)
@@ -202,7 +202,7 @@ impl Job<'_, '_> {
         quote(&out)
     }
 
-    /// What reads the outputs of the `Use` reads the nodes.
+    /// Redirects readers of the outputs of the `Use` to the nodes.
     fn readers(&self) -> Vec<Edit> {
         let mut edits = Vec::new();
         for found in occurrences(self.cx).into_iter().filter(|found| !found.declares) {

@@ -1,16 +1,16 @@
-//! Where new entries go, and how entries are taken out.
+//! Inserts and removes entries.
 use super::super::file::{File, Section};
 use super::super::rename::Edit;
 use super::super::view::{Body, Item};
 
-/// The blanks at the beginning of the line of a place.
+/// Indentation of the line at a position.
 pub(super) fn indent(text: &str, at: usize) -> &str {
     let start = text[..at].rfind('\n').map_or(0, |i| i + 1);
     let line = &text[start..];
     &line[..line.len() - line.trim_start_matches([' ', '\t']).len()]
 }
 
-/// What comes after the comma behind an item, if there is one; comments in between count as blanks.
+/// Position after the comma that follows an item, if there is one; comments in between are skipped like blanks.
 fn after_comma(text: &str, from: usize, end: usize) -> Option<usize> {
     let mut at = from;
     loop {
@@ -27,7 +27,7 @@ fn after_comma(text: &str, from: usize, end: usize) -> Option<usize> {
     }
 }
 
-/// Adds an entry behind the last one in some brackets.
+/// Adds an entry after the last one in brackets.
 pub(super) fn append(file: &File, body: &Body, entry: &str) -> Vec<Edit> {
     let text = &file.text;
     let inside = body.inside();
@@ -45,7 +45,7 @@ pub(super) fn append(file: &File, body: &Body, entry: &str) -> Vec<Edit> {
     }
 }
 
-/// Adds an entry to a section, which is made before `nodes` if there is none.
+/// Adds an entry to a section; a missing section is inserted before `nodes`.
 pub(super) fn add_to(file: &File, section: Section, entry: &str) -> Vec<Edit> {
     if let Some(body) = file.section(section) {
         return append(file, body, entry);
@@ -61,14 +61,14 @@ pub(super) fn add_to(file: &File, section: Section, entry: &str) -> Vec<Edit> {
     vec![Edit { range: at..at, text }]
 }
 
-/// Takes an item out, with its comma, and with its line if nothing else is there.
+/// Removes an item with its comma, and with its line if the line has nothing else.
 pub(super) fn remove(file: &File, body: &Body, item: &Item) -> Edit {
     let text = &file.text;
     let mut end = after_comma(text, item.range.end, body.inside().end).unwrap_or(item.range.end);
     let mut start = item.range.start;
     let line = text[..start].rfind('\n').map_or(0, |i| i + 1);
     let alone_before = text[line..start].trim().is_empty() && line > body.range.start;
-    // In a text that is broken the item may end beyond its body.
+    // In a text with syntax errors, the item may end after its body.
     let rest = text.get(end..body.inside().end).unwrap_or_default();
     let newline = rest.find('\n').filter(|i| rest[..*i].trim().is_empty());
     match newline {
@@ -81,7 +81,7 @@ pub(super) fn remove(file: &File, body: &Body, item: &Item) -> Edit {
     Edit { range: start..end, text: String::new() }
 }
 
-/// A name that no entry of these sections has.
+/// Derives a name from `wanted` that is free in these sections.
 pub(super) fn free_name(file: &File, sections: &[Section], wanted: &str) -> String {
     let taken = |name: &str| sections.iter().any(|section| file.entry(*section, name).is_some());
     let numbered = (2..).map(|n| format!("{wanted}_{n}"));

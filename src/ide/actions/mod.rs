@@ -1,4 +1,4 @@
-//! Changes that an editor offers at a place: fixes for what is wrong, and other forms of what is right.
+//! Code actions that an editor offers: fixes for findings, and refactorings of correct text.
 mod assign;
 mod extract;
 mod fixes;
@@ -15,33 +15,33 @@ use super::world::Cx;
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// What sort of change it is.
+/// Kind of an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ActionKind {
-    /// It mends something that is reported.
+    /// Fixes a finding.
     Fix,
-    /// It moves something into a place of its own.
+    /// Moves text to a new file or entry.
     Extract,
-    /// It puts something where it is used.
+    /// Replaces a reference by its definition.
     Inline,
-    /// It writes the same in another way.
+    /// Writes the same thing in another way.
     Rewrite,
-    /// It tidies the whole file.
+    /// Tidies the whole file.
     Tidy,
 }
 
-/// A change that is offered.
+/// A code action.
 #[derive(Clone, Debug)]
 pub(crate) struct Action {
-    /// What it does, in a few words.
+    /// Title, a few words.
     pub(crate) title: String,
-    /// What sort of change it is.
+    /// Kind of the action.
     pub(crate) kind: ActionKind,
-    /// What is changed.
+    /// Edits by file.
     pub(crate) edits: Edits,
-    /// Files that are made first, with their texts.
+    /// Files to create first, with their texts.
     pub(crate) creates: Vec<(PathBuf, String)>,
-    /// Which of the findings it mends.
+    /// Index of the finding that it fixes.
     pub(crate) mends: Option<usize>,
 }
 
@@ -52,7 +52,7 @@ impl Action {
     }
 }
 
-/// What is offered for a selection, and for what was found there.
+/// Actions for a selection and the findings in it.
 pub(crate) fn actions(cx: Cx<'_>, selected: &Range<usize>, findings: &[Finding]) -> Vec<Action> {
     let mut found = fixes::fixes(cx, findings);
     let at = selected.start;
@@ -66,7 +66,7 @@ pub(crate) fn actions(cx: Cx<'_>, selected: &Range<usize>, findings: &[Finding])
     found
 }
 
-/// A text with edits applied. None of them overlap.
+/// Applies edits that do not overlap to a text.
 pub(crate) fn apply(text: &str, edits: &[Edit]) -> String {
     let mut edits: Vec<Edit> = edits.to_vec();
     sort(&mut edits);

@@ -1,4 +1,4 @@
-//! Other forms of what is written: literals as parameters, relative paths, sorted presets, files without unused nodes.
+//! Refactorings: literals to parameters, relative paths, sorted presets, removal of unused nodes.
 use super::super::diagnose::{Finding, unused};
 use super::super::expect::Expect;
 use super::super::file::Section;
@@ -11,7 +11,7 @@ use super::{Action, ActionKind};
 use shibo_engine::node::{ParamType, parse_color};
 use std::path::{Component, Path, PathBuf};
 
-/// Makes a parameter of the graph of the literal at a place.
+/// Turns the literal at a position into a parameter of the graph.
 pub(super) fn name_literal(cx: Cx<'_>, at: usize) -> Option<Action> {
     let Spot::Value(expect, value) = trail(cx, at).spot else { return None };
     let (field, unit, integer) = match expect {
@@ -38,7 +38,7 @@ pub(super) fn name_literal(cx: Cx<'_>, at: usize) -> Option<Action> {
     Some(Action::new(title, ActionKind::Extract, cx.file, edits))
 }
 
-/// Writes the absolute path at a place relative to the file.
+/// Makes the absolute path at a position relative to the file.
 pub(super) fn relative_path(cx: Cx<'_>, at: usize) -> Option<Action> {
     let Spot::Value(expect, value) = trail(cx, at).spot else { return None };
     let path = match expect {
@@ -55,12 +55,12 @@ pub(super) fn relative_path(cx: Cx<'_>, at: usize) -> Option<Action> {
     Some(Action::new(format!("Make the path relative: `{relative}`"), ActionKind::Rewrite, cx.file, vec![edit]))
 }
 
-/// A path as seen from a folder, with `/`.
+/// A path relative to a folder, with `/`.
 pub(super) fn relative(path: &Path, folder: &Path) -> Option<String> {
     let clean = |path: &Path| -> PathBuf { path.components().filter(|c| !matches!(c, Component::CurDir)).collect() };
     let (path, folder) = (clean(path), clean(folder));
     let shared = path.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
-    // Nothing but the root in common: on another disk, or as good as that.
+    // The paths share only the root or lie on different disks, so there is no useful relative path.
     if shared == 0 {
         return None;
     }
@@ -69,7 +69,7 @@ pub(super) fn relative(path: &Path, folder: &Path) -> Option<String> {
     Some(up.chain(down).collect::<Vec<_>>().join("/"))
 }
 
-/// Takes out all nodes that no output needs, and the one that is reported.
+/// Actions that remove the reported node, and all nodes that no output needs.
 pub(super) fn remove_unused(cx: Cx<'_>, findings: &[Finding]) -> Vec<Action> {
     let Some(body) = cx.file.section(Section::Nodes) else { return Vec::new() };
     let reported = findings.iter().position(|finding| finding.unneeded);
@@ -89,7 +89,7 @@ pub(super) fn remove_unused(cx: Cx<'_>, findings: &[Finding]) -> Vec<Action> {
     found
 }
 
-/// Brings the presets into the order of their names.
+/// Sorts the presets by name.
 pub(super) fn sort_presets(cx: Cx<'_>, at: usize) -> Option<Action> {
     let body = cx.file.section(Section::Presets)?;
     let inside = body.range.start <= at && at <= body.range.end;
@@ -107,7 +107,7 @@ pub(super) fn sort_presets(cx: Cx<'_>, at: usize) -> Option<Action> {
     Some(Action::new("Sort the presets by name", ActionKind::Rewrite, cx.file, edits))
 }
 
-/// Whether a value is a plain literal that means the same everywhere.
+/// Returns whether a value is a plain literal that means the same everywhere.
 pub(super) fn is_literal(value: &Value) -> bool {
     matches!(value.shape, Shape::Number(_) | Shape::Word)
 }

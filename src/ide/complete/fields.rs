@@ -1,4 +1,4 @@
-//! Fields and keys.
+//! Completion of fields and keys.
 use super::super::docs;
 use super::super::expect::Expect;
 use super::super::file::Section;
@@ -11,7 +11,7 @@ use shibo_engine::node::{FieldInfo, ParamType, Role};
 use std::collections::HashMap;
 
 impl<'a> Ask<'a> {
-    /// What may be a key in some brackets; `named` if a colon follows already.
+    /// Keys allowed in brackets; `named` if a colon follows already.
     pub(super) fn keys(&self, inside: Expect<'a>, body: &'a Body, named: bool) -> Vec<Completion> {
         match inside {
             Expect::Kind(_) | Expect::Struct(_) => self.fields(inside, body, named),
@@ -27,7 +27,7 @@ impl<'a> Ask<'a> {
                 free.map(|(i, name)| self.key(name, Sort::Name, "a new output", named, i as f64)).collect()
             }
             _ => {
-                let fields = docs::plain_fields(inside).into_iter().enumerate();
+                let fields = inside.fields().into_iter().map(|field| (field.name, field.doc)).enumerate();
                 let near = |i: usize, name: &str| i as f64 + self.apart(body, &|n| plain_index(inside, n), name);
                 let free = fields.filter(|(_, (name, _))| named || body.get(name).is_none());
                 free.map(|(i, (name, doc))| {
@@ -40,7 +40,7 @@ impl<'a> Ask<'a> {
         }
     }
 
-    /// A key in quotes.
+    /// A completion for a key in quotes.
     fn key(&self, name: &str, sort: Sort, detail: &str, named: bool, score: f64) -> Completion {
         let offer = self.offer(name, sort, detail, Topic::Text(String::new()), score);
         let insert = match (named, self.quoted) {
@@ -51,7 +51,7 @@ impl<'a> Ask<'a> {
         Completion { insert, ..offer }
     }
 
-    /// The fields of a kind that are not there yet.
+    /// Fields of a kind that are still missing.
     fn fields(&self, inside: Expect<'a>, body: &'a Body, named: bool) -> Vec<Completion> {
         let fields = docs::fields(inside);
         let kind = if let Expect::Kind(info) = inside { info.kind.as_str() } else { "" };
@@ -84,7 +84,8 @@ impl<'a> Ask<'a> {
         found
     }
 
-    /// How far a field is from its place in the order of declaration: 0 if it belongs between those around the cursor.
+    /// Distance of a field from its position in the order of declaration: 0 if it belongs between the fields around the
+    /// cursor.
     fn apart(&self, body: &Body, index: &dyn Fn(&str) -> Option<usize>, name: &str) -> f64 {
         let Some(own) = index(name) else { return 0.0 };
         let place = |item: &super::super::view::Item| item.name().and_then(index);
@@ -95,7 +96,7 @@ impl<'a> Ask<'a> {
         f64::from(u8::from(early)) * 1.5 + f64::from(u8::from(late)) * 2.5
     }
 
-    /// How often other nodes of a kind in this file have each field.
+    /// Number of the file's other nodes of a kind that have each field.
     fn used_elsewhere(&self, kind: &str) -> HashMap<&'a str, f64> {
         let mut counts = HashMap::new();
         let file = self.cx.file;
@@ -110,7 +111,7 @@ impl<'a> Ask<'a> {
         counts
     }
 
-    /// The parameters and inputs of an imported graph that are not given yet.
+    /// Parameters and inputs of an imported graph that have no value yet.
     fn given(&self, import: &str, body: &'a Body, named: bool) -> Vec<Completion> {
         let Some(file) = self.cx.imported(import) else { return Vec::new() };
         let inner = Cx { world: self.cx.world, file: &file };
@@ -135,7 +136,7 @@ impl<'a> Ask<'a> {
         found
     }
 
-    /// The words of a choice, those first that are usual with the other fields that are there.
+    /// Options of a choice; those that usually occur with the present fields come first.
     pub(super) fn choices(&self, expect: Expect<'a>) -> Vec<Completion> {
         let mut words = docs::words(expect);
         words.extend(self.declared_options(expect).into_iter().map(|word| (word, String::new())));
@@ -163,7 +164,7 @@ impl<'a> Ask<'a> {
         found
     }
 
-    /// The words that the parameter may be that is given a value here: one of this graph, or of an imported one.
+    /// Options of the choice parameter that gets a value here; it belongs to this graph or to an imported one.
     fn declared_options(&self, expect: Expect<'a>) -> Vec<String> {
         match expect {
             Expect::Preset(name) => self.cx.file.options(name),
@@ -172,7 +173,7 @@ impl<'a> Ask<'a> {
         }
     }
 
-    /// Whether a bracket follows what is replaced.
+    /// Returns whether a bracket follows the replaced text.
     fn before_bracket(&self) -> bool {
         self.cx.file.text[self.replace.end..].trim_start().starts_with('(')
     }
@@ -183,10 +184,10 @@ fn contains(range: std::ops::Range<usize>, at: usize) -> bool {
 }
 
 fn plain_index(inside: Expect<'_>, name: &str) -> Option<usize> {
-    docs::plain_fields(inside).iter().position(|(n, _)| *n == name)
+    inside.fields().iter().position(|field| field.name == name)
 }
 
-/// A field with what must be around its value.
+/// Snippet of a field with the delimiters of its value.
 fn field_snippet(field: &FieldInfo) -> (String, bool) {
     let name = &field.name;
     match &field.role {

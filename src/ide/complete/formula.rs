@@ -1,17 +1,17 @@
-//! Expressions: functions, parameters, and the names of a formula.
+//! Completion in expressions: functions, parameters, and names of formulas.
 use super::super::expect::Expect;
 use super::super::file::Section;
 use super::{Ask, Completion, Sort, Topic};
 use shibo_engine::expression::described;
 use std::ops::Range;
 
-/// The facts of the canvas that an expression may read.
+/// Facts of the canvas that an expression may read.
 const CANVAS: [(&str, &str); 3] = [
     ("canvas.width", "The width of the canvas in mm."),
     ("canvas.height", "The height of the canvas in mm."),
     ("canvas.seed", "The seed of the canvas."),
 ];
-/// The names of places in a formula.
+/// Names of coordinates in a formula.
 const PLACES: [(&str, &str); 4] = [
     ("x", "The position in mm, to the right."),
     ("y", "The position in mm, down."),
@@ -20,7 +20,7 @@ const PLACES: [(&str, &str); 4] = [
 ];
 
 impl<'a> Ask<'a> {
-    /// What may be written in an expression; in the formula of a node also its ports and the position.
+    /// Names allowed in an expression; a node's formula may also use its ports and the position.
     pub(super) fn formula(&mut self, expect: Expect<'a>, of_node: bool, inside: Range<usize>) -> Vec<Completion> {
         let text = &self.cx.file.text;
         let before = text.get(inside.start..self.at).unwrap_or_default();
@@ -57,7 +57,7 @@ impl<'a> Ask<'a> {
         found
     }
 
-    /// The components of a colour.
+    /// Components of a colour.
     fn components(&self, typed: &str) -> Vec<Completion> {
         let name = typed.trim_start_matches('$').split('.').next().unwrap_or_default();
         let head = self.cx.file.entry(Section::Params, name).and_then(|item| self.cx.file.head(item));

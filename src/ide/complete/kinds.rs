@@ -1,4 +1,4 @@
-//! Kinds of nodes.
+//! Completion of node kinds.
 use super::super::docs;
 use super::super::expect::Expect;
 use super::super::file::Section;
@@ -9,11 +9,11 @@ use super::{Ask, Completion, Sort, Topic};
 use shibo_engine::node::{KindInfo, OutputType, Role};
 use shibo_engine::value::{Accepts, Type};
 
-/// The words that put graphs into others.
+/// Keywords that include other graphs.
 const COMPOSED: [&str; 2] = ["Use", "Each"];
 
 impl<'a> Ask<'a> {
-    /// All kinds, those first whose main output fits.
+    /// All kinds; those whose main output fits come first.
     pub(super) fn kinds(&self, expect: Expect<'a>) -> Vec<Completion> {
         let fits = expect.reference(self.cx).flatten();
         let body = self.following();
@@ -46,7 +46,7 @@ impl<'a> Ask<'a> {
         found
     }
 
-    /// The brackets behind the word, if there are some already.
+    /// The brackets after the word, if there are any.
     fn following(&self) -> Option<&'a Body> {
         match self.trail.spot {
             Spot::Value(_, value) => match &value.shape {
@@ -57,7 +57,7 @@ impl<'a> Ask<'a> {
         }
     }
 
-    /// The kind and the field that a value is given to.
+    /// The kind and field that get a value here.
     pub(super) fn owner(&self, expect: Expect<'a>) -> Option<(&'a str, &'a str)> {
         let field = match expect {
             Expect::Port(field, ..) | Expect::Value(field, _) => field,
@@ -75,7 +75,7 @@ impl<'a> Ask<'a> {
         -(1.0 + habits.kind(kind)).ln() - 3.0 * (1.0 + named).ln()
     }
 
-    /// How usual a kind is here.
+    /// Score of a kind by how common it is here.
     fn score(&self, info: &KindInfo, name: Option<&str>, at: Option<(&str, &str)>) -> f64 {
         let habits = self.cx.world.habits();
         let source = at.map_or(0.0, |(kind, port)| habits.source(kind, port, &info.kind));
@@ -84,7 +84,7 @@ impl<'a> Ask<'a> {
     }
 }
 
-/// Whether the main output of a kind may go into a port.
+/// Returns whether the main output of a kind fits a port.
 fn main_fits(info: &KindInfo, port: Accepts) -> bool {
     match info.outputs.first().map(|output| output.ty) {
         Some(OutputType::Fixed(ty)) => ty.fits(port),
@@ -95,7 +95,7 @@ fn main_fits(info: &KindInfo, port: Accepts) -> bool {
     }
 }
 
-/// How badly a kind fits the fields that are there already: those that it does not have, and those that it needs besides.
+/// Penalty of a kind for the fields already present: fields it lacks, and required fields that are missing.
 fn mismatch(info: &KindInfo, body: &Body) -> f64 {
     let mut wrong = 0.0;
     for item in &body.items {
@@ -108,11 +108,11 @@ fn mismatch(info: &KindInfo, body: &Body) -> f64 {
         }
     }
     let missing = info.ports().filter(|(field, port)| port.required && body.get(&field.name).is_none()).count();
-    // With the same fields, the kind that has fewer others is the nearer one.
+    // Among kinds with the same fields, the one with fewer other fields is closer.
     wrong + 0.8 * missing as f64 + 0.005 * info.fields.len() as f64
 }
 
-/// A kind with its required ports and parameters to be filled in.
+/// Snippet of a kind with its required ports and parameters to fill in.
 fn snippet(info: &KindInfo) -> (String, bool) {
     let mut parts = Vec::new();
     for field in &info.fields {
@@ -127,7 +127,7 @@ fn snippet(info: &KindInfo) -> (String, bool) {
     (format!("{}({}$0)", info.kind, parts.join(", ")), true)
 }
 
-/// What a field is called in the counts of connections.
+/// Name of a field in the counts of connections.
 pub(super) fn source_of(kind: &str, port: &str) -> String {
     habits::source(kind, port)
 }

@@ -1,4 +1,4 @@
-//! What may be written at a place, the best first.
+//! Completion at a position, best first.
 mod fields;
 mod formula;
 mod kinds;
@@ -16,19 +16,19 @@ use super::world::Cx;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// The most that is offered at once.
+/// Maximum number of completions.
 const MOST: usize = 2000;
 
-/// What an offer is.
+/// Category of a completion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sort {
     /// A kind of nodes.
     Kind,
-    /// A node or an output of one.
+    /// A node or one of its outputs.
     Node,
     /// A field.
     Field,
-    /// A word to choose.
+    /// An option of a choice.
     Choice,
     /// A parameter of the graph.
     Param,
@@ -46,56 +46,56 @@ pub(crate) enum Sort {
     Value,
 }
 
-/// Where the manual of an offer is.
+/// Source of a completion's manual.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Topic {
-    /// The text itself.
+    /// The manual itself.
     Text(String),
-    /// The manual of a kind.
+    /// Manual of a kind.
     Kind(String),
-    /// That of a field of a kind.
+    /// Manual of a field of a kind.
     Field(String, String),
-    /// That of a node of this file.
+    /// Documentation of a node of this file.
     Node(String),
 }
 
-/// Something that may be written.
+/// A completion.
 #[derive(Clone, Debug)]
 pub(crate) struct Completion {
-    /// What is shown, and what typed letters are compared with.
+    /// Text that is shown and compared with typed letters.
     pub(crate) label: String,
-    /// What it is.
+    /// Category.
     pub(crate) sort: Sort,
-    /// A few words beside it.
+    /// A few words shown beside the label.
     pub(crate) detail: String,
-    /// Where its manual is.
+    /// Source of the manual.
     pub(crate) topic: Topic,
-    /// What is written, and in the place of which bytes.
+    /// Text to insert.
     pub(crate) insert: String,
-    /// Whether `insert` has places to fill in, as `$1`.
+    /// True if `insert` has placeholders like `$1`.
     pub(crate) snippet: bool,
-    /// See `insert`.
+    /// Bytes that `insert` replaces.
     pub(crate) replace: Range<usize>,
-    /// Whether it should no longer be used.
+    /// True if the item is deprecated.
     pub(crate) deprecated: bool,
-    /// How well it fits; the smallest is the best.
+    /// Rank; lower is better.
     score: f64,
 }
 
-/// The place where something is asked for.
+/// Context of a completion request.
 struct Ask<'a> {
     cx: Cx<'a>,
     types: Types<'a>,
     trail: Trail<'a>,
-    /// The cursor.
+    /// Position of the cursor.
     at: usize,
-    /// What is replaced.
+    /// Range to replace.
     replace: Range<usize>,
-    /// Whether that is between quotes.
+    /// True if the range is between quotes.
     quoted: bool,
 }
 
-/// What may be written at a place.
+/// Completions at a position.
 pub(crate) fn complete(cx: Cx<'_>, at: usize) -> Vec<Completion> {
     if cx.file.tree.is_comment(at) {
         return Vec::new();
@@ -106,7 +106,7 @@ pub(crate) fn complete(cx: Cx<'_>, at: usize) -> Vec<Completion> {
     ask.finish(found)
 }
 
-/// The manual of an offer.
+/// Manual of a completion.
 pub(crate) fn manual(cx: Cx<'_>, topic: &Topic, pictures: &dyn Pictures) -> String {
     let found = match topic {
         Topic::Text(text) => Some(text.clone()),
@@ -122,7 +122,7 @@ pub(crate) fn manual(cx: Cx<'_>, topic: &Topic, pictures: &dyn Pictures) -> Stri
     found.unwrap_or_default()
 }
 
-/// Whether letters occur in a word in their order; how well, the smallest being the best.
+/// Matches typed letters as a subsequence of a label; returns the rank, lower is better, or `None`.
 fn matches(typed: &str, label: &str) -> Option<u8> {
     let (typed, lower) = (typed.to_lowercase(), label.to_lowercase());
     if lower.starts_with(&typed) {
@@ -143,7 +143,7 @@ impl<'a> Ask<'a> {
                 Shape::Text(_) if value.range.start < self.at => self.in_text(expect, value),
                 Shape::Word => self.on_word(expect, value.range.clone()),
                 Shape::Call { word, .. } if self.at <= word.end => self.on_word(expect, word.clone()),
-                // A kind is missing before its brackets.
+                // The kind is missing before its brackets.
                 Shape::Body(body) if self.at <= value.range.start && body.bracket == b'(' => self.value(expect),
                 Shape::Number(_) | Shape::Other => Vec::new(),
                 _ => Vec::new(),
@@ -169,7 +169,7 @@ impl<'a> Ask<'a> {
         }
     }
 
-    /// At a word that is a value, or the beginning of a key.
+    /// Completes a word that is a value or the beginning of a key.
     fn on_word(&mut self, expect: Expect<'a>, word: Range<usize>) -> Vec<Completion> {
         self.replace = word;
         let Some(level) = self.trail.last() else { return Vec::new() };
@@ -182,7 +182,7 @@ impl<'a> Ask<'a> {
         }
     }
 
-    /// An element of a list.
+    /// Completes an element of a list.
     fn element(&mut self, inside: Expect<'a>) -> Vec<Completion> {
         match inside {
             Expect::Port(field, port, _) => self.value(Expect::Port(field, port, true)),
@@ -195,7 +195,7 @@ impl<'a> Ask<'a> {
         }
     }
 
-    /// Between quotes.
+    /// Completes between quotes.
     fn in_text(&mut self, expect: Expect<'a>, value: &'a Value) -> Vec<Completion> {
         let text = &self.cx.file.text;
         let start = value.range.start + 1;
@@ -220,13 +220,13 @@ impl<'a> Ask<'a> {
         self.text(expect, typed, start..end)
     }
 
-    /// The end of the word that the cursor is in, at most `end`.
+    /// End of the word at the cursor, at most `end`.
     fn word_end(&self, end: usize) -> usize {
         let rest = self.cx.file.text.get(self.at..end).unwrap_or_default();
         self.at + rest.find(|c: char| !(c.is_alphanumeric() || matches!(c, '_' | '.'))).unwrap_or(rest.len())
     }
 
-    /// An offer without places to fill in.
+    /// A completion without placeholders.
     fn offer(&self, label: &str, sort: Sort, detail: &str, topic: Topic, score: f64) -> Completion {
         Completion {
             label: label.to_owned(),
@@ -241,14 +241,14 @@ impl<'a> Ask<'a> {
         }
     }
 
-    /// The same for a text, with quotes if the cursor is not between some.
+    /// A completion for a text; adds quotes unless the cursor is between quotes.
     fn offer_text(&self, label: &str, sort: Sort, detail: &str, topic: Topic, score: f64) -> Completion {
         let offer = self.offer(label, sort, detail, topic, score);
         let insert = if self.quoted { label.to_owned() } else { super::names::quote(label) };
         Completion { insert, ..offer }
     }
 
-    /// Those that have the letters that are typed, the best first.
+    /// Keeps the completions that match the typed letters, best first.
     fn finish(&self, found: Vec<Completion>) -> Vec<Completion> {
         let text = &self.cx.file.text;
         let mut ranked: Vec<(u8, Completion)> = found

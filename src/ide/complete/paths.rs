@@ -1,12 +1,12 @@
-//! Files on disk.
+//! Completion of file paths.
 use super::{Ask, Completion, Sort, Topic};
 use std::ops::Range;
 
-/// The extensions of pictures.
+/// Extensions of picture files.
 const PICTURES: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "exr"];
 
 impl Ask<'_> {
-    /// The files that a node may read.
+    /// Files that a node can read.
     pub(super) fn files(&mut self, typed: &str, inside: Range<usize>) -> Vec<Completion> {
         let kind = self.trail.node().and_then(|level| match level.inside {
             super::Expect::Kind(info) => Some(info.kind.as_str()),
@@ -26,7 +26,7 @@ impl Ask<'_> {
         })
     }
 
-    /// The graphs that may be imported: files, and those that come with the program.
+    /// Graphs that can be imported: files, and graphs of the library.
     pub(super) fn import_paths(&mut self, typed: &str, inside: Range<usize>) -> Vec<Completion> {
         let own = self.cx.file.path.file_name().map(|name| name.to_string_lossy().into_owned());
         let mut found = self.list(typed, inside.clone(), &|name| {
@@ -41,7 +41,7 @@ impl Ask<'_> {
         found
     }
 
-    /// The files of a folder that are wanted, and the folders in it.
+    /// Folders and accepted files in a folder.
     fn list(&mut self, typed: &str, inside: Range<usize>, wanted: &dyn Fn(&str) -> bool) -> Vec<Completion> {
         let start = typed.rfind('/').map_or(0, |i| i + 1);
         self.replace = inside.start + start..inside.end;

@@ -1,4 +1,4 @@
-//! Names of nodes and their outputs.
+//! Completion of nodes and their outputs.
 use super::super::expect::Expect;
 use super::super::file::Section;
 use super::super::names::{Symbol, occurrences};
@@ -9,23 +9,23 @@ use super::{Ask, Completion, Sort, Topic};
 use shibo_engine::value::Accepts;
 use std::collections::{HashMap, HashSet};
 
-/// Who reads whom in a file.
+/// References between the nodes of a file.
 struct Wires {
-    /// How often each node is read, and each output.
+    /// Number of references to each node and output.
     nodes: HashMap<String, usize>,
     ports: HashMap<(String, String), usize>,
-    /// The nodes that read the node at the cursor, directly or by way of others.
+    /// Direct and indirect readers of the node at the cursor.
     after: HashSet<String>,
-    /// What the node at the cursor reads already.
+    /// References that the node at the cursor has already.
     own: HashSet<String>,
-    /// What fields of the same name read in other nodes, and how often.
+    /// References in fields of the same name in other nodes, with counts.
     alike: HashMap<String, usize>,
-    /// The entry of `nodes` at the cursor.
+    /// Index of the entry of `nodes` at the cursor.
     me: Option<usize>,
 }
 
 impl<'a> Ask<'a> {
-    /// The nodes and outputs that may be read here, those first whose type fits.
+    /// Nodes and outputs that can be referenced here; those of a fitting type come first.
     pub(super) fn references(&self, expect: Expect<'a>, fits: Option<Accepts>) -> Vec<Completion> {
         let port_name = self.port_name(expect);
         let wires = self.wires(port_name);
@@ -49,7 +49,7 @@ impl<'a> Ask<'a> {
                 let usage = Usage { wires: &wires, fits, owner, kind, port_name, me, siblings: &siblings };
                 for (plain, label) in forms {
                     let mut score = base + self.fitness(name, port, i, &usage);
-                    // Outputs of sub-graphs are usually named, those of nodes are not.
+                    // References usually name the output of a sub-graph, but not the output of a node.
                     score += if i == 0 && plain == is_use(kind) { 0.7 } else { 0.0 };
                     let unit = port.unit.map_or(String::new(), |unit| format!(" {unit}"));
                     let ty = port.ty.map_or("?", Accepts::name);
@@ -71,7 +71,7 @@ impl<'a> Ask<'a> {
         found
     }
 
-    /// What a value is given to: the name of the port, of the input, or of the output.
+    /// Name of the port, input or output that gets a value here.
     pub(super) fn port_name(&self, expect: Expect<'a>) -> &'a str {
         match expect {
             Expect::Port(field, ..) | Expect::Value(field, _) => &field.name,
@@ -116,14 +116,14 @@ impl<'a> Ask<'a> {
         score
     }
 
-    /// Whether the name of a field and a colon come before a place.
+    /// Returns whether a position follows the name of a field and a colon.
     fn is_field(&self, at: usize, field: &str) -> bool {
         let before = self.cx.file.text[..at].trim_end();
         let key = before.strip_suffix(':').map(|before| before.trim_end().trim_end_matches('"'));
         key.is_some_and(|key| key.strip_suffix(field).is_some_and(|rest| rest.ends_with([' ', '(', '"', '\n', ','])))
     }
 
-    /// The names after the dots of what the node at the cursor reads already.
+    /// Output names of the references that the node at the cursor has already.
     fn siblings(&self) -> Vec<&'a str> {
         let items = self.trail.node().map_or(&[][..], |level| &level.body.items[..]);
         let text =
@@ -131,7 +131,7 @@ impl<'a> Ask<'a> {
         items.iter().filter(|item| self.at < item.range.start || item.range.end < self.at).filter_map(text).collect()
     }
 
-    /// Who reads whom, what is written at the cursor aside.
+    /// Collects the references of the file, except the one at the cursor.
     fn wires(&self, field: &str) -> Wires {
         let file = self.cx.file;
         let nodes = file.entries(Section::Nodes);
@@ -182,7 +182,7 @@ impl<'a> Ask<'a> {
     }
 }
 
-/// What the fitness of an output depends on.
+/// Data for scoring an output.
 struct Usage<'u> {
     wires: &'u Wires,
     fits: Option<Accepts>,
@@ -191,11 +191,11 @@ struct Usage<'u> {
     port_name: &'u str,
     /// The node at the cursor.
     me: Option<&'u str>,
-    /// The outputs that it reads of other nodes, by their names after the dot.
+    /// Output names of its other references.
     siblings: &'u [&'u str],
 }
 
-/// How an output may be written; whether that is the name of the node alone.
+/// Ways to write a reference to an output, each with whether it is the node's name alone.
 fn forms(name: &str, port: &Port, index: usize, ports: usize) -> Vec<(bool, String)> {
     let full = || (false, format!("{name}.{}", port.name));
     match index {
@@ -205,18 +205,18 @@ fn forms(name: &str, port: &Port, index: usize, ports: usize) -> Vec<(bool, Stri
     }
 }
 
-/// How far away a node is: those just before are near.
+/// Distance of a node; nodes just before the cursor are near.
 fn near(me: Option<usize>, index: Option<usize>, count: usize) -> f64 {
     match (me, index) {
         (_, None) => 1.0,
         (Some(me), Some(i)) if i < me => 0.12 * ((me - i).min(30) as f64),
         (Some(me), Some(i)) => 5.0 + 0.1 * (i - me).min(30) as f64,
-        // What outputs show is made last.
+        // Outputs usually show the nodes made last.
         (None, Some(i)) => 0.12 * (count - i).min(30) as f64,
     }
 }
 
-/// How much the name of a node is like that of the port, and like that of the node that reads it.
+/// Similarity of a node's name to the port and to the node that reads it.
 fn likeness(name: &str, port: &str, me: Option<&str>) -> f64 {
     let mut score = 0.0;
     if name == port {
@@ -230,7 +230,7 @@ fn likeness(name: &str, port: &str, me: Option<&str>) -> f64 {
     score
 }
 
-/// Whether two names have a word in common.
+/// Returns whether two names share a word.
 fn shares(a: &str, b: &str) -> bool {
     let word = |w: &&str| w.len() > 2;
     a.split('_')

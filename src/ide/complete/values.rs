@@ -1,16 +1,18 @@
-//! Values: what may be written after a colon, and between quotes.
-use super::super::expect::{Expect, PARAM_TYPES};
+//! Completion of values: after a colon, and between quotes.
+use super::super::expect::Expect;
 use super::super::file::Section;
 use super::super::view::Value;
 use super::super::walk::{Visit, walk};
 use super::{Ask, Completion, Sort, Topic};
+use shibo_engine::export::{ExportTarget, TARGETS};
+use shibo_engine::graph::schema::PARAM_TYPES;
 use shibo_engine::node::{ParamType, parse_color};
 use shibo_engine::value::{Accepts, Type};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
 impl<'a> Ask<'a> {
-    /// After a colon.
+    /// Completes after a colon.
     pub(super) fn value(&self, expect: Expect<'a>) -> Vec<Completion> {
         let mut found = self.choices(expect);
         if expect.takes_nodes() {
@@ -20,7 +22,7 @@ impl<'a> Ask<'a> {
             found.extend(self.references(expect, fits));
         }
         match expect {
-            Expect::Entry(Section::Params, _) => found.extend(PARAM_TYPES.map(|ty| self.declaration(ty))),
+            Expect::Entry(Section::Params, _) => found.extend(PARAM_TYPES.map(|ty| self.declaration(ty.name()))),
             Expect::Entry(Section::Inputs, _) => found.extend(Accepts::all().map(|ty| self.declaration(ty.name()))),
             Expect::Entry(Section::Outputs, _) => found.extend(self.output_forms()),
             Expect::Value(_, param) => {
@@ -41,7 +43,7 @@ impl<'a> Ask<'a> {
         found
     }
 
-    /// Between quotes: `typed` is before the cursor, `inside` is all of it.
+    /// Completes between quotes: `typed` is the text before the cursor, `inside` the range of the whole text.
     pub(super) fn text(&mut self, expect: Expect<'a>, typed: &str, inside: Range<usize>) -> Vec<Completion> {
         let formula = matches!(expect, Expect::Value(_, param) if param.ty == ParamType::Formula);
         if (typed.starts_with('=') || formula) && !matches!(expect, Expect::Note) {
@@ -73,7 +75,7 @@ impl<'a> Ask<'a> {
         found
     }
 
-    /// Imports and presets, where these are wanted.
+    /// Imports and presets, where one is expected.
     fn named(&self, expect: Expect<'a>) -> Option<Vec<Completion>> {
         let names: Vec<String> = match expect {
             Expect::Use(_, _, Some("graph")) => {
@@ -101,7 +103,7 @@ impl<'a> Ask<'a> {
         Some(names.iter().enumerate().map(offer).collect())
     }
 
-    /// The parameters of the graph, `$name`, those first that are of the right type and name.
+    /// Parameters of the graph as `$name`; those of a matching type and name come first.
     pub(super) fn params(&self, expect: Expect<'a>) -> Vec<Completion> {
         let Some(fits) = param_types(expect, self) else { return Vec::new() };
         let file = self.cx.file;
@@ -139,7 +141,7 @@ impl<'a> Ask<'a> {
         found
     }
 
-    /// The texts that fields of that name have elsewhere in this file, and how often.
+    /// Texts of fields of this name elsewhere in the file, with counts.
     fn alike(&self, field: &str) -> BTreeMap<&'a str, f64> {
         struct Texts<'a, 'f> {
             field: &'f str,
@@ -165,7 +167,7 @@ impl<'a> Ask<'a> {
         texts.found
     }
 
-    /// The colours of this file, the most frequent first.
+    /// Colours of this file, the most frequent first.
     pub(super) fn colors_used(&self) -> Vec<Completion> {
         struct Colors<'a>(BTreeMap<&'a str, usize>, usize);
         impl<'a> Visit<'a> for Colors<'a> {
@@ -187,7 +189,7 @@ impl<'a> Ask<'a> {
         colors.0.iter().map(offer).collect()
     }
 
-    /// A declaration of that type with what it needs.
+    /// A declaration of this type with its required fields.
     fn declaration(&self, ty: &str) -> Completion {
         let default = match ty {
             "Number" | "Gray" | "Field" | "EveryField" | "Direction" => "${1:0.5}",
@@ -209,28 +211,25 @@ impl<'a> Ask<'a> {
     }
 
     fn output_forms(&self) -> Vec<Completion> {
-        let forms = [
-            ("File", "File(from: \"$1\"$0)"),
-            ("Gltf", "Gltf(material: \"$1\"$0)"),
-            ("Obj", "Obj(material: \"$1\"$0)"),
-            ("MaterialX", "MaterialX(material: \"$1\"$0)"),
-            ("Usd", "Usd(material: \"$1\"$0)"),
-            ("Preset", "Preset(material: \"$1\", target: $0)"),
-            ("Pack", "Pack(r: \"$1\"$0)"),
-        ];
-        let form = |(label, insert): (&str, &str)| {
-            let offer = self.offer(label, Sort::Kind, "with settings of the file", Topic::Text(String::new()), 30.0);
+        let form = |label: &str, detail: &str, field: &str| {
+            let offer = self.offer(label, Sort::Kind, detail, Topic::Text(String::new()), 30.0);
             let bare = self.cx.file.text[self.replace.end..].trim_start().starts_with('(');
-            Completion { insert: if bare { label.to_owned() } else { insert.to_owned() }, snippet: !bare, ..offer }
+            let insert = if bare { label.to_owned() } else { format!("{label}({field}: \"$1\"$0)") };
+            Completion { insert, snippet: !bare, ..offer }
         };
-        forms.map(form).into()
+        let target = |target: &&dyn ExportTarget| {
+            let info = target.info();
+            info.fields.first().map(|first| form(info.name, info.doc, first.name))
+        };
+        let file = form("File", "with settings of the file", "from");
+        [file].into_iter().chain(TARGETS.iter().filter_map(target)).collect()
     }
 
     fn bools(&self) -> Vec<Completion> {
         ["true", "false"].map(|word| self.offer(word, Sort::Choice, "", Topic::Text(String::new()), 0.0)).into()
     }
 
-    /// The default of a parameter.
+    /// Default value of a parameter.
     fn default(&self, written: &str) -> Option<Completion> {
         let plain = !written.is_empty() && written.len() < 60 && !written.contains("None");
         let word = written.starts_with(|c: char| c.is_ascii_alphabetic());
@@ -239,7 +238,7 @@ impl<'a> Ask<'a> {
     }
 }
 
-/// Whether a literal colour may stand here.
+/// Returns whether a literal colour is allowed here.
 fn takes_color(expect: Expect<'_>) -> bool {
     match expect {
         Expect::Port(_, port, _) => Type::Rgb.fits(port.ty) && port.ty != Accepts::One(Type::Normal),
@@ -250,7 +249,7 @@ fn takes_color(expect: Expect<'_>) -> bool {
     }
 }
 
-/// The types of parameters that may stand here; `None` if none may.
+/// Types of parameters allowed here; `None` if no parameter is.
 fn param_types(expect: Expect<'_>, ask: &Ask<'_>) -> Option<&'static [&'static str]> {
     let numbers: &[&str] = &["Number", "Integer", "Bool"];
     Some(match expect {

@@ -1,4 +1,4 @@
-//! Changes: what a rename and the actions make of a text, and that the text means the same afterwards.
+//! Renames and code actions: the resulting text, and that its meaning stays the same.
 use super::super::actions::{Action, actions, apply};
 use super::super::diagnose::hints;
 use super::super::rename::rename;
@@ -14,7 +14,7 @@ fn workspace() -> Workspace {
     Workspace::new(Arc::new(crate::library::registry()), Vec::new())
 }
 
-/// The actions for what is between two `|` of a text, or at one.
+/// Actions for the selection between two `|` of a text, or at one `|`.
 fn offered(text: &str) -> (String, Vec<Action>) {
     let (from, to) = (text.find('|').unwrap(), text.rfind('|').unwrap());
     let plain = text.replace('|', "");
@@ -26,7 +26,7 @@ fn offered(text: &str) -> (String, Vec<Action>) {
     (plain, actions(cx, &selected, &found))
 }
 
-/// The text after the action whose title begins so.
+/// The text after applying the action whose title begins with `title`.
 fn after(text: &str, title: &str) -> String {
     let (plain, actions) = offered(text);
     let titles: Vec<&str> = actions.iter().map(|action| action.title.as_str()).collect();
@@ -36,7 +36,7 @@ fn after(text: &str, title: &str) -> String {
 }
 
 #[test]
-fn actions_change_what_they_say() {
+fn applies_each_code_action() {
     let text = "(\n  nodes: {\n    \"a\": Perlin(size: |3),\n  },\n  outputs: { \"o\": \"a\" },\n)";
     let named = after(text, "Name this value as parameter `$size`");
     assert!(named.contains("params: {\n    \"size\": Number(default: 3, unit: \"mm\""), "{named}");
@@ -54,7 +54,7 @@ fn actions_change_what_they_say() {
     );
 }
 
-/// The keys of the outputs of a graph, which tell its pictures.
+/// Keys of the outputs of a graph, which identify its pictures.
 fn keys(path: &Path, text: &str, others: &[(PathBuf, String)]) -> BTreeMap<String, String> {
     let overlay = others.iter().map(|(path, text)| (path.clone(), text.as_str().into())).collect();
     let options = LoadOptions { overlay, ..LoadOptions::default() };
@@ -66,7 +66,7 @@ fn keys(path: &Path, text: &str, others: &[(PathBuf, String)]) -> BTreeMap<Strin
 }
 
 #[test]
-fn what_is_extracted_makes_the_same_pictures() {
+fn extracting_keeps_pictures() {
     let mut tried = 0;
     for graph in crate::library::graphs() {
         let path = graphs().join(graph.path);
@@ -94,7 +94,7 @@ fn what_is_extracted_makes_the_same_pictures() {
 }
 
 #[test]
-fn what_is_put_in_place_makes_the_same_pictures() {
+fn inlining_keeps_pictures() {
     let mut tried = 0;
     for graph in crate::library::graphs() {
         let path = graphs().join(graph.path);
@@ -114,7 +114,7 @@ fn what_is_put_in_place_makes_the_same_pictures() {
 }
 
 #[test]
-fn defaults_that_follow_others_still_do_where_nodes_are_put() {
+fn inlining_keeps_dependent_defaults() {
     let folder = tempfile::tempdir().unwrap();
     let inner = r#"(params: { "grain": Integer(default: 3), "other": Integer(default: "$grain"), "far": Integer(default: "= $grain + $other") },
  nodes: { "a": Perlin(seed: "$other"), "b": Perlin(seed: "$far"), "sum": Math(a: "a", b: "b") }, outputs: { "o": "sum" })"#;
@@ -136,7 +136,7 @@ fn defaults_that_follow_others_still_do_where_nodes_are_put() {
 }
 
 #[test]
-fn names_in_escapes_and_expressions_are_renamed() {
+fn renames_in_escapes_and_expressions() {
     let text = r#"(params: { "p": Number(default: 1) }, nodes: { "a": Perlin(size: "= $p + 2 * $p"), "b": Blur(input: "\u{61}", radius: r"$p") }, outputs: { "o": "b" })"#;
     let mut workspace = workspace();
     let file = workspace.open(Path::new("/nowhere/a.ron"), text);

@@ -1,4 +1,4 @@
-//! Completion: what is offered for every reference, kind, field and choice of the shipped graphs, once it is deleted.
+//! Completion: deletes each reference, kind, field and choice of the shipped graphs and checks that it is offered.
 use super::super::expect::Expect;
 use super::super::file::Section;
 use super::super::names::{Symbol, occurrences};
@@ -12,17 +12,17 @@ use std::fmt::Write;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Something that is deleted and asked for.
+/// A deleted piece of text.
 struct Hole {
-    /// What it is.
+    /// Its class.
     class: &'static str,
-    /// What is cut out.
+    /// The deleted range.
     cut: Range<usize>,
-    /// What must be offered.
+    /// The text that must be offered.
     wanted: String,
 }
 
-/// Finds what is to be deleted.
+/// Collects the pieces to delete.
 struct Holes<'a> {
     cx: Cx<'a>,
     found: Vec<Hole>,
@@ -52,7 +52,7 @@ impl<'a> Visit<'a> for Holes<'a> {
                 | Expect::Entry(Section::Presets, _)
         );
         if fields {
-            // With its value, but between the quotes of its name if that has some.
+            // The field with its value, but inside the quotes of a quoted name.
             let cut = if quoted { key.range.start + 1..item.range.end } else { item.range.clone() };
             self.push("field", cut, &key.name);
         }
@@ -87,7 +87,7 @@ impl<'a> Visit<'a> for Holes<'a> {
     }
 }
 
-/// How many were asked for, offered, and among the first three.
+/// Number of holes tried, of correct offers, and of offers among the first three.
 #[derive(Default, Clone, Copy)]
 struct Share {
     asked: usize,
@@ -95,12 +95,12 @@ struct Share {
     first: usize,
 }
 
-/// The places of what is wanted among what is offered, after `typed` letters.
+/// Rank of the wanted text among the offers after `typed` letters.
 fn place(workspace: &mut Workspace, file: &File, hole: &Hole, typed: usize) -> Option<usize> {
     let letters: String = hole.wanted.chars().take(typed).collect();
     let mut text = file.text.to_string();
     text.replace_range(hole.cut.clone(), &letters);
-    // A field is cut out with its value, and the quote before its name stays.
+    // A field is deleted with its value, but the quote before its name stays.
     let quote = hole.class == "field" && file.text[..hole.cut.start].ends_with('"');
     let at = hole.cut.start + letters.len();
     if quote {
@@ -123,7 +123,7 @@ fn shares(typed: usize) -> (BTreeMap<&'static str, Share>, Vec<String>) {
         let mut holes = Holes { cx: Cx { world: &workspace, file: &file }, found: Vec::new() };
         walk(holes.cx, &mut holes);
         let found = holes.found;
-        // Every other one: where nothing is typed these, and with a letter those.
+        // Half of the holes are tested without typed letters, the other half with one letter.
         for hole in found.iter().skip(typed).step_by(2) {
             let share = shares.entry(hole.class).or_default();
             share.asked += 1;
@@ -147,7 +147,7 @@ fn percent(part: usize, of: usize) -> f64 {
 }
 
 #[test]
-fn what_is_deleted_is_offered() {
+fn offers_deleted_text() {
     let mut table = String::from("| deleted | how many | letters typed | offered | among the first three |\n");
     for (typed, least) in [(0, 75.0), (1, 90.0)] {
         let (shares, missed) = shares(typed);
@@ -177,7 +177,7 @@ fn what_is_deleted_is_offered() {
 }
 
 #[test]
-fn offers_fit_their_place() {
+fn offers_fitting_completions() {
     let head = "(nodes: { \"noise\": Perlin(size: 3), \"dots\": PoissonPoints(pitch: 1), ";
     let first = |rest: &str| offered(&format!("{head}{rest}")).into_iter().next();
     let has = |rest: &str, label: &str| offered(&format!("{head}{rest}")).iter().any(|one| one == label);
@@ -197,7 +197,7 @@ fn offers_fit_their_place() {
     assert_eq!(names, [Symbol::Param("pitch".into()), Symbol::Node("a".into())]);
 }
 
-/// The names of a text without its cursor.
+/// Names of a text without its cursor.
 fn occurrences_of(text: &str) -> Vec<Symbol> {
     let mut workspace = super::shipped();
     let file = workspace.open(std::path::Path::new("/nowhere/a.ron"), text.replacen('|', "", 1));

@@ -1,4 +1,5 @@
-//! Any text: random edits of the shipped graphs, with all answers after each. No panic, and no place outside of the text.
+//! Fuzzing: requests all answers after each of many random edits of the shipped graphs. Nothing may panic, and all
+//! ranges must lie in the text.
 use super::super::hover::{Evaluated, Pictures, hover};
 use super::super::{
     Cx, File, Workspace, actions, colors, complete, diagnose, inlay, lens, navigate, rename, signature,
@@ -9,9 +10,9 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
-/// How many edits are made.
+/// Number of edits.
 const EDITS: usize = 10_000;
-/// After so many, a graph is made whole again, or another one is taken.
+/// Number of edits after which a graph is restored or another one is taken.
 const ROW: usize = 40;
 
 struct NoPictures;
@@ -30,7 +31,7 @@ impl Pictures for NoPictures {
     }
 }
 
-/// Numbers that are the same in every run.
+/// Pseudo-random numbers, the same in every run.
 struct Random(u64);
 
 impl Random {
@@ -84,7 +85,7 @@ fn inside(file: &File, range: &Range<usize>, what: &str) {
     assert!(file.text.get(range.clone()).is_some(), "{what} at {range:?} of a text of {} bytes", file.text.len());
 }
 
-/// Asks for everything at a place.
+/// Requests all answers at a position.
 fn ask(workspace: &Workspace, file: &Arc<File>, at: usize, all: bool) {
     let cx = Cx { world: workspace, file };
     for offer in complete(cx, at) {
@@ -104,7 +105,7 @@ fn ask(workspace: &Workspace, file: &Arc<File>, at: usize, all: bool) {
     structure::outline(cx).iter().for_each(|entry| inside(file, &entry.range, "outline"));
     structure::links(cx);
     colors::swatches(cx).iter().for_each(|(range, _)| inside(file, range, "colour"));
-    inlay::inlays(cx, &(0..file.text.len()), inlay::Shown::default());
+    inlay::inlays(cx, &(0..file.text.len()), inlay::InlayKinds::default());
     lens::lenses(cx).iter().for_each(|lens| inside(file, &lens.range, "lens"));
     let tokens = tokens::tokens(cx);
     tokens.iter().for_each(|(range, _)| inside(file, range, "token"));
@@ -121,7 +122,7 @@ fn ask(workspace: &Workspace, file: &Arc<File>, at: usize, all: bool) {
 }
 
 #[test]
-fn edits_do_no_harm() {
+fn survives_random_edits() {
     let mut random = Random(0x5eed_0bad_cafe);
     let shipped = crate::library::graphs();
     let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new());

@@ -1,4 +1,4 @@
-//! What the answers are worth on the graphs that come with the program.
+//! Tests of the editor features on the shipped graphs.
 mod changes;
 mod completion;
 mod edits;
@@ -8,7 +8,7 @@ use super::{Cx, File, Habits, Workspace, World};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The folder of the graphs.
+/// Folder of the graphs.
 pub(super) fn graphs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs")
 }
@@ -18,7 +18,7 @@ pub(super) fn shipped() -> Workspace {
     Workspace::new(Arc::new(crate::library::registry()), vec![graphs()])
 }
 
-/// What is offered at the `|` of a text, in a workspace of one file.
+/// Completions at the `|` of a text, in a workspace of one file.
 pub(super) fn offered(text: &str) -> Vec<String> {
     let at = text.find('|').expect("a cursor");
     let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new());
@@ -27,7 +27,7 @@ pub(super) fn offered(text: &str) -> Vec<String> {
     super::complete(cx, at).into_iter().map(|one| one.label).collect()
 }
 
-/// The habits of all graphs but one, so that nothing is learnt from the text that is asked about.
+/// Statistics of all graphs but one, so that nothing is learnt from the text under test.
 pub(super) fn habits_without(path: &str) -> Habits {
     let files: Vec<File> = crate::library::graphs()
         .iter()

@@ -1,4 +1,4 @@
-//! Outlines, folds, selections, hints: what is where.
+//! Outlines, folds, selections and hints.
 use super::super::{
     Cx, File, Section, Workspace, World, complete, diagnose, inlay, lens, navigate, signature, structure, tokens,
 };
@@ -36,7 +36,7 @@ fn with<T>(text: &str, ask: impl FnOnce(Cx<'_>, &Arc<File>) -> T) -> T {
 }
 
 #[test]
-fn structure_is_found() {
+fn finds_outline_folds_and_selections() {
     with(TEXT, |cx, file| {
         let outline = structure::outline(cx);
         let nodes = outline.iter().find(|entry| entry.name == "nodes").unwrap();
@@ -54,7 +54,7 @@ fn structure_is_found() {
         assert_eq!(selected[..3], ["a", "\"a\"", "input: \"a\""]);
         assert_eq!(*selected.last().unwrap(), TEXT);
     });
-    // A quote that is missing, behind a letter of several bytes.
+    // A missing quote after a multi-byte letter.
     let open = "(version: 1, nodes: { \"a\": Perlin(note: \"é\n) })";
     with(open, |cx, file| {
         let ranges = structure::selections(cx, open.find('é').unwrap());
@@ -63,16 +63,16 @@ fn structure_is_found() {
 }
 
 #[test]
-fn what_is_there_is_told() {
+fn shows_hints_inlays_and_signatures() {
     with(TEXT, |cx, file| {
         let hints = diagnose::hints(cx);
         assert_eq!(hints.len(), 1);
         assert!(hints[0].unneeded && file.at(&hints[0].range).starts_with("\"c\": Blur("));
-        let inlays = inlay::inlays(cx, &(0..TEXT.len()), inlay::Shown::default());
+        let inlays = inlay::inlays(cx, &(0..TEXT.len()), inlay::InlayKinds::default());
         let shown: Vec<(&str, &str)> =
             inlays.iter().map(|one| (TEXT[..one.at].rsplit([' ', '(']).next().unwrap(), one.text.as_str())).collect();
         assert!(shown.contains(&("\"$p\"", " = 2 mm")) && shown.contains(&("1", " mm")), "{shown:?}");
-        let none = inlay::Shown { units: false, values: false, types: false };
+        let none = inlay::InlayKinds { units: false, values: false, types: false };
         assert!(inlay::inlays(cx, &(0..TEXT.len()), none).is_empty());
         let at = TEXT.find("a\", radius").unwrap();
         let (_, place) = navigate::definition(cx, file, at).unwrap();
@@ -118,7 +118,7 @@ fn shipped_graphs_need_all_their_nodes() {
 }
 
 #[test]
-fn names_that_begin_with_an_underscore_may_be_unused() {
+fn allows_unused_names_with_underscore() {
     let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new());
     let text = "(imports: { \"g\": \"nowhere.ron\" }, nodes: { \"a\": Perlin(), \"_b\": Perlin(), \"c\": Perlin(), \
                 \"u\": Use(graph: \"g\", with: { \"x\": \"c\" }) }, outputs: { \"o\": \"u\" })";
@@ -128,7 +128,7 @@ fn names_that_begin_with_an_underscore_may_be_unused() {
 }
 
 #[test]
-fn what_is_deprecated_is_struck() {
+fn marks_deprecated_names() {
     let registry = Registry::new([Family { name: "Test", doc: "For tests.", kinds: vec![Kind::of::<Old>()] }]);
     let mut workspace = Workspace::new(Arc::new(registry), Vec::new());
     let text = "(nodes: { \"a\": Old(level: 1), \"b\": O }, outputs: { \"o\": \"a\", \"p\": \"b\" })";

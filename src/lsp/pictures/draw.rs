@@ -1,9 +1,9 @@
-//! How the pictures are made.
+//! Makes the pictures.
 use super::sketch::{self, SIDE};
 use super::{Made, Subject, Wish};
 use crate::environment;
 use crate::library;
-use crate::serve::{Scene, Sight, Store};
+use crate::serve::{Preview, Scene, Store};
 use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::graph::{Graph, Limits, LoadOptions, load_text};
@@ -14,27 +14,27 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tempfile::TempDir;
 
-/// The memory for results.
+/// Memory for results in bytes.
 const MEMORY: u64 = 512 << 20;
 /// Larger pictures are not read for a hover, in pixels.
 const PIXELS: u64 = 64 << 20;
 
-/// A session, and the pictures that were made with it.
+/// A session and its pictures.
 pub(super) struct Studio {
     cache_dir: Option<PathBuf>,
     session: Option<Session>,
     store: Store,
-    /// The files that examples of manuals read.
+    /// Folder with the files that examples of manuals read.
     examples: Option<TempDir>,
 }
 
 impl Studio {
-    /// Nothing is started before it is needed.
+    /// Creates a studio; sessions start when first used.
     pub(super) fn new(cache_dir: Option<PathBuf>) -> Self {
         Self { cache_dir, session: None, store: Store::new(MEMORY), examples: None }
     }
 
-    /// Makes something; nothing if that is not possible, or no longer wanted.
+    /// Makes a picture; `None` if that fails or is cancelled.
     pub(super) fn make(&mut self, wish: &Wish, cancel: &CancelToken) -> Option<Made> {
         match &wish.subject {
             Subject::Kind(kind) => self.kind(kind, cancel),
@@ -49,7 +49,7 @@ impl Studio {
 
     fn session(&mut self) -> Option<&Session> {
         if self.session.is_none() {
-            // Half of the machine is left to the editor.
+            // Half of the cores are left to the editor.
             let threads = std::thread::available_parallelism().map_or(1, |n| n.get().div_ceil(2));
             let cache_dir = self.cache_dir.clone();
             let settings = Settings { threads, memory: MEMORY, cache_dir, ..Settings::default() };
@@ -58,7 +58,7 @@ impl Studio {
         self.session.as_ref()
     }
 
-    /// The folder of examples, with what they read.
+    /// Folder of the examples with their files.
     fn examples(&mut self) -> Option<&Path> {
         if self.examples.is_none() {
             let folder = tempfile::tempdir().ok()?;
@@ -70,7 +70,7 @@ impl Studio {
         self.examples.as_ref().map(TempDir::path)
     }
 
-    /// The example of a kind's manual.
+    /// Picture of the example in a kind's manual.
     fn kind(&mut self, kind: &str, cancel: &CancelToken) -> Option<Made> {
         let path = self.examples()?.join("example.ron");
         let session = self.session()?;
@@ -84,7 +84,7 @@ impl Studio {
         Some(Made { about: String::new(), ..made })
     }
 
-    /// A node, or `node.port`, of a graph.
+    /// Picture of a node, or `node.port`, of a graph.
     fn node(&mut self, graph: Graph, node: &str, cancel: &CancelToken) -> Option<Made> {
         let target = target(&graph, node)?;
         self.session()?;
@@ -96,12 +96,12 @@ impl Studio {
             let value = look.value(target.node, target.output)?;
             let bytes = value.as_ref().filter(|value| value.field().is_none()).map(|value| value.bytes());
             let png = match scene.sight(look, &target)? {
-                Some(Sight::Field(field, manner)) => {
+                Some(Preview::Field(field, manner)) => {
                     let size = scene.size(SIDE);
                     Some(scene.picture(look, &self.store, &target, (&field, manner), size)?.png.to_vec())
                 }
-                Some(Sight::Pixels(pixels)) => Some(scene.pixels(&self.store, &target, &pixels, SIDE).png.to_vec()),
-                Some(Sight::Object(_, Some(sketch))) => {
+                Some(Preview::Pixels(pixels)) => Some(scene.pixels(&self.store, &target, &pixels, SIDE).png.to_vec()),
+                Some(Preview::Object(_, Some(sketch))) => {
                     sketch::draw(&sketch, scene.graph.canvas.size_mm).and_then(|p| png(&p, UVec2::splat(SIDE), 1))
                 }
                 _ => None,
@@ -119,7 +119,7 @@ impl Studio {
     }
 }
 
-/// A number of bytes in words.
+/// Formats a number of bytes.
 fn size(bytes: usize) -> String {
     match bytes {
         0..10_240 => format!("{bytes} bytes"),
@@ -141,7 +141,7 @@ fn load(session: &Session, path: &Path, text: &str, wish: &Wish) -> Option<Graph
     load_text(path, text, session.registry(), &options).graph
 }
 
-/// The name of what is looked at for `node` or `node.port`; of a sub-graph, the node that makes the output.
+/// Target of `node` or `node.port`; for a sub-graph, the node that makes the output.
 fn target(graph: &Graph, node: &str) -> Option<String> {
     let (name, port) = match node.split_once('.') {
         Some((name, port)) => (name, Some(port)),
@@ -159,7 +159,7 @@ fn target(graph: &Graph, node: &str) -> Option<String> {
     Some(port.map_or(format!("@{name}"), |port| format!("@{name}:{port}")))
 }
 
-/// A small form of a picture file.
+/// Thumbnail of a picture file.
 fn file(path: &Path) -> Option<Made> {
     let limits = ReadLimits { max_pixels: PIXELS, ..ReadLimits::default() };
     let conversion = Conversion::of_file(&header(path).ok()?).0;
@@ -186,7 +186,7 @@ fn file(path: &Path) -> Option<Made> {
     Some(Made { png: png(&pixels, size, channels), about: String::new() })
 }
 
-/// Bytes as PNG, with one channel or three.
+/// Encodes bytes with one or three channels as PNG.
 fn png(pixels: &[u8], size: UVec2, channels: usize) -> Option<Vec<u8>> {
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, size.x, size.y);

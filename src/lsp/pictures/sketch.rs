@@ -1,4 +1,4 @@
-//! Points and lines as small pictures.
+//! Small pictures of points and lines.
 use glam::{DVec2, Vec2};
 use shibo_engine::value::Sketch;
 
@@ -7,11 +7,12 @@ pub(super) const SIDE: u32 = 160;
 const PAPER: u8 = 245;
 const INK: u8 = 40;
 
-/// Points and lines of a canvas of that size, dark on light; one byte a pixel. Nothing for what has pixels of its own.
+/// Draws points and lines of a canvas of this size, dark on light, one byte per pixel. `None` for a sketch that
+/// consists of pixels.
 pub(super) fn draw(sketch: &Sketch, canvas: DVec2) -> Option<Vec<u8>> {
     let (points, lines): (Vec<Vec2>, Vec<[Vec2; 2]>) = match sketch {
         Sketch::Canvas(shapes) => (shapes.points.clone(), shapes.lines.clone()),
-        // From the front: x to the right, z up.
+        // Front view: x to the right, z up.
         Sketch::Space(shapes) => {
             let flat = |p: &glam::DVec3| DVec2::new(p.x, -p.z).as_vec2();
             (shapes.points.iter().map(flat).collect(), shapes.lines.iter().map(|[a, b]| [flat(a), flat(b)]).collect())

@@ -1,4 +1,5 @@
-// The page: keeps what the server tells, and what is being looked at.
+// @ts-check
+// The page: keeps the server's state and the selected target.
 import { controls } from './controls.js';
 import { $, element, notice, press, rove, say } from './dom.js';
 import { drops } from './drop.js';
@@ -18,19 +19,24 @@ import { CHANNELS } from './textures.js';
 import { Wire } from './wire.js';
 
 const root = document.documentElement;
-// The longest side of exact values.
+/** @type {(panel: string) => HTMLElement} */
+const body = (panel) => /** @type {HTMLElement} */ ($(panel).querySelector('.body'));
+// Longest side of exact values, in pixels.
 const EXACT = 2048;
-// How long to wait for a picture before newer values are sent, in ms.
+// Time to wait for a picture before newer values are sent, in ms.
 const SEEN = 500;
+/** @type {(value?: unknown) => void} */
 let arrived = () => {};
 
-// What the parts of the page share: what the server told; the view; what is looked at, which is an output, `OUTPUT.CHANNEL` or
-// `@NODE`; what is known of that, and of its picture.
-export const page = { state: null, view: 'picture', target: null, about: null, shown: null, waiting: false };
+// State shared by the modules: the server's state; the view; the selected target (an output, `OUTPUT.CHANNEL` or
+// `@NODE`); the server's description of the target and of its picture.
+// The first messages set the fields that are null here; the views are set below.
+export const page = /** @type {Page} */ (/** @type {unknown} */ ({ state: null, view: 'picture', target: null, about: null, shown: null, waiting: false }));
 
 for (const group of document.querySelectorAll('[data-rove]')) rove(group);
-// The next values are sent when those before are seen: a newer one would stop the work on them.
-const sendLatest = latest(async (values) => {
+// The next values are sent only after the picture of the previous ones is announced: newer values would cancel its
+// computation.
+const sendLatest = latest(async (/** @type {Values} */ values) => {
   const seen = new Promise((done) => { arrived = done; setTimeout(done, SEEN); });
   await send({ preset: values.preset, set: [...values.set] });
   await seen;
@@ -47,18 +53,18 @@ page.parameters = new Parameters($('parameters'), {
   onchange: (values, label, group) => { page.looks.record(values, label, group); sendLatest(values); saveable(); },
   onsave: write,
 });
-page.looks = new Looks($('looks').querySelector('.body'), {
+page.looks = new Looks(body('looks'), {
   apply: (values, tell) => { page.parameters.take(values); if (tell) sendLatest(values); saveable(); },
   compare: compareLooks,
 });
-const measure = new Measure($('measure').querySelector('.body'), {
+const measure = new Measure(body('measure'), {
   ontone: (tone) => { page.picture.tone = tone; sharpen(); page.picture.draw(); legend(page); },
   source: () => page.picture.now,
   facts: () => page.state.scene.canvas,
   online: (ends) => { page.picture.line = ends; page.picture.draw(); measure.cut(ends); },
 });
-const exporter = new Exporter($('export').querySelector('.body'), page);
-const sheet = new Sheet($('sheet').querySelector('.body'), page);
+const exporter = new Exporter(body('export'), page);
+const sheet = new Sheet(body('sheet'), page);
 drops(page.lit, () => page.controls.setView('lit'));
 $('measure').ontoggle = () => { sharpen(); measure.show(); };
 $('looks').ontoggle = () => page.looks.draw();
@@ -66,9 +72,10 @@ $('sheet').ontoggle = () => sheet.show();
 
 function saveable() { $('save').disabled = !page.parameters.set.size; }
 
-// ---- what the server tells
+// ---- messages of the server
 
 const heard = {
+  /** @param {State} now */
   state(now) {
     page.state = now;
     root.dataset.online = 'yes';
@@ -81,6 +88,7 @@ const heard = {
     if (now.progress) heard.progress(now.progress);
     if (now.done) heard.done(now.done);
   },
+  /** @param {Shown & { generation: number }} now */
   shown(now) {
     const { state } = page;
     if (!state?.scene || now.generation !== state.scene.generation) return;
@@ -89,28 +97,33 @@ const heard = {
     if (now.target === page.target) present(now);
     if (now.final && page.lit.wants(now.target)) relight();
   },
+  /** @param {Pick<State, 'errors'>} now */
   errors({ errors }) { if (page.state) { page.state.errors = errors; complain(page.state); status(page); } },
+  /** @param {Pick<State, 'warnings'>} now */
   warnings({ warnings }) { if (page.state) { page.state.warnings = warnings; complain(page.state); status(page); } },
+  /** @param {Pick<State, 'busy'>} now */
   busy({ busy }) {
     if (page.state) { page.state.busy = busy; page.state.progress = null; }
     if (page.graph.patient !== busy) { page.graph.patient = busy; if (!$('drawer').hidden) page.graph.draw(); }
-    // What is over in the blink of an eye is not talked of.
+    // Shows progress only after a delay, so that short evaluations do not flicker.
     clearTimeout(patience);
-    patience = busy && !page.waiting ? setTimeout(() => wait(true), 200) : null;
+    patience = busy && !page.waiting ? setTimeout(() => wait(true), 200) : undefined;
     if (!busy) wait(false);
   },
+  /** @param {Progress | null} p */
   progress(p) {
     if (!p) return;
-    if (patience) { clearTimeout(patience); patience = null; wait(true); }
+    if (patience) { clearTimeout(patience); patience = undefined; wait(true); }
     $('progress').classList.remove('unknown');
-    $('progress').firstElementChild.style.width = `${(100 * p.done) / Math.max(1, p.total)}%`;
+    /** @type {HTMLElement} */ ($('progress').firstElementChild).style.width = `${(100 * p.done) / Math.max(1, p.total)}%`;
     if (page.state) { page.state.progress = p; status(page); }
   },
+  /** @param {Done} done */
   done(done) {
     const { state, target } = page;
     if (!state) return;
     state.done = done;
-    root.dataset.done = done.generation;
+    root.dataset.done = String(done.generation);
     status(page);
     if (done.generation !== state.scene?.generation) return;
     page.looks.pictures(state.scene.pictures);
@@ -120,14 +133,18 @@ const heard = {
     relight();
     sheet.stale();
   },
+  /** @param {ExportNews} now */
   export(now) { exporter.heard(now); },
-  // The editor shows something.
+  // The editor shows a target.
+  /** @param {{ target: string }} now */
   look({ target: wanted }) { if (page.state?.scene) look(wanted); },
   offline() { root.dataset.online = 'no'; status(page); },
 };
 
-// Shows that something takes longer.
-let patience = null;
+// Shows that an evaluation takes longer.
+/** @type {number | undefined} */
+let patience;
+/** @param {boolean} on */
 function wait(on) {
   page.waiting = on;
   $('progress').classList.toggle('on', on);
@@ -135,7 +152,7 @@ function wait(on) {
   status(page);
 }
 
-// Another graph: what was looked at is looked at again, if it is still there.
+// Handles a new graph; keeps the selected target if it still exists.
 function follow() {
   const { scene, errors, values } = page.state;
   $('empty').hidden = !!scene;
@@ -160,7 +177,8 @@ function follow() {
   relight();
 }
 
-// A picture to begin with: a finished look if there is one, else the first output.
+// The first picture: a finished look if there is one, else the first output.
+/** @param {Scene} scene */
 function firstOutput(scene) {
   const found = scene.outputs.find((o) => o.type === 'Rgb' && /lit|preview/.test(o.name));
   return (found ?? scene.outputs[0])?.name ?? null;
@@ -171,24 +189,28 @@ function showKnown() {
   if (known) present({ ...known, generation: page.state.scene.generation });
 }
 
-// ---- what is looked at
+// ---- the selected target
 
+/** @type {(name: string) => { name: string, type: string } | undefined} */
 export const outputOf = (name) => page.state?.scene?.outputs.find((o) => name === o.name || name?.startsWith(`${o.name}.`));
+/** @type {(output: string) => string[]} */
 const channelsOf = (output) => CHANNELS.filter((c) => page.state.scene.pictures[`${output}.${c}`]);
 
-// Looks at an output; of a material at one of its channels.
+// Selects an output, or for a material one of its channels.
+/** @param {string | null} name */
 export function choose(name) {
   if (!name) return;
   const output = outputOf(name);
   if (output?.type === 'Material' && name === output.name) {
     const channels = channelsOf(name);
     const last = page.target?.split('.').at(-1);
-    look(`${name}.${channels.includes(last) ? last : channels[0] ?? 'base_color'}`);
+    look(`${name}.${last && channels.includes(last) ? last : channels[0] ?? 'base_color'}`);
   } else {
     look(name);
   }
 }
 
+/** @param {string} name */
 export function look(name) {
   page.target = name;
   root.dataset.target = name;
@@ -205,13 +227,14 @@ export function back() {
   if (page.state?.scene) choose(firstOutput(page.state.scene));
 }
 
-// Asks for the picture of what is looked at, coarse and then sharp.
-const refresh = latest(async (longest) => {
+// Requests the picture of the selected target, first coarse and then sharp.
+const refresh = latest(async (/** @type {number} */ longest) => {
   const wanted = page.target;
   const { generation, canvas } = page.state.scene;
+  /** @type {About | null} */
   const found = await ask('look', { g: generation, t: wanted, s: longest });
   if (wanted !== page.target || generation !== page.state.scene.generation) return;
-  // It is gone from the file.
+  // The node was deleted from the file.
   if (!found && wanted.startsWith('@')) back();
   if (!found) return;
   page.about = found;
@@ -220,17 +243,19 @@ const refresh = latest(async (longest) => {
     await show({ ...found.shown, generation });
     if (!found.shown.final && longest < 2048 && !page.state.busy) refresh(2048);
   } else if (found.object) {
+    /** @type {Sketch | null} */
     const object = await ask('object', { g: generation, t: wanted });
     if (wanted !== page.target) return;
     page.shown = { type: found.object };
-    if (object) page.picture.showObject(object, object.own ? object.size_mm.map((v) => (1000 * v) / Math.max(...object.size_mm)) : canvas.resolution);
+    if (object) page.picture.showObject(object, object.own ? /** @type {Vec2} */ (object.size_mm.map((v) => (1000 * v) / Math.max(...object.size_mm))) : canvas.resolution);
     root.dataset.shown = `${wanted} ${found.object}`;
     legend(page, object);
   }
 });
 
 function details() {
-  const { about, target, graph } = page;
+  const { target, graph } = page;
+  const about = /** @type {About} */ (page.about);
   const node = graph.box(about.node);
   inspect(about, {
     node, target, stat: graph.stats[graph.index(about.node)], onport: look, onclose: back, onjump: () => jump(about.node),
@@ -239,20 +264,21 @@ function details() {
   chips();
 }
 
-// The newest picture that the server tells of, one after the other: the next values are sent as soon as one is on its way, so that
-// the server makes the next picture while this one is drawn.
-const present = latest(async (now) => {
+// Shows the newest announced picture, one at a time. The next values are sent as soon as a picture is announced, so
+// that the server computes the next one while this one is drawn.
+const present = latest(async (/** @type {Shown} */ now) => {
   if (page.state.scene?.generation === now.generation && root.dataset.generation !== String(now.generation)) arrived();
   await show(now);
 });
 
 let turn = 0;
+/** @type {{ target: string, generation: number, final: boolean } | null} */
 let best = null;
+/** @param {Shown} now */
 async function show(now) {
-  // A sharp picture is not replaced by a coarse one of the same thing, not even by one that was asked for earlier.
+  // A coarse picture never replaces a sharp one of the same target, even if it arrives later.
   const { generation, sha256, canvas } = page.state.scene;
-  const same = best?.target === now.target && best.generation === generation;
-  if (same && best.final && !now.final) return;
+  if (best && best.target === now.target && best.generation === generation && best.final && !now.final) return;
   best = { target: now.target, generation, final: now.final };
   turn += 1;
   const mine = turn;
@@ -267,7 +293,7 @@ async function show(now) {
   const image = await bitmap(now.picture).catch(() => null);
   if (!image || mine !== turn || now.target !== page.target) { image?.close(); return; }
   page.shown = now;
-  // What lies nowhere on the canvas has pixels of its own, and no finer ones.
+  // A picture without a position on the canvas has its own size, and there is no finer one.
   page.picture.show({ image, range: now.range, type: now.type, unit: now.unit, own: now.own }, now.own ? now.size : canvas.resolution, tiles);
   page.looks.shown(now, image);
   mark(now, generation, sha256);
@@ -276,21 +302,23 @@ async function show(now) {
   measure.show();
 }
 
+/** @param {Shown} now @param {number} generation @param {string} sha256 */
 function mark(now, generation, sha256) {
   Object.assign(root.dataset, { shown: now.target, generation, sha: sha256, final: now.final, picture: now.picture });
   $('empty').hidden = true;
 }
 
-// Exact values, where somebody measures.
+// Fetches exact values while a measuring tool is in use.
 const sharpen = latest(async () => {
   const { now } = page.picture;
   const { state, shown } = page;
   if (!now || now.own || now.samples || !shown?.final || !(measure.open || page.picture.comparison.before)) return;
-  now.samples = await exact({ g: state.scene.generation, t: shown.target, s: EXACT });
+  now.samples = await exact({ g: state.scene.generation, t: String(shown.target), s: EXACT });
   if (now === page.picture.now) { page.picture.draw(); measure.show(); legend(page); }
 });
 page.sharpen = sharpen;
 
+/** @type {string | null} */
 let chipped = null;
 function chips() {
   const { scene } = page.state ?? {};
@@ -300,6 +328,7 @@ function chips() {
   const key = [target, about?.channel, about?.channels, ...scene.outputs.map((o) => `${o.name} ${o.type}`), names].join();
   if (key === chipped) return;
   chipped = key;
+  /** @param {string} name @param {string} text @param {boolean} on */
   const button = (name, text, on) => {
     const made = element('button', { textContent: text.replaceAll('_', ' '), ariaPressed: String(on), dataset: { target: name } });
     made.onclick = () => choose(name);
@@ -316,30 +345,34 @@ function chips() {
   replace($('channels'), channels.map((c) => button(`${base}.${c}`, c, c === now)));
 }
 
-// Buttons are replaced only where they are others: a click must not fall between two of them.
+// Replaces buttons only if they differ, so that a click does not land between two versions.
+/** @param {HTMLElement} parent @param {HTMLElement[]} children */
 function replace(parent, children) {
-  const same = parent.children.length === children.length && children.every((c, i) => c.dataset.target === parent.children[i].dataset.target);
+  const old = /** @type {HTMLElement[]} */ ([...parent.children]);
+  const same = old.length === children.length && children.every((c, i) => c.dataset.target === old[i].dataset.target);
   if (!same) { parent.replaceChildren(...children); return; }
-  children.forEach((c, i) => { if (parent.children[i].ariaPressed !== c.ariaPressed) parent.children[i].ariaPressed = c.ariaPressed; });
+  children.forEach((c, i) => { if (old[i].ariaPressed !== c.ariaPressed) old[i].ariaPressed = c.ariaPressed; });
 }
 
 // ---- the file
 
-// Changes the file; `after` are the values that are to be in force then.
+// Changes the file; `after` are the parameter values to set afterwards.
+/** @param {unknown} change @param {Values} after @param {string} label */
 async function write(change, after, label) {
   try {
     page.parameters.take(after);
     await page.looks.save(change, after, label);
     notice(label);
   } catch (error) {
-    page.parameters.take(page.looks.at.values);
-    notice(error.message, true);
+    page.parameters.take(/** @type {Look} */ (page.looks.at).values);
+    notice(/** @type {Error} */ (error).message, true);
   }
   saveable();
 }
 
-// ---- two looks
+// ---- comparison of two looks
 
+/** @param {Look[] | null} steps */
 async function compareLooks(steps) {
   const { comparison } = page.picture;
   Object.assign(comparison, { before: null, after: null });
@@ -355,9 +388,11 @@ async function compareLooks(steps) {
   page.controls.compared();
 }
 
-// The way to the level of the graph that is drawn.
+// Breadcrumbs of the drawn level of the graph.
+/** @param {string} path */
 function crumbs(path) {
   const parts = path ? path.split('/') : [];
+  /** @param {string} text @param {string} to */
   const button = (text, to) => {
     const made = element('button', { textContent: text, ariaPressed: String(to === path) });
     made.onclick = () => page.graph.enter(to);
@@ -368,7 +403,7 @@ function crumbs(path) {
 
 // ---- the lit view
 
-// The material that is lit: the one looked at, the graph's first, or what is looked at by itself.
+// The material to light: the selected one, else the graph's first, else the selected target by itself.
 export function relight() {
   const { state, target, about, shown, lit } = page;
   if (page.view !== 'lit' || !state?.scene) return;
@@ -388,14 +423,14 @@ export function relight() {
   } else if (solid) {
     lit.load(scene, { base_color: { t: target, id: `${scene.generation} ${solid}`, solid } }, size);
   } else if (shown?.type && shown.picture && !shown.own) {
-    const channel = { Gray: 'height', Normal: 'normal' }[shown.type] ?? 'base_color';
+    const channel = /** @type {Record<string, string>} */ ({ Gray: 'height', Normal: 'normal' })[shown.type] ?? 'base_color';
     lit.load(scene, { [channel]: { t: target, id: shown.picture } }, size);
   }
 }
 
 page.lit.onshape = relight;
-page.lit.onhover = (found) => probeMesh(page, found);
+page.lit.onhover = (/** @type {Hover | null} */ found) => probeMesh(page, found);
 page.controls = controls(page, { look, choose, back, outputOf, relight });
 crumbs('');
 press($('views'), (b) => b.dataset.view === 'picture');
-news((kind, data) => heard[kind]?.(data));
+news((kind, data) => /** @type {Record<string, (data: any) => void>} */ (heard)[kind]?.(data));

@@ -1,9 +1,18 @@
-// One box of the graph: its thumbnail, its names, what it cost.
+// @ts-check
+// Draws one box of the graph: thumbnail, names and cost.
 import { H, W } from './nodes.js';
 
 const THUMB = 62;
+/** @type {(s: number) => string} */
 const time = (s) => { const ms = s * 1000; return ms >= 999.5 ? `${(ms / 1000).toFixed(1)} s` : `${ms < 9.95 ? ms.toFixed(1) : ms.toFixed(0)} ms`; };
 
+/**
+ * @param {import('./nodes.js').Graph} graph
+ * @param {Box} node
+ * @param {number} i
+ * @param {Record<string, string>} colors
+ * @param {boolean} marked
+ */
 export function paintBox(graph, node, i, colors, marked) {
   const { context: c, scale } = graph;
   const sum = graph.sums[i];
@@ -12,8 +21,9 @@ export function paintBox(graph, node, i, colors, marked) {
   c.strokeStyle = marked ? colors.accent : node.broken ? colors.bad : i === graph.hover ? colors.dim : colors.line;
   c.lineWidth = marked ? 3 : node.broken ? 2 : 1;
   c.fillStyle = colors.raised;
+  /** @param {number} dx @param {number} dy */
   const outline = (dx, dy) => { c.beginPath(); c.roundRect(x + dx, y + dy, W, H, 9); };
-  // A sub-graph is a stack.
+  // A sub-graph is drawn as a stack.
   if (node.use) { outline(6, -6); c.fill(); c.stroke(); outline(3, -3); c.fill(); c.stroke(); }
   outline(0, 0);
   c.fill();
@@ -27,7 +37,7 @@ export function paintBox(graph, node, i, colors, marked) {
   }
   c.stroke();
   if (scale < 0.05) return;
-  // From afar the thumbnail is all there is to see.
+  // When zoomed out, only the thumbnail is drawn.
   const high = scale < 0.3 ? H - 12 : THUMB;
   thumbnail(graph, node, colors, high);
   if (scale < 0.3) return;
@@ -50,6 +60,7 @@ export function paintBox(graph, node, i, colors, marked) {
   }
 }
 
+/** @param {import('./nodes.js').Graph} graph @param {Box} node @param {Record<string, string>} colors @param {number} high */
 function thumbnail(graph, node, colors, high) {
   const c = graph.context;
   const thumb = graph.thumbs.get(node.name);
@@ -75,10 +86,11 @@ function thumbnail(graph, node, colors, high) {
   }
 }
 
-// Objects have no picture: some of their points and lines stand for them.
+// Objects have no picture; some of their points and lines are drawn instead.
+/** @param {import('./nodes.js').Graph} graph @param {Box} node @param {Record<string, string>} colors @param {number} high */
 function sketch(graph, node, colors, high) {
   const c = graph.context;
-  const { object } = graph.thumbs.get(node.name);
+  const { object } = /** @type {import('./nodes.js').Thumb} */ (graph.thumbs.get(node.name));
   if (!object) {
     c.fillStyle = colors.dim;
     c.font = '12px system-ui, sans-serif';
@@ -88,10 +100,11 @@ function sketch(graph, node, colors, high) {
     return;
   }
   const [width] = object.size_mm;
-  // A part of what covers the canvas; the whole of what does not.
+  // Objects that cover the canvas are drawn in part, all others whole.
   const part = Math.min(1, Math.sqrt(500 / Math.max(1, object.count)));
   const k = object.own ? Math.min((W - 12) / width, high / object.size_mm[1]) : (W - 12) / (width * part);
   const left = object.own ? (W - 12 - width * k) / 2 : 0;
+  /** @type {(x: number, y: number) => Vec2} */
   const at = (x, y) => [node.x + 6 + left + x * k, node.y + 6 + y * k];
   c.strokeStyle = c.fillStyle = node.color ?? colors.accent;
   c.lineWidth = 1;
@@ -102,5 +115,5 @@ function sketch(graph, node, colors, high) {
     c.lineTo(...at(x1, y1));
   }
   c.stroke();
-  for (const [x, y] of object.points ?? []) if (x * k < W && y * k < high) c.fillRect(...at(x, y).map((v) => v - 1), 2, 2);
+  for (const [x, y] of object.points ?? []) if (x * k < W && y * k < high) c.fillRect(.../** @type {Vec2} */ (at(x, y).map((v) => v - 1)), 2, 2);
 }

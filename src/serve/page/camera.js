@@ -1,11 +1,16 @@
-// Where the eye is, and what a ray from it meets.
+// @ts-check
+// Camera of the lit view, and intersection of rays with a mesh.
 const F = 1 / Math.tan((Math.PI / 180) * 20);
 
+/** @type {(a: Vec, b: Vec) => number} */
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+/** @type {(a: Vec, b: Vec) => Vec3} */
 export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-export const unit = (a) => { const l = Math.hypot(...a) || 1; return a.map((c) => c / l); };
+/** @type {(a: number[]) => Vec3} */
+export const unit = (a) => { const l = Math.hypot(...a) || 1; return /** @type {Vec3} */ (a.map((c) => c / l)); };
 
-// The eye's own directions: to the right, up, and towards itself; and how much its picture is enlarged across and down.
+// Axes of the camera: right, up and backward; and the scale of its picture in x and y.
+/** @param {Vec3} eye @param {number} aspect */
 function axes(eye, aspect) {
   const z = unit(eye);
   const x = unit([z[2], 0, -z[0]]);
@@ -13,7 +18,8 @@ function axes(eye, aspect) {
   return { x, y: cross(z, x), z, scale };
 }
 
-// Looks from `eye` at the middle.
+// Matrix of a camera at `eye` that looks at the origin.
+/** @param {Vec3} eye @param {number} aspect */
 export function camera(eye, aspect) {
   const length = Math.hypot(...eye);
   const { x, y, z, scale: [px, py] } = axes(eye, aspect);
@@ -27,19 +33,24 @@ export function camera(eye, aspect) {
   ];
 }
 
-// The way from the eye through a point of its picture, whose corners are ±1, y up; it changes evenly from point to point.
+// Direction of the ray through a point of the picture, whose corners are ±1, y up; it is linear in the point.
+/** @param {Vec3} eye @param {number} aspect @param {number[]} place */
 export function rays(eye, aspect, [across, up]) {
   const { x, y, z, scale: [px, py] } = axes(eye, aspect);
   return [0, 1, 2].map((k) => x[k] * (across / px) + y[k] * (up / py) - z[k]);
 }
 
-// The same, of length 1.
+// The same direction, normalised.
+/** @type {(eye: Vec3, aspect: number, place: number[]) => Vec3} */
 export const ray = (eye, aspect, place) => unit(rays(eye, aspect, place));
 
-// The nearest place where a ray enters a mesh, the normal there, the triangle and the weights of its corners; null if it passes by.
+// First intersection of a ray with a mesh: position, normal, triangle and barycentric weights; null without one.
+/** @param {Mesh} mesh @param {Vec3} from @param {Vec3} way */
 export function hit({ data, index }, from, way) {
   let best = Infinity;
+  /** @type {Hit | null} */
   let found = null;
+  /** @type {(n: number) => Vec3} */
   const corner = (n) => { const at = index[n] * 11; return [data[at], data[at + 1], data[at + 2]]; };
   for (let n = 0; n < index.length; n += 3) {
     const a = corner(n);
@@ -56,7 +67,7 @@ export function hit({ data, index }, from, way) {
     const [v, w] = [dot(cross(p, ac), normal) / whole, dot(cross(ab, p), normal) / whole];
     if (v < -1e-9 || w < -1e-9 || v + w > 1 + 1e-9) continue;
     best = t;
-    found = { at: p.map((x, k) => x + a[k]), normal: unit(normal), triangle: n / 3, weights: [1 - v - w, v, w] };
+    found = { at: /** @type {Vec3} */ (p.map((x, k) => x + a[k])), normal: unit(normal), triangle: n / 3, weights: [1 - v - w, v, w] };
   }
   return found;
 }

@@ -1,14 +1,18 @@
-// Two pictures compared: by a line between them, side by side, or by their difference.
+// @ts-check
+// Comparison of two pictures: with a dividing line, side by side, or as a difference.
 export class Comparison {
   constructor() {
+    /** @type {Source | null} */
     this.before = null;
-    // What the second one is, unless it is what is shown.
+    // The second picture; null for the one shown.
+    /** @type {Source | null} */
     this.after = null;
     this.mode = 'wipe';
     this.wipe = 0.5;
   }
 
-  // `layer` paints one of both into an area: from, to, and how far it is moved sideways.
+  // `layer` paints one of the two pictures into an area, given its left and right edge and its shift.
+  /** @param {import('./picture.js').Picture} picture @param {(area: [number, number, number?], side: number) => void} layer */
   paint(picture, layer) {
     const { canvas, context: c } = picture;
     const { width } = canvas;
@@ -22,7 +26,7 @@ export class Comparison {
       layer([0, width], 0);
       c.globalCompositeOperation = 'difference';
       layer([0, width], 1);
-      // Where there is nothing at all, the difference leaves the ground as it is.
+      // Where neither picture covers the canvas, the difference leaves the background unchanged.
       c.globalCompositeOperation = 'source-over';
       c.filter = 'brightness(4)';
       c.drawImage(canvas, 0, 0);

@@ -1,14 +1,27 @@
+// @ts-check
 // Buttons and keys.
 import { $, element, keep, notice, press, setting } from './dom.js';
 import { legend } from './facts.js';
 
 const root = document.documentElement;
+/** @type {(list: string[], now: string, by: number) => string} */
 const step = (list, now, by) => list[(list.indexOf(now) + by + list.length) % list.length];
 
+/**
+ * @param {Page} page
+ * @param {{
+ *   look: (name: string) => void,
+ *   choose: (name: string | null) => void,
+ *   back: () => void,
+ *   outputOf: (name: string) => { name: string, type: string } | undefined,
+ *   relight: () => void,
+ * }} of
+ */
 export function controls(page, { look, choose, back, outputOf, relight }) {
   const { picture, lit, graph } = page;
   const { comparison } = picture;
 
+  /** @param {string} name */
   function setView(name) {
     page.view = name;
     root.dataset.view = $('stage').dataset.view = name;
@@ -19,7 +32,7 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     placeWipe();
   }
 
-  // What is on both sides of the line: of the lit view what was pinned, of the picture also another look.
+  // Places the dividing line: the lit view compares with the pinned material, the picture view also with another look.
   function placeWipe() {
     const pinned = page.view === 'lit' ? lit.pinned : comparison.before;
     const mode = page.view === 'lit' ? 'wipe' : comparison.mode;
@@ -32,6 +45,7 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     $('tag-b').textContent = (page.view === 'picture' && comparison.after?.label) || 'now';
   }
 
+  /** @param {number} share */
   function setWipe(share) {
     const to = Math.min(1, Math.max(0, share));
     if (page.view === 'lit') { lit.wipe = to; lit.draw(); } else { comparison.wipe = to; picture.draw(); }
@@ -54,22 +68,26 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
       return;
     }
     const on = !comparison.before && !!picture.now;
-    comparison.before = on ? { ...picture.now, label: '' } : null;
+    comparison.before = on ? { .../** @type {Source} */ (picture.now), label: '' } : null;
     comparison.after = null;
     if (!on) { page.looks.marked = []; page.looks.draw(); }
     compared();
     page.sharpen();
   }
 
+  /** @param {string} plane */
   function setPlane(plane) {
     picture.plane = plane;
     press($('planes'), (b) => b.dataset.plane === plane);
     picture.draw();
   }
 
+  /** @param {boolean} on */
   function setRepeat(on) { picture.repeat = on; $('repeat').ariaPressed = String(on); picture.fit(); }
+  /** @param {boolean} on */
   function setSeam(on) { picture.seam = on; $('seam').ariaPressed = String(on); picture.draw(); }
 
+  /** @param {boolean} on */
   function setDrawer(on) {
     $('drawer').hidden = !on;
     $('toggle-graph').ariaPressed = String(on);
@@ -80,7 +98,8 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     $('names').replaceChildren(...graph.names.slice(0, 2000).map((n) => element('option', { value: n })));
   }
 
-  // The height of the drawer, as a share of the window.
+  // Height of the drawer, as a share of the window.
+  /** @param {number} share */
   function setHeight(share) {
     const to = Math.min(1, Math.max(0.15, share));
     const full = to > 0.92;
@@ -92,8 +111,10 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     graph.resize();
   }
 
+  /** @param {boolean} on */
   function setPanel(on) { $('panel').hidden = !on; $('toggle-panel').ariaPressed = String(on); keep('panel', on); }
 
+  /** @param {string} theme */
   function setTheme(theme) {
     root.dataset.theme = theme;
     picture.draw();
@@ -101,13 +122,15 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     lit.draw();
   }
 
+  /** @param {number} by */
   function nextOutput(by) {
     const list = page.state?.scene?.outputs.map((o) => o.name) ?? [];
     if (list.length) choose(step(list, outputOf(page.target)?.name ?? list[0], by));
   }
 
+  /** @param {number} by */
   function nextChannel(by) {
-    const list = [...$('channels').children].map((b) => b.dataset.target);
+    const list = [...$('channels').children].map((b) => /** @type {string} */ (/** @type {HTMLElement} */ (b).dataset.target));
     if (list.length) look(step(list, page.target, by));
   }
 
@@ -117,10 +140,14 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     keep('theme', theme);
   }
 
+  /** @param {number} by */
   const zoom = (by) => (page.view === 'lit' ? lit.zoom(by) : picture.zoom(by));
-  // Keys of the other view do nothing in this one.
+  // Keys of the picture view do nothing in the lit view.
+  /** @type {(work: () => void) => () => void} */
   const inPicture = (work) => () => { if (page.view === 'picture') work(); };
+  /** @type {(work: () => void) => () => void} */
   const inLit = (work) => () => { if (page.view === 'lit') work(); };
+  /** @type {Record<string, () => void>} */
   const actions = {
     1: () => setView('picture'), 2: () => setView('lit'), g: () => setDrawer($('drawer').hidden), p: () => setPanel($('panel').hidden),
     ',': () => nextOutput(-1), '.': () => nextOutput(1), '[': () => nextChannel(-1), ']': () => nextChannel(1),
@@ -134,6 +161,7 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     '/': () => { setDrawer(true); $('find').focus(); $('find').select(); },
     Escape: () => { if (document.activeElement === $('find')) $('find').blur(); else if (page.target?.startsWith('@')) back(); },
   };
+  /** @type {Record<string, (e: KeyboardEvent) => void>} */
   const withControl = {
     z: (e) => (e.shiftKey ? page.looks.redo() : page.looks.undo()),
     y: () => page.looks.redo(),
@@ -142,23 +170,26 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
 
   addEventListener('keydown', (e) => {
     if ($('keys').open || e.altKey) return;
-    const typing = e.target.matches?.('input:not([type=range]):not([type=checkbox]):not([type=color]), select, textarea');
+    const target = /** @type {HTMLElement} */ (e.target);
+    const typing = target.matches?.('input:not([type=range]):not([type=checkbox]):not([type=color]), select, textarea');
     const key = e.key.length === 1 ? e.key.toLowerCase() : e.key;
     if (e.ctrlKey || e.metaKey) {
-      // In a field of text the browser's own undo counts while something is being typed.
-      const text = e.target.matches?.('input[type=text], input[type=search], textarea');
+      // While the user types in a text field, the browser's own undo applies.
+      const text = target.matches?.('input[type=text], input[type=search], textarea');
       if (withControl[key] && !(text && key !== 's')) { e.preventDefault(); withControl[key](e); }
       return;
     }
     if (typing && e.key !== 'Escape') return;
-    if (e.target.matches?.('input[type=range]') && /^[0-9+-]$/.test(e.key)) return;
+    if (target.matches?.('input[type=range]') && /^[0-9+-]$/.test(e.key)) return;
     const action = actions[key];
     if (action) { e.preventDefault(); action(); }
   });
 
-  for (const b of $('views').children) b.onclick = () => setView(b.dataset.view);
-  for (const b of $('planes').children) b.onclick = () => setPlane(b.dataset.plane);
-  for (const b of $('compares').children) b.onclick = () => { comparison.mode = b.dataset.compare; compared(); };
+  /** @type {(group: HTMLElement, name: string, work: (value: string) => void) => void} */
+  const choices = (group, name, work) => { for (const b of /** @type {Iterable<HTMLElement>} */ (group.children)) b.onclick = () => work(b.dataset[name] ?? ''); };
+  choices($('views'), 'view', setView);
+  choices($('planes'), 'plane', setPlane);
+  choices($('compares'), 'compare', (mode) => { comparison.mode = mode; compared(); });
   $('repeat').onclick = () => setRepeat(!picture.repeat);
   $('seam').onclick = () => setSeam(!picture.seam);
   $('zoom-in').onclick = () => picture.zoom(1.5);
@@ -184,19 +215,21 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     $('find').blur();
   };
 
-  // What is dragged: the line between two pictures, and the edge of the drawer.
+  // Draggable elements: the line between two pictures, and the edge of the drawer.
+  /** @param {HTMLElement} handle @param {(e: PointerEvent) => void} move */
   const drags = (handle, move) => {
     handle.onpointerdown = (e) => { handle.setPointerCapture(e.pointerId); e.preventDefault(); };
     handle.onpointermove = (e) => { if (handle.hasPointerCapture(e.pointerId)) move(e); };
   };
   drags($('wipe'), (e) => { const box = $('stage').getBoundingClientRect(); setWipe((e.clientX - box.left) / box.width); });
   drags($('drawer-size'), (e) => setHeight((innerHeight - e.clientY - 28) / innerHeight));
+  /** @param {HTMLElement} handle @param {(by: number) => void} move */
   const arrows = (handle, move) => handle.addEventListener('keydown', (e) => {
     const by = { ArrowLeft: -1, ArrowDown: -1, ArrowRight: 1, ArrowUp: 1 }[e.key];
     if (by) { e.preventDefault(); e.stopPropagation(); move(by); }
   });
   arrows($('wipe'), (by) => setWipe((page.view === 'lit' ? lit.wipe : comparison.wipe) + by * 0.02));
-  arrows($('drawer-size'), (by) => setHeight($('drawer-size').ariaValueNow / 100 + by * 0.05));
+  arrows($('drawer-size'), (by) => setHeight(Number($('drawer-size').ariaValueNow) / 100 + by * 0.05));
 
   setTheme(setting('theme') ?? (matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark'));
   setPanel(setting('panel') ?? true);

@@ -1,48 +1,67 @@
-// Small helps with the page's elements, and what the user has chosen.
-export const $ = (id) => document.getElementById(id);
+// @ts-check
+// Helpers for elements of the page, and the user's settings.
+/** @type {<K extends string>(id: K) => K extends keyof Elements ? Elements[K] : HTMLElement} */
+export const $ = (id) => /** @type {any} */ (document.getElementById(id));
 
+/**
+ * Makes an element with properties and children; children that are null are left out.
+ * @template {keyof HTMLElementTagNameMap} K
+ * @param {K} tag
+ * @param {Props<HTMLElementTagNameMap[K]>} [props]
+ * @param {...Child} children
+ * @returns {HTMLElementTagNameMap[K]}
+ */
 export function element(tag, props = {}, ...children) {
   const { dataset, ...rest } = props;
   const made = Object.assign(document.createElement(tag), rest);
   Object.assign(made.dataset, dataset);
   made.append(...children.filter((c) => c !== null && c !== undefined));
-  return made;
+  return /** @type {any} */ (made);
 }
 
-// Writes only what is another text: a text that is written anew is laid out anew.
+// Sets the text only if it differs, since setting it causes a new layout.
+/** @param {HTMLElement} node @param {string} text */
 export function say(node, text) { if (node.textContent !== text) node.textContent = text; }
 
-// Settings live in a cookie of the host: every run has another port and another token, and local storage would forget them.
+// Settings live in a cookie of the host: each run has another port and token, and local storage is separate for each
+// port.
 const COOKIE = 'shibo-page';
+/** @type {() => Record<string, any>} */
 const read = () => {
   const found = document.cookie.split('; ').find((c) => c.startsWith(`${COOKIE}=`));
-  try { return JSON.parse(decodeURIComponent(found.slice(COOKIE.length + 1))); } catch { return {}; }
+  try { return JSON.parse(decodeURIComponent(/** @type {string} */ (found).slice(COOKIE.length + 1))); } catch { return {}; }
 };
 
+/** @param {string} name */
 export const setting = (name) => read()[name] ?? null;
 
+/** @param {string} name @param {unknown} value */
 export function keep(name, value) {
   const all = { ...read(), [name]: value };
   document.cookie = `${COOKIE}=${encodeURIComponent(JSON.stringify(all))}; path=/; max-age=31536000; SameSite=Strict`;
 }
 
-// The pressed button of a group.
+// Marks the pressed button of a group.
+/** @param {HTMLElement} group @param {(button: HTMLElement) => boolean} is */
 export function press(group, is) {
-  for (const b of group.children) if (b.matches('button')) b.ariaPressed = String(!!is(b));
+  for (const b of group.children) if (b.matches('button')) b.ariaPressed = String(!!is(/** @type {HTMLElement} */ (b)));
 }
 
-// Within a group Tab stops once, and arrows go on from there.
+// Makes a group one stop for Tab; arrow keys move within it.
+/** @param {Element} group */
 export function rove(group) {
-  const buttons = () => [...group.querySelectorAll('button')].filter((b) => !b.hidden && !b.disabled);
+  /** @returns {HTMLButtonElement[]} */
+  const buttons = () => [.../** @type {NodeListOf<HTMLButtonElement>} */ (group.querySelectorAll('button'))].filter((b) => !b.hidden && !b.disabled);
   const settle = () => {
     const list = buttons();
     const one = list.find((b) => b === document.activeElement) ?? list.find((b) => b.ariaPressed === 'true') ?? list[0];
     for (const b of list) if (b.tabIndex !== (b === one ? 0 : -1)) b.tabIndex = b === one ? 0 : -1;
   };
   new MutationObserver(settle).observe(group, { childList: true, subtree: true, attributeFilter: ['aria-pressed', 'hidden', 'disabled'] });
-  group.addEventListener('keydown', (e) => {
+  group.addEventListener('keydown', (event) => {
+    const e = /** @type {KeyboardEvent} */ (event);
     const list = buttons();
-    const at = list.indexOf(document.activeElement);
+    const at = list.indexOf(/** @type {HTMLButtonElement} */ (document.activeElement));
     const to = { ArrowRight: at + 1, ArrowDown: at + 1, ArrowLeft: at - 1, ArrowUp: at - 1, Home: 0, End: list.length - 1 }[e.key];
     if (at < 0 || to === undefined) return;
     e.preventDefault();
@@ -53,8 +72,10 @@ export function rove(group) {
   settle();
 }
 
-// Says something for a moment.
-let fading = null;
+// Shows a message for a moment.
+/** @type {number | undefined} */
+let fading;
+/** @param {string} text */
 export function notice(text, bad = false) {
   const box = $('notice');
   box.textContent = text;
@@ -64,4 +85,5 @@ export function notice(text, bad = false) {
   fading = setTimeout(() => { box.hidden = true; }, bad ? 9000 : 3500);
 }
 
+/** @param {number} v */
 export const short = (v) => String(Math.abs(v) >= 100 ? +v.toFixed(1) : +v.toPrecision(4));

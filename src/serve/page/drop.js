@@ -1,23 +1,31 @@
-// Files of one's own, dropped on the page or chosen: a mesh, OBJ or glb, as a shape that wears the material, which stays in the
-// browser; a panorama, EXR, as the environment, whose light the server works out. Vertices are as in shapes.js.
+// @ts-check
+// The user's own files, dropped on the page or chosen. A mesh (OBJ or glb) becomes a shape that shows the material, and
+// stays in the browser. A panorama (EXR) becomes the environment; the server computes its light. Vertices are as in
+// shapes.js.
 import { $, element, notice } from './dom.js';
 
 const MOST = 2e6;
 
-// Corners of an OBJ file: faces of any number of corners, places counted from either end. v grows upwards there.
+// Reads an OBJ file: faces with any number of corners, positive or negative indices. v points up in this format.
+/** @typedef {{ positions: number[], uvs: number[], normals: number[], index: number[] }} Triangles */
+
+/** @param {string} text */
 function obj(text) {
+  /** @type {Record<string, number[][]>} */
   const lists = { v: [], vt: [], vn: [] };
+  /** @type {Triangles} */
   const found = { positions: [], uvs: [], normals: [], index: [] };
   const known = new Map();
+  /** @type {(word: string) => number} */
   const corner = (word) => {
     if (known.has(word)) return known.get(word);
     const [p, t, n] = word.split('/').map((w, i) => {
       const list = lists[['v', 'vt', 'vn'][i]];
-      const at = w ? (w < 0 ? list.length + +w : w - 1) : null;
+      const at = w ? (+w < 0 ? list.length + +w : +w - 1) : null;
       if (at !== null && !list[at]) throw new Error(`a face names \`${word}\`, which is not there`);
       return at === null ? null : list[at];
     });
-    found.positions.push(...p.slice(0, 3));
+    found.positions.push(.../** @type {number[]} */ (p).slice(0, 3));
     if (t) found.uvs.push(t[0], 1 - (t[1] ?? 0));
     if (n) found.normals.push(...n.slice(0, 3));
     known.set(word, known.size);
@@ -34,8 +42,10 @@ function obj(text) {
   return found;
 }
 
+/** @type {(a: number[], b: number[]) => number[]} */
 const times = (a, b) => Array.from({ length: 16 }, (_, i) => [0, 1, 2, 3].reduce((sum, k) => sum + a[4 * k + (i % 4)] * b[4 * (i >> 2) + k], 0));
 
+/** @param {{ matrix?: number[], translation?: number[], rotation?: number[], scale?: number[] }} node */
 function matrix({ matrix: given, translation: [x, y, z] = [0, 0, 0], rotation: [a, b, c, d] = [0, 0, 0, 1], scale: [p, q, r] = [1, 1, 1] }) {
   return given ?? [
     p * (1 - 2 * (b * b + c * c)), p * 2 * (a * b + c * d), p * 2 * (a * c - b * d), 0,
@@ -44,27 +54,32 @@ function matrix({ matrix: given, translation: [x, y, z] = [0, 0, 0], rotation: [
   ];
 }
 
-// The triangles of the scene of a binary glTF file.
+// Triangles of the scene of a binary glTF file.
+/** @param {ArrayBuffer} buffer */
 function glb(buffer) {
   const view = new DataView(buffer);
   const length = view.getUint32(12, true);
   const json = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 20, length)));
   const start = 28 + length;
+  /** @type {(at: number) => number[]} */
   const accessor = (at) => {
     const { bufferView, byteOffset = 0, componentType, count, type, normalized, sparse } = json.accessors[at];
     const part = json.bufferViews[bufferView];
     if (!part || sparse || part.buffer || json.buffers[0].uri) throw new Error('only what is in the file itself can be read, without sparse accessors');
-    const n = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 }[type];
-    const [size, get, most] = { 5126: [4, 'getFloat32', 1], 5125: [4, 'getUint32', 1], 5123: [2, 'getUint16', 65535], 5121: [1, 'getUint8', 255] }[componentType] ?? [];
+    const n = /** @type {Record<string, number>} */ ({ SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 })[type];
+    const [size, get, most] = /** @type {Record<number, [number, 'getFloat32' | 'getUint32' | 'getUint16' | 'getUint8', number]>} */ ({ 5126: [4, 'getFloat32', 1], 5125: [4, 'getUint32', 1], 5123: [2, 'getUint16', 65535], 5121: [1, 'getUint8', 255] })[componentType] ?? [];
     if (!n || !get) throw new Error('it has values of a kind that cannot be read');
     const stride = part.byteStride ?? size * n;
     const from = start + (part.byteOffset ?? 0) + byteOffset;
     return Array.from({ length: count * n }, (_, i) => view[get](from + Math.floor(i / n) * stride + (i % n) * size, true) / (normalized ? most : 1));
   };
+  /** @type {Triangles} */
   const found = { positions: [], uvs: [], normals: [], index: [] };
+  /** @type {(at: number, above: number[], depth: number) => void} */
   const visit = (at, above, depth) => {
     const node = json.nodes[at];
     const here = times(above, matrix(node));
+    /** @type {(list: number[], w: number) => number[]} */
     const moved = (list, w) => list.map((_, i) => {
       const [o, k] = [i - (i % 3), i % 3];
       return here[k] * list[o] + here[4 + k] * list[o + 1] + here[8 + k] * list[o + 2] + w * here[12 + k];
@@ -82,12 +97,14 @@ function glb(buffer) {
     }
     if (depth < 64) for (const child of node.children ?? []) visit(child, here, depth + 1);
   };
-  const roots = json.scenes?.[json.scene ?? 0]?.nodes ?? (json.nodes ?? []).map((_, i) => i);
+  const roots = json.scenes?.[json.scene ?? 0]?.nodes ?? (json.nodes ?? []).map((/** @type {unknown} */ _, /** @type {number} */ i) => i);
   for (const root of roots) visit(root, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1], 0);
   return found;
 }
 
-// As a shape: in a ball of radius 1, with normals and tangents. `span` is how long a turn of u is on average.
+// Converts a mesh to a shape: inside a ball of radius 1, with normals and tangents. `span` is the mean length of one
+// turn of u.
+/** @param {Triangles} triangles @returns {Shape} */
 function shape({ positions: p, uvs, normals, index }) {
   const count = p.length / 3;
   if (!index.length) throw new Error('it has no triangles');
@@ -136,20 +153,22 @@ function shape({ positions: p, uvs, normals, index }) {
   return { make: () => made, span: Math.sqrt(area / Math.max(flat, 1e-9)), foot, view: [0.5, 0.3, 3.2] };
 }
 
+/** @param {import('./lit.js').Lit} lit @param {Shape} made */
 function wear(lit, made) {
   for (const name of ['own true', 'own false']) {
     lit.meshes[name]?.free();
     delete lit.meshes[name];
   }
   lit.shapes.own = made;
-  document.querySelector('[data-shape=own]').hidden = false;
+  /** @type {HTMLElement} */ (document.querySelector('[data-shape=own]')).hidden = false;
   lit.setShape('own');
 }
 
-// As much as the server takes, in MiB.
+// Maximum size that the server accepts, in MiB.
 const PANORAMA = 256;
 
-// Takes a panorama as light.
+// Loads a panorama as light.
+/** @param {import('./lit.js').Lit} lit @param {() => void} look @param {File} file */
 async function takePanorama(lit, look, file) {
   try {
     if (file.size > PANORAMA << 20) throw new Error(`it has more than ${PANORAMA} MiB; scale it down`);
@@ -159,11 +178,12 @@ async function takePanorama(lit, look, file) {
     look();
     notice(`${file.name} lights the material`);
   } catch (error) {
-    notice(`${file.name} cannot be the environment: ${error.message}`, true);
+    notice(`${file.name} cannot be the environment: ${/** @type {Error} */ (error).message}`, true);
   }
 }
 
-// Takes a file; what is wrong with it is said.
+// Loads a file; shows an error if that fails.
+/** @param {import('./lit.js').Lit} lit @param {() => void} look @param {File} file */
 async function take(lit, look, file) {
   const start = new Uint8Array(await file.slice(0, 4).arrayBuffer());
   if (/\.(exr|hdr)$/i.test(file.name) || [0x76, 0x2f, 0x31, 0x01].every((b, i) => start[i] === b)) { await takePanorama(lit, look, file); return; }
@@ -174,15 +194,17 @@ async function take(lit, look, file) {
     look();
     notice(`${file.name} wears the material`);
   } catch (error) {
-    notice(`${file.name} is no OBJ or glb mesh to wear it, and no EXR panorama: ${error.message}`, true);
+    notice(`${file.name} is no OBJ or glb mesh to wear it, and no EXR panorama: ${/** @type {Error} */ (error).message}`, true);
   }
 }
 
-// Files are dropped anywhere on the page, or chosen; `look` shows the lit view.
+// Accepts files dropped anywhere on the page, or chosen; `look` switches to the lit view.
+/** @param {import('./lit.js').Lit} lit @param {() => void} look */
 export function drops(lit, look) {
+  /** @param {string} id @param {string} text @param {string} accept @param {string} title */
   const choice = (id, text, accept, title) => {
     const input = element('input', { type: 'file', id: `${id}-file`, accept, hidden: true, ariaLabel: text.replace(' …', '') });
-    input.onchange = () => { if (input.files[0]) take(lit, look, input.files[0]); input.value = ''; };
+    input.onchange = () => { if (input.files?.[0]) take(lit, look, input.files[0]); input.value = ''; };
     const button = element('button', { id: `${id}-choose`, textContent: text, title });
     button.onclick = () => input.click();
     return [button, input];
@@ -190,9 +212,9 @@ export function drops(lit, look) {
   const mesh = choice('own', 'Own mesh …', '.obj,.glb', 'Choose an OBJ or glb file, or drop one on the page');
   const light = choice('hdri', 'Own HDRI …', '.exr', 'Choose an EXR panorama as the environment, or drop one on the page');
   $('light').append(element('div', { className: 'row' }, ...mesh, ...light));
-  addEventListener('dragover', (e) => { if ([...e.dataTransfer.types].includes('Files')) e.preventDefault(); });
+  addEventListener('dragover', (e) => { if (e.dataTransfer && [...e.dataTransfer.types].includes('Files')) e.preventDefault(); });
   addEventListener('drop', (e) => {
-    if (!e.dataTransfer.files.length) return;
+    if (!e.dataTransfer?.files.length) return;
     e.preventDefault();
     take(lit, look, e.dataTransfer.files[0]);
   });

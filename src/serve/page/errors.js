@@ -1,16 +1,23 @@
-// What is wrong with the file, and what is worth knowing.
+// @ts-check
+// Lists of errors and warnings of the file.
 import { $, element } from './dom.js';
 
+/** @type {(tag: keyof HTMLElementTagNameMap, className: string, content?: string) => HTMLElement} */
 const text = (tag, className, content = '') => element(tag, { className, textContent: content });
 
-// The list that was closed; it stays closed until there is another one.
+/** @type {(className: string) => (e: Complaint) => [Complaint, string]} */
+const named = (className) => (e) => [e, className];
+
+// The list that the user closed; it stays closed until it changes.
 let closed = '';
 
+/** @param {State} state */
 export function complain({ errors, warnings, scene }) {
   const box = $('errors');
-  const list = [...errors.map((e) => [e, 'error']), ...(errors.length ? [] : warnings.map((w) => [w, 'error warning']))];
+  /** @type {[Complaint, string][]} */
+  const list = [...errors.map(named('error')), ...(errors.length ? [] : warnings.map(named('error warning')))];
   const now = JSON.stringify(list.map(([e]) => [e.message, e.file, e.line]));
-  document.documentElement.dataset.errors = errors.length;
+  document.documentElement.dataset.errors = String(errors.length);
   if (now !== closed) closed = '';
   box.hidden = !list.length || now === closed;
   if (box.hidden) return;
@@ -26,6 +33,7 @@ export function complain({ errors, warnings, scene }) {
   box.replaceChildren(title, ...list.map(([e, className]) => complaint(e, className)));
 }
 
+/** @param {Complaint} e @param {string} className */
 function complaint(e, className) {
   const made = text('div', className);
   made.append(text('p', '', e.message), text('div', 'where', `${e.file}:${e.line}:${e.column}   ${e.code}`));

@@ -1,4 +1,5 @@
-// Files: this map, all maps, or a glTF file, at a resolution of one's choice.
+// @ts-check
+// The export panel: this map, all maps, or a glTF file, at a chosen resolution.
 import { element, short } from './dom.js';
 import { post } from './net.js';
 import { frames, zip } from './frames.js';
@@ -7,27 +8,34 @@ import { html } from './share.js';
 const SIZES = [256, 512, 1024, 2048, 4096, 8192];
 
 export class Exporter {
+  /** @param {HTMLElement} root @param {Page} page */
   constructor(root, page) {
     this.root = root;
     this.page = page;
-    this.build();
-  }
-
-  build() {
-    const select = (id, text, options) => {
-      const made = element('select', { id }, ...options.map(([value, name]) => element('option', { value, textContent: name })));
-      return [made, element('label', { htmlFor: id, textContent: text }), made];
-    };
-    const [what, ...whatRow] = select('export-what', 'What', [['map', 'This map'], ['maps', 'All maps'], ['gltf', 'glTF (.glb)']]);
-    const [size, ...sizeRow] = select('export-size', 'Longer side', [['', 'as in the graph'], ...SIZES.map((n) => [n, `${n} px`])]);
-    const [format, ...formatRow] = select('export-format', 'Format', [['', 'as in the graph'], ['png', 'PNG'], ['tiff', 'TIFF'], ['exr', 'EXR']]);
+    /** @type {string | null} */
+    this.id = null;
+    /** @type {ExportNews[] | undefined} */
+    this.early = undefined;
+    this.stopped = false;
     this.begin = element('button', { id: 'export-begin', textContent: 'Export' });
     this.cancel = element('button', { id: 'export-cancel', textContent: 'Cancel', hidden: true });
     this.bar = element('progress', { max: 1, value: 0, hidden: true, ariaLabel: 'Progress of the export' });
     this.note = element('p', { className: 'doc', id: 'export-note', role: 'status' });
     this.share = element('button', { id: 'share', textContent: 'Share 3D view', title: 'One HTML file with the material in light, which opens without Shibo' });
-    this.share.onclick = () => this.shared();
     this.film = element('button', { id: 'turntable', textContent: 'Turntable', title: 'The 3D view as 36 pictures: a turn, or the line of a comparison' });
+    this.build();
+  }
+
+  build() {
+    /** @type {(id: string, text: string, options: [string | number, string][]) => [HTMLSelectElement, ...HTMLElement[]]} */
+    const select = (id, text, options) => {
+      const made = element('select', { id }, ...options.map(([value, name]) => element('option', { value, textContent: name })));
+      return [made, element('label', { htmlFor: id, textContent: text }), made];
+    };
+    const [what, ...whatRow] = select('export-what', 'What', [['map', 'This map'], ['maps', 'All maps'], ['gltf', 'glTF (.glb)']]);
+    const [size, ...sizeRow] = select('export-size', 'Longer side', [['', 'as in the graph'], ...SIZES.map((n) => /** @type {[number, string]} */ ([n, `${n} px`]))]);
+    const [format, ...formatRow] = select('export-format', 'Format', [['', 'as in the graph'], ['png', 'PNG'], ['tiff', 'TIFF'], ['exr', 'EXR']]);
+    this.share.onclick = () => this.shared();
     this.film.onclick = () => this.sequence();
     this.begin.onclick = () => this.start(what.value, size.value, format.value);
     this.cancel.onclick = () => { this.stopped = true; if (this.id) post(`export/${this.id}/stop`, {}); };
@@ -37,7 +45,7 @@ export class Exporter {
     );
   }
 
-  // The lit view as a file.
+  // Exports the lit view as an HTML file.
   async shared() {
     const { lit, state } = this.page;
     if (!lit.asked) { this.page.controls.setView('lit'); }
@@ -53,7 +61,7 @@ export class Exporter {
     this.share.disabled = false;
   }
 
-  // A turn of the shape as pictures.
+  // Exports a turn of the shape as a sequence of pictures.
   async sequence() {
     const { lit, state } = this.page;
     if (!lit.now) this.page.controls.setView('lit');
@@ -65,6 +73,7 @@ export class Exporter {
     if (made) this.save(zip(made), `${state.file.replace(/\.ron$/, '')}_frames.zip`); else this.note.textContent = 'Cancelled';
   }
 
+  /** @param {Blob} blob @param {string} name */
   save(blob, name) {
     const link = element('a', { href: URL.createObjectURL(blob), download: name });
     link.click();
@@ -72,9 +81,11 @@ export class Exporter {
     this.note.textContent = `${name}, ${short(blob.size / 1048576)} MiB`;
   }
 
+  /** @param {string} what @param {string} size @param {string} format */
   async start(what, size, format) {
     const { state, target } = this.page;
     if (!state?.scene || this.id) return;
+    /** @type {Record<string, unknown>} */
     const wish = { g: state.scene.generation, gltf: what === 'gltf' };
     if (what === 'map') wish.target = target;
     if (size) wish.resolution = +size;
@@ -89,10 +100,11 @@ export class Exporter {
       return;
     }
     this.id = (await answer.json()).id;
-    // It may have been done before the answer was here.
+    // The export may have finished before the answer arrived.
     for (const news of this.early) this.heard(news);
   }
 
+  /** @param {boolean} on */
   busy(on) {
     this.begin.disabled = on;
     this.cancel.hidden = this.bar.hidden = !on;
@@ -100,6 +112,7 @@ export class Exporter {
     if (!on) this.id = null;
   }
 
+  /** @param {ExportNews} news */
   heard(news) {
     if (!this.id) { this.early?.push(news); return; }
     if (news.id !== this.id) return;

@@ -1,19 +1,23 @@
-// Frames of the lit view as a sequence of pictures in one archive: a turn of the shape, or the line of a comparison.
+// @ts-check
+// Exports frames of the lit view as pictures in one archive: a turn of the shape, or a moving line of a comparison.
 
 const table = Uint32Array.from({ length: 256 }, (_, n) => { let c = n; for (let k = 0; k < 8; k += 1) c = c & 1 ? 0xedb88320 ^ (c >>> 1) : c >>> 1; return c; });
+/** @param {Uint8Array} bytes */
 function crc32(bytes) {
   let c = 0xffffffff;
   for (const b of bytes) c = table[(c ^ b) & 255] ^ (c >>> 8);
   return (c ^ 0xffffffff) >>> 0;
 }
 
-// Files as they are, one after the other: pictures are compressed already.
+// Makes a ZIP archive without compression, since pictures are compressed already.
+/** @param {{ name: string, bytes: Uint8Array<ArrayBuffer> }[]} files */
 export function zip(files) {
   const parts = [];
   const directory = [];
   let at = 0;
   for (const { name, bytes } of files) {
     const title = new TextEncoder().encode(name);
+    /** @param {boolean} central */
     const head = (central) => {
       const view = new DataView(new ArrayBuffer(central ? 46 : 30));
       const from = central ? 6 : 4;
@@ -38,7 +42,8 @@ export function zip(files) {
   return new Blob([...parts, ...directory, new Uint8Array(end.buffer)], { type: 'application/zip' });
 }
 
-// Draws `count` frames of `side` pixels; `step` hears of each, and stops them by false.
+// Draws `count` frames of `side` pixels; `step` is called for each, and stops the export by returning false.
+/** @param {import('./lit.js').Lit} lit @param {number} count @param {number} side @param {(share: number) => boolean} step */
 export async function frames(lit, count, side, step) {
   const { turn, wipe } = lit;
   const files = [];
@@ -46,8 +51,9 @@ export async function frames(lit, count, side, step) {
     if (!step(i / count)) break;
     if (lit.pinned) lit.wipe = i / (count - 1); else lit.turn = turn + (2 * Math.PI * i) / count;
     lit.render(side, side);
+    /** @type {Blob | null} */
     const blob = await new Promise((done) => { lit.canvas.toBlob(done); });
-    files.push({ name: `frame_${String(i).padStart(3, '0')}.png`, bytes: new Uint8Array(await blob.arrayBuffer()) });
+    files.push({ name: `frame_${String(i).padStart(3, '0')}.png`, bytes: new Uint8Array(await /** @type {Blob} */ (blob).arrayBuffer()) });
   }
   Object.assign(lit, { turn, wipe });
   lit.draw();

@@ -1,9 +1,23 @@
-// What is known of the node that is looked at, and its constants.
+// @ts-check
+// Information about the selected node, and its constants.
 import { $, element } from './dom.js';
 
+/** @type {(tag: keyof HTMLElementTagNameMap, className: string, content?: string) => HTMLElement} */
 const text = (tag, className, content = '') => element(tag, { className, textContent: content });
 
-// `node` and `stat` are what the graph knows of it; `onport` looks at another output, `onchange` changes the file.
+// `node` and `stat` are the node's data from the graph; `onport` selects another output, `onchange` changes the file.
+/**
+ * @param {About} about
+ * @param {{
+ *   node: Box | null,
+ *   stat?: Stat,
+ *   target: string,
+ *   onport: (name: string) => void,
+ *   onclose: () => void,
+ *   onjump: () => void,
+ *   onchange: (change: unknown, label: string) => void,
+ * }} of
+ */
 export function inspect(about, { node, stat, target, onport, onclose, onjump, onchange }) {
   const box = $('inspector');
   box.hidden = false;
@@ -12,7 +26,7 @@ export function inspect(about, { node, stat, target, onport, onclose, onjump, on
   const jump = element('button', { textContent: 'In the editor', title: 'Show its line in the editor' });
   jump.onclick = onjump;
   const parts = [element('h2', {}, 'Node', text('div', 'spring'), jump, close), text('div', 'name', about.node), text('div', 'kind', about.kind)];
-  if (node?.ports.length > 1 && !node.use) {
+  if (node && node.ports.length > 1 && !node.use) {
     const ports = element('div', { className: 'ports', role: 'group', ariaLabel: 'Outputs of the node' });
     node.ports.forEach((p, i) => {
       const full = i ? `@${about.node}:${p.name}` : `@${about.node}`;
@@ -26,29 +40,32 @@ export function inspect(about, { node, stat, target, onport, onclose, onjump, on
   parts.push(text('div', 'facts', facts.filter(Boolean).join(' · ')));
   if (node?.broken) parts.push(text('div', 'facts bad', node.broken));
   for (const field of about.fields ?? []) { const made = constant(about.node, field, onchange); if (made) parts.push(made); }
-  // It may be long, and is scrolled by keys.
+  // The text may be long, so it can be scrolled by keyboard.
   parts.push(element('pre', { textContent: about.text, tabIndex: 0, role: 'region', ariaLabel: 'Text of the node' }));
   box.replaceChildren(...parts);
 }
 
-// A number, a switch, a choice or a colour that is written at the node: edited in place, or made a parameter.
+// A number, switch, choice or colour in the node's text: edited in place, or turned into a parameter.
+/** @param {string} node @param {Constant} field @param {(change: unknown, label: string) => void} onchange */
 function constant(node, field, onchange) {
   const { name, text: written } = field;
   const id = `field-${name}`;
   const number = /^-?[\d._]+(e-?\d+)?$/i.test(written);
   const color = /^"#[0-9a-f]{6}"$/i.test(written);
   const bool = written === 'true' || written === 'false';
-  const choice = field.choices?.includes(written);
+  const choices = field.choices ?? [];
+  const choice = choices.includes(written);
   if (!number && !color && !bool && !choice) return null;
-  let box = null;
+  // A select has no `checked`, `min` and `max`; they are used for inputs only.
+  const box = /** @type {HTMLInputElement} */ (choice
+    ? /** @type {HTMLElement} */ (element('select', { id }, ...choices.map((c) => element('option', { value: c, textContent: c }))))
+    : element('input', { id, type: bool ? 'checkbox' : color ? 'color' : 'number', step: field.whole ? 1 : 'any' }));
   let value = () => box.value;
-  if (choice) box = element('select', { id }, ...field.choices.map((c) => element('option', { value: c, textContent: c })));
-  else box = element('input', { id, type: bool ? 'checkbox' : color ? 'color' : 'number', step: field.whole ? 1 : 'any' });
   if (bool) { box.checked = written === 'true'; value = () => String(box.checked); }
   else if (color) { box.value = written.slice(1, -1); value = () => `"${box.value}"`; }
   else box.value = number ? written.replaceAll('_', '') : written;
-  if (number && field.min !== null && field.min !== undefined) box.min = field.min;
-  if (number && field.max !== null && field.max !== undefined) box.max = field.max;
+  if (number && field.min !== null && field.min !== undefined) box.min = String(field.min);
+  if (number && field.max !== null && field.max !== undefined) box.max = String(field.max);
   box.onchange = () => { if (box.value !== '') onchange({ field: { node, field: name, value: value() } }, `${node}: ${name} ${value()}`); };
   const head = element('div', { className: 'head' }, element('label', { htmlFor: id, textContent: name.replaceAll('_', ' '), title: field.doc }), box, element('span', { className: 'unit', textContent: field.unit ?? '' }));
   if (!choice) {

@@ -1,6 +1,8 @@
-// The material on a shape: textures from the server, an orbiting eye, a light that turns. Drawn only when something changes.
+// @ts-check
+// The material on a shape: textures from the server, an orbiting camera, a movable light. Drawn only when something
+// changes.
 import { camera } from './camera.js';
-import { press } from './dom.js';
+import { $, press } from './dom.js';
 import { Behind, illuminate, panorama } from './environment.js';
 import { Marks } from './marks.js';
 import { mesh, worn } from './net.js';
@@ -10,36 +12,81 @@ import { Ground, Staging } from './staging.js';
 import { Strokes } from './strokes.js';
 import { SLOTS, bind, texture } from './textures.js';
 
+/** The name, the label, the least and the greatest value, the step, the first value and the unit. */
+/** @type {[string, string, number, number, number, number, string?][]} */
 const SLIDERS = [
   ['repeat', 'Repeats', 1, 8, 1, 1], ['relief', 'Relief', 0, 4, 0.05, 1], ['exposure', 'Exposure', -2, 2, 0.05, 0, 'EV'],
   ['light', 'Light round', -180, 180, 1, 0, '°'], ['lightHeight', 'Light height', 3, 88, 1, 37, '°'], ['lightSize', 'Light size', 0.2, 4, 0.1, 1], ['roughness', 'Roughness', 0.05, 1, 0.01, 0.5], ['metallic', 'Metal', 0, 1, 0.01, 0],
   ['anisotropy', 'Anisotropy', 0, 1, 0.01, 0], ['coat', 'Coat', 0, 1, 0.01, 0],
 ];
 
-// Milliseconds that a picture may take while something moves, and when all is still.
+// Time budget of a picture in ms, while something moves and at rest.
 const MOVING = 40;
 const RESTING = 900;
 const QUALITIES = [1, 0.75, 0.5, 0.35, 0.25, 0.15];
 
+/** @type {(selector: string) => NodeListOf<HTMLElement>} */
+const buttons = (selector) => document.querySelectorAll(selector);
+
+/** @typedef {{ scene: Scene, maps: ChannelMaps, size: number }} Asked */
+/** @typedef {{ array: WebGLVertexArrayObject, count: number, free: () => void }} Uploaded */
+
 export class Lit {
+  /** @param {HTMLCanvasElement} canvas @param {HTMLElement} panel */
   constructor(canvas, panel) {
     this.canvas = canvas;
     this.panel = panel;
+    /** @type {Record<string, number>} */
     this.values = Object.fromEntries(SLIDERS.map(([name, , , , , start]) => [name, start]));
+    /** @type {Record<string, Shape>} */
     this.shapes = { ...SHAPES };
     this.shape = 'sphere';
     this.relief = 'parallax';
     this.resolution = 1024;
+    /** @type {Worn | null} */
     this.now = null;
+    /** @type {Worn | null} */
     this.pinned = null;
     this.wipe = 0.5;
+    /** @type {Record<string, Uploaded>} */
     this.meshes = {};
+    /** @type {WebGL2RenderingContext | null} */
+    this.gl = null;
+    this.failed = false;
+    this.spare = false;
+    /** @type {Record<string, WebGLUniformLocation | null>} */
+    this.uniforms = {};
+    /** @type {Record<string, { slider: HTMLInputElement, value: HTMLElement, unit: string, row: HTMLElement }>} */
+    this.sliders = {};
+    /** @type {Panorama | undefined} */
+    this.own = undefined;
+    /** @type {Asked | undefined} */
+    this.asked = undefined;
+    /** @type {Asked | undefined} */
+    this.done = undefined;
+    this.loading = false;
+    this.queued = false;
+    this.budget = MOVING;
+    /** @type {number | undefined} */
+    this.rest = undefined;
+    /** @type {Uploaded | undefined} */
+    this.warm = undefined;
+    /** @type {string | null | undefined} */
+    this.meshId = undefined;
+    const [turn, tilt, distance] = this.shapes[this.shape].view;
+    this.turn = turn;
+    this.tilt = tilt;
+    this.distance = distance;
+    /** @type {(() => void) | undefined} */
+    this.onshape = undefined;
+    /** @type {((found: Hover | null) => void) | undefined} */
+    this.onhover = undefined;
     this.quality = 0;
-    // Milliseconds a pixel; a guess until something was drawn.
+    // Cost in ms per pixel; a guess until the first picture is drawn.
     this.cost = 0.002;
     new ResizeObserver(() => this.resize()).observe(canvas);
-    this.strokes = new Strokes(document.getElementById('draw'), document.getElementById('strokes'), () => this.draw());
-    this.marks = new Marks(document.getElementById('marks'), () => this.draw(), (found) => this.onhover?.(found));
+    this.strokes = new Strokes($('draw'), $('strokes'), () => this.draw());
+    this.marks = new Marks($('marks'), () => this.draw(), (found) => this.onhover?.(found));
     this.listen();
     this.build();
     this.staging = new Staging(this);
@@ -47,10 +94,10 @@ export class Lit {
     this.behind = new Behind();
   }
 
-  // The view costs nothing until it is looked at.
+  // The view uses no resources until it is first opened.
   start() {
     if (this.gl || this.failed) return;
-    // Without a graphics card the processor draws: with fewer samples, triangles and steps, twice as fast.
+    // Without a graphics card the CPU renders; fewer samples, triangles and steps make it twice as fast.
     this.spare = isSoftware();
     const gl = this.canvas.getContext('webgl2', { antialias: !this.spare, alpha: true, premultipliedAlpha: false, preserveDrawingBuffer: true });
     if (!gl) { this.fail('This browser has no WebGL 2; the picture view works without it.'); return; }
@@ -62,14 +109,14 @@ export class Lit {
     try {
       this.program = linked(gl, VERTEX, FRAGMENT);
     } catch (error) {
-      this.fail(`The lit view cannot be drawn: ${error.message}`);
+      this.fail(`The lit view cannot be drawn: ${/** @type {Error} */ (error).message}`);
       return;
     }
     gl.useProgram(this.program);
     this.uniforms = {};
     const count = gl.getProgramParameter(this.program, gl.ACTIVE_UNIFORMS);
     for (let i = 0; i < count; i += 1) {
-      const { name } = gl.getActiveUniform(this.program, i);
+      const { name } = /** @type {WebGLActiveInfo} */ (gl.getActiveUniform(this.program, i));
       this.uniforms[name] = gl.getUniformLocation(this.program, name);
     }
     gl.enable(gl.DEPTH_TEST);
@@ -77,6 +124,7 @@ export class Lit {
     this.setShape(this.shape);
   }
 
+  /** @param {string} text */
   fail(text) {
     this.failed = true;
     this.gl = null;
@@ -86,7 +134,9 @@ export class Lit {
 
   listen() {
     const { canvas } = this;
+    /** @type {Vec2 | null} */
     let from = null;
+    /** @type {(e: MouseEvent) => Vec2} */
     const place = (e) => [(2 * e.offsetX) / canvas.clientWidth - 1, 1 - (2 * e.offsetY) / canvas.clientHeight];
     const aspect = () => canvas.clientWidth / canvas.clientHeight;
     canvas.addEventListener('pointerdown', (e) => {
@@ -111,25 +161,24 @@ export class Lit {
     canvas.addEventListener('pointerleave', () => this.marks.hover(null, 1, null));
     canvas.addEventListener('wheel', (e) => { e.preventDefault(); this.zoom(Math.exp(-e.deltaY * 0.0012)); }, { passive: false });
     canvas.addEventListener('keydown', (e) => {
-      const by = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[e.key];
+      const by = /** @type {Record<string, Vec2>} */ ({ ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] })[e.key];
       if (!by || e.ctrlKey || e.altKey || e.metaKey) return;
       e.preventDefault();
       this.turnBy(-by[0] * 0.12, -by[1] * 0.12);
     });
     canvas.addEventListener('dblclick', () => this.reset());
-    for (const b of document.querySelectorAll('[data-shape]')) b.onclick = () => this.setShape(b.dataset.shape);
-    for (const b of document.querySelectorAll('[data-relief]')) b.onclick = () => this.setRelief(b.dataset.relief);
+    for (const b of buttons('[data-shape]')) b.onclick = () => this.setShape(String(b.dataset.shape));
+    for (const b of buttons('[data-relief]')) b.onclick = () => this.setRelief(String(b.dataset.relief));
   }
 
   build() {
     this.panel.replaceChildren(Object.assign(document.createElement('h2'), { textContent: 'Light and surface' }));
-    this.sliders = {};
     for (const [name, text, min, max, step, , unit] of SLIDERS) {
       const row = Object.assign(document.createElement('div'), { className: 'param' });
       const head = Object.assign(document.createElement('div'), { className: 'head' });
       const label = Object.assign(document.createElement('label'), { textContent: text, htmlFor: `light-${name}` });
       const value = Object.assign(document.createElement('span'), { className: 'unit' });
-      const slider = Object.assign(document.createElement('input'), { type: 'range', id: `light-${name}`, min, max, step });
+      const slider = Object.assign(document.createElement('input'), { type: 'range', id: `light-${name}`, min: String(min), max: String(max), step: String(step) });
       slider.oninput = () => { this.set(name, slider.valueAsNumber); this.staging.touched(name); };
       head.append(label, value);
       row.append(head, slider);
@@ -140,7 +189,7 @@ export class Lit {
     const row = Object.assign(document.createElement('div'), { className: 'param' });
     const label = Object.assign(document.createElement('label'), { textContent: 'Texture', htmlFor: 'light-resolution' });
     const select = Object.assign(document.createElement('select'), { id: 'light-resolution' });
-    for (const n of [512, 1024, 2048]) select.append(Object.assign(document.createElement('option'), { value: n, textContent: `${n} px`, selected: n === this.resolution }));
+    for (const n of [512, 1024, 2048]) select.append(Object.assign(document.createElement('option'), { value: String(n), textContent: `${n} px`, selected: n === this.resolution }));
     select.onchange = () => { this.resolution = +select.value; if (this.asked) this.load(this.asked.scene, this.asked.maps, this.resolution); };
     row.append(label, select);
     this.panel.append(row);
@@ -148,7 +197,8 @@ export class Lit {
     this.reset();
   }
 
-  // Light from a panorama: its bytes.
+  // Sets light from the bytes of a panorama.
+  /** @param {ArrayBuffer} bytes */
   setPanorama(bytes) {
     this.start();
     if (!this.gl) return;
@@ -156,22 +206,25 @@ export class Lit {
     this.own = panorama(this.gl, bytes);
   }
 
-  // Where the light comes from.
+  // Light settings.
+  /** @returns {Lighting} */
   get lighting() {
     const { light, lightHeight, lightSize, exposure } = this.values;
     const { scene } = this.staging;
-    return { scene, own: this.staging.isOwn ? this.own : null, turn: light, key: [lightHeight, lightSize], exposure };
+    return { scene, own: this.staging.isOwn ? this.own ?? null : null, turn: light, key: [lightHeight, lightSize], exposure };
   }
 
+  /** @param {string} name @param {number} value */
   set(name, value) {
     this.values[name] = value;
     const { slider, value: text, unit } = this.sliders[name];
-    slider.value = value;
+    slider.value = String(value);
     text.textContent = `${+value.toFixed(2)}${unit && ` ${unit}`}`;
     this.staging?.keepSoon();
     this.draw();
   }
 
+  /** @param {number} turn @param {number} tilt */
   turnBy(turn, tilt) {
     this.staging.keepSoon();
     this.turn += turn;
@@ -179,6 +232,7 @@ export class Lit {
     this.draw();
   }
 
+  /** @param {number} by */
   zoom(by) {
     this.staging.keepSoon();
     this.distance = Math.min(12, Math.max(1.25, this.distance / by));
@@ -187,31 +241,34 @@ export class Lit {
 
   reset() { [this.turn, this.tilt, this.distance] = this.shapes[this.shape].view; this.draw(); }
 
+  /** @returns {Vec3} */
   eye() {
     const [flat, up] = [Math.cos(this.tilt), Math.sin(this.tilt)];
-    return [Math.sin(this.turn) * flat, up, Math.cos(this.turn) * flat].map((c) => c * this.distance);
+    return /** @type {Vec3} */ ([Math.sin(this.turn) * flat, up, Math.cos(this.turn) * flat].map((c) => c * this.distance));
   }
 
+  /** @param {string} shape */
   setShape(shape) {
     this.shape = shape;
     this.strokes.show(shape === 'mesh' ? this.shapes.mesh : null);
     this.marks.show(shape === 'mesh' ? this.shapes.mesh : null);
-    press(document.getElementById('shapes'), (b) => b.dataset.shape === shape);
+    press($('shapes'), (b) => b.dataset.shape === shape);
     this.reset();
     this.staging?.shaped(shape);
     this.onshape?.();
   }
 
-  // The mesh of the graph is one of the shapes, as long as the graph has one.
+  // Adds the graph's mesh to the shapes while the graph has one.
+  /** @param {Scene} scene */
   async setMesh(scene) {
     const id = scene.mesh ?? null;
     this.marks.follow(scene.generation);
     if (id === this.meshId) return;
     this.meshId = id;
-    // The server may be gone.
+    // The server may have ended.
     const found = id && await mesh({ g: scene.generation }).catch(() => null);
     if (this.meshId !== id) return;
-    // Another graph by now: its own news will bring its mesh.
+    // The graph has changed meanwhile; news of the new graph will load its mesh.
     if (id && !found) { this.meshId = undefined; return; }
     const had = !!this.shapes.mesh;
     for (const name of ['mesh true', 'mesh false']) {
@@ -224,67 +281,73 @@ export class Lit {
       for (let i = 1; i < found.data.length; i += 11) foot = Math.min(foot, found.data[i]);
       this.shapes.mesh = { make: () => found, perMm: found.perMm, middle: found.middle, foot, view: [0.5, 0.3, 3.2] };
     }
-    document.querySelector('[data-shape=mesh]').hidden = !found;
+    buttons('[data-shape=mesh]')[0].hidden = !found;
     if (found && !had) this.setShape('mesh');
     else if (!found && this.shape === 'mesh') this.setShape('sphere');
     else if (this.shape === 'mesh') { this.strokes.show(this.shapes.mesh); this.marks.show(this.shapes.mesh); }
     else this.draw();
   }
 
-  // What is cut out of a solid is offered where there is one.
+  // Offers shapes cut from a solid if the graph has one.
+  /** @param {boolean} there */
   setSolid(there) {
-    for (const b of document.querySelectorAll('[data-shape^=solid]')) b.hidden = !there;
+    for (const b of buttons('[data-shape^=solid]')) b.hidden = !there;
     if (!there && this.shapes[this.shape].solid) this.setShape('sphere');
   }
 
   nextShape() {
-    const names = [...document.querySelectorAll('[data-shape]:not([hidden])')].map((b) => b.dataset.shape);
+    const names = [...buttons('[data-shape]:not([hidden])')].map((b) => String(b.dataset.shape));
     this.setShape(names[(names.indexOf(this.shape) + 1) % names.length]);
   }
 
+  /** @param {string} relief */
   setRelief(relief) {
     this.relief = relief;
-    press(document.getElementById('reliefs'), (b) => b.dataset.relief === relief);
+    press($('reliefs'), (b) => b.dataset.relief === relief);
     this.draw();
   }
 
+  /** @param {string} target */
   wants(target) { return !!this.asked && Object.values(this.asked.maps).some((m) => m.t === target); }
 
-  // Fetches those textures that are not there yet: `maps` by channel, each a target and a name for what it shows.
+  // Fetches missing textures. `maps` gives for each channel the target and a name of its content.
+  /** @param {Scene} scene @param {ChannelMaps} maps @param {number} size */
   async load(scene, maps, size) {
     if (!this.gl) return;
     this.asked = { scene, maps, size };
     if (this.loading) return;
     this.loading = true;
     while (this.asked !== this.done) {
-      const asked = this.asked;
-      try { await this.fetch(asked); } catch { /* the graph is another by now */ }
+      const asked = /** @type {Asked} */ (this.asked);
+      try { await this.fetch(asked); } catch { /* the graph has changed */ }
       this.done = asked;
     }
     this.loading = false;
   }
 
+  /** @param {Asked} asked */
   async fetch({ scene, maps, size }) {
     const old = this.now?.maps ?? {};
+    /** @type {Partial<Record<string, LoadedTexture>>} */
     const made = {};
     await Promise.all(Object.entries(SLOTS).map(async ([slot, all]) => {
       const channels = all.filter((channel) => maps[channel]);
       if (!channels.length) return;
-      const [id, of] = ['id', 't'].map((what) => channels.map((channel) => `${channel} ${maps[channel][what]} ${maps[channel].solid}`).join());
+      const [id, of] = /** @type {('id' | 't')[]} */ (['id', 't']).map((what) => channels.map((channel) => `${channel} ${maps[channel][what]} ${maps[channel].solid}`).join());
       const before = old[slot];
-      if (before?.id === id && before.size >= size) { made[slot] = before; return; }
+      if (before && before.id === id && before.size >= size) { made[slot] = before; return; }
       const samples = await Promise.all(channels.map((channel) => worn(scene, maps[channel], size)));
-      const found = Object.fromEntries(channels.map((channel, i) => [channel, samples[i]]).filter(([, one]) => one));
-      if (Object.keys(found).length) made[slot] = { id, of, size, ...texture(this, slot, found) };
-      else if (before?.of === of) made[slot] = before;
+      const found = /** @type {Record<string, Samples>} */ (Object.fromEntries(channels.map((channel, i) => [channel, samples[i]]).filter(([, one]) => one)));
+      if (Object.keys(found).length) made[slot] = { id, of, size, ...texture(/** @type {this & { gl: WebGL2RenderingContext }} */ (this), slot, found) };
+      else if (before && before.of === of) made[slot] = before;
     }));
     const kept = new Set([...Object.values(made), ...Object.values(this.pinned?.maps ?? {})]);
-    for (const map of Object.values(old)) if (!kept.has(map)) this.gl?.deleteTexture(map.texture);
+    for (const map of Object.values(old)) if (map && !kept.has(map)) this.gl?.deleteTexture(map.texture);
     this.now = { maps: made, mm: scene.canvas.size_mm };
-    const shown = new Set(Object.values(made).flatMap((map) => map.channels));
+    const shown = new Set(Object.values(made).flatMap((map) => map?.channels ?? []));
     for (const name of ['roughness', 'metallic', 'anisotropy', 'coat']) this.sliders[name].row.hidden = shown.has(name);
-    this.canvas.dataset.generation = scene.generation;
-    this.canvas.dataset.size = size;
+    this.canvas.dataset.generation = String(scene.generation);
+    this.canvas.dataset.size = String(size);
     this.draw();
   }
 
@@ -296,11 +359,12 @@ export class Lit {
 
   resize() { this.draw(); }
 
-  // Draws soon; coarsely first where drawing takes long, as it does without a graphics card.
+  // Draws soon; where drawing is slow, as without a graphics card, a coarse picture comes first.
   draw() {
     if (this.gl && this.now && this.canvas.clientWidth) this.schedule(MOVING);
   }
 
+  /** @param {number} budget */
   schedule(budget) {
     this.budget = budget;
     if (this.queued) return;
@@ -308,17 +372,19 @@ export class Lit {
     requestAnimationFrame(() => { this.queued = false; this.paint(); });
   }
 
-  // The share of the screen's pixels, along a side, that can be drawn in so many milliseconds.
+  // Linear share of the screen's pixels that can be drawn within a time budget in ms.
+  /** @param {number} budget */
   bearable(budget) {
     const ratio = Math.min(devicePixelRatio || 1, 2);
     const pixels = this.canvas.clientWidth * this.canvas.clientHeight * ratio * ratio;
     const fits = Math.sqrt(budget / (this.cost * pixels));
     const found = QUALITIES.find((q) => q <= fits) ?? QUALITIES.at(-1);
-    return budget === RESTING ? Math.max(found, 0.35) : found;
+    return budget === RESTING ? Math.max(found ?? 0, 0.35) : found ?? 0;
   }
 
+  // The buffers of the shape; the view has been started.
   mesh() {
-    const { gl } = this;
+    const gl = /** @type {WebGL2RenderingContext} */ (this.gl);
     const fine = this.relief === 'displacement';
     const name = `${this.shape} ${fine}`;
     const known = this.meshes[name];
@@ -352,23 +418,25 @@ export class Lit {
     const ratio = Math.min(devicePixelRatio || 1, 2) * this.quality;
     const [w, h] = [canvas.clientWidth, canvas.clientHeight].map((n) => Math.max(1, Math.round(n * ratio)));
     this.render(w, h);
-    // Reading a pixel waits for the picture, which tells what it costs.
+    // Reading a pixel waits for the GPU, which gives the real cost.
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
     const took = performance.now() - began;
-    // The first picture of a shape tells nothing: much is made for it.
+    // The first picture of a shape is not measured, because it includes set-up work.
     const cold = this.warm !== mesh;
     if (!cold) this.cost = took / (w * h);
     this.warm = mesh;
     clearTimeout(this.rest);
     const wait = cold || this.budget === RESTING ? 20 : 220;
     this.rest = setTimeout(() => { if (this.quality < this.bearable(RESTING)) this.schedule(RESTING); }, wait);
-    canvas.dataset.drawn = (Number(canvas.dataset.drawn) || 0) + 1;
-    canvas.dataset.quality = this.quality;
+    canvas.dataset.drawn = String((Number(canvas.dataset.drawn) || 0) + 1);
+    canvas.dataset.quality = String(this.quality);
   }
 
-  // Draws so many pixels: what is lit, and left of the line what was pinned.
+  // Draws w × h pixels: the current material, and the pinned one left of the dividing line.
+  /** @param {number} w @param {number} h */
   render(w, h) {
-    const { gl, canvas } = this;
+    const { canvas } = this;
+    const gl = /** @type {WebGL2RenderingContext} */ (this.gl);
     if (w !== canvas.width || h !== canvas.height) [canvas.width, canvas.height] = [w, h];
     gl.viewport(0, 0, w, h);
     gl.disable(gl.SCISSOR_TEST);
@@ -382,19 +450,21 @@ export class Lit {
       this.material(this.pinned);
     }
     gl.scissor(split, 0, w - split, h);
-    this.material(this.now);
+    this.material(/** @type {Worn} */ (this.now));
   }
 
+  /** @param {Worn} material */
   material({ maps, mm }) {
-    const { gl, canvas, uniforms: u, values } = this;
-    const { span, solid, perMm = solid ? 2 / Math.max(...mm) : undefined } = this.shapes[this.shape];
-    // A mesh wears its textures once, and so does what is cut out of a solid.
+    const { canvas, uniforms: u, values } = this;
+    const gl = /** @type {WebGL2RenderingContext} */ (this.gl);
+    const { span = 0, solid, perMm = solid ? 2 / Math.max(...mm) : undefined } = this.shapes[this.shape];
+    // A mesh shows its textures once, without repeats; so does a shape cut from a solid.
     const repeat = perMm ? 1 : values.repeat;
     const heights = maps.uHeight?.range ?? [0, 0];
     const eye = this.eye();
     const view = camera(eye, canvas.width / canvas.height);
     const moved = this.relief === 'displacement' && !!maps.uHeight;
-    gl.useProgram(this.program);
+    gl.useProgram(this.program ?? null);
     bind(gl, (name) => u[name], maps);
     gl.uniformMatrix4fv(u.uView, false, view);
     gl.uniform3fv(u.uEye, eye);

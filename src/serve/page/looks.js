@@ -1,37 +1,59 @@
-// Every value that is set and every save is a step: undone, done again, gone back to, compared.
+// @ts-check
+// History of looks: each changed value and each save is a step that can be undone, redone, restored and compared.
 import { $, element, notice } from './dom.js';
 import { change } from './net.js';
 
 const MOST = 200;
-// A control that rests this long has ended its step, in ms.
+// A control at rest for this time has ended its step, in ms.
 const REST = 900;
 const SIZE = 84;
+/** @type {(a: Values, b: Values) => boolean} */
 const same = (a, b) => JSON.stringify([a.preset, [...a.set].sort()]) === JSON.stringify([b.preset, [...b.set].sort()]);
 
 export class Looks {
-  // `apply` puts values in force; `compare` shows two steps beside each other.
+  // `apply` sets values; `compare` shows two steps together.
+  /**
+   * @param {HTMLElement} root
+   * @param {{ apply: (values: Values, tell: boolean) => void, compare: (steps: Look[] | null) => void }} on
+   */
   constructor(root, { apply, compare }) {
     this.root = root;
     this.apply = apply;
     this.compare = compare;
+    /** @type {Look[]} */
     this.steps = [];
+    /** @type {Look | null} */
     this.at = null;
+    /** @type {string | null} */
     this.sha = null;
+    /** @type {Look[]} */
     this.marked = [];
+    this.touched = 0;
+    this.writing = false;
+    /** @type {State | undefined} */
+    this.last = undefined;
+    /** @type {number | undefined} */
+    this.known = undefined;
+    /** @type {Look | null} */
+    this.late = null;
+    /** @type {number | undefined} */
+    this.soon = undefined;
     $('undo').onclick = () => this.undo();
     $('redo').onclick = () => this.redo();
   }
 
+  /** @param {Omit<Look, 'parent' | 'pictures' | 'number'>} step */
   add(step) {
     this.steps.push({ ...step, parent: this.at, pictures: {}, number: (this.steps.at(-1)?.number ?? 0) + 1 });
-    const made = this.steps.at(-1);
+    const made = /** @type {Look} */ (this.steps.at(-1));
     if (this.at) this.at.next = made;
-    if (this.steps.length > MOST) { const gone = this.steps.shift(); for (const s of this.steps) if (s.parent === gone) s.parent = null; }
+    if (this.steps.length > MOST) { const gone = this.steps.shift() ?? null; for (const s of this.steps) if (s.parent === gone) s.parent = null; }
     this.at = made;
     this.draw();
   }
 
-  // Values that somebody has set; a drag of one control is one step.
+  // Records values set by the user; a drag of one control is one step.
+  /** @param {Values} values @param {string} label @param {string | null} group */
   record(values, label, group) {
     const now = Date.now();
     if (group && this.at?.group === group && now - this.touched < REST) {
@@ -43,12 +65,14 @@ export class Looks {
     this.touched = now;
   }
 
-  // Changes the file; that is a step. What comes of it is one's own.
+  // Changes the file as one step. The resulting content counts as the user's own.
+  /** @param {unknown} what @param {Values} values @param {string} label */
   async save(what, values, label) {
     const sha = await this.write(what, values);
     this.add({ values, label, sha, own: true });
   }
 
+  /** @param {unknown} what @param {Values} values */
   async write(what, values) {
     this.writing = true;
     try {
@@ -56,15 +80,17 @@ export class Looks {
       return this.sha;
     } finally {
       this.writing = false;
-      this.seen(this.last);
+      if (this.last) this.seen(this.last);
     }
   }
 
-  // What the server shows: the first time, after a save of somebody else's, and else only the pictures.
+  // Handles the shown state: a step for the first content and for a save by another program; otherwise only pictures
+  // change.
+  /** @param {State} state */
   seen(state) {
     this.last = state;
     const { scene, values } = state;
-    // Until the answer is here, nobody knows whose content that is; an old one may still be on its way.
+    // Until the answer arrives, the author of a content is unknown, and an old content may still be on its way.
     if (!scene || this.writing || scene.generation === this.known) return;
     this.known = scene.generation;
     if (!this.at) {
@@ -72,39 +98,42 @@ export class Looks {
       this.add({ values, label: 'Opened', sha: scene.sha256 });
     } else if (scene.sha256 !== this.sha && scene.sha256 !== this.at.parent?.sha) {
       this.sha = scene.sha256;
-      // Values that were just set here may not be in force there yet.
+      // The server may not yet use values that were just set here.
       this.add({ values: this.at.values, label: 'File saved', sha: scene.sha256, external: true });
     }
   }
 
-  // A picture of the present look; its thumbnail is made when pictures no longer come one after the other.
+  // Adds a picture of the current look; its thumbnail is made once pictures stop arriving in quick succession.
+  /** @param {Shown} now @param {ImageBitmap} image */
   shown(now, image) {
     if (!this.at) return;
     this.at.pictures[now.target] = now;
     this.at.target = now.target;
     const { at } = this;
     clearTimeout(this.soon);
-    if (this.late && this.late !== at) this.late.paint();
+    if (this.late && this.late !== at) this.late.paint?.();
     this.late = at;
     at.paint = () => { this.late = null; this.thumbnail(at, image); };
-    this.soon = setTimeout(() => { at.paint(); this.draw(); }, 120);
+    this.soon = setTimeout(() => { at.paint?.(); this.draw(); }, 120);
   }
 
+  /** @param {Look} step @param {ImageBitmap} image */
   thumbnail(step, image) {
-    // A picture that was let go of has no size.
+    // A released image has no size.
     if (!image.width) return;
     const canvas = step.canvas ??= element('canvas', { width: SIZE, height: SIZE });
     const k = Math.max(SIZE / image.width, SIZE / image.height);
-    const c = canvas.getContext('2d');
+    const c = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
     c.imageSmoothingQuality = 'high';
     c.drawImage(image, (SIZE - image.width * k) / 2, (SIZE - image.height * k) / 2, image.width * k, image.height * k);
   }
 
+  /** @param {Record<string, Shown>} all */
   pictures(all) { if (this.at) Object.assign(this.at.pictures, all); }
 
   get canUndo() { return !!this.before(); }
 
-  // The step that undoing leads to: saves of others stay as they are.
+  // The step to which undo leads; saves by other programs are not undone.
   before() {
     let { at } = this;
     while (at?.external && at.parent && same(at.values, at.parent.values)) at = at.parent;
@@ -114,9 +143,10 @@ export class Looks {
   async undo() {
     const to = this.before();
     if (!to) return;
-    let from = this.at;
-    for (let s = from; s !== to; s = s.parent) s.parent.next = s;
-    while (from.external && from.parent !== to) from = from.parent;
+    // `to` lies above the present step.
+    let from = /** @type {Look} */ (this.at);
+    for (let s = from; s !== to; s = /** @type {Look} */ (s.parent)) /** @type {Look} */ (s.parent).next = s;
+    while (from.external && from.parent !== to) from = /** @type {Look} */ (from.parent);
     await this.go(to, from.own && this.sha === from.sha ? to.sha : this.sha, `Undone: ${from.label}`);
   }
 
@@ -125,7 +155,8 @@ export class Looks {
     if (to) await this.go(to, to.own ? to.sha : this.sha, `Done again: ${to.label}`);
   }
 
-  // Goes to a step, with the file as `sha` says.
+  // Goes to a step and restores the file content `sha`.
+  /** @param {Look} to @param {string | null} sha @param {string} text */
   async go(to, sha, text) {
     try {
       if (sha !== this.sha) {
@@ -135,7 +166,7 @@ export class Looks {
         this.apply(to.values, true);
       }
     } catch (error) {
-      notice(error.message, true);
+      notice(/** @type {Error} */ (error).message, true);
       return;
     }
     this.at = to;
@@ -148,7 +179,8 @@ export class Looks {
   draw() {
     $('undo').disabled = !this.canUndo;
     $('redo').disabled = !this.at?.next;
-    if (!this.root.closest('details').open) return;
+    if (!/** @type {HTMLDetailsElement} */ (this.root.closest('details')).open) return;
+    /** @param {Look} step */
     const row = (step) => {
       const go = element('button', { className: 'look', title: 'Go back to this look' }, step.canvas, element('span', { textContent: `${step.number}. ${step.label}` }));
       go.ariaPressed = String(step === this.at);
@@ -158,7 +190,7 @@ export class Looks {
       mark.onclick = () => this.mark(step);
       return element('li', {}, go, mark);
     };
-    const focused = [...this.root.querySelectorAll('button')].indexOf(document.activeElement);
+    const focused = [...this.root.querySelectorAll('button')].indexOf(/** @type {HTMLButtonElement} */ (document.activeElement));
     this.root.replaceChildren(
       element('p', { className: 'doc', textContent: 'Click a look to go back to it; mark two to compare them.' }),
       element('ol', { className: 'looks' }, ...[...this.steps].reverse().map(row)),
@@ -166,7 +198,8 @@ export class Looks {
     if (focused >= 0) this.root.querySelectorAll('button')[focused]?.focus();
   }
 
-  // Two marked looks are compared.
+  // Compares two marked steps.
+  /** @param {Look} step */
   mark(step) {
     this.marked = this.marked.includes(step) ? this.marked.filter((s) => s !== step) : [...this.marked, step].slice(-2);
     this.draw();

@@ -1,10 +1,11 @@
-// What is known of the mesh in the lit view, shown on it: charts, a grid of its coordinates, borders of charts, directions; and what
-// lies under the cursor.
+// @ts-check
+// Overlays on the mesh of the lit view: charts, a grid of texture coordinates, chart borders and directions; and the
+// point under the cursor.
 import { hit, ray } from './camera.js';
 import { ask, latest } from './net.js';
 import { linked } from './shaders.js';
 
-// A vertex: position, coordinates, colour of the chart.
+// Vertex: position, texture coordinates, colour of the chart.
 const FILL = `#version 300 es
 layout(location = 0) in vec3 aPosition;
 layout(location = 1) in vec2 aUv;
@@ -28,13 +29,13 @@ void main() {
   float odd = mod(floor(cell.x) + floor(cell.y), 2.0);
   oColor = mix(vec4(vUv.x, vUv.y, 0.35, 0.25 + 0.25 * odd), vec4(1.0), 0.85 * line);
 }`;
-// A line is drawn as two triangles, so many pixels wide.
+// Draws a line as two triangles, with a width in pixels.
 const LINE = `#version 300 es
 layout(location = 0) in vec3 aFrom;
 layout(location = 1) in vec3 aTo;
 layout(location = 2) in float aSide;
 uniform mat4 uView;
-uniform vec3 uWide;   // the picture's size and the width, in pixels
+uniform vec3 uWide;   // size of the picture and line width, in pixels
 void main() {
   vec4 a = uView * vec4(aFrom, 1.0);
   vec4 b = uView * vec4(aTo, 1.0);
@@ -50,8 +51,9 @@ uniform vec3 uColor;
 out vec4 oColor;
 void main() { oColor = vec4(uColor, 1.0); }`;
 
-// Half the size of the cross at a point round which directions turn.
+// Half the size of the cross at a singular point of the directions.
 const CROSS = 0.025;
+/** @type {Record<'seams' | 'strokes' | 'ends' | 'singular', { of: string, color: Vec3, width: number }>} */
 const LINES = {
   seams: { of: 'seams', color: [1, 0.82, 0.1], width: 2.5 },
   strokes: { of: 'directions', color: [0.08, 0.75, 1], width: 1.8 },
@@ -59,13 +61,16 @@ const LINES = {
   singular: { of: 'directions', color: [1, 0.15, 0.1], width: 4 },
 };
 
-// Neighbouring numbers get colours that differ.
+// Gives consecutive numbers different colours.
+/** @param {number} chart */
 function tint(chart) {
   const hue = (chart * 0.61803398875) % 1;
   return [0, 2 / 3, 1 / 3].map((shift) => 0.55 + 0.4 * Math.cos(2 * Math.PI * (hue + shift)));
 }
 
+/** @param {number[]} points */
 function crosses(points) {
+  /** @type {number[]} */
   const out = [];
   for (let n = 0; n < points.length; n += 3) {
     for (let axis = 0; axis < 3; axis += 1) {
@@ -76,30 +81,61 @@ function crosses(points) {
 }
 
 // Two triangles for each line.
+/** @param {number[]} ends */
 function ribbons(ends) {
+  /** @type {number[]} */
   const out = [];
   for (let n = 0; n < ends.length; n += 6) {
     const [a, b] = [ends.slice(n, n + 3), ends.slice(n + 3, n + 6)];
     const [left, right] = [[...a, ...b, 1], [...a, ...b, -1]];
-    // Seen from its other end, a side is the other one.
+    // At the other end of the line, left and right are swapped.
     const [far, away] = [[...b, ...a, -1], [...b, ...a, 1]];
     out.push(...left, ...right, ...far, ...far, ...right, ...away);
   }
   return new Float32Array(out);
 }
 
+/** @typedef {Required<Pick<Shape, 'make' | 'perMm' | 'middle'>>} MeshShape */
+/** @typedef {{ array: WebGLVertexArrayObject | null, buffer: WebGLBuffer | null, count: number }} Buffers */
+/**
+ * The programs and buffers on the graphics card.
+ * @typedef {{
+ *   fill: Record<'program' | 'uView' | 'uGrid', any>,
+ *   line: Record<'program' | 'uView' | 'uWide' | 'uColor', any>,
+ *   surface: Buffers & { triangles: WebGLBuffer | null },
+ *   lines: Record<string, Buffers>,
+ * }} Drawn
+ */
+
 export class Marks {
-  // `changed` is called when there is something else to draw, `onhover` with what lies under the cursor.
+  // `changed` is called when a redraw is needed, `onhover` with the point under the cursor.
+  /** @param {HTMLElement} group @param {() => void} changed @param {(found: Hover | null) => void} onhover */
   constructor(group, changed, onhover) {
-    Object.assign(this, { group, changed, onhover, layers: new Set(), mesh: null, data: null });
-    for (const b of group.querySelectorAll('[data-mark]')) b.onclick = () => this.toggle(b.dataset.mark);
+    this.group = group;
+    this.changed = changed;
+    this.onhover = onhover;
+    /** @type {Set<string>} */
+    this.layers = new Set();
+    /** @type {MeshShape | null} */
+    this.mesh = null;
+    /** @type {MeshMarks | null} */
+    this.data = null;
+    this.generation = -1;
+    this.dirty = false;
+    /** @type {number | undefined} */
+    this.soon = undefined;
+    /** @type {WebGL2RenderingContext | undefined} */
+    this.gl = undefined;
+    /** @type {Drawn | undefined} */
+    this.drawn = undefined;
+    for (const b of this.buttons('[data-mark]')) b.onclick = () => this.toggle(String(b.dataset.mark));
     this.fetch = latest(async () => {
       const { generation } = this;
       const found = await ask('marks', { g: generation });
       if (!found || generation !== this.generation) return;
       this.data = found;
       this.dirty = true;
-      const directions = this.group.querySelector('[data-mark=directions]');
+      const [directions] = this.buttons('[data-mark=directions]');
       directions.disabled = !found.strokes.length;
       directions.title = found.strokes.length ? 'The directions of TangentField; where they turn, and the points round which they do' : 'The graph has no TangentField on this mesh';
       this.changed();
@@ -107,23 +143,30 @@ export class Marks {
     this.tell();
   }
 
-  // The mesh that is shown, or null while another shape is.
-  show(mesh) {
+  /** @param {string} selector @returns {NodeListOf<HTMLButtonElement>} */
+  buttons(selector) { return this.group.querySelectorAll(selector); }
+
+  // Sets the shown mesh; null while another shape is shown.
+  /** @param {Shape | null} shape */
+  show(shape) {
+    const mesh = /** @type {MeshShape | null} */ (shape);
     if (mesh !== this.mesh) [this.mesh, this.data] = [mesh, null];
     this.tell();
     if (mesh) this.fetch();
   }
 
-  // The graph is another one, though its mesh may be the same.
+  // Handles a new graph; its mesh may be the same.
+  /** @param {number} generation */
   follow(generation) {
     if (generation === this.generation) return;
     this.generation = generation;
     if (this.mesh) this.fetch();
   }
 
+  /** @param {string} layer */
   toggle(layer) {
     if (!this.layers.delete(layer)) this.layers.add(layer);
-    // One thing covers the surface at a time.
+    // Only one layer covers the surface at a time.
     if (layer === 'charts') this.layers.delete('grid');
     if (layer === 'grid') this.layers.delete('charts');
     this.tell();
@@ -131,34 +174,38 @@ export class Marks {
 
   tell() {
     this.group.hidden = !this.mesh;
-    for (const b of this.group.querySelectorAll('[data-mark]')) b.ariaPressed = String(this.layers.has(b.dataset.mark));
+    for (const b of this.buttons('[data-mark]')) b.ariaPressed = String(this.layers.has(String(b.dataset.mark)));
     this.changed();
   }
 
-  // What is under a point of the picture, whose corners are ±1, y up: a moment after the cursor rests.
+  // Finds the point under a point of the picture, whose corners are ±1, y up, shortly after the cursor rests.
+  /** @param {Vec3 | null} eye @param {number} aspect @param {Vec2 | null} place */
   hover(eye, aspect, place) {
     clearTimeout(this.soon);
     if (!this.mesh) return;
     this.soon = setTimeout(() => {
       if (!this.mesh) return;
       const made = this.mesh.make(1);
-      const found = place && hit(made, eye, ray(eye, aspect, place));
+      const found = eye && place && hit(made, eye, ray(eye, aspect, place));
       if (!found) { this.onhover(null); return; }
       const { middle, perMm } = this.mesh;
       const [x, y, z] = found.at;
+      /** @type {Vec3} */
       const mm = [middle[0] + x / perMm, middle[1] - z / perMm, middle[2] + y / perMm];
+      /** @param {number} k */
       const corner = (k) => made.index[3 * found.triangle + k] * 11;
-      const uv = [9, 10].map((at) => [0, 1, 2].reduce((sum, k) => sum + found.weights[k] * made.data[corner(k) + at], 0));
-      const { triangles, parts, names, charts } = this.data ?? {};
+      const uv = /** @type {Vec2} */ ([9, 10].map((at) => [0, 1, 2].reduce((sum, k) => sum + found.weights[k] * made.data[corner(k) + at], 0)));
+      const { triangles, parts, names, charts } = /** @type {Partial<MeshMarks>} */ (this.data ?? {});
       const n = found.triangle;
-      this.onhover({ mm, uv, triangle: triangles?.[n], part: names?.[parts[n]], chart: charts?.[n] });
+      this.onhover({ mm, uv, triangle: triangles?.[n], part: names?.[parts?.[n] ?? -1], chart: charts?.[n] });
     }, 30);
   }
 
+  /** @param {WebGL2RenderingContext} gl @param {number[]} view */
   paint(gl, view) {
     if (!this.mesh || !this.data || !this.layers.size) return;
-    if (this.gl !== gl) this.prepare(gl);
-    if (this.dirty) this.upload(gl);
+    const drawn = this.gl === gl && this.drawn ? this.drawn : this.prepare(gl);
+    if (this.dirty) this.upload(gl, drawn);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
@@ -166,35 +213,38 @@ export class Marks {
       gl.depthFunc(gl.LEQUAL);
       gl.enable(gl.POLYGON_OFFSET_FILL);
       gl.polygonOffset(-1, -1);
-      gl.useProgram(this.fill.program);
-      gl.uniformMatrix4fv(this.fill.uView, false, view);
-      gl.uniform1i(this.fill.uGrid, this.layers.has('grid') ? 1 : 0);
-      gl.bindVertexArray(this.surface.array);
-      gl.drawElements(gl.TRIANGLES, this.surface.count, gl.UNSIGNED_INT, 0);
+      gl.useProgram(drawn.fill.program);
+      gl.uniformMatrix4fv(drawn.fill.uView, false, view);
+      gl.uniform1i(drawn.fill.uGrid, this.layers.has('grid') ? 1 : 0);
+      gl.bindVertexArray(drawn.surface.array);
+      gl.drawElements(gl.TRIANGLES, drawn.surface.count, gl.UNSIGNED_INT, 0);
       gl.disable(gl.POLYGON_OFFSET_FILL);
       gl.depthFunc(gl.LESS);
     }
-    gl.useProgram(this.line.program);
-    gl.uniformMatrix4fv(this.line.uView, false, view);
+    gl.useProgram(drawn.line.program);
+    gl.uniformMatrix4fv(drawn.line.uView, false, view);
     for (const [name, { of, color, width }] of Object.entries(LINES)) {
-      if (!this.layers.has(of) || !this.lines[name].count) continue;
-      gl.uniform3f(this.line.uWide, gl.drawingBufferWidth, gl.drawingBufferHeight, width);
-      gl.uniform3fv(this.line.uColor, color);
-      gl.bindVertexArray(this.lines[name].array);
-      gl.drawArrays(gl.TRIANGLES, 0, this.lines[name].count);
+      if (!this.layers.has(of) || !drawn.lines[name].count) continue;
+      gl.uniform3f(drawn.line.uWide, gl.drawingBufferWidth, gl.drawingBufferHeight, width);
+      gl.uniform3fv(drawn.line.uColor, color);
+      gl.bindVertexArray(drawn.lines[name].array);
+      gl.drawArrays(gl.TRIANGLES, 0, drawn.lines[name].count);
     }
     gl.depthMask(true);
     gl.disable(gl.BLEND);
   }
 
+  /** @param {WebGL2RenderingContext} gl @returns {Drawn} */
   prepare(gl) {
     this.gl = gl;
+    /** @type {(vertex: string, fragment: string, names: string[]) => any} */
     const program = (vertex, fragment, names) => {
       const made = linked(gl, vertex, fragment);
       return { program: made, ...Object.fromEntries(names.map((name) => [name, gl.getUniformLocation(made, name)])) };
     };
-    this.fill = program(FILL, FILLED, ['uView', 'uGrid']);
-    this.line = program(LINE, LINED, ['uView', 'uWide', 'uColor']);
+    const fill = program(FILL, FILLED, ['uView', 'uGrid']);
+    const line = program(LINE, LINED, ['uView', 'uWide', 'uColor']);
+    /** @type {(sizes: number[]) => Buffers} */
     const buffers = (sizes) => {
       const [array, buffer] = [gl.createVertexArray(), gl.createBuffer()];
       gl.bindVertexArray(array);
@@ -207,29 +257,33 @@ export class Marks {
       }, 0);
       return { array, buffer, count: 0 };
     };
-    this.surface = { ...buffers([3, 2, 3]), triangles: gl.createBuffer() };
-    this.lines = Object.fromEntries(Object.keys(LINES).map((name) => [name, buffers([3, 3, 1])]));
+    const surface = { ...buffers([3, 2, 3]), triangles: gl.createBuffer() };
+    const lines = Object.fromEntries(Object.keys(LINES).map((name) => [name, buffers([3, 3, 1])]));
     this.dirty = true;
+    this.drawn = { fill, line, surface, lines };
+    return this.drawn;
   }
 
-  upload(gl) {
+  /** @param {WebGL2RenderingContext} gl @param {Drawn} drawn */
+  upload(gl, { surface, lines }) {
     this.dirty = false;
-    const { data, index } = this.mesh.make(1);
-    const { charts } = this.data;
+    const { data, index } = /** @type {MeshShape} */ (this.mesh).make(1);
+    const marks = /** @type {MeshMarks} */ (this.data);
+    const { charts } = marks;
     const vertices = new Float32Array((data.length / 11) * 8);
     for (let v = 0; v < data.length / 11; v += 1) vertices.set([0, 1, 2, 9, 10].map((k) => data[11 * v + k]), 8 * v);
     for (let n = 0; n < index.length; n += 1) vertices.set(tint(charts[(n / 3) | 0]), 8 * index[n] + 5);
-    gl.bindVertexArray(this.surface.array);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.surface.buffer);
+    gl.bindVertexArray(surface.array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, surface.buffer);
     gl.bufferData(gl.ARRAY_BUFFER, vertices, gl.STATIC_DRAW);
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.surface.triangles);
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, surface.triangles);
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, index, gl.STATIC_DRAW);
-    this.surface.count = index.length;
-    for (const name of Object.keys(LINES)) {
-      const made = ribbons(name === 'singular' ? crosses(this.data.singular) : this.data[name]);
-      gl.bindBuffer(gl.ARRAY_BUFFER, this.lines[name].buffer);
+    surface.count = index.length;
+    for (const name of /** @type {(keyof typeof LINES)[]} */ (Object.keys(LINES))) {
+      const made = ribbons(name === 'singular' ? crosses(marks.singular) : marks[name]);
+      gl.bindBuffer(gl.ARRAY_BUFFER, lines[name].buffer);
       gl.bufferData(gl.ARRAY_BUFFER, made, gl.STATIC_DRAW);
-      this.lines[name].count = made.length / 7;
+      lines[name].count = made.length / 7;
     }
   }
 }

@@ -1,36 +1,60 @@
-// The panel that measures: histogram, black and white point, exposure, false colour, contour lines, profile.
-import { element, short } from './dom.js';
+// @ts-check
+// The measuring panel: histogram, black and white point, exposure, false colour, contour lines, profile.
+import { $, element, short } from './dom.js';
 import { histogram, profile } from './tone.js';
 
 const COLORS = ['#e0655f', '#58a866', '#5b8fe0'];
 const [WIDTH, HEIGHT] = [258, 92];
 
-// The nearest of 1, 2, 5, 10 and so on.
+// Nearest number of the series 1, 2, 5, 10 …
+/** @param {number} v */
 function nice(v) {
   const ten = 10 ** Math.floor(Math.log10(Math.max(v, 1e-9)));
-  return +([1, 2, 5, 10].find((n) => n * ten >= v * 0.75) * ten).toPrecision(2);
+  return +(/** @type {number} */ ([1, 2, 5, 10].find((n) => n * ten >= v * 0.75)) * ten).toPrecision(2);
 }
 
 export class Measure {
-  // `ontone` hears of another tone; `source` tells what is shown, `facts` the canvas of the graph.
+  // `ontone` is called with a new tone; `source` returns the shown picture, `facts` the canvas of the graph.
+  /**
+   * @param {HTMLElement} root
+   * @param {{
+   *   ontone: (tone: Tone) => void,
+   *   source: () => Source | null,
+   *   facts: () => CanvasFacts,
+   *   online: (ends: Line | null) => void,
+   * }} of
+   */
   constructor(root, { ontone, source, facts, online }) {
     this.root = root;
     this.ontone = ontone;
     this.source = source;
     this.facts = facts;
     this.online = online;
+    /** @type {Tone} */
     this.tone = { range: null, exposure: 0, heat: false, contours: 0 };
     this.locked = false;
-    this.build();
+    this.ranged = false;
+    this.stepped = false;
+    /** @type {ReturnType<typeof histogram> | undefined} */
+    this.found = undefined;
+    /** @type {Line | null | undefined} */
+    this.ends = undefined;
+    this.plot = element('canvas', { width: WIDTH * 2, height: HEIGHT * 2, className: 'plot', role: 'img', ariaLabel: 'Histogram' });
+    this.line = element('canvas', { width: WIDTH * 2, height: HEIGHT * 2, className: 'plot', role: 'img', ariaLabel: 'Profile' });
+    this.note = element('p', { className: 'doc', id: 'histogram-note' });
+    this.lineNote = element('p', { className: 'doc', id: 'profile-note', textContent: 'Shift-drag on the picture, or:' });
+    this.fields = this.build();
   }
 
-  get open() { return this.root.closest('details').open; }
+  get open() { return /** @type {HTMLDetailsElement} */ (this.root.closest('details')).open; }
 
   build() {
-    const number = (id, text, step) => {
-      const box = element('input', { type: 'number', id, step: step ?? 'any' });
+    /** @type {(id: string, text: string) => [HTMLInputElement, HTMLLabelElement, HTMLInputElement]} */
+    const number = (id, text) => {
+      const box = element('input', { type: 'number', id, step: 'any' });
       return [box, element('label', { htmlFor: id, textContent: text }), box];
     };
+    /** @type {(id: string, text: string) => [HTMLInputElement, HTMLLabelElement]} */
     const check = (id, text) => {
       const box = element('input', { type: 'checkbox', id });
       return [box, element('label', { htmlFor: id, className: 'check' }, box, text)];
@@ -46,7 +70,6 @@ export class Measure {
     const ev = element('span', { className: 'unit', textContent: '0 EV' });
     const auto = element('button', { textContent: 'Auto', title: 'From the least value to the greatest' });
     const reset = element('button', { id: 'tone-reset', textContent: 'As it was' });
-    this.fields = { black, white, lock, heat, lines, step, exposure, ev };
     const set = () => {
       this.locked = lock.checked;
       const [lo, hi] = [black.valueAsNumber, white.valueAsNumber];
@@ -73,14 +96,11 @@ export class Measure {
     };
     reset.onclick = () => {
       for (const box of [lock, heat, lines]) box.checked = false;
-      exposure.value = 0;
+      exposure.value = '0';
       this.ranged = false;
       set();
     };
-    this.plot = element('canvas', { width: WIDTH * 2, height: HEIGHT * 2, className: 'plot', role: 'img', ariaLabel: 'Histogram' });
-    this.line = element('canvas', { width: WIDTH * 2, height: HEIGHT * 2, className: 'plot', role: 'img', ariaLabel: 'Profile' });
-    this.note = element('p', { className: 'doc', id: 'histogram-note' });
-    this.lineNote = element('p', { className: 'doc', id: 'profile-note', textContent: 'Shift-drag on the picture, or:' });
+    /** @param {string} text @param {() => Line | null} ends */
     const cut = (text, ends) => {
       const made = element('button', { textContent: text });
       made.onclick = () => this.online(ends());
@@ -100,18 +120,19 @@ export class Measure {
         cut('None', () => null)),
     );
     step.addEventListener('change', () => { this.stepped = true; });
+    return { black, white, step };
   }
 
-  // Draws what there is now.
+  // Draws the current state.
   show() {
     const source = this.source();
     if (!this.open || !source) return;
     const { black, white } = this.fields;
-    document.getElementById('contour-unit').textContent = source.unit ?? '';
+    $('contour-unit').textContent = source.unit ?? '';
     const range = this.tone.range ?? source.range ?? [0, 1];
     if (!this.locked && !this.ranged) [black.value, white.value] = range.map(short);
-    // Unless somebody says otherwise, there are about eight lines.
-    if (!this.stepped) this.fields.step.value = nice((range[1] - range[0]) / 8);
+    // The default step gives about eight contour lines.
+    if (!this.stepped) this.fields.step.value = String(nice((range[1] - range[0]) / 8));
     const found = histogram(source, range);
     this.found = found;
     this.draw(found.bins.map((bins) => Array.from(bins)), this.plot, true);
@@ -120,12 +141,13 @@ export class Measure {
     this.cut(this.ends);
   }
 
+  /** @param {number[][]} rows @param {HTMLCanvasElement} canvas @param {boolean} filled @param {Vec2 | null} [range] */
   draw(rows, canvas, filled, range = null) {
-    const c = canvas.getContext('2d');
+    const c = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
     const { width, height } = canvas;
     c.clearRect(0, 0, width, height);
     const flat = rows.flat().filter(Number.isFinite);
-    // A single tall bar must not flatten the others.
+    // Limits the scale so that a single tall bar does not flatten the others.
     const sorted = filled ? [...flat].sort((a, b) => a - b) : [];
     const [lo, hi] = range ?? [0, filled ? Math.max(1, sorted[Math.floor(sorted.length * 0.985)] * 1.3) : 1];
     rows.forEach((row, k) => {
@@ -133,6 +155,7 @@ export class Measure {
       c.globalAlpha = filled && rows.length > 1 ? 0.55 : 1;
       c.lineWidth = 3;
       c.beginPath();
+      /** @param {number} v */
       const y = (v) => height - 2 - ((Math.min(Math.max(v, lo), hi) - lo) / Math.max(hi - lo, 1e-30)) * (height - 6);
       if (filled) c.moveTo(0, height);
       row.forEach((v, i) => c.lineTo((i / (row.length - 1)) * width, y(v)));
@@ -141,7 +164,8 @@ export class Measure {
     c.globalAlpha = 1;
   }
 
-  // The profile along a line, in mm.
+  // Draws the profile along a line, in mm.
+  /** @param {Line | null | undefined} ends */
   cut(ends) {
     this.ends = ends;
     const source = this.source();
@@ -152,7 +176,7 @@ export class Measure {
     }
     this.line.hidden = false;
     const { resolution, size_mm } = this.facts();
-    const share = ends.map((p) => p.map((v, i) => v / resolution[i]));
+    const share = /** @type {[Vec2, Vec2]} */ (ends.map((p) => p.map((v, i) => v / resolution[i])));
     const mm = Math.hypot(...[0, 1].map((i) => (share[1][i] - share[0][i]) * size_mm[i]));
     const points = profile(source, ...share, 256);
     const rows = points[0].map((_, k) => points.map((p) => p[k]));

@@ -1,49 +1,65 @@
-// Questions to the server, by paths relative to the page.
-const query = (path, args) => `${path}?${new URLSearchParams(args)}`;
+// @ts-check
+// Requests to the server, with paths relative to the page.
 
+/** @typedef {Record<string, string | number | boolean>} Args */
+
+/** @type {(path: string, args: Args) => string} */
+const query = (path, args) => `${path}?${new URLSearchParams(/** @type {Record<string, string>} */ (args))}`;
+
+// The words of a header that the server always sends.
+/** @type {(response: Response, name: string) => string[]} */
+const header = (response, name) => /** @type {string} */ (response.headers.get(name)).split(' ');
+
+/** @param {string} path @param {Args} args */
 export async function ask(path, args) {
   const response = await fetch(query(path, args));
   return response.status === 200 ? response.json() : null;
 }
 
+/** @param {string} path @param {Args} [args] */
 export async function bitmap(path, args) {
   const response = await fetch(args ? query(path, args) : path);
   if (response.status !== 200) return null;
   return createImageBitmap(await response.blob(), { colorSpaceConversion: 'none', premultiplyAlpha: 'none' });
 }
 
+/** @param {Args} args @returns {Promise<Samples | null>} */
 export async function samples(args, path = 'map') {
   const response = await fetch(query(path, args));
   if (response.status !== 200) return null;
-  const [width, height, form, scale = 1] = response.headers.get('x-map').split(' ');
+  const [width, height, form, scale = 1] = header(response, 'x-map');
   return { width: +width, height: +height, form, scale: +scale, data: await response.arrayBuffer() };
 }
 
-// The texture of a channel: as on the canvas, or on a shape that is cut out of a solid.
+// Texture of a channel: on the canvas, or on a shape cut from a solid.
+/** @param {Scene} scene @param {ChannelMap} map @param {number} s */
 export function worn(scene, { t, solid }, s) {
   const about = { g: scene.generation, t, s };
   return solid ? samples({ ...about, shape: solid }, 'wear') : samples(about);
 }
 
-// The numbers of a field as they are, for measuring: by rows, all channels of a pixel together.
+// Unconverted values of a field for measuring: by rows, with the channels of a pixel together.
+/** @param {Args} args @returns {Promise<PictureValues | null>} */
 export async function exact(args) {
   const response = await fetch(query('map', { ...args, exact: true }));
   if (response.status !== 200) return null;
-  const [width, height, form, type, unit] = response.headers.get('x-map').split(' ');
+  const [width, height, form, type, unit] = header(response, 'x-map');
   const data = new Float32Array(await response.arrayBuffer());
   return { width: +width, height: +height, channels: +form.slice(4), type, unit: unit === 'deg' ? '°' : unit ?? '', data };
 }
 
-// The mesh that wears the material: vertices of 11 numbers, triangles, how long a mm is, and where its middle lies, z up.
+// Mesh that shows the material: vertices of 11 numbers, triangles, length of one mm, and position of its middle, z up.
+/** @param {Args} args @returns {Promise<(Mesh & { perMm: number, middle: number[] }) | null>} */
 export async function mesh(args) {
   const response = await fetch(query('mesh', args));
   if (response.status !== 200) return null;
-  const [vertices, indices, perMm, ...middle] = response.headers.get('x-mesh').split(' ').map(Number);
+  const [vertices, indices, perMm, ...middle] = header(response, 'x-mesh').map(Number);
   const bytes = await response.arrayBuffer();
   return { data: new Float32Array(bytes, 0, vertices * 11), index: new Uint32Array(bytes, vertices * 44, indices), perMm, middle };
 }
 
-// The light of a panorama: of a file, or of the last one that was sent in this run, if there is one. See sky.rs.
+// Light of a panorama: of a file, or of the last one sent in this run, if any. See sky.rs.
+/** @param {File | null} file */
 export async function environment(file) {
   const response = await fetch('environment', file ? { method: 'POST', headers: { 'content-type': 'application/octet-stream' }, body: file } : {});
   if (response.status === 200) return response.arrayBuffer();
@@ -52,13 +68,17 @@ export async function environment(file) {
   return null;
 }
 
+/** @param {string} path @param {unknown} what */
 export function post(path, what) {
   return fetch(path, { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(what) });
 }
 
+/** @param {SentValues} values */
 export const send = (values) => post('values', values);
 
-// Changes the graph file: what it is based on, the change, and the values that are to be in force then. Tells the new content.
+// Changes the graph file, given the content it is based on, the change, and the parameter values to set afterwards.
+// Returns the new content.
+/** @param {string | null} base @param {unknown} what @param {SentValues | null} then @returns {Promise<string>} */
 export async function change(base, what, then = null) {
   const response = await post('change', { base, change: what, then });
   if (!response.ok) throw new Error((await response.text()) || 'the file could not be changed');
@@ -66,32 +86,42 @@ export async function change(base, what, then = null) {
 }
 
 // Shows the line of a node in the editor, if there is one.
+/** @param {string} node */
 export const jump = (node) => post('jump', { node }).catch(() => {});
 
-// Runs one `work` at a time; of those that come meanwhile the last one counts.
+// Runs one `work` at a time; of the calls made meanwhile, only the last one runs.
+/**
+ * @template {unknown[]} A
+ * @param {(...args: A) => Promise<void>} work
+ * @returns {(...args: A) => Promise<void>}
+ */
 export function latest(work) {
   let running = false;
+  /** @type {A | null} */
   let next = null;
+  /** @param {A} args */
   const run = async (args) => {
     if (running) { next = args; return; }
     running = true;
-    try { await work(...args); } catch { /* the server is gone, or the graph is another by now */ }
+    try { await work(...args); } catch { /* the server has ended, or the graph has changed */ }
     running = false;
     if (next) { const args = next; next = null; run(args); }
   };
   return (...args) => run(args);
 }
 
-// News, through a shared worker where there is one.
+// Receives news, through a shared worker if the browser has them.
+/** @param {(kind: string, data: any) => void} tell */
 export async function news(tell) {
+  /** @param {string} kind @param {string} data */
   const told = (kind, data) => tell(kind, JSON.parse(data));
   if (window.SharedWorker) {
     try {
       const worker = new SharedWorker('stream.js', { type: 'module' });
-      worker.port.onmessage = (e) => told(...e.data);
+      worker.port.onmessage = (e) => told(.../** @type {[string, string]} */ (e.data));
       worker.port.start();
       addEventListener('pagehide', () => worker.port.postMessage('bye'));
-      // A page that comes back from the browser's cache has said goodbye.
+      // A page restored from the browser's cache has already disconnected.
       addEventListener('pageshow', (e) => { if (e.persisted) location.reload(); });
       return;
     } catch { /* as below */ }

@@ -1,31 +1,65 @@
-// The graph, level by level: boxes with thumbnails, cost and where their result came from. A sub-graph is a box that opens.
-// Thousands of nodes are drawn as they come into view.
+// @ts-check
+// The graph, level by level: boxes with thumbnails, cost and origin of the result. A sub-graph is a box that opens.
+// Boxes are drawn only while in view, so thousands of nodes are possible.
+import { $ } from './dom.js';
 import { ask, bitmap } from './net.js';
 import { paintBox } from './box.js';
 
 export const [W, H, DX, DY] = [168, 112, 220, 130];
 const KEPT = 600;
-// The least scale of a fit: labels of 12 pixels stay 11 pixels high.
+// Minimum scale of a fit: labels of 12 pixels stay 11 pixels high.
 const READABLE = 0.92;
+/** @type {Record<string, Vec2>} */
 const NEXT = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
+/** @typedef {{ image: ImageBitmap | null, object: Sketch | null }} Thumb */
+/** @typedef {{ state: Stat['state'], seconds: number } | null} Sum */
+
 export class Graph {
-  // `onselect` hears of a node to be looked at, `onjump` of one to be shown in the editor, `onlevel` of another level.
+  // `onselect` is called with a selected node, `onjump` with a node to show in the editor, `onlevel` with a new level.
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {{
+   *   onselect: (name: string, node: Box) => void,
+   *   onjump: (name: string) => void,
+   *   onlevel: (path: string) => void,
+   * }} on
+   */
   constructor(canvas, { onselect, onjump, onlevel }) {
     this.canvas = canvas;
-    this.context = canvas.getContext('2d');
-    Object.assign(this, { onselect, onjump, onlevel });
+    this.context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
+    this.onselect = onselect;
+    this.onjump = onjump;
+    this.onlevel = onlevel;
     this.level = '';
+    /** @type {Box[]} */
     this.nodes = [];
+    /** @type {string[]} */
     this.names = [];
+    /** @type {GraphWire[]} */
     this.wires = [];
+    /** @type {Stat[]} */
     this.stats = [];
+    /** @type {Sum[]} */
     this.sums = [];
+    /** @type {Map<string, Thumb>} */
     this.thumbs = new Map();
+    /** @type {Set<number>} */
     this.asked = new Set();
+    /** @type {number[]} */
     this.queue = [];
+    /** @type {Map<string, number>} */
+    this.byName = new Map();
+    this.generation = -1;
+    this.dearest = 0;
+    this.fresh = false;
+    this.queued = false;
+    this.working = 0;
+    /** @type {string | null} */
+    this.marked = null;
     this.scale = 1;
     this.center = [0, 0];
+    /** @type {string | null} */
     this.selected = null;
     this.hover = -1;
     this.fitted = true;
@@ -41,6 +75,7 @@ export class Graph {
 
   listen() {
     const { canvas } = this;
+    /** @type {Vec2 | null} */
     let from = null;
     let moved = 0;
     canvas.addEventListener('pointerdown', (e) => { from = [e.clientX, e.clientY]; moved = 0; canvas.setPointerCapture(e.pointerId); });
@@ -75,7 +110,8 @@ export class Graph {
     }, { passive: false });
   }
 
-  // A click, or Enter: the picture of a node; of a sub-graph that of its main output.
+  // Click or Enter: shows the picture of a node; for a sub-graph, of its main output.
+  /** @param {Box} node */
   show(node) {
     this.marked = node.name;
     if (node.index !== null && node.index !== undefined) {
@@ -85,13 +121,15 @@ export class Graph {
     this.tell();
   }
 
-  // A double click, or O: the level of a sub-graph, the line of a node in the editor.
+  // Double click or O: opens the level of a sub-graph, or shows the line of a node in the editor.
+  /** @param {Box} node */
   dive(node) {
     if (node.use) this.enter(node.name);
     else if (node.outside) this.enter(node.name.includes('/') ? node.name.slice(0, node.name.lastIndexOf('/')) : '');
     else this.onjump(node.name);
   }
 
+  /** @param {KeyboardEvent} e */
   key(e) {
     if (e.ctrlKey || e.metaKey || e.altKey) return;
     const node = this.nodes[this.at()];
@@ -105,10 +143,12 @@ export class Graph {
     e.stopPropagation();
   }
 
-  // The nearest box in a direction.
+  // Nearest box in a direction.
+  /** @param {Box | undefined} from @param {Vec2} way */
   go(from, [dx, dy]) {
-    // The first arrow begins at an output.
+    // The first arrow key starts at an output.
     if (!from) { this.mark(this.nodes.find((n) => n.shown) ?? this.nodes.at(-1)); return; }
+    /** @param {Box} n */
     const away = (n) => {
       const [x, y] = [(n.x - from.x) / DX, (n.y - from.y) / DY];
       const along = x * dx + y * dy;
@@ -118,6 +158,7 @@ export class Graph {
     this.mark(away(best) === Infinity ? from : best);
   }
 
+  /** @param {Box | undefined} node */
   mark(node) {
     if (!node) return;
     this.marked = node.name;
@@ -130,21 +171,24 @@ export class Graph {
 
   tell() {
     const i = this.at();
-    if (i >= 0) document.getElementById('graph-at').textContent = this.about(i);
+    if (i >= 0) $('graph-at').textContent = this.about(i);
   }
 
-  // The box of the level that holds what is marked.
+  // The box in this level that contains the marked node.
   at() {
-    const known = this.byName?.get(this.marked ?? this.selected);
+    const known = this.byName.get(this.marked ?? this.selected ?? '');
     if (known !== undefined) return known;
-    const index = this.index(this.selected);
+    const index = this.index(this.selected ?? '');
     return index < 0 ? -1 : this.nodes.findIndex((n) => n.members?.includes(index));
   }
 
-  box(name) { return this.nodes[this.byName?.get(name)] ?? null; }
+  /** @param {string} name @returns {Box | null} */
+  box(name) { return this.nodes[this.byName.get(name) ?? -1] ?? null; }
+  /** @param {string} name */
   index(name) { return this.names.indexOf(name); }
 
   // Shows another level.
+  /** @param {string} path @returns {Promise<void>} */
   enter(path) {
     this.level = path;
     this.marked = null;
@@ -154,31 +198,36 @@ export class Graph {
     return this.load(this.generation);
   }
 
+  /** @param {number} i */
   about(i) {
     const node = this.nodes[i];
     const s = this.sums[i];
-    const what = node.use ? `${node.kind}, ${node.members.length} nodes; double click or O opens it` : node.outside ? 'outside of this level' : `${node.kind}, line ${node.line}`;
+    const what = node.use ? `${node.kind}, ${node.members?.length} nodes; double click or O opens it` : node.outside ? 'outside of this level' : `${node.kind}, line ${node.line}`;
     return `${node.name}: ${what}${s ? `\n${s.state}, ${(s.seconds * 1000).toFixed(1)} ms` : ''}${node.broken ? `\n${node.broken}` : ''}`;
   }
 
+  /** @param {MouseEvent} e @returns {Vec2} */
   place(e) {
     const box = this.canvas.getBoundingClientRect();
     return [this.center[0] + (e.clientX - box.left - box.width / 2) / this.scale, this.center[1] + (e.clientY - box.top - box.height / 2) / this.scale];
   }
 
+  /** @param {MouseEvent} e */
   hit(e) {
     const [x, y] = this.place(e);
     return this.nodes.findIndex((n) => x >= n.x && x <= n.x + W && y >= n.y && y <= n.y + H);
   }
 
+  /** @param {number} generation @returns {Promise<void>} */
   async load(generation) {
     this.generation = generation;
     this.asked.clear();
     this.queue.length = 0;
     const { level } = this;
+    /** @type {{ nodes: Box[], wires: GraphWire[], names: string[] } | null} */
     const graph = await ask('graph', { g: generation, u: level });
     if (this.generation !== generation || this.level !== level) return;
-    // The sub-graph may be gone from the file.
+    // The sub-graph was deleted from the file.
     if (!graph && level) { await this.enter(''); return; }
     if (!graph) return;
     const first = !this.nodes.length || this.fresh;
@@ -187,25 +236,28 @@ export class Graph {
     this.wires = graph.wires;
     this.names = graph.names;
     this.byName = new Map(this.nodes.map((n, i) => [n.name, i]));
-    this.canvas.dataset.nodes = this.nodes.length;
+    this.canvas.dataset.nodes = String(this.nodes.length);
     this.canvas.dataset.level = level;
     if (first) this.fit();
     await this.loadStats(generation);
   }
 
+  /** @param {number} generation */
   async loadStats(generation) {
+    /** @type {Stat[] | null} */
     const stats = await ask('stats', { g: generation });
     if (!stats || this.generation !== generation) return;
     this.stats = stats;
-    // A box has the cost of all that is in it, and the state of what was most work.
+    // A box has the total cost of its nodes, and the first of these states that one of them has.
+    /** @type {Stat['state'][]} */
     const order = ['computed', 'disk', 'memory', 'folded', 'unused'];
     this.sums = this.nodes.map((node) => {
       const inside = (node.members ?? []).map((i) => stats[i]).filter(Boolean);
       if (!inside.length) return null;
-      return { state: order.find((s) => inside.some((i) => i.state === s)), seconds: inside.reduce((sum, i) => sum + i.seconds, 0) };
+      return { state: order.find((s) => inside.some((i) => i.state === s)) ?? 'unused', seconds: inside.reduce((sum, i) => sum + i.seconds, 0) };
     });
     this.dearest = this.sums.reduce((most, s) => Math.max(most, s?.seconds ?? 0), 0);
-    this.canvas.dataset.computed = stats.filter((s) => s.state === 'computed').length;
+    this.canvas.dataset.computed = String(stats.filter((s) => s.state === 'computed').length);
     this.canvas.dataset.unused = stats.filter((s) => s.state === 'unused').map((s) => s.name).join(' ');
     this.draw();
   }
@@ -221,21 +273,24 @@ export class Graph {
   fit() {
     if (!this.nodes.length || !this.open) return;
     const [xs, ys] = [this.nodes.map((n) => n.x), this.nodes.map((n) => n.y)];
+    /** @param {number[]} list */
     const min = (list) => list.reduce((a, b) => Math.min(a, b));
+    /** @param {number[]} list */
     const max = (list) => list.reduce((a, b) => Math.max(a, b));
     const [left, right, top, bottom] = [min(xs), max(xs) + W, min(ys), max(ys) + H];
     const [wide, high] = [this.canvas.clientWidth / (right - left + 60), this.canvas.clientHeight / (bottom - top + 40)];
     this.scale = Math.min(Math.max(Math.min(wide, high), READABLE), innerWidth < 2400 ? 1.2 : 2);
     this.center = [(left + right) / 2, (top + bottom) / 2];
-    // What does not fit is shown from the end: outputs are at the right.
-    const output = this.nodes.find((n) => n.shown) ?? this.nodes.at(-1);
+    // If the level does not fit, its right end with the outputs is shown.
+    const output = this.nodes.find((n) => n.shown) ?? this.nodes[this.nodes.length - 1];
     if (wide < this.scale) this.center[0] = right + 30 - this.canvas.clientWidth / 2 / this.scale;
     if (high < this.scale) this.center[1] = output.y + H / 2;
     this.fitted = true;
     this.draw();
   }
 
-  // Marks a node, and brings it into view if need be.
+  // Marks a node; with `bring`, scrolls to it if necessary.
+  /** @param {string | null} name @param {boolean} bring */
   async select(name, bring) {
     this.selected = name;
     this.marked = null;
@@ -261,6 +316,7 @@ export class Graph {
   paint() {
     const { canvas, context: c, scale } = this;
     const style = getComputedStyle(document.documentElement);
+    /** @param {string} name */
     const color = (name) => style.getPropertyValue(name);
     c.setTransform(1, 0, 0, 1, 0, 0);
     c.clearRect(0, 0, canvas.width, canvas.height);
@@ -279,12 +335,14 @@ export class Graph {
     this.fetch();
   }
 
+  /** @param {GraphWire} wire @param {number[]} view @param {number} near @param {number} scale */
   wire(wire, view, near, scale) {
     const c = this.context;
     const [a, b] = [this.nodes[wire.from], this.nodes[wire.to]];
-    const points = [[a.x + W, a.y + H / 2], ...wire.bends.map(([x, y]) => [x * DX + W / 2, y * DY + H / 2]), [b.x, b.y + H / 2]];
+    /** @type {Vec2[]} */
+    const points = [[a.x + W, a.y + H / 2], ...wire.bends.map(([x, y]) => /** @type {Vec2} */ ([x * DX + W / 2, y * DY + H / 2])), [b.x, b.y + H / 2]];
     const [low, high] = [Math.min(...points.map((p) => p[1])), Math.max(...points.map((p) => p[1]))];
-    if (points[0][0] > view[2] || points.at(-1)[0] < view[0] || low > view[3] || high < view[1]) return;
+    if (points[0][0] > view[2] || points[points.length - 1][0] < view[0] || low > view[3] || high < view[1]) return;
     const touched = wire.from === near || wire.to === near;
     c.globalAlpha = touched ? 1 : near < 0 ? 0.55 : 0.28;
     c.strokeStyle = wire.color ?? '#777';
@@ -299,20 +357,21 @@ export class Graph {
     c.stroke();
   }
 
-  // Fetches the thumbnails that came into view, a few at a time.
+  // Fetches the thumbnails in view, a few at a time.
   async fetch() {
-    while (this.queue.length && !this.patient && (this.working ?? 0) < 2) {
-      const i = this.queue.shift();
+    while (this.queue.length && !this.patient && this.working < 2) {
+      const i = /** @type {number} */ (this.queue.shift());
       const node = this.nodes[i];
       if (!node) continue;
-      this.working = (this.working ?? 0) + 1;
-      this.thumbnail(i, node, this.generation).catch(() => {}).finally(() => { this.working -= 1; this.draw(); });
+      this.working += 1;
+      this.thumbnail(node, this.generation).catch(() => {}).finally(() => { this.working -= 1; this.draw(); });
     }
   }
 
-  async thumbnail(i, node, generation) {
-    const image = await bitmap('thumb', { g: generation, n: node.index, o: node.output ?? 0 });
-    const object = image || node.use ? null : await ask('object', { g: generation, t: `@${this.names[node.index]}` });
+  /** @param {Box} node @param {number} generation */
+  async thumbnail(node, generation) {
+    const image = await bitmap('thumb', { g: generation, n: Number(node.index), o: node.output ?? 0 });
+    const object = image || node.use ? null : await ask('object', { g: generation, t: `@${this.names[Number(node.index)]}` });
     if (this.generation !== generation) return;
     this.thumbs.get(node.name)?.image?.close();
     this.thumbs.set(node.name, { image, object });

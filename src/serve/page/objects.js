@@ -1,4 +1,6 @@
+// @ts-check
 // Objects: points and lines in mm.
+/** @param {import('./picture.js').Picture & { object: Sketch }} picture */
 export function drawObject(picture) {
   const { canvas, context: c, scale, object } = picture;
   const style = getComputedStyle(document.documentElement);
@@ -9,7 +11,7 @@ export function drawObject(picture) {
   c.fillRect(x0, y0, picture.size[0] * scale, picture.size[1] * scale);
   const width = Math.max(1, Math.min(3, mm * 0.05)) * Math.sqrt(picture.ratio);
   c.lineWidth = width;
-  for (const [alive, color] of [[0, '--bad'], [1, '--accent']]) {
+  for (const [alive, color] of /** @type {[number, string][]} */ ([[0, '--bad'], [1, '--accent']])) {
     c.strokeStyle = style.getPropertyValue(color);
     c.beginPath();
     for (const line of object.lines ?? []) {

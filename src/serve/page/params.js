@@ -1,35 +1,62 @@
-// The parameters of the graph: sliders, presets, where each value comes from, and how it gets into the file.
+// @ts-check
+// The parameters of the graph: sliders, presets, the origin of each value, and saving to the file.
 import { element, notice, say, short } from './dom.js';
 
+/** @type {(text: string) => string} */
 const unquote = (text) => { try { return JSON.parse(text); } catch { return text.replace(/^"|"$/g, ''); } };
+/** @type {(v: number) => number} */
 const code = (v) => Math.round(255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055));
 
-// A colour as browsers write it.
+// Formats a colour as browsers expect it.
+/** @param {string} value */
 function hex(value) {
   if (value.startsWith('"')) return unquote(value);
   const numbers = value.replace(/[()\s]/g, '').split(',').map(Number);
   return `#${numbers.slice(0, 3).map((v) => Math.min(255, Math.max(0, code(v))).toString(16).padStart(2, '0')).join('')}`;
 }
 
+/** @typedef {(value: string) => void} Setter */
+
 export class Parameters {
-  // `onchange` hears of values with what was done and by which control; `onsave` of changes of the file.
+  // `onchange` is called with values, a label and the control that changed them; `onsave` with changes of the file.
+  /**
+   * @param {HTMLElement} root
+   * @param {{
+   *   onchange: (values: { preset: string | null, set: Map<string, string> }, label: string, group: string | null) => void,
+   *   onsave: (change: unknown, after: Values, label: string) => void,
+   * }} on
+   */
   constructor(root, { onchange, onsave }) {
     this.root = root;
     this.onchange = onchange;
     this.onsave = onsave;
+    /** @type {Map<string, (param: Param) => void>} */
     this.rows = new Map();
+    /** @type {string | null} */
     this.preset = null;
+    /** @type {Map<string, string>} */
     this.set = new Map();
+    /** @type {Param[]} */
     this.params = [];
+    this.busy = false;
+    this.resync = false;
+    this.moving = false;
+    /** @type {string | undefined} */
+    this.sha = undefined;
+    /** @type {Values | undefined} */
+    this.told = undefined;
+    /** @type {number | undefined} */
+    this.rest = undefined;
     this.shape = '';
   }
 
   get values() { return { preset: this.preset, set: new Map(this.set) }; }
 
-  // Follows the graph; what somebody is moving at the moment is left alone.
+  // Shows a new graph; a control that is being moved is left alone.
+  /** @param {Scene} scene @param {Values} values */
   update(scene, values) {
     const shape = JSON.stringify([scene.presets, scene.params.map(({ value, default: _, before, after, ...rest }) => rest)]);
-    // The file may no longer allow what somebody has just set.
+    // The new file may not allow a value that was just set.
     this.resync ||= this.busy && this.sha !== undefined && this.sha !== scene.sha256;
     this.sha = scene.sha256;
     this.told = values;
@@ -44,11 +71,12 @@ export class Parameters {
 
   follow() {
     this.resync = false;
-    this.preset = this.told.preset;
-    this.set = new Map(this.told.set);
+    const told = /** @type {Values} */ (this.told);
+    this.preset = told.preset;
+    this.set = new Map(told.set);
   }
 
-  // For a moment after a change, what the server tells may be older.
+  // For a moment after a change, news of the server may be outdated.
   hold() {
     this.busy = true;
     clearTimeout(this.rest);
@@ -58,35 +86,39 @@ export class Parameters {
     }, 600);
   }
 
-  // The values as they are wished, those set by hand before those that are shown.
+  // Requested value: set by hand, or else the shown one.
+  /** @param {Param} param */
   value(param) { return this.set.get(param.name) ?? param.value; }
 
   get changed() { return this.params.filter((p) => this.value(p) !== p.default); }
 
   show() {
     for (const param of this.params) this.rows.get(param.name)?.(param);
-    for (const button of this.root.querySelectorAll('.presets button')) {
+    for (const button of /** @type {NodeListOf<HTMLButtonElement>} */ (this.root.querySelectorAll('.presets button'))) {
       const on = button.value === (this.preset ?? '');
       if (button.ariaPressed !== String(on)) button.ariaPressed = String(on);
       const by = on && this.set.size ? ` + ${this.set.size} by hand` : '';
       say(button, (button.value || 'as written') + by);
     }
     const none = !this.changed.length;
-    for (const button of this.root.querySelectorAll('[data-needs=changed]')) if (button.disabled !== none) button.disabled = none;
+    for (const button of /** @type {NodeListOf<HTMLButtonElement>} */ (this.root.querySelectorAll('[data-needs=changed]'))) if (button.disabled !== none) button.disabled = none;
   }
 
+  /** @param {string} name @param {string | null} value @param {string | null} [group] */
   change(name, value, group = name) {
     if (value === null) this.set.delete(name); else this.set.set(name, value);
     this.tell(value === null ? `${name} reset` : `${name} ${unquote(value)}`, group);
   }
 
+  /** @param {string} label @param {string | null} [group] */
   tell(label, group = null) {
     this.hold();
     this.show();
     this.onchange(this.values, label, group);
   }
 
-  // Takes values from elsewhere, from the history say.
+  // Takes values from elsewhere, for example from the history.
+  /** @param {Values} values */
   take(values) {
     this.preset = values.preset;
     this.set = new Map(values.set);
@@ -94,6 +126,7 @@ export class Parameters {
     this.show();
   }
 
+  /** @param {Scene} scene */
   build(scene) {
     this.rows.clear();
     const copy = element('button', { id: 'copy', textContent: 'Copy as RON', title: 'The lines to put into the graph file' });
@@ -122,6 +155,7 @@ export class Parameters {
     this.root.append(element('div', { className: 'row' }, name, add));
   }
 
+  /** @param {HTMLInputElement} box */
   add(box) {
     const name = box.value.trim();
     if (!name) { box.focus(); notice('Give the preset a name', true); return; }
@@ -130,20 +164,21 @@ export class Parameters {
     box.value = '';
   }
 
-  // What has been set by hand goes into the file, or into the preset that is in force.
+  // Saves values set by hand to the file, or to the active preset.
   save() {
     if (!this.set.size) return;
     const preset = this.preset?.split('+').at(-1) ?? null;
     this.onsave({ values: { set: [...this.set], preset } }, { preset: this.preset, set: new Map() }, preset ? `Saved to preset ${preset}` : 'Saved to file');
   }
 
+  /** @param {Param} param */
   row(param) {
     const id = `param-${param.name}`;
     const label = element('label', { htmlFor: id, textContent: param.name.replaceAll('_', ' '), title: param.doc });
     const reset = element('button', { className: 'reset', textContent: '↺', ariaLabel: `Reset ${param.name}`, disabled: true });
     const head = element('div', { className: 'head' }, label, reset);
     const row = element('div', { className: 'param', dataset: { param: param.name } }, head);
-    const make = { Number: 'number', Integer: 'number', Bool: 'bool', Color: 'color', Choice: 'choice' }[param.type] ?? 'text';
+    const make = /** @type {Record<string, 'number' | 'bool' | 'color' | 'choice'>} */ ({ Number: 'number', Integer: 'number', Bool: 'bool', Color: 'color', Choice: 'choice' })[param.type] ?? 'text';
     const show = this[make](param, id, head, row);
     const from = element('div', { className: 'from' });
     row.append(from);
@@ -159,7 +194,7 @@ export class Parameters {
       const why = byHand ? 'Without the value set by hand' : 'The value of the file';
       if (reset.title !== why) reset.title = why;
       reset.onclick = () => this.change(now.name, byHand ? null : now.default, null);
-      // What is overridden stays in sight.
+      // The overridden value stays visible.
       say(from, byHand ? `by hand; the file says ${unquote(now.default)}` : changed ? `by the preset; the file says ${unquote(now.default)}` : '');
       if (!row.contains(document.activeElement) || !this.moving) show(value);
     });
@@ -168,31 +203,36 @@ export class Parameters {
     return row;
   }
 
+  /** @param {Param} param @param {string} id @param {HTMLElement} head @param {HTMLElement} row @returns {Setter} */
   number(param, id, head, row) {
     const whole = param.type === 'Integer';
     const box = element('input', { type: 'number', id, step: whole ? 1 : 'any' });
     head.append(box, element('span', { className: 'unit', textContent: param.unit ?? '' }));
+    /** @type {HTMLInputElement | null} */
     let slider = null;
+    /** @param {number} n @param {string | null} group */
     const send = (n, group) => {
       if (!Number.isFinite(n)) return;
       const [lo, hi] = param.range ?? [-Infinity, Infinity];
       const within = Math.min(Math.max(whole ? Math.round(n) : n, lo), hi);
-      // Both show it at once, whether the file can be evaluated or not.
-      if (slider) slider.value = within;
+      // Slider and field show the value at once, even if the file cannot be evaluated.
+      if (slider) slider.value = String(within);
       box.value = short(within);
       this.change(param.name, whole ? String(within) : String(+within.toPrecision(6)), group);
     };
     if (param.range) {
       const [lo, hi] = param.range;
-      slider = element('input', { type: 'range', min: lo, max: hi, step: whole ? 1 : 10 ** Math.floor(Math.log10((hi - lo) / 200)), ariaLabel: param.name.replaceAll('_', ' ') });
-      slider.oninput = () => send(whole ? slider.valueAsNumber : +slider.valueAsNumber.toPrecision(4), param.name);
-      slider.title = `${lo} … ${hi} ${param.unit ?? ''}`;
-      row.append(slider);
+      const made = element('input', { type: 'range', min: lo, max: hi, step: whole ? 1 : 10 ** Math.floor(Math.log10((hi - lo) / 200)), ariaLabel: param.name.replaceAll('_', ' ') });
+      made.oninput = () => send(whole ? made.valueAsNumber : +made.valueAsNumber.toPrecision(4), param.name);
+      made.title = `${lo} … ${hi} ${param.unit ?? ''}`;
+      row.append(made);
+      slider = made;
     }
     box.onchange = () => send(box.valueAsNumber, null);
-    return (value) => { const n = Number(value); box.value = short(n); if (slider) slider.value = n; };
+    return (value) => { const n = Number(value); box.value = short(n); if (slider) slider.value = String(n); };
   }
 
+  /** @param {Param} param @param {string} id @param {HTMLElement} head @returns {Setter} */
   bool(param, id, head) {
     const box = element('input', { type: 'checkbox', id });
     box.onchange = () => this.change(param.name, String(box.checked), null);
@@ -200,6 +240,7 @@ export class Parameters {
     return (value) => { box.checked = value === 'true'; };
   }
 
+  /** @param {Param} param @param {string} id @param {HTMLElement} head @returns {Setter} */
   color(param, id, head) {
     const box = element('input', { type: 'color', id });
     box.oninput = () => this.change(param.name, `"${box.value}"`);
@@ -207,6 +248,7 @@ export class Parameters {
     return (value) => { box.value = hex(value); };
   }
 
+  /** @param {Param} param @param {string} id @param {HTMLElement} head @param {HTMLElement} row @returns {Setter} */
   choice(param, id, head, row) {
     const box = element('select', { id }, ...param.options.map((o) => element('option', { value: o, textContent: o })));
     box.onchange = () => this.change(param.name, box.value, null);
@@ -214,6 +256,7 @@ export class Parameters {
     return (value) => { box.value = unquote(value); };
   }
 
+  /** @param {Param} param @param {string} id @param {HTMLElement} head @param {HTMLElement} row @returns {Setter} */
   text(param, id, head, row) {
     const box = element('input', { type: 'text', id, spellcheck: false });
     box.onchange = () => this.change(param.name, JSON.stringify(box.value), null);
@@ -221,7 +264,8 @@ export class Parameters {
     return (value) => { box.value = unquote(value); };
   }
 
-  // The declarations with their new defaults, as they stand in the file.
+  // Copies the declarations with their new defaults, as they would be in the file.
+  /** @param {HTMLButtonElement} button */
   async copy(button) {
     const text = this.changed.map((p) => `${p.before}${this.value(p)}${p.after}`).join('\n');
     button.dataset.copied = text;

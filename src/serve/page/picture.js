@@ -1,26 +1,46 @@
-// The picture: move, zoom to the texel, repeat, planes, comparison, values. Places are pixels of the full size.
+// @ts-check
+// The picture view: pan, zoom to the texel, repeat, planes, comparison, values. Positions are in pixels of the full
+// size.
 import { bitmap } from './net.js';
 import { Comparison } from './compare.js';
+import { $ } from './dom.js';
 import { drawObject } from './objects.js';
 import { isNeutral, neutral, toned } from './tone.js';
 
 const TILE = 512;
 const KEPT = 160;
-// Pictures that follow each other within so many ms are drawn quickly, and finely when no more come.
+// Pictures that follow each other within this many ms are drawn with fast smoothing, and finely when none follows.
 const HURRY = 250;
 
+/** @typedef {{ g: number, t: string }} TileSource */
+
+/** @param {Picture} picture */
+const withObject = (picture) => /** @type {Picture & { object: Sketch }} */ (picture);
+
 export class Picture {
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {{
+   *   onview: (scale: number | null) => void,
+   *   oncursor: (pixel: Vec2 | null) => void,
+   *   online: (ends: Line | null) => void,
+   * }} on
+   */
   constructor(canvas, { onview, oncursor, online }) {
     this.canvas = canvas;
-    this.context = canvas.getContext('2d');
+    this.context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
     this.onview = onview;
+    /** @type {Vec2} */
     this.size = [1, 1];
-    // What is shown, and what it is compared with.
+    // The shown picture, and the one it is compared with.
+    /** @type {Source | null} */
     this.now = null;
     this.comparison = new Comparison();
     this.tone = neutral();
     this.seam = false;
+    /** @type {Line | null} */
     this.line = null;
+    /** @type {Path2D | null} */
     this.wire = null;
     this.online = online;
     this.plane = 'all';
@@ -28,16 +48,28 @@ export class Picture {
     this.fitted = true;
     this.scale = 1;
     this.center = [0.5, 0.5];
+    /** @type {WeakMap<object, { plane: string, canvas: OffscreenCanvas }>} */
     this.planes = new WeakMap();
+    /** @type {Map<string, ImageBitmap>} */
     this.tiles = new Map();
+    /** @type {Map<string, boolean>} */
     this.wanted = new Map();
+    /** @type {Sketch | null} */
     this.object = null;
+    /** @type {TileSource | null} */
+    this.source = null;
+    this.queued = false;
+    this.hurried = false;
+    /** @type {number | undefined} */
+    this.rest = undefined;
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.listen(oncursor);
   }
 
+  /** @param {(pixel: Vec2 | null) => void} oncursor */
   listen(oncursor) {
     const { canvas } = this;
+    /** @type {Vec2 | null} */
     let from = null;
     canvas.addEventListener('pointerdown', (e) => {
       from = [e.clientX, e.clientY];
@@ -69,7 +101,7 @@ export class Picture {
     }, { passive: false });
     canvas.addEventListener('dblclick', () => this.fit());
     canvas.addEventListener('keydown', (e) => {
-      const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[e.key];
+      const by = /** @type {Record<string, Vec2>} */ ({ ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] })[e.key];
       if (!by || e.ctrlKey || e.altKey || e.metaKey) return;
       e.preventDefault();
       this.center = this.center.map((c, i) => c + (by[i] * 0.1 * canvas.width) / this.scale);
@@ -80,16 +112,18 @@ export class Picture {
 
   get ratio() { return devicePixelRatio || 1; }
 
-  // The place under a point of the window, in pixels of the full size.
+  // Position under a point of the window, in pixels of the full size.
+  /** @param {number} x @param {number} y @returns {Vec2} */
   place(x, y) {
     const box = this.canvas.getBoundingClientRect();
     let dx = (x - box.left) * this.ratio - this.canvas.width / 2;
-    // Side by side, each half has a middle of its own.
+    // Side by side, each half has its own middle.
     if (this.comparison.before && this.comparison.mode === 'side') dx += (dx < 0 ? 0.25 : -0.25) * this.canvas.width;
     const dy = (y - box.top) * this.ratio - this.canvas.height / 2;
     return [this.center[0] + dx / this.scale, this.center[1] + dy / this.scale];
   }
 
+  /** @param {number} x @param {number} y @returns {Vec2 | null} */
   pixel(x, y) {
     const [w, h] = this.size;
     const [px, py] = this.place(x, y).map(Math.floor);
@@ -111,9 +145,10 @@ export class Picture {
     const n = this.repeat ? 2 : 1;
     const [w, h] = [this.size[0] * n, this.size[1] * n];
     const { width, height } = this.canvas;
+    /** @param {number} high */
     const within = (high) => Math.min(width / w, high / h) * (this.repeat ? 1 : 0.96);
-    // The tools below do not lie on it.
-    const tools = document.getElementById('picture-tools');
+    // The tools at the bottom must not cover the picture.
+    const tools = $('picture-tools');
     const room = (tools.offsetHeight + 20) * this.ratio;
     const covered = tools.offsetHeight && (height + h * within(height)) / 2 > height - room && height > 3 * room;
     this.scale = within(covered ? height - room : height);
@@ -122,8 +157,10 @@ export class Picture {
     this.draw();
   }
 
+  /** @param {number} factor @param {number} [x] @param {number} [y] */
   zoom(factor, x, y) {
     const box = this.canvas.getBoundingClientRect();
+    /** @type {Vec2} */
     const at = [x ?? box.left + box.width / 2, y ?? box.top + box.height / 2];
     const before = this.place(...at);
     const least = Math.min(this.canvas.width / this.size[0], this.canvas.height / this.size[1]) / 8;
@@ -135,14 +172,16 @@ export class Picture {
     this.draw();
   }
 
+  /** @param {number} scale */
   zoomTo(scale) { this.zoom(scale / this.scale); }
 
   get bitmap() { return this.now?.image ?? null; }
 
-  // Shows a whole picture whose full size is `size`: the image, and its range and type; `source` says where tiles of it come from.
+  // Shows a whole picture of full size `size`, with its image, range and type; `source` provides its tiles.
+  /** @param {Source} now @param {Vec2} size @param {TileSource | null} source */
   show(now, size, source) {
     const began = performance.now();
-    // Fine smoothing takes more time than all else, without a graphics card.
+    // Without a graphics card, fine smoothing takes most of the time.
     this.hurried = began - (this.shownAt ?? -Infinity) < HURRY;
     this.shownAt = began;
     clearTimeout(this.rest);
@@ -154,7 +193,8 @@ export class Picture {
     this.resized(size);
   }
 
-  // Shows points or lines in mm instead.
+  // Shows points or lines in mm.
+  /** @param {Sketch} object @param {Vec2} size */
   showObject(object, size) {
     this.object = object;
     this.now = null;
@@ -162,13 +202,15 @@ export class Picture {
     this.resized(size);
   }
 
+  /** @param {Vec2} size */
   resized(size) {
     const other = size[0] !== this.size[0] || size[1] !== this.size[1];
     this.size = size;
     if (other || this.fitted) this.fit(); else this.draw();
   }
 
-  // Two pictures of the same heights share one range, so that what is deeper looks deeper.
+  // Two height pictures share one range, so that equal depths look equal.
+  /** @returns {Vec2 | null} */
   get sharedRange() {
     const other = this.comparison.before;
     if (this.tone.range || !other || !this.now || other.type !== this.now.type || other.type === 'Rgb') return this.tone.range;
@@ -189,25 +231,27 @@ export class Picture {
     const { comparison } = this;
     const after = comparison.after ?? this.now;
     const source = comparison.after ? null : this.source;
-    if (comparison.before && (after || this.object)) {
-      comparison.paint(this, (area, side) => (side ? (after ? this.layer(after, area, source) : drawObject(this)) : this.layer(comparison.before, area, null)));
+    const { before } = comparison;
+    if (before && (after || this.object)) {
+      comparison.paint(this, (area, side) => (side ? (after ? this.layer(after, area, source) : drawObject(withObject(this))) : this.layer(before, area, null)));
     } else if (this.object) {
-      drawObject(this);
+      drawObject(withObject(this));
     } else if (after) {
       this.layer(after, [0, canvas.width], source);
     }
-    if (this.wire && this.now) this.outline();
-    if (this.line) this.mark();
+    if (this.wire && this.now) this.outline(this.wire);
+    if (this.line) this.mark(this.line);
     this.onview(this.bitmap || this.object ? this.scale : null);
   }
 
-  // The triangles of a mesh, where its atlas lays them.
-  outline() {
+  // Triangles of a mesh, as its atlas lays them out.
+  /** @param {Path2D} wire */
+  outline(wire) {
     const { canvas, context: c, scale } = this;
     const [w, h] = this.size.map((n) => n * scale);
     const path = new Path2D();
-    path.addPath(this.wire, new DOMMatrix([w, 0, 0, h, canvas.width / 2 - this.center[0] * scale, canvas.height / 2 - this.center[1] * scale]));
-    for (const [style, width] of [['rgba(0, 0, 0, 0.55)', 2.2], ['#ffd21a', 0.9]]) {
+    path.addPath(wire, new DOMMatrix([w, 0, 0, h, canvas.width / 2 - this.center[0] * scale, canvas.height / 2 - this.center[1] * scale]));
+    for (const [style, width] of /** @type {[string, number][]} */ ([['rgba(0, 0, 0, 0.55)', 2.2], ['#ffd21a', 0.9]])) {
       c.strokeStyle = style;
       c.lineWidth = width * this.ratio;
       c.stroke(path);
@@ -215,20 +259,23 @@ export class Picture {
   }
 
   // The line of a profile.
-  mark() {
+  /** @param {Line} line */
+  mark(line) {
     const { canvas, context: c, scale } = this;
+    /** @type {(place: Vec2) => Vec2} */
     const at = ([x, y]) => [(x - this.center[0]) * scale + canvas.width / 2, (y - this.center[1]) * scale + canvas.height / 2];
-    for (const [style, width] of [['#000', 4], ['#fff', 1.5]]) {
+    for (const [style, width] of /** @type {[string, number][]} */ ([['#000', 4], ['#fff', 1.5]])) {
       c.strokeStyle = style;
       c.lineWidth = width * this.ratio;
       c.beginPath();
-      c.moveTo(...at(this.line[0]));
-      c.lineTo(...at(this.line[1]));
+      c.moveTo(...at(line[0]));
+      c.lineTo(...at(line[1]));
       c.stroke();
     }
   }
 
-  // A picture within an area of the canvas, moved sideways by `shift`.
+  // Draws a picture into an area of the canvas, shifted sideways by `shift`.
+  /** @param {Source} from @param {[number, number, number?]} area @param {TileSource | null} tiles */
   layer(from, [left, right, shift = 0], tiles) {
     const range = this.sharedRange;
     const own = range && from.range && range[0] === from.range[0] && range[1] === from.range[1];
@@ -244,6 +291,7 @@ export class Picture {
     const shown = this.inPlane(image);
     const n = this.repeat ? 2 : 1;
     const texel = scale * w / image.width;
+    /** @type {(x: number, y: number) => Vec2} */
     const place = (x, y) => [Math.round((x - this.center[0]) * scale + canvas.width / 2 + shift), Math.round((y - this.center[1]) * scale + canvas.height / 2)];
     if (this.seam) {
       const [[x0, y0], [x1, y1]] = [place(0, 0), place(n * w, n * h)];
@@ -251,7 +299,7 @@ export class Picture {
       c.rect(x0, y0, x1 - x0, y1 - y0);
       c.clip();
     }
-    // With the seams in the middle, half of a repeat more is drawn at each side.
+    // With the seams in the middle, each side shows half a repeat more.
     const from2 = this.seam ? -0.5 : 0;
     for (let j = from2; j < n; j += 1) {
       for (let i = from2; i < n; i += 1) {
@@ -267,7 +315,8 @@ export class Picture {
     c.restore();
   }
 
-  // Tiles of the level that suits the zoom, over the whole picture, which is coarser.
+  // Draws tiles of the level that suits the zoom over the coarser whole picture.
+  /** @param {TileSource} source @param {number} x0 @param {number} y0 */
   paintTiles(source, x0, y0) {
     const { canvas, context: c, scale } = this;
     const [w, h] = this.size;
@@ -287,6 +336,7 @@ export class Picture {
     }
   }
 
+  /** @param {TileSource} source @param {number} level @param {number} x @param {number} y */
   tile(source, level, x, y) {
     const key = `${source.g}|${source.t}|${level}|${x}|${y}`;
     const known = this.tiles.get(key);
@@ -302,7 +352,7 @@ export class Picture {
         this.tiles.set(key, image);
         for (const old of this.tiles.keys()) {
           if (this.tiles.size <= KEPT) break;
-          this.tiles.get(old).close();
+          this.tiles.get(old)?.close();
           this.tiles.delete(old);
         }
         this.wanted.delete(key);
@@ -312,16 +362,17 @@ export class Picture {
     return null;
   }
 
+  /** @param {ImageBitmap | OffscreenCanvas} image */
   inPlane(image) {
     if (this.plane === 'all') return image;
     const known = this.planes.get(image);
     if (known?.plane === this.plane) return known.canvas;
     const made = new OffscreenCanvas(image.width, image.height);
-    const c = made.getContext('2d', { willReadFrequently: true });
+    const c = /** @type {OffscreenCanvasRenderingContext2D} */ (made.getContext('2d', { willReadFrequently: true }));
     c.drawImage(image, 0, 0);
     const pixels = c.getImageData(0, 0, image.width, image.height);
     const words = pixels.data;
-    const from = { r: 0, g: 1, b: 2 }[this.plane];
+    const from = /** @type {Record<string, number>} */ ({ r: 0, g: 1, b: 2 })[this.plane];
     for (let i = 0; i < words.length; i += 4) words[i] = words[i + 1] = words[i + 2] = words[i + from];
     c.putImageData(pixels, 0, 0);
     this.planes.set(image, { plane: this.plane, canvas: made });
@@ -333,6 +384,7 @@ export class Picture {
     c.strokeStyle = 'rgba(128, 128, 128, 0.35)';
     c.lineWidth = 1;
     c.beginPath();
+    /** @param {number} i @param {number} length */
     const start = (i, length) => ((i - this.center[length]) * scale) + (length ? canvas.height : canvas.width) / 2;
     const [left, top] = [Math.floor(this.center[0] - canvas.width / 2 / scale), Math.floor(this.center[1] - canvas.height / 2 / scale)];
     for (let x = left; start(x, 0) < canvas.width; x += 1) { const at = Math.round(start(x, 0)) + 0.5; c.moveTo(at, 0); c.lineTo(at, canvas.height); }

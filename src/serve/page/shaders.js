@@ -1,21 +1,24 @@
-// The lit view: GGX with anisotropy, a coat, light that is scattered below the surface, under a studio of soft boxes that is evaluated as if it were prefiltered.
+// @ts-check
+// Shaders of the lit view: GGX with anisotropy, a coat and subsurface scattering, under a studio of soft boxes that is
+// evaluated analytically, as if prefiltered.
 
-// A program of two shaders; what is wrong with them is thrown.
+// Links a program of two shaders; throws their errors.
+/** @param {WebGL2RenderingContext} gl @param {string} vertex @param {string} fragment */
 export function linked(gl, vertex, fragment) {
   const program = gl.createProgram();
-  for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
-    const shader = gl.createShader(kind);
+  for (const [kind, text] of /** @type {[number, string][]} */ ([[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]])) {
+    const shader = /** @type {WebGLShader} */ (gl.createShader(kind));
     gl.shaderSource(shader, text);
     gl.compileShader(shader);
-    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader));
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(String(gl.getShaderInfoLog(shader)));
     gl.attachShader(program, shader);
   }
   gl.linkProgram(program);
-  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(String(gl.getProgramInfoLog(program)));
   return program;
 }
 
-// Whether the processor draws, for want of a graphics card: asked of a picture of one pixel.
+// Returns whether the CPU renders for lack of a graphics card; tested with a picture of one pixel.
 export function isSoftware() {
   const gl = new OffscreenCanvas(1, 1).getContext('webgl2');
   if (!gl) return false;
@@ -33,8 +36,8 @@ layout(location = 2) in vec3 aTangent;
 layout(location = 3) in vec2 aUv;
 uniform mat4 uView;
 uniform vec2 uRepeat;
-uniform float uDisplace;   // world units a mm; 0: the surface stays
-uniform vec2 uHeights;     // the least and the greatest height in mm
+uniform float uDisplace;   // world units per mm; 0: no displacement
+uniform vec2 uHeights;     // minimum and maximum height in mm
 uniform sampler2D uHeight;
 out vec3 vPosition;
 out vec3 vNormal;
@@ -50,19 +53,19 @@ void main() {
   gl_Position = uView * vec4(vPosition, 1.0);
 }`;
 
-// Where light comes from, for what is lit and for what is behind it.
+// Light, for the shape and for the background.
 export const LIGHT = `
-uniform mat3 uLight;        // turns it
+uniform mat3 uLight;        // rotates the environment
 uniform int uScene;         // studio, overcast sky, evening, one light in the dark, a panorama
-uniform vec4 uKey;          // where the key light stands, and its size: 1 is as in the studio
+uniform vec4 uKey;          // direction of the key light, and its size: 1 is that of the studio
 uniform float uExposure;
-uniform sampler2D uEnvironment;   // a panorama, its levels blurred for rougher surfaces
+uniform sampler2D uEnvironment;   // a panorama, with levels blurred for rougher surfaces
 uniform vec3 uIrradiance[9];      // its light on a white surface, by spherical harmonics
 uniform vec3 uSunLight;           // the colour of its sun
 const float PI = 3.14159265;
 const int OWN = 4;
 
-// One soft box: its light in direction d, blurred as a lobe of that width would.
+// One soft box: its light in direction d, blurred by a lobe of width blur.
 float box(vec3 d, vec3 to, vec3 side, vec2 half_size, float blur) {
   float z = dot(d, to);
   if (z <= 0.0) return 0.0;
@@ -70,7 +73,7 @@ float box(vec3 d, vec3 to, vec3 side, vec2 half_size, float blur) {
   vec2 p = vec2(dot(d, side), dot(d, up)) / z;
   vec2 soft = vec2(0.03 + blur);
   vec2 inside = smoothstep(half_size + soft, half_size - soft, abs(p));
-  // What spreads gets weaker.
+  // Blurring spreads the light and so weakens it.
   vec2 energy = half_size / (half_size + 0.6 * blur);
   return inside.x * inside.y * energy.x * energy.y * smoothstep(0.0, 0.25, z);
 }
@@ -82,7 +85,7 @@ vec3 key_color() {
   return vec3(1.05, 1.0, 0.93);
 }
 
-// The light that a surface of that roughness reflects, which comes from d.
+// Light from direction d, as reflected by a surface of this roughness.
 vec3 studio(vec3 d, float roughness) {
   d = uLight * d;
   if (uScene == OWN) return textureLod(uEnvironment, vec2(0.5 + atan(d.x, -d.z) / (2.0 * PI), acos(clamp(d.y, -1.0, 1.0)) / PI), 5.0 * roughness).rgb;
@@ -91,7 +94,7 @@ vec3 studio(vec3 d, float roughness) {
   vec3 side = normalize(vec3(0.65, 0.0, 0.75));
   float key = box(d, uKey.xyz, side, vec2(0.42, 0.3) * uKey.w, blur);
   if (uScene == 1) {
-    // A bright sky all over, a brown ground, the sun behind clouds.
+    // A bright sky all around, brown ground, the sun behind clouds.
     vec3 light = mix(vec3(0.2, 0.17, 0.14), mix(vec3(0.95, 1.0, 1.05), vec3(0.62, 0.76, 1.0), clamp(d.y, 0.0, 1.0)), sky);
     return light + vec3(3.0) * key_color() * key;
   }
@@ -113,7 +116,7 @@ vec3 studio(vec3 d, float roughness) {
   return light;
 }
 
-// The light on a white surface.
+// Light on a white surface.
 vec3 ambient(vec3 n) {
   if (uScene != OWN) return studio(n, 1.0);
   n = uLight * n;
@@ -127,7 +130,7 @@ vec3 film(vec3 c) {
   return clamp((c * (2.51 * c + 0.03)) / (c * (2.43 * c + 0.59) + 0.14), 0.0, 1.0);
 }
 
-// As screens take it.
+// Tone mapping and sRGB encoding.
 vec3 developed(vec3 c) {
   c = film(c * uExposure);
   return mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
@@ -140,29 +143,29 @@ in vec3 vNormal;
 in vec3 vTangent;
 in vec2 vUv;
 uniform vec3 uEye;
-// Four channels of one number lie in each of the last three: see textures.js.
+// Each of the last three textures packs four single-channel maps: see textures.js.
 uniform sampler2D uBaseColor, uNormal, uHeight, uEmission, uCoatNormal, uSurface, uGloss, uInner;
-uniform int uMaps;          // which channels there are, a bit each
-uniform float uGlow;        // by what the colours of the emission are multiplied
-uniform vec4 uConstants;    // roughness, metal, anisotropy, coat where there is no map
+uniform int uMaps;          // available channels, one bit each
+uniform float uGlow;        // factor of the emission colours
+uniform vec4 uConstants;    // roughness, metal, anisotropy and coat where there is no map
 uniform vec2 uHeights;
-uniform float uUvPerMm;     // of the canvas' width
+uniform float uUvPerMm;     // relative to the width of the canvas
 uniform vec2 uAspect;       // the canvas: 1, width over height
 uniform float uRelief;
 uniform int uParallax;
-uniform float uFine;        // how many steps are taken, 1 being all
-uniform float uWorldPerMm;  // where texels are stretched; 0: as the canvas says
+uniform float uFine;        // share of the steps taken, 1 is all
+uniform float uWorldPerMm;  // where texels are stretched; 0: as on the canvas
 out vec4 oColor;
 bool has(int bit) { return (uMaps & (1 << bit)) != 0; }
 
 ${LIGHT}
-// Turns of the texture a mm, across and down.
+// Turns of the texture per mm, across and down.
 vec2 per_mm;
 
 float luma(vec3 c) { return dot(c, vec3(0.2126, 0.7152, 0.0722)); }
 float height(vec2 uv) { return texture(uHeight, uv).r; }
 
-// Where the line of sight meets the relief below the surface; d is in tangent space, y along v.
+// Intersection of the line of sight with the relief below the surface; d is in tangent space, y along v.
 vec2 parallax(vec2 uv, vec3 d, float lod, out float depth) {
   float range = (uHeights.y - uHeights.x) * uRelief;
   depth = 0.0;
@@ -186,7 +189,7 @@ vec2 parallax(vec2 uv, vec3 d, float lod, out float depth) {
   return uv + reach;
 }
 
-// How much of the key light reaches a point of the relief.
+// Share of the key light that reaches a point of the relief.
 float shadow(vec2 uv, float depth, vec3 l, float lod) {
   float range = (uHeights.y - uHeights.x) * uRelief;
   if (range * per_mm.x < 1e-6 || l.z <= 0.02) return 1.0;
@@ -220,10 +223,10 @@ vec2 split_sum(float roughness, float nov) {
   return vec2(-1.04, 1.04) * a + r.zw;
 }
 
-// A normal of the texture, made as steep as the relief is.
+// A normal of the texture, steepened by the relief factor.
 vec3 leaning(vec3 n) { return normalize(vec3(n.xy * uRelief, max(n.z, 0.02))); }
 
-// How rough a surface is whose normals are too fine to be seen.
+// Roughness, increased by normals too fine to be visible.
 float widened(float roughness, vec3 n) {
   vec3 nx = dFdx(n), ny = dFdy(n);
   return clamp(sqrt(roughness * roughness + min(0.35 * (dot(nx, nx) + dot(ny, ny)), 0.2)), 0.045, 1.0);
@@ -290,7 +293,7 @@ void main() {
   float f90 = mix(specular, 1.0, metal);
   vec3 diffuse = base * (1.0 - metal);
 
-  // Along brush lines, t, the lobe is narrow, and across them wide: as in pictures of Relief.
+  // The lobe is narrow along brush lines t and wide across them, as in pictures of Relief.
   vec3 t = normalize(cos(angle) * (T - N * dot(N, T)) + sin(angle) * (D - N * dot(N, D)));
   vec3 b = cross(N, t);
   float a = roughness * roughness;
@@ -298,13 +301,13 @@ void main() {
   float at = max(a * aspect, 1e-3), ab = min(a / aspect, 1.0);
   vec3 bent = normalize(mix(N, cross(cross(t, V), t), 0.7 * anisotropy * clamp(5.0 * roughness, 0.0, 1.0)));
 
-  // The studio.
+  // Reflection of the studio.
   vec3 R = reflect(-V, bent);
   vec2 ss = split_sum(roughness, nov);
   vec3 energy = f0 * ss.x + f90 * ss.y;
   float occluded = clamp(pow(nov + ao, exp2(-16.0 * roughness - 1.0)) - 1.0 + ao, 0.0, 1.0);
   float horizon = clamp(1.0 + 1.1 * dot(R, geometric), 0.0, 1.0);
-  // Light that is scattered below the surface comes out beside where it went in: relief and shadows are softer.
+  // Subsurface light leaves beside the point where it entered, so relief and shadows are softer.
   vec3 soft = normalize(mix(N, geometric, 0.6 * scatter));
   vec3 color = ambient(soft) * diffuse * ao * (1.0 - luma(energy));
   color += studio(R, roughness) * energy * occluded * horizon * horizon * mix(1.0, lit, 0.5);
@@ -315,7 +318,7 @@ void main() {
   vec3 f = f0 + (f90 - f0) * pow(1.0 - max(dot(L, H), 0.0), 5.0);
   vec3 key = 2.2 * key_color() * mix(1.0, ao, 0.4);
   if (side > 0.0 || scatter > 0.0) {
-    // It wraps round to where the light does not reach.
+    // Scattered light wraps around beyond the terminator.
     float wrap = 0.5 * scatter;
     float round_it = max(dot(soft, L) + wrap, 0.0) / ((1.0 + wrap) * (1.0 + wrap));
     color += key * round_it * mix(lit, 1.0, 0.5 * scatter) * diffuse / PI * (1.0 - f);
@@ -328,7 +331,7 @@ void main() {
     color += key * nol * lit * min(d * v * f, vec3(16.0));
   }
   color += sheen * mix(vec3(1.0), base, 0.5) * pow(1.0 - nov, 4.0) * ambient(N) * ao + emission;
-  // A coat lies level over the relief unless it has a normal of its own.
+  // A coat fills the relief and is flat unless it has a normal of its own.
   vec3 C = has(12) ? normalize(lying * leaning(textureGrad(uCoatNormal, uv, dx, dy).rgb * 2.0 - 1.0)) : geometric;
   coat_roughness = widened(coat_roughness, C);
   if (coat > 0.0) {

@@ -1,9 +1,17 @@
-// `k` is how fine the mesh is, 1 where the surface itself is moved.
-// The shapes that carry the material. A vertex: position, normal, tangent (towards +u), uv. v grows downwards, as in pictures.
+// @ts-check
+// Shapes that carry the material. A vertex: position, normal, tangent (towards +u), uv. v grows downwards, as in
+// pictures. `k` is the fineness of the mesh, 1 for displaced surfaces.
 
-// A grid of (nu + 1) × (nv + 1) vertices; `at` gives position, normal, tangent, uv for u, v in 0..1.
+// A grid of (nu + 1) × (nv + 1) vertices; `at` returns position, normal, tangent and uv for u, v in 0..1.
+/**
+ * @param {number} nu
+ * @param {number} nv
+ * @param {(u: number, v: number) => number[]} at
+ */
 function grid(nu, nv, at, flip = false) {
+  /** @type {number[]} */
   const data = [];
+  /** @type {number[]} */
   const index = [];
   for (let j = 0; j <= nv; j += 1) for (let i = 0; i <= nu; i += 1) data.push(...at(i / nu, j / nv));
   for (let j = 0; j < nv; j += 1) {
@@ -16,8 +24,11 @@ function grid(nu, nv, at, flip = false) {
   return { data, index };
 }
 
+/** @param {{ data: number[], index: number[] }[]} parts @returns {Mesh} */
 function join(parts) {
+  /** @type {number[]} */
   const data = [];
+  /** @type {number[]} */
   const index = [];
   for (const part of parts) {
     const base = data.length / 11;
@@ -29,11 +40,14 @@ function join(parts) {
 
 const { PI, sin, cos } = Math;
 
+/** @param {number} k */
 function plane(k) {
   return join([grid(Math.round(320 * k), Math.round(320 * k), (u, v) => [2 * u - 1, 1 - 2 * v, 0, 0, 0, 1, 1, 0, 0, u, v])]);
 }
 
+/** @param {number} k */
 function sphere(k) {
+  /** @param {number} u @param {number} v */
   const at = (u, v) => {
     const [t, p] = [2 * PI * (u - 0.25), PI * v];
     const n = [sin(p) * sin(t + PI / 2), cos(p), sin(p) * cos(t + PI / 2)];
@@ -42,13 +56,16 @@ function sphere(k) {
   return join([grid(Math.round(512 * k), Math.round(256 * k), at)]);
 }
 
-// Rounded rims, so that light finds an edge.
+// The rims are rounded, so that edges catch highlights.
+/** @param {number} k */
 function cylinder(k) {
   const [r, h, e] = [0.78, 0.92, 0.07];
   const around = 3;
   const perimeter = (2 * PI * r) / around;
+  /** @param {number} s */
   const profile = (s) => {
-    // From the top centre over the rim, down the side, over the lower rim to the centre: [radius, y, normal r, normal y].
+    // From the top centre over the rim, down the side, over the lower rim to the centre:
+    // [radius, y, normal r, normal y].
     const [cap, arc, side] = [r - e, (PI / 2) * e, 2 * (h - e)];
     let d = s * (2 * cap + 2 * arc + side);
     if (d < cap) return [d, h, 0, 1, d];
@@ -61,6 +78,7 @@ function cylinder(k) {
     d -= arc;
     return [r - e - d, -h, 0, -1, cap + 2 * arc + side + d];
   };
+  /** @param {number} u @param {number} s */
   const at = (u, s) => {
     const t = 2 * PI * u;
     const [radius, y, nr, ny, d] = profile(s);
@@ -69,7 +87,8 @@ function cylinder(k) {
   return join([grid(Math.round(384 * k), Math.round(320 * k), at)]);
 }
 
-// A cube with rounded edges: the faces of a cube, pulled onto a smaller one and pushed out along the normal.
+// A cube with rounded edges: each face point is clamped to a smaller cube and pushed out along the normal.
+/** @param {number} k @param {(a: number, b: number, face: number) => number[]} [place] */
 function cube(k, place = (a, b) => [(a + 1) / 2, (b + 1) / 2]) {
   const [half, round] = [0.8, 0.09];
   const axes = [
@@ -77,6 +96,7 @@ function cube(k, place = (a, b) => [(a + 1) / 2, (b + 1) / 2]) {
     [[0, 0, 1], [0, -1, 0], [-1, 0, 0]], [[1, 0, 0], [0, 0, 1], [0, 1, 0]], [[1, 0, 0], [0, 0, -1], [0, -1, 0]],
   ];
   // More vertices where the edges are round.
+  /** @param {number} s */
   const warp = (s) => { const x = 2 * s - 1; return Math.sign(x) * (1 - (1 - Math.abs(x)) ** 1.35); };
   const faces = axes.map(([x, y, z], face) => grid(Math.round(96 * k), Math.round(96 * k), (u, v) => {
     const [a, b] = [warp(u), warp(v)];
@@ -93,14 +113,19 @@ function cube(k, place = (a, b) => [(a + 1) / 2, (b + 1) / 2]) {
   return join(faces);
 }
 
-// Shapes of solids: each point of the surface has a texel of its own, as the server computes it.
+// Shapes of solids: each point of the surface has its own texel, computed by the server.
+/** @type {(make: (k: number) => Mesh) => (k: number) => Mesh} */
 const once = (make) => (k) => { const made = make(k); for (let i = 9; i < made.data.length; i += 11) made.data[i] /= 2; return made; };
+/** @type {(a: number, b: number, face: number) => number[]} */
 const inAtlas = (a, b, face) => [((face % 3) + 0.5 + 0.497 * a) / 3, (Math.floor(face / 3) + 0.5 + 0.497 * b) / 2];
 
+/** @param {number} k */
 function leg(k) {
+  /** @param {number} y */
   const radius = (y) => (0.28 + 0.1 * cos(4.2 * y) + 0.05 * cos(13 * y)) * Math.sqrt(Math.max(0, 1 - y ** 16));
+  /** @param {number} u @param {number} s */
   const at = (u, s) => {
-    // More rings of vertices near the ends, where it closes.
+    // More rings of vertices near the ends, where the surface closes.
     const v = 0.5 - 0.5 * cos(PI * s);
     const [t, y] = [2 * PI * u, 1 - 2 * v];
     const e = 1e-4;
@@ -111,7 +136,8 @@ function leg(k) {
   return join([grid(Math.round(256 * Math.max(k, 0.5)), Math.round(360 * Math.max(k, 0.5)), at)]);
 }
 
-// `span`: the length on the shape of one turn of u, in its own units; `foot`: where it touches the ground.
+// `span`: length of one turn of u in units of the shape; `foot`: height at which it touches the ground.
+/** @type {Record<string, Shape>} */
 export const SHAPES = {
   sphere: { make: sphere, foot: -1, span: PI, view: [0.5, 0.12, 3.3] },
   plane: { make: plane, span: 2, view: [-0.35, 0.3, 3.2] },

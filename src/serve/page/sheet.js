@@ -1,10 +1,12 @@
-// A sheet of variations: a parameter over its range, or several seeds; a click takes one.
+// @ts-check
+// A sheet of variations: a parameter over its range, or several seeds; a click chooses one.
 import { element, notice, short } from './dom.js';
 import { bitmap } from './net.js';
 
 const SIZE = 120;
 
 export class Sheet {
+  /** @param {HTMLElement} root @param {Page} page */
   constructor(root, page) {
     this.root = root;
     this.page = page;
@@ -23,7 +25,7 @@ export class Sheet {
     );
   }
 
-  // Those parameters that have a range, a choice, or are whole numbers such as seeds.
+  // Offers parameters that have a range or options, or are integers such as seeds.
   show() {
     const params = this.page.parameters.params.filter((p) => p.range || p.options.length || p.type === 'Integer' || p.type === 'Bool');
     const { value } = this.param;
@@ -32,8 +34,9 @@ export class Sheet {
     if (!params.length) this.note.textContent = 'The graph has no parameter with a range.';
   }
 
-  stale() { if (this.root.closest('details').open) this.show(); }
+  stale() { if (/** @type {HTMLDetailsElement} */ (this.root.closest('details')).open) this.show(); }
 
+  /** @param {Param} param @param {number} count */
   values(param, count) {
     if (param.type === 'Bool') return ['false', 'true'];
     if (param.options.length) return param.options.slice(0, count);
@@ -66,16 +69,16 @@ export class Sheet {
     for (const { value, canvas } of cells) {
       const set = [...values.set].filter(([name]) => name !== param.name);
       const wish = JSON.stringify({ preset: values.preset, set: [...set, [param.name, value]] });
-      // All with the black and the white of what is shown, so that what is deeper looks deeper.
+      // All variations use the black and white values of the shown picture, so that equal depths look equal.
       const [lo, hi] = page.shown?.range ?? [0, 1];
       const image = await bitmap('vary', { g: page.state.scene.generation, t: page.target, v: wish, lo, hi }).catch(() => null);
       if (mine !== this.turn) { image?.close(); return; }
       if (!image) continue;
       const k = SIZE / Math.max(image.width, image.height);
-      canvas.getContext('2d').drawImage(image, (SIZE - image.width * k) / 2, (SIZE - image.height * k) / 2, image.width * k, image.height * k);
+      /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d')).drawImage(image, (SIZE - image.width * k) / 2, (SIZE - image.height * k) / 2, image.width * k, image.height * k);
       canvas.dataset.drawn = value;
       image.close();
     }
-    this.grid.dataset.done = this.turn;
+    this.grid.dataset.done = String(this.turn);
   }
 }

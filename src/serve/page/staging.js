@@ -1,5 +1,6 @@
-// Where the shape stands: environment, backdrop, shadow at its foot, and the view that is kept for each graph.
-import { element, keep, setting } from './dom.js';
+// @ts-check
+// Surroundings of the shape: environment, backdrop, shadow at its foot; and the view stored for each graph.
+import { $, element, keep, setting } from './dom.js';
 import { environment } from './net.js';
 import { linked } from './shaders.js';
 
@@ -7,20 +8,25 @@ const SCENES = ['Studio', 'Overcast sky', 'Evening', 'One light', 'Own HDRI'];
 const OWN = 4;
 const BACKDROPS = ['As the page', 'Black', 'Grey', 'White', 'The environment'];
 const BEHIND = 4;
-// A plane shows its relief in light that grazes it.
+// A plane shows its relief best in grazing light.
 const GRAZING = 14;
 const USUAL = 37;
-// The most graphs whose views are kept.
+// Maximum number of graphs whose views are stored.
 const KEPT = 12;
 
 export class Staging {
+  /** @param {import('./lit.js').Lit} lit */
   constructor(lit) {
     this.lit = lit;
     this.scene = 0;
     this.backdrop = 0;
     this.shadow = true;
+    /** @type {string | null} */
     this.file = null;
+    /** @type {number | undefined} */
+    this.soon = undefined;
     this.byHand = false;
+    /** @param {string} id @param {string} text @param {string[]} options @param {(n: number) => void} set */
     const select = (id, text, options, set) => {
       const made = element('select', { id }, ...options.map((name, i) => element('option', { value: i, textContent: name })));
       made.onchange = () => { set(+made.value); this.keepSoon(); };
@@ -28,7 +34,7 @@ export class Staging {
       return made;
     };
     this.sceneBox = select('light-scene', 'Environment', SCENES, (n) => this.setScene(n));
-    // Until there is one, it cannot be chosen.
+    // Without a panorama the user's own environment cannot be chosen.
     this.sceneBox.options[OWN].hidden = this.sceneBox.options[OWN].disabled = true;
     this.backBox = select('light-backdrop', 'Backdrop', BACKDROPS, (n) => this.setBackdrop(n));
     this.shadowBox = element('input', { type: 'checkbox', id: 'light-shadow', checked: true });
@@ -41,15 +47,17 @@ export class Staging {
 
   get showsEnvironment() { return this.backdrop === BEHIND; }
 
+  /** @param {number} n */
   setScene(n) {
     this.scene = n;
-    this.sceneBox.value = n;
-    // A panorama has the sun where it is.
+    this.sceneBox.value = String(n);
+    // In a panorama the height of the sun is fixed.
     this.lit.sliders.lightHeight.row.hidden = n === OWN;
     this.lit.draw();
   }
 
-  // A panorama of the user's own takes the place of the environment: a file, or null for the last one of this run.
+  // Uses the user's own panorama as the environment: a file, or null for the last one of this run.
+  /** @param {File | null} file */
   async setOwn(file) {
     const { lit } = this;
     const bytes = await environment(file);
@@ -62,24 +70,28 @@ export class Staging {
     this.keepSoon();
   }
 
+  /** @param {number} n */
   setBackdrop(n) {
     this.backdrop = n;
-    document.getElementById('stage').dataset.backdrop = n;
+    $('stage').dataset.backdrop = String(n);
     this.lit.draw();
   }
 
-  // The height of the light is the user's once it was moved.
+  // Once the user has set the height of the light, it is kept.
+  /** @param {string} name */
   touched(name) { if (name === 'lightHeight') this.byHand = true; }
 
+  /** @param {string} shape */
   shaped(shape) {
     if (!this.byHand) this.lit.set('lightHeight', shape === 'plane' ? GRAZING : USUAL);
   }
 
-  // The view of a graph, as it was left.
+  // Restores the stored view of a graph.
+  /** @param {string} file */
   open(file) {
     if (this.file === file) return;
     this.file = file;
-    const kept = setting('views')?.find(([name]) => name === file)?.[1];
+    const kept = /** @type {[string, any][] | null} */ (setting('views'))?.find(([name]) => name === file)?.[1];
     if (!kept) return;
     const { lit } = this;
     const [shape, turn, tilt, distance, light, height, size, exposure, scene, backdrop, shadow] = kept;
@@ -100,10 +112,11 @@ export class Staging {
     clearTimeout(this.soon);
     this.soon = setTimeout(() => {
       const { lit } = this;
+      /** @param {number} v */
       const round = (v) => +v.toFixed(3);
       const { light, lightHeight, lightSize, exposure } = lit.values;
       const now = [lit.shape, ...[lit.turn, lit.tilt, lit.distance, light, lightHeight, lightSize, exposure].map(round), this.scene, this.backdrop, this.shadow];
-      keep('views', [[this.file, now], ...(setting('views') ?? []).filter(([name]) => name !== this.file)].slice(0, KEPT));
+      keep('views', [[this.file, now], ...(/** @type {[string, any][] | null} */ (setting('views')) ?? []).filter(([name]) => name !== this.file)].slice(0, KEPT));
     }, 400);
   }
 }
@@ -126,13 +139,14 @@ void main() {
 
 // The shadow where the shape touches the ground.
 export class Ground {
+  /** @param {WebGL2RenderingContext} gl @param {number[]} view @param {number} [foot] */
   paint(gl, view, foot) {
     if (foot === undefined) return;
     if (this.gl !== gl) this.prepare(gl);
-    gl.useProgram(this.program);
-    gl.uniformMatrix4fv(this.view, false, view);
-    gl.uniform1f(this.foot, foot);
-    gl.bindVertexArray(this.array);
+    gl.useProgram(this.program ?? null);
+    gl.uniformMatrix4fv(this.view ?? null, false, view);
+    gl.uniform1f(this.foot ?? null, foot);
+    gl.bindVertexArray(this.array ?? null);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
@@ -141,11 +155,13 @@ export class Ground {
     gl.disable(gl.BLEND);
   }
 
+  /** @param {WebGL2RenderingContext} gl */
   prepare(gl) {
     this.gl = gl;
-    this.program = linked(gl, VERTEX, FRAGMENT);
-    this.view = gl.getUniformLocation(this.program, 'uView');
-    this.foot = gl.getUniformLocation(this.program, 'uFoot');
+    const program = linked(gl, VERTEX, FRAGMENT);
+    this.program = program;
+    this.view = gl.getUniformLocation(program, 'uView');
+    this.foot = gl.getUniformLocation(program, 'uFoot');
     this.array = gl.createVertexArray();
     gl.bindVertexArray(this.array);
     gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());

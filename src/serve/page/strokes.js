@@ -1,9 +1,10 @@
-// Strokes on the mesh, drawn by hand: shown as ribbons, and written as `strokes` of `TangentField`.
+// @ts-check
+// Strokes drawn by hand on the mesh: shown as ribbons, and written as `strokes` of `TangentField`.
 import { cross, hit, ray, unit } from './camera.js';
 import { linked } from './shaders.js';
 
-// The mesh being 1 from its middle to its farthest point: the way between two points, half the width of a ribbon, and how
-// far it floats above the surface.
+// In units of the mesh's radius: distance between two points, half the width of a ribbon, and its height above the
+// surface.
 const STEP = 0.03;
 const HALF = 0.007;
 const LIFT = 0.006;
@@ -17,21 +18,41 @@ precision mediump float;
 out vec4 oColor;
 void main() { oColor = vec4(0.08, 0.75, 1.0, 1.0); }`;
 
+/** @typedef {Required<Pick<Shape, 'make' | 'perMm' | 'middle'>>} MeshShape */
+
 export class Strokes {
-  // `changed` is called when there is something else to draw; the elements are the button that draws, and the panel.
+  // `changed` is called when a redraw is needed; the elements are the button that starts drawing, and the panel.
+  /** @param {HTMLElement} button @param {HTMLElement} panel @param {() => void} changed */
   constructor(button, panel, changed) {
-    Object.assign(this, { button, panel, changed, strokes: [], drawing: false });
-    this.text = panel.querySelector('textarea');
+    this.button = button;
+    this.panel = panel;
+    this.changed = changed;
+    /** @type {Hit[][]} */
+    this.strokes = [];
+    this.drawing = false;
+    /** @type {MeshShape | null} */
+    this.mesh = null;
+    /** @type {MeshShape | null} */
+    this.owner = null;
+    /** @type {Hit[] | null} */
+    this.open = null;
+    this.dirty = false;
+    this.count = 0;
+    this.text = /** @type {HTMLTextAreaElement} */ (panel.querySelector('textarea'));
     button.onclick = () => this.toggle();
-    const click = (name, action) => { panel.querySelector(`[data-stroke=${name}]`).onclick = action; };
+    /** @param {string} name @param {() => void} action */
+    const click = (name, action) => { /** @type {HTMLElement} */ (panel.querySelector(`[data-stroke=${name}]`)).onclick = action; };
     click('copy', () => this.copy());
     click('undo', () => this.undo());
     click('clear', () => { this.strokes = []; this.tell(); });
     this.show(null);
   }
 
-  // The mesh that is shown, or null while another shape is. Strokes wait for their mesh; another mesh has others.
-  show(mesh) {
+  // Sets the shown mesh; null while another shape is shown. Strokes are kept until their mesh
+  // returns; a different mesh discards them.
+  /** @param {Shape | null} shape */
+  show(shape) {
+    const mesh = /** @type {MeshShape | null} */ (shape);
     if (mesh && mesh !== this.owner) [this.owner, this.strokes] = [mesh, []];
     this.mesh = mesh;
     this.button.hidden = !mesh;
@@ -45,7 +66,7 @@ export class Strokes {
   }
 
   tell() {
-    this.button.ariaPressed = this.drawing;
+    this.button.ariaPressed = String(this.drawing);
     this.panel.hidden = !this.mesh || !(this.drawing || this.strokes.length);
     this.text.value = this.ron();
     this.dirty = true;
@@ -56,7 +77,7 @@ export class Strokes {
 
   async copy() {
     this.text.select();
-    // Where the browser refuses, the text is selected.
+    // If the browser refuses, the text is selected and copied.
     try { await navigator.clipboard.writeText(this.text.value); } catch { document.execCommand('copy'); }
   }
 
@@ -64,13 +85,16 @@ export class Strokes {
   ron() {
     if (!this.mesh || !this.strokes.length) return '';
     const { middle, perMm } = this.mesh;
+    /** @param {Hit} hit */
     const mm = ({ at: [x, y, z] }) => [middle[0] + x / perMm, middle[1] - z / perMm, middle[2] + y / perMm];
     const digits = perMm > 0.02 ? 2 : 1;
+    /** @param {Hit} p */
     const point = (p) => `(${mm(p).map((c) => +c.toFixed(digits)).join(', ')})`;
     return `strokes: [\n${this.strokes.map((stroke) => `  [${stroke.map(point).join(', ')}],\n`).join('')}],`;
   }
 
-  // A drag: whether it draws. `place` is on the picture, whose corners are ±1, y up.
+  // Begins a drag; returns whether it draws. `place` is in the picture, whose corners are ±1, y up.
+  /** @param {Vec3} eye @param {number} aspect @param {Vec2} place */
   begin(eye, aspect, place) {
     if (!this.drawing) return false;
     const found = this.pick(eye, aspect, place);
@@ -78,10 +102,11 @@ export class Strokes {
     return !!found;
   }
 
+  /** @param {Vec3} eye @param {number} aspect @param {Vec2} place */
   move(eye, aspect, place) {
     const found = this.open && this.pick(eye, aspect, place);
-    if (!found) return;
-    const last = this.open.at(-1).at;
+    if (!found || !this.open) return;
+    const last = this.open[this.open.length - 1].at;
     if (Math.hypot(...found.at.map((c, k) => c - last[k])) < STEP) return;
     this.open.push(found);
     if (this.open.length === 2) this.strokes.push(this.open);
@@ -90,11 +115,14 @@ export class Strokes {
 
   end() { this.open = null; }
 
-  pick(eye, aspect, place) { return hit(this.mesh.make(1), eye, ray(eye, aspect, place)); }
+  /** @param {Vec3} eye @param {number} aspect @param {Vec2} place */
+  pick(eye, aspect, place) { return hit(/** @type {MeshShape} */ (this.mesh).make(1), eye, ray(eye, aspect, place)); }
 
-  // A ribbon a stroke, with an arrow at its end.
+  // One ribbon per stroke, with an arrow at its end.
   ribbons() {
+    /** @type {number[]} */
     const out = [];
+    /** @type {(p: Hit, side: Vec3, by: number, along?: number[]) => number[]} */
     const at = (p, side, by, along = [0, 0, 0]) => p.at.map((c, k) => c + p.normal[k] * LIFT + side[k] * by + along[k]);
     for (const stroke of this.strokes) {
       const sides = stroke.map((p, n) => {
@@ -106,22 +134,23 @@ export class Strokes {
         const [l, r, m, s] = [at(a, sides[n - 1], -HALF), at(a, sides[n - 1], HALF), at(b, sides[n], -HALF), at(b, sides[n], HALF)];
         out.push(...l, ...r, ...m, ...m, ...r, ...s);
       }
-      const [tip, side] = [stroke.at(-1), sides.at(-1)];
+      const [tip, side] = [stroke[stroke.length - 1], sides[sides.length - 1]];
       const ahead = cross(tip.normal, side).map((c) => c * 6 * HALF);
       out.push(...at(tip, side, -3 * HALF), ...at(tip, side, 3 * HALF), ...at(tip, side, 0, ahead));
     }
     return new Float32Array(out);
   }
 
+  /** @param {WebGL2RenderingContext} gl @param {number[]} view */
   paint(gl, view) {
     if (!this.mesh || !this.strokes.length) return;
     if (this.gl !== gl) this.prepare(gl);
-    gl.useProgram(this.program);
-    gl.uniformMatrix4fv(this.view, false, view);
-    gl.bindVertexArray(this.array);
+    gl.useProgram(this.program ?? null);
+    gl.uniformMatrix4fv(this.view ?? null, false, view);
+    gl.bindVertexArray(this.array ?? null);
     if (this.dirty) {
       const data = this.ribbons();
-      gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer);
+      gl.bindBuffer(gl.ARRAY_BUFFER, this.buffer ?? null);
       gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
       this.count = data.length / 3;
       this.dirty = false;
@@ -129,10 +158,12 @@ export class Strokes {
     gl.drawArrays(gl.TRIANGLES, 0, this.count);
   }
 
+  /** @param {WebGL2RenderingContext} gl */
   prepare(gl) {
     this.gl = gl;
-    this.program = linked(gl, VERTEX, FRAGMENT);
-    this.view = gl.getUniformLocation(this.program, 'uView');
+    const program = linked(gl, VERTEX, FRAGMENT);
+    this.program = program;
+    this.view = gl.getUniformLocation(program, 'uView');
     this.array = gl.createVertexArray();
     this.buffer = gl.createBuffer();
     gl.bindVertexArray(this.array);

@@ -1,12 +1,19 @@
-// How values become colours on the screen: black and white point, exposure, false colour, contour lines.
+// @ts-check
+// Maps values to colours on the screen: black and white point, exposure, false colour, contour lines.
+/** @type {Tone} */
 const OWN = { range: null, exposure: 0, heat: false, contours: 0 };
 
+/** @type {() => Tone} */
 export const neutral = () => ({ ...OWN });
+/** @type {(tone: Tone) => boolean} */
 export const isNeutral = (tone) => !tone.range && !tone.exposure && !tone.heat && !tone.contours;
 
-// The colours of Turbo, by a polynomial (Mikhailov, 2019).
+// Turbo colour map as a polynomial (Mikhailov, 2019).
+/** @param {number} x */
 function turbo(x) {
+  /** @param {number[]} a */
   const p = (a) => a.reduceRight((sum, c) => sum * x + c, 0);
+  /** @param {number} v */
   const byte = (v) => Math.min(255, Math.max(0, Math.round(v * 255)));
   return [
     byte(p([0.13572138, 4.6153926, -42.66032258, 132.13108234, -152.94239396, 59.28637943])),
@@ -21,14 +28,15 @@ const toLinear = Float32Array.from({ length: 256 }, (_, i) => { const v = i / 25
 const CODES = 4096;
 const toCode = Uint8ClampedArray.from({ length: CODES + 1 }, (_, i) => { const v = i / CODES; return 255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055); });
 
-// The values of a picture: exact ones if they are there, else those that its codes stand for.
+// Values of a picture: exact ones if available, else decoded from its pixels.
+/** @param {Source} source @returns {PictureValues} */
 export function values(source) {
   if (source.samples) return source.samples;
   if (source.decoded) return source.decoded;
   const { image, range, type } = source;
   const { width, height } = image;
   const canvas = new OffscreenCanvas(width, height);
-  const c = canvas.getContext('2d', { willReadFrequently: true });
+  const c = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext('2d', { willReadFrequently: true }));
   c.drawImage(image, 0, 0);
   const bytes = c.getImageData(0, 0, width, height).data;
   const channels = type === 'Gray' ? 1 : 3;
@@ -41,14 +49,15 @@ export function values(source) {
   return source.decoded;
 }
 
-// A picture of a source in another tone.
+// Draws the picture of a source with another tone.
+/** @param {Source} source @param {Tone} tone @returns {OffscreenCanvas} */
 export function toned(source, tone) {
   const key = JSON.stringify(tone) + !!source.samples;
-  if (source.tonedKey === key) return source.toned;
+  if (source.tonedKey === key) return /** @type {OffscreenCanvas} */ (source.toned);
   const from = values(source);
   const { width, height, channels, data } = from;
   const canvas = new OffscreenCanvas(width, height);
-  const c = canvas.getContext('2d');
+  const c = /** @type {OffscreenCanvasRenderingContext2D} */ (canvas.getContext('2d'));
   const out = c.createImageData(width, height);
   const [lo, hi] = tone.range ?? source.range ?? [0, 1];
   const gain = 2 ** tone.exposure / Math.max(hi - lo, 1e-30);
@@ -78,7 +87,8 @@ export function toned(source, tone) {
   return canvas;
 }
 
-// Lines where a height passes a multiple of a step.
+// Contour lines where a height crosses a multiple of `step`.
+/** @param {Float32Array} data @param {number} width @param {number} height @param {number} step @param {Uint8ClampedArray} pixels @param {boolean} heat */
 function contours(data, width, height, step, pixels, heat) {
   for (let y = 0; y < height; y += 1) {
     for (let x = 0; x < width; x += 1) {
@@ -93,7 +103,8 @@ function contours(data, width, height, step, pixels, heat) {
   }
 }
 
-// The least and greatest value, the mean, and how many values fall into each of `count` bins, by channel.
+// Minimum, maximum, mean, and the number of values in each of `count` bins, by channel.
+/** @param {Source} source @param {Vec2} range */
 export function histogram(source, [lo, hi], count = 128) {
   const { channels, data } = values(source);
   const shown = Math.min(channels, 3);
@@ -114,9 +125,11 @@ export function histogram(source, [lo, hi], count = 128) {
   return { bins, least, greatest, mean: n ? sum / n : 0 };
 }
 
-// The values along a line between two places, in shares of the picture.
+// Values along a line between two positions, in shares of the picture.
+/** @param {Source} source @param {Vec2} from @param {Vec2} to @param {number} count */
 export function profile(source, [x0, y0], [x1, y1], count) {
   const { width, height, channels, data } = values(source);
+  /** @param {number} v @param {number} n */
   const wrap = (v, n) => ((v % n) + n) % n;
   return Array.from({ length: count }, (_, i) => {
     const t = i / (count - 1);
@@ -126,11 +139,13 @@ export function profile(source, [x0, y0], [x1, y1], count) {
   });
 }
 
-// The value at a place, in shares of the picture.
+// Value at a position, in shares of the picture.
+/** @param {Source} source @param {Vec2} place */
 export function valueAt(source, [x, y]) { return profile(source, [x, y], [x, y], 2)[0]; }
 
-// How far two pictures differ, over all channels: on average, by root mean square, and at most. A smaller one is read at the
-// places of the larger one; what is no number on one side counts as the greatest difference.
+// Difference of two pictures over all channels: mean, root mean square and maximum. A smaller picture is sampled at the
+// positions of the larger one. A value that is NaN in only one picture counts as the greatest difference.
+/** @param {Source} first @param {Source} second */
 export function difference(first, second) {
   const [a, b] = [values(first), values(second)].sort((p, q) => q.width * q.height - p.width * p.height);
   const shown = Math.min(a.channels, b.channels, 3);

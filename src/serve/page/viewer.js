@@ -1,28 +1,32 @@
-// The material in light on a page of its own, as it is shared: no server, no other file.
+// @ts-check
+// Standalone viewer of a shared material: no server, no other file.
 import { camera } from './camera.js';
 import { Behind, illuminate, panorama } from './environment.js';
 import { FRAGMENT, VERTEX, linked } from './shaders.js';
 import { SHAPES } from './shapes.js';
 import { SLOTS, bind, texture } from './textures.js';
 
-// Milliseconds that a picture may take while something moves, and when all is still.
+// Time budget of a picture in ms, while something moves and at rest.
 const [MOVING, RESTING] = [40, 700];
 
-// Bytes that came along: see share.js.
+// Decodes embedded bytes: see share.js.
+/** @type {(text: string) => Promise<ArrayBuffer>} */
 const bytes = (text) => new Response(new Blob([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))]).stream().pipeThrough(new DecompressionStream('deflate'))).arrayBuffer();
 
-// A mesh that came along.
+// Decodes an embedded mesh.
+/** @param {NonNullable<Shared['mesh']>} mesh @returns {Promise<Omit<Shape, 'view'>>} */
 async function carried({ data, index, perMm, span }) {
   const made = { data: new Float32Array(await bytes(data)), index: new Uint32Array(await bytes(index)) };
-  return { make: () => made, perMm, span };
+  return { make: () => made, perMm: perMm ?? undefined, span: span ?? undefined };
 }
 
-// The samples of a picture that came along.
+// Decodes the samples of an embedded picture.
+/** @param {Shared['maps'][string]} picture @returns {Promise<Samples>} */
 async function decoded({ image: src, range, scale }) {
   const image = Object.assign(new Image(), { src });
   await image.decode();
   const { width, height } = image;
-  const sheet = new OffscreenCanvas(width, height).getContext('2d');
+  const sheet = /** @type {OffscreenCanvasRenderingContext2D} */ (new OffscreenCanvas(width, height).getContext('2d'));
   sheet.drawImage(image, 0, 0);
   const { data } = sheet.getImageData(0, 0, width, height);
   if (!range) return { width, height, form: 'rgba8', scale, data: data.buffer };
@@ -32,7 +36,8 @@ async function decoded({ image: src, range, scale }) {
   return { width, height, form: 'r32f', data: values.buffer };
 }
 
-// `shared` is what share.js has put together.
+// `shared` is the data written by share.js.
+/** @param {HTMLCanvasElement} canvas @param {Shared} shared */
 export async function view(canvas, shared) {
   const gl = canvas.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true });
   if (!gl) { document.body.append('This browser has no WebGL 2.'); return; }
@@ -40,15 +45,18 @@ export async function view(canvas, shared) {
   const program = linked(gl, VERTEX, FRAGMENT);
   gl.useProgram(program);
   gl.enable(gl.DEPTH_TEST);
+  /** @type {Record<string, WebGLUniformLocation | null>} */
   const places = {};
+  /** @type {Uniforms} */
   const at = (name) => (places[name] ??= gl.getUniformLocation(program, name));
   const found = Object.fromEntries(await Promise.all(Object.entries(shared.maps).map(async ([channel, map]) => [channel, await decoded(map)])));
   const slots = Object.keys(SLOTS).filter((slot) => SLOTS[slot].some((channel) => found[channel]));
   const maps = Object.fromEntries(slots.map((slot) => [slot, texture({ gl, mipHalf: half }, slot, found)]));
+  /** @type {Omit<Shape, 'view'>} */
   const shape = shared.mesh ? await carried(shared.mesh) : SHAPES[shared.shape];
   const own = shared.own ? panorama(gl, await bytes(shared.own)) : null;
   const behind = new Behind();
-  // A mesh of the graph wears its textures once, and so does what is cut out of a solid.
+  // A mesh of the graph shows its textures once, without repeats; so does a shape cut from a solid.
   const perMm = shape.perMm ?? (shape.solid ? 2 / Math.max(...shared.mm) : null);
   const repeat = perMm ? 1 : shared.values.repeat;
   const moved = shared.relief === 'displacement' && !!shared.maps.height;
@@ -67,8 +75,13 @@ export async function view(canvas, shared) {
   const v = shared.values;
   const eye = { turn: shared.turn, tilt: shared.tilt, distance: shared.distance };
   let { light } = v;
-  // Without a graphics card it is drawn coarsely while it moves, and finer when it rests. The first picture tells nothing of that.
-  let [cost, drawn, resting] = [null, 0, null];
+  // Without a graphics card it is drawn coarsely while it moves, and finely at rest. The first picture is not measured.
+  /** @type {number | null} */
+  let cost = null;
+  let drawn = 0;
+  /** @type {number | undefined} */
+  let resting;
+  /** @param {number} budget */
   const paint = (budget) => {
     const full = Math.min(devicePixelRatio || 1, 2);
     const pixels = canvas.clientWidth * canvas.clientHeight * full * full;
@@ -80,7 +93,8 @@ export async function view(canvas, shared) {
     gl.clearColor(...shared.back, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const flat = Math.cos(eye.tilt);
-    const from = [Math.sin(eye.turn) * flat, Math.sin(eye.tilt), Math.cos(eye.turn) * flat].map((c) => c * eye.distance);
+    const from = /** @type {Vec3} */ ([Math.sin(eye.turn) * flat, Math.sin(eye.tilt), Math.cos(eye.turn) * flat].map((c) => c * eye.distance));
+    /** @type {Lighting} */
     const lighting = { scene: shared.scene, own, turn: light, key: [v.lightHeight, v.lightSize], exposure: v.exposure };
     if (shared.behind) behind.paint(gl, from, canvas.width / canvas.height, lighting);
     gl.useProgram(program);
@@ -89,7 +103,7 @@ export async function view(canvas, shared) {
     gl.uniformMatrix4fv(at('uView'), false, camera(from, canvas.width / canvas.height));
     gl.uniform3fv(at('uEye'), from);
     gl.uniform2f(at('uRepeat'), repeat, perMm ? 1 : (repeat * shared.mm[0]) / shared.mm[1]);
-    gl.uniform1f(at('uDisplace'), moved ? (perMm || shape.span / repeat / shared.mm[0]) * v.relief : 0);
+    gl.uniform1f(at('uDisplace'), moved ? (perMm || (shape.span ?? 0) / repeat / shared.mm[0]) * v.relief : 0);
     gl.uniform2fv(at('uHeights'), shared.maps.height?.range ?? [0, 0]);
     gl.uniform1f(at('uUvPerMm'), 1 / shared.mm[0]);
     gl.uniform2f(at('uAspect'), 1, shared.mm[0] / shared.mm[1]);
@@ -103,13 +117,15 @@ export async function view(canvas, shared) {
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
     drawn += 1;
     if (drawn > 1) cost = (performance.now() - began) / (canvas.width * canvas.height);
-    canvas.dataset.drawn = drawn;
+    canvas.dataset.drawn = String(drawn);
     clearTimeout(resting);
     if (budget < RESTING) resting = setTimeout(() => draw(drawn > 1 ? RESTING : MOVING), drawn > 1 ? 220 : 0);
   };
   let queued = false;
   const draw = (budget = MOVING) => { if (!queued) { queued = true; requestAnimationFrame(() => { queued = false; paint(budget); }); } };
+  /** @param {number} dx @param {number} dy */
   const turn = (dx, dy) => { eye.turn -= dx; eye.tilt = Math.min(1.5, Math.max(-1.5, eye.tilt + dy)); draw(); };
+  /** @param {number} by */
   const zoom = (by) => { eye.distance = Math.min(12, Math.max(1.25, eye.distance * by)); draw(); };
   canvas.onpointerdown = (e) => canvas.setPointerCapture(e.pointerId);
   canvas.onpointermove = (e) => {
@@ -118,7 +134,7 @@ export async function view(canvas, shared) {
   };
   canvas.addEventListener('wheel', (e) => { e.preventDefault(); zoom(Math.exp(e.deltaY * 0.0012)); }, { passive: false });
   canvas.onkeydown = (e) => {
-    const by = { ArrowLeft: [0.12, 0], ArrowRight: [-0.12, 0], ArrowUp: [0, 0.12], ArrowDown: [0, -0.12] }[e.key];
+    const by = /** @type {Record<string, Vec2>} */ ({ ArrowLeft: [0.12, 0], ArrowRight: [-0.12, 0], ArrowUp: [0, 0.12], ArrowDown: [0, -0.12] })[e.key];
     if (by) turn(...by); else if (e.key === '+') zoom(0.85); else if (e.key === '-') zoom(1.18);
   };
   new ResizeObserver(() => draw()).observe(canvas);

@@ -1,12 +1,15 @@
-// The triangles of the graph's mesh over the picture, as its atlas lays them out.
+// @ts-check
+// Draws the triangles of the graph's mesh over the picture, as its atlas lays them out.
 import { latest, mesh } from './net.js';
 
-// Of larger meshes only the borders of the charts are drawn.
+// For meshes with more triangles, only the chart borders are drawn.
 const MOST = 60_000;
 
-// The lines between the corners of triangles, in shares of the picture.
+// Lines between the corners of triangles, in shares of the picture.
+/** @param {Mesh} mesh */
 export function lines({ data, index }) {
   const path = new Path2D();
+  /** @type {(n: number) => Vec2} */
   const at = (n) => [data[11 * n + 9], data[11 * n + 10]];
   const sides = new Map();
   for (let n = 0; n < index.length; n += 3) {
@@ -25,8 +28,18 @@ export function lines({ data, index }) {
 }
 
 export class Wire {
+  /** @param {HTMLElement} button @param {import('./picture.js').Picture} picture */
   constructor(button, picture) {
-    Object.assign(this, { button, picture, on: false, id: null });
+    this.button = button;
+    this.picture = picture;
+    this.on = false;
+    /** @type {string | null} */
+    this.id = null;
+    this.generation = -1;
+    /** @type {Path2D | null} */
+    this.path = null;
+    /** @type {string | null} */
+    this.of = null;
     button.onclick = () => { this.on = !this.on; this.tell(); };
     this.fetch = latest(async () => {
       const { id, generation } = this;
@@ -35,7 +48,8 @@ export class Wire {
     });
   }
 
-  // The graph is another one.
+  // Handles a new graph.
+  /** @param {Scene} scene */
   follow(scene) {
     [this.id, this.generation] = [scene.mesh ?? null, scene.generation];
     this.button.hidden = !this.id;

@@ -1,4 +1,4 @@
-//! A client of the language server: it talks with the real process.
+//! A client of the language server, which talks to the real process.
 #![allow(dead_code, clippy::unwrap_used, reason = "each test program uses a part of it; tests fail by panicking")]
 use serde_json::{Value as Json, json};
 use std::collections::VecDeque;
@@ -8,10 +8,10 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-/// How long an answer may take on a busy machine.
+/// The longest time for an answer on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// A server process, and what it said that nobody has asked for yet.
+/// A server process, and its messages that no test has read yet.
 pub(crate) struct Client {
     child: Child,
     stdin: Option<ChildStdin>,
@@ -21,13 +21,13 @@ pub(crate) struct Client {
     pub(crate) capabilities: Json,
 }
 
-/// The address of a file.
+/// The URI of a file.
 pub(crate) fn uri(path: &Path) -> String {
     format!("file://{}", path.display())
 }
 
 impl Client {
-    /// A server for a folder. `encodings` are offered, if there are any.
+    /// Starts a server for a folder and offers `encodings`, if any.
     pub(crate) fn start(root: &Path, encodings: &[&str]) -> Self {
         Self::with(root, encodings, &json!({}))
     }
@@ -84,7 +84,7 @@ impl Client {
         stdin.flush().unwrap();
     }
 
-    /// Sends bytes as they are.
+    /// Sends bytes without a header.
     pub(crate) fn raw(&mut self, bytes: &[u8]) {
         let stdin = self.stdin.as_mut().unwrap();
         stdin.write_all(bytes).unwrap();
@@ -96,7 +96,7 @@ impl Client {
         self.write(&json!({ "jsonrpc": "2.0", "method": method, "params": params }));
     }
 
-    /// Sends a request without waiting for the answer; gives its number.
+    /// Sends a request without waiting for the answer, and gives its id.
     pub(crate) fn send(&mut self, method: &str, params: &Json) -> i64 {
         self.next += 1;
         let id = self.next;
@@ -122,7 +122,7 @@ impl Client {
         answer["result"].clone()
     }
 
-    /// The first message that is wanted; others are kept.
+    /// The first message that satisfies `wanted`; others are kept.
     pub(crate) fn wait(&mut self, wanted: impl Fn(&Json) -> bool) -> Json {
         if let Some(at) = self.waiting.iter().position(&wanted) {
             return self.waiting.remove(at).unwrap();
@@ -136,7 +136,7 @@ impl Client {
         }
     }
 
-    /// A message of that method, if one comes in time.
+    /// The next message with this method, if it arrives in time.
     pub(crate) fn heard(&mut self, method: &str, within: Duration) -> Option<Json> {
         let end = std::time::Instant::now() + within;
         while let Ok(message) = self.told.recv_timeout(end.saturating_duration_since(std::time::Instant::now())) {
@@ -161,7 +161,7 @@ impl Client {
         self.tell("textDocument/didChange", &params);
     }
 
-    /// What the server tells of a version of a text.
+    /// Diagnostics of a version of a text.
     pub(crate) fn diagnostics(&mut self, path: &Path, version: i64) -> Vec<Json> {
         let uri = uri(path);
         let message = self.wait(|message| {
@@ -172,7 +172,7 @@ impl Client {
         message["params"]["diagnostics"].as_array().unwrap().clone()
     }
 
-    /// A request about a place.
+    /// A request at a position.
     pub(crate) fn at(&mut self, method: &str, path: &Path, (line, character): (usize, usize)) -> Json {
         let position = json!({ "line": line, "character": character });
         let mut params = json!({ "textDocument": { "uri": uri(path) }, "position": position });
@@ -182,7 +182,7 @@ impl Client {
         self.result(method, &params)
     }
 
-    /// Ends the server in good order.
+    /// Shuts the server down properly.
     pub(crate) fn stop(mut self) {
         assert_eq!(self.result("shutdown", &Json::Null), Json::Null);
         self.tell("exit", &Json::Null);
@@ -217,7 +217,7 @@ fn read(stdout: &mut impl BufRead) -> Option<Json> {
     serde_json::from_slice(&body).ok()
 }
 
-/// The place of the `|` in a text as line and character (in UTF-16), and the text without it.
+/// Line and character (in UTF-16) of the `|` in a text, and the text without it.
 pub(crate) fn cursor(text: &str) -> ((usize, usize), String) {
     let at = text.find('|').expect("a cursor");
     let before = &text[..at];

@@ -1,4 +1,4 @@
-//! A real browser without a screen, driven by its DevTools protocol.
+//! A real headless browser, driven by its DevTools protocol.
 use super::PATIENCE;
 use serde_json::{Value as Json, json};
 use std::io::{BufRead, BufReader};
@@ -9,29 +9,29 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 use tungstenite::{Message, WebSocket};
 
-/// The browsers that will do.
+/// Supported browsers.
 const NAMES: [&str; 4] = ["chromium", "chromium-browser", "google-chrome", "chrome"];
 
-/// A profile of its own in the one browser that all tests share: starting one takes longer than most tests do.
+/// A profile in the one browser shared by all tests: starting a browser takes longer than most tests.
 pub(crate) struct Browser {
     shared: &'static Shared,
-    /// What the protocol calls the profile.
+    /// The profile's identifier in the protocol.
     pub(crate) context: String,
 }
 
-/// The browser that runs. It ends with this process, whatever ends that: then its pipe is closed.
+/// The running browser. It ends when this process ends in any way, because its pipe is then closed.
 struct Shared {
     port: u16,
     control: Mutex<Page>,
-    /// Ends when its input is closed, as it is when this process ends.
+    /// Ends when its input is closed, that is, with this process.
     _child: Child,
 }
 
-/// A page of it.
+/// A page of the browser.
 pub(crate) struct Page {
     socket: WebSocket<TcpStream>,
     next: u64,
-    /// What the page complained of.
+    /// Errors and warnings of the page's console.
     pub(crate) complaints: Vec<String>,
 }
 
@@ -44,7 +44,7 @@ fn find() -> PathBuf {
 impl Shared {
     fn start() -> Self {
         let profile = tempfile::tempdir().unwrap().keep();
-        // The browser ends when what it takes for its third file does; its profile is removed then.
+        // The browser ends when the pipe at its third file descriptor closes; then its profile is removed.
         let mut child = Command::new("sh")
             .args([
                 "-c",
@@ -66,7 +66,7 @@ impl Shared {
         let address = lines.find_map(|line| Some(line.split_once("ws://127.0.0.1:")?.1.to_owned())).expect("a port");
         let (port, path) = address.split_once('/').unwrap();
         let port = port.parse().unwrap();
-        // What it writes later is read, so that it never waits for it.
+        // Keeps reading stderr, so that the browser never blocks on it.
         std::thread::spawn(move || lines.for_each(drop));
         Self { port, control: Mutex::new(Page::connect(port, path)), _child: child }
     }
@@ -84,7 +84,7 @@ impl Browser {
         Self { shared, context: context["browserContextId"].as_str().unwrap().to_owned() }
     }
 
-    /// A new page that shows `url`, in a window of its own: what is hidden behind another draws nothing.
+    /// Opens `url` in a window of its own, because hidden tabs draw nothing.
     pub(crate) fn open(&self, url: &str) -> Page {
         let wanted = json!({ "url": "about:blank", "browserContextId": self.context, "newWindow": true });
         let target = self.shared.call("Target.createTarget", wanted);
@@ -101,7 +101,7 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // A test that failed may have left the connection in disorder: then the browser ends with the process.
+        // A failed test may have left the connection in a bad state: then the browser ends with the process.
         if !std::thread::panicking() {
             self.shared.call("Target.disposeBrowserContext", json!({ "browserContextId": self.context }));
         }
@@ -194,20 +194,20 @@ impl Page {
         self.call("Input.dispatchKeyEvent", event);
     }
 
-    /// Waits until what has changed is painted.
+    /// Waits until changes are painted.
     pub(crate) fn painted(&mut self) {
         self.eval(
             "new Promise(done => { requestAnimationFrame(() => requestAnimationFrame(done)); setTimeout(done, 500); })",
         );
     }
 
-    /// The size of the window in CSS pixels, and how many pixels of the screen each has.
+    /// Sets the size of the window in CSS pixels, and the number of screen pixels for each.
     pub(crate) fn size(&mut self, width: u32, height: u32, scale: f64) {
         let metrics = json!({ "width": width, "height": height, "deviceScaleFactor": scale, "mobile": false });
         self.call("Emulation.setDeviceMetricsOverride", metrics);
     }
 
-    /// Moves the mouse there.
+    /// Sends a mouse event at a point.
     pub(crate) fn mouse(&mut self, kind: &str, x: f64, y: f64) {
         let button = if kind == "mouseMoved" { "none" } else { "left" };
         self.call(
@@ -216,7 +216,7 @@ impl Page {
         );
     }
 
-    /// A picture of the page, as RGB by rows, with its width.
+    /// A screenshot of the page as RGB by rows, and its width.
     pub(crate) fn screenshot(&mut self) -> (Vec<[u8; 3]>, u32) {
         let data = self.call("Page.captureScreenshot", json!({ "format": "png" }));
         let png = base64(data["data"].as_str().unwrap());

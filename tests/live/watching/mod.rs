@@ -1,4 +1,4 @@
-//! `shibo watch` as a process under test: what it logs, what it serves.
+//! `shibo watch` as a process under test: its log and its server.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 pub(crate) mod browser;
@@ -11,10 +11,10 @@ use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// How long anything may take before a test gives up: the machine may be busy.
+/// The longest time a test waits before it fails: the machine may be busy.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A graph of one grey output of 64² that is as bright as `value`.
+/// A graph with one grey output of 64², whose brightness is `value`.
 pub(crate) fn plain(value: f64) -> String {
     format!(
         "(\n  version: 1,\n  canvas: (size_mm: 8, resolution: 64),\n  params: {{ \"low\": Number(default: 0.0, range: (0, 1), doc: \"The darkest\") }},\n  \
@@ -23,7 +23,7 @@ pub(crate) fn plain(value: f64) -> String {
     )
 }
 
-/// The name of a content.
+/// The SHA-256 of a content.
 pub(crate) fn sha256(text: &[u8]) -> String {
     use sha2::{Digest, Sha256};
     Sha256::digest(text).iter().map(|byte| format!("{byte:02x}")).collect()
@@ -49,7 +49,7 @@ impl Watch {
         Self::run(Command::new(env!("CARGO_BIN_EXE_shibo")), graph, args)
     }
 
-    /// The same as somebody who may not read everything, if that is possible here.
+    /// Starts it as a user without permission to read everything, if that is possible here.
     pub(crate) fn start_as_nobody(graph: &Path, args: &[&str]) -> Option<Self> {
         let nobody = || {
             let mut command = Command::new("setpriv");
@@ -91,7 +91,7 @@ impl Watch {
         watch
     }
 
-    /// The next event that `wanted` takes; those before it are passed over.
+    /// The next event that satisfies `wanted`; earlier ones are dropped.
     pub(crate) fn wait_for(&self, wanted: impl Fn(&Json) -> bool) -> Logged {
         let end = Instant::now() + PATIENCE;
         let mut passed = Vec::new();
@@ -104,19 +104,19 @@ impl Watch {
         }
     }
 
-    /// Waits until a picture of the file as it is now is final.
+    /// Waits until the final picture of this content is shown.
     pub(crate) fn wait_shown(&self, text: &[u8]) -> Logged {
         let sha = sha256(text);
         self.wait_for(|e| e["event"] == "shown" && e["sha256"] == *sha && e["final"] == true)
     }
 
-    /// Waits until the errors of the file as it is now are told.
+    /// Waits until the errors of this content are reported.
     pub(crate) fn wait_error(&self, text: &[u8]) -> Logged {
         let sha = sha256(text);
         self.wait_for(|e| e["event"] == "error" && e["sha256"] == *sha)
     }
 
-    /// All events of the next `time`.
+    /// All events within the next `time`.
     pub(crate) fn during(&self, time: Duration) -> Vec<Json> {
         let end = Instant::now() + time;
         let mut events = Vec::new();
@@ -140,7 +140,7 @@ impl Watch {
     pub(crate) fn raw(&self, request: &[u8]) -> Vec<u8> {
         let mut stream = TcpStream::connect(("127.0.0.1", self.address().0)).unwrap();
         stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        // The server may have said no before all was sent.
+        // The server may have answered before all was sent.
         let _ = stream.write_all(request);
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
@@ -154,7 +154,7 @@ impl Watch {
         split(&self.raw(request.as_bytes()))
     }
 
-    /// What the page is told to begin with.
+    /// The initial state of the page.
     pub(crate) fn state(&self) -> Json {
         serde_json::from_slice(&self.get("state").1).unwrap()
     }
@@ -186,7 +186,7 @@ impl Watch {
         std::fs::read_dir(format!("/proc/{}/fd", self.pid)).unwrap().count()
     }
 
-    /// Whether it still runs.
+    /// True while the process runs.
     pub(crate) fn is_alive(&mut self) -> bool {
         self.child.try_wait().unwrap().is_none()
     }
@@ -199,7 +199,7 @@ impl Drop for Watch {
     }
 }
 
-/// Status and body of an answer; the body of one in chunks is put together.
+/// Status and body of an answer; a chunked body is joined.
 pub(crate) fn split(answer: &[u8]) -> (u16, Vec<u8>) {
     let end = answer.windows(4).position(|w| w == b"\r\n\r\n").map_or(answer.len(), |at| at + 4);
     let head = String::from_utf8_lossy(&answer[..end]).to_lowercase();
@@ -221,11 +221,11 @@ pub(crate) fn split(answer: &[u8]) -> (u16, Vec<u8>) {
     (status, body)
 }
 
-/// Waits for a file that a browser loads into `folder`: its path.
+/// Path of a file that a browser downloads into `folder`, once it is complete.
 pub(crate) fn downloaded(folder: &Path, name: &str) -> PathBuf {
     let path = folder.join(name);
     let end = Instant::now() + PATIENCE;
-    // Its name is taken by an empty file until it is complete.
+    // An empty file reserves the name until the download is complete.
     while !path.metadata().is_ok_and(|file| file.is_file() && file.len() > 0) {
         assert!(Instant::now() < end, "{name} is not downloaded");
         std::thread::sleep(Duration::from_millis(30));
@@ -233,7 +233,7 @@ pub(crate) fn downloaded(folder: &Path, name: &str) -> PathBuf {
     path
 }
 
-/// A folder with a graph file in it.
+/// A temporary folder with a graph file.
 pub(crate) struct Place {
     pub(crate) dir: tempfile::TempDir,
     pub(crate) graph: PathBuf,

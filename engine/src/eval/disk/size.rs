@@ -1,21 +1,21 @@
-//! How much the cache on disk holds, and what goes when that is too much.
+//! Size of the cache on disk, and removal of old entries when it exceeds the bound.
 use super::{DiskCache, folder};
 use crate::picture::remove_stale_temporaries;
 use std::fs;
 use std::path::PathBuf;
 use std::time::SystemTime;
 
-/// How much a cache holds.
+/// Size of a cache.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DiskUse {
     /// Entries.
     pub entries: u64,
-    /// Bytes.
+    /// Size of all entries in bytes.
     pub bytes: u64,
 }
 
 impl DiskCache {
-    /// The entries: in a folder with the marker, files that have the names of entries. Links are none.
+    /// The entries of a marked folder: files with names of entries, with time and size. Links do not count.
     fn entries(&self) -> Vec<(SystemTime, u64, PathBuf)> {
         let mut entries = Vec::new();
         if !folder::is_marked(&self.dir) {
@@ -27,7 +27,7 @@ impl DiskCache {
                 let name = entry.file_name();
                 let Some(name) = name.to_str() else { continue };
                 temporary |= name.starts_with('.');
-                // The data of the entry itself, not of the target of a link.
+                // Metadata of the entry itself, not of a link's target.
                 let file = entry.metadata().ok().filter(|meta| meta.is_file() && folder::is_entry(name));
                 let Some(meta) = file else { continue };
                 let time = meta.modified().unwrap_or(SystemTime::UNIX_EPOCH);
@@ -40,13 +40,13 @@ impl DiskCache {
         entries
     }
 
-    /// How much it holds.
+    /// Counts the entries and their bytes.
     pub fn usage(&self) -> DiskUse {
         let entries = self.entries();
         DiskUse { entries: entries.len() as u64, bytes: entries.iter().map(|e| e.1).sum() }
     }
 
-    /// Removes what has not been used for longest until no more than `bound` bytes are left.
+    /// Removes the least recently used entries until at most `bound` bytes are left.
     pub(super) fn trim_to(&self, bound: u64) {
         let mut entries = self.entries();
         let mut total: u64 = entries.iter().map(|e| e.1).sum();
@@ -54,7 +54,7 @@ impl DiskCache {
             return;
         }
         entries.sort();
-        // Some more than needed, so that it is not done again after the next entry.
+        // Trim to 90 % of the bound, so that the next entry does not trigger this again.
         for (_, bytes, path) in entries {
             if total <= bound / 10 * 9 {
                 break;
@@ -65,7 +65,7 @@ impl DiskCache {
         }
     }
 
-    /// Removes all entries, and says how much that was.
+    /// Removes all entries and returns how much they took.
     pub fn clear(&self) -> DiskUse {
         let usage = self.usage();
         self.trim_to(0);
@@ -99,7 +99,7 @@ mod tests {
         fs::create_dir(path("empty")).unwrap();
         assert!(opened(&path("empty")) && opened(&path("new/cache")));
         assert!(opened(&path("empty")) && DiskCache::is_cache(&path("empty")), "it is marked now");
-        // Folders of others: with a file, and with a marker of another program.
+        // Folders that are no caches: with a file, or with the marker of another program.
         let tags = ["objects", "CACHEDIR.TAG", ".a", ".x.1.0.tmp"];
         for (number, name) in tags.into_iter().enumerate() {
             let other = path(&format!("other{number}"));
@@ -171,7 +171,7 @@ mod tests {
         put(&cache, Shelf::Objects, "a", b"content");
         put(&cache, Shelf::Tiles, "a", b"content");
         let of = |shelf: Shelf| dir.path().join("cache").join(shelf.name());
-        // A shelf, and a folder of entries, are elsewhere.
+        // A shelf, or a folder of entries, is a link to another place.
         for (shelf, folder) in [
             (Shelf::Objects, of(Shelf::Objects)),
             (

@@ -1,4 +1,4 @@
-//! The cache on disk: contents come back whole, and damage is noticed.
+//! Tests of the cache on disk: contents are returned complete, and damage is detected.
 use super::*;
 
 const NO_TIME: Duration = Duration::ZERO;
@@ -16,7 +16,7 @@ pub(super) fn put(cache: &DiskCache, shelf: Shelf, word: &str, content: &[u8]) {
 }
 
 #[test]
-fn gives_back_what_was_put() {
+fn returns_stored_content() {
     let dir = tempfile::tempdir().unwrap();
     let cache = open(dir.path(), 1 << 20);
     put(&cache, Shelf::Objects, "a", b"content");
@@ -32,7 +32,7 @@ fn gives_back_what_was_put() {
 }
 
 #[test]
-fn damaged_entries_are_removed_not_served() {
+fn removes_damaged_entries() {
     let dir = tempfile::tempdir().unwrap();
     let cache = open(dir.path(), 1 << 20);
     let path = cache.path(Shelf::Objects, key("a"));
@@ -55,7 +55,7 @@ fn damaged_entries_are_removed_not_served() {
 }
 
 #[test]
-fn an_entry_is_believed_in_its_own_place_only() {
+fn rejects_entries_copied_to_another_place() {
     let dir = tempfile::tempdir().unwrap();
     let cache = open(dir.path(), 1 << 20);
     let other = DiskCache::open(dir.path(), 1 << 20, Seal::new(key("another build"))).unwrap();
@@ -83,7 +83,7 @@ fn an_entry_is_believed_in_its_own_place_only() {
 }
 
 #[test]
-fn files_are_copied_whole_or_not_at_all() {
+fn copies_files_completely_or_not_at_all() {
     let dir = tempfile::tempdir().unwrap();
     let cache = open(&dir.path().join("cache"), 1 << 20);
     let (from, to) = (dir.path().join("from"), dir.path().join("to"));
@@ -98,7 +98,7 @@ fn files_are_copied_whole_or_not_at_all() {
     fs::write(&to, b"old").unwrap();
     assert!(!cache.get_file(key("f"), &to).unwrap());
     assert_eq!(fs::read(&to).unwrap(), b"old");
-    // A file that cannot be read is not kept, one that cannot be written is told.
+    // Ignores a source that cannot be read; reports a target that cannot be written.
     cache.put_file(key("g"), &dir.path().join("none"), NO_TIME);
     assert!(!cache.get_file(key("g"), &to).unwrap());
     cache.put_file(key("f"), &from, NO_TIME);
@@ -106,7 +106,7 @@ fn files_are_copied_whole_or_not_at_all() {
 }
 
 #[test]
-fn what_is_stopped_is_not_kept() {
+fn discards_stopped_writes() {
     let dir = tempfile::tempdir().unwrap();
     let cache = open(dir.path(), 1 << 30);
     let content: Vec<u8> = (0..3 * PART + 5).map(|i| u8::try_from(i % 251).unwrap()).collect();
@@ -123,11 +123,11 @@ fn what_is_stopped_is_not_kept() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn what_is_no_entry_is_in_nobodys_way() {
+fn tolerates_other_files_in_place_of_entries() {
     let dir = tempfile::tempdir().unwrap();
     let cache = open(dir.path(), 1 << 20);
     let path = cache.path(Shelf::Objects, key("a"));
-    // A folder in an entry's place: nothing can be kept there, and nothing fails.
+    // A folder in an entry's place: nothing can be stored there, and nothing fails.
     fs::create_dir_all(&path).unwrap();
     put(&cache, Shelf::Objects, "a", b"content");
     assert_eq!((cache.get(Shelf::Objects, key("a")), cache.failures()), (None, 1));
@@ -136,7 +136,7 @@ fn what_is_no_entry_is_in_nobodys_way() {
     assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
     assert_eq!(cache.get(Shelf::Objects, key("a")), None);
     fs::remove_file(&path).unwrap();
-    // A file that is longer than any memory, with a seal that confirms it.
+    // A file larger than memory, with a seal that confirms its length.
     put(&cache, Shelf::Objects, "a", b"content");
     let seal = fs::read(&path).unwrap().split_off(7);
     let length = 1_u64 << 43;

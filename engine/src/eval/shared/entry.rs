@@ -1,23 +1,23 @@
-//! The form of an entry that machines share: content, seal, and a check of both under the entry's name, which can be
-//! verified without knowing the key of the result.
+//! The format of an entry shared between machines: content, seal, and a check over both and the entry's name. The check
+//! can be verified without the key of the result.
 use crate::eval::{Digester, Seal, Shelf};
 use crate::value::Key;
 
-/// The bytes of the check.
+/// Length of the check in bytes.
 const CHECK: usize = 32;
-/// How much longer an entry is than its content.
+/// Bytes that an entry adds to its content.
 pub(super) const MORE: u64 = (Seal::BYTES + CHECK) as u64;
 
-/// What an entry is found to be.
+/// Result of checking an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Checked {
-    /// Whole, and written with the same secret, or with none if there is none.
+    /// Intact, and written with the same secret (or both without one).
     Whole,
-    /// Damaged, or written with another secret.
+    /// Damaged, or written with a different secret.
     Foreign,
 }
 
-/// The entry of a content.
+/// Makes the entry of a content.
 pub(super) fn close(seal: &Seal, name: &str, content: &[u8], sealed: &[u8; Seal::BYTES]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(content.len() + Seal::BYTES + CHECK);
     bytes.extend_from_slice(content);
@@ -27,7 +27,7 @@ pub(super) fn close(seal: &Seal, name: &str, content: &[u8], sealed: &[u8; Seal:
     bytes
 }
 
-/// The content of an entry, if it is that of this place.
+/// The content of an entry, if the entry is intact and belongs to this shelf and key.
 pub(super) fn open(seal: &Seal, (shelf, key): (Shelf, Key), name: &str, mut bytes: Vec<u8>) -> Option<Vec<u8>> {
     if check(seal, name, &bytes) != Checked::Whole {
         return None;
@@ -40,10 +40,10 @@ pub(super) fn open(seal: &Seal, (shelf, key): (Shelf, Key), name: &str, mut byte
     whole.then_some(bytes)
 }
 
-/// Whether an entry is what was written under its name.
+/// Checks that an entry is the one written under its name.
 pub(super) fn check(seal: &Seal, name: &str, bytes: &[u8]) -> Checked {
     let right = bytes.split_last_chunk::<CHECK>().is_some_and(|(before, check)| {
-        // Compared in constant time, so that nobody can find a tag byte by byte.
+        // Constant-time comparison, so that a tag cannot be guessed byte by byte.
         let tag = blake3::Hash::from_bytes(seal.tag("shared entry", &[name.as_bytes(), before]));
         tag == blake3::Hash::from_bytes(*check)
     });
@@ -51,7 +51,7 @@ pub(super) fn check(seal: &Seal, name: &str, bytes: &[u8]) -> Checked {
 }
 
 impl Seal {
-    /// Whether the bytes under a name of a shared store are an entry that was written there with this seal's secret.
+    /// Checks that the bytes under a name of a shared store are an entry written there with this seal's secret.
     #[must_use]
     pub fn check(&self, name: &str, bytes: &[u8]) -> Checked {
         check(self, name, bytes)

@@ -1,19 +1,19 @@
-//! What a shared store has cost so far, and whether it is still asked.
+//! The time lost on a shared store so far, and the decision whether it is still used.
 use super::{MOST_LOST, PATIENCE, Trouble};
 use std::time::Duration;
 
-/// So many failures in a row, and the store is left alone.
+/// After this many failures in a row, the store is no longer used.
 const FAILURES: u32 = 3;
-/// All losses together stay below five seconds; this much of it may pass at the end.
+/// The most time lost in total when the end of a command waits. All losses together stay below five seconds.
 const END: Duration = Duration::from_millis(4000);
-/// What is believed before anything was measured: the seconds of an answer, and bytes a second.
+/// Priors before any measurement: seconds per answer, and bytes per second.
 const LATENCY: f64 = 0.02;
 const RATE: f64 = 30e6;
 
-/// Counts what happens.
+/// Counts transfers, failures and lost time of a remote.
 #[derive(Default)]
-pub(super) struct Tally {
-    /// Bytes that wait to be written.
+pub(super) struct RemoteHealth {
+    /// Bytes queued for writing.
     pub(super) waiting: u64,
     pub(super) lost: Duration,
     reads_failed: u32,
@@ -26,7 +26,7 @@ pub(super) struct Tally {
     moved: (f64, f64),
 }
 
-impl Tally {
+impl RemoteHealth {
     pub(super) fn may_read(&self) -> bool {
         !self.reads_over
     }
@@ -35,19 +35,19 @@ impl Tally {
         !self.writes_over
     }
 
-    /// How long the end of a command may wait.
+    /// The time that the end of a command may still wait.
     pub(super) fn left(&self) -> Duration {
         END.saturating_sub(self.lost)
     }
 
-    /// The time that it takes to send so much.
+    /// The estimated time to send `bytes`.
     pub(super) fn cost(&self, bytes: u64) -> Duration {
         let (seconds, moved) = self.moved;
         let rate = (RATE + moved) / (1.0 + seconds);
         Duration::from_secs_f64(LATENCY + bytes as f64 / rate.max(1.0))
     }
 
-    /// Notes an answer.
+    /// Records an answer to a read.
     pub(super) fn read(&mut self, bytes: u64, took: Duration, trouble: Option<Trouble>) {
         let Some(trouble) = trouble else {
             self.reads_failed = 0;
@@ -59,14 +59,14 @@ impl Tally {
         self.note(trouble);
         self.lost += took;
         self.reads_failed += 1;
-        // A store that is slow to refuse to read is as slow to refuse to write.
+        // A store that is slow to fail reads is also slow to fail writes.
         if self.reads_failed >= FAILURES || self.lost >= MOST_LOST {
             self.reads_over = true;
             self.writes_over |= !matches!(trouble, Trouble::Wrong);
         }
     }
 
-    /// Notes a write, which happened beside other work.
+    /// Records a write; writes run beside other work.
     pub(super) fn wrote(&mut self, bytes: u64, took: Duration, result: Result<(), Trouble>) {
         match result {
             Ok(()) => {
@@ -77,14 +77,14 @@ impl Tally {
                 self.note(trouble);
                 self.writes_failed += 1;
                 let slow = trouble == Trouble::Slow && took >= PATIENCE;
-                // What is not allowed or not there will not be in a moment.
+                // A refused or missing place does not change within a moment.
                 let never = matches!(trouble, Trouble::Denied | Trouble::Missing);
                 self.writes_over |= never || slow || self.writes_failed >= FAILURES;
             }
         }
     }
 
-    /// Notes that the end could not wait for all writes.
+    /// Records that the end could not wait for all writes.
     pub(super) fn gave_up(&mut self) {
         self.note(Trouble::Slow);
         self.writes_over = true;

@@ -1,8 +1,8 @@
-//! A shared store over remotes that misbehave.
+//! Tests of a shared store with remotes that misbehave.
 use super::*;
 use std::collections::HashMap;
 
-/// A remote in memory, and how it answers.
+/// A remote in memory with configurable failures.
 #[derive(Default)]
 struct Fake {
     held: Mutex<HashMap<String, Vec<u8>>>,
@@ -76,14 +76,14 @@ fn get(store: &SharedStore, word: &str) -> Option<Vec<u8>> {
 }
 
 #[test]
-fn what_one_puts_the_other_gets() {
+fn reads_entries_of_other_machines() {
     let fake = Arc::new(Fake::default());
     let (a, b) = (store(&fake, seal()), store(&fake, seal()));
     put(&a, "one");
     assert_eq!(get(&b, "one").unwrap(), b"one");
     assert_eq!(get(&b, "two"), None);
     assert_eq!((a.trouble(), b.trouble()), (None, None));
-    // What is quickly made again stays here, and so do tiles.
+    // Quickly computed results and tiles are not shared.
     a.put(Shelf::Objects, key("cheap"), b"cheap", Duration::from_millis(1), &|| false);
     a.put(Shelf::Tiles, key("tile"), b"tile", Duration::from_secs(9), &|| false);
     a.finish();
@@ -91,7 +91,7 @@ fn what_one_puts_the_other_gets() {
 }
 
 #[test]
-fn only_who_knows_the_secret_is_believed() {
+fn accepts_only_entries_with_the_same_secret() {
     let fake = Arc::new(Fake::default());
     let seals = [seal(), seal().keyed(b"one"), seal().keyed(b"two")];
     let stores = seals.map(|seal| store(&fake, seal));
@@ -101,7 +101,7 @@ fn only_who_knows_the_secret_is_believed() {
         let own = writer.name(Shelf::Objects, key("word"));
         assert!(names.contains(&own));
         for (j, reader) in stores.iter().enumerate() {
-            // Even in the place where the reader looks.
+            // Fails even under the name that the reader looks up.
             let bytes = fake.held.lock().unwrap()[&own].clone();
             let place = reader.name(Shelf::Objects, key("word"));
             let before = fake.held.lock().unwrap().insert(place.clone(), bytes.clone());
@@ -117,7 +117,7 @@ fn only_who_knows_the_secret_is_believed() {
 }
 
 #[test]
-fn a_bad_store_is_left_alone_soon_and_told_once() {
+fn stops_using_a_failing_store_and_reports_it() {
     let cases = [
         (How::Failing(Trouble::Gone), Trouble::Gone, 3),
         (How::Failing(Trouble::Failed), Trouble::Failed, 3),
@@ -139,7 +139,7 @@ fn a_bad_store_is_left_alone_soon_and_told_once() {
 }
 
 #[test]
-fn what_is_wrong_there_is_overwritten_by_what_is_right() {
+fn overwrites_damaged_entries() {
     let fake = Arc::new(Fake::default());
     let one = store(&fake, seal());
     put(&one, "word");
@@ -150,7 +150,7 @@ fn what_is_wrong_there_is_overwritten_by_what_is_right() {
 }
 
 #[test]
-fn a_store_that_denies_writes_is_still_read() {
+fn reads_a_store_that_denies_writes() {
     let fake = Arc::new(Fake::default());
     put(&store(&fake, seal()), "word");
     *fake.how.lock().unwrap() = How::ReadOnly;

@@ -1,4 +1,4 @@
-//! Who writes a temporary file: a host, a boot of it, and a process. The name of the file tells it.
+//! The owner of a temporary file: host, boot and process, encoded in the name of the file.
 use std::fs;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -6,18 +6,18 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 /// Separates the name of the target from the owner.
 const MARK: &str = ".shibo-";
-/// The most bytes of a target's name that a temporary name repeats: names have at most 255.
+/// Maximum length in bytes of a target's name within a temporary name: file names have at most 255 bytes.
 const MOST: usize = 120;
 
 /// A process that writes files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Owner {
-    /// The machine, or the container on it: processes have numbers of their own in each.
+    /// The machine, or the container on it. Each has process ids of its own.
     host: u32,
-    /// The boot, since which the numbers of processes count; 0 where the system does not tell.
+    /// The boot in which the process id is valid; 0 if the system does not report it.
     boot: u32,
     process: u32,
-    /// When the process began: another one may have its number later. In the system's own unit.
+    /// Start time of the process, because ids are reused. In the system's own unit.
     start: u64,
 }
 
@@ -27,20 +27,21 @@ impl Owner {
         static THIS: OnceLock<Owner> = OnceLock::new();
         *THIS.get_or_init(|| {
             let process = std::process::id();
-            // Where the system does not tell when a process began, the time serves: it only keeps names apart.
+            // If the system does not report the start of a process, the current time replaces it: it only makes names
+            // unique.
             let now = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(1, |time| time.as_secs());
             Self { host: host(), boot: boot(), process, start: started(process).unwrap_or_else(now) }
         })
     }
 
-    /// The name of the temporary file number `counter` for a target of this name.
+    /// Name of temporary file number `counter` for this target.
     pub(super) fn name(self, target: &str, counter: u32) -> String {
         let short = (0..=target.len().min(MOST)).rev().find(|end| target.is_char_boundary(*end)).unwrap_or(0);
         let Self { host, boot, process, start } = self;
         format!(".{}{MARK}{host:08x}-{boot:08x}-{process}-{start}-{counter}.tmp", &target[..short])
     }
 
-    /// The owner that the name of a temporary file tells; `None` for any other name.
+    /// Reads the owner from the name of a temporary file; `None` for any other name.
     pub(super) fn of(name: &str) -> Option<Self> {
         let (target, owner) = name.strip_prefix('.')?.strip_suffix(".tmp")?.rsplit_once(MARK)?;
         let parts: Vec<&str> = owner.split('-').collect();
@@ -62,16 +63,16 @@ impl Owner {
     }
 }
 
-/// Returns true if the process runs on this host since this boot. Where the system does not tell, it may.
+/// Returns true if the process still runs, or if the system does not report it.
 fn is_running(owner: Owner) -> bool {
     if Path::new("/proc/self/stat").exists() {
-        // Another process may have the number by now.
+        // Another process may have reused the id.
         return started(owner.process) == Some(owner.start);
     }
     has_number(owner.process)
 }
 
-/// Returns true if a process has this number.
+/// Returns true if a process with this id exists.
 #[cfg(unix)]
 fn has_number(process: u32) -> bool {
     use rustix::process::{Pid, test_kill_process};
@@ -79,21 +80,21 @@ fn has_number(process: u32) -> bool {
     process.is_some_and(|process| test_kill_process(process) != Err(rustix::io::Errno::SRCH))
 }
 
-/// The system is not asked.
+/// Assumes that the process exists.
 #[cfg(not(unix))]
 fn has_number(_process: u32) -> bool {
     true
 }
 
-/// When a process began, in ticks since the boot; `None` if there is none, or where the system does not tell.
+/// Start time of a process, in ticks since the boot; `None` if there is no such process or the system does not report
+/// it.
 fn started(process: u32) -> Option<u64> {
     let stat = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-    // The name of the program, in brackets, may hold blanks and brackets. The start is the 22nd field of the line.
+    // The name of the program, in brackets, may contain spaces and brackets. The start is the 22nd field of the line.
     stat.rsplit_once(')')?.1.split_whitespace().nth(19)?.parse().ok()
 }
 
-/// A number for this machine, and for the container: the name of the host, the number of the installation, and the space that
-/// the numbers of processes are from.
+/// A number for this machine and container: a hash of the host name, the machine id and the process namespace.
 fn host() -> u32 {
     #[cfg(unix)]
     let name = rustix::system::uname().nodename().to_bytes().to_vec();
@@ -146,10 +147,10 @@ mod tests {
     }
 
     #[test]
-    fn knows_who_may_run() {
+    fn tells_which_owners_may_still_run() {
         let this = Owner::this();
         assert!(this.may_run());
-        // Numbers of processes are far below this one.
+        // Real process ids are far below this number.
         let gone = Owner { process: u32::MAX, ..this };
         assert!(!Owner { host: !this.host, ..this }.may_run());
         assert!(!Owner { boot: !this.boot, ..this }.may_run());

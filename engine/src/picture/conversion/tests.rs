@@ -1,5 +1,5 @@
 use super::*;
-use crate::picture::{FileFormat, Told, color::linear_sample, default_names};
+use crate::picture::{FileFormat, HeaderStatements, color::linear_sample, default_names};
 use moxcms::{ColorProfile, ProfileText, ToneReprCurve};
 
 fn picture(channels: u8, source: SampleKind, planes: Vec<f32>) -> Picture {
@@ -9,7 +9,7 @@ fn picture(channels: u8, source: SampleKind, planes: Vec<f32>) -> Picture {
 }
 
 fn header(channels: u8, kind: SampleKind) -> Header {
-    let (names, has_alpha, told) = (default_names(channels), channels.is_multiple_of(2), Told::default());
+    let (names, has_alpha, told) = (default_names(channels), channels.is_multiple_of(2), HeaderStatements::default());
     let (format, width, height, icc, associated) = (FileFormat::Png, 1, 1, None, false);
     Header { format, width, height, channels, kind, names, has_alpha, icc, associated, told }
 }
@@ -18,7 +18,7 @@ fn with_profile(channels: u8, profile: &ColorProfile) -> Header {
     Header { icc: Some(profile.encode().unwrap()), ..header(channels, SampleKind::U8) }
 }
 
-/// The colour 200, 100, 50 of a picture with this header, in codes of sRGB; nothing may be assumed.
+/// The colour 200, 100, 50 of a picture with this header, as sRGB codes. No assumption may be needed.
 #[track_caller]
 fn seen(header: &Header) -> [f32; 3] {
     let (conversion, unused) = Conversion::of_file(header);
@@ -59,7 +59,7 @@ fn converts_by_profiles_of_a_matrix_and_curves() {
     assert_eq!(seen(&with_profile(3, &ColorProfile::new_adobe_rgb())), [227.0, 100.0, 42.0]);
     assert_eq!(seen(&with_profile(3, &ColorProfile::new_srgb())), [200.0, 100.0, 50.0]);
     let p3 = seen(&with_profile(3, &ColorProfile::new_display_p3()));
-    let named = Told { cicp: Some([12, 13, 0, 1]), ..Told::default() };
+    let named = HeaderStatements { cicp: Some([12, 13, 0, 1]), ..HeaderStatements::default() };
     assert_eq!(p3, seen(&Header { told: named, ..header(3, SampleKind::U8) }));
     assert_eq!(p3, [215.0, 93.0, 31.0]);
 }
@@ -67,7 +67,7 @@ fn converts_by_profiles_of_a_matrix_and_curves() {
 #[test]
 fn has_the_bits_of_srgb_for_an_srgb_profile() {
     let curve = |curve: &mut Option<ToneReprCurve>| {
-        // As in the profiles of many programs: a table instead of the curve.
+        // Many profiles have a table instead of the curve.
         #[expect(clippy::cast_possible_truncation, reason = "codes of 16 bits")]
         let code = |k: u16| (linear_sample(f32::from(k) / 1023.0) * 65535.0).round() as u16;
         *curve = Some(ToneReprCurve::Lut((0..1024).map(code).collect()));
@@ -141,12 +141,12 @@ fn never_panics_at_a_changed_profile() {
 
 #[test]
 fn follows_the_order_of_png() {
-    let all = Told {
+    let all = HeaderStatements {
         cicp: Some([12, 13, 0, 1]),
         srgb: true,
         gamma: Some(100_000),
         chromaticities: Some([0.64, 0.33, 0.21, 0.71, 0.15, 0.06, 0.3127, 0.329]),
-        ..Told::default()
+        ..HeaderStatements::default()
     };
     let adobe = ColorProfile::new_adobe_rgb().encode().unwrap();
     let mut header = Header { icc: Some(adobe), told: all, ..header(3, SampleKind::U8) };
@@ -160,14 +160,14 @@ fn follows_the_order_of_png() {
     header.told.chromaticities = None;
     assert_eq!(seen(&header), [229.0, 168.0, 122.0]);
     assert!(linear[0] > 229.0, "{linear:?}");
-    // A file that was marked for programs that do not know the chunk `sRGB`.
+    // A file that is also marked for programs that do not know the chunk `sRGB`.
     header.told.gamma = Some(45_455);
     assert_eq!(Conversion::of_file(&header).0, ColorSpace::Srgb.into());
 }
 
 #[test]
-fn uses_the_next_saying_where_one_is_unknown() {
-    let told = Told { cicp: Some([2, 2, 0, 1]), ..Told::default() };
+fn uses_the_next_statement_if_one_is_unknown() {
+    let told = HeaderStatements { cicp: Some([2, 2, 0, 1]), ..HeaderStatements::default() };
     let adobe = Some(ColorProfile::new_adobe_rgb().encode().unwrap());
     let (conversion, unused) = Conversion::of_file(&Header { told, icc: adobe.clone(), ..header(3, SampleKind::U8) });
     assert_eq!(conversion, Conversion::of_file(&Header { icc: adobe, ..header(3, SampleKind::U8) }).0);
@@ -181,7 +181,7 @@ fn divides_colours_by_opacity() {
     let mut straight = picture(4, SampleKind::F32, vec![0.2, 0.3, 0.7, 0.1, 0.1, 0.1, 0.0, 0.0, 0.0, 0.5, 1.0, 0.0]);
     divide_by_alpha(&mut straight);
     assert_eq!(straight.planes, [0.4, 0.3, 0.7, 0.2, 0.1, 0.1, 0.0, 0.0, 0.0, 0.5, 1.0, 0.0]);
-    // Rounding may make a colour larger than its opacity. The quotient is between two codes, and is converted exactly.
+    // By rounding, a colour can exceed its opacity. A quotient between two codes is converted exactly.
     let mut codes = picture(4, SampleKind::U8, [129.0, 50.0, 0.0, 128.0].map(|code| code / 255.0).to_vec());
     divide_by_alpha(&mut codes);
     Conversion::from(ColorSpace::Srgb).apply(&mut codes);

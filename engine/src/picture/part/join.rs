@@ -2,7 +2,7 @@
 use super::read::{PartFile, Unusable};
 use super::{CHUNK, Chunk, EXTENSION, OVERLAP_MAGIC, PartHeader, PartOf, names};
 use crate::picture::spec::{Format, WriteError};
-use crate::picture::{AtomicFile, PictureSpec, Writer, Written};
+use crate::picture::{AtomicFile, PictureSpec, WriteStats, Writer};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::SystemTime;
 
-/// What joining one picture needs besides its rows: twice a band before and after compression.
+/// Memory for joining one picture: twice a band before and after compression.
 const PICTURE: u64 = 6 * CHUNK as u64;
-/// So many bad parts are told one by one.
+/// Maximum number of missing parts that are reported.
 const TOLD: usize = 1000;
 
 /// The files that were written.
@@ -21,7 +21,7 @@ const TOLD: usize = 1000;
 pub struct Joined {
     /// In the order of the graph's outputs.
     pub files: Vec<JoinedFile>,
-    /// The files of the parts, and files that parts made at the same time have left for each other.
+    /// The files of the parts, and the exchange files of concurrent parts.
     pub parts: Vec<JoinedPart>,
 }
 
@@ -29,12 +29,12 @@ pub struct Joined {
 #[derive(Clone, Debug, PartialEq)]
 pub struct JoinedPart {
     path: PathBuf,
-    /// When it was written, and its length.
+    /// The modification time and the length.
     state: Option<(SystemTime, u64)>,
 }
 
 impl JoinedPart {
-    /// Removes the file, unless it is another one by now. A failure is ignored.
+    /// Removes the file, unless it has been replaced. A failure is ignored.
     pub fn remove(&self) {
         if self.state.is_some() && state(&self.path) == self.state {
             let _ = std::fs::remove_file(&self.path);
@@ -42,27 +42,27 @@ impl JoinedPart {
     }
 }
 
-/// When a file was written, and its length; nothing of a link or a folder.
+/// The modification time and length of a file; `None` for a link or a folder.
 fn state(path: &Path) -> Option<(SystemTime, u64)> {
     let file = std::fs::symlink_metadata(path).ok().filter(std::fs::Metadata::is_file)?;
     Some((file.modified().ok()?, file.len()))
 }
 
-/// A file that was joined.
+/// A joined file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JoinedFile {
     /// Its path.
     pub path: PathBuf,
-    /// What became of its samples, if it has any.
-    pub written: Option<Written>,
-    /// The values that its integers stand for.
+    /// The statistics of its samples, if it has any.
+    pub written: Option<WriteStats>,
+    /// Values that the least and the greatest integer stand for.
     pub range: (f32, f32),
 }
 
-/// Why parts were not joined. Nothing was written then.
+/// The reason why parts were not joined. In that case nothing was written.
 #[derive(Debug, thiserror::Error)]
 pub enum JoinError {
-    /// What is wrong with the parts, a line each.
+    /// The faults of the parts, one line each.
     #[error("{}", .0.join("\n"))]
     Parts(Vec<String>),
     /// The folder of the parts cannot be read.
@@ -70,7 +70,7 @@ pub enum JoinError {
     Folder {
         /// The folder.
         dir: String,
-        /// Why not.
+        /// The error of the system.
         source: std::io::Error,
     },
     /// A picture cannot be written.
@@ -81,11 +81,11 @@ pub enum JoinError {
     Cancelled,
 }
 
-/// Joins the parts in the folder `from` into pictures in the folder `to`, within about `memory` bytes. `progress` is told
-/// the bytes that are read and those that will be, and answers whether to go on.
+/// Joins the parts in the folder `from` into pictures in the folder `to`, using about `memory` bytes. `progress` gets
+/// the number of bytes read so far and the total; if it returns false, the work is cancelled.
 ///
 /// # Errors
-/// Parts that are missing, doubled, damaged or of another picture, and what the system refuses. Nothing is written then.
+/// Missing, repeated, damaged or foreign parts, and errors of the system. Nothing is written in that case.
 pub fn join(
     from: &Path,
     to: &Path,
@@ -117,7 +117,7 @@ pub fn join(
     Ok(Joined { files, parts: joined.chain(left(from, &header.graph)).collect() })
 }
 
-/// The files that parts have left for each other: by their names, and by how they begin.
+/// The overlap files of the parts, recognised by name and first bytes.
 fn left(from: &Path, stem: &str) -> Vec<JoinedPart> {
     let own = |name: &std::ffi::OsStr| name.to_str().is_some_and(|name| PartOf::is_overlap_name(name, stem));
     let entries = from.read_dir().into_iter().flatten().flatten();
@@ -126,21 +126,21 @@ fn left(from: &Path, stem: &str) -> Vec<JoinedPart> {
     found.filter(|left| left.state.is_some() && is_overlap(&left.path)).collect()
 }
 
-/// Returns true if a file begins like those that parts leave for each other.
+/// Returns true if a file begins like an overlap file.
 pub(crate) fn is_overlap(path: &Path) -> bool {
     let mut magic = OVERLAP_MAGIC.map(|_| 0);
     File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == OVERLAP_MAGIC
 }
 
-/// A file that has no name yet.
+/// A complete file without its final name.
 struct Made {
     file: AtomicFile,
-    written: Option<Written>,
+    written: Option<WriteStats>,
     range: (f32, f32),
 }
 
 enum Fault {
-    /// A part, and what is wrong with it.
+    /// A faulty part, and the reason.
     Part(String),
     Write(WriteError),
     Cancelled,
@@ -190,7 +190,7 @@ impl All<'_> {
         Ok(Made { file, written: Some(written), range: spec.encoding.range.unwrap_or((0.0, 1.0)) })
     }
 
-    /// Hands the rows of a picture to `take`, from all parts in order; of one without rows all bytes.
+    /// Passes the rows of a picture to `take`, from all parts in order; for a picture without rows, all its bytes.
     fn chunks(
         &self,
         number: usize,
@@ -218,7 +218,7 @@ impl All<'_> {
         Ok(())
     }
 
-    /// After the first damaged part: all of them.
+    /// After the first damaged part: checks all parts and reports every damaged one.
     fn explained(&self, fault: Fault) -> JoinError {
         let first = match fault {
             Fault::Part(first) => first,
@@ -236,9 +236,9 @@ impl All<'_> {
     }
 }
 
-/// Puts a block of columns into whole rows.
+/// Copies a block of columns into whole rows.
 fn put(spec: &PictureSpec, chunk: &Chunk, block: &[u8], rows: &mut Vec<u8>) {
-    // Samples that lie beside each other in the file: pixels, or one of several planes in a row.
+    // Runs of samples that are contiguous in the file: pixels, or one of several planes in a row.
     let planes = if spec.format == Format::Exr { spec.channels.len() } else { 1 };
     let sample = spec.channels.len() * spec.depth.bytes() / planes;
     let (wide, whole) = (chunk.width as usize * sample, spec.width as usize * sample);
@@ -261,7 +261,7 @@ fn nothing(dir: &Path) -> JoinError {
     JoinError::Parts(vec![format!("there are no parts in `{}`; {made}", dir.display())])
 }
 
-/// All parts in a folder, in order, if none is missing or wrong.
+/// All parts in a folder, in order, if none is missing or faulty.
 fn complete(dir: &Path) -> Result<Vec<PartFile>, JoinError> {
     let failed = |source| JoinError::Folder { dir: dir.display().to_string(), source };
     let mut paths = Vec::new();
@@ -280,7 +280,7 @@ fn complete(dir: &Path) -> Result<Vec<PartFile>, JoinError> {
         match PartFile::open(&path) {
             Ok(part) => whole.push(part),
             Err(Unusable { reason, header }) => {
-                // The header of a damaged part might be what is damaged, so the name of the file says more.
+                // The header itself may be damaged, so the name of the file takes precedence.
                 let part = numbers(&path).or(header.map(|header| header.part));
                 let name = part.map_or("the file".to_owned(), |part| format!("part {part}"));
                 bad.push(format!("{name} (`{}`) {reason}", path.display()));
@@ -302,7 +302,7 @@ fn complete(dir: &Path) -> Result<Vec<PartFile>, JoinError> {
     if bad.is_empty() { Ok(parts) } else { Err(JoinError::Parts(bad)) }
 }
 
-/// The parts by number; tells those that are there twice or not at all.
+/// The parts by number; reports parts that are repeated or missing.
 fn one_each(fitting: Vec<PartFile>, usual: &PartHeader, seen: &[PartOf], bad: &mut Vec<String>) -> Vec<PartFile> {
     let mut by_number: BTreeMap<u32, PartFile> = BTreeMap::new();
     for part in fitting {
@@ -329,7 +329,7 @@ fn one_each(fitting: Vec<PartFile>, usual: &PartHeader, seen: &[PartOf], bad: &m
     by_number.into_values().collect()
 }
 
-/// What most parts are of.
+/// The header that most parts agree on.
 fn usual(parts: &[PartFile]) -> Option<PartHeader> {
     let like = |one: &PartFile| parts.iter().filter(|other| differs(&other.header, &one.header).is_none()).count();
     let mut best: Option<(usize, &PartFile)> = None;
@@ -345,7 +345,7 @@ fn usual(parts: &[PartFile]) -> Option<PartHeader> {
     best.map(|(_, part)| part.header.clone())
 }
 
-/// What tells a part from the usual ones, as the end of a sentence.
+/// The difference between a part and the usual header, as the end of a sentence.
 fn differs(header: &PartHeader, usual: &PartHeader) -> Option<String> {
     let unless = |same: bool, text: String| if same { None } else { Some(text) };
     let (a, b) = (header, usual);
@@ -377,7 +377,7 @@ fn differs(header: &PartHeader, usual: &PartHeader) -> Option<String> {
         })
 }
 
-/// Which part a file is by its name.
+/// Reads the number of a part from its file name.
 fn numbers(path: &Path) -> Option<PartOf> {
     let (_, place) = path.file_stem()?.to_str()?.rsplit_once('.')?;
     let (number, count) = place.split_once("-of-")?;

@@ -1,15 +1,15 @@
-//! The names of the files that a part is of. A part may come from anywhere, so it names nothing that an output cannot.
+//! Checks the file names in a part. A part may come from anywhere, so only names that an output can have are allowed.
 use super::PartHeader;
 use crate::picture::spec::Format;
 
-/// The most bytes of the name of a file.
+/// Maximum bytes of a file name.
 const MOST: usize = 255;
-/// So much of a bad name is shown.
+/// Number of characters of a bad name that are shown.
 const SHOWN: usize = 40;
-/// How a file without rows begins.
+/// The first bytes of a file without rows.
 const SVG: &[u8] = b"<?xml ";
 
-/// Returns true if the name of an output, and so that of a file, may have this letter.
+/// Returns true if the name of an output, and so the name of its file, may contain this character.
 #[must_use]
 pub fn is_output_letter(c: char) -> bool {
     c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.')
@@ -40,7 +40,7 @@ pub(super) fn check(header: &PartHeader) -> Result<(), String> {
     }
 }
 
-/// Returns true if the bytes begin a file without rows.
+/// Returns true if these are the first bytes of a file without rows.
 pub(super) fn is_drawing(start: &[u8]) -> bool {
     start.starts_with(SVG)
 }

@@ -1,4 +1,4 @@
-//! Reads a part. Nothing in it is believed that its hashes do not confirm.
+//! Reads a part. All content is verified by hashes.
 use super::write::block_of;
 use super::{CHUNK, Chunk, Index, MAGIC, MOST, PartHeader, hash, names};
 use std::fs::File;
@@ -6,19 +6,19 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-/// The bytes of what follows the index.
+/// Number of bytes behind the index.
 const END: u64 = 8 + 8 + 32;
 
-/// A part whose header and index are whole.
+/// A part with a valid header and index.
 pub(super) struct PartFile {
     pub(super) path: PathBuf,
     pub(super) header: PartHeader,
     pub(super) index: Index,
-    /// When the file was written, and its length.
+    /// The modification time and the length of the file.
     pub(super) state: Option<(SystemTime, u64)>,
 }
 
-/// Why a file is no part, as the end of a sentence; and its header, if at least that could be read.
+/// The reason why a file is not a part, as the end of a sentence; and its header, if that could be read.
 pub(super) struct Unusable {
     pub(super) reason: String,
     pub(super) header: Option<Box<PartHeader>>,
@@ -43,7 +43,7 @@ impl PartFile {
         }
     }
 
-    /// The chunks of a picture, in the order of its rows, and of its columns in those.
+    /// The chunks of a picture, sorted by row, then by column.
     pub(super) fn chunks(&self, picture: usize) -> &[Chunk] {
         chunks_of(&self.index, picture)
     }
@@ -61,8 +61,8 @@ impl PartFile {
     }
 }
 
-/// Whether the file `path` is the part that `header` describes, and whole. How its pictures are encoded is not compared: that
-/// follows from their keys.
+/// True if the file `path` is the complete part that `header` describes. The encodings of pictures are not compared,
+/// because they follow from the keys.
 #[must_use]
 pub fn is_whole(path: &Path, header: &PartHeader) -> bool {
     let Ok(part) = PartFile::open(path) else { return false };
@@ -111,7 +111,7 @@ fn read_index(file: &mut File, (start, length): (u64, u64), json: &[u8], header:
         return Err(damaged());
     }
     let mut index: Index = serde_json::from_slice(&bytes).map_err(|_| damaged())?;
-    // Blocks lie in the file as they were computed. What has no rows stays in its order.
+    // Blocks lie in the order in which they were computed. The stable sort keeps the order of chunks without rows.
     index.chunks.sort_by_key(|chunk| (chunk.picture, chunk.row, chunk.x));
     if !fits(header, &index, (start, at)) {
         return Err(damaged());
@@ -119,14 +119,15 @@ fn read_index(file: &mut File, (start, length): (u64, u64), json: &[u8], header:
     names::check(header).map(|()| index)
 }
 
-/// The chunks of a picture in an index that is in order.
+/// The chunks of a picture in a sorted index.
 fn chunks_of(index: &Index, picture: usize) -> &[Chunk] {
     let start = index.chunks.partition_point(|chunk| chunk.picture < picture);
     let rest = &index.chunks[start..];
     &rest[..rest.partition_point(|chunk| chunk.picture == picture)]
 }
 
-/// Whether chunks in order cover the rows of a picture of this width, each pixel once; those beside each other have the same rows.
+/// True if sorted chunks cover the rows of a picture of this width, each pixel once. Chunks side by side must have the
+/// same rows.
 fn covers(chunks: &[Chunk], width: u32, [first, rows]: [u32; 2]) -> bool {
     let mut row = first;
     for beside in chunks.chunk_by(|a, b| a.row == b.row) {
@@ -145,14 +146,14 @@ fn covers(chunks: &[Chunk], width: u32, [first, rows]: [u32; 2]) -> bool {
     first.checked_add(rows) == Some(row)
 }
 
-/// Whether an index describes what its header promises.
+/// True if an index is consistent with its header.
 fn fits(header: &PartHeader, index: &Index, (start, end): (u64, u64)) -> bool {
     let part = header.part;
     let shape = part.number >= 1 && part.number <= part.count && index.tallies.len() == header.pictures.len();
     let placed = index.chunks.iter().all(|chunk| {
         let Some(picture) = header.pictures.get(chunk.picture) else { return false };
         let inside = chunk.at >= start && chunk.at.checked_add(chunk.length).is_some_and(|to| to <= end);
-        // Of a picture as many bytes as its rows have, and never more beside each other than one row or what is written at once.
+        // The length must match the rows, and chunks side by side must not exceed the size of one row or of `CHUNK`.
         inside
             && match &picture.spec {
                 Some(spec) => {

@@ -19,7 +19,7 @@ pub struct PartWriter {
 
 struct Picture {
     spec: PictureSpec,
-    /// For blocks of some columns: the first one, how many, and what encodes them.
+    /// The encoder for blocks of the given first column and width.
     encoder: (u32, u32, RowEncoder),
     next_row: u32,
     end: u32,
@@ -36,7 +36,7 @@ impl Picture {
     }
 }
 
-/// Some columns of a picture, as a picture.
+/// The specification of a block of columns as a picture of its own.
 pub(super) fn block_of(spec: &PictureSpec, x: u32, width: u32) -> PictureSpec {
     let mut block = PictureSpec { width, ..spec.clone() };
     block.encoding.origin.0 = block.encoding.origin.0.wrapping_add(x);
@@ -47,7 +47,7 @@ impl PartWriter {
     /// Starts the part `path`.
     ///
     /// # Errors
-    /// When a picture contradicts itself or the folder cannot be written.
+    /// When the specification of a picture contradicts itself or the folder cannot be written.
     pub fn create(path: &Path, header: &PartHeader) -> Result<Self, WriteError> {
         let at = |error| WriteError::at(path, error);
         let mut pictures = Vec::with_capacity(header.pictures.len());
@@ -73,10 +73,10 @@ impl PartWriter {
         Ok(Self { path, file, header: json, at, pictures, index, bytes: Vec::new() })
     }
 
-    /// Writes the next rows of a picture: of every channel `rows` times the width samples.
+    /// Writes the next rows of a picture: for every channel, `rows` times the width samples.
     ///
     /// # Errors
-    /// When the lengths do not fit, or the system refuses; then the writer should be dropped.
+    /// When the lengths do not fit or the system refuses. Drop the writer then.
     pub fn write_rows(&mut self, picture: usize, planes: &[&[f32]], rows: u32) -> Result<(), WriteError> {
         let Some(Some(of)) = self.pictures.get_mut(picture) else {
             return Err(WriteError::Rows { first: 0, end: rows, height: 0 });
@@ -86,11 +86,11 @@ impl PartWriter {
         self.write_block(picture, planes, [0, first, width, rows])
     }
 
-    /// Writes a block of a picture, `[x, y, width, height]`: of every channel as many samples. Blocks may come in any order, if those
-    /// beside each other have the same rows.
+    /// Writes a block of a picture, `[x, y, width, height]`, with as many samples for every channel. Blocks may come in
+    /// any order if blocks side by side have the same rows.
     ///
     /// # Errors
-    /// When the lengths do not fit, or the system refuses; then the writer should be dropped.
+    /// When the lengths do not fit or the system refuses. Drop the writer then.
     pub fn write_block(
         &mut self,
         picture: usize,
@@ -109,7 +109,7 @@ impl PartWriter {
             return Err(WriteError::Rows { first, end, height: of.end });
         };
         of.left = left;
-        // As many rows as whole ones would be, so that joining has whole rows of little memory.
+        // The same number of rows as for whole rows, so that joining needs little memory for whole rows.
         let step = u32::try_from(CHUNK as u64 / of.spec.row_bytes().max(1)).unwrap_or(u32::MAX).max(1);
         let encoder = of.encoder(x, width);
         let mut row = 0;
@@ -128,10 +128,10 @@ impl PartWriter {
         Ok(())
     }
 
-    /// Puts a file without rows into the part.
+    /// Stores a file without rows in the part.
     ///
     /// # Errors
-    /// The system refuses.
+    /// When the system refuses.
     pub fn put(&mut self, picture: usize, bytes: &[u8]) -> Result<(), WriteError> {
         for part in bytes.chunks(CHUNK) {
             self.index.chunks.push(chunk(picture, [0; 4], self.at, part));
@@ -144,7 +144,7 @@ impl PartWriter {
     /// Completes the part and gives it its name.
     ///
     /// # Errors
-    /// When rows are missing or the system refuses; then there is no new file.
+    /// When rows are missing or the system refuses. No new file exists then.
     pub fn finish(mut self) -> Result<(), WriteError> {
         for picture in self.pictures.iter().flatten() {
             if picture.left > 0 {

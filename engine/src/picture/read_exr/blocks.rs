@@ -1,5 +1,5 @@
-//! The blocks of an OpenEXR file, found by its tables without unpacking any: each within the file, at a place of its
-//! part's picture, and none missing.
+//! Finds the blocks of an OpenEXR file by its offset tables, without decompressing. Each block must lie within the file
+//! and within its part's picture, and none may be missing.
 use super::super::limits::ReadError;
 use super::{block_size, from_exr};
 use exr::block::UncompressedBlock;
@@ -24,7 +24,7 @@ enum Place {
 }
 
 impl Place {
-    /// A block of these bytes here.
+    /// A block with these bytes at this position.
     fn block(self, compressed_pixels_le: Vec<u8>) -> CompressedBlock {
         match self {
             Self::Rows(y_coordinate) => {
@@ -34,7 +34,7 @@ impl Place {
         }
     }
 
-    /// Whether it belongs to a smaller copy of the picture; those are of no use here.
+    /// True if it belongs to a reduced level, which is not read.
     fn is_reduced(self) -> bool {
         matches!(self, Self::Tile(tile) if tile.level_index != Vec2(0, 0))
     }
@@ -58,7 +58,7 @@ fn end() -> ReadError {
     ReadError::truncated("it ends within the picture")
 }
 
-/// A file of little-endian numbers, of known length.
+/// A reader for little-endian numbers in a file of known length.
 struct Numbers<'r, R> {
     reader: &'r mut R,
     at: u64,
@@ -104,7 +104,7 @@ impl<R: Read + Seek> Numbers<'_, R> {
     }
 }
 
-/// The blocks of every part at its full resolution, in a file of `length` bytes whose tables begin at `tables`.
+/// The full-resolution blocks of every part, in a file of `length` bytes whose offset tables begin at `tables`.
 pub(super) fn find<R: Read + Seek>(
     reader: &mut R,
     (tables, length): (u64, u64),
@@ -131,7 +131,7 @@ fn part<R: Read + Seek>(
     let mut seen = Seen::new(layer)?;
     let mut blocks = Vec::with_capacity(table.len());
     for offset in table {
-        // The table is written last: zeros are the trace of a program that was interrupted.
+        // The table is written last: zeros mean that the writer was interrupted.
         if *offset == 0 {
             return Err(ReadError::truncated("it was not written to its end"));
         }
@@ -157,7 +157,7 @@ fn part<R: Read + Seek>(
     Ok(blocks)
 }
 
-/// Which blocks of a part were found.
+/// The blocks of a part that were found so far.
 struct Seen {
     block: Vec2<usize>,
     across: usize,
@@ -170,14 +170,14 @@ impl Seen {
         let block = Vec2(wide.max(1), high.max(1));
         let across = width.div_ceil(block.width());
         let count = across.saturating_mul(height.div_ceil(block.height()));
-        // Each has an entry in a table that lies within the file.
+        // Each block needs an entry in a table within the file, so a larger count is impossible.
         if count > layer.chunk_count {
             return Err(ReadError::truncated("blocks are missing"));
         }
         Ok(Self { block, across, found: vec![false; count] })
     }
 
-    /// Takes a block that must have a place of its own.
+    /// Registers a block, which must not occur twice.
     fn take(&mut self, layer: &Layer, place: Place, length: usize) -> Result<(), ReadError> {
         let at = layer.get_block_data_indices(&place.block(Vec::new())).map_err(from_exr)?;
         let bounds = layer.get_absolute_block_pixel_coordinates(at).map_err(from_exr)?;

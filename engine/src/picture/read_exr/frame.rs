@@ -1,4 +1,4 @@
-//! The picture that the blocks of an OpenEXR file are put into: its display window, which need not be the data window of a part.
+//! The display window of an OpenEXR file, into which blocks are copied. It can differ from the data window of a part.
 use super::super::limits::ReadError;
 use super::select::Selection;
 use exr::block::UncompressedBlock;
@@ -8,13 +8,13 @@ use exr::meta::header::Header as Layer;
 use half::f16;
 use std::ops::Range;
 
-/// Where the data of a part lies in the picture.
+/// Position of a part's data in the picture.
 #[derive(Clone, Copy)]
 pub(super) struct Frame {
     /// Size of the display window in pixels.
     pub(super) width: u32,
     pub(super) height: u32,
-    /// The upper left pixel of the data, from that of the picture.
+    /// The upper left pixel of the data, relative to that of the picture.
     left: i64,
     top: i64,
 }
@@ -31,7 +31,7 @@ impl Frame {
         })
     }
 
-    /// True if none of a part's data lies in the picture.
+    /// True if no data of the part lies in the picture.
     pub(super) fn is_empty(&self, layer: &Layer) -> bool {
         let Vec2(width, height) = layer.layer_size;
         shown(self.left, width, self.width as usize).is_empty()
@@ -39,18 +39,18 @@ impl Frame {
     }
 }
 
-/// The pixels of the picture (`whole` pixels wide) among the `length` pixels from `start` on.
+/// Range of pixels visible in the picture (`whole` pixels wide) among the `length` pixels from `start` on.
 fn shown(start: i64, length: usize, whole: usize) -> Range<usize> {
     let clamp = |at: i64| usize::try_from(at.max(0)).unwrap_or(usize::MAX).min(length);
     let whole = i64::try_from(whole).unwrap_or(i64::MAX);
     clamp(start.saturating_neg())..clamp(whole.saturating_sub(start))
 }
 
-/// The picture that blocks are put into; 0 where there are no data.
+/// The picture into which blocks are copied; 0 where there are no data.
 pub(super) struct Target {
     frame: Frame,
     pixels: usize,
-    /// Per stored channel: its type, and the plane it goes to.
+    /// Per stored channel: its type, and the index of its plane.
     channels: Vec<(SampleType, Option<usize>)>,
     pub(super) planes: Vec<f32>,
 }

@@ -1,23 +1,23 @@
-//! Which channels of an EXR file make the picture.
+//! Selects the channels of an EXR file that make the picture.
 
 use super::super::header::list;
 use super::super::limits::ReadError;
 use exr::meta::MetaData;
 use exr::meta::header::Header as Layer;
 
-/// Channels of one layer, in the order of the picture's planes.
+/// The selected channels of one layer, in the order of the picture's planes.
 pub(super) struct Selection {
-    /// Index of the layer (EXR: part).
+    /// Index of the layer (a part, in EXR).
     pub(super) layer: usize,
     /// Indices into the layer's list of channels; 1 to 4.
     pub(super) channels: Vec<usize>,
     /// Their full names.
     pub(super) names: Vec<String>,
-    /// Whether the last is opacity.
+    /// True if the last channel is opacity.
     pub(super) has_alpha: bool,
-    /// True if they are red, green and blue.
+    /// True if the channels are red, green and blue.
     pub(super) is_color: bool,
-    /// The order that was assumed, if their names do not tell it.
+    /// The assumed order, if the names of the channels do not define one.
     pub(super) assumed: Option<String>,
 }
 
@@ -27,7 +27,7 @@ impl Selection {
     }
 }
 
-/// Names of a channel: the usual one, and others for it in lower case. Capital letters matter only where a file has both.
+/// Names of a channel: the usual one, and alternatives in lower case. Case matters only if a file has both.
 struct Known {
     usual: &'static str,
     others: &'static [&'static str],
@@ -43,14 +43,14 @@ const Z: Known = Known { usual: "Z", others: &["z"] };
 const U: Known = Known { usual: "U", others: &["u"] };
 const V: Known = Known { usual: "V", others: &["v"] };
 
-/// Channels that belong together, in their order.
+/// Channels that form a picture, in order.
 struct Group {
     members: &'static [Known],
-    /// True if opacity belongs to them.
+    /// True if an opacity channel is added.
     takes_alpha: bool,
 }
 
-/// What makes a good picture, best first.
+/// Channel groups, best first.
 const GROUPS: [Group; 6] = [
     Group { members: &[R, G, B], takes_alpha: true },
     Group { members: &[X, Y, Z], takes_alpha: false },
@@ -65,7 +65,7 @@ pub(super) fn all_names(meta: &MetaData) -> Vec<String> {
     (0..meta.headers.len()).flat_map(|layer| names(meta, layer)).collect()
 }
 
-/// Chooses the named layer or channel, or the most sensible ones.
+/// Selects the named layer or channel, or the best group.
 pub(super) fn select(meta: &MetaData, wanted: Option<&str>) -> Result<Selection, ReadError> {
     let layers = || 0..meta.headers.len();
     if let Some(wanted) = wanted {
@@ -81,7 +81,7 @@ pub(super) fn select(meta: &MetaData, wanted: Option<&str>) -> Result<Selection,
         .ok_or_else(|| ReadError::corrupt("it has no channels"))
 }
 
-/// Full names of a layer's channels. Files with one layer have its name, if any, in those of the channels already.
+/// Full names of a layer's channels. In files with one layer the channel names already include the layer's name.
 fn names(meta: &MetaData, layer: usize) -> Vec<String> {
     let header: &Layer = &meta.headers[layer];
     let prefix = match &header.own_attributes.layer_name {
@@ -91,7 +91,7 @@ fn names(meta: &MetaData, layer: usize) -> Vec<String> {
     header.channels.list.iter().map(|channel| format!("{prefix}{}", channel.name)).collect()
 }
 
-/// `base_color.R` as `base_color` and `R`.
+/// Splits `base_color.R` into `base_color` and `R`.
 fn split(name: &str) -> (&str, &str) {
     name.rsplit_once('.').unwrap_or(("", name))
 }
@@ -103,7 +103,7 @@ fn channel(meta: &MetaData, layer: usize, wanted: &str) -> Option<Selection> {
     Some(Selection { layer, channels, names, has_alpha: false, is_color: false, assumed: None })
 }
 
-/// The best group of channels that share a prefix: the given one or, in the order of the file, any.
+/// The best group of channels that share a prefix: the given prefix or, in the order of the file, any.
 fn group(meta: &MetaData, layer: usize, prefix: Option<&str>) -> Option<Selection> {
     let names = names(meta, layer);
     let mut prefixes: Vec<&str> = match prefix {
@@ -122,13 +122,13 @@ fn group(meta: &MetaData, layer: usize, prefix: Option<&str>) -> Option<Selectio
             return Some(Selection { layer, channels, names, has_alpha: alpha.is_some(), is_color, assumed: None });
         }
     }
-    // A layer that was asked for by name is given whatever its channels are called.
+    // A layer that was requested by name is read even if its channel names are unknown.
     let prefix = prefix.filter(|prefix| !prefix.is_empty())?;
     let members = (0..names.len()).filter(|index| split(&names[*index]).0 == prefix);
     first_of(layer, &names, members.collect())
 }
 
-/// The channel of a prefix that has one of the known names; the usual one, if there are several.
+/// The channel with this prefix and one of the known names; the usual name is preferred.
 fn find(names: &[String], prefix: &str, known: &Known) -> Option<usize> {
     let own = |index: &usize| split(&names[*index]).0 == prefix;
     let suffix = |index: &usize| split(&names[*index]).1;

@@ -1,12 +1,12 @@
-//! The markers of a JPEG file, followed to its end without decoding: every segment whole, every scan with its tables, and
-//! an end. Decoders fill what is missing with grey, so it must be found here.
+//! Follows the markers of a JPEG file to its end without decoding: every segment must be complete, every scan needs its
+//! tables, and the file needs an end marker. Decoders fill missing data with grey, so it must be found here.
 //!
-//! Source: ITU-T T.81, annex B. Where `zune-jpeg` is stricter than the standard, so is this check: `zune-jpeg` accepts every
-//! file that passes it.
+//! Source: ITU-T T.81, annex B. The check is as strict as `zune-jpeg` where that is stricter than the standard, so
+//! `zune-jpeg` accepts every file that passes.
 use super::super::limits::ReadError;
 use super::tables::Tables;
 
-/// Markers, by the byte after 255.
+/// Markers: the byte after 255.
 mod code {
     pub(super) const SOF0: u8 = 0xc0;
     pub(super) const SOF2: u8 = 0xc2;
@@ -26,10 +26,10 @@ mod code {
     pub(super) const APP14: u8 = 0xee;
 }
 
-/// The most scans and the most segments between two of them that the decoder takes.
+/// The decoder's limit for scans, and for segments between two scans.
 const MOST_SCANS: usize = 100;
 const MOST_BETWEEN: usize = 64;
-/// The most that a component may have more samples than another, in a direction.
+/// The maximum ratio between the sampling factors of two components, per direction.
 const MOST_SAMPLING: u8 = 4;
 
 /// A colour component.
@@ -38,7 +38,7 @@ struct Component {
     quantization: u8,
     dc: u8,
     ac: u8,
-    /// Whether a scan has its coarse part.
+    /// True after a scan with its first coefficients.
     scanned: bool,
 }
 
@@ -54,11 +54,11 @@ struct Walk<'a> {
     tables: Tables,
     frame: Option<Frame>,
     scans: usize,
-    /// Segments since the last scan.
+    /// Number of segments since the last scan.
     between: usize,
 }
 
-/// Follows the markers of a file to the end of its picture.
+/// Follows the markers of a file to the end of the picture.
 pub(super) fn walk(bytes: &[u8]) -> Result<(), ReadError> {
     let (at, tables) = (2, Tables::default());
     let mut walk = Walk { bytes, at, tables, frame: None, scans: 0, between: 0 };
@@ -79,7 +79,7 @@ fn unsupported(what: String, instead: &'static str) -> ReadError {
 }
 
 impl<'a> Walk<'a> {
-    /// Takes a marker with its segment; `false` at the end of the picture.
+    /// Processes a marker with its segment; returns `false` at the end of the picture.
     fn step(&mut self) -> Result<bool, ReadError> {
         let marker = self.marker()?;
         match marker {
@@ -119,11 +119,11 @@ impl<'a> Walk<'a> {
         Ok(true)
     }
 
-    /// The next marker. Bytes before it are skipped, as is usual; they may be any but 255.
+    /// The next marker. Bytes other than 255 before it are skipped, as decoders do.
     fn marker(&mut self) -> Result<u8, ReadError> {
         let rest = self.bytes.get(self.at..).ok_or_else(missing_end)?;
         let start = rest.iter().position(|byte| *byte == 0xff).ok_or_else(missing_end)?;
-        // A marker may begin with any number of bytes of 255.
+        // A marker may be preceded by any number of bytes 255.
         let length = rest[start..].iter().position(|byte| *byte != 0xff).ok_or_else(missing_end)?;
         self.at += start + length + 1;
         match rest[start + length] {
@@ -146,7 +146,7 @@ impl<'a> Walk<'a> {
         Ok(content)
     }
 
-    /// Within compressed data, bytes of 255 are followed by 0 or by the number of a restart.
+    /// Skips compressed data, in which 255 is followed by 0 or by a restart marker.
     fn skip_data(&mut self) -> Result<(), ReadError> {
         loop {
             let rest = self.bytes.get(self.at..).ok_or_else(missing_end)?;
@@ -204,7 +204,7 @@ impl<'a> Walk<'a> {
         Ok(Frame { progressive: marker == code::SOF2, components })
     }
 
-    /// Adobe's segment says what the channels are. It belongs before the frame header.
+    /// Adobe's segment states the meaning of the channels. It must come before the frame header.
     fn adobe(&self, content: &[u8]) -> Result<(), ReadError> {
         if content.len() < 12 || content[11] > 2 {
             return Err(corrupt("its Adobe segment is damaged"));
@@ -216,7 +216,7 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    /// Takes a scan header: its channels exist, and their tables do.
+    /// Checks a scan header: its channels and their tables must exist.
     fn scan(&mut self, content: &[u8]) -> Result<(), ReadError> {
         let Some(frame) = &mut self.frame else { return Err(corrupt("its samples come before its frame header")) };
         let (count, rest) = content.split_first().ok_or_else(|| corrupt("a scan header is empty"))?;
@@ -248,7 +248,8 @@ impl<'a> Walk<'a> {
         if self.scans > MOST_SCANS && frame.progressive {
             return Err(unsupported(format!("it has more than {MOST_SCANS} scans"), "save it with fewer"));
         }
-        // The decoder looks up all tables of a sequential file before its first scan, and quantization tables of any.
+        // The decoder looks up all tables of a sequential file before its first scan, and the quantization tables of
+        // every file.
         let all = self.scans == 1;
         let of_scan = |index: usize| chosen.contains(&index);
         for (index, component) in frame.components.iter_mut().enumerate() {
@@ -273,7 +274,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// Refuses channels whose sizes are no simple fractions of one another.
+/// Refuses channels whose sampling factors are not simple fractions of one another.
 fn check_sampling(components: &[[u8; 3]]) -> Result<(), ReadError> {
     let most =
         |direction: fn(u8) -> u8| components.iter().map(|[_, factors, _]| direction(*factors)).max().unwrap_or(1);
@@ -287,7 +288,7 @@ fn check_sampling(components: &[[u8; 3]]) -> Result<(), ReadError> {
             return Err(unsupported(what, "save it as a usual JPEG"));
         }
     }
-    // The decoder knows factors of 1, 2 and 4 across.
+    // The decoder supports horizontal factors of 1, 2 and 4.
     match components.iter().find(|[_, factors, _]| !across(*factors).is_power_of_two()) {
         Some(_) => Err(unsupported("its channels have a third of its width".into(), "save it as a usual JPEG")),
         None => Ok(()),

@@ -1,12 +1,12 @@
-//! The ICC profile of a JPEG file, which lies in pieces of at most 64 KiB (ICC.1, annex B.4).
+//! The ICC profile of a JPEG file, split into pieces of at most 64 KiB (ICC.1, annex B.4).
 use super::super::icc;
 
-/// Each piece begins with it.
+/// The first bytes of each piece.
 const NAME: &[u8] = b"ICC_PROFILE\0";
 const APP2: u8 = 0xe2;
 const SOS: u8 = 0xda;
 
-/// The profile of a file, nothing if it has none; or why it cannot be put together, as `is …`.
+/// The profile of a file, `None` if there is none; or the reason why it cannot be assembled, as `is …`.
 pub(super) fn find(bytes: &[u8]) -> Result<Option<Vec<u8>>, String> {
     let mut pieces: Vec<(u8, u8, &[u8])> = Vec::new();
     let mut at = 2;
@@ -32,10 +32,10 @@ pub(super) fn find(bytes: &[u8]) -> Result<Option<Vec<u8>>, String> {
     Ok(Some(pieces.iter().flat_map(|(.., content)| content.iter().copied()).collect()))
 }
 
-/// The content of the next segment `APP2` before the first scan.
+/// The content of the next `APP2` segment before the first scan.
 fn next<'a>(bytes: &'a [u8], at: &mut usize) -> Option<&'a [u8]> {
     loop {
-        // A marker may begin with any number of bytes of 255.
+        // A marker may be preceded by any number of bytes 255.
         *at += bytes.get(*at..)?.iter().position(|byte| *byte == 0xff)?;
         *at += bytes[*at..].iter().position(|byte| *byte != 0xff)?;
         let marker = bytes[*at];

@@ -1,35 +1,35 @@
-//! The tables that a JPEG file defines between its scans.
+//! Tracks the tables that a JPEG file defines between its scans.
 use super::super::limits::ReadError;
 
-/// Tables of a sort that a file may hold at a time.
+/// Number of tables of each kind.
 const PLACES: usize = 4;
-/// The most code words of a Huffman table.
+/// Maximum number of code words of a Huffman table.
 const MOST_WORDS: usize = 256;
-/// The largest number that a code word for the first coefficient of a block stands for.
+/// Largest value of a code word for the first coefficient of a block.
 const MOST_BITS: u8 = 15;
 
-/// Which tables are defined.
+/// The tables that are defined.
 #[derive(Debug, Default)]
 pub(super) struct Tables {
     pub(super) quantization: [bool; PLACES],
     /// Huffman tables for the first coefficient of a block.
     pub(super) dc: [bool; PLACES],
-    /// Huffman tables for the others.
+    /// Huffman tables for the other coefficients.
     pub(super) ac: [bool; PLACES],
 }
 
 impl Tables {
-    /// Whether the table number `place` of a sort is defined.
+    /// True if table number `place` of a kind is defined.
     pub(super) fn has(sort: &[bool; PLACES], place: u8) -> bool {
         sort.get(usize::from(place)).is_some_and(|defined| *defined)
     }
 
-    /// Motion JPEG may leave out the usual Huffman tables.
+    /// Defines the standard Huffman tables, which Motion JPEG may omit.
     pub(super) fn add_usual(&mut self) {
         [&mut self.dc, &mut self.ac].into_iter().for_each(|sort| sort[..2].fill(true));
     }
 
-    /// Takes a segment `DQT`.
+    /// Processes a `DQT` segment.
     pub(super) fn define_quantization(&mut self, mut content: &[u8]) -> Result<(), ReadError> {
         while let Some((info, rest)) = content.split_first() {
             let (precision, place) = (info >> 4, usize::from(info & 15));
@@ -45,7 +45,7 @@ impl Tables {
         Ok(())
     }
 
-    /// Takes a segment `DHT`.
+    /// Processes a `DHT` segment.
     pub(super) fn define_huffman(&mut self, mut content: &[u8]) -> Result<(), ReadError> {
         while let Some((info, rest)) = content.split_first() {
             let (class, place) = (info >> 4, usize::from(info & 15));
@@ -68,7 +68,7 @@ impl Tables {
     }
 }
 
-/// Whether there are code words of these lengths, none the beginning of another and none of ones only.
+/// True if these lengths form a prefix code in which no code word consists of ones only.
 fn is_code(counts: &[u8; 16]) -> bool {
     let mut next = 0_u32;
     (1..).zip(counts).all(|(length, count)| {

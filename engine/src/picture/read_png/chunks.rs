@@ -1,27 +1,27 @@
-//! The chunks of a PNG file, followed to the last one without inflating any.
+//! Follows the chunks of a PNG file to the last one without decompressing.
 use super::super::limits::ReadError;
 use std::io::{BufRead, Seek, SeekFrom};
 
 const SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
-/// Where the first chunk begins.
+/// Offset of the first chunk.
 pub(super) const FIRST: u64 = 8;
-/// The most bytes of a chunk.
+/// Maximum bytes of a chunk.
 const MOST: u32 = (1 << 31) - 1;
-/// Length, name and checksum of a chunk.
+/// Bytes of length, name and checksum of a chunk.
 const FRAME: u64 = 12;
-/// Colour type of pictures whose samples are numbers of palette entries.
+/// The colour type of indexed pictures.
 const INDEXED: u8 = 3;
 
-/// What the chunks say that matters for decoding.
+/// The facts about the chunks that decoding needs.
 #[derive(Debug, Default)]
 pub(super) struct Chunks {
     /// Bytes of compressed samples.
     pub(super) data: u64,
-    /// Entries of a palette that has fewer of them than the samples could name.
+    /// Number of palette entries, if it is less than the samples could index.
     pub(super) short_palette: Option<usize>,
 }
 
-/// A chunk: where its content lies, and how long it is.
+/// A chunk: offset and length of its content.
 pub(super) struct Chunk {
     pub(super) name: [u8; 4],
     pub(super) start: u64,
@@ -29,7 +29,7 @@ pub(super) struct Chunk {
 }
 
 impl Chunk {
-    /// Where the next one begins.
+    /// Offset of the next chunk.
     pub(super) fn end(&self) -> u64 {
         self.start + u64::from(self.length) + 4
     }
@@ -38,13 +38,13 @@ impl Chunk {
         String::from_utf8_lossy(&self.name).into_owned()
     }
 
-    /// Chunks whose name begins with a capital letter are needed to show the picture.
+    /// Critical chunks, whose name begins with a capital letter, are needed to show the picture.
     fn is_critical(&self) -> bool {
         self.name[0].is_ascii_uppercase()
     }
 }
 
-/// Follows the chunks of a file of `length` bytes and checks that they are whole, in order, and complete.
+/// Follows the chunks of a file of `length` bytes and checks that they are complete and in order.
 pub(super) fn walk<R: BufRead + Seek>(reader: &mut R, length: u64) -> Result<Chunks, ReadError> {
     let mut signature = [0; 8];
     reader.read_exact(&mut signature).map_err(|_| ReadError::truncated("it ends within its signature"))?;
@@ -63,7 +63,7 @@ pub(super) fn walk<R: BufRead + Seek>(reader: &mut R, length: u64) -> Result<Chu
     }
 }
 
-/// The chunk at a place; the reader stands at its content then.
+/// The chunk at an offset. Leaves the reader at its content.
 pub(super) fn next<R: BufRead + Seek>(reader: &mut R, at: u64, length: u64) -> Result<Chunk, ReadError> {
     if at + FRAME > length {
         return Err(ReadError::truncated("its last chunk, `IEND`, is missing"));
@@ -81,19 +81,19 @@ pub(super) fn next<R: BufRead + Seek>(reader: &mut R, at: u64, length: u64) -> R
     Ok(chunk)
 }
 
-/// What was seen so far.
+/// The chunks seen so far.
 #[derive(Default)]
 struct State {
-    /// Bits of a sample and colour type, of the first chunk.
+    /// Bit depth and colour type from the first chunk.
     header: Option<(u8, u8)>,
     palette: Option<usize>,
     data: Option<u64>,
-    /// Whether another chunk came after the compressed samples.
+    /// True if another chunk followed the compressed samples.
     data_ended: bool,
 }
 
 impl State {
-    /// Takes a chunk; `false` for the last one.
+    /// Processes a chunk; returns `false` for the last one.
     fn take<R: BufRead + Seek>(&mut self, chunk: &Chunk, reader: &mut R) -> Result<bool, ReadError> {
         let corrupt = |message: String| Err(ReadError::corrupt(message));
         if self.header.is_none() != (chunk.name == *b"IHDR") {
@@ -132,12 +132,12 @@ impl State {
         self.header.is_some_and(|(_, color)| color == INDEXED)
     }
 
-    /// As many entries as samples can name. What is no sum of these is refused with the header.
+    /// Number of entries that samples can index. Invalid bit depths are refused with the header.
     fn nameable(&self) -> usize {
         1 << self.header.map_or(8, |(bits, _)| bits.min(8))
     }
 
-    /// Palettes of pictures that are not indexed are suggestions, which are not used.
+    /// Palettes of pictures that are not indexed are only suggestions, and are ignored.
     fn palette(&mut self, chunk: &Chunk) -> Result<(), ReadError> {
         if !self.is_indexed() {
             return Ok(());
@@ -155,7 +155,7 @@ impl State {
         Ok(())
     }
 
-    /// Opacity of palette entries; for other pictures, the decoder knows what to do with it.
+    /// Checks the opacity of palette entries; for other pictures the decoder handles it.
     fn transparency(&self, chunk: &Chunk) -> Result<(), ReadError> {
         if !self.is_indexed() {
             return Ok(());

@@ -1,24 +1,24 @@
-//! The chunks of a PNG file that say how its samples are to be shown, wherever they lie: colour spaces and orientation.
-use super::super::{Told, icc};
+//! The chunks of a PNG file about colour spaces and orientation, at any position in the file.
+use super::super::{HeaderStatements, icc};
 use super::chunks::{Chunk, FIRST, next};
 use flate2::read::ZlibDecoder;
 use image::metadata::Orientation;
 use std::io::{BufRead, Read, Seek};
 
-/// The most bytes of EXIF data that are read; the orientation is in the first of them.
+/// Maximum bytes of EXIF data that are read; the orientation comes early.
 const MOST_EXIF: u64 = 64 << 10;
 
-/// What is said.
+/// The content of these chunks.
 pub(super) struct Tags {
     pub(super) icc: Option<Vec<u8>>,
-    pub(super) told: Told,
+    pub(super) told: HeaderStatements,
     pub(super) orientation: Orientation,
 }
 
-/// Looks through the chunks of a file of `length` bytes as far as they can be followed. Of two with the same name the first
-/// one counts, and one that is too short counts for nothing.
+/// Scans the chunks of a file of `length` bytes as far as they can be followed. Of two chunks with the same name the
+/// first one counts; a chunk that is too short is ignored.
 pub(super) fn find<R: BufRead + Seek>(reader: &mut R, length: u64) -> Tags {
-    let mut tags = Tags { icc: None, told: Told::default(), orientation: Orientation::NoTransforms };
+    let mut tags = Tags { icc: None, told: HeaderStatements::default(), orientation: Orientation::NoTransforms };
     let mut seen: Vec<[u8; 4]> = Vec::new();
     let mut at = FIRST;
     while let Ok(chunk) = next(reader, at, length) {
@@ -76,7 +76,7 @@ fn array<const N: usize>(reader: &mut impl Read) -> Option<[u8; N]> {
 fn profile(content: &mut impl Read) -> Result<Vec<u8>, String> {
     let damaged = |_| "is damaged".to_owned();
     let mut packed = Vec::new();
-    // A profile that is larger when unpacked is not read.
+    // Unpacking stops behind the limit.
     let most = icc::MOST_BYTES as u64 + 1;
     content.take(most).read_to_end(&mut packed).map_err(damaged)?;
     let name = packed.iter().take(80).position(|byte| *byte == 0);

@@ -6,24 +6,24 @@ use tiff::Directory;
 use tiff::decoder::Decoder;
 use tiff::tags::{ByteOrder, IfdPointer, Tag};
 
-/// The most directories that are looked at for the picture.
+/// Maximum number of directories that are searched for the picture.
 const MOST_DIRECTORIES: usize = 64;
 
-/// Bits of `NewSubfileType`: a smaller version of another picture, and a mask of opacity.
+/// Bits of `NewSubfileType`: a reduced version of another picture, and an opacity mask.
 const NOT_THE_PICTURE: u32 = 1 | 4;
 
-/// `SubfileType` of a smaller version, in old files.
+/// `SubfileType` of a reduced version, in old files.
 const REDUCED: u16 = 2;
 
-/// The tags of the picture in a file.
+/// The tags of the picture.
 pub(super) struct Tags<R: Read + Seek> {
     decoder: Decoder<R>,
     directory: Directory,
 }
 
 impl<R: Read + Seek> Tags<R> {
-    /// Finds the picture: the first directory, those below others among them, that is no smaller version of another one and
-    /// no mask. If all are, the first.
+    /// Finds the picture: the first directory, including subdirectories, that is neither a reduced version nor a mask.
+    /// If there is none, the first directory.
     pub(super) fn open(reader: R) -> Result<Self, ReadError> {
         let mut decoder = Decoder::new(reader).map_err(from_tiff)?;
         let mut next = decoder.ifd_pointer();
@@ -68,7 +68,7 @@ impl<R: Read + Seek> Tags<R> {
         self.decoder.read_directory_tags(&self.directory).find_tag_unsigned(tag).map_err(from_tiff)
     }
 
-    /// The value of a tag that must be there.
+    /// Value of a required tag.
     pub(super) fn required<T: TryFrom<u64>>(&mut self, tag: Tag) -> Result<T, ReadError> {
         self.number(tag)?.ok_or_else(|| ReadError::corrupt(format!("its tag {tag:?} is missing")))
     }
@@ -78,7 +78,7 @@ impl<R: Read + Seek> Tags<R> {
         self.decoder.read_directory_tags(&self.directory).find_tag_unsigned_vec(tag).map_err(from_tiff)
     }
 
-    /// The bytes of a tag, of which there must be at most `most`.
+    /// Bytes of a tag; at most `most`.
     pub(super) fn bytes(&mut self, tag: Tag, most: u64) -> Result<Option<Vec<u8>>, ReadError> {
         let Some(count) = self.directory.get(tag).map(tiff::decoder::ifd::Entry::count) else { return Ok(None) };
         if count > most {
@@ -98,7 +98,7 @@ impl<R: Read + Seek> Tags<R> {
         self.decoder.byte_order() == ByteOrder::BigEndian
     }
 
-    /// Bytes of the file that were found to lie within it.
+    /// Reads bytes that were checked to lie within the file.
     pub(super) fn part(&mut self, (place, length): (u64, u64)) -> Result<Vec<u8>, ReadError> {
         let io = |error: std::io::Error| ReadError::from_decoder(&error);
         self.decoder.goto_offset_u64(place).map_err(io)?;

@@ -1,52 +1,52 @@
 //! The tags of a TIFF file that describe its samples.
 use super::super::limits::ReadError;
 use super::super::turn::upright_header;
-use super::super::{FileFormat, Header, SampleKind, Told, default_names};
+use super::super::{FileFormat, Header, HeaderStatements, SampleKind, default_names};
 use super::directory::Tags;
 use super::unsupported;
 use image::metadata::Orientation;
 use std::io::{Read, Seek};
 use tiff::tags::{CompressionMethod, PhotometricInterpretation as Meaning, Predictor, SampleFormat, Tag};
 
-/// The most samples of a pixel that a file may store, whatever is taken of them.
+/// Maximum number of samples per pixel in a file; some may be unused.
 const MOST_STORED: u16 = 64;
 
-/// The most bytes of a colour profile. Profiles of printers have a few million.
+/// Maximum size of a colour profile in bytes. Profiles of printers have a few million.
 const MOST_PROFILE: u64 = 16 << 20;
 
-/// The most bytes of the tables of JPEG strips.
+/// Maximum size in bytes of the tables of JPEG strips.
 const MOST_TABLES: u64 = 1 << 16;
 
-/// `ExtraSamples` of opacity that colours are multiplied by, and of opacity that they are not.
+/// `ExtraSamples`: opacity with premultiplied colours, and opacity without.
 const ASSOCIATED: u16 = 1;
 const UNASSOCIATED: u16 = 2;
 
-/// How the samples are stored.
+/// Layout of the samples.
 pub(super) struct Layout {
     /// The header of the upright picture.
     pub(super) header: Header,
-    /// Width and height as stored.
+    /// Width and height before turning.
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) orientation: Orientation,
     pub(super) method: CompressionMethod,
     pub(super) predictor: Predictor,
-    /// Bits of a sample.
+    /// The bits of a sample.
     pub(super) bits: u16,
-    /// Samples of a pixel, of which the first are the channels.
+    /// Number of samples of a pixel; the first ones are the channels.
     pub(super) stored: u16,
-    /// True if the file stores a plane after the other.
+    /// True if the planes are stored separately.
     pub(super) planes_apart: bool,
-    /// True if grey is white where it is 0.
+    /// True if 0 is white in a grey picture.
     pub(super) white_is_zero: bool,
-    /// The colours that samples are numbers of.
+    /// The colours of an indexed picture.
     pub(super) palette: Option<Vec<[f32; 3]>>,
     pub(super) is_big_endian: bool,
-    /// True if the first bit of a byte is its lowest one.
+    /// True if the first pixel is in the lowest bit of a byte.
     pub(super) reversed: bool,
-    /// True if JPEG samples are luma and two differences of colour.
+    /// True if JPEG samples are YCbCr.
     pub(super) is_ycbcr: bool,
-    /// The tables that all JPEG strips or tiles share.
+    /// The tables shared by all JPEG strips or tiles.
     pub(super) tables: Option<Vec<u8>>,
 }
 
@@ -91,7 +91,7 @@ impl Layout {
             has_alpha,
             icc: tags.bytes(Tag::IccProfile, MOST_PROFILE)?,
             associated: has_alpha && extra.first() == Some(&ASSOCIATED),
-            told: Told::default(),
+            told: HeaderStatements::default(),
         };
         Ok(Self {
             header: upright_header(stored_header, orientation),
@@ -112,13 +112,13 @@ impl Layout {
         })
     }
 
-    /// The samples of a pixel in one strip or tile.
+    /// Number of interleaved samples of a pixel in one strip or tile.
     pub(super) fn together(&self) -> usize {
         if self.planes_apart { 1 } else { usize::from(self.stored) }
     }
 }
 
-/// How the samples are stored, and their bits.
+/// Type of the samples, and their bits.
 fn samples<R: Read + Seek>(tags: &mut Tags<R>) -> Result<(SampleKind, u16), ReadError> {
     let bits: Vec<u16> = tags.numbers(Tag::BitsPerSample)?.unwrap_or_default();
     let formats: Vec<u16> = tags.numbers(Tag::SampleFormat)?.unwrap_or_default();
@@ -142,7 +142,7 @@ fn samples<R: Read + Seek>(tags: &mut Tags<R>) -> Result<(SampleKind, u16), Read
     Ok((kind, bits))
 }
 
-/// The number of channels that are taken, and if the last is opacity.
+/// Number of channels that are read, and whether the last is opacity.
 fn channels(meaning: Meaning, stored: u16, extra: &[u16]) -> Result<(u8, bool), ReadError> {
     let few = || ReadError::corrupt("it has fewer channels than its colours need");
     match meaning {
@@ -161,7 +161,7 @@ fn channels(meaning: Meaning, stored: u16, extra: &[u16]) -> Result<(u8, bool), 
     }
 }
 
-/// The colours that samples of so many bits are numbers of.
+/// The colours of a palette for samples of this depth.
 fn palette<R: Read + Seek>(
     tags: &mut Tags<R>,
     (kind, bits, stored): (SampleKind, u16, u16),
@@ -174,13 +174,13 @@ fn palette<R: Read + Seek>(
     if codes.len() != 3 * count {
         return Err(ReadError::corrupt(format!("its palette has {} numbers; it must have {}", codes.len(), 3 * count)));
     }
-    // Some programs write bytes where the format wants words.
+    // Some programs write bytes where the format requires words.
     let most = if codes.iter().all(|code| *code < 256) { 255.0 } else { 65535.0 };
     let color = |index: usize| [0, 1, 2].map(|channel| f32::from(codes[channel * count + index]) / most);
     Ok((0..count).map(color).collect())
 }
 
-/// The predictor, which only LZW and DEFLATE have.
+/// The predictor, which is allowed only for LZW and DEFLATE.
 fn predictor<R: Read + Seek>(
     tags: &mut Tags<R>,
     method: CompressionMethod,

@@ -1,5 +1,5 @@
-//! Where a TIFF file keeps its samples, checked without unpacking any: every strip or tile lies within the file, is packed
-//! by a known method, and together they can hold the picture.
+//! Locations of the samples in a TIFF file, checked without decompressing: every strip or tile must lie within the file
+//! and use a known compression, and together they must be long enough for the picture.
 use super::super::limits::ReadError;
 use super::directory::Tags;
 use super::layout::Layout;
@@ -7,27 +7,27 @@ use super::{unpack, unsupported};
 use std::io::{Read, Seek};
 use tiff::tags::{CompressionMethod, Tag};
 
-/// LZW, the densest of the methods, makes at most 4096 bytes of 12 bits.
+/// The best possible ratio: LZW, the densest method, encodes at most 4096 bytes in 12 bits.
 const BEST_RATIO: u64 = 4096;
 
-/// The places of all strips or tiles.
-pub(super) struct Places {
-    /// Width and height of a strip or tile in pixels; only a tile may reach beyond the picture.
+/// Locations of all strips or tiles.
+pub(super) struct ChunkLocations {
+    /// Width and height of a strip or tile in pixels; only tiles may exceed the picture.
     pub(super) wide: u32,
     pub(super) rows: u32,
-    /// Strips or tiles of a plane.
+    /// Numbers of strips or tiles of a plane.
     pub(super) across: usize,
     pub(super) down: usize,
-    /// Bytes of a row of a strip or tile, unpacked.
+    /// Bytes of an unpacked row of a strip or tile.
     pub(super) row_bytes: usize,
     /// The height of the picture.
     height: u32,
-    /// Place and length of each, plane after plane, by rows.
+    /// Offset and length of each strip or tile, plane after plane, row by row.
     parts: Vec<(u64, u64)>,
 }
 
-impl Places {
-    /// Compares the places of the strips or tiles with a file of `length` bytes.
+impl ChunkLocations {
+    /// Reads the locations of the strips or tiles and checks them for a file of `length` bytes.
     pub(super) fn read<R: Read + Seek>(tags: &mut Tags<R>, layout: &Layout, length: u64) -> Result<Self, ReadError> {
         use CompressionMethod::{Deflate, LZW, ModernJPEG, None, OldDeflate, PackBits};
         if !matches!(layout.method, None | LZW | Deflate | OldDeflate | PackBits | ModernJPEG) {
@@ -58,7 +58,7 @@ impl Places {
         Ok(places)
     }
 
-    /// The sizes alone.
+    /// Reads only the sizes.
     fn sizes<R: Read + Seek>(tags: &mut Tags<R>, layout: &Layout, tiled: bool) -> Result<Self, ReadError> {
         let Layout { width, height, .. } = *layout;
         let (wide, rows) = if tiled {
@@ -92,7 +92,8 @@ impl Places {
             let unpacked = self.bytes(index) as u64;
             let (offset, count) = &mut self.parts[index];
             if layout.method == CompressionMethod::None {
-                // Plain samples are read whatever length is stated; the last tile may lack the rows below the picture.
+                // For uncompressed samples the stated length is ignored; the last tile may lack the rows below the
+                // picture.
                 *count = unpacked;
             }
             if *count == 0 {
@@ -120,12 +121,12 @@ impl Places {
         Ok(())
     }
 
-    /// Place and length of a strip or tile in the file.
+    /// Offset and length of a strip or tile in the file.
     pub(super) fn part(&self, index: usize) -> (u64, u64) {
         self.parts[index]
     }
 
-    /// Width of a strip or tile, and those of its rows that lie within the picture.
+    /// Width of a strip or tile, and the number of its rows within the picture.
     pub(super) fn frame(&self, index: usize) -> (u32, u32) {
         let row = u32::try_from(index % (self.across * self.down) / self.across).unwrap_or(u32::MAX);
         (self.wide, self.rows.min(self.height.saturating_sub(row.saturating_mul(self.rows))))
@@ -137,8 +138,8 @@ impl Places {
     }
 }
 
-/// The most bytes of a strip or tile of a picture of `needed` bytes. A tile may be larger than the picture, but not without
-/// end.
+/// Maximum bytes of a strip or tile, for a picture of `needed` bytes. A tile may be larger than the picture,
+/// but only to a limit.
 fn most_of_a_part(needed: u64) -> u64 {
     needed.max(1 << 20).saturating_mul(2)
 }

@@ -1,21 +1,21 @@
-//! Samples of strips and tiles, put where they lie in the planes of the picture.
+//! Unpacks strips and tiles into the planes of the picture.
 use super::super::SampleKind;
 use super::super::guard::guarded;
 use super::super::limits::ReadError;
 use super::super::read_png::packed_sample;
 use super::layout::Layout;
-use super::places::Places;
+use super::places::ChunkLocations;
 use super::unpack::unpack;
 use half::f16;
 use rayon::prelude::*;
 use tiff::tags::Predictor;
 
-/// All channels, one after another, as they are stored.
-pub(super) fn planes(file: &[u8], layout: &Layout, places: &Places) -> Result<Vec<f32>, ReadError> {
+/// All channels, one after another, as stored.
+pub(super) fn planes(file: &[u8], layout: &Layout, places: &ChunkLocations) -> Result<Vec<f32>, ReadError> {
     let width = layout.width as usize;
     let pixels = width * layout.height as usize;
     let mut planes = vec![0.0; pixels * usize::from(layout.header.channels)];
-    // The rows of a strip or of a row of tiles, of all channels.
+    // Rows of each strip or row of tiles, for all channels.
     let mut bands: Vec<Vec<&mut [f32]>> = (0..places.down).map(|_| Vec::new()).collect();
     for plane in planes.chunks_exact_mut(pixels) {
         for (band, rows) in bands.iter_mut().zip(plane.chunks_mut(width * places.rows as usize)) {
@@ -24,13 +24,19 @@ pub(super) fn planes(file: &[u8], layout: &Layout, places: &Places) -> Result<Ve
     }
     let fill = |(row, mut band): (usize, Vec<&mut [f32]>)| guarded(|| fill(file, layout, places, row, &mut band));
     let done: Vec<Result<(), ReadError>> = bands.into_par_iter().enumerate().map(fill).collect();
-    // The first of several errors is told, whatever the threads.
+    // Report the first error, independent of the threads.
     done.into_iter().collect::<Result<(), ReadError>>()?;
     Ok(planes)
 }
 
-/// Unpacks the strip or the tiles of a row of them.
-fn fill(file: &[u8], layout: &Layout, places: &Places, row: usize, band: &mut [&mut [f32]]) -> Result<(), ReadError> {
+/// Unpacks one strip or one row of tiles.
+fn fill(
+    file: &[u8],
+    layout: &Layout,
+    places: &ChunkLocations,
+    row: usize,
+    band: &mut [&mut [f32]],
+) -> Result<(), ReadError> {
     let (width, wide, together) = (layout.width as usize, places.wide as usize, layout.together());
     let groups = if layout.planes_apart { band.len() } else { 1 };
     let mut scratch = Vec::new();
@@ -60,11 +66,12 @@ fn fill(file: &[u8], layout: &Layout, places: &Places, row: usize, band: &mut [&
     Ok(())
 }
 
-/// Undoes the predictor of a row, and gives its samples the order of bytes of this machine.
+/// Undoes the predictor of a row, and converts its samples to native byte order.
 fn restore(row: &mut [u8], layout: &Layout, together: usize, scratch: &mut Vec<u8>) {
     let bytes = layout.header.kind.bytes();
     if layout.predictor == Predictor::FloatingPoint {
-        // The highest bytes of all samples, then the second ones, and so on; each but the first a difference.
+        // The highest bytes of all samples, then the second ones, and so on; each is stored as a difference from the
+        // one before.
         add_up::<1>(row, together, |[a], [b]| [a.wrapping_add(b)]);
         scratch.clear();
         scratch.extend_from_slice(row);
@@ -93,7 +100,7 @@ fn restore(row: &mut [u8], layout: &Layout, together: usize, scratch: &mut Vec<u
     }
 }
 
-/// Adds to each sample of N bytes the one of the pixel before.
+/// Adds to each sample of N bytes the sample of the pixel before.
 fn add_up<const N: usize>(row: &mut [u8], together: usize, add: impl Fn([u8; N], [u8; N]) -> [u8; N]) {
     let (samples, _) = row.as_chunks_mut::<N>();
     for k in together..samples.len() {
@@ -101,10 +108,10 @@ fn add_up<const N: usize>(row: &mut [u8], together: usize, add: impl Fn([u8; N],
     }
 }
 
-/// Converts one of the `together` samples of each pixel, number `from`, into values of a channel.
+/// Converts sample number `from` of each pixel with `together` samples to values of a channel.
 fn put(row: &[u8], layout: &Layout, place: (usize, usize), channel: usize, out: &mut [f32]) {
     let inverted = layout.white_is_zero && channel == 0;
-    // Turned round as a whole number, which is exact.
+    // Inverted as an integer, which is exact.
     let code = |code: u32, most: u32| if inverted { most - code } else { code };
     match layout.header.kind {
         SampleKind::U8 if layout.bits < 8 => {

@@ -1,8 +1,8 @@
-//! The methods by which strips and tiles are packed.
+//! The compression methods of strips and tiles.
 use super::super::limits::ReadError;
 use super::super::read_jpeg;
 use super::layout::Layout;
-use super::places::Places;
+use super::places::ChunkLocations;
 use flate2::read::ZlibDecoder;
 use std::borrow::Cow;
 use std::io::Read;
@@ -10,8 +10,13 @@ use tiff::tags::CompressionMethod;
 use weezl::BitOrder;
 use weezl::decode::Decoder;
 
-/// Those rows of a strip or tile that lie within the picture.
-pub(super) fn unpack(file: &[u8], layout: &Layout, places: &Places, index: usize) -> Result<Vec<u8>, ReadError> {
+/// The unpacked rows of a strip or tile that lie within the picture.
+pub(super) fn unpack(
+    file: &[u8],
+    layout: &Layout,
+    places: &ChunkLocations,
+    index: usize,
+) -> Result<Vec<u8>, ReadError> {
     let (place, length) = places.part(index);
     let whole = |number: u64| usize::try_from(number).map_err(ReadError::corrupt);
     let (place, length) = (whole(place)?, whole(length)?);
@@ -43,8 +48,8 @@ fn cut() -> ReadError {
     ReadError::damaged("it ends within the picture")
 }
 
-/// LZW with codes whose first bit is the highest one. Bytes behind the last sample are not looked at: some programs write no
-/// code for the end, or one with a bit too few.
+/// LZW with the highest bit first. Bytes behind the last sample are ignored: some programs write no end code, or one
+/// that is a bit too short.
 fn lzw(packed: &[u8], size: usize) -> Result<Vec<u8>, ReadError> {
     if let [0, second, ..] = packed
         && second & 1 == 1
@@ -68,7 +73,7 @@ fn lzw(packed: &[u8], size: usize) -> Result<Vec<u8>, ReadError> {
     Ok(bytes)
 }
 
-/// A byte tells how many follow as they are, or how often the next one follows.
+/// A control byte gives the number of literal bytes that follow, or the number of repeats of the next byte.
 fn pack_bits(packed: &[u8], size: usize) -> Result<Vec<u8>, ReadError> {
     let mut bytes = Vec::with_capacity(size);
     let mut rest = packed;
@@ -97,7 +102,7 @@ pub(super) fn check_jpeg(packed: &[u8], layout: &Layout, frame: (u32, u32)) -> R
     read_jpeg::check_part(&joined(packed, layout)?, frame, layout.together())
 }
 
-/// A JPEG strip or tile as a file: with the tables that it shares with others, and with the mark of Adobe that says if its
+/// A JPEG strip or tile as a complete file: with the shared tables, and with the Adobe segment that tells whether its
 /// three channels are RGB.
 fn joined(packed: &[u8], layout: &Layout) -> Result<Vec<u8>, ReadError> {
     const START: &[u8] = &[0xff, 0xd8];

@@ -1,6 +1,6 @@
-//! OpenEXR in tiles with mip levels, as renderers read textures piece by piece.
+//! OpenEXR with tiles and mip levels, so that renderers can read parts of a texture.
 //!
-//! Tiles lie in the file in the order in which they are complete; the table at the beginning tells where.
+//! Tiles lie in the file in the order of completion; the table at the beginning has their offsets.
 use super::super::encode::{Rows, Tally, halves, range_of};
 use super::super::levels::{Level, Levels, SIDE};
 use super::super::lossless::Zlib;
@@ -14,21 +14,21 @@ use half::slice::HalfFloatSliceExt;
 use rayon::prelude::*;
 use std::io::{self, Seek, SeekFrom, Write};
 
-/// Neighbours of which the first tells whether they are worth compressing: to try it takes as long as to write a small tile.
+/// Number of neighbouring tiles that share one trial of compression: a trial takes as long as writing a small tile.
 const TOGETHER: u32 = 4;
 
-/// A picture with all its levels under construction.
+/// A picture and its mip levels under construction.
 pub(in crate::picture) struct TiledSink<W> {
     output: W,
     depth: Depth,
     zlib: Zlib,
     levels: Levels,
-    /// Indices of the channels in the order of the file.
+    /// Channel indices in the order of the file.
     order: Vec<usize>,
-    /// Where the table of tiles begins.
+    /// Offset of the tile table.
     table: u64,
     position: u64,
-    /// Place of each tile.
+    /// Offset of each tile.
     places: Vec<u64>,
 }
 
@@ -45,7 +45,7 @@ impl<W: Write + Seek> TiledSink<W> {
         let mut start = header_bytes(&header).map_err(io::Error::other)?;
         attributes(&mut start, &spec.metadata)?;
         let table = start.len() as u64;
-        // Zeros until the end: a reader knows that the file is incomplete.
+        // Zeros until the end, by which readers recognise an incomplete file.
         start.resize(start.len() + header.chunk_count * 8, 0);
         output.write_all(&start)?;
         let mut order: Vec<usize> = (0..spec.channels.len()).collect();
@@ -95,7 +95,7 @@ impl<W: Write + Seek> TiledSink<W> {
     }
 }
 
-/// The bytes of a tile, row by row and within it channel by channel, and what became of the samples.
+/// Bytes of a tile, row by row and within a row channel by channel, and the statistics of the samples.
 fn tile(level: &Level, (x, rows): (u32, u32), order: &[usize], depth: Depth) -> (Vec<u8>, Tally) {
     let (left, width) = ((x * SIDE) as usize, level.width as usize);
     let right = (left + SIDE as usize).min(width);

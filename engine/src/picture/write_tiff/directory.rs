@@ -2,7 +2,7 @@
 
 use std::io;
 
-/// Tags in ascending order, as the format demands.
+/// Tags in ascending order, as the format requires.
 pub(super) struct Directory {
     big: bool,
     entries: Vec<Entry>,
@@ -34,12 +34,12 @@ impl Directory {
         self.add(tag, LONG, values.len(), values.iter().flat_map(|value| value.to_le_bytes()).collect());
     }
 
-    /// A number as the quotient of two.
+    /// A tag with a rational number.
     pub(super) fn ratio(&mut self, tag: u16, [above, below]: [u32; 2]) {
         self.add(tag, RATIONAL, 1, [above.to_le_bytes(), below.to_le_bytes()].concat());
     }
 
-    /// Places in the file, and lengths.
+    /// A tag with offsets in the file or lengths.
     pub(super) fn places(&mut self, tag: u16, values: &[u64]) {
         if self.big {
             self.add(tag, LONG8, values.len(), values.iter().flat_map(|value| value.to_le_bytes()).collect());
@@ -60,8 +60,8 @@ impl Directory {
         self.entries.push(Entry { tag, kind, count: count as u64, value });
     }
 
-    /// The directory, to be written at the given place, with the values that do not fit their entries behind it. `more`:
-    /// another one follows.
+    /// Bytes of the directory for the given offset; values that do not fit their entries follow it. `more`: another
+    /// directory follows.
     pub(super) fn bytes(&self, place: u64, more: bool) -> io::Result<Vec<u8>> {
         let (field, count_bytes) = if self.big { (8, 8) } else { (4, 2) };
         let length = count_bytes + self.entries.len() * (4 + 2 * field) + field;

@@ -1,4 +1,5 @@
-//! TIFF in tiles with mip levels, each a directory of its own after the one before, as `maketx` writes them.
+//! TIFF with tiles and mip levels. Each level has its own directory, after that of the level before, as `maketx` writes
+//! them.
 use super::super::encode::{RowEncoder, Rows, Tally};
 use super::super::levels::{Level, Levels, SIDE};
 use super::super::lossless::Zlib;
@@ -7,18 +8,18 @@ use super::{Blocks, begin, compress, directory, end};
 use rayon::prelude::*;
 use std::io::{self, Seek, Write};
 
-/// A picture with all its levels under construction.
+/// A picture and its mip levels under construction.
 pub(in crate::picture) struct TiledSink<W> {
     output: W,
     spec: PictureSpec,
     zlib: Zlib,
-    /// Whether places take 64 bits.
+    /// True if offsets have 64 bits.
     big: bool,
     levels: Levels,
-    /// One for each level.
+    /// One encoder for each level.
     encoders: Vec<RowEncoder>,
     position: u64,
-    /// Place and length of each tile.
+    /// Offset and length of each tile.
     tiles: Vec<(u64, u64)>,
 }
 
@@ -80,7 +81,7 @@ fn row_bytes(pixel: usize) -> usize {
     SIDE as usize * pixel
 }
 
-/// A tile of a row of them, whole: what lies beyond the picture is as its edge, which shrinks best.
+/// A tile from a row of tiles. Pixels beyond the picture repeat its edge, which compresses best.
 fn tile(rows: &[u8], line: usize, x: usize, pixel: usize) -> Vec<u8> {
     let (side, start) = (SIDE as usize, x * row_bytes(pixel));
     let mut bytes = Vec::with_capacity(side * row_bytes(pixel));

@@ -1,4 +1,4 @@
-//! Nodes that compute little and count how often they do.
+//! Cheap nodes that count how often they are computed.
 #![allow(dead_code, reason = "each test program uses a part of it")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -53,7 +53,7 @@ node!(
 );
 
 node!(
-    /// Point-wise: one more, twice the sum of its inputs' mean.
+    /// Point-wise: one, plus twice the mean of its inputs.
     Plus {
         /// One.
         a: In<Gray>,
@@ -74,7 +74,7 @@ node!(
 node!(
     /// The mean of a pixel and its left and right neighbours.
     Smooth {
-        /// What.
+        /// Input.
         input: In<Gray>,
     } -> VALUE,
     |this, cx| Ok(Outputs::one(Field::map(Type::Gray, [cx.get(&this.input)?], Halo::px(1), |out, [input]| {
@@ -87,7 +87,7 @@ node!(
     })))
 );
 
-/// A field at places that another one tells, in pixels.
+/// A field sampled at positions that another field shifts, in pixels.
 struct Shifted {
     input: Field,
     by: Field,
@@ -126,13 +126,13 @@ impl FieldSource for Shifted {
 }
 
 node!(
-    /// Reads its input at places that depend on values.
+    /// Shifts its input by the values of another field.
     Shift {
-        /// What.
+        /// Input.
         input: In<Gray>,
-        /// By how many pixels to the right.
+        /// Shift to the right in pixels.
         by: In<Gray>,
-        /// At most so many.
+        /// Largest shift.
         most: u32,
     } -> VALUE,
     |this, cx| {
@@ -141,7 +141,7 @@ node!(
     }
 );
 
-/// The difference to the mean of the whole picture.
+/// The difference from the mean of the whole picture.
 struct FromMean(Field);
 
 impl FieldSource for FromMean {
@@ -173,18 +173,18 @@ impl FieldSource for FromMean {
 }
 
 node!(
-    /// The difference to the mean of the whole picture.
+    /// The difference from the mean of the whole picture.
     Centre {
-        /// What.
+        /// Input.
         input: In<Gray>,
     } -> VALUE,
     |this, cx| Ok(Outputs::one(Field::new(Type::Gray, Tiling::BOTH, FromMean(cx.get(&this.input)?))))
 );
 
-/// How often the code of solids ran.
+/// Number of runs of the code of solids.
 pub(crate) static SOLIDS: AtomicU64 = AtomicU64::new(0);
 
-/// One more than the mean of the inputs; x without any.
+/// One plus the mean of the inputs; x if there are none.
 struct Code;
 
 impl SolidSource for Code {
@@ -206,7 +206,7 @@ impl SolidSource for Code {
 }
 
 node!(
-    /// A solid of solids.
+    /// A solid made of solids.
     Block {
         /// One.
         a: Option<In<AnySolid>>,
@@ -222,7 +222,7 @@ node!(
 node!(
     /// The plane z = 0.
     Slice {
-        /// Through what.
+        /// Solid to cut.
         solid: In<AnySolid>,
     } -> VALUE,
     |this, cx| {
@@ -244,11 +244,11 @@ static DONE: Mutex<bool> = Mutex::new(false);
 static TOLD: Condvar = Condvar::new();
 
 node!(
-    /// Points, made at once.
+    /// Points, made immediately.
     Seed {
         /// Read first.
         after: Option<In<Points>>,
-        /// Whether to tell the one that waits.
+        /// Whether to wake the `Wait` node.
         tells: bool,
     } -> Output::new("points", Type::Points, "Points."),
     |this, cx| {
@@ -262,7 +262,7 @@ node!(
 );
 
 node!(
-    /// Points that are not made before the `Seed` that tells it, long as that may take.
+    /// Points that are made only after a `Seed` with `tells` has run.
     Wait {
         /// Unused.
         number: u32,
@@ -276,7 +276,7 @@ node!(
 );
 
 node!(
-    /// A number of both sets of points.
+    /// Number of points in both sets.
     Both {
         /// One.
         a: In<Points>,
@@ -289,7 +289,7 @@ node!(
     }
 );
 
-/// All of them.
+/// A registry of these nodes.
 pub(crate) fn registry() -> Registry {
     let kinds = vec![
         Kind::of::<Ramp>(),

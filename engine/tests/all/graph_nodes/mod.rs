@@ -1,10 +1,10 @@
-//! A few nodes that do nothing but have every sort of port and parameter.
+//! Nodes without function that have every kind of port and parameter.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{
     AnyField, CanvasFacts, Color, Context, EveryField, FilePath, Formula, Gray, In, Linear, MaterialInputs, Node,
-    Output, Outputs, Range, Rgb, Taken, Vec2Field, Xy,
+    Output, Outputs, Range, Rgb, TakenChannel, Vec2Field, Xy,
 };
 use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::value::{Channel, ChannelSet, Lattice, Material, Points, Stop, Tiling, Type};
@@ -29,7 +29,7 @@ thread_local! {
     static BUILT: Cell<usize> = const { Cell::new(0) };
 }
 
-/// How many nodes this thread has built and had check themselves.
+/// Number of nodes that this thread has built and checked.
 #[allow(dead_code, reason = "not every test program asks")]
 pub(crate) fn built() -> usize {
     BUILT.get()
@@ -89,7 +89,7 @@ pub(crate) struct Bands {
     pub(crate) label: String,
     /// A switch.
     pub(crate) on: bool,
-    /// May be infinite.
+    /// Can be infinite.
     #[schemars(extend("infinite" = true))]
     pub(crate) k: f64,
     /// A list.
@@ -100,7 +100,7 @@ pub(crate) struct Bands {
     pub(crate) branches: Vec<Branch>,
     /// A seed.
     pub(crate) seed: u64,
-    /// Perhaps a number.
+    /// An optional number.
     pub(crate) limit: Option<f64>,
 }
 
@@ -188,7 +188,7 @@ pub(crate) struct Mix {
     pub(crate) a: In<AnyField>,
     /// Other.
     pub(crate) b: In<AnyField>,
-    /// How much.
+    /// Amount.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub(crate) amount: In<Gray>,
 }
@@ -215,7 +215,7 @@ node!(Sum, [Output::new("value", Type::Gray, "Sum.")]);
 pub(crate) struct Compute {
     /// One.
     pub(crate) a: Option<In<EveryField>>,
-    /// What.
+    /// Formula.
     pub(crate) formula: Formula,
 }
 
@@ -250,9 +250,9 @@ impl Node for Compute {
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Warp {
-    /// What.
+    /// Input.
     pub(crate) input: In<AnyField>,
-    /// Where to.
+    /// Displacement.
     pub(crate) vector: In<Vec2Field>,
 }
 node!(Warp, [Output::like("value", &["input"], "Warped.")]);
@@ -261,7 +261,7 @@ node!(Warp, [Output::like("value", &["input"], "Warped.")]);
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Image {
-    /// Where it is.
+    /// Path.
     pub(crate) path: FilePath,
 }
 
@@ -277,11 +277,11 @@ impl Node for Image {
     }
 }
 
-/// What does not repeat.
+/// A field that does not repeat.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Ramp {
-    /// What.
+    /// Input.
     pub(crate) input: Option<In<AnyField>>,
 }
 
@@ -297,11 +297,11 @@ impl Node for Ramp {
     }
 }
 
-/// What makes its input repeat, across only if `x_only`.
+/// A node that makes its input repeat; only across if `x_only`.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Seamless {
-    /// What.
+    /// Input.
     pub(crate) input: In<AnyField>,
     /// Whether only across.
     pub(crate) x_only: bool,
@@ -358,7 +358,7 @@ impl Node for Surface {
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Layers {
-    /// Them.
+    /// Materials.
     pub(crate) materials: Vec<In<Material>>,
 }
 node!(Layers, [Output::new("material", Type::Material, "M.")]);
@@ -367,14 +367,14 @@ node!(Layers, [Output::new("material", Type::Material, "M.")]);
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Layer {
-    /// Of what.
+    /// Material.
     pub(crate) material: In<Material>,
-    /// Where.
+    /// Mask.
     pub(crate) mask: Option<In<Gray>>,
-    /// How much.
+    /// Opacity.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub(crate) opacity: In<Gray>,
-    /// How often.
+    /// Count.
     pub(crate) count: u32,
 }
 
@@ -388,11 +388,11 @@ impl Default for Layer {
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Stack {
-    /// Below all.
+    /// Lowest material.
     pub(crate) base: Option<In<Material>>,
-    /// Them.
+    /// Layers.
     pub(crate) layers: Vec<Layer>,
-    /// Above all.
+    /// Highest material.
     pub(crate) top: Option<In<Material>>,
 }
 
@@ -401,7 +401,7 @@ impl Node for Stack {
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         count();
-        // Which slots each got, for tests to read.
+        // Reports the slots of each layer to the tests.
         let slots = self.layers.iter().map(|layer| {
             let mask = layer.mask.as_ref().and_then(In::slot);
             format!("{:?} {mask:?} {:?} {}", layer.material.slot(), layer.opacity.slot(), layer.count)
@@ -440,8 +440,8 @@ impl Default for Take {
 impl Node for Take {
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "C.")];
 
-    fn takes(&self) -> Vec<Taken> {
-        vec![Taken { port: "material", field: "channel", channel: self.channel }]
+    fn takes(&self) -> Vec<TakenChannel> {
+        vec![TakenChannel { port: "material", field: "channel", channel: self.channel }]
     }
 
     fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
@@ -449,7 +449,7 @@ impl Node for Take {
     }
 }
 
-/// All of them.
+/// A registry of these nodes.
 pub(crate) fn registry() -> Registry {
     let kinds = vec![
         Kind::of::<Bands>(),

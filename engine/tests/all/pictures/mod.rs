@@ -1,4 +1,4 @@
-//! Small picture files of each sort, made here byte by byte or by the writers of other programs.
+//! Small picture files of each format, built byte by byte or by the writers of other programs.
 #![allow(dead_code, clippy::unwrap_used, reason = "each test program uses a part of it, and fails by panicking")]
 
 use exr::prelude::{
@@ -8,7 +8,7 @@ use exr::prelude::{
 use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, ReadLimits, Writer};
 use std::io::Cursor;
 
-/// What the tests allow: generous for their files, small for the machine.
+/// The limits of the tests: large for their files, small for the machine.
 pub(crate) const LIMITS: ReadLimits =
     ReadLimits { max_file_bytes: 16 << 20, max_pixels: 1 << 22, max_bytes_decoded: 64 << 20 };
 
@@ -66,12 +66,12 @@ pub(crate) fn tiled_exr() -> Vec<u8> {
     exr(ExrEncoding::FAST_LOSSLESS)
 }
 
-/// Rows without compression, each a block of its own.
+/// Uncompressed rows, each a block of its own.
 pub(crate) fn plain_exr() -> Vec<u8> {
     exr(ExrEncoding::UNCOMPRESSED)
 }
 
-/// Two parts, the first of rows without compression.
+/// Two parts; the first has uncompressed rows.
 pub(crate) fn exr_of_parts() -> Vec<u8> {
     let parts = [exr_layer("a", ExrEncoding::UNCOMPRESSED), exr_layer("b", ExrEncoding::SMALL_LOSSLESS)];
     let layers = parts.into_iter().collect::<SmallVec<[_; 2]>>();
@@ -103,7 +103,7 @@ pub(crate) fn big_tiff() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A good file of each sort.
+/// A valid file of each format.
 pub(crate) fn samples() -> Vec<Vec<u8>> {
     use Compression::{Best, Fast};
     use tiff::encoder::Compression as Tiff;
@@ -130,7 +130,7 @@ pub(crate) fn samples() -> Vec<Vec<u8>> {
     ]
 }
 
-/// A PNG of these chunks, with right checksums.
+/// A PNG of these chunks, with correct checksums.
 pub(crate) fn png_of(chunks: &[(&[u8; 4], Vec<u8>)]) -> Vec<u8> {
     let mut bytes = b"\x89PNG\r\n\x1a\n".to_vec();
     for (name, content) in chunks {
@@ -154,7 +154,7 @@ pub(crate) fn chunks_of(bytes: &[u8]) -> Vec<([u8; 4], Vec<u8>)> {
     chunks
 }
 
-/// Makes the checksums of a PNG's chunks right, as far as there are chunks.
+/// Corrects the checksums of a PNG, as far as its chunks can be read.
 pub(crate) fn mend_checksums(bytes: &mut [u8]) {
     let mut at = 8;
     while let Some(head) = bytes.get(at..at + 4) {
@@ -168,7 +168,7 @@ pub(crate) fn mend_checksums(bytes: &mut [u8]) {
     }
 }
 
-/// An indexed PNG: its samples, one a byte, its size, the bits of a sample, its palette and opacities.
+/// An indexed PNG from samples (one a byte), size, bits per sample, palette and opacities.
 pub(crate) fn indexed_png(
     samples: &[u8],
     (width, height): (u32, u32),
@@ -181,7 +181,7 @@ pub(crate) fn indexed_png(
         rows.push(0);
         let per_byte = usize::from(8 / bits);
         rows.extend(row.chunks(per_byte).map(|group| {
-            // What is left over of a byte means nothing; here it is all ones.
+            // The unused bits of a byte have no meaning; here all are ones.
             let all = group.iter().chain(std::iter::repeat(&u8::MAX)).take(per_byte);
             all.fold(0_u16, |byte, sample| (byte << bits) | (u16::from(*sample) & ((1 << bits) - 1))).to_le_bytes()[0]
         }));
@@ -189,7 +189,7 @@ pub(crate) fn indexed_png(
     indexed_png_of(&rows, (width, height), bits, false, palette, opacities)
 }
 
-/// The same of filtered rows, which may be those of passes.
+/// An indexed PNG from filtered rows, which may be those of interlace passes.
 pub(crate) fn indexed_png_of(
     rows: &[u8],
     (width, height): (u32, u32),
@@ -208,7 +208,7 @@ pub(crate) fn indexed_png_of(
     png_of(&chunks)
 }
 
-/// A JPEG of one block of 8 × 8 grey pixels, and ways to get it wrong.
+/// A JPEG of one block of 8 × 8 grey pixels, with parts that tests can change.
 #[derive(Clone)]
 pub(crate) struct Jpeg {
     /// Segments before the samples: marker and content.
@@ -218,7 +218,7 @@ pub(crate) struct Jpeg {
     pub(crate) end: Vec<u8>,
 }
 
-/// A frame header of 8 × 8 pixels with so many channels, numbered from 1, that share a quantization table.
+/// A frame header of 8 × 8 pixels. Its channels are numbered from 1 and share a quantization table.
 pub(crate) fn frame(bits: u8, channels: u8) -> Vec<u8> {
     let channel = |id: u8| [id, 0x11, 0];
     [vec![bits, 0, 8, 0, 8, channels], (1..=channels).flat_map(channel).collect()].concat()
@@ -230,7 +230,7 @@ fn huffman(class: u8) -> Vec<u8> {
 }
 
 impl Default for Jpeg {
-    /// Sequential: the block is the code word of its first coefficient and that of its end.
+    /// Sequential: the block is the code word of its first coefficient and the end-of-block code.
     fn default() -> Self {
         let quantization = (0xdb, [&[0][..], &[1; 64]].concat());
         Self {
@@ -263,7 +263,7 @@ impl Jpeg {
     }
 }
 
-/// A segment that tells how a camera was held, of EXIF's numbers 1 to 8.
+/// An EXIF segment with an orientation from 1 to 8.
 pub(crate) fn exif(orientation: u8, big_endian: bool) -> Vec<u8> {
     let ifd: &[u8] = if big_endian {
         &[b'M', b'M', 0, 42, 0, 0, 0, 8, 0, 1, 0x01, 0x12, 0, 3, 0, 0, 0, 1, 0, orientation, 0, 0, 0, 0, 0, 0]
@@ -273,7 +273,7 @@ pub(crate) fn exif(orientation: u8, big_endian: bool) -> Vec<u8> {
     [&b"Exif\0\0"[..], ifd].concat()
 }
 
-/// A JPEG with a segment put in after its first marker.
+/// Inserts a segment after the first marker of a JPEG.
 pub(crate) fn with_segment(jpeg: &[u8], marker: u8, content: &[u8]) -> Vec<u8> {
     let length = u16::try_from(content.len() + 2).unwrap().to_be_bytes();
     [&jpeg[..2], &[0xff, marker], &length, content, &jpeg[2..]].concat()

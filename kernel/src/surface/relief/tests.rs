@@ -19,7 +19,7 @@ fn slopes_towards_the_light_are_brighter() {
     assert!(values[2] > values[1] && values[1] > values[0], "{values:?}");
 }
 
-/// The picture of a slope up to the lower right, of a colour with a finish. At .33 it mirrors the light.
+/// The picture of a slope up to the lower right, of a colour with a finish. A slope of .33 mirrors the light.
 fn finished(slope: f32, base: [f32; 3], finish: Option<[f32; 3]>) -> [f32; 3] {
     lacquered(slope, base, finish, None)
 }
@@ -65,10 +65,10 @@ fn metal_coat_and_sheen_show() {
     let plain = finished(0.3, red, None);
     let none = finished(0.3, red, Some([0.0; 3]));
     assert!(plain.iter().zip(none).all(|(a, b)| (a - b).abs() < 1e-5), "{plain:?} {none:?}");
-    // Metal colours its highlight: the share of red in it is that of the metal.
+    // Metal tints its highlight: the share of red in it is that of the metal.
     let metal = finished(0.1, red, Some([1.0, 0.0, 0.0]));
     assert!(metal[0] / metal[1] > 2.0, "{metal:?}");
-    // A coat shines where its own highlight is, white; sheen is bright where it is seen from the side.
+    // A coat has a white highlight of its own; sheen is bright where it is seen from the side.
     let coat = finished(0.33, red, Some([0.0, 0.0, 1.0]));
     assert!(coat[1] - finished(0.33, red, None)[1] > 0.05, "{coat:?}");
     let gain = |slope| finished(slope, red, Some([0.0, 1.0, 0.0]))[1] - finished(slope, red, None)[1];
@@ -76,15 +76,15 @@ fn metal_coat_and_sheen_show() {
 }
 
 #[test]
-fn a_lacquer_has_a_surface_of_its_own() {
+fn shades_lacquer_with_own_normal_and_roughness() {
     let (gray, coat) = ([0.2; 3], Some([0.0, 0.0, 1.0]));
-    // As the ground where it has no normal, and as rough as a coat is.
+    // Without a normal and with the default roughness, the coat equals a plain one.
     let same = lacquered(0.33, gray, coat, Some((COAT, None, 0.0)));
     assert!(same.iter().zip(finished(0.33, gray, coat)).all(|(a, b)| (a - b).abs() < 1e-6));
-    // A level coat on a slope that mirrors the light does not; one that slopes so on level ground does.
+    // A level coat on a slope that mirrors the light does not mirror it; a coat with that slope on level ground does.
     let level = lacquered(0.33, gray, coat, Some((COAT, Some([0.0, 0.0, 1.0]), 0.0)));
     assert!(same[1] - level[1] > 0.05, "{same:?} {level:?}");
-    // The ground falls towards the upper left: the normal points there, which is up with y up.
+    // The ground falls towards the upper left: its normal points there, which is up with y up.
     let z = 1.0 / (1.0 + 2.0 * 0.33_f32 * 0.33).sqrt();
     let sloping = Some([-0.33 * z, 0.33 * z, z]);
     let tilted = lacquered(0.0, gray, coat, Some((COAT, sloping, 0.0)));
@@ -122,7 +122,7 @@ fn fibres_shine_across_the_light_and_in_their_own_colour() {
     let none = fibrous(135.0, up, 0.0);
     let more: Vec<f32> = (0..3).map(|k| across[k] - none[k]).collect();
     assert!(more[0] > 0.02 && more[0] > 2.0 * more[2], "{more:?}");
-    // Fibres that tilt towards the light and away from it differ: so figure shows.
+    // Tilts towards the light and away from it look different, so figure is visible.
     let tilted = |s: f32| {
         fibrous(0.0, [s, 0.0, (1.0 - s * s).sqrt()], 0.6)[0] - fibrous(0.0, [s, 0.0, (1.0 - s * s).sqrt()], 0.0)[0]
     };
@@ -133,7 +133,7 @@ fn fibres_shine_across_the_light_and_in_their_own_colour() {
 fn a_normal_takes_the_place_of_the_height() {
     let level = fibrous(0.0, [0.0, 0.0, 1.0], 0.0);
     let z = (1.0_f32 - 2.0 * 0.04).sqrt();
-    // Up is y: this one faces the light, which comes from the upper left.
+    // Up is y: this normal faces the light, which comes from the upper left.
     let facing = fibrous(0.0, [-0.2, 0.2, z], 0.0);
     assert!(facing[1] > level[1] + 0.01, "{facing:?} {level:?}");
 }

@@ -1,7 +1,7 @@
-//! What the tests of synthesis share: an exemplar, its analysis, and the plainest inputs.
+//! Shared by the tests of synthesis: an exemplar, its analysis, and the plainest inputs.
 #![allow(dead_code, reason = "each test program uses a part of it")]
 use shibo_kernel::ground::hash::Hash;
-use shibo_kernel::synthesis::Plane;
+use shibo_kernel::synthesis::PixelPlane;
 use shibo_kernel::synthesis::analysis::{AnalysisSpec, Level, analyse, find_seconds, spacings};
 use shibo_kernel::synthesis::aniso::{Jacobians, Position};
 use shibo_kernel::synthesis::coverage::EvenUse;
@@ -11,8 +11,8 @@ use shibo_kernel::synthesis::levels::image;
 use shibo_kernel::synthesis::region::Region;
 use shibo_kernel::synthesis::texels::Texels;
 
-pub(crate) fn plane(w: usize, h: usize, wrap: bool) -> Plane {
-    Plane { w, h, wrap: [wrap; 2] }
+pub(crate) fn plane(w: usize, h: usize, wrap: bool) -> PixelPlane {
+    PixelPlane { w, h, wrap: [wrap; 2] }
 }
 
 /// Round lumps of many sizes, two channels.
@@ -30,7 +30,7 @@ pub(crate) fn analysed(exemplar: &Texels<f32>) -> Vec<Level> {
     levels
 }
 
-/// Nothing but a Jacobian and given pixels.
+/// Inputs with only a Jacobian and given pixels.
 #[derive(Default)]
 pub(crate) struct Plain {
     pub(crate) jacobian: Option<fn(f64, f64) -> Jacobian>,

@@ -1,4 +1,5 @@
-//! Wood on surfaces: rings about the z axis, shown with the exact mean over a texel's span of years, as `RingColor` does.
+//! Wood on surfaces: rings about the z axis, shown with the exact mean over a texel's span of years, as `RingColor`
+//! does.
 use super::*;
 use crate::mesh::tests::atlas_of;
 use crate::mesh::{MeshForm, MeshShape};
@@ -7,7 +8,7 @@ use glam::DVec2;
 use shibo_engine::value::{Evaluator, Planes, Value};
 use shibo_kernel::wood::solids::{Code, spans};
 
-/// The place itself, as a solid.
+/// A solid whose value is the position itself.
 fn space() -> Value {
     let code = Code::of_place(|patch, _, out| {
         out.iter_mut().zip(patch.place).for_each(|(out, axis)| out.copy_from_slice(axis));
@@ -26,7 +27,7 @@ fn years(width: f32) -> Solid {
     code.solid(Type::Solid, Vec::new())
 }
 
-/// The integral of a year that becomes darker and darker to its end, from year 0.
+/// The integral, from year 0, of a pattern that darkens towards the end of each year.
 fn integral(t: f64) -> f64 {
     let year = t.floor();
     0.25 * (year + (t - year).powi(4))
@@ -65,15 +66,15 @@ fn holds_in_any_window() {
     check_field(&field(&by, &[atlas, space()]));
 }
 
-/// The value of a field at a point of the canvas, with the pixels of a picture of `pixels`².
+/// The value of a field at a point of the canvas, for a pixel of a picture of `pixels`².
 fn at(field: &Field, point: DVec2, pixels: f64) -> f32 {
     let grid =
         Grid { origin: DVec2::ZERO, step: canvas().size_mm / pixels, period: None, shown: None }.centered_at(point);
     Plain.raster(field, &grid, Window { x: 0, y: 0, width: 1, height: 1 }).unwrap().data()[0]
 }
 
-/// Points of borders between charts as both charts have them, in mm on the canvas, where the surface bends by less than `bend`
-/// degrees, and not near the ends of edges, where a third chart may meet them.
+/// Points on borders between charts, as pairs of positions in mm on the canvas, one for each chart. Only borders where
+/// the surface bends by less than `bend` degrees; no points near the ends of edges, where a third chart may begin.
 fn borders(atlas: &Atlas, bend: f64) -> Vec<[DVec2; 2]> {
     let mut found = Vec::new();
     for n in 0..atlas.uvs.len() {
@@ -106,7 +107,7 @@ fn agreement(atlas: &Value, solid: Value, footprint: Footprint, (bend, pixels): 
     (near as f64 / apart.len() as f64, apart[apart.len() - 1])
 }
 
-/// The texture shows the solid at the place of the texel: of the place itself, the place.
+/// For a solid whose value is the position, the texture shows the position of each texel.
 #[test]
 fn texels_show_their_places() {
     for form in [MeshForm::Sphere, MeshForm::Cube, MeshForm::Torus] {
@@ -128,8 +129,8 @@ fn footprints_in_space_agree_at_all_borders() {
     }
 }
 
-/// Along the surface, both sides agree where it is smooth: mostly with rings of 8 texels, and everywhere with wide rings whose
-/// borders are not sharper than texels.
+/// With footprints along the surface, both sides agree at smooth borders: at most of them for rings of 8 texels, and at
+/// all of them for wide rings whose borders are not sharper than texels.
 #[test]
 fn footprints_along_the_surface_agree_at_smooth_borders() {
     for form in [MeshForm::Sphere, MeshForm::Torus] {
@@ -140,13 +141,13 @@ fn footprints_along_the_surface_agree_at_smooth_borders() {
         assert!(share >= 0.9 && most <= 8.0, "{form:?} {share} {most}");
         let (share, most) = agreement(&atlas, rings(24.0 * texel, 0.06), Footprint::Surface, (12.0, 1024.0));
         assert!(share == 1.0, "{form:?} {share} {most}");
-        // The check can fail: as texels lie, they do not. (The torus' own grids line up.)
+        // The check can fail: with `Texel` the sides do not agree. (On the torus they do, since its grids line up.)
         let (own, _) = agreement(&atlas, rings(8.0 * texel, 0.0), Footprint::Texel, (12.0, 1024.0));
         assert!(own < 0.999 || form == MeshForm::Torus, "{form:?} {own}");
     }
 }
 
-/// Parts are cut from elsewhere, each as a whole: distances in it stay.
+/// Each part is moved as a whole: distances within it stay.
 #[test]
 fn parts_are_moved_as_a_whole() {
     let atlas = shape(MeshForm::Cube);

@@ -1,11 +1,11 @@
-//! Faces without UVs or normals in a file where others have some.
+//! Faces without UVs or normals in a file where other faces have them.
 use glam::Vec3;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::value::Mesh;
 use shibo_kernel::ground::stop::Watch;
 use shibo_kernel::mesh::topology;
 
-/// Counts the file's faces that have such a triangle, and all of its faces.
+/// Counts the faces of the file that have a triangle for which `of` holds, and all faces.
 fn faces(mesh: &Mesh, of: impl Fn(usize) -> bool) -> [usize; 2] {
     let polygon = |n: usize| mesh.polygons.get(n).map_or(n, |polygon| *polygon as usize);
     let count = |of: &dyn Fn(usize) -> bool| {
@@ -17,8 +17,8 @@ fn faces(mesh: &Mesh, of: impl Fn(usize) -> bool) -> [usize; 2] {
     [count(&of), count(&|_| true)]
 }
 
-/// Gives triangles without UVs those of a single point, so that they have no place in a picture, and tells how many there
-/// are. The mesh has no UVs if none of its triangles has.
+/// Gives triangles without UVs those of a single point, so that they have no place in a picture. Returns a warning with
+/// their number. If no triangle has UVs, the mesh gets none.
 pub(super) fn uvs(mesh: &mut Mesh) -> Option<Problem> {
     let Some(point) = mesh.uvs.iter().find(|uvs| uvs[0].is_finite()).map(|uvs| uvs[0]) else {
         mesh.uvs = Vec::new();
@@ -34,8 +34,8 @@ pub(super) fn uvs(mesh: &mut Mesh) -> Option<Problem> {
     Some(Problem::new(Code::Advice, message).at("path").help(help))
 }
 
-/// Gives corners without a normal that of the surface around their vertex, and tells how many faces have such. The mesh has no
-/// normals if none of its corners has.
+/// Gives corners without a normal that of the surface around their vertex, and returns a warning with the number of
+/// such faces. If no corner has a normal, the mesh gets none.
 pub(super) fn normals(mesh: &mut Mesh, watch: &Watch<'_>) -> Option<Problem> {
     if mesh.normals.as_flattened().iter().all(|normal| *normal == Vec3::ZERO) {
         mesh.normals = Vec::new();

@@ -1,4 +1,4 @@
-//! Files as they are loaded, and what is said about them.
+//! Tests of loading files, and of the messages about them.
 use super::*;
 use crate::testing::{Plain, canvas};
 use shibo_engine::node::{Call, DynNode};
@@ -61,7 +61,7 @@ fn units_and_axes_are_turned() {
     let centered = LoadMesh { up: UpAxis::Z, center: Center::Bounds, ..LoadMesh::default() };
     assert_eq!(size(centered.clone()), [[-0.5, -1.0, -1.5], [0.5, 1.0, 1.5]]);
     assert_eq!(size(LoadMesh { center: Center::Base, ..centered }), [[-0.5, -1.0, 0.0], [0.5, 1.0, 3.0]]);
-    // Turned by 90°, and so seen from the same side.
+    // Rotated by 90° about x, so it is still seen from the same side.
     let mesh = load(&LoadMesh::default(), &path).unwrap();
     let volume: f64 = (0..4).map(|n| mesh.cross(n).dot(mesh.corners(n)[0])).sum();
     assert!(volume > 0.0);
@@ -89,7 +89,7 @@ fn one_part_can_be_taken() {
 }
 
 #[test]
-fn what_is_no_mesh_is_refused() {
+fn refuses_files_without_a_mesh() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.obj");
     let refused = |bytes: &[u8]| {
@@ -124,7 +124,7 @@ fn what_is_no_mesh_is_refused() {
 }
 
 #[test]
-fn advice_is_given() {
+fn advises_about_unusual_meshes() {
     let node = LoadMesh { up: UpAxis::Z, ..LoadMesh::default() };
     let of = |name: &str, node: &LoadMesh| {
         let contents = read::read(&data(name), None, 0, &Watch::never()).unwrap();
@@ -138,9 +138,9 @@ fn advice_is_given() {
     assert!(of("cube.obj", &LoadMesh { unit: LengthUnit::M, ..node }).contains("largest side"));
 }
 
-/// A face without UVs or normals takes none from the others, and is told.
+/// A face without UVs or normals leaves those of other faces intact, and a warning reports it.
 #[test]
-fn faces_without_uvs_or_normals_keep_those_of_others() {
+fn leaves_uvs_and_normals_of_other_faces() {
     let text = "v 0 0 0\nv 90 0 0\nv 90 90 0\nv 0 90 0\nvt 0 0\nvt 1 0\nvt 1 1\nvn 1 0 0\n\
                 f 1/1/1 2/2/1 3/3/1\nf 1 3 4\no bare\nf 2 1 4\n";
     let folder = tempfile::tempdir().unwrap();
@@ -156,12 +156,12 @@ fn faces_without_uvs_or_normals_keep_those_of_others() {
     assert_eq!(mesh.uvs[0], [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0]].map(glam::Vec2::from_array));
     assert_eq!((mesh.uvs[1], mesh.normals[0], mesh.normals[1]), ([mesh.uvs[0][0]; 3], [Vec3::X; 3], [Vec3::Z; 3]));
     assert!(told.contains("1 of 2 faces have no UVs") && told.contains("1 of 2 faces lack normals"), "{told}");
-    // A part without any has none.
+    // A part without any UVs or normals has none.
     let (mesh, told) = made("bare");
     assert!(mesh.uvs.is_empty() && mesh.normals.is_empty() && told.is_empty(), "{told}");
 }
 
-/// A vertex that no triangle has is no part of the mesh: it may be anywhere.
+/// A vertex without a triangle is not part of the mesh: it may lie anywhere.
 #[test]
 fn unused_vertices_do_not_count() {
     let folder = tempfile::tempdir().unwrap();

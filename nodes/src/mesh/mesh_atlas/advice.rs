@@ -1,4 +1,4 @@
-//! What is wrong with the parameters of a [`MeshAtlas`](super::MeshAtlas) and its mesh, and what to do about it.
+//! Messages about the parameters of a [`MeshAtlas`](super::MeshAtlas) and its mesh, with remedies.
 use super::{ChartSource, Triple};
 use glam::DVec2;
 use shibo_engine::diagnostics::{Code, Problem};
@@ -6,7 +6,7 @@ use shibo_engine::value::Atlas;
 use shibo_kernel::mesh::atlas::AtlasError;
 use shibo_kernel::mesh::seams::SeamError;
 
-/// The most points of all seams.
+/// Maximum number of points of all seams.
 const MOST: usize = 10_000;
 
 /// Advice to change the size of the canvas, if lengths differ from those on the surface by more than 5 %.
@@ -23,7 +23,7 @@ pub(super) fn scale(atlas: &Atlas) -> Option<Problem> {
     Some(Problem::new(Code::Advice, message).at("mesh").help(format!("set `canvas.size_mm: {size}`")))
 }
 
-/// What is wrong with UVs.
+/// The problem for UVs that cannot be used.
 pub(super) fn atlas(error: &AtlasError) -> Problem {
     let code = if matches!(error, AtlasError::Charts(_)) { Code::TooLarge } else { Code::BadValue };
     let help = match error {
@@ -36,7 +36,7 @@ pub(super) fn atlas(error: &AtlasError) -> Problem {
     Problem::new(code, format!("the mesh: {error}")).at("charts").help(help)
 }
 
-/// What is wrong with seams before a mesh is known.
+/// Faults of seams that do not depend on the mesh.
 pub(super) fn faults(seams: &[Vec<Triple>]) -> Vec<Problem> {
     let mut problems = Vec::new();
     if let Some(short) = seams.iter().position(|line| line.len() < 2) {
@@ -48,13 +48,13 @@ pub(super) fn faults(seams: &[Vec<Triple>]) -> Vec<Problem> {
     problems
 }
 
-/// Seams that do nothing.
+/// Advice about seams that have no effect.
 pub(super) fn idle(charts: ChartSource) -> Problem {
     let message = format!("`seams` does nothing: `charts: {charts:?}` keeps the charts of the mesh");
     Problem::new(Code::Advice, message).at("seams").help("take `charts: New`, or leave it out")
 }
 
-/// What is wrong with seams on a mesh.
+/// The problem for seams that do not fit the mesh.
 pub(super) fn seam(error: &SeamError) -> Problem {
     let help = match error {
         SeamError::Far { .. } => "give points in mm in the mesh's coordinates, z up",

@@ -13,16 +13,16 @@ use std::collections::BTreeSet;
 /// The UDIM tiles that the canvas holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Udim {
-    /// All from 1001 on that the mesh uses, side by side: 1001 lies at the lower left.
+    /// All tiles from 1001 on that the mesh uses, side by side: 1001 lies at the lower left.
     #[default]
     Auto,
-    /// One tile, by its number: 1001 to 2000. The rest of the mesh has no place in the picture.
+    /// One tile, by its number: 1001 to 2000. Other triangles have no place in the picture.
     Tile(u32),
-    /// So many tiles across and up, from 1001 on.
+    /// Numbers of tiles across and up, from 1001 on.
     Tiles(u32, u32),
 }
 
-/// So many tiles are named.
+/// Maximum number of tiles that a message names.
 const NAMED: usize = 8;
 
 /// The numbers of some tiles, in order.
@@ -32,7 +32,7 @@ fn named(tiles: &BTreeSet<u32>) -> String {
 }
 
 impl Udim {
-    /// The fault of numbers that no tile has.
+    /// The problem for numbers that are not those of a tile.
     pub(super) fn fault(self) -> Option<Problem> {
         let last = number(MOST - 1);
         let message = match self {
@@ -47,7 +47,8 @@ impl Udim {
         Some(Problem::new(Code::BadValue, message).at("udim"))
     }
 
-    /// The UVs of a mesh on the canvas, and advice about them. `aspect` is the width of the canvas by its height.
+    /// The UVs of a mesh on the canvas, and advice about them. `aspect` is the width of the canvas divided by its
+    /// height.
     pub(super) fn laid(
         self,
         mesh: &Mesh,
@@ -71,7 +72,7 @@ impl Udim {
             let message = format!("no triangle lies in these UDIM tiles; the mesh uses {}", named(&used));
             return Err(Problem::new(Code::BadValue, message).at("udim"));
         };
-        // A triangle in another tile, or without area, has no place in the picture: it becomes a point of it.
+        // A triangle in another tile, or without area, has no place in the picture: it shrinks to a point.
         let point = [held.at(mesh.uvs[first][0]); 3];
         let uv = |(n, uvs): (usize, &[Vec2; 3])| {
             if is_held(n) && tiles[n].is_some() { uvs.map(|uv| held.at(uv)) } else { point }
@@ -80,7 +81,7 @@ impl Udim {
         Ok((uvs, self.told(held, aspect, &used)))
     }
 
-    /// Advice where tiles are not square on the canvas, or some are not on it.
+    /// Advice if tiles are not square on the canvas, or if some used tiles are not on it.
     fn told(self, held: Tiles, aspect: f64, used: &BTreeSet<u32>) -> Option<Problem> {
         let beyond: BTreeSet<u32> = used.iter().copied().filter(|n| !held.has(place(*n))).collect();
         if !beyond.is_empty() && !matches!(self, Self::Tile(_)) {
@@ -103,7 +104,7 @@ impl Udim {
         Some(Problem::new(Code::Advice, message).at("udim").help(help))
     }
 
-    /// Tiles that do nothing.
+    /// Advice about tiles that have no effect.
     pub(super) fn idle(self, charts: ChartSource) -> Option<Problem> {
         let made = matches!(charts, ChartSource::New | ChartSource::Repack);
         (made && self != Self::Auto).then(|| {

@@ -1,6 +1,6 @@
-//! Extensions of glTF that matter for the shape of meshes: instances of a mesh, and the places of textures on it.
+//! Extensions of glTF that affect meshes: instances of a mesh, and transforms of its textures.
 //!
-//! `gltf-json` passes over extensions, so the document is read once more, for these alone.
+//! `gltf-json` ignores extensions, so the document is parsed a second time for them.
 use super::gltf::transform;
 use super::views::{Buffers, Numbers, fault};
 use super::{MOST_TRIANGLES, ReadError};
@@ -9,7 +9,7 @@ use gltf_json::Root;
 use gltf_json::accessor::Type;
 use serde::Deserialize;
 
-/// Extensions that are read, or have nothing to do with the shape of meshes.
+/// Extensions that are read, or do not affect the shape of meshes.
 const KNOWN: [&str; 10] = [
     "KHR_materials_",
     "KHR_texture_",
@@ -23,7 +23,7 @@ const KNOWN: [&str; 10] = [
     INSTANCES,
 ];
 const INSTANCES: &str = "EXT_mesh_gpu_instancing";
-/// So many names of extensions are told, and so many letters of each.
+/// Maximum number of extension names in a message, and of letters of each name.
 const TOLD: usize = 8;
 const LETTERS: usize = 60;
 
@@ -35,7 +35,7 @@ fn shown(name: &str) -> String {
     name.chars().take(LETTERS).collect()
 }
 
-/// Refuses other versions than 2.0, and extensions that are needed and not known.
+/// Refuses versions other than 2.0, and required extensions that are not known.
 pub(super) fn supported(root: &Root) -> Result<(), ReadError> {
     let asset = &root.asset;
     let version = |text: &str| {
@@ -59,7 +59,7 @@ pub(super) fn supported(root: &Root) -> Result<(), ReadError> {
     }
 }
 
-/// The extensions that a document uses and that are not read.
+/// The extensions that a document uses but that are ignored.
 pub(super) fn left_out(root: &Root) -> Vec<String> {
     let mut names: Vec<&String> = root.extensions_used.iter().filter(|name| !is_known(name)).collect();
     names.sort_unstable();
@@ -99,7 +99,7 @@ struct Instancing {
     attributes: Placing,
 }
 
-/// The numbers of accessors.
+/// Accessor indices.
 #[derive(Default, Deserialize)]
 #[serde(default, rename_all = "UPPERCASE")]
 struct Placing {
@@ -124,7 +124,7 @@ struct Pbr {
     metallic_roughness_texture: Option<Info>,
 }
 
-/// How a texture lies on a mesh.
+/// A reference to a texture, with its UV set and transform.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 struct Info {
@@ -140,7 +140,7 @@ struct InfoExtensions {
     transform: Option<UvTransform>,
 }
 
-/// Where UVs lie in a texture: scaled, turned and moved.
+/// Transform of UVs for a texture: scaled, then rotated, then moved.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(default)]
 pub(super) struct UvTransform {
@@ -158,7 +158,7 @@ impl Default for UvTransform {
 }
 
 impl UvTransform {
-    /// A UV, v down, in the texture.
+    /// Transforms a UV, v down.
     pub(super) fn at(&self, uv: Vec2) -> Vec2 {
         let p = uv.as_dvec2() * DVec2::from_array(self.scale);
         let (sin, cos) = (libm::sin(self.rotation), libm::cos(self.rotation));
@@ -167,7 +167,7 @@ impl UvTransform {
 }
 
 impl OfMaterial {
-    /// The transforms of the textures that lie on a set of UVs, that of the base colour first.
+    /// The transforms of the textures that use a set of UVs, that of the base colour first.
     fn transforms(&self, uv_set: u32) -> Vec<UvTransform> {
         let pbr = self.pbr_metallic_roughness.as_ref();
         let infos = [
@@ -186,17 +186,17 @@ impl OfMaterial {
     }
 }
 
-/// The places of a mesh that a node shows many times.
+/// The placements of a mesh that a node shows many times.
 pub(super) struct Instances<'a> {
     translation: Option<Numbers<'a>>,
     rotation: Option<Numbers<'a>>,
     scale: Option<Numbers<'a>>,
-    /// Their number.
+    /// Number of instances.
     pub(super) count: usize,
 }
 
 impl Instances<'_> {
-    /// Where one of them lies within its node.
+    /// The matrix of an instance relative to its node.
     pub(super) fn matrix(&self, n: usize) -> DMat4 {
         let vector = |numbers: &Option<Numbers<'_>>, otherwise: f64| {
             let given = numbers.as_ref().map(|numbers| Vec3::from_array(numbers.vector(n)).as_dvec3());
@@ -209,12 +209,12 @@ impl Instances<'_> {
 }
 
 impl Extensions {
-    /// Those of a document that `gltf-json` could read.
+    /// Parses the extensions of a document that `gltf-json` could read.
     pub(super) fn of(json: &[u8]) -> Result<Self, ReadError> {
         serde_json::from_slice(json).map_err(|error| ReadError::Bad(format!("its extensions cannot be read: {error}")))
     }
 
-    /// The places at which a node shows its mesh.
+    /// The placements at which a node shows its mesh.
     pub(super) fn instances<'a>(&self, buffers: &'a Buffers<'_>, node: usize) -> Result<Instances<'a>, ReadError> {
         let extensions = self.nodes.get(node).and_then(|node| node.extensions.as_ref());
         let Some(Instancing { attributes }) = extensions.and_then(|of| of.instances.as_ref()) else {
@@ -239,24 +239,24 @@ impl Extensions {
     }
 }
 
-/// Where the UVs of each material lie in its textures.
+/// The UV transforms of all materials.
 pub(super) struct Textures {
     of: Vec<Texture>,
 }
 
 struct Texture {
     transform: UvTransform,
-    /// True if other textures of the material lie otherwise.
+    /// True if another texture of the material has another transform.
     differ: bool,
-    /// True if all UVs lie in the unit square: as they are, and as they are transformed.
+    /// True if all UVs lie in the unit square: before the transform, and after it.
     inside: [bool; 2],
 }
 
-/// UVs count as inside if they lie no farther outside of the unit square.
+/// Tolerance for UVs outside of the unit square.
 const SLACK: f32 = 1e-4;
 
 impl Textures {
-    /// Of a set of UVs.
+    /// The transforms for a set of UVs.
     pub(super) fn new(extensions: &Extensions, uv_set: u32) -> Self {
         let of = |material: &OfMaterial| {
             let all = material.transforms(uv_set);
@@ -266,12 +266,12 @@ impl Textures {
         Self { of: extensions.materials.iter().map(of).collect() }
     }
 
-    /// True if no texture lies otherwise than its UVs say.
+    /// True if no material has a transform.
     pub(super) fn is_plain(&self) -> bool {
         self.of.iter().all(|texture| texture.transform == UvTransform::default())
     }
 
-    /// Takes note of a UV of a material.
+    /// Records whether a UV of a material lies in the unit square.
     pub(super) fn look(&mut self, material: Option<usize>, uv: Vec2) {
         let Some(n) = material else { return };
         if let Some(texture) = self.of.get_mut(n).filter(|texture| texture.transform != UvTransform::default()) {
@@ -281,14 +281,14 @@ impl Textures {
         }
     }
 
-    /// How the UVs of a material are to be transformed, if they are. A texture that repeats over a mesh whose UVs fill the unit
-    /// square is no other place in it.
+    /// The transform for the UVs of a material, if one is to be applied. A transform that only repeats the texture over
+    /// UVs within the unit square is not applied.
     pub(super) fn transform(&self, material: Option<usize>) -> Option<UvTransform> {
         let texture = material.and_then(|n| self.of.get(n))?;
         (texture.transform != UvTransform::default() && texture.inside != [true, false]).then_some(texture.transform)
     }
 
-    /// Notes about them; `name` tells that of a material.
+    /// Notes about the transforms; `name` gives the name of a material.
     pub(super) fn notes(&self, name: impl Fn(usize) -> String) -> Vec<String> {
         let (mut repeat, mut differ) = (Vec::new(), Vec::new());
         for (n, texture) in self.of.iter().enumerate() {
@@ -318,7 +318,7 @@ mod tests {
         let transform: UvTransform =
             serde_json::from_str(r#"{"offset": [0.5, 0.25], "rotation": 1.5707963267948966, "scale": [0.5, 2]}"#)
                 .unwrap();
-        // As the extension's text has it: a quarter turn takes u to -v and v to u.
+        // As the specification of the extension says: a quarter turn takes u to -v and v to u.
         assert!(transform.at(Vec2::X).distance(Vec2::new(0.5, -0.25)) < 1e-6);
         assert!(transform.at(Vec2::Y).distance(Vec2::new(2.5, 0.25)) < 1e-6);
         assert_eq!(UvTransform::default().at(Vec2::new(0.3, 0.7)), Vec2::new(0.3, 0.7));

@@ -1,6 +1,6 @@
-//! glTF and GLB: the document by `gltf-json`, the numbers by [`views`](super::views).
+//! glTF and GLB: `gltf-json` parses the document, [`views`](super::views) reads the numbers.
 //!
-//! What else a document names, pictures and other files, is never opened. Animations, skins, cameras and lights are left out.
+//! Pictures and other files that a document names are never opened. Animations, skins, cameras and lights are ignored.
 use super::extensions::{self, Extensions, Instances, Textures, UvTransform};
 use super::views::{Buffers, Numbers, fault};
 use super::{Contents, MOST_TRIANGLES, MOST_VERTICES, Names, ReadError, Surface};
@@ -13,10 +13,10 @@ use shibo_engine::picture::caught;
 use shibo_kernel::ground::stop::Watch;
 use std::collections::BTreeSet;
 
-/// How deep nodes may be nested.
+/// Maximum depth of nested nodes.
 const DEEPEST: usize = 64;
-/// The most objects and the most bytes outside of texts that a document may have: they take much more memory than room in
-/// the file.
+/// Maximum number of JSON objects, and of bytes outside of strings, in a document: parsed they take much more memory
+/// than in the file.
 const MOST_OBJECTS: usize = 200_000;
 const MOST_STRUCTURE: usize = 32 << 20;
 
@@ -40,13 +40,13 @@ fn chunks(file: &[u8]) -> Result<(&[u8], Option<&[u8]>), ReadError> {
             0x004E_4942 => packed = packed.or(Some(chunk)),
             _ => {}
         }
-        // Chunks begin at multiples of 4.
+        // Chunks start at multiples of 4.
         at += 8 + (length as usize).next_multiple_of(4);
     }
     Ok((document.ok_or_else(|| ReadError::bad("it has no JSON"))?, packed))
 }
 
-/// Refuses documents that would take much more memory than their length.
+/// Refuses documents that would take far more memory than their length.
 fn measured(json: &[u8]) -> Result<(), ReadError> {
     let (mut objects, mut structure, mut text, mut escaped) = (0, 0, false, false);
     for byte in json {
@@ -74,7 +74,7 @@ fn document(json: &[u8]) -> Result<Root, ReadError> {
     Ok(root)
 }
 
-/// A mesh where a node puts it.
+/// A mesh and the transform of its node.
 struct Placed {
     node: usize,
     mesh: usize,
@@ -91,13 +91,13 @@ fn matrix(node: &Node) -> DMat4 {
     transform(three(node.scale, 1.0), turn, three(node.translation, 0.0))
 }
 
-/// Scaled, then turned, then moved; `turn` may have any length.
+/// The matrix that scales, then rotates, then moves; `turn` may have any length.
 pub(super) fn transform(scale: DVec3, turn: DQuat, translation: DVec3) -> DMat4 {
     let turn = if turn.length_squared() > 1e-12 { turn.normalize() } else { DQuat::IDENTITY };
     DMat4::from_scale_rotation_translation(scale, turn, translation)
 }
 
-/// The meshes of the scene that is shown.
+/// The meshes of the default scene.
 fn placed(root: &Root) -> Result<Vec<Placed>, ReadError> {
     let all = root.nodes.len();
     let children = |node: &Node| -> Vec<usize> { node.children.iter().flatten().map(|n| n.value()).collect() };
@@ -133,18 +133,18 @@ fn placed(root: &Root) -> Result<Vec<Placed>, ReadError> {
     Ok(found)
 }
 
-/// The numbers of a primitive.
+/// The attributes of a primitive.
 struct Attributes<'a> {
     positions: Numbers<'a>,
     normals: Option<Numbers<'a>>,
     uvs: Option<Numbers<'a>>,
     indices: Option<Numbers<'a>>,
     mode: Mode,
-    /// The number of corners that are listed.
+    /// Number of corners: of indices, or of vertices without indices.
     corners: usize,
 }
 
-/// `None` for points and lines.
+/// The attributes of a primitive; `None` for points and lines.
 fn attributes<'a>(
     buffers: &'a Buffers<'_>,
     primitive: &Primitive,
@@ -189,13 +189,13 @@ impl Attributes<'_> {
     }
 }
 
-/// What is counted while a file is looked through, so that nothing grows beyond the limits.
+/// Counters for checking the limits while a file is scanned.
 #[derive(Default)]
 struct Counted {
     triangles: usize,
     vertices: usize,
     left_out: bool,
-    /// The sets of UVs that there are.
+    /// The sets of UVs in the file.
     uv_sets: BTreeSet<u32>,
 }
 
@@ -211,7 +211,7 @@ impl Counted {
         Ok(())
     }
 
-    /// Refuses a set of UVs that no triangle has; a note, if it is the usual one.
+    /// Refuses a set of UVs that no triangle has; for the default set 0 returns a note instead.
     fn has_uvs(&self, uv_set: u32) -> Result<Option<String>, ReadError> {
         if self.uv_sets.contains(&uv_set) {
             return Ok(None);
@@ -228,7 +228,7 @@ impl Counted {
     }
 }
 
-/// Calls `body` for each set of triangles: the node and mesh, where it lies there, the set and its numbers.
+/// Calls `body` for each primitive of triangles, with its node and mesh, its matrix, the primitive and its attributes.
 fn each(
     (root, extensions): (&Root, &Extensions),
     buffers: &Buffers<'_>,
@@ -261,13 +261,13 @@ fn each(
     Ok(counted)
 }
 
-/// A document, its extensions, and the binary part of a GLB.
+/// Parses a file: the document, its extensions, and the binary part of a GLB.
 fn open(file: &[u8], packed: bool) -> Result<(Root, Extensions, Option<&[u8]>), ReadError> {
     let (json, binary) = if packed { chunks(file)? } else { (file, None) };
     Ok((document(json)?, Extensions::of(json)?, binary))
 }
 
-/// Looks through a file.
+/// Checks a file.
 pub(super) fn check(file: &[u8], beside: Option<&[u8]>, packed: bool, uv_set: u32) -> Result<(), ReadError> {
     let (root, extensions, binary) = open(file, packed)?;
     let buffers = Buffers::new(&root, binary, beside)?;
@@ -328,7 +328,7 @@ pub(super) fn read(
     Ok(Contents { mesh, metres: true, left_out, notes })
 }
 
-/// A set of triangles.
+/// A primitive of triangles.
 struct Set<'a> {
     part: u16,
     texture: Option<UvTransform>,
@@ -336,7 +336,7 @@ struct Set<'a> {
 }
 
 impl Set<'_> {
-    /// Adds it where `matrix` puts it.
+    /// Adds the triangles, transformed by `matrix`.
     fn add(&self, surface: &mut Surface, matrix: DMat4, watch: &Watch<'_>) {
         let of = self.of;
         let first = u32::try_from(surface.mesh.positions.len()).unwrap_or(u32::MAX);
@@ -344,7 +344,7 @@ impl Set<'_> {
         surface.mesh.positions.extend(watch.over(0..of.positions.count).map(place));
         let linear = DMat3::from_mat4(matrix);
         let mirrored = linear.determinant() < 0.0;
-        // Normals turn with the inverse transposed, whose length does not matter.
+        // Normals transform by the inverse transpose; its scale does not matter.
         let cofactors = DMat3::from_cols(
             linear.y_axis.cross(linear.z_axis),
             linear.z_axis.cross(linear.x_axis),

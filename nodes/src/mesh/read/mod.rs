@@ -1,7 +1,7 @@
-//! Reading mesh files: the one gate through which their bytes come.
+//! Reads mesh files. All bytes of mesh files pass through this module.
 //!
-//! Files are not trusted. Their size is looked at first, then what they say of themselves, then sizes of everything before it
-//! is allocated. Libraries that read them may panic; that makes the file a bad one. All that is used afterwards is checked.
+//! Files are not trusted. Their size is checked first, then their headers, and all sizes before memory is allocated. A
+//! panic of a parser library makes the file a bad one. All values are checked before use.
 mod extensions;
 mod gltf;
 mod obj;
@@ -16,32 +16,32 @@ use std::collections::HashMap;
 use std::io::Read;
 use std::path::Path;
 
-/// The largest file, in bytes.
+/// Maximum size of a file, in bytes.
 const MOST_BYTES: u64 = 512 << 20;
-/// The most triangles.
+/// Maximum number of triangles.
 pub(super) const MOST_TRIANGLES: usize = 2_000_000;
-/// The most vertices and corners with attributes of their own.
+/// Maximum number of vertices, counting corners with attributes of their own.
 const MOST_VERTICES: usize = 3 * MOST_TRIANGLES;
-/// The most parts, and the most bytes of their names.
+/// Maximum number of parts, and of bytes of their names.
 const MOST_PARTS: usize = 65_535;
 const MOST_NAMES: usize = 64 << 20;
 
-/// Why a file is no mesh.
+/// Reasons why a file cannot be read as a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum ReadError {
-    /// There is none.
+    /// The file does not exist.
     #[error("{0}")]
     NotFound(String),
-    /// It is none, or damaged.
+    /// The file is not a mesh file, or it is damaged.
     #[error("{0}")]
     Bad(String),
-    /// It is too large.
+    /// The file is too large.
     #[error("{0}")]
     TooLarge(String),
     /// Another file is needed.
     #[error("{0}")]
     NoBuffer(String),
-    /// It has no UVs of the set that is asked for.
+    /// The file lacks the requested set of UVs.
     #[error("{0}")]
     NoUvs(String),
 }
@@ -52,20 +52,20 @@ impl ReadError {
     }
 }
 
-/// What a file says, in its own unit and with its own axes.
+/// Contents of a file, in its own unit and with its own axes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Contents {
-    /// The surface. A triangle without UVs has some that are not finite, a corner without a normal one that is 0.
+    /// The surface. Triangles without UVs get UVs that are not finite, corners without a normal get a normal of 0.
     pub(super) mesh: Mesh,
-    /// Whether its unit is metres, as that of glTF is; else nothing is known about it.
+    /// True if the unit is metres, as in glTF; otherwise the unit is unknown.
     pub(super) metres: bool,
-    /// What was left out.
+    /// Names of ignored contents.
     pub(super) left_out: Vec<String>,
-    /// Other notes, in sentences.
+    /// Other notes, as sentences.
     pub(super) notes: Vec<String>,
 }
 
-/// The kinds of files.
+/// Formats of mesh files.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Format {
     Obj,
@@ -83,7 +83,7 @@ fn format(bytes: &[u8]) -> Result<Format, ReadError> {
         return Ok(Format::Glb);
     }
     let start = &bytes[..bytes.len().min(4096)];
-    // A mark, or a first letter in two bytes one of which is 0.
+    // UTF-16: a byte order mark, or a first letter in two bytes one of which is 0.
     let wide = matches!(start, [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] | [0, 1..=0x7F, ..] | [1..=0x7F, 0, ..]);
     match start.iter().find(|b| !b.is_ascii_whitespace()) {
         Some(b'{') => Ok(Format::Gltf),
@@ -93,10 +93,10 @@ fn format(bytes: &[u8]) -> Result<Format, ReadError> {
     }
 }
 
-/// So many bytes are read between two questions whether to stop.
+/// Bytes read between two checks for cancellation.
 const PIECE: u64 = 4 << 20;
 
-/// The bytes of a regular file that is not too large.
+/// The bytes of a regular file of at most the maximum size.
 fn bytes(path: &Path, watch: &Watch<'_>) -> Result<Vec<u8>, ReadError> {
     let problem = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::NotFound => ReadError::NotFound("there is no such file".into()),
@@ -119,15 +119,15 @@ fn bytes(path: &Path, watch: &Watch<'_>) -> Result<Vec<u8>, ReadError> {
     if bytes.len() as u64 > MOST_BYTES { Err(too_large()) } else { Ok(bytes) }
 }
 
-/// Reads a file with the UVs of the set `uv_set`; `buffer` is the one beside it that an unpacked glTF keeps its numbers in. Left
-/// by unwinding when `watch` says so.
+/// Reads a file with the UVs of the set `uv_set`; `buffer` is the separate file in which a `.gltf` keeps its numbers.
+/// Unwinds if `watch` cancels.
 pub(super) fn read(path: &Path, buffer: Option<&Path>, uv_set: u32, watch: &Watch<'_>) -> Result<Contents, ReadError> {
     let file = bytes(path, watch)?;
     let other = buffer.map(|path| bytes(path, watch)).transpose()?;
     of_bytes(&file, other.as_deref(), uv_set, watch)
 }
 
-/// As [`read`], of bytes.
+/// Like [`read`], from bytes.
 fn of_bytes(file: &[u8], buffer: Option<&[u8]>, uv_set: u32, watch: &Watch<'_>) -> Result<Contents, ReadError> {
     let file = unmarked(file);
     let contents = match format(file)? {
@@ -141,7 +141,7 @@ fn of_bytes(file: &[u8], buffer: Option<&[u8]>, uv_set: u32, watch: &Watch<'_>) 
     Ok(contents)
 }
 
-/// Looks through a file without making a mesh of it.
+/// Checks a file without making a mesh.
 pub(super) fn check(path: &Path, buffer: Option<&Path>, uv_set: u32) -> Result<(), ReadError> {
     let watch = Watch::never();
     let file = bytes(path, &watch)?;
@@ -154,7 +154,7 @@ pub(super) fn check(path: &Path, buffer: Option<&Path>, uv_set: u32) -> Result<(
     }
 }
 
-/// Refuses another set of UVs than the first: an OBJ has only that.
+/// Refuses sets of UVs other than the first: an OBJ has only one.
 fn one_set(uv_set: u32) -> Result<(), ReadError> {
     match uv_set {
         0 => Ok(()),
@@ -162,7 +162,7 @@ fn one_set(uv_set: u32) -> Result<(), ReadError> {
     }
 }
 
-/// The names of the parts that are found.
+/// The names of the parts found so far.
 #[derive(Default)]
 struct Names {
     list: Vec<String>,
@@ -171,7 +171,7 @@ struct Names {
 }
 
 impl Names {
-    /// The number of a part by its name, which is listed if it is new.
+    /// The number of a part by its name; a new name is added.
     fn part(&mut self, name: &str) -> Result<u16, ReadError> {
         if let Some(number) = self.numbers.get(name) {
             return Ok(*number);
@@ -188,16 +188,16 @@ impl Names {
     }
 }
 
-/// Triangles as they are found in a file.
+/// Triangles collected from a file.
 #[derive(Default)]
 struct Surface {
     mesh: Mesh,
-    /// The number of triangles with UVs that are not finite.
+    /// Number of triangles with UVs that are not finite.
     broken: usize,
 }
 
 impl Surface {
-    /// Adds a triangle. A normal that is no direction counts as none.
+    /// Adds a triangle. A normal that is zero or not finite counts as missing.
     fn add(&mut self, corners: [u32; 3], (part, polygon): (u16, u32), uvs: Option<[Vec2; 3]>, normals: [Vec3; 3]) {
         self.mesh.triangles.push(corners);
         self.mesh.parts.push(part);
@@ -212,7 +212,7 @@ impl Surface {
     /// The mesh, and a note about it.
     fn done(mut self, names: Names) -> (Mesh, Option<String>) {
         self.mesh.part_names = names.list;
-        // Polygons matter only where some have several triangles.
+        // Polygons matter only if some have several triangles.
         if self.mesh.polygons.windows(2).all(|pair| pair[0] != pair[1]) {
             self.mesh.polygons = Vec::new();
         }

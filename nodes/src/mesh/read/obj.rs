@@ -1,7 +1,7 @@
-//! OBJ, read statement by statement; the first line that means nothing is named.
+//! Reads OBJ statement by statement; errors name the first invalid line.
 //!
-//! One pass checks and keeps what makes surfaces: positions, UVs, normals, faces, and the names of their objects and materials.
-//! Other files that are named are never opened. Colours and weights of vertices are left out.
+//! One pass checks and collects the parts of surfaces: positions, UVs, normals, faces, and the names of their objects
+//! and materials. Files that an OBJ names are never opened. Colours and weights of vertices are ignored.
 use super::obj_text::{Statements, fault, index, keyword, name, numbers, words};
 use super::polygon::{self, MOST_CORNERS};
 use super::{Contents, MOST_TRIANGLES, MOST_VERTICES, Names, ReadError, Surface, wide};
@@ -9,18 +9,18 @@ use glam::{DVec3, Vec2, Vec3};
 use shibo_kernel::ground::stop::Watch;
 use std::rc::Rc;
 
-/// The most changes of object, group or material.
+/// Maximum number of changes of object, group or material.
 const MOST_GROUPS: usize = 100_000;
 
-/// Faces that follow each other under the same names.
+/// Consecutive faces under the same names.
 struct Group {
     name: Rc<str>,
     material: Option<Rc<str>>,
-    /// How many faces come before it.
+    /// Number of faces before it.
     first: usize,
 }
 
-/// The corners of a face: numbers of a position, a UV and a normal, counted from 1; 0 for none.
+/// A corner of a face: numbers of a position, a UV and a normal, counted from 1; 0 for none.
 type Corner = [u32; 3];
 
 /// The content of a file.
@@ -30,16 +30,16 @@ struct Lines {
     uvs: Vec<Vec2>,
     normals: Vec<Vec3>,
     corners: Vec<Corner>,
-    /// How many corners each face has.
+    /// Number of corners of each face.
     faces: Vec<u16>,
     triangles: usize,
     groups: Vec<Group>,
     changes: usize,
-    /// True if there are points and lines; and if there are curved surfaces.
+    /// True if there are points or lines; and if there are curved surfaces.
     others: [bool; 2],
-    /// The number of faces with fewer than three corners.
+    /// Number of faces with fewer than three corners.
     thin: usize,
-    /// The largest numbers that faces refer to, and the lines where they do.
+    /// The largest numbers that faces refer to, and the lines of these references.
     most: [(i64, usize); 3],
 }
 
@@ -56,12 +56,13 @@ impl Lines {
         Ok(all)
     }
 
-    /// How many positions, UVs and normals there are so far.
+    /// Numbers of positions, UVs and normals so far.
     fn counts(&self) -> [i64; 3] {
         [self.positions.len(), self.uvs.len(), self.normals.len()].map(|count| i64::try_from(count).unwrap_or(i64::MAX))
     }
 
-    /// Refuses numbers that lead nowhere. A file without any UVs or normals may refer to some all the same, as many do.
+    /// Refuses references to numbers that do not exist. A file without any UVs or normals may refer to some all the
+    /// same, as many files do.
     fn counted(&self, file: &[u8]) -> Result<(), ReadError> {
         let counts = self.counts();
         for (k, what) in ["positions", "UVs", "normals"].into_iter().enumerate() {
@@ -73,7 +74,7 @@ impl Lines {
         Ok(())
     }
 
-    /// Refuses positions that are not finite, if a face has them.
+    /// Refuses positions that are not finite, if a face uses them.
     fn finite(&self, file: &[u8]) -> Result<(), ReadError> {
         if self.positions.iter().all(|p| p.is_finite()) {
             return Ok(());
@@ -89,7 +90,7 @@ impl Lines {
     fn statement(&mut self, line: usize, text: &[u8]) -> Result<(), ReadError> {
         match keyword(text) {
             b"v" => {
-                // x, y, z, and a weight or a colour.
+                // x, y, z, optionally followed by a weight or a colour.
                 let found = numbers::<6>(text).filter(|(_, count)| matches!(count, 3 | 4 | 6));
                 let ([x, y, z, ..], _) = found.ok_or_else(|| fault(line, text, "it must be `v x y z` in numbers"))?;
                 self.positions.push(Vec3::new(x, y, z));
@@ -120,7 +121,7 @@ impl Lines {
         Ok(())
     }
 
-    /// A change of material, or else of object or of group.
+    /// Starts a group, after a change of material, or of object or group.
     fn group(&mut self, line: usize, text: &[u8], of_material: bool) -> Result<(), ReadError> {
         self.changes += 1;
         let new = name(text);
@@ -139,7 +140,7 @@ impl Lines {
         } else {
             name = new;
         }
-        // What has no faces is no group.
+        // Remove a group without faces.
         if last.is_some_and(|group| group.first == first) {
             self.groups.pop();
         }
@@ -158,7 +159,7 @@ impl Lines {
                 let Some(index) = index(part).filter(|_| k < 3) else {
                     return Err(fault(line, text, "corners must be `v`, `v/vt`, `v//vn` or `v/vt/vn`, counted from 1"));
                 };
-                // Negative numbers count back.
+                // Negative numbers count back from the last element.
                 let back = index < 0;
                 let index = if back { counts[k] + 1 + index } else { index };
                 if index < 1 && k > 0 && counts[k] == 0 {
@@ -169,7 +170,7 @@ impl Lines {
                 if index < 1 {
                     return Err(fault(line, text, "it counts back beyond the beginning"));
                 }
-                // What is too large for any file is told at the end.
+                // Numbers too large for any file are reported at the end.
                 corner[k] = u32::try_from(index).unwrap_or(u32::MAX);
                 if index > self.most[k].0 {
                     self.most[k] = (index, line);
@@ -191,7 +192,7 @@ impl Lines {
         Ok(())
     }
 
-    /// Notes about lines that are not taken as they stand.
+    /// Notes about lines that are ignored or changed.
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if self.thin > 0 {
@@ -208,13 +209,13 @@ impl Lines {
     }
 }
 
-/// Why the statement that begins in a line means nothing.
+/// The error for an invalid statement that begins in a line.
 fn fault_at(file: &[u8], line: usize, what: &str) -> ReadError {
     let statement = Statements::new(file).flatten().find(|(number, _)| *number == line);
     fault(line, &statement.unwrap_or_default().1, what)
 }
 
-/// Looks through a file.
+/// Checks a file.
 pub(super) fn check(file: &[u8]) -> Result<(), ReadError> {
     let lines = Lines::of(file, &Watch::never())?;
     if lines.triangles == 0 { Err(ReadError::bad("it has no faces; it must be OBJ, or glTF")) } else { Ok(()) }
@@ -251,10 +252,11 @@ pub(super) fn read(file: &[u8], watch: &Watch<'_>) -> Result<Contents, ReadError
     Ok(Contents { mesh, metres: false, left_out, notes })
 }
 
-/// Makes triangles of faces.
+/// Makes triangles from faces.
 struct Faces<'a> {
     lines: &'a Lines,
-    /// For each position the last group that used it, and its number in the mesh: groups share no vertices yet.
+    /// For each position, the last group that used it and the number of its vertex in the mesh. Groups share no
+    /// vertices at this stage.
     local: Vec<(u32, u32)>,
     /// The first corner of the next face.
     from: usize,
@@ -263,7 +265,7 @@ struct Faces<'a> {
 }
 
 impl Faces<'_> {
-    /// Adds a face; `None` if a number in it leads nowhere.
+    /// Adds a face; `None` if one of its numbers does not exist.
     fn add(&mut self, surface: &mut Surface, face: usize, (group, part): (u32, u16)) -> Option<()> {
         let lines = self.lines;
         let from = self.from;
@@ -282,7 +284,7 @@ impl Faces<'_> {
         let number = |n: usize| self.local[corners[n][0] as usize - 1].1;
         let uv = |n: usize| lines.uvs.get((corners[n][1] as usize).wrapping_sub(1)).copied();
         let normal = |n: usize| lines.normals.get((corners[n][2] as usize).wrapping_sub(1)).copied();
-        // A face has UVs at all of its corners or at none.
+        // Use UVs only if all corners of the face have them.
         let has_uvs = (0..corners.len()).all(|n| uv(n).is_some());
         let polygon = u32::try_from(face).ok()?;
         polygon::triangles(&self.at, self.watch, |corners| {

@@ -1,16 +1,17 @@
-//! The text of an OBJ: its statements, their numbers and names.
+//! Splits the text of an OBJ into statements, numbers and names.
 //!
-//! Lines end in LF, CR LF or CR; a `\` at the end joins a line to the next one. Text is UTF-8 or, failing that, Latin-1.
+//! Lines end in LF, CR LF or CR; a `\` at the end joins a line to the next one. Text is UTF-8 or, failing that,
+//! Latin-1.
 use super::ReadError;
 use std::borrow::Cow;
 use std::rc::Rc;
 
-/// The longest part of a statement that is shown.
+/// Maximum length of the part of a statement that a message shows.
 const SHOWN: usize = 60;
-/// The longest statement of several lines, in bytes.
+/// Maximum length of a statement of several lines, in bytes.
 const MOST_JOINED: usize = 16 << 20;
 
-/// The statements of a file and the number of the line where each begins.
+/// The statements of a file, each with the number of its first line.
 pub(super) struct Statements<'a> {
     rest: Option<&'a [u8]>,
     line: usize,
@@ -21,7 +22,7 @@ impl<'a> Statements<'a> {
         Self { rest: Some(file), line: 0 }
     }
 
-    /// The next line without its end.
+    /// The next line without its line ending.
     fn line(&mut self) -> Option<&'a [u8]> {
         let rest = self.rest?;
         self.line += 1;
@@ -36,7 +37,7 @@ impl<'a> Statements<'a> {
     }
 }
 
-/// The line without the `\` at its end that joins it to the next one.
+/// The line without a `\` at its end that joins it to the next one; `None` if there is no such `\`.
 fn joined(line: &[u8]) -> Option<&[u8]> {
     line.trim_ascii_end().strip_suffix(b"\\")
 }
@@ -47,7 +48,7 @@ impl<'a> Iterator for Statements<'a> {
     fn next(&mut self) -> Option<Self::Item> {
         let line = self.line()?;
         let number = self.line;
-        // Comments and names may end in a `\`, as folders of Windows do.
+        // In comments and names a `\` at the end joins nothing: paths of Windows may end so.
         let begin = match joined(line) {
             Some(begin) if matches!(keyword(line), b"v" | b"vt" | b"vn" | b"f" | b"l" | b"p") => begin,
             _ => return Some(Ok((number, Cow::Borrowed(line)))),
@@ -75,7 +76,7 @@ pub(super) fn keyword(statement: &[u8]) -> &[u8] {
     &text[..text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len())]
 }
 
-/// Why a statement means nothing.
+/// The error for an invalid statement.
 pub(super) fn fault(number: usize, statement: &[u8], what: &str) -> ReadError {
     let text = String::from_utf8_lossy(statement.trim_ascii());
     let more = if text.chars().count() > SHOWN { " …" } else { "" };
@@ -85,7 +86,7 @@ pub(super) fn fault(number: usize, statement: &[u8], what: &str) -> ReadError {
 
 /// The words after the keyword, up to a comment.
 pub(super) fn words(statement: &[u8]) -> impl Iterator<Item = &[u8]> {
-    // `1.#QNAN` is how some programs write a number that is none.
+    // Some programs write NaN as `1.#QNAN`, which is no comment.
     let comment = (0..statement.len()).find(|n| statement[*n] == b'#' && (*n == 0 || statement[*n - 1] != b'.'));
     let text = &statement[..comment.unwrap_or(statement.len())];
     text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).skip(1)
@@ -112,7 +113,7 @@ pub(super) fn numbers<const N: usize>(statement: &[u8]) -> Option<([f32; N], usi
     Some((found, count))
 }
 
-/// A whole number in as many digits as indices need, which is not 0.
+/// A whole number other than 0, with no more digits than an index needs.
 pub(super) fn index(word: &[u8]) -> Option<i64> {
     let (back, digits) = match word {
         [b'-', digits @ ..] => (true, digits),
@@ -124,7 +125,7 @@ pub(super) fn index(word: &[u8]) -> Option<i64> {
     (value != 0).then_some(if back { -value } else { value })
 }
 
-/// The name after a keyword: the rest of the statement, in which `#` is a letter like others.
+/// The name after a keyword: the rest of the statement, in which `#` is an ordinary character.
 pub(super) fn name(statement: &[u8]) -> Rc<str> {
     let text = statement.trim_ascii();
     let rest = text[keyword(text).len()..].trim_ascii();

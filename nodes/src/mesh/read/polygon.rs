@@ -1,27 +1,29 @@
-//! Polygons cut into triangles.
+//! Cuts polygons into triangles.
 //!
-//! A polygon may have holes: its outline then runs to each hole along an edge, round the hole, and back along the same edge.
-//! Ears are cut off; a grid finds the corners near an ear, so a round polygon takes O(n) and others rarely much more.
+//! A polygon may have holes: its outline then runs to each hole along an edge, round the hole, and back along the same
+//! edge. Triangles are made by ear clipping; a grid finds the corners near an ear, so a round polygon takes O(n) and
+//! others rarely much more.
 use glam::{DVec2, DVec3};
 use shibo_kernel::ground::stop::Watch;
 use std::cell::Cell;
 
-/// Polygons with more corners are not cut.
+/// Maximum number of corners of a polygon that is cut.
 pub(super) const MOST_CORNERS: usize = u16::MAX as usize;
-/// So often a polygon that crosses itself may need a doubtful cut before all further ones may be doubtful.
+/// Number of cuts by a weaker rule than [`Rule::Ear`] after which a self-intersecting polygon stays with the weaker
+/// rule.
 const DOUBTS: usize = 64;
-/// For each corner of a polygon so many others are looked at, on average; what is left of it then is cut anyhow.
+/// Mean number of corners tested per corner of a polygon after which the rest is cut by [`Rule::Any`].
 const LOOKS: usize = 5000;
 
-/// The normal of a polygon that need not be flat, by Newell; of any length.
+/// The normal of a polygon, which need not be flat, by Newell's method; not normalized.
 fn newell(corners: &[DVec3]) -> DVec3 {
     let next = corners.iter().cycle().skip(1);
     corners.iter().zip(next).map(|(a, b)| (*a - corners[0]).cross(*b - corners[0])).sum()
 }
 
-/// Calls `add` with the triangles of a polygon, as numbers of its corners. Quads are cut along the shorter diagonal, of equal
-/// ones along the first, unless it lies outside; larger ones by cutting ears off in the plane of their normal. Left by
-/// unwinding when `watch` says so.
+/// Calls `add` with the triangles of a polygon, as numbers of its corners. Quads are cut along the shorter diagonal
+/// (the first one if both are equal), unless it lies outside. Larger polygons are cut by ear clipping in the plane of
+/// their normal. Unwinds if `watch` cancels.
 pub(super) fn triangles(corners: &[DVec3], watch: &Watch<'_>, mut add: impl FnMut([usize; 3])) {
     match corners.len() {
         0..3 => {}
@@ -39,21 +41,21 @@ pub(super) fn triangles(corners: &[DVec3], watch: &Watch<'_>, mut add: impl FnMu
     }
 }
 
-/// The corners in the plane across the polygon's normal, in which it turns to the left.
+/// The corners projected along the polygon's normal, counterclockwise.
 fn flat(corners: &[DVec3]) -> Vec<DVec2> {
     let normal = newell(corners).try_normalize().unwrap_or(DVec3::Z);
     let (x, y) = normal.any_orthonormal_pair();
     corners.iter().map(|p| DVec2::new((*p - corners[0]).dot(x), (*p - corners[0]).dot(y))).collect()
 }
 
-/// By which rule a corner is cut off.
+/// Rules for cutting off a corner, from strict to weak.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Rule {
-    /// Nothing of the rest lies in the triangle or on its border.
+    /// No other part of the outline lies in the triangle or on its border.
     Ear,
     /// The triangle has no area.
     Flat,
-    /// No corner of the rest lies inside the triangle.
+    /// No other corner lies inside the triangle.
     Loose,
     /// Any corner.
     Any,
@@ -69,7 +71,7 @@ impl Rule {
     }
 }
 
-/// Cuts off one ear after another. The next one is sought beyond the last, so that triangles do not become slivers.
+/// Cuts off one ear after another. The search continues behind the last ear, so that triangles do not become slivers.
 fn ears(at: &[DVec2], watch: &Watch<'_>, mut add: impl FnMut([usize; 3])) {
     let mut ring = Ring::new(at);
     let (mut corner, mut left, mut tried, mut doubts) = (0, at.len(), 0, 0);
@@ -102,7 +104,7 @@ fn index_u32(corner: usize) -> u32 {
     u32::try_from(corner).unwrap_or(u32::MAX)
 }
 
-/// The corners that are left, each with the one before and after it, and by place.
+/// The remaining corners, linked to the ones before and after them, and sorted by place.
 struct Ring<'a> {
     at: &'a [DVec2],
     next: Vec<u32>,
@@ -111,16 +113,16 @@ struct Ring<'a> {
     cells: Vec<Vec<u32>>,
     side: usize,
     low: DVec2,
-    /// Cells for a unit of length.
+    /// Cells per unit of length.
     scale: DVec2,
-    /// The number of corners looked at so far.
+    /// Number of corners tested so far.
     looks: Cell<usize>,
 }
 
 impl<'a> Ring<'a> {
     fn new(at: &'a [DVec2]) -> Self {
         let count = index_u32(at.len());
-        // About four corners in a cell.
+        // About four corners per cell.
         let side = (at.len() / 4).isqrt().max(1);
         let [low, high] = at.iter().fold([at[0]; 2], |[low, high], p| [low.min(*p), high.max(*p)]);
         let size = high - low;
@@ -147,7 +149,7 @@ impl<'a> Ring<'a> {
         ((p - self.low) * self.scale).to_array().map(|x| (x as usize).min(self.side - 1))
     }
 
-    /// A corner between the one before and the one after it.
+    /// The corner with the ones before and after it.
     fn around(&self, corner: usize) -> [usize; 3] {
         [self.before[corner] as usize, corner, self.next[corner] as usize]
     }
@@ -159,7 +161,7 @@ impl<'a> Ring<'a> {
         self.cells[y * self.side + x].retain(|n| *n as usize != corner);
     }
 
-    /// The corners that are left near a triangle.
+    /// The remaining corners near a triangle.
     fn near(&self, [a, b, c]: [DVec2; 3]) -> impl Iterator<Item = usize> + '_ {
         let ([left, top], [right, bottom]) = (self.cell(a.min(b).min(c)), self.cell(a.max(b).max(c)));
         let cells = (top..=bottom).flat_map(move |y| (left..=right).map(move |x| y * self.side + x));
@@ -186,7 +188,7 @@ impl<'a> Ring<'a> {
             if sides.iter().any(|side| *side < 0.0) {
                 return false;
             }
-            // At a corner of the triangle, by itself or since the outline comes back there: it may not go on inwards.
+            // The outline touches a corner of the triangle, or is that corner: it must not continue into the triangle.
             let wedge = [(a, b, c), (b, c, a), (c, a, b)].into_iter().find(|(corner, ..)| *corner == p);
             wedge.is_none_or(|(_, to, from)| {
                 let inwards = |m: u32| {
@@ -220,7 +222,7 @@ mod tests {
         all
     }
 
-    /// Cuts a flat polygon; the triangles have its area, face the same way, and none covers any of `holes`.
+    /// Cuts a flat polygon and checks that the triangles have its area, face the same way, and cover none of `holes`.
     fn cut_flat(outline: &[[f64; 2]], holes: &[[f64; 2]]) -> Vec<[usize; 3]> {
         let all = cut(&outline.iter().map(|[x, y]| [*x, *y, 0.0]).collect::<Vec<_>>());
         let at = |n: usize| DVec2::from_array(outline[n]);
@@ -237,7 +239,7 @@ mod tests {
     fn quads_are_cut_along_the_shorter_diagonal() {
         assert_eq!(cut(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]), [[0, 1, 2], [0, 2, 3]]);
         assert_eq!(cut(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [3.0, 2.0, 0.0], [0.0, 1.0, 0.0]]), [[0, 1, 3], [1, 2, 3]]);
-        // The shorter one lies outside.
+        // The shorter diagonal lies outside.
         assert_eq!(cut(&[[0.0, 0.0, 0.0], [5.0, -1.0, 0.0], [1.0, 0.0, 0.0], [5.0, 1.0, 0.0]]), [[0, 1, 2], [0, 2, 3]]);
     }
 
@@ -258,12 +260,12 @@ mod tests {
     }
 
     #[test]
-    fn holes_that_an_edge_joins_stay_open() {
+    fn keeps_holes_joined_by_an_edge_open() {
         let square = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0], [0.0, 0.0]];
         let hole = [[3.0, 3.0], [3.0, 7.0], [7.0, 7.0], [7.0, 3.0], [3.0, 3.0]];
         let one: Vec<_> = square.into_iter().chain(hole).collect();
         assert_eq!(cut_flat(&one, &[[5.0, 5.0]]).len(), 8);
-        // From any corner on, and to any corner of the hole.
+        // Start at any corner of the outline and of the hole.
         for turn in 0..10 {
             let mut turned = one.clone();
             turned.rotate_left(turn);
@@ -295,7 +297,7 @@ mod tests {
         let mut outline: Vec<[f64; 2]> = circle(3000, (0.0, 0.0, 100.0), 1.0).take(3000).collect();
         let mut holes = Vec::new();
         for k in 0..8 {
-            // Each hole is reached from its own corner of the outline, from the right.
+            // An edge from the right joins each hole to its own corner of the outline.
             let y = f64::from(k) * 20.0 - 70.0;
             holes.push([0.0, y]);
             let from = (0..outline.len()).min_by(|a, b| {
@@ -310,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn anything_is_cut_into_as_many_triangles() {
+    fn cuts_degenerate_polygons_into_n_minus_2_triangles() {
         for corners in [vec![DVec3::ZERO; 9], (0..9).map(|k| DVec3::splat(f64::from(k * k % 5))).collect()] {
             assert_eq!(all(&corners).len(), 7);
         }

@@ -1,4 +1,4 @@
-//! Whole files, right and wrong ones.
+//! Tests of whole files, valid and invalid ones.
 use super::*;
 use crate::mesh::LoadMesh;
 use std::fmt::Write as _;
@@ -8,7 +8,7 @@ pub(super) fn read_bytes(file: &[u8], buffer: Option<&[u8]>) -> Result<Contents,
     of_bytes(file, buffer, 0, &Watch::never())
 }
 
-/// A GLB of a document and a binary part.
+/// A GLB with a document and a binary part.
 pub(super) fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
     let mut json = json.as_bytes().to_vec();
     json.resize(json.len().next_multiple_of(4), b' ');
@@ -61,7 +61,7 @@ fn glb_is_read_with_its_nodes() {
     assert_eq!(mesh.part_names, ["left/sheet/oak", "sheet/oak"]);
     assert_eq!((mesh.triangles.len(), mesh.positions.len()), (4, 8));
     assert!(mesh.normals.as_flattened().iter().all(|normal| *normal == Vec3::ZERO));
-    // The second one is mirrored and moved, and faces the same way.
+    // The second instance is mirrored and moved, and faces the same way.
     assert_eq!(mesh.positions[5], Vec3::new(3.0, 0.0, 0.0));
     assert!((0..4).all(|n| mesh.cross(n).z > 0.0));
     assert_eq!(mesh.uvs[0], [[0.0, 1.0], [0.5, 1.0], [0.5, 0.0]].map(Vec2::from_array));
@@ -162,7 +162,7 @@ fn quantized_numbers_are_read() {
 }
 
 #[test]
-fn obj_says_what_it_has() {
+fn reads_contents_of_obj() {
     let text = "mtllib ../../secret.mtl\nv 0 0 0\r\nv 2 0 0 1 0 0\nv 2 2 0\nv 0 2 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\n\
                 l 1 2\nusemtl red oak\nf 1/1/1 2/2/1 3/3/1 4/4/1\nf -4/1/1 -2/3/1 -1/4/1\n";
     let contents = read_bytes(text.as_bytes(), None).unwrap();
@@ -172,13 +172,13 @@ fn obj_says_what_it_has() {
     assert_eq!(mesh.polygons, [0, 0, 1]);
     assert_eq!(mesh.uvs[0], [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0]].map(Vec2::from_array));
     assert_eq!(mesh.normals[0], [Vec3::Z; 3]);
-    // A face without them keeps the others as they are.
+    // A face without UVs and normals leaves those of other faces as they are.
     let bare = read_bytes(text.replace("-4/1/1 -2/3/1 -1/4/1", "-4 -2 -1").as_bytes(), None).unwrap().mesh;
     assert_eq!((&bare.uvs[..2], &bare.normals[..2]), (&mesh.uvs[..2], &mesh.normals[..2]));
     assert!(bare.uvs[2][0].is_nan() && bare.normals[2] == [Vec3::ZERO; 3]);
 }
 
-/// Small files that stand for large things are refused before anything is made of them.
+/// Small files that expand to large data are refused before the data is allocated.
 #[test]
 fn bombs_are_refused() {
     let faces = "v 0 0 0\nv 1 0 0\nv 0 1 0\n".to_owned() + &"f 1 2 3\n".repeat(MOST_TRIANGLES + 1);
@@ -195,7 +195,7 @@ fn bombs_are_refused() {
     assert!(message(names.as_bytes()).contains("names of 64 MiB"));
     let objects = format!("{{\"asset\": {{\"version\": \"2.0\"}}, \"nodes\": [{}{{}}]}}", "{},".repeat(300_000));
     assert!(matches!(read_bytes(objects.as_bytes(), None), Err(ReadError::TooLarge(_))));
-    // One set of numbers, shown by many nodes.
+    // One accessor, used by many nodes.
     let nodes = (0..1500).map(|_| "{\"mesh\": 0}").collect::<Vec<_>>().join(",");
     let all = (0..1500).map(|n| n.to_string()).collect::<Vec<_>>().join(",");
     let json = format!(
@@ -207,7 +207,7 @@ fn bombs_are_refused() {
     assert!(matches!(read_bytes(&glb(&json, &vec![0; 108_000]), None), Err(ReadError::TooLarge(_))));
 }
 
-/// Another number each time.
+/// A random number generator.
 struct Chance(u64);
 
 impl Chance {
@@ -241,7 +241,7 @@ impl Chance {
     }
 }
 
-/// How many of so many damaged files are read all the same. None may end in a panic, and what is read must hold together.
+/// Counts the damaged files, of `count`, that are read all the same. None may panic, and the mesh must be consistent.
 fn survivors(files: &[Vec<u8>], count: usize) -> usize {
     let mut chance = Chance(20);
     let mut read = 0;
@@ -253,7 +253,7 @@ fn survivors(files: &[Vec<u8>], count: usize) -> usize {
         assert!(mesh.triangles.iter().flatten().all(|v| (*v as usize) < mesh.positions.len()));
         assert!(mesh.parts.len() == all && mesh.parts.iter().all(|part| usize::from(*part) < mesh.part_names.len()));
         assert!([mesh.uvs.len(), mesh.normals.len(), mesh.polygons.len()].iter().all(|n| *n == 0 || *n == all));
-        // What follows takes anything, too.
+        // Later stages must accept the contents, too.
         let made = LoadMesh::default().made(contents, &Watch::never());
         if let Ok((mesh, _)) = made {
             assert!(mesh.positions.iter().all(|p| p.is_finite()) && !mesh.triangles.is_empty());
@@ -263,7 +263,7 @@ fn survivors(files: &[Vec<u8>], count: usize) -> usize {
     read
 }
 
-/// Right and broken files of all kinds: those with which `tests/fuzz` begins.
+/// Valid and broken files of all kinds: the seed corpus of `tests/fuzz`.
 fn seeds() -> Vec<Vec<u8>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests");
     let corpus = root.join("fuzz/corpus/meshes").read_dir().unwrap().map(|entry| entry.unwrap().path());
@@ -273,12 +273,12 @@ fn seeds() -> Vec<Vec<u8>> {
     files.iter().map(|file| std::fs::read(file).unwrap()).collect()
 }
 
-/// How many damaged files are tried: as many as `DAMAGED_MESHES` says when this is compiled, for a longer run.
+/// Number of damaged files to try; the variable `DAMAGED_MESHES` at compile time sets it for longer runs.
 fn tries() -> usize {
     option_env!("DAMAGED_MESHES").and_then(|n| n.parse().ok()).unwrap_or(12_000)
 }
 
-/// Files that are damaged by chance are refused or read, and never end the program.
+/// Files with random damage are refused or read, and never crash the program.
 #[test]
 fn damaged_files_are_refused_or_read() {
     let tries = tries();

@@ -1,27 +1,27 @@
-//! Files as other programs write them: unusual, and yet right.
+//! Tests of files as other programs write them: unusual, but valid.
 use super::tests::{SQUARE, glb, message, read_bytes, square};
 use super::*;
 
-/// A sheet of 10 by 10 with UVs, and more lines.
+/// A sheet of 10 by 10 with UVs, followed by the lines `more`.
 fn sheet(more: &str) -> String {
     format!("v 0 0 0\nv 10 0 0\nv 10 10 0\nv 0 10 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n{more}")
 }
 
 const FACE: &str = "f 1/1 2/2 3/3 4/4\n";
 
-/// The area and the UVs of a file.
+/// The area and the contents of a file.
 fn area(file: &[u8]) -> (f64, Contents) {
     let contents = read_bytes(file, None).unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(file)));
     (contents.mesh.area(), contents)
 }
 
-/// The UVs of all triangles that have some.
+/// Number of triangles with UVs.
 fn with_uvs(contents: &Contents) -> usize {
     contents.mesh.uvs.iter().filter(|uvs| uvs[0].is_finite()).count()
 }
 
 #[test]
-fn obj_is_read_whatever_its_marks_ends_and_comments() {
+fn reads_obj_with_any_marks_line_ends_and_comments() {
     let plain = read_bytes(sheet(FACE).as_bytes(), None).unwrap();
     assert_eq!(plain.mesh.area(), 100.0);
     let same = |file: &[u8]| {
@@ -30,7 +30,7 @@ fn obj_is_read_whatever_its_marks_ends_and_comments() {
         assert_eq!(obj::check(unmarked(file)), Ok(()));
     };
     same(format!("\u{feff}{}", sheet(FACE)).as_bytes());
-    // A vertex that no face has takes the place of one that is lost.
+    // An unused vertex is dropped, so the number of vertices stays.
     let spare = read_bytes(format!("\u{feff}{}", sheet("v 5 5 20\nf 1/1 2/2 3/3 4/4\n")).as_bytes(), None).unwrap();
     assert_eq!((spare.mesh.area(), spare.mesh.positions.len()), (100.0, 4));
     same(sheet(FACE).replace('\n', "\r").as_bytes());
@@ -43,7 +43,7 @@ fn obj_is_read_whatever_its_marks_ends_and_comments() {
     same(sheet(&format!("v nan nan nan\nv 1.#QNAN 0 inf\n{FACE}")).as_bytes());
     let named = read_bytes(&[b"o St\xfchl\n", sheet(FACE).as_bytes()].concat(), None).unwrap();
     assert_eq!(named.mesh.part_names, ["St\u{fc}hl"]);
-    // Faults are still told with their lines.
+    // Errors still name the right line.
     let bad = sheet("f 1 \\\n 2 \\\n x\nf 1 2 3\n").replace('\n', "\r");
     assert!(message(bad.as_bytes()).starts_with("line 9: `f 1   2   x`"), "{}", message(bad.as_bytes()));
     let nan = sheet("v 1 nan 2\nf 1 2 5\n");
@@ -51,7 +51,7 @@ fn obj_is_read_whatever_its_marks_ends_and_comments() {
 }
 
 #[test]
-fn text_in_utf16_is_refused_in_words() {
+fn refuses_utf16_with_a_clear_message() {
     let text = sheet(FACE);
     for mark in ["\u{feff}", ""] {
         let wide = || mark.encode_utf16().chain(text.encode_utf16());
@@ -68,8 +68,8 @@ fn text_in_utf16_is_refused_in_words() {
 }
 
 #[test]
-fn obj_keeps_all_that_its_faces_have() {
-    // Normals that are no directions, or are not there.
+fn keeps_all_attributes_of_obj_faces() {
+    // Normals that are not finite, zero, or missing.
     let (sum, found) = area(sheet("vn nan nan nan\nvn 0 0 0\nvn 0 0 3\nf 1/1/1 2/2/2 3/3/3 4/4/3\n").as_bytes());
     assert_eq!((sum, with_uvs(&found)), (100.0, 2));
     assert_eq!(found.mesh.normals[0], [Vec3::ZERO, Vec3::ZERO, Vec3::Z]);
@@ -83,15 +83,15 @@ fn obj_keeps_all_that_its_faces_have() {
         (with_uvs(&found), &found.notes[..]),
         (0, &["faces refer to UVs, as in line 4, and there are none".to_owned()][..])
     );
-    // A face without UVs, or with a bad one, takes none from the others.
+    // A face without UVs, or with a bad one, leaves those of other faces as they are.
     let (sum, found) = area(sheet("vt nan 0\nf 1/1 2/2 3/3\nf 1 3 4\nf 1/1 2/5 3/3\n").as_bytes());
     assert_eq!((sum, with_uvs(&found)), (150.0, 1));
     assert_eq!(found.notes, ["1 triangles have UVs that are not finite, which are left out"]);
     assert_eq!(found.mesh.uvs[0], [[0.0, 1.0], [1.0, 1.0], [1.0, 0.0]].map(Vec2::from_array));
-    // One number is a place along a line.
+    // A UV of one number is valid: a coordinate along a line.
     let (_, found) = area(sheet(FACE).replace("vt 1 1", "vt 1").as_bytes());
     assert_eq!(found.mesh.uvs[0][2], Vec2::ONE);
-    // Faces that are none.
+    // Faces with too few corners.
     let (sum, found) = area(sheet(&format!("{FACE}f 1/1 2/2\nf 1\nf\n")).as_bytes());
     assert_eq!(
         (sum, &found.notes[..]),
@@ -118,7 +118,7 @@ fn obj_faces_may_have_thousands_of_corners_and_holes() {
     assert_eq!(area(sheet(hole).as_bytes()).0, 84.0);
 }
 
-/// The square, changed.
+/// The GLB of the square with changes in its document, and more bytes.
 fn changed(changes: &[(&str, &str)], more: &[u8]) -> Vec<u8> {
     let json = changes.iter().fold(SQUARE.to_owned(), |json, (from, to)| {
         assert!(json.contains(from), "{from}");
@@ -128,20 +128,20 @@ fn changed(changes: &[(&str, &str)], more: &[u8]) -> Vec<u8> {
     glb(&json.replace("\"byteLength\": 92}]", &format!("\"byteLength\": {}}}]", bytes.len())), &bytes)
 }
 
-/// The bytes of some numbers.
+/// Numbers as little-endian bytes.
 fn floats(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|number| number.to_le_bytes()).collect()
 }
 
-/// Accessors and views after those of the square, of which more bytes are at 92.
+/// Accessors and views that follow those of the square; additional bytes start at 92.
 const MORE: [(&str, &str); 2] = [
     ("\"count\": 6, \"type\": \"SCALAR\"}", "\"count\": 6, \"type\": \"SCALAR\"}, ACCESSORS"),
     ("\"byteOffset\": 80, \"byteLength\": 12}", "\"byteOffset\": 80, \"byteLength\": 12}, VIEWS"),
 ];
 
 #[test]
-fn sparse_accessors_are_put_together() {
-    // Corner 2 is drawn out; once over the positions, once over zeros.
+fn reads_sparse_accessors() {
+    // A sparse accessor that moves corner 2; once based on the positions, once on zeros.
     let more = [&[2u8, 0, 0, 0][..], &floats(&[1.0, 4.0, 0.0])].concat();
     let sparse = "\"sparse\": {\"count\": 1, \"indices\": {\"bufferView\": 2, \"componentType\": 5121}, \"values\": {\"bufferView\": 3}}";
     let views = (MORE[1].0, MORE[1].1.replace("VIEWS", "{\"buffer\": 0, \"byteOffset\": 92, \"byteLength\": 4}, {\"buffer\": 0, \"byteOffset\": 96, \"byteLength\": 12}"));
@@ -201,13 +201,13 @@ fn all_instances_are_made() {
     let accessors = format!("{}, {}", three(0, "VEC3"), three(36, "VEC4"));
     let moved = read_bytes(&instanced("\"TRANSLATION\": 3", &accessors, &more), None).unwrap();
     assert!(moved.left_out.is_empty() && moved.notes.is_empty());
-    // Three, and the mesh of the other node.
+    // Three instances, and the mesh of the other node.
     assert_eq!(moved.mesh.triangles.len(), 8);
     let at = |mesh: &Mesh, n: usize| mesh.positions[4 * n + 1];
     assert_eq!([0, 1, 2].map(|n| at(&moved.mesh, n)), [Vec3::X, Vec3::new(11.0, 0.0, 0.0), Vec3::new(1.0, 0.0, 7.0)]);
     let turned = instanced("\"TRANSLATION\": 3, \"ROTATION\": 4, \"SCALE\": 3", &accessors, &more);
     let turned = read_bytes(&turned, None).unwrap().mesh;
-    // The second is ten times as wide, turned to y and moved.
+    // The second instance is ten times as wide, turned towards y and moved.
     assert!(at(&turned, 1).distance(Vec3::new(10.0, 10.0, 0.0)) < 1e-5, "{}", at(&turned, 1));
     let fault = |attributes: &str, accessors: &str| message(&instanced(attributes, accessors, &more));
     assert!(fault("", &accessors).contains("nodes[0].extensions.EXT_mesh_gpu_instancing.attributes: they must place"));
@@ -255,7 +255,7 @@ fn textures_of_quantized_uvs_are_followed() {
         assert!(uv.distance(Vec2::from_array(wanted)) < 1e-6, "{uv}");
     }
     assert_eq!(read("{\"name\": \"oak\"}").mesh.uvs[0][0], Vec2::new(0.0, 4095.0));
-    // A texture that repeats four times is no other place in it.
+    // A texture that repeats four times does not move UVs.
     let repeats = [(
         "{\"name\": \"oak\"}",
         "{\"name\": \"oak\", \"normalTexture\": {\"index\": 0, \"extensions\": {\"KHR_texture_transform\": {\"scale\": [4, 4]}}}}",
@@ -266,7 +266,7 @@ fn textures_of_quantized_uvs_are_followed() {
 }
 
 #[test]
-fn the_set_of_uvs_is_chosen() {
+fn chooses_set_of_uvs() {
     let second = [
         ("\"TEXCOORD_0\": 1", "\"TEXCOORD_0\": 1, \"TEXCOORD_1\": 3"),
         (
@@ -290,7 +290,7 @@ fn the_set_of_uvs_is_chosen() {
 }
 
 #[test]
-fn extensions_that_are_not_read_are_told() {
+fn reports_ignored_extensions() {
     let used = "\"extensionsUsed\": [\"MSFT_lod\", \"KHR_materials_ior\", \"EXT_mesh_gpu_instancing\", \"FB_ngon_encoding\"], \"scene\": 0";
     let found = read_bytes(&changed(&[("\"scene\": 0", used)], &[]), None).unwrap();
     assert_eq!(found.left_out, ["extension `FB_ngon_encoding`", "extension `MSFT_lod`"]);

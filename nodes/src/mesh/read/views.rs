@@ -1,4 +1,4 @@
-//! The numbers of a glTF: accessors into views of buffers, each checked before it is read.
+//! Reads the numbers of a glTF: accessors into views of buffers, each checked before it is read.
 use super::{MOST_VERTICES, ReadError};
 use gltf_json::Root;
 use gltf_json::accessor::sparse::Sparse;
@@ -10,18 +10,18 @@ use std::borrow::Cow;
 pub(super) struct Buffers<'a> {
     root: &'a Root,
     bytes: Vec<Option<Vec<u8>>>,
-    /// The part of a GLB that is a buffer, and the file beside a document.
+    /// The binary part of a GLB, which is a buffer.
     packed: Option<&'a [u8]>,
     beside: Option<&'a [u8]>,
 }
 
-/// The numbers of an accessor, in a view or put together.
+/// The numbers of an accessor, borrowed from a view or assembled.
 pub(super) struct Numbers<'a> {
     bytes: Cow<'a, [u8]>,
     stride: usize,
     component: ComponentType,
     normalized: bool,
-    /// How many elements there are.
+    /// Number of elements.
     pub(super) count: usize,
 }
 
@@ -30,7 +30,7 @@ pub(super) fn fault(at: &str, what: &str) -> ReadError {
     ReadError::Bad(format!("{at}: {what}"))
 }
 
-/// The bytes of base64; `None` if it is none.
+/// Decodes base64; `None` if the text is invalid.
 fn base64(text: &str) -> Option<Vec<u8>> {
     let text = text.trim_end_matches('=').as_bytes();
     let mut out = Vec::with_capacity(text.len() / 4 * 3 + 3);
@@ -54,7 +54,8 @@ fn base64(text: &str) -> Option<Vec<u8>> {
 }
 
 impl<'a> Buffers<'a> {
-    /// Finds the buffers. Only the file beside the document, which the graph names, stands for files that it names.
+    /// Finds the buffers. For a buffer in a file, only the file that the graph names is used, never the name in the
+    /// document.
     pub(super) fn new(root: &'a Root, packed: Option<&'a [u8]>, beside: Option<&'a [u8]>) -> Result<Self, ReadError> {
         let mut bytes = Vec::new();
         let mut files = 0;
@@ -100,7 +101,8 @@ impl<'a> Buffers<'a> {
         bytes.get(..usize::try_from(buffer.byte_length.0).ok()?)
     }
 
-    /// The accessor with a number, which must have elements of that type; `at` is what refers to it.
+    /// The accessor with index `n`, which must have elements of type `ty`; `at` is the place of the reference, for
+    /// messages.
     pub(super) fn numbers(&self, n: usize, ty: Type, at: &str) -> Result<Numbers<'_>, ReadError> {
         let all = self.root.accessors.len();
         let accessor =
@@ -118,7 +120,7 @@ impl<'a> Buffers<'a> {
         Ok(Numbers { bytes, stride, component: component.0, normalized: accessor.normalized, count })
     }
 
-    /// The bytes of an accessor with elements of that size, and the way from one element to the next.
+    /// The bytes of an accessor with elements of `size` bytes, and the stride between elements.
     fn elements(&self, accessor: &Accessor, size: usize) -> Result<(Cow<'_, [u8]>, usize), String> {
         let (offset, count) = (accessor.byte_offset.map_or(0, |at| at.0), accessor.count.0);
         let base = accessor.buffer_view.map(|view| self.view(view.value(), offset, size, count)).transpose()?;
@@ -129,7 +131,7 @@ impl<'a> Buffers<'a> {
         }
     }
 
-    /// The elements of a sparse accessor: those of `base`, or zeros, but for some that have values of their own.
+    /// The elements of a sparse accessor: those of `base`, or zeros, with some of them replaced.
     fn patched(
         &self,
         sparse: &Sparse,
@@ -146,7 +148,7 @@ impl<'a> Buffers<'a> {
         let (indices, values) = (&sparse.indices, &sparse.values);
         let (bytes, stride) = view(indices.buffer_view.value(), indices.byte_offset.0, kind.0.size())?;
         let component = kind.0;
-        // As many as their view holds, so the number fits.
+        // The view holds that many elements, so the number fits.
         let some = usize::try_from(some).unwrap_or(0);
         let indices = Numbers { bytes: Cow::Borrowed(bytes), stride, component, normalized: false, count: some };
         let (values, stride) = view(values.buffer_view.value(), values.byte_offset.0, size)?;
@@ -164,7 +166,8 @@ impl<'a> Buffers<'a> {
         Ok(out)
     }
 
-    /// The bytes of a view from an element on, and the way from one element to the next; it has room for `count` of that size.
+    /// The bytes of a view from `offset` on, and the stride between elements; checks that the view has room for `count`
+    /// elements of `size` bytes.
     fn view(&self, n: usize, offset: u64, size: usize, count: u64) -> Result<(&[u8], usize), String> {
         let all = self.root.buffer_views.len();
         let view = self.root.buffer_views.get(n).ok_or_else(|| format!("refers to view {n} of {all}"))?;
@@ -181,7 +184,7 @@ impl<'a> Buffers<'a> {
         if stride < size {
             return Err(format!("has elements of {size} bytes every {stride} bytes"));
         }
-        // Both lie within the buffer, which is in memory.
+        // Both lie within the buffer, which is in memory, so they fit.
         let bytes = &buffer[usize::try_from(start).unwrap_or(0)..usize::try_from(end).unwrap_or(0)];
         let needs = |last: u64| last.checked_mul(stride as u64).and_then(|at| at.checked_add(size as u64));
         match count.checked_sub(1).map(needs) {
@@ -198,7 +201,7 @@ impl Numbers<'_> {
         &self.bytes[n * self.stride + k * self.component.size()..]
     }
 
-    /// Element `n` as numbers, integers scaled if the accessor says so.
+    /// Element `n` as numbers; integers are scaled if the accessor is normalized.
     pub(super) fn vector<const N: usize>(&self, n: usize) -> [f32; N] {
         let scaled = |value: f32, most: f32| if self.normalized { (value / most).max(-1.0) } else { value };
         std::array::from_fn(|k| {
@@ -214,7 +217,7 @@ impl Numbers<'_> {
         })
     }
 
-    /// Element `n` as an index; `None` if its numbers are none.
+    /// Element `n` as an index; `None` for floats.
     pub(super) fn index(&self, n: usize) -> Option<u32> {
         let b = self.element(n, 0);
         match self.component {

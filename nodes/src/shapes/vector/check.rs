@@ -1,26 +1,26 @@
-//! The links of a file, and limits for all that they unfold to.
-use super::drawn::{Drawn, Rewritten, href};
+//! Checks the links of a file, and limits the elements that they expand to.
+use super::drawn::{DrawnElements, Rewritten, href};
 use super::style::{Styles, is_sheet};
 use resvg::usvg::roxmltree::{Document, Node, NodeId};
 use shibo_engine::diagnostics::{Code, Problem};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// The most elements, each as often as it is used.
+/// Maximum number of elements, counting each as often as it is used.
 pub(super) const MOST_ELEMENTS: u64 = 200_000;
 
-/// The most pairs of a rule of a style sheet and an element.
+/// Maximum number of pairs of a style sheet rule and an element.
 const MOST_MATCHES: usize = 50_000_000;
 
-/// The deepest nesting, through all that is used.
+/// Maximum depth of nesting, including used elements.
 const MOST_DEPTH: u32 = 48;
 
-/// The cost of an element with all that it uses.
+/// Cost of an element with all elements that it uses.
 #[derive(Clone, Copy)]
 enum Cost {
-    /// Being found out.
+    /// Being computed; meeting it again means a cycle.
     Open,
-    /// Depth and elements.
+    /// Depth, and number of elements.
     Known(u32, u64),
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Check<'a, 'input> {
 }
 
 impl<'a, 'input> Check<'a, 'input> {
-    /// Checks a document: the colours that are to be rewritten.
+    /// Checks a document, and returns the colours to rewrite.
     pub(super) fn run(path: &'a Path, document: &'a Document<'input>) -> Result<Rewritten, Problem> {
         let mut by_id = HashMap::new();
         for node in document.descendants() {
@@ -57,7 +57,7 @@ impl<'a, 'input> Check<'a, 'input> {
             return Err(problem.help("write the properties at the elements"));
         }
         check.cost(document.root_element(), 0)?;
-        Drawn::judge(&mut check, document.root_element())
+        DrawnElements::judge(&mut check, document.root_element())
     }
 
     pub(super) fn problem(&self, node: Node<'_, '_>, code: Code, message: &str) -> Problem {
@@ -66,7 +66,7 @@ impl<'a, 'input> Check<'a, 'input> {
         Problem::new(code, message).at("path")
     }
 
-    /// The element that a link leads to.
+    /// The element to which a link leads.
     pub(super) fn linked(&self, node: Node<'_, '_>, link: &str) -> Result<Option<Node<'a, 'input>>, Problem> {
         match link.strip_prefix('#') {
             Some(id) => Ok(self.by_id.get(id).copied()),
@@ -84,13 +84,13 @@ impl<'a, 'input> Check<'a, 'input> {
         self.by_id.get(name.strip_prefix('#')?.trim()).copied()
     }
 
-    /// True if the file sets a property of its own.
+    /// True if the file sets this custom property.
     pub(super) fn sets(&self, property: &str) -> bool {
         let text = self.document.input_text();
         text.split(property).skip(1).any(|after| after.trim_start().starts_with(':'))
     }
 
-    /// The elements that an element names, in links and in `url(#…)`.
+    /// The elements that an element refers to, by links and by `url(#…)`.
     fn used(&mut self, node: Node<'a, 'input>) -> Vec<Node<'a, 'input>> {
         let is_link = node.tag_name().name() != "a";
         let link = href(node).filter(|_| is_link).and_then(|link| self.by_id.get(link.strip_prefix('#')?).copied());
@@ -98,7 +98,7 @@ impl<'a, 'input> Check<'a, 'input> {
         link.into_iter().chain(style.values().filter_map(|value| self.named(value))).collect()
     }
 
-    /// How deep an element nests, and how many elements are drawn for it.
+    /// The depth of nesting of an element, and the number of elements drawn for it.
     fn cost(&mut self, node: Node<'a, 'input>, above: u32) -> Result<(u32, u64), Problem> {
         match self.costs.get(&node.id()) {
             Some(Cost::Known(depth, count)) => return Ok((*depth, *count)),
@@ -128,7 +128,7 @@ impl<'a, 'input> Check<'a, 'input> {
     }
 }
 
-/// The fault of a text whose elements nest too deep, by its tags alone: parsers go down with every level.
+/// The fault of a text whose elements nest too deep. It scans only tags, because parsers recurse at every level.
 pub(super) fn too_deep(text: &str) -> Option<String> {
     let (mut depth, mut rest) = (0u32, text);
     while let Some(at) = rest.find('<') {

@@ -1,4 +1,4 @@
-//! Judges a file by the elements that are drawn, and by no others.
+//! Checks only those elements of a file that are drawn.
 use super::check::Check;
 use super::paint::{is_color, known};
 use super::style::{Style, Value, is_svg};
@@ -8,7 +8,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 use svgtypes::Paint;
 
-/// Elements that are refused, and the remedies.
+/// Unsupported elements, and the remedies.
 const TEXT: (&str, &str) = ("text", "convert text to paths in the program that drew it, or use the node `Text`");
 const IMAGE: (&str, &str) = ("image", "pictures come in through `Image`");
 const FILTER: (&str, &str) = ("filter", "use the nodes for filters, such as `Blur`");
@@ -27,12 +27,12 @@ struct Context<'a, 'input> {
     color: Inherited<'a, 'input>,
     markers: [Inherited<'a, 'input>; 3],
     hidden: bool,
-    /// True within a clip, of which only the outlines count.
+    /// True within a clip, where only outlines count.
     clips: bool,
 }
 
 impl<'a, 'input> Context<'a, 'input> {
-    /// The same within an element.
+    /// The context within an element.
     fn within(self, style: &Style<'a>, node: Node<'a, 'input>) -> Self {
         let own = |name: &str, above: Inherited<'a, 'input>| style.get(name).map(|value| (value, node)).or(above);
         let [start, middle, end] = self.markers;
@@ -47,21 +47,21 @@ impl<'a, 'input> Context<'a, 'input> {
     }
 }
 
-/// Colours to be written at elements in a form that is read, by the number of the element and the property.
+/// Colours to rewrite in a form that `usvg` reads, by the number of the element and the property.
 pub(super) type Rewritten = BTreeMap<u32, BTreeMap<&'static str, String>>;
 
-/// Goes through all that is drawn.
-pub(super) struct Drawn<'c, 'a, 'input> {
+/// Visits all elements that are drawn.
+pub(super) struct DrawnElements<'c, 'a, 'input> {
     check: &'c mut Check<'a, 'input>,
     rewritten: Rewritten,
-    /// Gradients that were judged.
+    /// Gradients that were checked.
     gradients: HashSet<NodeId>,
 }
 
-impl<'a, 'input> Drawn<'_, 'a, 'input> {
-    /// Judges a document whose links lead into no circle: the colours that are to be rewritten.
+impl<'a, 'input> DrawnElements<'_, 'a, 'input> {
+    /// Checks a document without cycles of links, and returns the colours to rewrite.
     pub(super) fn judge(check: &mut Check<'a, 'input>, root: Node<'a, 'input>) -> Result<Rewritten, Problem> {
-        let mut drawn = Drawn { check, rewritten: Rewritten::new(), gradients: HashSet::new() };
+        let mut drawn = DrawnElements { check, rewritten: Rewritten::new(), gradients: HashSet::new() };
         drawn.element(root, Context::default())?;
         Ok(drawn.rewritten)
     }
@@ -99,7 +99,8 @@ impl<'a, 'input> Drawn<'_, 'a, 'input> {
         self.effects(node, &style)
     }
 
-    /// The first child whose conditions are met is drawn. Those that depend on languages and features may be.
+    /// Checks the first child whose conditions are met: the one that is drawn. If its conditions depend on languages or
+    /// features, the next children may be drawn instead, so they are checked too.
     fn switch(&mut self, node: Node<'a, 'input>, context: Context<'a, 'input>) -> Result<(), Problem> {
         for child in node.children().filter(is_svg) {
             let skipped = child.has_attribute("requiredExtensions") || child.tag_name().name() == "foreignObject";
@@ -165,14 +166,14 @@ impl<'a, 'input> Drawn<'_, 'a, 'input> {
         }
     }
 
-    /// The value of `color`, which others stand for.
+    /// Checks the value of `color`, to which `currentColor` refers.
     fn current(&mut self, color: Inherited<'a, 'input>) -> Result<(), Problem> {
         let Some((value, at)) = color else { return Ok(()) };
         let known = self.known(("color", value), at)?;
         if is_color(&known) { Ok(()) } else { Err(self.unknown(("color", value), at)) }
     }
 
-    /// A paint in a form that is read, which is noted if it is not the one of the file.
+    /// A paint in a form that `usvg` reads; recorded for rewriting if the file has another form.
     fn known(
         &mut self,
         (name, value): (&'static str, Value<'a>),
@@ -199,7 +200,7 @@ impl<'a, 'input> Drawn<'_, 'a, 'input> {
         self.check.problem(at, Code::BadFile, &message).help(help)
     }
 
-    /// The stops of a gradient and of those that it takes them from.
+    /// Checks the stops of a gradient, and of gradients from which it takes stops.
     fn gradient(&mut self, node: Node<'a, 'input>) -> Result<(), Problem> {
         if !self.gradients.insert(node.id()) {
             return Ok(());
@@ -221,7 +222,7 @@ impl<'a, 'input> Drawn<'_, 'a, 'input> {
         }
     }
 
-    /// Filters, clips and masks of an element.
+    /// Checks filters, clips and masks of an element.
     fn effects(&mut self, node: Node<'a, 'input>, style: &Style<'a>) -> Result<(), Problem> {
         if style.get("filter").is_some_and(|value| !matches!(value.text, "" | "none")) {
             return self.refuse(node, FILTER);
@@ -251,7 +252,7 @@ fn has_words(node: Node<'_, '_>) -> bool {
     })
 }
 
-/// The link of an element; the one of SVG 2 goes before the one of SVG 1.
+/// The link of an element; `href` of SVG 2 takes precedence over that of SVG 1.
 pub(super) fn href<'a>(node: Node<'a, '_>) -> Option<&'a str> {
     let links = || node.attributes().filter(|attribute| attribute.name() == "href");
     let link = links().find(|link| link.namespace().is_none()).or_else(|| links().next())?;

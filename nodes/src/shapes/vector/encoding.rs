@@ -1,11 +1,11 @@
-//! The text of an SVG file: unpacked if it is packed by gzip, and in UTF-8 whatever its encoding.
+//! Decodes the text of an SVG file: unpacks gzip, and converts other encodings to UTF-8.
 use super::MOST_BYTES;
 use flate2::read::MultiGzDecoder;
 use shibo_engine::diagnostics::Code;
 use std::io::Read;
 
-/// Names of encodings whose bytes are the first characters of Unicode, in small letters. Windows-1252 differs in signs that only
-/// texts have.
+/// Names, in lower case, of encodings whose bytes are the first characters of Unicode. Windows-1252 differs only in
+/// punctuation, which only texts contain.
 const LATIN: &[&str] = &["iso-8859-1", "latin1", "latin-1", "l1", "iso8859-1", "iso_8859-1", "windows-1252", "cp1252"];
 
 /// The text of a file.
@@ -45,7 +45,7 @@ fn unpacked(bytes: &[u8]) -> Result<Vec<u8>, (Code, String)> {
     Ok(text)
 }
 
-/// The text of UTF-16.
+/// Decodes UTF-16.
 fn wide(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String, (Code, String)> {
     let (pairs, rest) = bytes.as_chunks::<2>();
     let units: Vec<u16> = pairs.iter().map(|pair| unit(*pair)).collect();
@@ -53,7 +53,7 @@ fn wide(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<String, (Code, String)
     text.ok_or_else(|| (Code::BadFile, "it begins as UTF-16 and is none; save it as UTF-8".to_owned()))
 }
 
-/// The name of the encoding in the first line, in small letters.
+/// The name of the encoding in the first line, in lower case.
 fn declared(bytes: &[u8]) -> Option<String> {
     let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
     let head = &bytes[..bytes.len().min(200)];

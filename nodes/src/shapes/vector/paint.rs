@@ -1,10 +1,10 @@
-//! Colours of shapes: as `svgtypes` reads them, and some forms of CSS that it does not know.
+//! Colours of shapes: the forms that `svgtypes` reads, and some forms of CSS that it does not know.
 use std::borrow::Cow;
 use std::str::FromStr;
 use svgtypes::{Color, Paint};
 
-/// A paint that is read, in a form that `svgtypes` knows; nothing for one that is not. `is_set` tells if the file sets a property
-/// of its own, `--brand` say.
+/// A paint in a form that `svgtypes` knows; `None` if the paint is unknown. `is_set` tells if the file sets a custom
+/// property such as `--brand`.
 pub(super) fn known<'a>(text: &'a str, is_set: &dyn Fn(&str) -> bool) -> Option<Cow<'a, str>> {
     if Paint::from_str(text).is_ok() {
         return Some(Cow::Borrowed(text.trim()));
@@ -17,7 +17,7 @@ pub(super) fn known<'a>(text: &'a str, is_set: &dyn Fn(&str) -> bool) -> Option<
     let rest = rest.trim();
     let plain = match rest.to_ascii_lowercase().as_str() {
         "currentcolor" => "currentColor".to_owned(),
-        // CSS 4 has this name, CSS 3 has not.
+        // This name is in CSS 4 but not in CSS 3.
         "rebeccapurple" => "#663399".to_owned(),
         other => with_plain_alpha(other),
     };
@@ -25,14 +25,14 @@ pub(super) fn known<'a>(text: &'a str, is_set: &dyn Fn(&str) -> bool) -> Option<
     Paint::from_str(&plain).is_ok().then_some(Cow::Owned(plain))
 }
 
-/// True for a colour, and for the name of the property that holds one.
+/// True for a colour, and for `currentColor`.
 pub(super) fn is_color(text: &str) -> bool {
     text == "currentColor" || Color::from_str(text).is_ok()
 }
 
-/// The second part of `var(--name, instead)` where the file does not set the property.
+/// The fallback of `var(--name, fallback)` if the file does not set the property.
 fn substituted<'a>(text: &'a str, is_set: &dyn Fn(&str) -> bool) -> Option<&'a str> {
-    // Each round takes a pair of brackets away.
+    // Each round removes a pair of brackets.
     let mut text = text;
     while text.get(..4).is_some_and(|head| head.eq_ignore_ascii_case("var(")) {
         let (name, instead) = text[4..].strip_suffix(')')?.split_once(',')?;

@@ -1,4 +1,5 @@
-//! Properties of elements, from attributes, style sheets and `style`, in the order of CSS and as `usvg` takes them.
+//! Properties of elements, from attributes, style sheets and `style`, with the priorities of CSS as `usvg` applies
+//! them.
 use resvg::usvg::roxmltree::{Document, Node, NodeId};
 use simplecss::{AttributeOperator, Declaration, DeclarationTokenizer, Element, PseudoClass, StyleSheet};
 use std::collections::HashMap;
@@ -7,7 +8,7 @@ use std::rc::Rc;
 /// The namespace of SVG.
 const SVG: &str = "http://www.w3.org/2000/svg";
 
-/// The properties that matter here. `marker` is short for the three that begin so.
+/// The properties that matter here. `marker` is a shorthand for the three that start with it.
 const NAMES: &[&str] = &[
     "clip-path",
     "color",
@@ -27,15 +28,15 @@ const NAMES: &[&str] = &[
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Value<'a> {
     pub(super) text: &'a str,
-    /// True for a declaration that is marked so: no later one replaces it.
+    /// True for a declaration marked `!important`: no later one replaces it.
     pub(super) important: bool,
 }
 
-/// The properties of an element, by itself.
+/// The properties set at an element, without inherited ones.
 pub(super) struct Style<'a>(Vec<(&'static str, Value<'a>)>);
 
 impl<'a> Style<'a> {
-    /// A property that the element has by itself; `inherit` counts as none.
+    /// A property set at the element; `None` for `inherit`.
     pub(super) fn get(&self, name: &str) -> Option<Value<'a>> {
         self.0.iter().find(|(known, _)| *known == name).map(|(_, value)| *value).filter(|value| value.text != "inherit")
     }
@@ -80,7 +81,7 @@ impl<'a> Styles<'a> {
         Self { sheet, known: HashMap::new() }
     }
 
-    /// The number of rules.
+    /// Number of rules.
     pub(super) fn rules(&self) -> usize {
         self.sheet.rules.len()
     }
@@ -115,7 +116,7 @@ pub(super) fn is_svg(node: &Node<'_, '_>) -> bool {
     node.is_element() && matches!(node.tag_name().namespace(), None | Some(SVG))
 }
 
-/// An element, as selectors see it.
+/// An element in the form that selectors need.
 struct Styled<'a, 'input>(Node<'a, 'input>);
 
 impl Element for Styled<'_, '_> {

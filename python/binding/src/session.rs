@@ -1,0 +1,51 @@
+//! The session: threads and caches shared by graphs.
+use crate::diagnostics::exception;
+use pyo3::prelude::*;
+use shibo_engine::eval::DiskCache;
+use shibo_engine::session::{Session as Engine, Settings};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Threads and caches for any number of graphs. Several threads of the program may use one session.
+#[pyclass(frozen, module = "shibo")]
+pub(crate) struct Session {
+    pub(crate) inner: Arc<Engine>,
+    /// More folders for imports.
+    pub(crate) import_paths: Vec<PathBuf>,
+}
+
+#[pymethods]
+impl Session {
+    #[new]
+    #[pyo3(signature = (library, *, threads=0, memory=1536, cache_dir=None, cache_size=4096, usual_cache=false, import_path=Vec::new()))]
+    #[allow(clippy::too_many_arguments, reason = "they are named in Python")]
+    fn new(
+        py: Python<'_>,
+        library: PathBuf,
+        threads: u16,
+        memory: u32,
+        cache_dir: Option<PathBuf>,
+        cache_size: u32,
+        usual_cache: bool,
+        import_path: Vec<PathBuf>,
+    ) -> PyResult<Self> {
+        cache_dir.iter().filter(|_| usual_cache).for_each(|dir| DiskCache::adopt(dir));
+        let settings = Settings {
+            threads: usize::from(threads),
+            memory: u64::from(memory) << 20,
+            cache_dir,
+            disk: u64::from(cache_size) << 20,
+        };
+        let made = py.detach(|| Engine::new(crate::registry(library), &settings));
+        match made {
+            Ok(engine) => Ok(Self { inner: Arc::new(engine), import_paths: import_path }),
+            Err(error) => Err(exception(py, error.to_string(), Vec::new())),
+        }
+    }
+
+    /// The reason if the cache folder cannot be used.
+    #[getter]
+    fn cache_error(&self) -> Option<String> {
+        self.inner.cache_error().map(ToString::to_string)
+    }
+}

@@ -1,0 +1,56 @@
+"""The types of arguments and results, shared by the package and the extension module."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from typing import Any, Literal, Optional, TypedDict, Union
+
+import numpy as np
+import numpy.typing as npt
+
+Path = Union[str, "os.PathLike[str]"]
+"""A file or a folder."""
+Value = Union[bool, int, float, str, "os.PathLike[str]", "np.number[Any]", np.bool_, Sequence[float]]
+"""The value of a parameter: a number, a switch, a text, a path, or a sequence of numbers such as a colour."""
+Resolution = Union[int, tuple[int, int]]
+"""Pixels of the longer side, or width and height."""
+Region = tuple[int, int, int, int]
+"""A part of a picture: x, y, width and height in pixels from the top left."""
+Progress = Callable[[str, int, int], object]
+"""A function that is called with the name of a node, its steps done and all of its steps."""
+Format = Literal["png", "tiff", "exr", "svg"]
+"""The format of a file."""
+Depth = Literal["8", "16", "f16", "f32"]
+"""Bits of a channel; those with `f` are floats."""
+Array = npt.NDArray[np.float32]
+"""A picture: (height, width) or (height, width, channels)."""
+Rendered = Union[Array, Any]
+"""An `Array`, or for a whole material a `dict[str, Array]`. The name decides at run time which one it is. `Any` stands for
+the second, so that `graph.render("height").mean()` needs no `isinstance` before it."""
+
+
+class Parameter(TypedDict):
+    """A parameter of a graph."""
+
+    type: Literal["Number", "Integer", "Bool", "Color", "Text", "Path", "Choice"]
+    value: str
+    """The current value, as RON."""
+    default: str
+    """The default, as RON."""
+    range: Optional[tuple[float, float]]
+    """The smallest and the largest number allowed."""
+    unit: Optional[str]
+    doc: str
+    options: list[str]
+    """The words of a `Choice`."""
+
+
+class Canvas(TypedDict):
+    """The canvas of a graph."""
+
+    size_mm: tuple[float, float]
+    resolution: tuple[int, int]
+    tile: Literal["Both", "X", "Y", "None"]
+    """The directions in which pictures repeat."""
+    seed: int

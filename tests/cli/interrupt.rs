@@ -24,7 +24,7 @@ fn interrupted(desk: &Desk, line: &str, after: Duration) -> (Ran, Duration) {
     (ran, start.elapsed())
 }
 
-/// The folder has no hidden or temporary files except halo files of complete parts.
+/// The folder has no hidden or temporary files except overlap files of complete parts.
 fn clean(desk: &Desk, folder: &str) {
     if desk.path(folder).exists() {
         let names = desk.names(folder);

@@ -5,7 +5,7 @@
 use crate::support::Desk;
 use std::path::Path;
 
-/// Blurs and slopes (halos that wrap or end), strokes, whole pictures, all formats, and lines.
+/// A graph with blurs and slopes (halos that wrap or end), strokes, a whole-picture node, all formats, and lines.
 const GRAPH: &str = r##"(
   version: 1,
   canvas: (size_mm: (40, 50), resolution: (640, 800), tile: TILE, seed: 3),
@@ -56,7 +56,7 @@ fn same(desk: &Desk, one: &str, two: &str) {
     }
 }
 
-/// Joining fails with exit code 1, prints all of `said`, and writes nothing.
+/// Checks that joining fails with exit code 1, prints all of `said`, and writes nothing.
 #[track_caller]
 fn refused(desk: &Desk, said: &[&str]) {
     let before = desk.names("parts");
@@ -114,7 +114,7 @@ fn reports_clipped_samples_once_as_a_sum() {
 }
 
 #[test]
-fn missing_and_doubled_parts_are_named() {
+fn reports_missing_and_duplicate_parts() {
     let desk = desk("Both");
     let none = desk.shibo("join nowhere -o joined").expect(1);
     assert!(none.stderr.contains("nowhere"), "{}", none.stderr);
@@ -132,7 +132,7 @@ fn missing_and_doubled_parts_are_named() {
 }
 
 #[test]
-fn names_parts_of_another_render() {
+fn reports_parts_of_another_render() {
     let desk = desk("Both");
     parts(&desk, "parts", "");
     let place = desk.path("parts/a.2-of-4.part");
@@ -170,7 +170,7 @@ fn names_parts_of_another_render() {
 }
 
 #[test]
-fn damaged_parts_are_named_and_made_again() {
+fn reports_and_repairs_damaged_parts() {
     let desk = desk("Both");
     parts(&desk, "parts", "");
     desk.shibo("join parts -o whole").expect(0);
@@ -190,7 +190,7 @@ fn damaged_parts_are_named_and_made_again() {
         flip(at);
         refused(&desk, &["part 2/4"]);
     }
-    // All damaged parts are named, not only the first.
+    // All damaged parts are reported, not only the first.
     let third = desk.path("parts/a.3-of-4.part");
     let mut bytes = std::fs::read(&third).unwrap();
     let middle = bytes.len() / 2;
@@ -213,7 +213,7 @@ fn refuses_part_with_name_outside_the_folder() {
     desk.shibo("render a.ron --part 1/1 -o parts --output lines").expect(0);
     let place = desk.path("parts/a.1-of-1.part");
     let text = std::fs::read(&place).unwrap();
-    // Has the same length as the original name; the part is not sealed again, so it counts as damaged.
+    // The new name has the same length as the original. The part is not sealed again, so it counts as damaged.
     let find = |text: &[u8], word: &[u8]| text.windows(word.len()).position(|w| w == word).unwrap();
     let mut bytes = text.clone();
     let at = find(&bytes, b"lines.svg");
@@ -263,14 +263,14 @@ fn parts_reuse_prepared_results() {
     assert!(Path::new(&desk.path("parts/a.2-of-4.part")).exists());
 }
 
-/// Pixels computed for the node `noise`.
+/// Number of pixels computed for the node `noise`.
 fn pixels(ran: crate::support::Ran) -> u64 {
     let stats = ran.expect(0).json();
     let node = stats["nodes"].as_array().unwrap().iter().find(|node| node["name"] == "noise").unwrap();
     node["pixels"].as_u64().unwrap()
 }
 
-/// A costly field under a wide blur: its halo is half as high as a part.
+/// A slow field under a wide blur, whose halo is half as high as a part.
 const FAR: &str = r#"(
   version: 1,
   canvas: (size_mm: (32, 64), resolution: (512, 1024), tile: TILE, seed: 3),
@@ -316,7 +316,7 @@ fn concurrent_parts_and_damaged_overlaps_change_no_pixel() {
     });
     desk.shibo("join at_once -o joined").expect(0);
     same(&desk, "whole", "joined");
-    // Damaged or exchanged halo files change no pixel.
+    // Damaged or swapped overlap files change no pixel.
     part(1, "damaged").expect(0);
     for (n, next) in [(1, 3), (3, 2), (2, 4)] {
         let file = format!("damaged/.a.{n}-of-4.overlap");
@@ -335,11 +335,11 @@ fn concurrent_parts_and_damaged_overlaps_change_no_pixel() {
 }
 
 #[test]
-fn removing_parts_removes_their_halos() {
+fn removing_parts_removes_their_overlap_files() {
     let desk = Desk::new();
     desk.write("a.ron", FAR.replace("TILE", "Both"));
     [1, 2, 3, 4].into_iter().for_each(|n| drop(desk.shibo(&format!("render a.ron --part {n}/4 -o parts")).expect(0)));
-    // An overlap file that parts leave when they end at the same moment.
+    // Overlap files may remain if parts end at the same moment. The last two names belong to no part of this graph.
     for name in [".a.1-of-4.overlap", ".a.b.1-of-4.overlap", "a.overlap"] {
         desk.write(&format!("parts/{name}"), "ShiboO2\n");
     }

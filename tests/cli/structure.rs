@@ -85,7 +85,7 @@ fn circle(uses: &BTreeMap<String, BTreeSet<String>>) -> Option<Vec<String>> {
 }
 
 #[test]
-fn the_engine_knows_no_node() {
+fn engine_names_no_node() {
     for file in sources(&root("engine/src")) {
         let code = code(&file);
         assert!(!code.contains("shibo_nodes") && !code.contains("shibo_kernel"), "{}", file.display());

@@ -11,9 +11,9 @@ use crate::diagnostics::{Code, Problem};
 use crate::value::{Blocks, Field, Grid, Key, Piece, Read, Stop, Window};
 use std::collections::HashMap;
 
-/// A field may be computed on this many times the pixels of the picture it is read for.
+/// A field may be computed on at most this many times the pixels of the picture.
 const TIMES: u64 = 16;
-/// Any field may be computed on this many pixels, however small the picture is.
+/// Any field may be computed on this many pixels, even for a small picture.
 const ALWAYS: u64 = 1 << 26;
 /// A window may always take this many bytes, even if less memory is allowed.
 const BYTES: u64 = 1 << 28;
@@ -132,7 +132,8 @@ impl Run<'_> {
     }
 }
 
-/// Splits a window where it is computed: a window across the edge of a repeating picture lies in several parts.
+/// Moves a window to the pixels that are computed for it. A window across the edge of a repeating picture gives several
+/// parts.
 fn parts(blocks: &Blocks, window: Window) -> impl Iterator<Item = Window> {
     let columns = spans(&blocks.columns, window.x, window.right());
     let rows = spans(&blocks.rows, window.y, window.bottom());

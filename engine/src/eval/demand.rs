@@ -1,8 +1,8 @@
-//! The demand of pictures: which pixels of each field are read for them.
+//! The demand of pictures: the pixels of each field that must be read to compute them.
 //!
-//! Every field states which windows of others it reads for a window of its own ([`FieldSource::inputs`]). One walk over the
-//! fields, readers before what they read, adds these windows up. What may be freed, what two parts of a picture both read, and how
-//! much memory is needed are differences and intersections of such demands.
+//! For a window of its own, every field states the windows that it reads of its inputs ([`FieldSource::inputs`]). One
+//! walk over the fields, readers before inputs, adds up these windows. Differences and intersections of demands tell
+//! which tiles may be freed, which pixels two parts of a picture both read, and how much memory is needed.
 //!
 //! [`FieldSource::inputs`]: crate::value::FieldSource::inputs
 use super::memory::TileKey;
@@ -11,18 +11,18 @@ use crate::value::{Field, FieldId, Grid, GridId, Piece, Read, Window};
 use std::collections::{HashMap, HashSet};
 use std::convert::Infallible;
 
-/// A larger window, in pixels, counts as the whole field.
+/// A window with a longer side, in pixels, counts as the whole field.
 const FARTHEST: u32 = 1 << 18;
 
 /// A field on a grid.
 pub(super) type At = (FieldId, GridId);
 
-/// What tells a field on a grid from others.
+/// The identity of a field on a grid.
 pub(super) fn at(field: &Field, grid: &Grid) -> At {
     (field.id(), grid.id())
 }
 
-/// What a field reads while it fills tiles of `grid`; the windows are those for one pixel.
+/// The inputs that a field reads to fill tiles on `grid`, with the windows for one pixel.
 pub(super) fn reads<'f>(field: &'f Field, grid: &Grid) -> impl Iterator<Item = Read<'f>> + use<'f> {
     reads_for(field, grid, Window { x: 0, y: 0, width: 1, height: 1 })
 }
@@ -32,8 +32,8 @@ fn reads_for<'f>(field: &'f Field, grid: &Grid, window: Window) -> impl Iterator
     source.inputs(grid, window).into_iter().chain(source.later(grid, window))
 }
 
-/// Visits fields on grids, each once and after all that `inputs` says it reads. Uses a work-list, because fields may read each other
-/// in long chains.
+/// Visits fields on grids, each once and after all its `inputs`. Uses an explicit stack, because chains of fields may
+/// be long.
 pub(super) fn inputs_first<'f, E>(
     fields: &[&'f Field],
     grid: &Grid,
@@ -53,7 +53,7 @@ pub(super) fn inputs_first<'f, E>(
     Ok(())
 }
 
-/// All fields that pictures read, each before those that it reads.
+/// All fields below some pictures, sorted so that each field comes before its inputs.
 pub struct Fields<'f> {
     pub(super) order: Vec<(&'f Field, Grid)>,
     pub(super) pictures: Vec<&'f Field>,
@@ -61,7 +61,7 @@ pub struct Fields<'f> {
 }
 
 impl<'f> Fields<'f> {
-    /// Those of pictures of `fields` on `grid`.
+    /// The fields below pictures of `fields` on `grid`.
     pub fn new(fields: &[&'f Field], grid: &Grid) -> Self {
         let mut order = Vec::new();
         let inputs = |field, grid: &Grid| Ok(reads(field, grid).collect());
@@ -74,16 +74,16 @@ impl<'f> Fields<'f> {
     }
 }
 
-/// The pixels that are read of each field for pictures in a window.
+/// The pixels of each field that are read to compute pictures in a window.
 pub struct Demand {
     window: Window,
-    /// `None` is all of a field; what is not here is not read.
+    /// `None` stands for all pixels of a field. A field without an entry is not read.
     regions: HashMap<At, Option<Region>>,
 }
 
 impl Demand {
-    /// What pictures in `window` read. `computed` gives, for what is read of a field, the windows that are computed of it; it may
-    /// enlarge the region to what is kept of it.
+    /// The demand of pictures in `window`. `computed` gets the region of a field that is read, and returns the windows
+    /// that are computed for it. It may change the region to the pixels that are kept as tiles.
     pub(super) fn of(
         fields: &Fields<'_>,
         window: Window,
@@ -107,12 +107,13 @@ impl Demand {
         demand
     }
 
-    /// What pictures in `window` read if no pixel is computed that is not read.
+    /// The demand of pictures in `window` if only pixels that are read are computed.
     pub(super) fn exact(fields: &Fields<'_>, window: Window) -> Self {
         Self::of(fields, window, |_, _, region| region.windows())
     }
 
-    /// What pictures in `window` read if whole tiles are computed; of fields in `limit` no more than that.
+    /// The demand of pictures in `window` if whole tiles are computed. A field with a region in `limit` stays within
+    /// it.
     pub(super) fn in_tiles(fields: &Fields<'_>, window: Window, limit: Option<&Self>) -> Self {
         Self::of(fields, window, |field, grid, region| {
             *region = region.rounded(field.domain(), grid);
@@ -133,12 +134,12 @@ impl Demand {
         }
     }
 
-    /// The pixels that are read of a field; `None` if none are, or all.
+    /// The pixels of a field that are read; `None` if it is not read, or all pixels are.
     pub(super) fn region(&self, field: &Field, grid: &Grid) -> Option<&Region> {
         self.regions.get(&at(field, grid))?.as_ref()
     }
 
-    /// What `other` reads too.
+    /// The pixels of each field that are in both demands.
     pub(super) fn intersect(&self, other: &Self, fields: &Fields<'_>) -> HashMap<At, Region> {
         let both = |(field, grid): &(&Field, Grid)| {
             let both = self.region(field, grid)?.intersect(other.region(field, grid)?);
@@ -147,13 +148,13 @@ impl Demand {
         fields.order.iter().filter_map(both).collect()
     }
 
-    /// The bytes of what `other` reads too, of the fields that are kept.
+    /// The bytes of the pixels in both demands, of all fields that `keeps` tiles.
     pub(super) fn shared_bytes(&self, other: &Self, fields: &Fields<'_>, keeps: impl Fn(&Field, &Grid) -> bool) -> u64 {
         let bytes = |(field, grid): &(&Field, Grid)| {
             let place = at(field, grid);
             let pixels = match (self.regions.get(&place)?, other.regions.get(&place)?) {
                 (Some(own), Some(other)) => own.intersect(other).pixels(),
-                // All of it may be read.
+                // At least one demand reads all pixels, so assume the windows of both pictures.
                 _ => self.window.union(&other.window).len() as u64,
             };
             keeps(field, grid).then(|| pixels * 4 * field.channels() as u64)
@@ -161,7 +162,7 @@ impl Demand {
         fields.order.iter().filter_map(bytes).sum()
     }
 
-    /// The tiles of which `rest` reads nothing.
+    /// The tiles, whole or in part, that this demand reads and `rest` does not.
     pub(super) fn minus(&self, rest: &Self, fields: &Fields<'_>) -> Vec<TileKey> {
         let nothing = Region::default();
         let mut tiles = Vec::new();
@@ -185,7 +186,7 @@ impl Demand {
         tiles
     }
 
-    /// True if at most `side` columns and rows are read of each field that has a key.
+    /// True if each field with a key is read in at most `side` columns and at most `side` rows.
     pub(super) fn is_small(&self, side: u64, fields: &Fields<'_>) -> bool {
         let is_small = |region: &Region| region.side() <= side;
         let mut keyed = fields.order.iter().filter(|(field, _)| field.key().is_some());
@@ -215,13 +216,13 @@ mod tests {
         Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(pixels)), shown: None }
     }
 
-    /// A blur of 100 pixels over a source, 16 × 16 tiles.
+    /// A blur of radius 100 pixels over a source, for 16 × 16 tiles.
     fn blurred(tiling: Tiling) -> Field {
         filter(source(tiling), 100, "b")
     }
 
     #[test]
-    fn counts_the_tiles_at_hand() {
+    fn sums_bytes_of_tiles_read_again() {
         let grid = grid(4096);
         let bytes = |field: &Field, before: Window, after: Window| {
             let fields = Fields::new(&[field], &grid);
@@ -237,18 +238,19 @@ mod tests {
         let once = blurred(Tiling::NONE);
         let rows = |columns: u64, rows: u64| columns * rows * u64::from(TILE) * 4;
         let (before, after) = band(whole, middle);
-        // Of the source one row more above and below; beyond its ends, as many strips of 16 pixels as are read.
+        // The source adds one row of tiles above and one below. Beyond its ends it adds the 16-pixel strips that are
+        // read.
         assert_eq!(bytes(&once, before, after), rows(4096, 1) + rows(4096 + 2 * 112, 3));
-        // A field that repeats has been read at the bottom for the first row, and is read again at the top for the last.
+        // A repeating field is read at the bottom for the first row, and at the top for the last row.
         assert_eq!(bytes(&blurred(Tiling::BOTH), before, after), rows(4096, 1) + rows(4096, 5));
         let strip = Window { x: 1024, width: 1024, ..whole };
         let (before, after) = band(strip, Window { x: 1024, width: 1024, ..middle });
         assert_eq!(bytes(&once, before, after), rows(1024, 1) + rows(1536, 3));
-        // From left to right no more than what is read to the left of a column, the column and the one after it.
+        // From left to right: a column, and the columns on its left and right that the blur reaches.
         let low = Window { y: 1024, height: TILE, ..whole };
         let (before, after) = (Window { width: 2304, ..low }, Window { x: 2048, width: 2048, ..low });
         assert_eq!(bytes(&once, before, after), rows(u64::from(TILE), 1) + rows(3 * u64::from(TILE), 3));
-        // Of a part's halo, not whole tiles.
+        // The halo of a part ends with the demand, not with whole tiles.
         let fields = Fields::new(&[&once], &grid);
         let limit = Demand::exact(&fields, low);
         let [before, after] = [before, after].map(|window| Demand::in_tiles(&fields, window, Some(&limit)));
@@ -257,9 +259,9 @@ mod tests {
     }
 
     #[test]
-    fn wants_a_repeat_once_however_far_it_is_read() {
+    fn counts_each_repeat_once() {
         let grid = grid(16);
-        // 200 filters, each of which reads four pixels further: 100 repeats of the canvas.
+        // 200 filters with a halo of four pixels each: together they read across 100 repeats of the canvas.
         let last = (0..200).fold(source(Tiling::BOTH), |input, i| filter(input, 4, &i.to_string()));
         let fields = Fields::new(&[&last], &grid);
         let demand = Demand::in_tiles(&fields, Window::full(UVec2::splat(16)), None);
@@ -286,14 +288,14 @@ mod tests {
         let columns: Vec<Window> =
             (1..16).map(|x| Window { x: x * 256, width: 4096 - x.cast_unsigned() * 256, ..part }).collect();
         let tiles = |window| demand(window).minus(&nothing, &fields).len();
-        // Those that the last column reads are left.
+        // All tiles are freed but those that the last column reads.
         assert_eq!(count(&columns), tiles(part) - tiles(columns[14]));
-        // Of the picture one row, and of the source the one above it.
+        // One row of tiles of the picture is freed, and the row above it of the source.
         assert_eq!(count(&[Window { y: 1280, height: 256, ..part }]), 16 + 16);
     }
 
     #[test]
-    fn a_part_reads_its_halo_and_wraps() {
+    fn includes_halo_of_part_and_wraps() {
         let (source, grid) = (source(Tiling::BOTH), grid(2048));
         let blurred = filter(source.clone(), 7, "b");
         let window = Window { x: 0, y: 0, width: 2048, height: 512 };

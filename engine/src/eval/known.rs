@@ -1,18 +1,18 @@
-//! What a run knows of the fields that it reads.
+//! The fields that a run has prepared, and the number of their readers.
 use super::demand::{At, at, reads};
 use crate::value::{Cost, Field, Grid, Tile};
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
-/// The fields that are prepared, and how many read each.
+/// The prepared fields, and the number of readers of each field.
 #[derive(Default)]
 pub(super) struct Known(RwLock<State>);
 
 #[derive(Default)]
 struct State {
-    /// What was prepared of whole pictures; the fields are kept alive with it, so that their identities stay theirs.
+    /// The data prepared from whole pictures. Keeps the fields alive, so that their identities are not reused.
     prepared: HashMap<At, (Field, Option<Arc<Tile>>)>,
-    /// How many reads of other fields, and as a picture of its own, there are of each field.
+    /// Number of reads of each field: by other fields, plus one if the field is a picture itself.
     readers: HashMap<At, u32>,
     pictures: HashSet<At>,
 }
@@ -40,7 +40,7 @@ impl Known {
         }
     }
 
-    /// Keeps what a field prepared, and counts it as a reader of other fields.
+    /// Keeps the data that a field prepared, and counts the field as a reader of its inputs.
     pub(super) fn add_prepared(&self, field: &Field, grid: &Grid, whole: Option<Arc<Tile>>) {
         let mut state = self.state_mut();
         if !state.prepared.contains_key(&at(field, grid)) {
@@ -53,12 +53,12 @@ impl Known {
         self.state().prepared.contains_key(&at(field, grid))
     }
 
-    /// What a field prepared of whole pictures on a grid.
+    /// The data that a field prepared from whole pictures on a grid.
     pub(super) fn prepared(&self, field: &Field, grid: &Grid) -> Option<Arc<Tile>> {
         self.state().prepared.get(&at(field, grid)).and_then(|(_, tile)| tile.clone())
     }
 
-    /// Whether tiles of a prepared field are kept for other fields that read them.
+    /// True if tiles of a prepared field are kept for its readers.
     pub(super) fn keeps(&self, field: &Field, grid: &Grid) -> bool {
         let shared = || self.state().readers.get(&at(field, grid)).is_some_and(|readers| *readers > 1);
         let local = field.source().cost() == Cost::Local;

@@ -1,12 +1,14 @@
-//! What is computed while only a part of a picture is: the pixels that it reads, and none that a neighbour has left.
+//! Limits the computed pixels when only a part of a picture is rendered: to its demand, minus the pixels that
+//! neighbours have handed over.
 //!
-//! Tiles are computed whole as a rule, since the next tiles read them too. At the edges of a part nothing else does: a filter
-//! that reads four rows of the tile above would make 256 of them, and each filter before it another 256. So of a part only those
-//! pixels are computed that are in its [`Demand`].
+//! Tiles are usually computed whole, since the next tiles read them too. Beyond the edges of a part no tile follows: a
+//! filter that reads four rows of the tile above would compute 256 rows, and each filter before it another 256. A part
+//! therefore computes only the pixels in its [`Demand`].
 //!
-//! The pixels that two parts both read, their overlap, can be left for the other part or computed twice. To leave all of them writes
-//! several times as much as is needed: once a height is there, nobody reads what it is made of. So fields are looked at from the
-//! pictures upwards. One is left if that costs less than computing again what is still read of it, and nothing more is read for it.
+//! The overlap, the pixels that two parts both read, is either handed over to the other part or computed twice. Handing
+//! over every field would write several times as much as needed: once a height is there, its inputs are not read. So
+//! the fields are visited from the pictures to their inputs. A field is handed over if that costs less than recomputing
+//! the pixels still read of it; its inputs are then not read for these pixels.
 use super::demand::{At, Demand, Fields, at};
 use super::memory::TileKey;
 use super::overlap::OverlapStore;
@@ -19,28 +21,28 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Another part of the picture.
+/// Another part of the picture, near the computed one.
 #[derive(Clone)]
 pub struct Neighbor {
-    /// Its pixels.
+    /// The window of its pixels.
     pub window: Window,
-    /// Where one of both leaves what the other needs.
+    /// The file in which the part computed first hands over the overlap.
     pub store: Arc<OverlapStore>,
-    /// Whether it is still to be made, so that something is to be left for it.
+    /// True if it is not computed yet, so that the overlap is handed over to it.
     pub waits: bool,
 }
 
-/// The pixels that are computed for a part of a picture.
+/// The limit of the pixels that are computed for a part of a picture, and the overlap with its neighbours.
 pub(super) struct Limit {
-    /// Without what is read only for pixels that neighbours have left.
+    /// The demand of the part, without pixels that are read only to compute pixels handed over by neighbours.
     pub(super) demand: Demand,
-    /// Each neighbour, and what is left for it, or was perhaps left by it.
+    /// Each neighbour, and the overlap that is handed over to it or may have been handed over by it.
     neighbors: Vec<(Neighbor, HashMap<At, Region>)>,
 }
 
 impl Limit {
-    /// The limit for pictures in `window`. All whole pictures that they need must be prepared; `keeps` says of which fields tiles are
-    /// kept.
+    /// The limit for pictures in `window`, whose fields must be prepared. `keeps` is true for fields that are kept as
+    /// tiles.
     pub(super) fn new(
         fields: &Fields<'_>,
         window: Window,
@@ -73,12 +75,14 @@ impl Limit {
         Self { demand, neighbors }
     }
 
-    /// The pixels of a block of a field that are computed as one tile. All, if more than is known here is `wanted` of it.
+    /// The pixels of a block that are computed as one tile. `None`, for the whole block, if `wanted` exceeds the
+    /// demand.
     pub(super) fn window(&self, field: &Field, grid: &Grid, block: (Piece, Piece), wanted: Window) -> Option<Window> {
         self.demand.region(field, grid)?.within(block).filter(|part| part.contains(&wanted))
     }
 
-    /// The parts of a block that are left for neighbours, or that neighbours may have left. They have the same keys for both.
+    /// The overlap of a block with each neighbour: with those still to be computed if `waits`, else with the computed
+    /// ones. Both parts derive the same keys.
     fn overlaps(
         &self,
         field: &Field,
@@ -94,7 +98,8 @@ impl Limit {
         })
     }
 
-    /// What neighbours have left of `window` of a block, and the windows that are missing; `None` if they have left nothing.
+    /// The pixels of `window` in a block that neighbours have handed over, and the missing windows; `None` if there are
+    /// no such pixels.
     pub(super) fn take(
         &self,
         field: &Field,
@@ -114,7 +119,7 @@ impl Limit {
         out.map(|out| (out, missing))
     }
 
-    /// Leaves for neighbours what they read of a new tile of a block.
+    /// Hands over the overlap in a new tile of a block to neighbours.
     pub(super) fn leave(&self, field: &Field, block: (Piece, Piece), tile: &Tile) {
         for (at, store) in self.overlaps(field, &tile.grid, block, true) {
             if tile.window.contains(&at.window) {
@@ -126,7 +131,7 @@ impl Limit {
     }
 }
 
-/// The fields that are left for a part whose pictures are those in `window`; `shared` is all that it reads too.
+/// Selects the fields to hand over to a part with the pictures in `window`; `shared` is the overlap with it.
 fn left(
     fields: &Fields<'_>,
     window: Window,
@@ -152,7 +157,7 @@ fn left(
     left
 }
 
-/// Whether all of a region was left in a store.
+/// True if a store has all pixels of a region.
 fn is_left(store: &OverlapStore, field: &Field, grid: &Grid, region: &Region) -> bool {
     let Some(key) = field.key() else { return false };
     let has = |block| {
@@ -195,14 +200,14 @@ mod tests {
         OverlapStore::create(name, Seal::new(Key::of("build", &[])), u64::MAX).unwrap()
     }
 
-    /// The limit of 512 rows from `own` on, beside those from `other` on.
+    /// The limit of the 512 rows from `own` on, with the 512 rows from `other` on as the neighbour.
     fn part(field: &Field, own: i32, other: i32, store: OverlapStore, waits: bool) -> Limit {
         let neighbor = Neighbor { window: rows(other, 512), store: Arc::new(store), waits };
         Limit::new(&Fields::new(&[field], &grid()), rows(own, 512), vec![neighbor], |_, _| true)
     }
 
     #[test]
-    fn tiles_of_a_part_end_with_its_demand() {
+    fn clips_tiles_of_part_to_its_demand() {
         let (source, grid) = (source(), grid());
         let fields = [filter(&source, 7, "b")];
         let limit = Limit::new(&Fields::new(&[&fields[0]], &grid), rows(0, 512), Vec::new(), |_, _| true);
@@ -210,7 +215,7 @@ mod tests {
         let window = |row: i32, wanted: Window| limit.window(&source, &grid, (piece(0), piece(row)), wanted);
         assert_eq!(window(2, wanted), Some(Window { height: 7, ..wanted }));
         assert_eq!(window(1, Window { y: 256, ..wanted }), Some(Piece::window(piece(0), piece(1))));
-        // More than is in the demand.
+        // Windows that exceed the demand.
         assert_eq!(window(2, Window { height: 8, ..wanted }), None);
         assert_eq!(window(4, Window { y: 1024, ..wanted }), None);
     }
@@ -229,18 +234,18 @@ mod tests {
             assert_eq!(found[0].window, Window { x: 0, y, width: 256, height: 7 });
             assert_eq!(overlaps(&lower, row), found);
         }
-        // Across the edge of what repeats, and nothing in the middle.
+        // The repeating field overlaps across the edge of the canvas, and not in the middle.
         assert_eq!(overlaps(&far, 7)[0].window.height, 7);
         assert_eq!(overlaps(&far, 2), []);
     }
 
     #[test]
-    fn reads_nothing_for_pixels_that_are_left() {
+    fn reads_no_inputs_of_pixels_handed_over() {
         let (source, grid, dir) = (source(), grid(), tempfile::tempdir().unwrap());
         let height = filter(&source, 3, "height");
         let lit = filter(&height, 40, "lit");
         let name = dir.path().join("store");
-        // All of the height is left, but for one tile.
+        // Hands over all tiles of the height, or all but one.
         let leave = |all: bool| {
             let upper = part(&lit, 0, 512, create(&name), true);
             assert_eq!(upper.neighbors[0].1.keys().collect::<Vec<_>>(), [&at(&height, &grid)]);

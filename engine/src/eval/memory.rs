@@ -7,8 +7,8 @@ use quick_cache::{DefaultHashBuilder, OptionsBuilder};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// If there are more values, those of other graphs are dropped. Fields, solids and other lazy values count as zero
-/// bytes but take some kilobytes each, and a sweep makes several hundred of them for each variant.
+/// If there are more values than this, the values of other graphs are dropped. Fields, solids and other lazy values
+/// count as zero bytes but take some kilobytes each, and a sweep makes several hundred of them for each variant.
 const MANY: usize = 1024;
 
 /// The identity of a tile.
@@ -24,7 +24,7 @@ pub struct TileKey {
 }
 
 impl TileKey {
-    /// Stands for a window: data that a field prepared from the whole picture.
+    /// Replaces the window for data that a field prepared from the whole picture.
     pub const PREPARED: Window = Window { x: 0, y: 0, width: 0, height: 0 };
 
     /// The tile's key in a store.
@@ -34,7 +34,7 @@ impl TileKey {
         Key::of("tile", &[self.field.as_bytes(), &self.grid.bytes(), window.as_flattened()])
     }
 
-    /// The tile from a store. One of a wrong size is removed.
+    /// Loads the tile from a store. Removes an entry of the wrong size.
     pub(super) fn load(&self, store: &dyn Store, grid: &Grid, channels: usize) -> Option<Tile> {
         let bytes = store.get(Shelf::Tiles, self.name())?;
         let mut tile = Tile::unset(*grid, self.window, channels);
@@ -126,8 +126,8 @@ impl MemoryCache {
     }
 
     /// If objects exceed their share, or there are too many values, drops lazy values that are not `needed`, and with
-    /// them the objects that only they hold. A lazy value is recreated in no time; an object worth keeping is in the
-    /// cache or in the store.
+    /// them the objects that only they hold. A lazy value is quickly recreated; an object worth keeping is in the cache
+    /// or in the store.
     pub(super) fn relieve(&self, needed: impl Fn(&Key) -> bool) {
         if self.alive() > self.share || self.objects.len() > MANY {
             self.objects.retain(|key, value| value.handle().is_some() || needed(key));

@@ -1,26 +1,27 @@
-//! The order in which the blocks of pictures are computed, so that the tiles at hand fit the memory.
+//! The order in which the blocks of pictures are computed, chosen so that the tiles still to be read fit the memory.
 use super::demand::{Demand, Fields};
 use super::limit::{Limit, Neighbor};
 use super::run::Run;
 use crate::value::{Field, Grid, TILE, Window};
 use std::sync::{Arc, PoisonError};
 
-/// The least width of strips: what is read beyond their edges is computed twice, or written and read.
+/// Minimum width of strips. Pixels read beyond their edges are computed twice, or written to a file and read back.
 const NARROWEST: u32 = 4 * TILE;
-/// If less than this part of the memory for tiles is in use, other orders than rows are not worth it.
+/// Data count as small if they fill at most one part in this many of the memory for tiles. For small data, only
+/// [`Order::Rows`] pays off.
 pub const FEW: u64 = 4;
 
-/// In which order the blocks of pictures are computed.
+/// An order of the blocks of pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// From top to bottom, in bands that are one or a few tiles high: what outputs share is still in memory, and so is the row of tiles
-    /// above.
+    /// From top to bottom, in bands of one or a few tiles' height. Fields that outputs share and the row of tiles above
+    /// are then still in memory.
     Rows,
-    /// From left to right, so many columns at once. Of a part that is much wider than high less is in memory at a time, and
-    /// nothing is computed or handed over twice.
+    /// From left to right, this many columns at a time. A part that is much wider than high thus needs less memory at a
+    /// time, and no pixel is computed twice or handed over.
     Columns(u32),
-    /// In strips of so many columns, each from top to bottom and computed as if alone: for pictures of which a row of tiles
-    /// would fill the memory.
+    /// In strips of this many columns, each computed from top to bottom as if it were the only one. For pictures whose
+    /// rows of tiles would fill the memory.
     Strips(u32),
 }
 
@@ -29,14 +30,15 @@ pub enum Order {
 pub struct Pass {
     /// The columns.
     pub window: Window,
-    /// The pixels for which tiles are kept when it begins: of columns all that follow, of strips its own.
+    /// The picture pixels whose tiles are kept at the start of the pass: all following columns, or only those of a
+    /// strip.
     pub wanted: Window,
-    /// Its blocks.
+    /// The blocks, from top to bottom.
     pub blocks: Vec<Window>,
 }
 
 impl Pass {
-    /// The pixels for which tiles are kept once a block is done, if they are fewer.
+    /// The picture pixels whose tiles are kept after a block; `None` if they do not change.
     pub fn wanted_after(&self, block: &Window) -> Option<Window> {
         let height = self.window.bottom().abs_diff(block.bottom());
         (self.wanted == self.window && height > 0).then_some(Window { y: block.bottom(), height, ..self.window })
@@ -44,10 +46,11 @@ impl Pass {
 }
 
 impl Order {
-    /// The order for pictures of `fields` in `window`; `frees` says whether tiles are freed that no later block reads.
+    /// Chooses the order for pictures of `fields` in `window`. `frees` is true if tiles that no later block reads are
+    /// freed.
     pub fn choose(run: &Run<'_>, fields: &Fields<'_>, window: Window, frees: bool) -> Self {
         let room = run.tile_bytes();
-        // The bytes of the tiles that were read for some pixels and are read for others too.
+        // Bytes of the tiles that the pixels before read and the pixels after read again.
         let bytes = |before, after| {
             let [before, after] = [before, after].map(|window| run.demand(fields, window));
             before.shared_bytes(&after, fields, |field, grid| run.keeps(field, grid))
@@ -62,10 +65,11 @@ impl Order {
                 return Self::Columns(width);
             }
         }
-        // As many columns as fit the memory. Tiles that it has lost are made again, which costs more than strips do at their edges and on
-        // the disk: if it holds seven eighths of those at hand, a chain of four filters takes 1.24 times as long, and in strips 1.01 times.
+        // As many columns as fit the memory. Recomputing dropped tiles costs more than strips do at their edges and on
+        // the disk: if memory holds seven eighths of the tiles to be read again, a chain of four filters takes 1.24
+        // times as long, but only 1.01 times in strips.
         let fits = |width: u32| {
-            // In the middle, so that there are strips on both sides.
+            // A strip in the middle has neighbours on both sides.
             let strip = in_middle(window, width);
             let y = strip.y.saturating_add_unsigned(strip.height / 2 / TILE * TILE);
             let after = Window { y, height: strip.bottom().abs_diff(y), ..strip };
@@ -76,7 +80,7 @@ impl Order {
         if width < window.width { Self::Strips(width) } else { Self::Rows }
     }
 
-    /// The passes over `window`.
+    /// Divides `window` into passes.
     pub fn passes(self, window: Window) -> Vec<Pass> {
         let width = match self {
             Self::Rows => window.width.next_multiple_of(TILE) + TILE,
@@ -94,24 +98,25 @@ impl Order {
     }
 }
 
-/// So many columns in the middle of a window.
+/// A strip of this width in the middle of a window.
 fn in_middle(window: Window, width: u32) -> Window {
     Window { x: window.x.saturating_add_unsigned((window.width - width) / 2 / TILE * TILE), width, ..window }
 }
 
-/// The height of bands of this width: high enough that every thread has tiles to compute.
+/// The height of bands of this width, such that every thread has tiles to compute.
 fn band_height(width: u32) -> u32 {
     let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(1);
     (4 * threads).div_ceil(width.div_ceil(TILE).max(1)) * TILE
 }
 
-/// How many columns of low parts are computed at once: enough for that, and no more, since all that they read is in memory.
+/// Number of columns computed at a time in a part of small height: just enough for all threads, since all inputs of the
+/// columns are in memory.
 fn narrow_width(height: u32) -> u32 {
     let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(1);
     (2 * threads).div_ceil(height.div_ceil(TILE).max(1)).max(2) * TILE
 }
 
-/// `from..to` in pieces of `length`, a multiple of a tile, that end where tiles end.
+/// Cuts `from..to` at tile edges into pieces of `length`, which must be a multiple of a tile's side.
 fn cut(from: i32, to: i32, length: u32) -> impl Iterator<Item = (i32, i32)> {
     let tile = TILE.cast_signed();
     let end = move |at: i32| (at.div_euclid(tile) * tile).saturating_add_unsigned(length).min(to);
@@ -120,31 +125,31 @@ fn cut(from: i32, to: i32, length: u32) -> impl Iterator<Item = (i32, i32)> {
 }
 
 impl Run<'_> {
-    /// From now on, computes no more of each field than pictures of `fields` in `window` need, and nothing that `neighbors` have
-    /// left. To be called when these fields are prepared and no tile is being computed.
+    /// From now on, computes only pixels that pictures of `fields` in `window` need and that no neighbour has handed
+    /// over. Must be called when these fields are prepared and no tile is being computed.
     pub fn limit_to(&self, fields: &Fields<'_>, window: Window, neighbors: Vec<Neighbor>) {
         let limit = Limit::new(fields, window, neighbors, |field, grid| self.keeps(field, grid));
         *self.limit.write().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(limit));
     }
 
-    /// What is read while pictures in `window` are computed by tiles.
+    /// The demand of pictures in `window` when they are computed in tiles.
     pub fn demand(&self, fields: &Fields<'_>, window: Window) -> Demand {
         Demand::in_tiles(fields, window, self.limit().as_ref().map(|limit| &limit.demand))
     }
 
-    /// Frees the tiles that were wanted before and of which `rest` reads nothing.
+    /// Frees the tiles in `before` that `rest` does not read.
     pub fn free(&self, fields: &Fields<'_>, before: &Demand, rest: &Demand) {
         before.minus(rest, fields).iter().for_each(|tile| drop(self.caches.memory.tiles.remove(tile)));
     }
 
-    /// True if a pixel of `field` follows from no whole picture, and from at most `most` pixels along a side of each field below it.
+    /// True if a pixel of `field` needs no whole picture, and at most `most` columns and rows of each field below it.
     pub fn is_near(&self, field: &Field, grid: &Grid, most: u64) -> bool {
         let fields = Fields::new(&[field], grid);
         let demand = Demand::exact(&fields, Window { x: 0, y: 0, width: 1, height: 1 });
         demand.is_small(most, &fields) && fields.order.iter().all(|(field, grid)| field.source().whole(grid).is_empty())
     }
 
-    /// The bytes that may be kept in tiles.
+    /// The memory for tiles in bytes.
     pub fn tile_bytes(&self) -> u64 {
         self.caches.memory.tiles.capacity()
     }
@@ -155,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn cuts_where_tiles_end_and_covers_everything() {
+    fn cuts_at_tile_edges_and_covers_everything() {
         assert_eq!(cut(0, 1000, 512).collect::<Vec<_>>(), [(0, 512), (512, 1000)]);
         assert_eq!(cut(300, 1000, 512).collect::<Vec<_>>(), [(300, 768), (768, 1000)]);
         assert_eq!(cut(5, 6, 256).collect::<Vec<_>>(), [(5, 6)]);
@@ -163,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn passes_have_every_pixel_once_and_want_what_follows() {
+    fn passes_cover_each_pixel_once_and_keep_tiles_for_the_rest() {
         let window = Window { x: 100, y: 300, width: 5000, height: 2500 };
         for order in [Order::Rows, Order::Columns(512), Order::Strips(1024)] {
             let passes = order.passes(window);

@@ -1,16 +1,17 @@
-//! A store of parts of tiles in one file: what a part of a picture leaves for those beside it.
+//! A store in one file for the overlap of a part of a picture: the pixels that its neighbours read too.
 //!
-//! Filters read beyond the edges of a part, so there are pixels that two parts need. The one that is made first leaves them for the
-//! other. No pixel changes by it, since a value depends on its position alone; so parts may be made in any order, and several at once.
+//! Filters read beyond the edges of a part, so two parts may need the same pixels. The part that is computed first
+//! hands them over to the other. The pictures stay the same, since a value depends only on its position. So parts may
+//! be computed in any order, and concurrently.
 //!
 //! ```text
 //! MAGIC
 //! for each entry: its name, its seal, its content
 //! ```
 //!
-//! The strips of one picture use files that have no names and are gone with their owners. Parts that other processes make find
-//! [published](OverlapStore::publish) ones. As any store, such a file is never trusted: an entry that was cut, altered, or left by
-//! another build does not match its [`Seal`] and counts as missing.
+//! The strips of one picture use files without names, which vanish with their owners. Parts in other processes find
+//! [published](OverlapStore::publish) files. Like every store, such a file is never trusted: an entry that is
+//! truncated, altered, or of another build does not match its [`Seal`] and counts as missing.
 use super::entry::Digester;
 use super::{Seal, Shelf, Store, lock};
 use crate::picture::{AtomicFile, OVERLAP_MAGIC};
@@ -22,10 +23,10 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::Duration;
 
-/// The bytes before a content: the name and the seal.
+/// Number of bytes before a content: the name and the seal.
 const HEAD: usize = 16 + Seal::BYTES;
 
-/// Parts of tiles in a file.
+/// A file of tiles clipped to the overlap of a part.
 pub struct OverlapStore {
     seal: Seal,
     room: u64,
@@ -33,9 +34,9 @@ pub struct OverlapStore {
 }
 
 struct Log {
-    /// None after it was published, or could not be written.
+    /// `None` after the file was published, or a write failed.
     file: Option<Medium>,
-    /// Where each entry begins and ends, by its name.
+    /// Start and end of each entry in the file, by the entry's name.
     entries: HashMap<Key, (u64, u64)>,
     end: u64,
 }
@@ -43,22 +44,22 @@ struct Log {
 enum Medium {
     /// A file of this process.
     Own(AtomicFile),
-    /// One that another process has published.
+    /// A file that another process has published.
     Published(File),
 }
 
 impl OverlapStore {
-    /// An empty store in a file without a name beside `name`, of at most `room` bytes. It can be published as `name`.
+    /// Creates an empty store of at most `room` bytes, in an unnamed file that can be published as `name`.
     ///
     /// # Errors
-    /// A folder that cannot be written.
+    /// The folder cannot be written.
     pub fn create(name: &Path, seal: Seal, room: u64) -> io::Result<Self> {
         let mut file = AtomicFile::create(name)?;
         file.write_all(&OVERLAP_MAGIC)?;
         Ok(Self::new(seal, room, Medium::Own(file), HashMap::new(), OVERLAP_MAGIC.len() as u64))
     }
 
-    /// What was published as the file `name`; `None` if there is no such file.
+    /// Opens the published file `name`; `None` if there is no such file, or it is not an overlap file.
     pub fn open(name: &Path, seal: Seal) -> Option<Self> {
         let mut file = File::open(name).ok()?;
         let length = file.metadata().ok()?.len();
@@ -81,16 +82,16 @@ impl OverlapStore {
         Self { seal, room, log: Mutex::new(Log { file: Some(file), entries, end }) }
     }
 
-    /// Whether there is an entry of this key.
+    /// True if there is an entry for this key. Its content is not checked.
     pub(super) fn has(&self, key: Key) -> bool {
         let log = lock(&self.log);
         log.file.is_some() && log.entries.contains_key(&self.seal.name(key))
     }
 
-    /// Gives the file its name, for other processes. The store is empty afterwards.
+    /// Gives the file its name, so that other processes find it. The store is empty afterwards.
     ///
     /// # Errors
-    /// A disk that is full.
+    /// The file cannot be written, for example because the disk is full.
     pub fn publish(&self) -> io::Result<()> {
         match lock(&self.log).file.take() {
             Some(Medium::Own(file)) => file.commit(),
@@ -98,7 +99,7 @@ impl OverlapStore {
         }
     }
 
-    /// What precedes a content.
+    /// The bytes before a content: name and seal.
     fn head(&self, shelf: Shelf, key: Key, content: &[u8]) -> [u8; HEAD] {
         let mut digester = Digester::default();
         digester.update(content);
@@ -143,7 +144,7 @@ impl Store for OverlapStore {
         let head = self.head(shelf, key, content);
         let mut log = lock(&self.log);
         if log.write(self.seal.name(key), &head, content, self.room).is_err() {
-            // A full disk: the room is the pictures'.
+            // The disk is full. Drop the file, to leave its space to the pictures.
             log.file = None;
         }
     }
@@ -194,7 +195,7 @@ mod tests {
     fn publishes_to_the_same_build() {
         let dir = tempfile::tempdir().unwrap();
         let name = dir.path().join("a.overlap");
-        // Room for two.
+        // Space for two entries.
         let store = OverlapStore::create(&name, seal("a"), 8 + 3 * (HEAD as u64 + 100) - 1).unwrap();
         (1..4).for_each(|n| put(&store, n));
         assert!(!name.exists());
@@ -209,9 +210,9 @@ mod tests {
         assert_eq!(dir.path().read_dir().unwrap().count(), 1);
     }
 
-    /// Whatever is altered or cut, no entry has another content.
+    /// A flipped byte or a truncation at any position never changes the content of an entry that is returned.
     #[test]
-    fn returns_nothing_wrong_from_a_damaged_file() {
+    fn returns_no_wrong_content_from_damaged_file() {
         let dir = tempfile::tempdir().unwrap();
         let name = dir.path().join("a.overlap");
         let store = OverlapStore::create(&name, seal("a"), 1 << 20).unwrap();

@@ -1,4 +1,4 @@
-//! Before tiles: what fields need of whole pictures.
+//! Prepares fields: computes the data that they need from whole pictures, before any tile.
 use super::TileKey;
 use super::demand::{inputs_first, reads};
 use super::evaluators::Whole;
@@ -10,10 +10,11 @@ use cpu_time::ProcessTime;
 use std::sync::Arc;
 
 impl Run<'_> {
-    /// Computes what `field` and all that it reads need of whole pictures before their tiles can be filled.
+    /// Computes the data from whole pictures that `field` and all fields below it need before their tiles can be
+    /// filled.
     ///
     /// # Errors
-    /// As the fields' code says.
+    /// As the code of the fields reports.
     pub fn prepare(&self, field: &Field, grid: &Grid) -> Result<(), Stop> {
         self.known.add_picture(field, grid);
         let inputs = |field, grid: &Grid| {
@@ -34,7 +35,7 @@ impl Run<'_> {
         if let Some(tile) = key.as_ref().and_then(|key| tiles.get(key)) {
             return Ok(Some(tile));
         }
-        // Most fields prepare nothing, and need no look into the store.
+        // Most fields prepare nothing, so the store is not searched for them.
         let sought = key.filter(|_| !field.source().whole(grid).is_empty());
         let stored = sought.and_then(|key| self.stored_whole(&key));
         let (found, start) = (stored.is_some(), ProcessTime::now());
@@ -64,13 +65,13 @@ impl Run<'_> {
         Ok(result)
     }
 
-    /// Whether tiles of `field`, which is prepared, are kept for others that read them.
+    /// True if tiles of the prepared field `field` are kept for its readers.
     pub fn keeps(&self, field: &Field, grid: &Grid) -> bool {
         self.known.keeps(field, grid)
     }
 }
 
-/// The result as whose work the field counts.
+/// The result to which the work of a field is charged.
 fn owner(field: &Field) -> Option<crate::value::Key> {
     field.owner().or(field.key())
 }

@@ -1,18 +1,19 @@
-//! What it costs to compute a pixel of a field again, compared with handing it over to another part of the picture.
+//! Compares the cost of recomputing a pixel of a field with the cost of handing it over to another part of the picture.
 use super::demand::{At, Fields, at, reads};
 use crate::value::{Cost, Field, Grid};
 use std::collections::{HashMap, HashSet};
 
-/// The assumed cost of a pixel: to write, read and check four bytes of it; to compute it pointwise; to compute it by any other code.
+/// Assumed relative costs of a pixel: to write, read and check one channel (4 bytes); to compute it pointwise; to
+/// compute it by any other code.
 const HANDED: f64 = 3.0;
 const POINTWISE: f64 = 1.0;
 const COMPUTED: f64 = 6.0;
 
-/// The cost of a pixel of each field with all that it is made of. The readers of a field share its cost.
+/// The cost of a pixel of each field, including its inputs. The cost of an input is divided among its readers.
 pub(super) struct RecomputeCost(HashMap<At, f64>);
 
 impl RecomputeCost {
-    /// Of all fields that pictures read; the pictures are read once more.
+    /// The costs of all fields below pictures. A picture counts as one more reader of its field.
     pub(super) fn of(fields: &Fields<'_>) -> Self {
         let mut readers: HashMap<At, f64> = HashMap::new();
         let of = |(field, grid): &(&Field, Grid)| {
@@ -25,7 +26,7 @@ impl RecomputeCost {
         for ((field, grid), inputs) in fields.order.iter().zip(&inputs).rev() {
             let share = |input: &At| Some(costs.get(input)? / readers.get(input)?);
             let mut inputs: Vec<f64> = inputs.iter().filter_map(share).collect();
-            // In an order of their own, so that the sum is always the same.
+            // Sorted, because the sum depends on the order and that of the set is random.
             inputs.sort_by(f64::total_cmp);
             let own = match field.source().cost() {
                 _ if field.as_constant().is_some() => 0.0,
@@ -37,7 +38,7 @@ impl RecomputeCost {
         Self(costs)
     }
 
-    /// Whether handing over `overlap` pixels of a field costs less than computing the `read` ones of them again.
+    /// True if recomputing `read` pixels of a field costs more than handing over all `overlap` pixels of it.
     pub(super) fn exceeds_handing(&self, field: &Field, grid: &Grid, overlap: u64, read: u64) -> bool {
         let cost = self.0.get(&at(field, grid)).copied().unwrap_or(0.0);
         read as f64 * cost > overlap as f64 * HANDED * field.channels() as f64
@@ -51,7 +52,7 @@ mod tests {
     use glam::{DVec2, UVec2};
 
     #[test]
-    fn costs_add_up_and_are_shared() {
+    fn adds_costs_and_divides_them_among_readers() {
         let grid = Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(2048)), shown: None };
         let keyed = |field: Field, name: &str| field.keyed(Key::of("test", &[name.as_bytes()]));
         let source = keyed(Field::generate(Type::Gray, Tiling::BOTH, |_, _| Ok(())), "a");

@@ -1,19 +1,19 @@
-//! A set of pixels of a field, as columns and rows.
+//! A set of pixels of a field: the product of some columns and some rows.
 use crate::value::{Blocks, Domain, Grid, Piece, TILE, Window};
 
-/// The pixels that lie in one of the columns and in one of the rows.
+/// The pixels that lie both in one of the column spans and in one of the row spans.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Region {
     columns: Spans,
     rows: Spans,
 }
 
-/// Intervals in order, at least a tile apart: no tile meets two of them.
+/// Sorted intervals, at least the side of a tile apart, so that no tile meets two of them.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Spans(Vec<(i32, i32)>);
 
 impl Spans {
-    /// Adds those pixels of `pieces` that lie between `from` and `to`.
+    /// Adds the pixels of `pieces` between `from` and `to`.
     fn add(&mut self, pieces: &[Piece], from: i32, to: i32) {
         for piece in pieces {
             let (start, end) = ends(*piece);
@@ -44,13 +44,13 @@ impl Spans {
 }
 
 impl Region {
-    /// Adds `window`, which `blocks` cover.
+    /// Adds `window`; `blocks` must cover it.
     pub(super) fn add(&mut self, blocks: &Blocks, window: Window) {
         self.columns.add(&blocks.columns, window.x, window.right());
         self.rows.add(&blocks.rows, window.y, window.bottom());
     }
 
-    /// The whole blocks that it meets.
+    /// The region enlarged to whole blocks.
     pub(super) fn rounded(&self, domain: Domain, grid: &Grid) -> Self {
         let mut whole = Self::default();
         for window in self.windows() {
@@ -60,7 +60,7 @@ impl Region {
         whole
     }
 
-    /// Its pixels in a block, which are one window.
+    /// The pixels of the region in a block. They always form one window.
     pub(super) fn within(&self, (x, y): (Piece, Piece)) -> Option<Window> {
         let cut = |spans: &Spans, piece: Piece| {
             let (start, end) = ends(piece);
@@ -70,35 +70,35 @@ impl Region {
         Some(between(cut(&self.columns, x)?, cut(&self.rows, y)?))
     }
 
-    /// Windows that have each of its pixels once.
+    /// Disjoint windows that cover the region exactly.
     pub(super) fn windows(&self) -> Vec<Window> {
         let rows = self.rows.0.iter();
         rows.flat_map(|&row| self.columns.0.iter().map(move |&column| between(column, row))).collect()
     }
 
-    /// The pixels that `other` has too.
+    /// The pixels in both regions.
     pub(super) fn intersect(&self, other: &Self) -> Self {
         Self { columns: self.columns.intersect(&other.columns), rows: self.rows.intersect(&other.rows) }
     }
 
-    /// Windows of the pixels that `other` does not have.
+    /// Disjoint windows of the pixels that `other` lacks.
     pub(super) fn minus(&self, other: &Self) -> Vec<Window> {
         other.windows().iter().fold(self.windows(), |left, gone| minus(&left, gone))
     }
 
-    /// How many pixels it has.
+    /// Number of pixels.
     pub(super) fn pixels(&self) -> u64 {
         self.windows().iter().map(|window| window.len() as u64).sum()
     }
 
-    /// The number of its columns or rows, whichever is larger.
+    /// Number of columns or of rows, whichever is larger.
     pub(super) fn side(&self) -> u64 {
         let length = |spans: &Spans| spans.0.iter().map(|(from, to)| u64::from(to.abs_diff(*from))).sum::<u64>();
         length(&self.columns).max(length(&self.rows))
     }
 }
 
-/// The pixels of windows that do not lie in `gone`.
+/// The pixels of `windows` outside `gone`, as windows.
 pub(super) fn minus(windows: &[Window], gone: &Window) -> Vec<Window> {
     let left = windows.iter().flat_map(|window| {
         let Some(both) = window.overlap(gone) else { return [Some(*window), None, None, None] };
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn keeps_spans_in_order_and_apart() {
+    fn sorts_spans_and_merges_near_ones() {
         let mut spans = Spans::default();
         spans.insert(1000, 1100);
         spans.insert(0, 10);

@@ -46,7 +46,7 @@ pub struct Run<'g> {
     pub(super) values: Mutex<HashMap<Key, Value>>,
     pub(super) known: Known,
     pub(super) cuts: Cuts,
-    /// The pixels that are computed, if only a part of a picture is.
+    /// Limits the computed pixels if only a part of a picture is computed.
     pub(super) limit: RwLock<Option<Arc<Limit>>>,
     /// CPU time of the running nodes.
     pub(super) meter: Meter,
@@ -95,7 +95,7 @@ impl<'g> Run<'g> {
         self.keys
     }
 
-    /// Returns the pixels that are computed, if only a part of a picture is.
+    /// The limit of computed pixels, if only a part of a picture is computed.
     pub(super) fn limit(&self) -> Option<Arc<Limit>> {
         self.limit.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -121,7 +121,7 @@ impl<'g> Run<'g> {
         true
     }
 
-    /// Records a value that is known without work, for the nodes that read it.
+    /// Records a value that needs no work, for the nodes that read it.
     pub(super) fn hand_on(&self, key: Key, value: Value) {
         lock(&self.values).insert(key, value);
     }

@@ -34,7 +34,7 @@ pub struct NodeStats {
     pub seconds: f64,
     /// Number of tiles computed.
     pub tiles: u64,
-    /// Number of pixels computed in these tiles: some tiles are computed only in part.
+    /// Number of pixels computed in these tiles, some of which are computed only in part.
     pub pixels: u64,
 }
 

@@ -1,8 +1,9 @@
-//! Reading fields: by tiles, through the caches.
+//! Reads fields in tiles, through the caches.
 //!
-//! A tile is made on one thread, by a stack of its own of what is under way ([`Frame`]): a graph may be as deep as it
-//! likes. No code that fills a tile starts parallel work, so a thread that waits for a tile of another never holds up the
-//! pool; and since a tile waits only for those that it is made from, no two threads wait for each other.
+//! A tile is computed on one thread, with an explicit stack of unfinished windows ([`Frame`]) instead of recursion, so
+//! a graph may have any depth. Code that fills a tile starts no parallel work, so a thread that waits for another
+//! thread's tile never blocks the pool. A tile waits only for its inputs, so threads never wait for each other in a
+//! cycle.
 use super::memory::{Guard, TileKey};
 use super::run::Run;
 use super::stats::Work;
@@ -13,10 +14,10 @@ use quick_cache::sync::GuardResult;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A tile that reads more pixels at once, by a window that depends on values, is made in parts.
+/// A tile is computed in halves if its windows that depend on values have more pixels than this.
 const MOST_PIXELS: usize = 1 << 22;
 
-/// A window of a field that is wanted, and the result as whose work it counts if it has no key of its own.
+/// A requested window of a field, and the result to which its work is charged if the field has no key.
 #[derive(Clone, Copy)]
 struct Want<'f> {
     read: Read<'f>,
@@ -26,32 +27,32 @@ struct Want<'f> {
 
 #[derive(Clone, Copy)]
 enum How {
-    /// As is best for the field.
+    /// In the best way for the field: from tiles, or directly.
     Best,
-    /// As a whole tile, which is kept; of a part of a picture perhaps no more of it than is read.
+    /// As the tile of a block, which is kept. In a part of a picture, the tile may be clipped to the demand.
     Tile(Piece, Piece),
-    /// Just so, without the caches.
+    /// Exactly this window, without the caches.
     Bare,
 }
 
-/// The next step towards a window that is wanted.
+/// The next step towards a requested window.
 enum Step<'f, 'r> {
     Want(Want<'f>),
     Work(Box<Frame<'f, 'r>>),
     Done(Arc<Tile>),
 }
 
-/// A window of a field under way.
+/// An unfinished window of a field.
 struct Frame<'f, 'r> {
     read: Read<'f>,
     owner: Key,
-    /// Whether it counts as a tile of its own, not as a part of another.
+    /// True if the window counts as a tile in the statistics; false for a piece of a tile.
     counts: bool,
     keep: Option<Keep<'r>>,
     making: Making<'f>,
 }
 
-/// Where a tile is kept when it is made.
+/// The cache entry for an unfinished tile.
 struct Keep<'r> {
     at: TileKey,
     block: (Piece, Piece),
@@ -59,15 +60,16 @@ struct Keep<'r> {
 }
 
 enum Making<'f> {
-    /// By the field's code, from windows of its inputs: `wanted` are known, those that depend on values only if `narrowed`.
+    /// Computed by the field's code from windows of its inputs, `wanted`. They include the windows that depend on
+    /// values only if `narrowed`.
     Fill { wanted: Vec<Read<'f>>, tiles: Vec<Arc<Tile>>, narrowed: bool },
-    /// From windows of the field itself, so many of which are `done`: its tiles, or parts of a tile that reads too much at once or is there in
-    /// part.
+    /// Joined from windows of the same field, of which `done` are copied. The windows are its tiles, the halves of a
+    /// tile that reads too much at once, or the missing pieces of a tile that is partly available.
     Join { parts: Vec<(Window, How)>, done: usize, out: Option<Tile> },
 }
 
 impl Run<'_> {
-    /// The values of `field` in `window`.
+    /// Returns the values of `field` in `window`; work for fields without a key is charged to `owner`.
     pub(super) fn read(&self, field: &Field, grid: &Grid, window: Window, owner: Key) -> Result<Arc<Tile>, Stop> {
         let mut stack: Vec<Box<Frame<'_, '_>>> = Vec::new();
         let mut step = Step::Want(Want { read: Read::new(field, grid, window), owner, how: How::Best });
@@ -84,7 +86,7 @@ impl Run<'_> {
                 Step::Done(tile) if stack.is_empty() => return Ok(tile),
                 Step::Done(tile) => Some(tile),
             };
-            // There is one: it is what the tile was made for, or was begun just now.
+            // Always there: the frame that requested the tile, or the frame just pushed. The blank tile avoids a panic.
             let Some(top) = stack.last_mut() else { return Ok(Arc::new(field.blank(*grid, window))) };
             step = top.step(self, made)?;
             if let Step::Done(_) = step {
@@ -93,10 +95,10 @@ impl Run<'_> {
         }
     }
 
-    /// The tile that is wanted, if it is at hand, or the work that makes it.
+    /// Returns the requested window if it is cached, else the work that computes it.
     fn begin<'f, 's>(&'s self, want: Want<'f>) -> Result<Step<'f, 's>, Stop> {
         let Want { read: Read { field, grid, window }, owner, how } = want;
-        // What a field does without here, as it found when it had its first tiles.
+        // A field that finds from its first tiles that it needs no more of an input requests an empty window.
         if window.is_empty() {
             return Ok(Step::Done(Arc::new(Tile::new(grid, window, field.channels()))));
         }
@@ -126,7 +128,7 @@ impl Run<'_> {
         }
     }
 
-    /// One tile from the caches, or the work that makes it; `read` is what is wanted of it.
+    /// Returns a tile from the caches, or the work that computes it; the window is the requested part of the tile.
     fn tile<'f, 's>(
         &'s self,
         Read { field, grid, window }: Read<'f>,
@@ -226,7 +228,7 @@ impl<'f> Frame<'f, '_> {
         }
     }
 
-    /// Keeps a tile; `time` is what the field's code took for it.
+    /// Keeps a finished tile; `time` is the time that the field's code took, `None` for a joined tile.
     fn finish(&mut self, run: &Run<'_>, tile: Tile, time: Option<Duration>) -> Arc<Tile> {
         let Read { field, grid, window } = self.read;
         let (keeper, tile) = (&run.caches.keeper, Arc::new(tile));
@@ -244,7 +246,7 @@ impl<'f> Frame<'f, '_> {
         }
         if let Some(Keep { at, block, guard }) = self.keep.take() {
             guard.into_iter().for_each(|guard| drop(guard.insert(tile.clone())));
-            // Those who wait for the tile have it now.
+            // Threads that wait for the tile have it now, so writing it delays none of them.
             if at.window == Piece::window(block.0, block.1) {
                 run.keep_tile(&at, field, &tile, debt);
             }
@@ -261,7 +263,8 @@ impl<'f> Frame<'f, '_> {
         work(&Given::new(tiles, prepared.as_deref(), &stopped).warning(&warn))
     }
 
-    /// Adds the windows that depend on values, once the inputs are there. If they are too large, the tile is made in halves.
+    /// Adds the windows that depend on values, once the other inputs are there. If they are too large, the tile is
+    /// computed in halves.
     fn narrow(&mut self, run: &Run<'_>) -> Result<(), Stop> {
         let Read { field, grid, window } = self.read;
         let Making::Fill { wanted, tiles, narrowed: false } = &self.making else { return Ok(()) };

@@ -5,12 +5,12 @@
 //!
 //! ```text
 //! MAGIC, length of the header, header (JSON)
-//! rows of the pictures, in whole or in blocks of columns, as they were computed; at most 8 MiB at once
-//! index (JSON): what lies where, and the hash of each
-//! MAGIC, place of the index, hash of header and index
+//! chunks: whole rows of pictures or blocks of columns, in order of computation; at most 8 MiB each
+//! index (JSON): the location and the hash of each chunk
+//! MAGIC, location of the index, hash of header and index
 //! ```
 //!
-//! A truncated file has no end, and a modified file has another hash. Numbers are little-endian.
+//! A truncated file lacks the last line, and a modified file has another hash. Numbers are little-endian.
 mod join;
 mod names;
 mod read;
@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 
 /// The first and last bytes of a part.
 const MAGIC: &[u8; 8] = b"ShiboP2\n";
-/// Bytes that are read and checked at once.
+/// Maximum bytes of a chunk, which is read and checked at once.
 const CHUNK: usize = 8 << 20;
 /// Maximum bytes of a header or an index.
 const MOST: u64 = 64 << 20;
@@ -66,7 +66,7 @@ impl PartOf {
         format!("{stem}.{:0digits$}-of-{}.{EXTENSION}", self.number, self.count)
     }
 
-    /// Name of the overlap file that this part writes for the parts beside it.
+    /// Name of the overlap file that this part writes for the parts near it.
     pub(crate) fn overlap_name(self, stem: &str) -> String {
         let [begin, end] = OVERLAP;
         format!("{begin}{stem}.{}-of-{}.{end}", self.number, self.count)

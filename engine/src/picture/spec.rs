@@ -158,8 +158,8 @@ pub struct Encoding {
     pub transfer: Transfer,
     /// The values that become the least and the greatest integer; 0 and 1 by default. Not for opacity.
     pub range: Option<(f32, f32)>,
-    /// Whether to dither by ±½ step with a fixed pattern of positions (the R2 sequence, which has the even spacing of
-    /// blue noise).
+    /// Dithers by ±½ step with a fixed pattern of positions (the R2 sequence, which has the even spacing of blue
+    /// noise).
     pub dither: bool,
     /// Position of the picture's first pixel in the dither pattern, so that a part of a picture is dithered as in the
     /// whole.

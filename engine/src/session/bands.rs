@@ -1,7 +1,7 @@
-//! Computes the pixels of pictures and writes them, block by block.
+//! Computes pictures block by block and writes them.
 //!
-//! The [`Order`] keeps the tiles at hand within the memory. What strips of one picture both read they leave for each other in temporary
-//! files beside it.
+//! The [`Order`] of the blocks is chosen so that the tiles to be read again fit the memory. Strips of one picture hand
+//! over their overlap to each other in temporary files beside the picture.
 use super::job::Job;
 use super::render::Render;
 use super::sink::{Assembler, Sink};
@@ -12,11 +12,11 @@ use crate::value::{Field, Grid, Tile, Window};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// What is read beyond the edges of a strip, or of a part of a picture, may reach over so many others.
+/// Strips or parts that are at most this many numbers apart hand over their overlap.
 const NEAR: usize = 2;
 
 impl Render<'_, '_> {
-    /// Computes and writes the pictures together, so that what they share is still in memory.
+    /// Computes and writes all pictures together, so that shared fields are still in memory.
     pub(super) fn bands(&self, jobs: &[&Job<'_>], sinks: &mut [Sink], grid: &Grid) -> Result<(), Failure> {
         let window = self.area;
         let pictures: Vec<&Field> = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field).collect();
@@ -43,7 +43,7 @@ impl Render<'_, '_> {
         let mut pixels = 0;
         for (number, pass) in passes.iter().enumerate() {
             if let Order::Strips(_) = order {
-                // At its edges no more than what it reads.
+                // At the edges of a strip, compute only its demand instead of whole tiles.
                 self.run.limit_to(&fields, pass.window, self.beside(&passes, number, jobs, &mut overlaps));
             }
             if frees && passes.len() + pass.blocks.len() > 2 {
@@ -64,7 +64,7 @@ impl Render<'_, '_> {
         assemblers.into_iter().try_for_each(Assembler::finish)
     }
 
-    /// The other parts of the pictures that read some of what a strip reads: the strips near it, and what is above and below.
+    /// The neighbours of a strip: the strips near it, and the parts of the pictures above and below.
     fn beside(
         &self,
         strips: &[Pass],
@@ -77,11 +77,11 @@ impl Render<'_, '_> {
         let mut neighbors: Vec<Neighbor> = above_and_below
             .map(|other| Neighbor { window: Window { x: own.x, width: own.width, ..other.window }, ..other })
             .collect();
-        // Those near which no strip follows are done with.
+        // Drop the files that neither this strip nor a following one reads.
         stores.retain(|other, _| (number..count).any(|following| near(*other, following, count)));
         let seal = Seal::new(self.session.registry.code());
         let path = jobs.first().map(|job| &job.planned.path);
-        // Without a file, both compute what they need.
+        // If the file cannot be created, both strips compute the overlap.
         let store = path.and_then(|path| OverlapStore::create(path, seal, u64::MAX).ok());
         stores.extend(store.map(|store| (number, Arc::new(store))));
         for other in (0..count).filter(|other| near(number, *other, count)) {
@@ -92,13 +92,13 @@ impl Render<'_, '_> {
         neighbors
     }
 
-    /// The values of a picture's fields.
+    /// Computes the values of a picture's fields in a band. Values that are not finite are an error.
     fn tiles(&self, job: &Job<'_>, grid: &Grid, band: Window) -> Result<Vec<Tile>, Failure> {
         let graph = self.planner.graph;
         let mut tiles: Vec<Tile> = Vec::with_capacity(job.fields.len());
         for (_, field) in &job.fields {
             let tile = self.run.raster(field, grid, band).map_err(|stop| located(self.run, graph, stop))?;
-            // Without an early end, so that many are looked at together.
+            // No early exit, so that the loop is vectorized.
             if !tile.data().iter().fold(true, |all, v| all & v.is_finite())
                 && let Some(at) = tile.data().iter().position(|v| !v.is_finite())
             {
@@ -110,11 +110,12 @@ impl Render<'_, '_> {
     }
 }
 
-/// What the strips of a picture leave for each other, by their numbers.
+/// The overlap files of the strips, by the number of the strip that writes the file.
 #[derive(Default)]
 struct Overlaps(BTreeMap<usize, Arc<OverlapStore>>);
 
-/// Whether two of `count` parts lie side by side, or nearly so; the last one is beside the first, since pictures may repeat.
+/// True if two of `count` parts are at most `NEAR` numbers apart. The last part is adjacent to the first, since
+/// pictures may repeat.
 pub(super) fn near(own: usize, other: usize, count: usize) -> bool {
     let apart = own.abs_diff(other);
     apart > 0 && apart.min(count - apart) <= NEAR
@@ -138,7 +139,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn parts_are_near_across_the_ends() {
+    fn near_parts_include_those_across_the_ends() {
         let of = |own: usize, count: usize| (0..count).filter(|other| near(own, *other, count)).collect::<Vec<_>>();
         assert_eq!(of(0, 16), [1, 2, 14, 15]);
         assert_eq!(of(7, 16), [5, 6, 8, 9]);

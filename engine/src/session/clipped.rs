@@ -11,7 +11,7 @@ impl Render<'_, '_> {
     /// Advice about clipped values: state a range for heights, or correct the graph for masks and roughness.
     pub(super) fn help_for_clipped(&self, job: &Job<'_>) -> String {
         if job.files.is_some() {
-            return "these textures hold 0 to 1: limit the channels, with `Remap(…, clamp: true)` say".to_owned();
+            return "these textures hold values from 0 to 1: limit the channels, for example with `Remap(…, clamp: true)`".to_owned();
         }
         let output = job.planned.output;
         let from = &self.planner.graph.nodes[output.node].node;
@@ -21,11 +21,14 @@ impl Render<'_, '_> {
                 STATE.to_owned()
             }
             OutputPart::Channel(channel) => {
-                format!("`{}` goes from 0 to 1: mend what makes it, with `Remap(…, clamp: true)` say", channel.name())
+                format!(
+                    "`{}` ranges from 0 to 1: correct its nodes, for example with `Remap(…, clamp: true)`",
+                    channel.name()
+                )
             }
             _ if has_unit || output.range.is_some() => STATE.to_owned(),
             _ => format!(
-                "masks and colours go from 0 to 1: mend what makes them, with `Remap(…, clamp: true)` say. For other values, {STATE}"
+                "masks and colours range from 0 to 1: correct their nodes, for example with `Remap(…, clamp: true)`. For other values, {STATE}"
             ),
         }
     }

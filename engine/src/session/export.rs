@@ -37,14 +37,14 @@ impl Render<'_, '_> {
         Ok(Job { planned, fields, lines: None, beyond: 0, mips: Vec::new(), files: Some(files) })
     }
 
-    /// Directions in which the pictures of an export repeat. Those of an atlas end at its edges.
+    /// Directions in which the pictures of an export repeat. The pictures of an atlas do not repeat.
     fn wraps(&self, output: &GraphOutput) -> [bool; 2] {
         let tile = self.planner.graph.canvas.tile;
         let tile = if output.mesh.is_some_and(ExportMesh::is_atlas) { Tiling::NONE } else { tile };
         [tile.x, tile.y]
     }
 
-    /// The material as laid on the mesh of an output, and the mesh.
+    /// The mesh of an output, and the material as it lies on this mesh.
     fn on_mesh(&self, output: &GraphOutput, material: &Material) -> Result<(Material, Shape), Failure> {
         let size = self.planner.graph.canvas.size_mm;
         let simple = |shape| (material.clone(), Shape::simple(shape, size));
@@ -76,4 +76,3 @@ impl Render<'_, '_> {
         writer.map(|writer| Sink::Export(Box::new(writer))).map_err(|error| Failure::File(error.to_string()))
     }
 }
-

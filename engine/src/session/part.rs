@@ -1,4 +1,4 @@
-//! One picture by many machines: what all of them need is made once, and each computes some rows.
+//! Renders one picture on many machines: data that all of them need is prepared once, and each computes some rows.
 use super::bands::near;
 use super::job::Job;
 use super::plan::{OutputPart, Planned, Planner, wanted};
@@ -12,35 +12,36 @@ use crate::value::{TILE, Window};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The bytes that are left for other parts at most, if no store says how much room there is.
+/// Maximum bytes of an overlap file if there is no store whose size bounds it.
 const ROOM: u64 = 4 << 30;
 
-/// What rendering a part did.
+/// The result of rendering a part.
 #[derive(Clone, Debug)]
 pub struct PartReport {
-    /// Its file.
+    /// The file of the part.
     pub file: PathBuf,
-    /// Whether it was there already.
+    /// True if the complete file existed before.
     pub known: bool,
-    /// What was done for each node.
+    /// The work done for each node.
     pub nodes: Vec<NodeStats>,
 }
 
-/// What preparing a render did.
+/// The result of preparing a render.
 #[derive(Clone, Debug)]
 pub struct Prepared {
-    /// What was stored, in the order of the graph.
+    /// The results that were stored, in the order of the graph.
     pub stored: Vec<Stored>,
-    /// What was done for each node.
+    /// The work done for each node.
     pub nodes: Vec<NodeStats>,
 }
 
 impl Session {
-    /// Renders one of several parts of the outputs of `graph` into a file in `request.dir`, named after `stem`: to be joined
-    /// with the others by [`join`](crate::picture::join). A part that is there already is left as it is.
+    /// Renders one of several parts of the outputs of `graph` into a file in `request.dir`, named after `stem`. The
+    /// function
+    /// [`join`](crate::picture::join) joins all parts. A complete part is not rendered again.
     ///
     /// # Errors
-    /// What went wrong, at its place.
+    /// Errors of the graph, at their places; outputs that need whole pictures.
     pub fn render_part(
         &self,
         graph: &Graph,
@@ -91,10 +92,10 @@ impl Session {
         })
     }
 
-    /// Makes all that pictures of `graph` need before the first of their pixels, so that the caches have it.
+    /// Computes everything that pictures of `graph` need before their first pixel, so that the caches contain it.
     ///
     /// # Errors
-    /// What went wrong, at its place.
+    /// Errors of the graph, at their places.
     pub fn prepare(
         &self,
         graph: &Graph,
@@ -118,7 +119,7 @@ impl Session {
     }
 }
 
-/// The rows of a part: whole rows of tiles.
+/// The rows of a part, in whole rows of tiles.
 fn rows(graph: &Graph, part: PartOf) -> Result<Window, Failure> {
     let size = graph.canvas.resolution;
     let tiles = size.y.div_ceil(TILE);
@@ -134,13 +135,13 @@ fn rows(graph: &Graph, part: PartOf) -> Result<Window, Failure> {
     Ok(Window { x: 0, y: y.cast_signed(), width: size.x, height: end - y })
 }
 
-/// The parts of a picture that lie beside one, or nearly so.
+/// The other parts near a part of a picture.
 fn beside(part: PartOf) -> impl Iterator<Item = PartOf> {
     let others = (1..=part.count).map(move |number| PartOf { number, ..part });
     others.filter(move |other| near(part.number as usize, other.number as usize, part.count as usize))
 }
 
-/// The files in the folder of parts that a part shares with those near it: its own overlap, and theirs.
+/// The overlap files of a part and of the parts near it.
 struct Beside<'p> {
     part: PartOf,
     dir: &'p Path,
@@ -149,8 +150,8 @@ struct Beside<'p> {
 }
 
 impl<'p> Beside<'p> {
-    /// The neighbours of a part. Whether one is there is only looked at now: what is computed of one that is made meanwhile is computed
-    /// twice.
+    /// Finds the neighbours of a part. Checks only once, here, which of them are complete: the overlap with a neighbour
+    /// that is computed meanwhile is computed twice.
     fn new(
         graph: &Graph,
         part: PartOf,
@@ -178,14 +179,15 @@ impl<'p> Beside<'p> {
         self.dir.join(part.overlap_name(self.stem))
     }
 
-    /// To be called when the part is there: publishes what it leaves for others, and removes what nobody needs any more. Failing that,
-    /// the others compute it.
+    /// Must be called when the part is complete. Publishes its overlap file if a neighbour is still missing, and
+    /// removes overlap files that no part needs any more. Failures are ignored: the neighbours then compute the
+    /// overlap.
     fn done(&self) {
         let is_used = |part: PartOf| beside(part).all(|other| self.is_there(other));
         if let Some(own) = self.own.as_ref().filter(|_| !is_used(self.part)) {
             let _ = own.publish();
         }
-        // Its own too: others may have become complete meanwhile.
+        // Includes the part's own file, since its neighbours may have been completed meanwhile.
         let used = beside(self.part).chain([self.part]).filter(|part| is_used(*part));
         for file in used.map(|part| self.overlap(part)).filter(|file| is_overlap(file)) {
             let _ = std::fs::remove_file(file);
@@ -194,7 +196,7 @@ impl<'p> Beside<'p> {
 }
 
 impl<'r> Render<'r, '_> {
-    /// What the parts of these pictures have in common. How they are encoded is not known yet.
+    /// The header of a part of these pictures, without their encodings, which are not known yet.
     fn header(&self, part: PartOf, stem: &str, pictures: &[Planned<'r>]) -> PartHeader {
         let graph = self.planner.graph;
         let parameters: Vec<String> = graph.params.iter().map(|p| format!("{}: {}", p.name, p.value)).collect();

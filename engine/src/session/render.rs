@@ -92,12 +92,12 @@ pub(super) fn window(graph: &Graph, request: &RenderRequest) -> Result<Window, F
     Err(Failure::Usage(message))
 }
 
-/// Makes the folder of a request, if need be.
+/// Creates the folder of a request if it does not exist.
 pub(super) fn make_dir(dir: &std::path::Path) -> Result<(), Failure> {
     let dir = if dir.as_os_str().is_empty() { std::path::Path::new(".") } else { dir };
     std::fs::create_dir_all(dir)
         .map_err(|e| Failure::File(format!("cannot make the folder `{}`: {e}", dir.display())))?;
-    // Killed processes may have left temporary files.
+    // Remove temporary files that killed processes left.
     let _ = remove_stale_temporaries(dir);
     Ok(())
 }
@@ -128,7 +128,7 @@ impl<'r, 'g> Render<'r, 'g> {
 }
 
 impl<'r> Render<'r, '_> {
-    /// The pictures of outputs.
+    /// Plans the pictures of the requested outputs.
     pub(super) fn pictures(&self, wanted: &[Wanted<'r>]) -> Result<Vec<Planned<'r>>, Failure> {
         let mut pictures = Vec::new();
         for (output, channel) in wanted {
@@ -139,7 +139,7 @@ impl<'r> Render<'r, '_> {
         Ok(pictures)
     }
 
-    /// The pictures of an output, with keys that identify their content.
+    /// The parts of an output that become pictures, with keys that identify their content.
     fn parts(&self, output: &GraphOutput, channel: Option<Channel>) -> Result<Vec<(OutputPart, Key)>, Failure> {
         let key = self.planner.keys.output(output.node, output.output);
         if let Some(export) = output.export.as_ref().filter(|_| channel.is_none()) {
@@ -185,8 +185,8 @@ impl<'r> Render<'r, '_> {
         self.observer.event(Event::Warning(warning.as_warning()));
     }
 
-    /// The channels of a material and their keys. They are stored, so that cached files can be found without making the
-    /// material.
+    /// The channels of a material and their keys. They are stored, so that cached files can be found without evaluating
+    /// the material.
     fn channels(&self, node: NodeIndex, output: usize) -> Result<Vec<(Channel, Key)>, Failure> {
         let key = Key::of("channels", &[self.planner.keys.output(node, output).as_bytes()]);
         let store = self.session.caches.store.as_ref();
@@ -226,7 +226,7 @@ impl<'r> Render<'r, '_> {
         self.made(missing)
     }
 
-    /// Makes the jobs of pictures, with their fields.
+    /// Evaluates pictures to jobs with fields.
     pub(super) fn made(&self, missing: Vec<Planned<'r>>) -> Result<Vec<Job<'r>>, Failure> {
         let wanted: Vec<_> = missing.iter().map(|p| (p.output.node, p.output.output)).collect();
         let values = self.run.values(&wanted)?;
@@ -257,7 +257,7 @@ impl<'r> Render<'r, '_> {
         Ok(())
     }
 
-    /// Checks sizes and prepares fields before the first band of pictures.
+    /// Checks sizes, prepares fields and limits the computed pixels to the area, before the first block of pictures.
     pub(super) fn ready(&self, jobs: &[&Job<'_>], grid: &Grid) -> Result<(), Failure> {
         self.check_size(jobs)?;
         let fields: Vec<&Field> = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field).collect();

@@ -1,4 +1,4 @@
-//! What the blocks of pictures are written to.
+//! Destinations for the blocks of pictures.
 use super::Failure;
 use crate::export::FilesWriter;
 use crate::picture::{AtomicFile, PartWriter, WriteError, WriteStats, Writer};
@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub(super) enum Sink {
     Picture(Box<Writer>),
     Export(Box<FilesWriter>),
-    /// The picture of this number in a part.
+    /// A part, and the index of the picture in it.
     Part(Arc<Mutex<PartWriter>>, usize),
 }
 
@@ -20,7 +20,7 @@ fn failed(error: &WriteError) -> Failure {
 }
 
 impl Sink {
-    /// Writes the next whole rows; of a part, a block at its place.
+    /// Writes the next whole rows. A part takes any block, at its place.
     fn write(&mut self, planes: &[&[f32]], block: Window) -> Result<(), Failure> {
         let done = match self {
             Self::Picture(writer) => writer.write_rows(planes, block.height),
@@ -44,12 +44,12 @@ impl Sink {
     }
 }
 
-/// Where blocks wait until whole rows can be written: in memory, or in a temporary file that is removed when it is dropped.
+/// Buffer for blocks until whole rows can be written: memory, or a temporary file that is removed on drop.
 trait Medium: Read + Write + Seek {}
 
 impl<M: Read + Write + Seek> Medium for M {}
 
-/// Takes the blocks of a picture, strip after strip, and writes whole rows.
+/// Assembles whole rows from the blocks of a picture, which arrive strip by strip, and writes them.
 pub(super) struct Assembler<'w> {
     sink: &'w mut Sink,
     picture: &'w Path,
@@ -58,12 +58,13 @@ pub(super) struct Assembler<'w> {
     channels: usize,
     in_memory: bool,
     waiting: Option<Box<dyn Medium>>,
-    /// The blocks that wait, in the order in which they came.
+    /// The buffered blocks, in order of arrival.
     blocks: Vec<Window>,
 }
 
 impl<'w> Assembler<'w> {
-    /// For the pixels `window` of a picture with so many samples each. Of a small one blocks wait `in_memory`.
+    /// An assembler for `window` of a picture with `channels` samples per pixel. Blocks are buffered in memory if
+    /// `in_memory`, else in a temporary file.
     pub(super) const fn new(
         sink: &'w mut Sink,
         picture: &'w Path,
@@ -74,7 +75,7 @@ impl<'w> Assembler<'w> {
         Self { sink, picture, grid, window, channels, in_memory, waiting: None, blocks: Vec::new() }
     }
 
-    /// Writes a block, or keeps it until those beside it are there.
+    /// Writes a block, or buffers it until the blocks beside it have arrived.
     pub(super) fn write_block(&mut self, tiles: &[Tile], block: Window) -> Result<(), Failure> {
         if block.width == self.window.width || matches!(self.sink, Sink::Part(..)) {
             return self.sink.write(&planes(tiles), block);
@@ -92,7 +93,7 @@ impl<'w> Assembler<'w> {
         tiles.iter().try_for_each(|tile| medium.write_all(bytemuck::cast_slice(tile.data())))
     }
 
-    /// Writes the rows of all blocks that wait.
+    /// Writes the rows of all buffered blocks.
     pub(super) fn finish(mut self) -> Result<(), Failure> {
         let Some(mut medium) = self.waiting.take() else { return Ok(()) };
         let first = self.blocks.iter().filter(|block| block.x == self.window.x);
@@ -115,7 +116,7 @@ impl<'w> Assembler<'w> {
     }
 }
 
-/// The samples of all channels.
+/// The planes of all channels.
 fn planes(tiles: &[Tile]) -> Vec<&[f32]> {
     tiles.iter().flat_map(|tile| (0..tile.channels()).map(|channel| tile.plane(channel))).collect()
 }
@@ -150,7 +151,7 @@ mod tests {
         Sink::Picture(Box::new(Writer::create(path, &spec).unwrap()))
     }
 
-    /// Each pixel has the number of its place.
+    /// A tile whose pixels have the value x + 10 y.
     fn tile(window: Window) -> Tile {
         let mut tile = Tile::new(GRID, window, 1);
         let places =

@@ -21,7 +21,7 @@ const TOLD: usize = 1000;
 pub struct Joined {
     /// In the order of the graph's outputs.
     pub files: Vec<JoinedFile>,
-    /// The files of the parts, and the exchange files of concurrent parts.
+    /// The files of the parts, and their overlap files.
     pub parts: Vec<JoinedPart>,
 }
 

@@ -76,7 +76,7 @@ impl PartWriter {
     /// Writes the next rows of a picture: for every channel, `rows` times the width samples.
     ///
     /// # Errors
-    /// When the lengths do not fit or the system refuses. Drop the writer then.
+    /// Lengths that do not match, or an error of the system. The writer must be dropped then.
     pub fn write_rows(&mut self, picture: usize, planes: &[&[f32]], rows: u32) -> Result<(), WriteError> {
         let Some(Some(of)) = self.pictures.get_mut(picture) else {
             return Err(WriteError::Rows { first: 0, end: rows, height: 0 });
@@ -90,7 +90,7 @@ impl PartWriter {
     /// any order if blocks side by side have the same rows.
     ///
     /// # Errors
-    /// When the lengths do not fit or the system refuses. Drop the writer then.
+    /// Lengths that do not match, or an error of the system. The writer must be dropped then.
     pub fn write_block(
         &mut self,
         picture: usize,
@@ -109,7 +109,8 @@ impl PartWriter {
             return Err(WriteError::Rows { first, end, height: of.end });
         };
         of.left = left;
-        // The same number of rows as for whole rows, so that joining needs little memory for whole rows.
+        // As many rows per chunk as for chunks of whole rows, so that joining needs little memory for a whole row of
+        // chunks.
         let step = u32::try_from(CHUNK as u64 / of.spec.row_bytes().max(1)).unwrap_or(u32::MAX).max(1);
         let encoder = of.encoder(x, width);
         let mut row = 0;
@@ -131,7 +132,7 @@ impl PartWriter {
     /// Stores a file without rows in the part.
     ///
     /// # Errors
-    /// When the system refuses.
+    /// Errors of the system.
     pub fn put(&mut self, picture: usize, bytes: &[u8]) -> Result<(), WriteError> {
         for part in bytes.chunks(CHUNK) {
             self.index.chunks.push(chunk(picture, [0; 4], self.at, part));
@@ -144,7 +145,7 @@ impl PartWriter {
     /// Completes the part and gives it its name.
     ///
     /// # Errors
-    /// When rows are missing or the system refuses. No new file exists then.
+    /// Missing rows, or errors of the system. No new file exists then.
     pub fn finish(mut self) -> Result<(), WriteError> {
         for picture in self.pictures.iter().flatten() {
             if picture.left > 0 {

@@ -194,42 +194,42 @@ mod tests {
 
     /// A policy in whose process node code has run for this many seconds.
     fn after(seconds: f64) -> CachePolicy {
-        let keeper = CachePolicy::default();
-        keeper.made(Duration::from_secs_f64(seconds));
-        keeper
+        let policy = CachePolicy::default();
+        policy.made(Duration::from_secs_f64(seconds));
+        policy
     }
 
     /// Fills a tile with `own` time in the field's code; returns true if the tile should be stored.
-    fn fill(keeper: &CachePolicy, field: &Field, grid: &Grid, own: Duration) -> bool {
-        let debt = keeper.filled(field, grid, WINDOW, own);
-        keeper.tile(field, grid, BYTES, debt, 1 << 40)
+    fn fill(policy: &CachePolicy, field: &Field, grid: &Grid, own: Duration) -> bool {
+        let debt = policy.filled(field, grid, WINDOW, own);
+        policy.tile(field, grid, BYTES, debt, 1 << 40)
     }
 
     #[test]
     fn stores_tiles_of_small_pictures_that_take_longer_than_writing() {
         for pixels in [1, 256, 1024] {
-            let keeper = after(9.0);
-            assert!(!fill(&keeper, &source("a"), &grid(pixels), writing().mul_f64(0.9)), "{pixels}");
-            assert!(fill(&keeper, &source("b"), &grid(pixels), writing().mul_f64(1.1)), "{pixels}");
+            let policy = after(9.0);
+            assert!(!fill(&policy, &source("a"), &grid(pixels), writing().mul_f64(0.9)), "{pixels}");
+            assert!(fill(&policy, &source("b"), &grid(pixels), writing().mul_f64(1.1)), "{pixels}");
         }
     }
 
     #[test]
     fn stores_tiles_of_large_pictures_that_take_many_times_longer() {
         for (pixels, times) in [(1228, 4.278), (2048, 32.0), (16_384, 32.0)] {
-            let keeper = after(9.0);
-            assert!(!fill(&keeper, &source("a"), &grid(pixels), writing().mul_f64(0.99 * times)), "{pixels}");
-            assert!(fill(&keeper, &source("b"), &grid(pixels), writing().mul_f64(1.01 * times)), "{pixels}");
+            let policy = after(9.0);
+            assert!(!fill(&policy, &source("a"), &grid(pixels), writing().mul_f64(0.99 * times)), "{pixels}");
+            assert!(fill(&policy, &source("b"), &grid(pixels), writing().mul_f64(1.01 * times)), "{pixels}");
         }
     }
 
     #[test]
     fn sums_debts_until_a_tile_is_stored() {
-        let (keeper, grid, own) = (after(9.0), grid(2048), writing().mul_f64(10.0));
+        let (policy, grid, own) = (after(9.0), grid(2048), writing().mul_f64(10.0));
         let mut kept = Vec::new();
         let mut field = source("0");
         for name in 1..=8 {
-            kept.push(fill(&keeper, &field, &grid, own));
+            kept.push(fill(&policy, &field, &grid, own));
             // A reader that reads a field twice computes it once.
             field = reader([&field, &field], &name.to_string());
         }
@@ -239,12 +239,12 @@ mod tests {
 
     #[test]
     fn sums_debts_of_branches_in_proportion_to_their_area() {
-        let (keeper, grid) = (after(9.0), grid(2048));
+        let (policy, grid) = (after(9.0), grid(2048));
         let (a, b) = (source("a"), source("b"));
-        keeper.filled(&a, &grid, WINDOW, writing().mul_f64(9.0));
-        keeper.filled(&b, &grid, WINDOW, writing().mul_f64(6.0));
+        policy.filled(&a, &grid, WINDOW, writing().mul_f64(9.0));
+        policy.filled(&b, &grid, WINDOW, writing().mul_f64(6.0));
         let debt = |window: Window| {
-            let debt = keeper.filled(&reader([&a, &b], "sum"), &grid, window, Duration::ZERO);
+            let debt = policy.filled(&reader([&a, &b], "sum"), &grid, window, Duration::ZERO);
             debt.as_secs_f64() / writing().as_secs_f64()
         };
         assert!((debt(WINDOW) - 15.0).abs() < 0.01);
@@ -253,27 +253,27 @@ mod tests {
 
     #[test]
     fn limits_writing_to_its_share_of_computing() {
-        let (keeper, grid) = (CachePolicy::default(), grid(2048));
+        let (policy, grid) = (CachePolicy::default(), grid(2048));
         let dear = source("dear");
         let mut written = 0;
         // Each of these readers owes all the time of the source, which was computed once.
-        keeper.filled(&dear, &grid, WINDOW, writing().mul_f64(80.0));
+        policy.filled(&dear, &grid, WINDOW, writing().mul_f64(80.0));
         for i in 0..100 {
             let reader = reader([&dear, &dear], &i.to_string());
-            written += u32::from(fill(&keeper, &reader, &grid, Duration::ZERO));
+            written += u32::from(fill(&policy, &reader, &grid, Duration::ZERO));
         }
         assert_eq!(written, 2);
     }
 
     #[test]
     fn limits_debt_to_the_time_computed() {
-        let (keeper, grid) = (CachePolicy::default(), grid(2048));
+        let (policy, grid) = (CachePolicy::default(), grid(2048));
         let (mut a, mut b) = (source("a"), source("b"));
         let own = Duration::from_micros(10);
         let mut debt = Duration::ZERO;
         for i in 0..2000 {
             let next = [reader([&a, &b], &format!("a{i}")), reader([&b, &a], &format!("b{i}"))];
-            [&a, &b].into_iter().for_each(|field| debt = keeper.filled(field, &grid, WINDOW, own));
+            [&a, &b].into_iter().for_each(|field| debt = policy.filled(field, &grid, WINDOW, own));
             [a, b] = next;
         }
         assert!(debt <= Duration::from_millis(40) + own, "{debt:?}");
@@ -281,32 +281,32 @@ mod tests {
 
     #[test]
     fn stores_less_in_slow_stores() {
-        let (keeper, grid) = (after(9.0), grid(1024));
+        let (policy, grid) = (after(9.0), grid(1024));
         let own = writing().mul_f64(1.5);
-        assert!(fill(&keeper, &source("a"), &grid, own));
+        assert!(fill(&policy, &source("a"), &grid, own));
         for _ in 0..1000 {
-            keeper.wrote(BYTES, writing() * 4);
+            policy.wrote(BYTES, writing() * 4);
         }
-        assert!(!fill(&keeper, &source("b"), &grid, own));
-        assert!(fill(&keeper, &source("c"), &grid, own * 4));
+        assert!(!fill(&policy, &source("b"), &grid, own));
+        assert!(fill(&policy, &source("c"), &grid, own * 4));
     }
 
     #[test]
     fn stores_objects_that_take_longer_than_writing() {
-        let keeper = CachePolicy::default();
-        assert!(keeper.object(1000, Duration::from_millis(1)));
-        assert!(!keeper.object(1000, Duration::from_micros(600)));
-        assert!(!keeper.object(100 << 20, Duration::from_millis(50)));
-        assert!(keeper.object(100 << 20, Duration::from_millis(150)));
+        let policy = CachePolicy::default();
+        assert!(policy.object(1000, Duration::from_millis(1)));
+        assert!(!policy.object(1000, Duration::from_micros(600)));
+        assert!(!policy.object(100 << 20, Duration::from_millis(50)));
+        assert!(policy.object(100 << 20, Duration::from_millis(150)));
     }
 
     #[test]
     fn skips_tiles_of_too_large_or_unbounded_fields() {
-        let (keeper, field) = (after(9.0), source("a"));
+        let (policy, field) = (after(9.0), source("a"));
         let endless = Grid { period: None, ..grid(256) };
         let debt = Duration::from_secs(5);
-        assert!(!keeper.tile(&field, &grid(256), BYTES, debt, 31 * BYTES as u64));
-        assert!(!keeper.tile(&field, &endless, BYTES, debt, 1 << 40));
-        assert!(keeper.tile(&field, &grid(256), BYTES, debt, 32 * BYTES as u64));
+        assert!(!policy.tile(&field, &grid(256), BYTES, debt, 31 * BYTES as u64));
+        assert!(!policy.tile(&field, &endless, BYTES, debt, 1 << 40));
+        assert!(policy.tile(&field, &grid(256), BYTES, debt, 32 * BYTES as u64));
     }
 }

@@ -59,7 +59,7 @@ impl Run<'_> {
     pub(super) fn keep_object(&self, key: Key, value: &Value, time: Duration) {
         if let Some(store) = &self.caches.store
             && codec::is_data(value.ty())
-            && self.caches.keeper.object(value.bytes(), time)
+            && self.caches.policy.object(value.bytes(), time)
             && !self.cancel.is_cancelled()
             && let Some(bytes) = codec::encode(value)
         {
@@ -105,7 +105,7 @@ impl Run<'_> {
         let Some(store) = self.caches.store.as_ref().filter(|store| tile.bytes() as u64 <= store.room() / WHOLE) else {
             return;
         };
-        if self.caches.keeper.object(tile.bytes(), time) && !self.cancel.is_cancelled() {
+        if self.caches.policy.object(tile.bytes(), time) && !self.cancel.is_cancelled() {
             let bytes = bytes_of(tile);
             store.put(Shelf::Wholes, at.name(), &bytes, time, &|| self.cancel.is_cancelled());
             owner.into_iter().for_each(|owner| self.note(owner, bytes.len(), time));
@@ -120,12 +120,12 @@ impl Run<'_> {
 
     /// Stores a new tile if it is worth storing.
     pub(super) fn keep_tile(&self, at: &TileKey, field: &Field, tile: &Tile, debt: Duration) {
-        let (Some(store), keeper) = (&self.caches.store, &self.caches.keeper) else { return };
+        let (Some(store), policy) = (&self.caches.store, &self.caches.policy) else { return };
         let bytes: &[u8] = bytemuck::cast_slice(tile.data());
-        if keeper.tile(field, &tile.grid, bytes.len(), debt, store.room()) {
+        if policy.tile(field, &tile.grid, bytes.len(), debt, store.room()) {
             let start = ThreadTime::now();
             store.put(Shelf::Tiles, at.name(), bytes, debt, &|| self.cancel.is_cancelled());
-            keeper.wrote(bytes.len(), start.elapsed());
+            policy.wrote(bytes.len(), start.elapsed());
         }
     }
 }

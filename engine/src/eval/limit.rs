@@ -29,7 +29,7 @@ pub struct Neighbor {
     /// The file in which the part computed first hands over the overlap.
     pub store: Arc<OverlapStore>,
     /// True if it is not computed yet, so that the overlap is handed over to it.
-    pub waits: bool,
+    pub is_pending: bool,
 }
 
 /// The limit of the pixels that are computed for a part of a picture, and the overlap with its neighbours.
@@ -54,13 +54,13 @@ impl Limit {
         let mut found: HashMap<At, Vec<Window>> = HashMap::new();
         let mut shared_with = |neighbor: Neighbor| {
             let mut shared = whole.intersect(&Demand::exact(fields, neighbor.window), fields);
-            if neighbor.waits {
-                let left = left(fields, neighbor.window, &shared, &costs, &keeps);
-                shared.retain(|place, _| left.contains(place));
+            if neighbor.is_pending {
+                let handed_over = handed_over(fields, neighbor.window, &shared, &costs, &keeps);
+                shared.retain(|place, _| handed_over.contains(place));
             } else {
                 for (field, grid) in &fields.order {
                     let region = shared.get(&at(field, grid));
-                    if let Some(region) = region.filter(|region| is_left(&neighbor.store, field, grid, region)) {
+                    if let Some(region) = region.filter(|region| is_handed_over(&neighbor.store, field, grid, region)) {
                         found.entry(at(field, grid)).or_default().extend(region.windows());
                     }
                 }
@@ -81,17 +81,17 @@ impl Limit {
         self.demand.region(field, grid)?.within(block).filter(|part| part.contains(&wanted))
     }
 
-    /// The overlap of a block with each neighbour: with those still to be computed if `waits`, else with the computed
+    /// The overlap of a block with each neighbour: with those still to be computed if `is_pending`, else with the computed
     /// ones. Both parts derive the same keys.
     fn overlaps(
         &self,
         field: &Field,
         grid: &Grid,
         block: (Piece, Piece),
-        waits: bool,
+        is_pending: bool,
     ) -> impl Iterator<Item = (TileKey, &OverlapStore)> {
         let (place, grid, key) = (at(field, grid), grid.id(), field.key());
-        let neighbors = self.neighbors.iter().filter(move |(neighbor, _)| neighbor.waits == waits);
+        let neighbors = self.neighbors.iter().filter(move |(neighbor, _)| neighbor.is_pending == is_pending);
         neighbors.filter_map(move |(neighbor, shared)| {
             let window = shared.get(&place)?.within(block)?;
             Some((TileKey { field: key?, grid, window }, &*neighbor.store))
@@ -120,7 +120,7 @@ impl Limit {
     }
 
     /// Hands over the overlap in a new tile of a block to neighbours.
-    pub(super) fn leave(&self, field: &Field, block: (Piece, Piece), tile: &Tile) {
+    pub(super) fn hand_over(&self, field: &Field, block: (Piece, Piece), tile: &Tile) {
         for (at, store) in self.overlaps(field, &tile.grid, block, true) {
             if tile.window.contains(&at.window) {
                 let mut part = Tile::unset(tile.grid, at.window, tile.channels());
@@ -132,7 +132,7 @@ impl Limit {
 }
 
 /// Selects the fields to hand over to a part with the pictures in `window`; `shared` is the overlap with it.
-fn left(
+fn handed_over(
     fields: &Fields<'_>,
     window: Window,
     shared: &HashMap<At, Region>,
@@ -142,11 +142,11 @@ fn left(
     let mut left = HashSet::new();
     Demand::of(fields, window, |field, grid, region| {
         let place = at(field, grid);
-        let is_left = |shared: &&Region| {
+        let is_handed_over = |shared: &&Region| {
             let read = region.intersect(shared).pixels();
             keeps(field, grid) && costs.exceeds_handing(field, grid, shared.pixels(), read)
         };
-        match shared.get(&place).filter(is_left) {
+        match shared.get(&place).filter(is_handed_over) {
             Some(shared) => {
                 left.insert(place);
                 region.minus(shared)
@@ -158,7 +158,7 @@ fn left(
 }
 
 /// True if a store has all pixels of a region.
-fn is_left(store: &OverlapStore, field: &Field, grid: &Grid, region: &Region) -> bool {
+fn is_handed_over(store: &OverlapStore, field: &Field, grid: &Grid, region: &Region) -> bool {
     let Some(key) = field.key() else { return false };
     let has = |block| {
         let tile = region.within(block).map(|window| TileKey { field: key, grid: grid.id(), window });
@@ -201,8 +201,8 @@ mod tests {
     }
 
     /// The limit of the 512 rows from `own` on, with the 512 rows from `other` on as the neighbour.
-    fn part(field: &Field, own: i32, other: i32, store: OverlapStore, waits: bool) -> Limit {
-        let neighbor = Neighbor { window: rows(other, 512), store: Arc::new(store), waits };
+    fn part(field: &Field, own: i32, other: i32, store: OverlapStore, is_pending: bool) -> Limit {
+        let neighbor = Neighbor { window: rows(other, 512), store: Arc::new(store), is_pending };
         Limit::new(&Fields::new(&[field], &grid()), rows(own, 512), vec![neighbor], |_, _| true)
     }
 
@@ -246,12 +246,12 @@ mod tests {
         let lit = filter(&height, 40, "lit");
         let name = dir.path().join("store");
         // Hands over all tiles of the height, or all but one.
-        let leave = |all: bool| {
+        let hand_over = |all: bool| {
             let upper = part(&lit, 0, 512, create(&name), true);
             assert_eq!(upper.neighbors[0].1.keys().collect::<Vec<_>>(), [&at(&height, &grid)]);
             let blocks = height.domain().blocks(&grid, Window { y: 472, height: 80, ..rows(0, 0) });
             for block in (0..blocks.count() - usize::from(!all)).filter_map(|i| blocks.get(i)) {
-                upper.leave(&height, block, &Tile::new(grid, Piece::window(block.0, block.1), 1));
+                upper.hand_over(&height, block, &Tile::new(grid, Piece::window(block.0, block.1), 1));
             }
             upper.neighbors[0].0.store.publish().unwrap();
             let store = OverlapStore::open(&name, Seal::new(Key::of("build", &[]))).unwrap();
@@ -264,7 +264,7 @@ mod tests {
             };
             (windows(&height), windows(&source))
         };
-        assert_eq!(leave(false), (vec![(472, 1064)], vec![(469, 1067)]));
-        assert_eq!(leave(true), (vec![(472, 1064)], vec![(549, 1067)]));
+        assert_eq!(hand_over(false), (vec![(472, 1064)], vec![(469, 1067)]));
+        assert_eq!(hand_over(true), (vec![(472, 1064)], vec![(549, 1067)]));
     }
 }

@@ -24,13 +24,13 @@ pub struct Caches {
     pub memory: MemoryCache,
     /// The store that outlives the process, if any.
     pub store: Option<Box<dyn Store>>,
-    pub(super) keeper: CachePolicy,
+    pub(super) policy: CachePolicy,
 }
 
 impl Caches {
     /// Empty caches in front of `store`.
     pub fn new(memory: MemoryCache, store: Option<Box<dyn Store>>) -> Self {
-        Self { memory, store, keeper: CachePolicy::default() }
+        Self { memory, store, policy: CachePolicy::default() }
     }
 }
 
@@ -165,7 +165,7 @@ impl<'g> Run<'g> {
             let supervised = made.map(|files| files.supervise(value));
             self.keep(key, keyed(supervised.as_ref().unwrap_or(value), key), time);
         }
-        self.caches.keeper.made(time);
+        self.caches.policy.made(time);
         let work = Work { time, computed: u64::from(object), ..Work::default() };
         self.ledger.add(self.keys.output(index, 0), work);
         if object {

@@ -231,13 +231,13 @@ impl<'f> Frame<'f, '_> {
     /// Keeps a finished tile; `time` is the time that the field's code took, `None` for a joined tile.
     fn finish(&mut self, run: &Run<'_>, tile: Tile, time: Option<Duration>) -> Arc<Tile> {
         let Read { field, grid, window } = self.read;
-        let (keeper, tile) = (&run.caches.keeper, Arc::new(tile));
+        let (policy, tile) = (&run.caches.policy, Arc::new(tile));
         let debt = match time {
             Some(time) => {
                 run.meter.tile(time);
-                keeper.filled(field, &grid, window, time)
+                policy.filled(field, &grid, window, time)
             }
-            None if self.keep.is_some() => keeper.owed(field, &grid, window),
+            None if self.keep.is_some() => policy.owed(field, &grid, window),
             None => Duration::ZERO,
         };
         if field.as_constant().is_none() && (self.counts || time.is_some()) {
@@ -251,7 +251,7 @@ impl<'f> Frame<'f, '_> {
                 run.keep_tile(&at, field, &tile, debt);
             }
             if let Some(limit) = run.limit() {
-                limit.leave(field, block, &tile);
+                limit.hand_over(field, block, &tile);
             }
         }
         tile

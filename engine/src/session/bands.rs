@@ -85,9 +85,13 @@ impl Render<'_, '_> {
         let store = path.and_then(|path| OverlapStore::create(path, seal, u64::MAX).ok());
         stores.extend(store.map(|store| (number, Arc::new(store))));
         for other in (0..count).filter(|other| near(number, *other, count)) {
-            let waits = other > number;
-            let store = stores.get(if waits { &number } else { &other });
-            neighbors.extend(store.map(|store| Neighbor { window: strips[other].window, store: store.clone(), waits }));
+            let is_pending = other > number;
+            let store = stores.get(if is_pending { &number } else { &other });
+            neighbors.extend(store.map(|store| Neighbor {
+                window: strips[other].window,
+                store: store.clone(),
+                is_pending,
+            }));
         }
         neighbors
     }

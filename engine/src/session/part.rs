@@ -163,10 +163,10 @@ impl<'p> Beside<'p> {
         let this = Self { part, dir, stem, own };
         let mut neighbors = Vec::new();
         for other in beside(part) {
-            let (window, waits) = (rows(graph, other)?, !this.is_there(other));
+            let (window, is_pending) = (rows(graph, other)?, !this.is_there(other));
             let made = || OverlapStore::open(&this.overlap(other), seal).map(Arc::new);
-            let store = if waits { this.own.clone() } else { made() };
-            neighbors.extend(store.map(|store| Neighbor { window, store, waits }));
+            let store = if is_pending { this.own.clone() } else { made() };
+            neighbors.extend(store.map(|store| Neighbor { window, store, is_pending }));
         }
         Ok((this, neighbors))
     }

@@ -19,6 +19,15 @@ impl FieldDecl {
     pub const fn new(name: &'static str, doc: &'static str, takes: Takes) -> Self {
         Self { name, doc, takes }
     }
+
+    /// The description with the words that may stand there, for manuals and editors.
+    pub fn manual(&self) -> String {
+        match self.takes {
+            Takes::Truth(default) => format!("{} Default `{default}`.", self.doc),
+            Takes::Words(words) | Takes::Word(words) => format!("{} One of `{}`.", self.doc, words().join("`, `")),
+            _ => self.doc.to_owned(),
+        }
+    }
 }
 
 /// The values that a field takes.
@@ -81,17 +90,17 @@ pub(super) const MATERIAL: FieldDecl = FieldDecl::new("material", "The material.
 /// The mesh, for targets that contain one.
 pub(super) const MESH: FieldDecl = FieldDecl::new(
     "mesh",
-    "`Plane`, `Sphere`, `Cylinder`, `Cube`, or the name of an atlas whose mesh wears it.",
+    "The mesh with the material: `Plane` (the default), `Sphere`, `Cylinder`, `Cube`, or the name of an atlas.",
     Takes::Mesh,
 );
 
 /// The format of colours, see [`Options::colors`](super::Options::colors).
 pub(super) const COLORS: FieldDecl = FieldDecl::new(
     "colors",
-    "How the base colour and the emission are stored: `Png`, or `Jpeg`, which is smaller and not exact.",
+    "The format of base colour and emission. `Jpeg` is smaller and not exact; `Png` is the default.",
     Takes::Words(|| names(&Colors::ALL)),
 );
 
 /// The quality of JPEG.
 pub(super) const QUALITY: FieldDecl =
-    FieldDecl::new("quality", "That of JPEG, from 1 to 100; 90 if left out.", Takes::Quality);
+    FieldDecl::new("quality", "The quality of JPEG, from 1 to 100. Default 90.", Takes::Quality);

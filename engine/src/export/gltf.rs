@@ -26,7 +26,7 @@ impl ExportTarget for Gltf {
                     MESH,
                     FieldDecl::new(
                         "embed",
-                        "Whether all is in one `.glb`, or the mesh and the pictures lie beside a `.gltf`; `true` if left out.",
+                        "Writes one `.glb`; otherwise mesh and pictures lie beside a `.gltf`.",
                         Takes::Truth(true),
                     ),
                     COLORS,

@@ -28,11 +28,7 @@ impl ExportTarget for Usd {
                     MESH,
                     COLORS,
                     QUALITY,
-                    FieldDecl::new(
-                        "packed",
-                        "Whether the file and its pictures are one `.usdz`; `false` if left out.",
-                        Takes::Truth(false),
-                    ),
+                    FieldDecl::new("packed", "Writes the file and its pictures as one `.usdz`.", Takes::Truth(false)),
                 ],
                 variants: &[
                     ("usd", "A USD file", &[]),

@@ -7,7 +7,7 @@ use super::sink::Sink;
 use super::storage::job;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Event;
-use crate::export::{Chosen, ExportContext, Files, FilesWriter, Shape, SimpleShape, Source};
+use crate::export::{Chosen, ExportContext, Files, Shape, SimpleShape, Source};
 use crate::graph::{Export, ExportMesh, GraphOutput};
 use crate::picture::Compression;
 use crate::value::{Atlas, Carried, Channel, Field, Material, Tiling, Value};
@@ -76,4 +76,3 @@ impl Render<'_, '_> {
         writer.map(|writer| Sink::Export(Box::new(writer))).map_err(|error| Failure::File(error.to_string()))
     }
 }
-

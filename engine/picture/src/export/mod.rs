@@ -7,6 +7,7 @@ mod decl;
 mod directions;
 mod glb;
 mod gltf;
+mod gltf_target;
 mod materialx;
 mod names;
 mod network;
@@ -33,4 +34,4 @@ pub use target::{
 
 /// All targets.
 pub const TARGETS: &[&dyn ExportTarget] =
-    &[&gltf::Gltf, &obj::Obj, &materialx::MaterialX, &usd::Usd, &preset::Preset, &pack::Pack];
+    &[&gltf_target::Gltf, &obj::Obj, &materialx::MaterialX, &usd::Usd, &preset::Preset, &pack::Pack];

@@ -9,8 +9,8 @@ mod long_work;
 use cpu_time::ProcessTime;
 use long_work::{CASES, load, prepare, session, work};
 use shibo_engine::eval::CancelToken;
-use shibo_engine::graph::Graph;
 use shibo_engine::session::{Failure, Session};
+use shibo_graph::Graph;
 use std::time::{Duration, Instant};
 
 /// Good enough: the page follows a save at once.

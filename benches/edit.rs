@@ -1,9 +1,9 @@
 //! Latency from an edit to the picture: `cargo bench -p shibo --bench edit`. A parameter of a shipped graph changes,
 //! and the lit picture is computed again from the caches in memory, as in `shibo watch`. Medians of wall time.
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::LoadOptions;
 use shibo_engine::session::{Session, Settings};
-use shibo_engine::value::{Resolution, Value, Window};
+use shibo_graph::LoadOptions;
+use shibo_value::{Resolution, Value, Window};
 use std::hint::black_box;
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -1,8 +1,8 @@
 //! The command line.
 use crate::{cache, check, completions, dump, fmt, graph, job, lsp, new, nodes, pack, parts, render, watch};
 use clap::{Args, Parser, Subcommand};
-use shibo_engine::picture::PartOf;
-use shibo_engine::value::Resolution;
+use shibo_picture::PartOf;
+use shibo_value::Resolution;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\

@@ -7,7 +7,7 @@ use crate::terminal::Terminal;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use shibo_engine::eval::{Checked, DiskCache, DiskUse, Seal, Trouble};
-use shibo_engine::value::Key;
+use shibo_value::Key;
 use std::path::PathBuf;
 
 /// Look at, or empty, the cache of results.

@@ -1,6 +1,5 @@
 //! `shibo check`: all errors of graph files.
 use crate::args::{EngineArgs, ValueArgs, resolution};
-use crate::ide::{Cx, Section, Workspace, diagnose};
 use crate::interrupt;
 use crate::library;
 use crate::open;
@@ -10,12 +9,13 @@ use crate::report;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
 use serde_json::{Value as Json, json};
-use shibo_engine::diagnostics::{Code, Diagnostic, FileId, SourceMap, Span, to_json};
 use shibo_engine::eval::CancelToken;
-use shibo_engine::graph::Graph;
-use shibo_engine::registry::Registry;
 use shibo_engine::session::Failure;
-use shibo_engine::value::Resolution;
+use shibo_graph::Graph;
+use shibo_ide::{Cx, Section, Workspace, diagnose};
+use shibo_node::registry::Registry;
+use shibo_value::Resolution;
+use shibo_value::diagnostics::{Code, Diagnostic, FileId, SourceMap, Span, to_json};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -98,7 +98,8 @@ fn check(path: &Path, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Qu
 /// Nodes that no output needs, as in editors.
 fn unused(sources: &SourceMap, registry: Arc<Registry>) -> Vec<Diagnostic> {
     let Some(source) = sources.sources().first() else { return Vec::new() };
-    let mut workspace = Workspace::new(registry, Vec::new());
+    let mut workspace =
+        Workspace::new(registry, Vec::new()).with_import_paths(crate::environment::import_paths().to_vec());
     let file = workspace.open(&source.path, source.text.clone());
     let entries = file.entries(Section::Nodes);
     let warning = |index: usize| {

@@ -1,9 +1,9 @@
 //! Resolves `NODE`, `NODE.PORT`, `USE/NODE` or `USE.OUTPUT` to an output of a graph.
 use crate::quit::Quit;
 use petgraph::graph::NodeIndex;
-use shibo_engine::diagnostics::suggest;
-use shibo_engine::graph::Graph;
-use shibo_engine::node::Output;
+use shibo_graph::Graph;
+use shibo_node::Output;
+use shibo_value::diagnostics::suggest;
 
 /// Finds an output by name. Names of sub-graphs are followed by a slash or a dot; after a dot, an output of the
 /// sub-graph takes precedence over a node of the same name.

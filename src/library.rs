@@ -1,6 +1,6 @@
 //! The registry of this process: the kinds of nodes, and the graphs that can be imported by name.
 use crate::environment;
-use shibo_engine::registry::Registry;
+use shibo_node::registry::Registry;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 

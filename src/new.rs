@@ -4,7 +4,7 @@ use crate::quit::Quit;
 use crate::templates::TEMPLATES;
 use crate::terminal::{Style, Terminal};
 use clap::Args;
-use shibo_engine::diagnostics::suggest;
+use shibo_value::diagnostics::suggest;
 use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};

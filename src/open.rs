@@ -5,12 +5,12 @@ use crate::quit::Quit;
 use crate::report;
 use crate::shared::{self, Shared};
 use crate::terminal::Terminal;
-use shibo_engine::diagnostics::SourceMap;
-use shibo_engine::eval::{DiskCache, Layers, Seal, Store};
-use shibo_engine::graph::{self, Graph, LoadOptions, Loaded};
-use shibo_engine::registry::Registry;
+use shibo_engine::eval::{DiskCache, Layers, Seal, Store, code};
 use shibo_engine::session::{Failure, Session, Settings};
-use shibo_engine::value::Resolution;
+use shibo_graph::{self as graph, Graph, LoadOptions, Loaded};
+use shibo_node::registry::Registry;
+use shibo_value::Resolution;
+use shibo_value::diagnostics::SourceMap;
 use std::path::{Path, PathBuf};
 
 /// Reads and checks a graph file.
@@ -47,7 +47,7 @@ pub(crate) fn opened(
     engine: &EngineArgs,
     terminal: &Terminal,
 ) -> Result<(Session, Option<Shared>), Quit> {
-    let seal = Seal::new(registry.code());
+    let seal = Seal::new(code(&registry));
     let shared = if engine.no_cache { None } else { shared::open(engine.shared_cache.as_deref(), seal)? };
     let settings = Settings {
         threads: usize::from(engine.threads),

@@ -10,9 +10,9 @@ use crate::report;
 use crate::terminal::Terminal;
 use clap::Args;
 use shibo_engine::eval::{CancelToken, DiskCache, NodeState, Seal};
-use shibo_engine::picture::{self, JoinError, JoinedPart};
 use shibo_engine::session::{Prepared, RenderRequest};
-use shibo_engine::value::{Key, Resolution};
+use shibo_picture::{self as picture, JoinError, JoinedPart};
+use shibo_value::{Key, Resolution};
 use std::path::{Path, PathBuf};
 
 const PREPARE: &str = "\

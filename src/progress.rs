@@ -2,8 +2,8 @@
 use crate::terminal::{Terminal, escape};
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
-use shibo_engine::diagnostics::Diagnostic;
 use shibo_engine::eval::{Event, Observer};
+use shibo_value::diagnostics::Diagnostic;
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};

@@ -4,7 +4,7 @@ use miette::{
     Diagnostic as Report, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError, MietteSpanContents,
     Severity, SourceCode, SourceSpan, SpanContents,
 };
-use shibo_engine::diagnostics::{Diagnostic, FileId, SourceMap, Span};
+use shibo_value::diagnostics::{Diagnostic, FileId, SourceMap, Span};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -258,7 +258,7 @@ impl Report for Picture<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shibo_engine::diagnostics::Code;
+    use shibo_value::diagnostics::Code;
 
     fn rendered(diagnostic: &Diagnostic, sources: &SourceMap, width: usize) -> String {
         let mut text = Text::new(false);

@@ -3,7 +3,7 @@ use crate::terminal::{Style, Text};
 use cpu_time::ProcessTime;
 use serde::Serialize;
 use shibo_engine::eval::{NodeState, NodeStats};
-use shibo_engine::graph::{Graph, GraphUse};
+use shibo_graph::{Graph, GraphUse};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;

@@ -2,8 +2,8 @@
 use crate::quit::Quit;
 use clap::ValueEnum;
 use clap::builder::PossibleValue;
-use shibo_engine::export::Chosen;
-use shibo_engine::graph::Graph;
+use shibo_graph::Graph;
+use shibo_picture::export::Chosen;
 use std::sync::LazyLock;
 
 /// Format of the materials.

@@ -1,5 +1,5 @@
 //! Writes files completely or not at all, and never over a text that another program saved at the same time.
-use shibo_engine::picture::AtomicFile;
+use shibo_picture::AtomicFile;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, Write};
 use std::path::Path;

@@ -3,10 +3,10 @@ use crate::facts::shown;
 use crate::kinds::{STAND_INS, another, arguments, bytes, graph, it, load, needed, session, stand_in};
 use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Keys, Silent};
-use shibo_engine::node::{KindInfo, OutputType, ParamType, Role};
-use shibo_engine::registry::Registry;
 use shibo_engine::session::Failure;
-use shibo_engine::value::{ChannelSet, Given, Read, Tile, Type, Value, Window};
+use shibo_node::registry::Registry;
+use shibo_node::{KindInfo, OutputType, ParamType, Role};
+use shibo_value::{ChannelSet, Given, Read, Tile, Type, Value, Window};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 

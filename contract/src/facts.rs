@@ -1,13 +1,13 @@
 //! Facts of the canvas: a node declares each fact that its result depends on, and reads no other.
 use crate::kinds::{another, bytes, graph, it, session};
 use glam::{DVec2, UVec2};
-use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::eval::{CancelToken, Silent, encode};
-use shibo_engine::graph::{Graph, Input};
-use shibo_engine::node::{Call, Fact, KindInfo, Role};
-use shibo_engine::registry::Registry;
 use shibo_engine::session::{Failure, Look};
-use shibo_engine::value::{Canvas, Cut, Evaluator, Field, Grid, Key, Stop, Tile, Tiling, Type, Value, Window};
+use shibo_graph::{Graph, Input};
+use shibo_node::registry::Registry;
+use shibo_node::{Call, Fact, KindInfo, Role};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Canvas, Cut, Evaluator, Field, Grid, Key, Stop, Tile, Tiling, Type, Value, Window};
 use std::sync::Arc;
 
 /// The engine for a node that is evaluated outside its graph, with another canvas.

@@ -1,11 +1,11 @@
 //! Graphs with a node of any kind, its ports connected, and the node's outputs as bytes.
 use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Silent, encode};
-use shibo_engine::graph::{Graph, LoadOptions, load_text};
-use shibo_engine::node::{KindInfo, OutputType, ParamInfo, ParamType};
-use shibo_engine::registry::Registry;
 use shibo_engine::session::{Failure, Session, Settings};
-use shibo_engine::value::{Accepts, Resolution, Tile, Type, Window};
+use shibo_graph::{Graph, LoadOptions, load_text};
+use shibo_node::registry::Registry;
+use shibo_node::{KindInfo, OutputType, ParamInfo, ParamType};
+use shibo_value::{Accepts, Resolution, Tile, Type, Window};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};

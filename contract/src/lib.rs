@@ -7,8 +7,8 @@ pub mod checks;
 pub mod facts;
 pub mod kinds;
 
-use shibo_engine::node::KindInfo;
-use shibo_engine::registry::Registry;
+use shibo_node::KindInfo;
+use shibo_node::registry::Registry;
 use std::sync::Arc;
 
 /// A check of one kind: an error says in words which rule the kind breaks.

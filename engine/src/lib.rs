@@ -1,24 +1,16 @@
-//! The engine of Shibo: graph files, typed wires, lazy evaluation and caches.
+//! The engine of Shibo: lazy evaluation, caches and sessions. It contains no methods and no nodes.
 //!
-//! The engine contains no methods and no nodes. Each module uses only the modules after it: [`session`] → [`eval`] →
-//! [`graph`] → [`registry`] → [`node`] → [`value`]; [`diagnostics`], [`export`] and [`picture`] are on the same level
-//! as [`value`].
-//!
-//! Rules for the whole engine:
-//! - Lengths are millimetres, on the canvas and in heights. Angles are degrees in graph files, radians inside. `y`
-//!   points down.
-//! - User input never causes a panic; errors are [`diagnostics::Problem`]s that the graph turns into located
-//!   diagnostics.
-//! - Results depend only on the graph: never on threads, tile order, machine or the state of a cache.
+//! This crate is the top of the engine, and names the crates below by their topics: [`graph`] and [`syntax`] (`shibo-graph`),
+//! [`node`] and [`registry`] (`shibo-node`), [`picture`] and [`export`] (`shibo-picture`), [`value`], [`diagnostics`] and
+//! [`expression`] (`shibo-value`). A program that embeds the engine needs only this crate. [`session`] uses [`eval`].
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions"))]
-pub mod diagnostics;
 pub mod eval;
-pub mod export;
-pub mod expression;
-pub mod graph;
-pub mod node;
-pub mod picture;
-pub mod registry;
 pub mod session;
-pub mod syntax;
-pub mod value;
+
+pub use shibo_graph::{self as graph, syntax};
+pub use shibo_node::{self as node, registry};
+pub use shibo_picture::{self as picture, export};
+pub use shibo_value::{self as value, diagnostics, expression};
+
+/// The fingerprint of this crate's code and of the libraries that it uses.
+pub const CODE: &str = env!("CODE_FINGERPRINT");

@@ -57,7 +57,6 @@ mod report {
     use super::interleaved::{Work, interleaved, quartiles};
     use cpu_time::ProcessTime;
     use glam::Vec2;
-    use shibo_engine::value::Window;
     use shibo_kernel::ground::hash::Hash;
     use shibo_kernel::ground::window::{Frame, WindowExt};
     use shibo_kernel::leather::delaunay::delaunay;
@@ -65,6 +64,7 @@ mod report {
     use shibo_kernel::leather::poisson::{PoissonSpec, poisson, poisson_estimate};
     use shibo_kernel::springs::{BreakOn, Integrator, Motion, Net, SpringError, simulate};
     use shibo_kernel::strokes::{Draw, Stroke, StrokeSet, StrokeStyle};
+    use shibo_value::Window;
     use std::hint::black_box;
 
     /// CPU seconds of `work`, of all threads together.
@@ -325,7 +325,6 @@ mod report {
 mod whole {
     use super::report::{motion, random_strokes, timed};
     use glam::Vec2;
-    use shibo_engine::value::Window;
     use shibo_kernel::ground::hash::Hash;
     use shibo_kernel::ground::window::{Frame, View, WindowExt};
     use shibo_kernel::leather::links::{Links, grid_links};
@@ -334,6 +333,7 @@ mod whole {
     use shibo_kernel::springs::{Motion, Net, simulate};
     use shibo_kernel::strokes::{Draw, Stroke, StrokeSet, StrokeStyle};
     use shibo_kernel::surface::normal::{HALO, NormalSpec, SlopeFilter, normal};
+    use shibo_value::Window;
     use std::hint::black_box;
 
     const SIZE: f32 = 60.0;

@@ -1,11 +1,11 @@
 //! Cost of meshes: `cargo bench -p shibo-kernel --bench mesh`, the minimum of several runs, in CPU time of one thread.
 use glam::{DVec2, DVec3, UVec2};
-use shibo_engine::value::{Grid, Window};
 use shibo_kernel::ground::stop::{NEVER, Watch};
 use shibo_kernel::mesh::bake::{Texels, normals, places};
 use shibo_kernel::mesh::field::{FieldSpec, Wish, tangent_field};
 use shibo_kernel::mesh::motion::RigidMotion;
 use shibo_kernel::mesh::{atlas, shapes, texels, topology};
+use shibo_value::{Grid, Window};
 use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Instant;

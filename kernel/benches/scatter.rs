@@ -7,12 +7,12 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use glam::{DVec2, Vec2};
-use shibo_engine::value::{Tiling, Window};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::window::{Frame, WindowExt as _};
 use shibo_kernel::scatter::atlas::Layout;
 use shibo_kernel::scatter::paint::{Overlap, Source, Target, paint};
 use shibo_kernel::scatter::set::{Stamp, StampSet};
+use shibo_value::{Tiling, Window};
 
 /// CPU seconds of this thread, or wall time if the system does not report them.
 fn cpu_seconds(start: Instant) -> f64 {

@@ -50,7 +50,6 @@ fn isometric(bencher: divan::Bencher<'_, '_>) {
 
 mod report {
     use super::{exemplar, prepare};
-    use shibo_engine::value::Window;
     use shibo_kernel::ground::hash::Hash;
     use shibo_kernel::ground::window::WindowExt;
     use shibo_kernel::synthesis::PixelPlane;
@@ -63,6 +62,7 @@ mod report {
     use shibo_kernel::synthesis::region::{Output, Region};
     use shibo_kernel::synthesis::sampling::{Area, Source};
     use shibo_kernel::synthesis::texels::{Fetch, Texels};
+    use shibo_value::Window;
     use std::hint::black_box;
     use std::time::Instant;
 

@@ -9,9 +9,6 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use glam::DVec2;
-use shibo_engine::expression::{self, Meaning, Names};
-use shibo_engine::value::Tiling;
-use shibo_engine::value::Window;
 use shibo_kernel::filter::blur;
 use shibo_kernel::filter::disk::Disk;
 use shibo_kernel::filter::distance::{self, DistanceSpec};
@@ -31,6 +28,9 @@ use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
 use shibo_kernel::surface::occlusion::{self, OcclusionSpec};
 use shibo_kernel::surface::poisson::Poisson;
 use shibo_kernel::surface::relief::{self, ReliefSpec, Surface};
+use shibo_value::Tiling;
+use shibo_value::Window;
+use shibo_value::expression::{self, Meaning, Names};
 
 /// CPU seconds of this thread, or wall time if the system does not report them.
 fn cpu_seconds(start: Instant) -> f64 {

@@ -7,7 +7,7 @@
 //!
 //! Each folder is a module that uses only modules listed before it: [`ground`], [`noise`], [`filter`], [`pointwise`],
 //! [`surface`], [`strokes`], [`shape`], [`path`], [`pattern`], [`scatter`], [`mesh`], [`leather`], [`springs`],
-//! [`wood`], [`synthesis`]. From the engine they use `shibo_engine::value` alone.
+//! [`wood`], [`synthesis`]. From the engine they use `shibo_value` alone.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions"))]
 
 pub mod filter;

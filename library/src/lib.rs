@@ -1,8 +1,8 @@
 //! The graphs that ship with Shibo, and the kinds of nodes: what graph files may refer to by name. Programs that load
 //! graphs begin with [`registry`].
 use sha2::{Digest, Sha256};
-use shibo_engine::picture::AtomicFile;
-use shibo_engine::registry::{Family, Library, Registry};
+use shibo_node::registry::{Family, Library, Registry};
+use shibo_picture::AtomicFile;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,9 @@
 //! Cost of reading meshes: `cargo bench -p shibo-nodes --bench mesh -- FILE…`, the minimum of several runs, in CPU time
 //! of one thread.
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{Call, DynNode};
-use shibo_engine::value::{Canvas, Evaluator, Field, Grid, Stop, Tile, Tiling, Value, Window};
+use shibo_node::{Call, DynNode};
 use shibo_nodes::mesh::LoadMesh;
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Canvas, Evaluator, Field, Grid, Stop, Tile, Tiling, Value, Window};
 use std::path::PathBuf;
 use std::time::Instant;
 

@@ -1,6 +1,6 @@
 //! Bounds that parameters of several families share.
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::CanvasFacts;
+use shibo_node::CanvasFacts;
+use shibo_value::diagnostics::{Code, Problem};
 
 /// Rounding error that is tolerated in computed numbers and bounds, as a share of the bound.
 const ROUNDING: f64 = 1e-9;

@@ -1,7 +1,7 @@
 //! One of several fields at every pixel, selected by the value of another field: the core of `Each`,
 //! [`Switch`](crate::combine::Switch) and the pieces of [`CutPlane`](crate::wood::CutPlane). Of each input a tile
 //! computes only the part that shows in it.
-use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Type, Window};
+use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Type, Window};
 
 /// Index of the input that shows where the selecting field has a value.
 type Choice = Box<dyn Fn(f32) -> usize + Send + Sync>;

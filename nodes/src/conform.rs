@@ -1,7 +1,7 @@
 //! Checks that must hold for every field of every node, for use in unit tests.
 use crate::testing::{OnCanvas, Plain, canvas, outputs};
-use shibo_engine::node::Node;
-use shibo_engine::value::{Canvas, Evaluator, Field, Tile, Tiling, Type, Value, Window};
+use shibo_node::Node;
+use shibo_value::{Canvas, Evaluator, Field, Tile, Tiling, Type, Value, Window};
 
 /// Renders a window of a field on the grid of the canvas.
 pub(crate) fn part(field: &Field, canvas: &Canvas, x: i32, y: i32, width: u32, height: u32) -> Tile {

@@ -1,5 +1,5 @@
 //! Points in CSV files, one per line.
-use shibo_engine::diagnostics::{Code, Problem};
+use shibo_value::diagnostics::{Code, Problem};
 use std::path::Path;
 use std::str::FromStr;
 

@@ -1,7 +1,7 @@
 //! Distances to the edge of a shape, shared by several families.
-use shibo_engine::value::{Field, Halo, Key, Tile, Type};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
+use shibo_value::{Field, Halo, Key, Tile, Type};
 
 /// Distance in mm, up to `radius`, to the edge of the shape where `input` is above `threshold`: measured outside the
 /// shape and 0 inside, or inside and 0 outside if `inside`.

@@ -40,7 +40,7 @@ mod testing;
 mod torus;
 mod warped;
 
-use shibo_engine::registry::{Family, Kind, Registry};
+use shibo_node::registry::{Family, Kind, Registry};
 
 /// All nodes, by family.
 pub fn families() -> Vec<Family> {
@@ -81,5 +81,5 @@ pub fn registry_with(more: impl IntoIterator<Item = Family>) -> Registry {
     let registry = Registry::new(families().into_iter().chain(more))
         .with_layout(layout.0, layout.1, layout.2)
         .with_choice(choice.0, choice.1);
-    registry.with_gutters(mesh::filled).with_code(shibo_kernel::CODE).with_code(CODE)
+    registry.with_gutters(mesh::filled).with_code(shibo_kernel::CODE).with_code(crate::CODE)
 }

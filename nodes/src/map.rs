@@ -1,8 +1,8 @@
 //! Fields that control objects drawn on the canvas; they are sampled before drawing starts.
 use glam::{DVec2, UVec2};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, In, PortType};
-use shibo_engine::value::{Field, Stop, Tiling, Window};
+use shibo_node::{Context, In, PortType};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Stop, Tiling, Window};
 
 /// Maximum number of columns and rows of samples.
 const MOST: f64 = 2048.0;

@@ -1,8 +1,8 @@
 //! A mix of two fields by a weight. Where the weight hides one of them in a whole window, that field is not computed
 //! there.
-use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::tile::channel;
 use shibo_kernel::surface::layers::bounds;
+use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 
 /// The tiles of one side of a blend.
 pub(crate) type SideTiles<'a> = &'a [&'a Tile];

@@ -3,8 +3,8 @@
 //! Statistics are taken of the canvas at a fixed resolution, independent of that of the result. So a preview looks like
 //! the final picture, and the cost does not grow with the resolution.
 use glam::DVec2;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Pictures, Read, Resolution, Stop, Tile, Window};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Cost, Field, FieldSource, Given, Grid, Pictures, Read, Resolution, Stop, Tile, Window};
 use std::sync::OnceLock;
 
 /// Pixels along the longer side of the canvas.

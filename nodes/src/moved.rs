@@ -6,10 +6,10 @@ mod tests;
 
 use glam::{DMat2, DVec2};
 use plan::ReadPlan;
-use shibo_engine::node::Xy;
-use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::filter::resample::{self, SamplePositions};
 use shibo_kernel::ground::tile;
+use shibo_node::Xy;
+use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 
 /// The affine map: features are scaled, then rotated about the pivot, then moved.
 #[derive(Clone, Copy, Debug)]

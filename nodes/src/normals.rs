@@ -1,7 +1,7 @@
 //! Normals of a height, for nodes that make the height of a material.
-use shibo_engine::value::{Field, Halo, Type};
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
+use shibo_value::{Field, Halo, Type};
 
 /// Normals of a height in mm, with the defaults of `HeightToNormal`.
 pub(crate) fn normals(height: &Field) -> Field {

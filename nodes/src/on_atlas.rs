@@ -1,14 +1,12 @@
 //! Heights on a surface: continuation beyond the borders of charts, and normals relative to the axes of the atlas.
 use glam::DVec2;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::value::{
-    Atlas, Field, FieldSource, Given, Grid, Halo, Pictures, Read, Stop, Tile, Tiling, Type, Window,
-};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::tile;
 use shibo_kernel::mesh::across::{AtlasPicture, Holds, normal_of};
 use shibo_kernel::mesh::texels;
 use shibo_kernel::surface::normal::{self, NormalSpec};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Atlas, Field, FieldSource, Given, Grid, Halo, Pictures, Read, Stop, Tile, Tiling, Type, Window};
 use std::sync::Arc;
 
 /// A field whose charts are continued beyond their borders by the values that lie there on the surface. Needs the whole
@@ -166,7 +164,7 @@ mod tests {
     use crate::surface::{AmbientOcclusion, HeightToNormal};
     use crate::synthesis::JacobianFromMesh;
     use crate::testing::{canvas, check_field, field, lumps, outputs, port, render};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     /// A height, the atlas of a cube, and directions on it.
     fn inputs() -> [Value; 3] {

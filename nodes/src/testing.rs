@@ -1,11 +1,11 @@
 //! Evaluates single nodes in unit tests, without a graph.
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{Call, DynNode, Node, Outputs};
-use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
-use shibo_engine::value::{
+use shibo_kernel::ground::math::{cos, sin};
+use shibo_node::{Call, DynNode, Node, Outputs};
+use shibo_picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{
     Canvas, Evaluator, Field, Given, Grid, Mesh, Pictures, Piece, Read, Stop, Tile, Tiling, Value, Window,
 };
-use shibo_kernel::ground::math::{cos, sin};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
@@ -140,7 +140,7 @@ impl<N: Node> OnCanvas for N {}
 
 /// A port connected to slot `n`.
 #[allow(dead_code, reason = "the first nodes with ports use it")]
-pub(crate) fn port<T>(n: u32) -> shibo_engine::node::In<T> {
+pub(crate) fn port<T>(n: u32) -> shibo_node::In<T> {
     serde_json::from_value(n.into()).unwrap()
 }
 
@@ -198,7 +198,7 @@ pub(crate) fn field<N: Node>(node: &N, inputs: &[Value]) -> Field {
 
 /// A test picture for filters: round lumps with hard edges, periodic with [`canvas`].
 pub(crate) fn lumps() -> Field {
-    Field::generate(shibo_engine::value::Type::Gray, Tiling::BOTH, |out, _| {
+    Field::generate(shibo_value::Type::Gray, Tiling::BOTH, |out, _| {
         let (grid, window) = (out.grid, out.window);
         let width = window.width.cast_signed();
         for (k, v) in (0..).zip(out.plane_mut(0)) {

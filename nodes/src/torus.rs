@@ -1,5 +1,5 @@
 //! A field on the canvas, repeated.
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Window};
+use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Window};
 
 /// A field on the canvas, repeated in some directions. Its values beyond the edge of the canvas are not read there.
 pub(crate) struct Torus {
@@ -92,7 +92,7 @@ impl FieldSource for Torus {
 mod tests {
     use super::*;
     use crate::testing::{canvas, crop};
-    use shibo_engine::value::Type;
+    use shibo_value::Type;
 
     #[test]
     fn repeats_the_canvas() {

@@ -1,7 +1,7 @@
 //! A field seen through displacements: the core of [`Warp`](crate::space::Warp).
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Window};
 use shibo_kernel::filter::warp::{self, WarpSpec};
 use shibo_kernel::ground::tile;
+use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Window};
 
 /// A field seen through displacements.
 pub(crate) struct Warped {

@@ -1,6 +1,6 @@
 //! JSON output.
 use serde::Serialize;
-use shibo_engine::value::{Number, ObjectData, Solid};
+use shibo_value::{Number, ObjectData, Solid};
 use std::collections::BTreeMap;
 
 /// The printed data.

@@ -19,9 +19,9 @@ use petgraph::graph::NodeIndex;
 use petgraph::visit::{Dfs, Reversed, Walker};
 use rayon::prelude::*;
 use shibo_engine::eval::CancelToken;
-use shibo_engine::graph::Graph;
 use shibo_engine::session::{Failure, Session};
-use shibo_engine::value::{Atlas, Carried, Field, Nearest, Number, Resolution, Tile, Value, Window};
+use shibo_graph::Graph;
+use shibo_value::{Atlas, Carried, Field, Nearest, Number, Resolution, Tile, Value, Window};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -106,8 +106,7 @@ impl Source<'_> {
         }
         match value {
             Value::Material(material) => {
-                let one =
-                    |(channel, field): &(shibo_engine::value::Channel, Field)| Ok((channel.name(), self.field(field)?));
+                let one = |(channel, field): &(shibo_value::Channel, Field)| Ok((channel.name(), self.field(field)?));
                 Ok(Data::material(material.channels().iter().map(one).collect::<Result<_, Failure>>()?))
             }
             Value::Solid(solid) => {

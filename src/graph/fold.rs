@@ -2,7 +2,7 @@
 use super::{Drawing, Item, Shape, Wire};
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
-use shibo_engine::graph::Graph;
+use shibo_graph::Graph;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The drawing of a graph with its sub-graphs as boxes.

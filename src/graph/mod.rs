@@ -11,8 +11,8 @@ use crate::quit::Quit;
 use crate::terminal::Terminal;
 use crate::write;
 use clap::{Args, ValueEnum};
-use shibo_engine::graph::{Graph, Input};
-use shibo_engine::value::Type;
+use shibo_graph::{Graph, Input};
+use shibo_value::Type;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\

@@ -14,8 +14,8 @@ use crate::sweep;
 use crate::terminal::Terminal;
 use crate::write;
 use clap::{Args, ValueEnum};
-use shibo_engine::graph::Graph;
-use shibo_engine::value::{Resolution, TILE};
+use shibo_graph::Graph;
+use shibo_value::{Resolution, TILE};
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\

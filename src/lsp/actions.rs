@@ -1,11 +1,11 @@
 //! Code actions at a selection.
 use super::convert;
 use super::server::{Answer, Refusal, Server};
-use crate::ide::actions::{Action, ActionKind, actions as offered};
-use crate::ide::diagnose::{Finding, Severity};
 use lsp_server::ErrorCode;
 use lsp_types::{CodeAction, CodeActionKind, CodeActionParams, Diagnostic, NumberOrString};
 use serde_json::Value as Json;
+use shibo_ide::actions::{Action, ActionKind, actions as offered};
+use shibo_ide::diagnose::{Finding, Severity};
 
 /// Answers a request for code actions.
 pub(super) fn actions(server: &Server, params: &CodeActionParams) -> Answer {

@@ -2,7 +2,6 @@
 use super::convert;
 use super::server::{Answer, Document, Refusal, Server, read};
 use super::{actions, uris};
-use crate::ide::{self, File, Topic, World, colors, format, hover, inlay, lens, navigate, rename, structure, tokens};
 use lsp_server::ErrorCode;
 use lsp_types::{
     CodeActionParams, CodeLens, CodeLensParams, Color, ColorInformation, ColorPresentation, ColorPresentationParams,
@@ -18,6 +17,9 @@ use lsp_types::{
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value as Json, json};
+use shibo_ide::{
+    self as ide, File, Topic, World, colors, format, hover, inlay, lens, navigate, rename, structure, tokens,
+};
 use std::sync::Arc;
 
 /// Maximum number of workspace symbols in one answer.

@@ -3,16 +3,16 @@
 use super::text::{Encoding, Lines};
 use super::uris;
 use crate::environment;
-use crate::ide::diagnose::{Finding, Severity, by_file, hints};
-use crate::ide::{Cx, File, Workspace, World, identity};
 use lsp_server::{Message, Notification};
 use lsp_types::{
     Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, Location, NumberOrString,
     PublishDiagnosticsParams, Uri,
 };
 use serde_json::json;
-use shibo_engine::graph::{Limits, LoadOptions, Loaded, load_text};
-use shibo_engine::registry::Registry;
+use shibo_graph::{Limits, LoadOptions, Loaded, load_text};
+use shibo_ide::diagnose::{Finding, Severity, by_file, hints};
+use shibo_ide::{Cx, File, Workspace, World, identity};
+use shibo_node::registry::Registry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -77,7 +77,7 @@ impl Checker {
         send: impl Fn(Message) + Send + 'static,
     ) -> Self {
         Self {
-            workspace: Workspace::new(registry.clone(), roots),
+            workspace: Workspace::new(registry.clone(), roots).with_import_paths(environment::import_paths().to_vec()),
             registry,
             encoding,
             send: Box::new(send),

@@ -2,12 +2,12 @@
 use super::http;
 use super::server::{Answer, Event, Refusal, Server};
 use crate::environment;
-use crate::ide::lens::node_at;
-use crate::ide::{Cx, identity};
 use crate::serve::open_browser;
 use lsp_server::ErrorCode;
 use lsp_types::{ExecuteCommandParams, MessageType, Position, Range, ShowDocumentParams, ShowMessageParams, Uri};
 use serde_json::{Value as Json, json};
+use shibo_ide::lens::node_at;
+use shibo_ide::{Cx, identity};
 use std::collections::HashSet;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader};

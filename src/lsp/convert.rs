@@ -1,10 +1,6 @@
 //! Converts answers to the types of the protocol.
 use super::server::Server;
 use super::text::{Encoding, Lines};
-use crate::ide::rename::{Edit, Edits};
-use crate::ide::structure::Entry;
-use crate::ide::tokens::Token;
-use crate::ide::{Completion, Section, Sort};
 use lsp_types::{
     CompletionItem, CompletionItemKind, CompletionItemLabelDetails, CompletionItemTag, CompletionTextEdit, CreateFile,
     CreateFileOptions, DocumentChangeOperation, DocumentChanges, DocumentSymbol, InsertTextFormat, OneOf,
@@ -12,6 +8,10 @@ use lsp_types::{
     TextDocumentEdit, TextEdit, WorkspaceEdit,
 };
 use serde_json::{Value as Json, json};
+use shibo_ide::rename::{Edit, Edits};
+use shibo_ide::structure::Entry;
+use shibo_ide::tokens::Token;
+use shibo_ide::{Completion, Section, Sort};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

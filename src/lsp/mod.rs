@@ -1,4 +1,4 @@
-//! `shibo lsp`: the language server, on stdin and stdout. The answers come from [`ide`](crate::ide); this module has
+//! `shibo lsp`: the language server, on stdin and stdout. The answers come from [`ide`](shibo_ide); this module has
 //! the protocol and three threads, which answer requests, check texts, and make pictures for hovers. No answer waits
 //! for another thread.
 mod actions;
@@ -13,7 +13,6 @@ mod server;
 mod text;
 mod uris;
 
-use crate::ide::{Workspace, identity};
 use crate::library;
 use crate::quit::Quit;
 use checker::Checker;
@@ -23,6 +22,7 @@ use lsp_types::{ClientCapabilities, InitializeParams};
 use pictures::Painter;
 use serde_json::{Value as Json, json};
 use server::{Cancelled, Event, Options, Server, ServerParts};
+use shibo_ide::{Workspace, identity};
 use std::path::PathBuf;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, PoisonError};
@@ -102,7 +102,7 @@ fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Result<bool, Pro
         move || listen(&connection, &events, &cancelled)
     });
     let parts = ServerParts {
-        workspace: Workspace::new(registry, roots),
+        workspace: Workspace::new(registry, roots).with_import_paths(crate::environment::import_paths().to_vec()),
         encoding,
         painter: Painter::new(cache_dir.clone(), options.pictures),
         options,

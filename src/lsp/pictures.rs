@@ -5,13 +5,13 @@ mod sketch;
 
 use super::server::PictureForm;
 use crate::environment;
-use crate::ide::hover::{Evaluated, Pictures};
-use crate::ide::{Workspace, World};
 use crate::open;
 use crate::write;
 use draw::Studio;
 use sha2::{Digest, Sha256};
 use shibo_engine::eval::CancelToken;
+use shibo_ide::hover::{Evaluated, Pictures};
+use shibo_ide::{Workspace, World};
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};

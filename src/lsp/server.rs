@@ -4,8 +4,6 @@ use super::commands::Pages;
 use super::pictures::Painter;
 use super::text::{Encoding, Lines, changed};
 use super::{answers, uris};
-use crate::ide::inlay::InlayKinds;
-use crate::ide::{Cx, File, Workspace, World, identity};
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::{
     DidChangeTextDocumentParams, DidChangeWorkspaceFoldersParams, DidCloseTextDocumentParams,
@@ -14,6 +12,8 @@ use lsp_types::{
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
+use shibo_ide::inlay::InlayKinds;
+use shibo_ide::{Cx, File, Workspace, World, identity};
 use std::collections::{BTreeMap, HashSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;

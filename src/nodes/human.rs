@@ -1,11 +1,10 @@
 //! The manual as text for people.
-use super::composition;
-use super::doc::{DocBlock, blocks, summary};
 use super::search::Found;
-use super::spelling;
 use crate::terminal::{Style, Text};
-use shibo_engine::node::{FieldInfo, KindInfo, ParamInfo, Role};
-use shibo_engine::registry::Registry;
+use shibo_ide::manual::doc::{DocBlock, blocks, summary};
+use shibo_ide::manual::{composition, spelling};
+use shibo_node::registry::Registry;
+use shibo_node::{FieldInfo, KindInfo, ParamInfo, Role};
 
 /// List of all kinds by family.
 pub(super) fn families(page: &mut Text, registry: &Registry, width: usize) {

@@ -1,6 +1,6 @@
 //! The manual as JSON for programs.
 use serde_json::{Value as Json, json};
-use shibo_engine::node::{Bounds, FieldInfo, KindInfo, Output, OutputType, ParamInfo, PortInfo, Role};
+use shibo_node::{Bounds, FieldInfo, KindInfo, Output, OutputType, ParamInfo, PortInfo, Role};
 
 /// The kinds as JSON.
 pub(super) fn nodes<'a>(kinds: impl IntoIterator<Item = &'a KindInfo>) -> Json {

@@ -1,20 +1,17 @@
 //! `shibo nodes`: the manual.
-mod composition;
-mod doc;
 mod human;
 mod json;
-pub(crate) mod markdown;
 mod search;
-pub(crate) mod spelling;
 
 use crate::library;
 use crate::quit::Quit;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
 use serde_json::json;
-use shibo_engine::diagnostics::suggest;
-use shibo_engine::node::KindInfo;
-use shibo_engine::registry::Registry;
+use shibo_ide::manual::{composition, markdown};
+use shibo_node::KindInfo;
+use shibo_node::registry::Registry;
+use shibo_value::diagnostics::suggest;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -44,16 +41,6 @@ enum FormatArg {
     Human,
     Json,
     Markdown,
-}
-
-/// First sentence of a manual.
-pub(crate) fn summary(manual: &str) -> String {
-    doc::summary(manual)
-}
-
-/// Manual of a word of composition, `Use` or `Each`.
-pub(crate) fn composition_doc(kind: &str) -> Option<&'static str> {
-    composition::doc(kind)
 }
 
 /// Runs the command.

@@ -1,7 +1,7 @@
 //! Searches nodes by description, or by their names in other programs.
-use super::doc::{DocBlock, blocks, summary};
-use shibo_engine::node::KindInfo;
-use shibo_engine::registry::Registry;
+use shibo_ide::manual::doc::{DocBlock, blocks, summary};
+use shibo_node::KindInfo;
+use shibo_node::registry::Registry;
 
 /// Start of the manual's paragraph that names the equivalent nodes of other programs.
 const ELSEWHERE: &str = "Elsewhere:";
@@ -59,7 +59,7 @@ pub(super) fn search<'r>(registry: &'r Registry, query: &str) -> Vec<Found<'r>> 
     let kinds =
         registry.kinds().filter_map(|kind| registry.info(kind)).map(|info: &KindInfo| (&*info.kind, &*info.doc));
     let mut found = Vec::new();
-    for (kind, doc) in kinds.chain(super::composition::KINDS) {
+    for (kind, doc) in kinds.chain(shibo_ide::manual::composition::KINDS) {
         let (summary, names) = (summary(doc), elsewhere(doc));
         if let Some(rank) = rank(query, kind, &summary, &names) {
             let elsewhere = (matches!(rank.0, 2 | 4) && !names.is_empty()).then_some(names);

@@ -1,7 +1,7 @@
 //! Files of a package: their names in it, and rewritten imports.
 use super::{Files, plain};
-use shibo_engine::diagnostics::{Code, Diagnostic, Origin, Span};
-use shibo_engine::graph::Graph;
+use shibo_graph::Graph;
+use shibo_value::diagnostics::{Code, Diagnostic, Origin, Span};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io;
@@ -109,7 +109,7 @@ impl Content {
         for ((start, end), meant) in self.imports.get(path).into_iter().flatten() {
             let meant = name(meant, folder);
             let literal = content.get(*start..*end).and_then(|literal| std::str::from_utf8(literal).ok());
-            let written = literal.and_then(shibo_engine::syntax::decode);
+            let written = literal.and_then(shibo_graph::syntax::decode);
             let leads = written.and_then(|written| follow(own, &written));
             let right = leads.is_some_and(|leads| leads == meant || format!("{leads}.ron") == meant);
             if !right {

@@ -12,8 +12,8 @@ use crate::write;
 use crate::zip;
 use clap::Args;
 use content::Content;
-use shibo_engine::diagnostics::{Code, Diagnostic};
-use shibo_engine::graph::Graph;
+use shibo_graph::Graph;
+use shibo_value::diagnostics::{Code, Diagnostic};
 use std::path::{Component, Path, PathBuf};
 
 const EXAMPLES: &str = "\

@@ -5,17 +5,17 @@ use super::handlers::{ApiError, App, aside};
 use super::scene::{Scene, lock};
 use super::stage::{Stage, Values};
 use super::texts::sha256;
-use crate::ide::actions::{add_preset, alike, apply, assign, promote};
-use crate::ide::rename::Edit;
-use crate::ide::{Cx, Workspace};
 use crate::write::{self, Refused};
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::response::Json;
 use serde::Deserialize;
 use serde_json::{Value as Data, json};
-use shibo_engine::diagnostics::Span;
-use shibo_engine::graph;
+use shibo_graph as graph;
+use shibo_ide::actions::{add_preset, alike, apply, assign, promote};
+use shibo_ide::rename::Edit;
+use shibo_ide::{Cx, Workspace};
+use shibo_value::diagnostics::Span;
 use std::fs;
 use std::ops::Range;
 use std::sync::Arc;
@@ -101,7 +101,8 @@ fn changed(stage: &Stage) -> ApiError {
 
 /// Returns the text after the change.
 fn edited(stage: &Stage, base: &str, before: &str, change: &Change) -> Result<String, ApiError> {
-    let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new());
+    let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new())
+        .with_import_paths(crate::environment::import_paths().to_vec());
     let file = workspace.open(&stage.path, before);
     let cx = Cx { world: &workspace, file: &file };
     let edits = match change {

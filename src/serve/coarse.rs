@@ -1,6 +1,6 @@
 //! Simplifies meshes that have too many triangles for the page, by merging vertices that are close together.
-use shibo_engine::export::Shape;
-use shibo_engine::value::Atlas;
+use shibo_picture::export::Shape;
+use shibo_value::Atlas;
 use std::collections::HashMap;
 
 /// Maximum number of triangles sent.

@@ -13,7 +13,7 @@ use glam::UVec2;
 use serde::Deserialize;
 use serde_json::{Value as Data, json};
 use shibo_engine::session::{Failure, Look};
-use shibo_engine::value::{Type, Value, Window, linear_to_srgb};
+use shibo_value::{Type, Value, Window, linear_to_srgb};
 
 /// Width and height of the tiles of pictures that are too large to be sent whole.
 const TILE: u32 = 512;

@@ -2,11 +2,11 @@
 use super::stage::Stage;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::graph::{Graph, LoadOptions, load_text};
-use shibo_engine::node::{Context, Node, Output, Outputs};
-use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::session::{Session, Settings};
-use shibo_engine::value::{Field, Stop, Tile, Tiling, Type};
+use shibo_graph::{Graph, LoadOptions, load_text};
+use shibo_node::registry::{Family, Kind, Registry};
+use shibo_node::{Context, Node, Output, Outputs};
+use shibo_value::{Field, Stop, Tile, Tiling, Type};
 use std::path::Path;
 use std::sync::Arc;
 

@@ -8,7 +8,7 @@ use axum::response::Json;
 use petgraph::graph::NodeIndex;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Data, json};
-use shibo_engine::graph::Graph;
+use shibo_graph::Graph;
 use std::path::PathBuf;
 use std::sync::Arc;
 

@@ -7,7 +7,7 @@ use axum::body::{Bytes, to_bytes};
 use axum::extract::{Request, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use shibo_engine::picture::{Conversion, ReadLimits, header_bytes, read_bytes};
+use shibo_picture::{Conversion, ReadLimits, header_bytes, read_bytes};
 use std::sync::Mutex;
 use tokio::sync::Semaphore;
 

@@ -1,10 +1,10 @@
 //! Evaluates an output with some of its upstream outputs replaced by other values.
 use petgraph::graph::NodeIndex;
-use shibo_engine::diagnostics::{Code, Diagnostic, Problem};
-use shibo_engine::graph::{Graph, GraphNode, Input};
-use shibo_engine::node::Call;
 use shibo_engine::session::{Failure, Look};
-use shibo_engine::value::{Evaluator, Field, Grid, Key, Material, Stop, Tile, Value, Window};
+use shibo_graph::{Graph, GraphNode, Input};
+use shibo_node::Call;
+use shibo_value::diagnostics::{Code, Diagnostic, Problem};
+use shibo_value::{Evaluator, Field, Grid, Key, Material, Stop, Tile, Value, Window};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 

@@ -3,7 +3,7 @@ use crate::graph::layout::layout;
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 use serde_json::{Value as Json, json};
-use shibo_engine::graph::{Graph, GraphUse, Input};
+use shibo_graph::{Graph, GraphUse, Input};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Content of a box.

@@ -8,8 +8,8 @@ use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use half::f16;
 use serde::Deserialize;
-use shibo_engine::picture::SrgbEncoder;
-use shibo_engine::value::{Channel, Tile, Type, Window};
+use shibo_picture::SrgbEncoder;
+use shibo_value::{Channel, Tile, Type, Window};
 
 /// Longest side of a texture in pixels.
 const LONGEST: u32 = 2048;
@@ -96,7 +96,7 @@ fn byte(v: f32) -> u8 {
 mod tests {
     use super::*;
     use glam::{DVec2, UVec2};
-    use shibo_engine::value::Grid;
+    use shibo_value::Grid;
 
     #[test]
     fn keeps_light_brighter_than_white() {

@@ -9,7 +9,7 @@ use axum::response::{IntoResponse, Json, Response};
 use glam::DVec3;
 use serde_json::{Value as Data, json};
 use shibo_engine::session::{Failure, Look};
-use shibo_engine::value::{Atlas, Carried, Frames, Mesh, Shapes};
+use shibo_value::{Atlas, Carried, Frames, Mesh, Shapes};
 use std::sync::Arc;
 
 /// Height of lines above the surface, in page units (the farthest point of the mesh is at distance 1).

@@ -5,7 +5,7 @@ use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::{HeaderName, header};
 use axum::response::{IntoResponse, Response};
-use shibo_engine::value::{Atlas, Carried};
+use shibo_value::{Atlas, Carried};
 
 /// Returns the mesh of a scene: 11 floats per vertex (position, normal, direction of +u, texture coordinates), then the
 /// vertex indices of all triangles. The header `x-mesh` says `VERTICES INDICES SCALE X Y Z`: the mesh is centred on the

@@ -1,7 +1,7 @@
 //! Drawings of objects for pages: points and lines from the engine's sketches.
 use glam::{DVec2, DVec3, Vec2};
 use serde_json::{Value as Data, json};
-use shibo_engine::value::{Canvas, Shapes, Sketch, Type};
+use shibo_value::{Canvas, Shapes, Sketch, Type};
 
 /// Maximum ratio of height to width of drawings of objects in space; more slender objects are widened so that the bends
 /// of a trunk stay visible.
@@ -73,7 +73,7 @@ fn views(ty: Type, shapes: &Shapes<DVec3>) -> Data {
 mod tests {
     use super::*;
     use glam::UVec2;
-    use shibo_engine::value::{Curve, Lattice, Points, Tiling, Value};
+    use shibo_value::{Curve, Lattice, Points, Tiling, Value};
     use std::sync::Arc;
 
     const CANVAS: Canvas =

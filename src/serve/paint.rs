@@ -1,8 +1,8 @@
 //! Fields as pictures for a screen: mapping of values to colours, and PNG encoding.
 use png::{BitDepth, ColorType, DeflateCompression, Encoder, Filter};
 use rayon::prelude::*;
-use shibo_engine::picture::SrgbEncoder;
-use shibo_engine::value::{Tile, Type};
+use shibo_picture::SrgbEncoder;
+use shibo_value::{Tile, Type};
 use std::io::Write;
 
 /// Tolerance within which a value outside 0..1 still counts as a fraction.
@@ -162,7 +162,7 @@ fn encode(bytes: &[u8], width: u32, height: u32, channels: usize, until: &dyn Fn
 mod tests {
     use super::*;
     use glam::{DVec2, UVec2};
-    use shibo_engine::value::{Grid, Window};
+    use shibo_value::{Grid, Window};
 
     fn tile(channels: usize, values: &[f32]) -> Tile {
         let size = UVec2::new(2, 1);

@@ -2,9 +2,9 @@
 use glam::{DVec2, DVec3};
 use petgraph::Direction;
 use petgraph::graph::NodeIndex;
-use shibo_engine::graph::{Graph, Input};
 use shibo_engine::session::{Failure, Look};
-use shibo_engine::value::{Cut, Field, Grid, Key, Pixels, Solid, Tile, Tiling, Type, Value, Window};
+use shibo_graph::{Graph, Input};
+use shibo_value::{Cut, Field, Grid, Key, Pixels, Solid, Tile, Tiling, Type, Value, Window};
 use std::collections::{HashSet, VecDeque};
 
 /// Returns the picture, thinned out if a side exceeds `longest`.

@@ -5,11 +5,11 @@ use super::store::{Store, Stored};
 use glam::UVec2;
 use petgraph::graph::NodeIndex;
 use serde::Serialize;
-use shibo_engine::diagnostics::{Code, Diagnostic};
 use shibo_engine::eval::{CancelToken, Keys, NodeStats};
-use shibo_engine::graph::{ExportMesh, Graph};
 use shibo_engine::session::{Failure, Look};
-use shibo_engine::value::{Atlas, Carried, Channel, Field, Grid, Key, Pixels, Sketch, Type, Value, Window};
+use shibo_graph::{ExportMesh, Graph};
+use shibo_value::diagnostics::{Code, Diagnostic};
+use shibo_value::{Atlas, Carried, Channel, Field, Grid, Key, Pixels, Sketch, Type, Value, Window};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

@@ -8,7 +8,7 @@
 //! -z, and +x is to the right of it.
 use glam::Vec3;
 use rayon::prelude::*;
-use shibo_engine::picture::Picture;
+use shibo_picture::Picture;
 use std::f32::consts::{PI, TAU};
 
 /// Width of the sharpest level in texels; the height is half of it.
@@ -321,7 +321,7 @@ fn shared_exponent(c: Vec3) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shibo_engine::picture::SampleKind;
+    use shibo_picture::SampleKind;
 
     /// Makes a panorama from a function of the direction.
     fn picture(width: u32, f: impl Fn(Vec3) -> Vec3) -> Picture {

@@ -8,11 +8,11 @@ use super::texts::Texts;
 use super::wear;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
-use shibo_engine::diagnostics::{Diagnostic, SourceMap, to_json};
 use shibo_engine::eval::{NodeState, NodeStats};
-use shibo_engine::graph::LoadOptions;
 use shibo_engine::session::Session;
-use shibo_engine::value::Key;
+use shibo_graph::LoadOptions;
+use shibo_value::Key;
+use shibo_value::diagnostics::{Diagnostic, SourceMap, to_json};
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
@@ -332,7 +332,7 @@ fn describe(scene: &Scene) -> Json {
 }
 
 /// Text before and after a default on its line.
-fn around(sources: &SourceMap, span: shibo_engine::diagnostics::Span) -> (String, String) {
+fn around(sources: &SourceMap, span: shibo_value::diagnostics::Span) -> (String, String) {
     let text = sources.text(span.file);
     let before = text.get(..span.start).and_then(|t| t.rsplit('\n').next()).unwrap_or("").trim_start();
     let after = text.get(span.end..).and_then(|t| t.split('\n').next()).unwrap_or("").trim_end();

@@ -1,5 +1,5 @@
 //! Stores encoded pictures by name, bounded in bytes: those shown by pages, and recent ones.
-use shibo_engine::value::Type;
+use shibo_value::Type;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

@@ -11,9 +11,9 @@ use axum::response::Response;
 use petgraph::graph::NodeIndex;
 use serde::Deserialize;
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph;
 use shibo_engine::session::{Failure, Look};
-use shibo_engine::value::{Field, Key, Window};
+use shibo_graph as graph;
+use shibo_value::{Field, Key, Window};
 use std::sync::Arc;
 
 /// Longest side of a thumbnail in pixels.

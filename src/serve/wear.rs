@@ -13,9 +13,9 @@ use glam::{DVec2, DVec3, UVec2};
 use petgraph::Direction;
 use petgraph::graph::NodeIndex;
 use serde::Deserialize;
-use shibo_engine::graph::Input;
 use shibo_engine::session::{Failure, Look};
-use shibo_engine::value::{Channel, Cut, Field, Grid, Key, PictureFields, Solid, Tile, Tiling, Type, Value, Window};
+use shibo_graph::Input;
+use shibo_value::{Channel, Cut, Field, Grid, Key, PictureFields, Solid, Tile, Tiling, Type, Value, Window};
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::f64::consts::{PI, TAU};
 

@@ -2,10 +2,10 @@
 use super::change::is_own;
 use super::scene::Scene;
 use serde_json::{Value as Json, json};
-use shibo_engine::diagnostics::{SourceMap, Span};
-use shibo_engine::graph::GraphNode;
-use shibo_engine::node::{ParamInfo, ParamType, Role};
-use shibo_engine::registry::Registry;
+use shibo_graph::GraphNode;
+use shibo_node::registry::Registry;
+use shibo_node::{ParamInfo, ParamType, Role};
+use shibo_value::diagnostics::{SourceMap, Span};
 
 /// Longer source texts of nodes are cut, in bytes.
 const TEXT: usize = 2000;

@@ -4,8 +4,8 @@
 use super::axis::{Axis, variant};
 use super::font;
 use crate::quit::Quit;
-use shibo_engine::picture::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, Writer};
-use shibo_engine::value::Tile;
+use shibo_picture::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, Writer};
+use shibo_value::Tile;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 

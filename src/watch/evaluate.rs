@@ -2,12 +2,12 @@
 use super::status_reporter::StatusReporter;
 use crate::report;
 use crate::serve::{COARSE, PictureInfo, Preview, Scene, Stage, Target, WHOLE};
-use shibo_engine::diagnostics::{Code, Diagnostic, SourceMap, Span};
 use shibo_engine::eval::{CancelToken, Event, NodeState, NodeStats, Observer};
-use shibo_engine::graph::Graph;
-use shibo_engine::picture::contained;
 use shibo_engine::session::{Failure, Look};
-use shibo_engine::value::{Channel, Type, Value};
+use shibo_graph::Graph;
+use shibo_picture::contained;
+use shibo_value::diagnostics::{Code, Diagnostic, SourceMap, Span};
+use shibo_value::{Channel, Type, Value};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 

@@ -1,9 +1,9 @@
 //! Loads a graph file that may be half written.
 use super::files::{FileState, hex, sha256};
 use crate::serve::Values;
-use shibo_engine::diagnostics::{Code, Diagnostic, Origin};
-use shibo_engine::graph::{self, Limits, LoadOptions, Loaded};
-use shibo_engine::registry::Registry;
+use shibo_graph::{self as graph, Limits, LoadOptions, Loaded};
+use shibo_node::registry::Registry;
+use shibo_value::diagnostics::{Code, Diagnostic, Origin};
 use std::fs::{self, Metadata};
 use std::io::Read;
 use std::path::Path;

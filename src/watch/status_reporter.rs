@@ -3,7 +3,7 @@ use crate::report;
 use crate::serve::PictureInfo;
 use crate::terminal::Terminal;
 use serde_json::{Value as Json, json};
-use shibo_engine::diagnostics::{Diagnostic, SourceMap, to_json};
+use shibo_value::diagnostics::{Diagnostic, SourceMap, to_json};
 use std::time::Duration;
 
 /// Maximum number of node names in a line of the terminal.

@@ -1,8 +1,8 @@
 //! Nodes that break the contract.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
+use shibo_node::{Context, Fact, Node, Output, Outputs};
+use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use std::sync::atomic::{AtomicU32, Ordering};
 
 static CALLS: AtomicU32 = AtomicU32::new(0);

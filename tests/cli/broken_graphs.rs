@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use proptest::prelude::*;
-use shibo_engine::graph::{LoadOptions, Loaded, load_text};
-use shibo_engine::registry::Registry;
-use shibo_engine::syntax::{Tree, format};
+use shibo_graph::syntax::{Tree, format};
+use shibo_graph::{LoadOptions, Loaded, load_text};
+use shibo_node::registry::Registry;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 

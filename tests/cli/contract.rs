@@ -11,11 +11,11 @@ use shibo_contract::checks::{
 use shibo_contract::facts::{declares_what_it_reads, reads_only_declared_facts};
 use shibo_contract::kinds::{STAND_INS, bytes, graph, it, load, made, options, session};
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::load_text;
-use shibo_engine::node::{Fact, KindInfo};
-use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::session::Failure;
-use shibo_engine::value::Type;
+use shibo_graph::load_text;
+use shibo_node::registry::{Family, Kind, Registry};
+use shibo_node::{Fact, KindInfo};
+use shibo_value::Type;
 use std::path::Path;
 use std::sync::Arc;
 

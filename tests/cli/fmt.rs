@@ -3,8 +3,8 @@
 
 use crate::support::{Desk, Ran};
 use shibo_engine::eval::Keys;
-use shibo_engine::graph::{Graph, LoadOptions, load_text};
-use shibo_engine::syntax::{TokenKind, Tree, format};
+use shibo_graph::syntax::{TokenKind, Tree, format};
+use shibo_graph::{Graph, LoadOptions, load_text};
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};

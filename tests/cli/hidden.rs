@@ -2,8 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{LoadOptions, load_text};
 use shibo_engine::session::{RenderRequest, Session, Settings};
+use shibo_graph::{LoadOptions, load_text};
 use std::path::Path;
 
 /// Tiles computed for each of the nodes `of`, in a picture of 4 × 4 tiles.

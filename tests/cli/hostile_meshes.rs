@@ -6,10 +6,10 @@ use crate::support::Desk;
 use glam::UVec2;
 use shibo_contract::kinds::{STAND_INS, bytes, load, needed, session, stand_in};
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::node::KindInfo;
-use shibo_engine::registry::Registry;
 use shibo_engine::session::Failure;
-use shibo_engine::value::{Accepts, Type};
+use shibo_node::KindInfo;
+use shibo_node::registry::Registry;
+use shibo_value::{Accepts, Type};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 

@@ -3,9 +3,9 @@
 
 use petgraph::visit::Dfs;
 use shibo_engine::eval::{CancelToken, NodeState, NodeStats, Silent};
-use shibo_engine::graph::{Graph, LoadOptions, load_text};
 use shibo_engine::session::{RenderRequest, Session, Settings};
-use shibo_engine::value::Resolution;
+use shibo_graph::{Graph, LoadOptions, load_text};
+use shibo_value::Resolution;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 

@@ -36,7 +36,7 @@ mod own_files;
 mod parts;
 mod picture_colors;
 mod picture_files;
-#[path = "../../engine/tests/all/pictures/mod.rs"]
+#[path = "../../engine/picture/tests/all/pictures/mod.rs"]
 mod pictures;
 mod render;
 mod rest;

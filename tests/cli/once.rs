@@ -4,9 +4,9 @@
 
 use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{LoadOptions, load};
 use shibo_engine::session::{RenderRequest, Session, Settings};
-use shibo_engine::value::Resolution;
+use shibo_graph::{LoadOptions, load};
+use shibo_value::Resolution;
 use std::path::Path;
 
 /// Tiles computed, bytes held at the end, and files written by a render of a shipped graph.

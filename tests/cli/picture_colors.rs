@@ -8,7 +8,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds, Layer, LayerAttributes,
     SmallVec, Vec2, WritableImage,
 };
-use shibo_engine::picture::{Picture, SrgbEncoder, read};
+use shibo_picture::{Picture, SrgbEncoder, read};
 use std::io::Cursor;
 
 /// An EXR of 4 × 2 pixels with constant channels; `change` edits it before it is written.

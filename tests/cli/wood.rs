@@ -4,9 +4,9 @@
 use crate::support::{Desk, number};
 use serde_json::Value as Json;
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{LoadOptions, load_text};
 use shibo_engine::session::{Session, Settings};
-use shibo_engine::value::{Channel, Tile, Value, Window, linear_to_srgb};
+use shibo_graph::{LoadOptions, load_text};
+use shibo_value::{Channel, Tile, Value, Window, linear_to_srgb};
 use std::fmt::Write;
 use std::path::Path;
 

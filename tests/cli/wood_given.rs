@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::{Desk, number};
-use shibo_engine::value::linear_to_srgb;
+use shibo_value::linear_to_srgb;
 use std::fmt::Write;
 
 /// Values of the graph's solid `name` at two points, as printed.

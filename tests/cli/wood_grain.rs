@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{LoadOptions, load_text};
 use shibo_engine::session::{Session, Settings};
-use shibo_engine::value::{Tile, Value, Window};
+use shibo_graph::{LoadOptions, load_text};
+use shibo_value::{Tile, Value, Window};
 use std::path::Path;
 
 /// A trunk that bows, cut along its bow: its fibres run down the board's left half and up its right one.

@@ -4,9 +4,9 @@
 use glam::{DVec2, UVec2};
 use rayon::prelude::*;
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{Graph, LoadOptions, load_text};
 use shibo_engine::session::{Session, Settings};
-use shibo_engine::value::{Atlas, Field, Given, Grid, Pictures, Read, Stop, Tile, Value, Window, linear_to_srgb};
+use shibo_graph::{Graph, LoadOptions, load_text};
+use shibo_value::{Atlas, Field, Given, Grid, Pictures, Read, Stop, Tile, Value, Window, linear_to_srgb};
 use std::path::Path;
 use std::sync::Arc;
 

@@ -3,9 +3,9 @@
 
 use glam::{DQuat, DVec2, DVec3};
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{Graph, LoadOptions, load_text};
 use shibo_engine::session::{Session, Settings};
-use shibo_engine::value::{Tile, Value, Window};
+use shibo_graph::{Graph, LoadOptions, load_text};
+use shibo_value::{Tile, Value, Window};
 use std::path::Path;
 
 /// A tree with rings finer than a pixel in places, a floor of turned boards, and solids that depend on the footprint of

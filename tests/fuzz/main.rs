@@ -3,18 +3,18 @@
 //! docs/internals/reliability.md. The page of `shibo watch` and the language server are in `tests/live/noise.rs`.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 mod damage;
-#[path = "../../engine/tests/all/pictures/mod.rs"]
+#[path = "../../engine/picture/tests/all/pictures/mod.rs"]
 mod pictures;
 
 use damage::{fuzz, plain};
-use shibo_engine::diagnostics::Diagnostic;
 use shibo_engine::eval::{CancelToken, Silent, decode, encode};
-use shibo_engine::expression::{self, Meaning, Names};
-use shibo_engine::graph::{LoadOptions, Loaded, load_text};
-use shibo_engine::picture::{header_bytes, join, read_bytes};
 use shibo_engine::session::{Failure, Session, Settings};
-use shibo_engine::syntax;
-use shibo_engine::value::Value;
+use shibo_graph::syntax;
+use shibo_graph::{LoadOptions, Loaded, load_text};
+use shibo_picture::{header_bytes, join, read_bytes};
+use shibo_value::Value;
+use shibo_value::diagnostics::Diagnostic;
+use shibo_value::expression::{self, Meaning, Names};
 use std::path::{Path, PathBuf};
 
 fn root(name: &str) -> PathBuf {

@@ -7,9 +7,9 @@ use crate::golden;
 
 use crate::picture::{Picture, SIDE};
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{Graph, LoadOptions, load_text};
 use shibo_engine::session::{Session, Settings};
-use shibo_engine::value::{Channel, Field, Object, Points, Sketch, Value, Window};
+use shibo_graph::{Graph, LoadOptions, load_text};
+use shibo_value::{Channel, Field, Object, Points, Sketch, Value, Window};
 use std::path::{Path, PathBuf};
 
 fn root(path: &str) -> PathBuf {

@@ -4,9 +4,9 @@
 use glam::UVec2;
 use petgraph::graph::NodeIndex;
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{Graph, Input, LoadOptions, load_text};
 use shibo_engine::session::{Failure, Session, Settings};
-use shibo_engine::value::{Field, Value, Window};
+use shibo_graph::{Graph, Input, LoadOptions, load_text};
+use shibo_value::{Field, Value, Window};
 use std::path::Path;
 
 /// A graph whose node `it` works for long.

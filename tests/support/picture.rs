@@ -1,7 +1,7 @@
 //! Small pictures of values, and the difference of two pictures.
 #![allow(dead_code, reason = "each test program uses a part of it")]
 use glam::Vec2;
-use shibo_engine::value::{Lattice, Pixels, Shapes, Tile, Type, linear_to_srgb};
+use shibo_value::{Lattice, Pixels, Shapes, Tile, Type, linear_to_srgb};
 use std::path::Path;
 
 /// Width and height in pixels.

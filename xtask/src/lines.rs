@@ -4,8 +4,20 @@ use std::path::Path;
 use std::{fs, io};
 
 /// Folders with the code of the programs.
-const FOLDERS: [&str; 7] =
-    ["engine/src", "kernel/src", "nodes/src", "library/src", "fingerprint/src", "python/binding/src", "src"];
+const FOLDERS: [&str; 12] = [
+    "engine/value/src",
+    "engine/picture/src",
+    "engine/node/src",
+    "engine/graph/src",
+    "engine/src",
+    "kernel/src",
+    "nodes/src",
+    "library/src",
+    "ide/src",
+    "fingerprint/src",
+    "python/binding/src",
+    "src",
+];
 
 /// Prints the table.
 ///

@@ -14,12 +14,13 @@ use super::entry::{Digest, Digester};
 use super::{Seal, Shelf, Store};
 use crate::picture::AtomicFile;
 use crate::value::Key;
+use crate::value::clock::time_of_day;
 use folder::FolderState;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 /// Bytes written between two checks for cancellation: about a millisecond of work.
 const PART: usize = 1 << 20;
@@ -242,7 +243,7 @@ fn made(dir: &Path) -> io::Result<()> {
 
 /// Marks an entry as just used.
 fn touch(file: &File) {
-    let _ = file.set_modified(SystemTime::now());
+    let _ = file.set_modified(time_of_day());
 }
 
 /// The side of a copy that failed.

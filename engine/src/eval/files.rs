@@ -6,6 +6,7 @@
 //! after they were read; a result computed from changed files is refused with an error and never stored.
 use super::{Signature, lock};
 use crate::diagnostics::{Code, Problem};
+use crate::value::clock::time_of_day;
 use crate::value::{
     Cost, Field, FieldSource, Given, Grid, Material, PictureFields, Pictures, Read, Stop, Tile, Value, Window,
 };
@@ -30,7 +31,7 @@ pub(super) struct KeyedFile {
 impl KeyedFile {
     /// Reads the file that the parameter `field` names.
     pub(super) fn read(field: &'static str, path: &Path) -> io::Result<Self> {
-        let now = SystemTime::now();
+        let now = time_of_day();
         let metadata = fs::metadata(path)?;
         // Opening a pipe would wait for a writer.
         if !metadata.is_file() {
@@ -57,7 +58,7 @@ impl KeyedFile {
 
     /// Returns true if the content still has the hash. The content is read again only if its signature is inconclusive.
     fn is_unchanged(&self) -> bool {
-        let now = SystemTime::now();
+        let now = time_of_day();
         let Some(metadata) = fs::metadata(&self.path).ok().filter(fs::Metadata::is_file) else { return false };
         let signature = Signature::of(&metadata);
         let mut seen = lock(&self.seen);

@@ -2,9 +2,10 @@
 //! to store.
 use super::run::Run;
 use super::stats::Stored;
-use super::{Shelf, TileKey, codec, keep, lock};
+use super::{Shelf, TileKey, keep, lock};
+use crate::value::clock::Stopwatch;
+use crate::value::codec;
 use crate::value::{Field, Grid, Key, Tile, Type, Value, Window};
-use cpu_time::ThreadTime;
 use glam::{DVec2, UVec2};
 use std::time::Duration;
 
@@ -123,7 +124,7 @@ impl Run<'_> {
         let (Some(store), policy) = (&self.caches.store, &self.caches.policy) else { return };
         let bytes: &[u8] = bytemuck::cast_slice(tile.data());
         if policy.tile(field, &tile.grid, bytes.len(), debt, store.room()) {
-            let start = ThreadTime::now();
+            let start = Stopwatch::thread();
             store.put(Shelf::Tiles, at.name(), bytes, debt, &|| self.cancel.is_cancelled());
             policy.wrote(bytes.len(), start.elapsed());
         }

@@ -4,7 +4,7 @@
 //! ends, or reads a field. The time since the last reading belongs to the running nodes. Nodes that run at the same
 //! time share it equally, so their sum never exceeds the time of the process. The time of tiles is measured on their
 //! threads and is not shared.
-use cpu_time::ProcessTime;
+use crate::value::clock::process_time;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -57,7 +57,7 @@ impl Meter {
     fn now(&self) -> MutexGuard<'_, State> {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let tiles = Duration::from_nanos(self.tiles.load(Ordering::Relaxed));
-        state.share(ProcessTime::now().as_duration(), tiles);
+        state.share(process_time(), tiles);
         state
     }
 

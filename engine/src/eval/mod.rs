@@ -5,7 +5,6 @@
 //! key is in the [`MemoryCache`] or in the [`Store`], currently a [`DiskCache`], is not computed.
 mod bounds;
 mod cancel;
-mod codec;
 mod demand;
 mod disk;
 mod entry;
@@ -32,7 +31,6 @@ mod store;
 mod tiles;
 
 pub use cancel::CancelToken;
-pub use codec::{decode, encode};
 pub use demand::{Demand, Fields};
 pub use disk::{CacheError, DiskCache, DiskUse};
 pub use entry::{Digest, Digester, Seal, Shelf};
@@ -48,6 +46,9 @@ pub use signature::Signature;
 pub use stats::{NodeState, NodeStats, Stored};
 pub use store::{Layers, MemoryStore, Store};
 
+use crate::registry::Registry;
+use crate::value::Key;
+pub use crate::value::codec::{decode, encode};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Locks `mutex`, also if a thread panicked while it held the lock.
@@ -91,4 +92,10 @@ pub struct Silent;
 
 impl Observer for Silent {
     fn event(&self, _event: Event) {}
+}
+
+/// A key for all code that results depend on: the engine, and the kinds of a registry. Other code may give other results.
+pub fn code(registry: &Registry) -> Key {
+    let crates = [shibo_picture::CODE, shibo_graph::CODE, crate::CODE].map(str::as_bytes);
+    Key::of("code", &[registry.code().as_bytes(), crates[0], crates[1], crates[2]])
 }

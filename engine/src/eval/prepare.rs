@@ -5,8 +5,8 @@ use super::evaluators::Whole;
 use super::run::Run;
 use super::stats::Work;
 use crate::diagnostics::{Code, Problem};
+use crate::value::clock::Stopwatch;
 use crate::value::{Field, Grid, Stop, Tile};
-use cpu_time::ProcessTime;
 use std::sync::Arc;
 
 impl Run<'_> {
@@ -38,7 +38,7 @@ impl Run<'_> {
         // Most fields prepare nothing, so the store is not searched for them.
         let sought = key.filter(|_| !field.source().whole(grid).is_empty());
         let stored = sought.and_then(|key| self.stored_whole(&key));
-        let (found, start) = (stored.is_some(), ProcessTime::now());
+        let (found, start) = (stored.is_some(), Stopwatch::process());
         let whole = if found { stored } else { self.prepare_new(field, grid)? }.map(Arc::new);
         if let (Some(key), Some(tile)) = (key, &whole) {
             tiles.insert(key, tile.clone());

@@ -13,9 +13,10 @@ pub use entry::Checked;
 
 use super::{Digester, Seal, Shelf, Store};
 use crate::value::Key;
+use crate::value::clock::Stopwatch;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use tally::RemoteHealth;
 
 /// An answer that takes longer counts as missing.
@@ -107,7 +108,7 @@ impl Shared {
         while let Ok(Job { name, bytes }) = jobs.recv() {
             let length = bytes.len() as u64;
             if self.tally().may_write() {
-                let start = Instant::now();
+                let start = Stopwatch::wall();
                 // Large entries may take longer, since the command meanwhile does other work.
                 let within = PATIENCE.max(Duration::from_secs_f64(length as f64 / 4e6));
                 let result = self.remote.put(&name, bytes, within);
@@ -138,14 +139,14 @@ impl SharedStore {
     /// Waits for queued writes within the remaining allowance, then drops the rest.
     pub fn finish(&self) {
         let mut tally = self.shared.tally();
-        let end = Instant::now() + tally.left();
+        let (start, most) = (Stopwatch::wall(), tally.left());
         while tally.waiting > 0 && tally.may_write() {
-            let now = Instant::now();
-            if now >= end {
+            let left = most.saturating_sub(start.elapsed());
+            if left.is_zero() {
                 tally.gave_up();
                 break;
             }
-            let waited = self.shared.written.wait_timeout(tally, end - now);
+            let waited = self.shared.written.wait_timeout(tally, left);
             tally = waited.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
@@ -161,7 +162,7 @@ impl Store for SharedStore {
         if !shelf.travels() || !self.shared.tally().may_read() {
             return None;
         }
-        let (name, start) = (self.name(shelf, key), Instant::now());
+        let (name, start) = (self.name(shelf, key), Stopwatch::wall());
         let found = self.shared.remote.get(&name, LARGEST_ANSWER, PATIENCE);
         let opened = match found {
             Ok(Some(bytes)) => entry::open(&self.seal, (shelf, key), &name, bytes).map(Some).ok_or(Trouble::Wrong),

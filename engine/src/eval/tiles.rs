@@ -8,8 +8,8 @@ use super::memory::{Guard, TileKey};
 use super::run::Run;
 use super::stats::Work;
 use crate::diagnostics::{Code, Problem};
+use crate::value::clock::Stopwatch;
 use crate::value::{Blocks, Field, Given, Grid, Key, Piece, Read, Stop, Tile, Window};
-use cpu_time::ThreadTime;
 use quick_cache::sync::GuardResult;
 use std::sync::Arc;
 use std::time::Duration;
@@ -219,7 +219,7 @@ impl<'f> Frame<'f, '_> {
                     run.check_window(field, window, read).inspect_err(|problem| run.failed(self.owner, problem))?;
                     return Ok(Step::Want(Want { read: *read, owner: self.owner, how: How::Best }));
                 }
-                let (tiles, start) = (std::mem::take(tiles), ThreadTime::now());
+                let (tiles, start) = (std::mem::take(tiles), Stopwatch::thread());
                 let mut tile = field.blank(grid, window);
                 let fill = |given: &Given<'_>| field.source().fill(given, &mut tile);
                 run.of_owner(Some(self.owner), || self.with_given(run, &tiles, fill))?;

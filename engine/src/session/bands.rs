@@ -7,7 +7,7 @@ use super::render::Render;
 use super::sink::{Assembler, Sink};
 use super::{Failure, located};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Demand, Event, FEW, Fields, Neighbor, Order, OverlapStore, Pass, Seal};
+use crate::eval::{Demand, Event, FEW, Fields, Neighbor, Order, OverlapStore, Pass, Seal, code};
 use crate::value::{Field, Grid, Tile, Window};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -79,7 +79,7 @@ impl Render<'_, '_> {
             .collect();
         // Drop the files that neither this strip nor a following one reads.
         stores.retain(|other, _| (number..count).any(|following| near(*other, following, count)));
-        let seal = Seal::new(self.session.registry.code());
+        let seal = Seal::new(code(&self.session.registry));
         let path = jobs.first().map(|job| &job.planned.path);
         // If the file cannot be created, both strips compute the overlap.
         let store = path.and_then(|path| OverlapStore::create(path, seal, u64::MAX).ok());

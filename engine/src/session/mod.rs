@@ -20,7 +20,7 @@ pub use render::{RenderRequest, Report};
 
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::eval::{
-    CacheError, Caches, CancelToken, DiskCache, Keys, MemoryCache, NodeStats, Observer, Run, Seal, Store, defect,
+    CacheError, Caches, CancelToken, DiskCache, Keys, MemoryCache, NodeStats, Observer, Run, Seal, Store, code, defect,
 };
 use crate::graph::{self, Graph, LoadOptions, Loaded};
 use crate::picture::{contain_thread, contained};
@@ -117,7 +117,7 @@ impl Session {
     /// Threads cannot be started.
     pub fn new(registry: impl Into<Arc<Registry>>, settings: &Settings) -> Result<Self, SessionError> {
         let registry = registry.into();
-        let open = |dir: &PathBuf| DiskCache::open(dir, settings.disk, Seal::new(registry.code()));
+        let open = |dir: &PathBuf| DiskCache::open(dir, settings.disk, Seal::new(code(&registry)));
         match settings.cache_dir.as_ref().map(open).transpose() {
             Ok(disk) => Self::with_store(registry, settings, disk.map(|disk| Box::new(disk) as Box<dyn Store>)),
             Err(error) => Ok(Self { cache_error: Some(error), ..Self::with_store(registry, settings, None)? }),

@@ -5,7 +5,7 @@ use super::plan::{OutputPart, Planned, Planner, wanted};
 use super::render::{Render, make_dir};
 use super::sink::Sink;
 use super::{Failure, RenderRequest, Session, located};
-use crate::eval::{CancelToken, Neighbor, NodeStats, Observer, OverlapStore, Seal, Stored};
+use crate::eval::{CancelToken, Neighbor, NodeStats, Observer, OverlapStore, Seal, Stored, code};
 use crate::graph::Graph;
 use crate::picture::{PartHeader, PartOf, PartPicture, PartWriter, is_overlap, is_whole};
 use crate::value::{TILE, Window};
@@ -78,7 +78,7 @@ impl Session {
             if is_whole(&file, &header) {
                 return report(true);
             }
-            let seal = Seal::new(self.registry.code());
+            let seal = Seal::new(code(&self.registry));
             let room = self.caches.store.as_ref().map_or(ROOM, |store| store.room());
             let (beside, neighbors) = Beside::new(graph, part, (&request.dir, stem), seal, room)?;
             let render = Render { neighbors, ..render };
@@ -208,7 +208,7 @@ impl<'r> Render<'r, '_> {
         };
         PartHeader {
             version: env!("CARGO_PKG_VERSION").into(),
-            build: self.session.registry.code().to_string(),
+            build: code(&self.session.registry).to_string(),
             graph: stem.into(),
             parameters: parameters.join(", "),
             seed: graph.canvas.seed,

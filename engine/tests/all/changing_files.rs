@@ -4,14 +4,14 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::eval::{CancelToken, Keys, MemoryStore, Silent};
-use shibo_engine::graph::{Graph, LoadOptions, load_text};
-use shibo_engine::node::{Context, FilePath, Node, Output, Outputs};
-use shibo_engine::picture::{ReadLimits, read};
-use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::session::{Failure, RenderRequest, Session, Settings};
-use shibo_engine::value::{Field, Stop, Tile, Tiling, Type, Value, Window};
+use shibo_graph::{Graph, LoadOptions, load_text};
+use shibo_node::registry::{Family, Kind, Registry};
+use shibo_node::{Context, FilePath, Node, Output, Outputs};
+use shibo_picture::{ReadLimits, read};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Stop, Tile, Tiling, Type, Value, Window};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};

@@ -5,9 +5,9 @@
 use crate::evaluating::{SOLIDS, registry};
 use glam::UVec2;
 use shibo_engine::eval::{CancelToken, NodeStats, Silent};
-use shibo_engine::graph::{Graph, LoadOptions, load_text};
 use shibo_engine::session::{Failure, RenderRequest, Session, Settings};
-use shibo_engine::value::{Tile, Value, Window};
+use shibo_graph::{Graph, LoadOptions, load_text};
+use shibo_value::{Tile, Value, Window};
 use std::fmt::Write;
 use std::path::Path;
 use std::sync::Mutex;

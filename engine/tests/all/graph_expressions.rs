@@ -2,8 +2,8 @@
 use crate::graph_nodes;
 
 use shibo_engine::eval::Keys;
-use shibo_engine::graph::{Graph, GraphNode, LoadOptions, Loaded, load_text};
-use shibo_engine::value::Type;
+use shibo_graph::{Graph, GraphNode, LoadOptions, Loaded, load_text};
+use shibo_value::Type;
 use std::path::Path;
 
 fn load(text: &str, set: &[(&str, &str)]) -> Loaded {

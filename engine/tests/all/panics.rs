@@ -4,11 +4,11 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{LoadOptions, Loaded, load_text};
-use shibo_engine::node::{Context, Node, Output, Outputs};
-use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::session::{Failure, RenderRequest, Session, Settings};
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window};
+use shibo_graph::{LoadOptions, Loaded, load_text};
+use shibo_node::registry::{Family, Kind, Registry};
+use shibo_node::{Context, Node, Output, Outputs};
+use shibo_value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window};
 use std::path::Path;
 
 /// The function in which a node panics.

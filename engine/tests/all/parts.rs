@@ -3,12 +3,12 @@
 #![allow(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "small numbers")]
 
 use shibo_engine::eval::{CancelToken, Event, Observer, Silent};
-use shibo_engine::graph::{Graph, LoadOptions, load_text};
-use shibo_engine::node::{Context, Gray, In, Node, Output, Outputs};
-use shibo_engine::picture::{PartOf, join};
-use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::session::{RenderRequest, Session, Settings};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_graph::{Graph, LoadOptions, load_text};
+use shibo_node::registry::{Family, Kind, Registry};
+use shibo_node::{Context, Gray, In, Node, Output, Outputs};
+use shibo_picture::{PartOf, join};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -240,8 +240,7 @@ fn strips_pass_on_shared_pixels() {
     let (strips, count, more) = made(136 << 20);
     assert!(once == 1.0 && more >= 2 * bands, "the picture was not made in strips: {once}, {more} of {bands}");
     assert!(count < 1.03, "{count}");
-    let [whole, strips] =
-        [whole, strips].map(|of| shibo_engine::picture::read_bytes(&of[0].1, &Default::default()).unwrap());
+    let [whole, strips] = [whole, strips].map(|of| shibo_picture::read_bytes(&of[0].1, &Default::default()).unwrap());
     assert!(whole.planes == strips.planes);
 }
 
@@ -253,8 +252,8 @@ fn a_region_is_cut_out_of_the_whole() {
     let out = tempfile::tempdir().unwrap();
     let cut = RenderRequest { region: Some([130, 250, 200, 301]), ..request(out.path()) };
     session().render(&graph, &cut, &CancelToken::default(), &Silent).unwrap();
-    let cut = shibo_engine::picture::read_bytes(&files(out.path())[0].1, &Default::default()).unwrap();
-    let whole = shibo_engine::picture::read_bytes(&all[0].1, &Default::default()).unwrap();
+    let cut = shibo_picture::read_bytes(&files(out.path())[0].1, &Default::default()).unwrap();
+    let whole = shibo_picture::read_bytes(&all[0].1, &Default::default()).unwrap();
     for y in 0..301 {
         let row = &whole.planes[(250 + y) * 600 + 130..][..200];
         assert_eq!(&cut.planes[y * 200..][..200], row, "{y}");

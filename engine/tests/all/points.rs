@@ -5,9 +5,9 @@
 use crate::evaluating::registry;
 use glam::DVec2;
 use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::graph::{Graph, LoadOptions, load_text};
 use shibo_engine::session::{Failure, Session, Settings};
-use shibo_engine::value::{Field, Halo, Key, Tile, Tiling, Type, Value, Window};
+use shibo_graph::{Graph, LoadOptions, load_text};
+use shibo_value::{Field, Halo, Key, Tile, Tiling, Type, Value, Window};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -2,16 +2,16 @@
 //! same files without a warning.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
-use cpu_time::ThreadTime;
 use proptest::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::eval::{CancelToken, Event, MemoryStore, NodeState, Observer, Shelf, Store, encode};
-use shibo_engine::graph::{Graph, LoadOptions, load_text};
-use shibo_engine::node::{Context, Gray, In, Node, Output, Outputs};
-use shibo_engine::registry::{Family, Kind, Registry};
 use shibo_engine::session::{RenderRequest, Session, Settings};
-use shibo_engine::value::{Channel, Curve, Field, Halo, Key, Material, Points, Stop, Tile, Tiling, Type, Value};
+use shibo_graph::{Graph, LoadOptions, load_text};
+use shibo_node::registry::{Family, Kind, Registry};
+use shibo_node::{Context, Gray, In, Node, Output, Outputs};
+use shibo_value::clock::Stopwatch;
+use shibo_value::{Channel, Curve, Field, Halo, Key, Material, Points, Stop, Tile, Tiling, Type, Value};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ use std::time::Duration;
 
 /// Uses enough thread time that the result is certainly stored.
 fn work() {
-    let start = ThreadTime::now();
+    let start = Stopwatch::thread();
     while start.elapsed() < Duration::from_millis(4) {
         std::hint::spin_loop();
     }

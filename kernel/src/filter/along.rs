@@ -8,7 +8,7 @@
 use super::paths::Reader;
 use crate::ground::math::{clamp, cos_degrees, floor_int, sin_degrees};
 use crate::ground::window::{View, WindowExt, index, offset};
-use shibo_engine::value::{Buffer, Window};
+use shibo_value::{Buffer, Window};
 
 /// Maximum number of samples to each side.
 const MOST: f64 = 256.0;

@@ -10,8 +10,8 @@
 
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index, offset};
-use shibo_engine::value::Buffer;
-use shibo_engine::value::Window;
+use shibo_value::Buffer;
+use shibo_value::Window;
 
 /// One axis of the filter.
 struct Axis {

@@ -13,7 +13,7 @@
 use crate::ground::math::{max, min};
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index};
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// Parameters of a distance transform.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,9 +11,7 @@ use super::{blur, pyramid};
 use crate::ground::tile;
 use crate::ground::window::{View, WindowExt};
 use glam::{DVec2, UVec2};
-use shibo_engine::value::{
-    Buffer, Canvas, Field, FieldSource, Given, Grid, Key, Read, Stop, Tile, Tiling, Type, Window,
-};
+use shibo_value::{Buffer, Canvas, Field, FieldSource, Given, Grid, Key, Read, Stop, Tile, Tiling, Type, Window};
 
 /// `input` blurred by a Gaussian of `sigma` mm, on a canvas of `size` mm.
 pub fn blurred(input: &Field, sigma: f64, size: DVec2) -> Field {

@@ -12,7 +12,7 @@ use super::disk::Disk;
 use crate::ground::math::{max, min};
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index, offset};
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// Up to this number of pixels selection is faster.
 const SELECTED: usize = 49;

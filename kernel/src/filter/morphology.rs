@@ -10,7 +10,7 @@ use super::disk::Disk;
 use crate::ground::math::{max, min};
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index, offset};
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// The maximum over `disk` around each pixel of `rect`; the minimum if `erode`.
 ///

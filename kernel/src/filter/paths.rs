@@ -6,7 +6,7 @@
 use crate::ground::math::{clamp, floor_int, lerp};
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index, offset};
-use shibo_engine::value::Window;
+use shibo_value::Window;
 use std::collections::BTreeMap;
 
 /// Maximum number of samples of a path.

@@ -6,7 +6,7 @@ use crate::ground::cubic::{bspline, catmull_rom};
 use crate::ground::math;
 use crate::ground::simd;
 use crate::ground::window::WindowExt;
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// Position of a window on a picture, in pixels of the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]

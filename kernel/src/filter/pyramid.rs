@@ -7,7 +7,7 @@
 use super::blur::bspline;
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index, offset};
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// The pixels read by [`halve`] for `rect` of the coarse grid.
 pub fn halve_reads(rect: Window) -> Window {

@@ -12,7 +12,7 @@
 use crate::ground::cubic::catmull_rom_in_step;
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index};
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// Number of pixels whose positions are computed at a time.
 pub const BLOCK: usize = 64;

@@ -8,7 +8,7 @@ use crate::ground::math::{clamp, lerp};
 use crate::ground::window::{View, WindowExt, index, offset};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// The interpolation between pixel centres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

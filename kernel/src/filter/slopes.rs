@@ -2,7 +2,7 @@
 
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt};
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// Halo: pixels read beyond the window.
 pub const HALO: usize = 1;

@@ -4,7 +4,7 @@ use super::resample::{BLOCK, HALO, SamplePositions, resample};
 use crate::ground::math::{clamp, floor_int, max, min};
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, offset};
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// Parameters of a displacement.
 #[derive(Clone, Copy, Debug, PartialEq)]

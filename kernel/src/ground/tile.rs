@@ -1,6 +1,6 @@
 //! Access to the engine's tiles for kernels.
 use super::window::{Frame, View};
-use shibo_engine::value::{Field, Grid, Tile, Type};
+use shibo_value::{Field, Grid, Tile, Type};
 
 /// The window and position of a tile.
 #[inline]

@@ -5,7 +5,7 @@
 //! begin before it. A kernel that computes positions from absolute indices gives the same bits in every tile.
 
 use super::number::index_u32;
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// The eight immediate neighbours, in eighths of a turn from +x towards +y.
 pub const OCTANTS: [[i32; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];

@@ -3,7 +3,7 @@
 //! Source: JP4905282B2 §3, §5 and §7. The shape is an [`Area`], which holds distances from its contour.
 use super::segments::Segment;
 use glam::Vec2;
-use shibo_engine::value::Area;
+use shibo_value::Area;
 
 /// The indices of the points inside. O(n).
 pub fn inside(points: &[Vec2], area: &Area) -> Vec<u32> {
@@ -69,7 +69,7 @@ fn piece(segment: &Segment, from: f32, to: f32) -> Option<Segment> {
 mod tests {
     use super::*;
     use glam::{DVec2, UVec2};
-    use shibo_engine::value::Tiling;
+    use shibo_value::Tiling;
 
     /// A disc of radius 3 in the middle of 8 × 8 mm.
     fn disc() -> Area {

@@ -5,7 +5,7 @@
 use super::links::Links;
 use glam::Vec2;
 use rayon::prelude::*;
-use shibo_engine::value::clip_line;
+use shibo_value::clip_line;
 
 /// Settings for placing segments.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,7 +8,7 @@ use crate::ground::number::narrow;
 use crate::ground::window::{WindowExt, index};
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
-use shibo_engine::value::{Atlas, Grid, Window};
+use shibo_value::{Atlas, Grid, Window};
 
 /// A picture of an atlas, or a window of it.
 #[derive(Clone, Copy)]

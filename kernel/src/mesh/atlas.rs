@@ -7,7 +7,7 @@ use crate::ground::number::index_u32;
 use crate::ground::stop::Watch;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
-use shibo_engine::value::{Atlas, Bins, Key, Mesh};
+use shibo_value::{Atlas, Bins, Key, Mesh};
 use std::sync::Arc;
 
 /// Reasons why UVs make no atlas.

@@ -8,7 +8,7 @@ use super::texels::{Barycentric, triangle};
 use crate::ground::number::narrow;
 use crate::ground::simd::dispatch;
 use glam::{DVec2, DVec3, Vec3};
-use shibo_engine::value::{Atlas, Grid, Window};
+use shibo_value::{Atlas, Grid, Window};
 use std::ops::Range;
 
 /// The texels of a window.
@@ -289,7 +289,7 @@ mod tests {
     use crate::mesh::atlas::atlas;
     use crate::mesh::{samples, shapes, texels};
     use glam::UVec2;
-    use shibo_engine::value::Mesh;
+    use shibo_value::Mesh;
     use std::sync::Arc;
 
     fn of(mesh: Mesh) -> Atlas {

@@ -1,7 +1,7 @@
 //! Charts: parts of a surface that are connected in the unit square.
 use crate::ground::stop::Watch;
 use glam::{DVec2, Vec2};
-use shibo_engine::value::Atlas;
+use shibo_value::Atlas;
 
 /// UVs are multiples of 1/2²⁴. Then `f32` holds them exactly, and the two sides of an edge can be compared exactly.
 const STEPS: f64 = 16_777_216.0;

@@ -1,7 +1,7 @@
 //! Singular points of a field of directions, and the choice among equivalent directions.
 use super::connection::{Connection, wrapped};
 use crate::ground::number::index_u32;
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::f64::consts::TAU;

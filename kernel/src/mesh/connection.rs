@@ -7,7 +7,7 @@
 use crate::ground::number::index_u32;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 
 use super::frame::least_turned;
 use super::topology::smooth_normals;

@@ -3,7 +3,7 @@
 //! `H = ½·|Σ ½(cot α + cot β)(x_j - x_i)|/A` with A the mixed Voronoi area of the vertex; positive on convex parts.
 //! Diffusion along the surface removes the noise of the triangulation. Cost: O(n · rounds), a few dozen rounds.
 use glam::DVec3;
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 
 /// Upper bound of cotangents: angles count as at least about 0.06°.
 const STEEPEST: f64 = 1e3;

@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::value::{Frames, Mesh};
+use shibo_value::{Frames, Mesh};
 use std::sync::Arc;
 
 /// One of the two principal directions.

@@ -3,7 +3,7 @@ use crate::ground::hash::Hash;
 use crate::ground::stop::NEVER;
 use crate::mesh::fixture::{cube, plane, sphere, torus};
 use glam::{DVec3, Vec3};
-use shibo_engine::value::{Frames, Mesh};
+use shibo_value::{Frames, Mesh};
 use std::sync::Arc;
 
 fn spec(wish: Wish) -> FieldSpec {

@@ -2,7 +2,7 @@
 use super::bake::{self, Texels};
 use super::motion::RigidMotion;
 use super::texels;
-use shibo_engine::value::{Atlas, Field, Given, Halo, Stop, Tile, Tiling, Type};
+use shibo_value::{Atlas, Field, Given, Halo, Stop, Tile, Tiling, Type};
 use std::sync::Arc;
 
 /// The triangle of each pixel of an atlas, see [`texels::fill`]. Fields of the same atlas are equal, so their tiles are

@@ -1,7 +1,7 @@
 //! Meshes and atlases for tests.
 use super::samples;
 use glam::{DVec2, DVec3, Vec2, Vec3};
-use shibo_engine::value::{Atlas, Mesh};
+use shibo_value::{Atlas, Mesh};
 use std::sync::Arc;
 
 /// A mesh of one part.

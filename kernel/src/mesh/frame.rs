@@ -7,7 +7,7 @@
 use super::atlas::jacobian as parameterisation;
 use super::walk::{barycentric, corners, flatten};
 use glam::{DVec2, DVec3};
-use shibo_engine::value::{Atlas, Frames};
+use shibo_value::{Atlas, Frames};
 
 /// The two directions at a point in which the exemplar's x and y axes lie; their length is the size of features.
 pub type Frame = [DVec3; 2];

@@ -2,7 +2,7 @@
 use super::texels::{centers, held, owners};
 use crate::ground::stop::Watch;
 use glam::DVec2;
-use shibo_engine::value::{Atlas, Grid, Window};
+use shibo_value::{Atlas, Grid, Window};
 
 /// Minimum barycentric coordinate of a centre in two triangles to count as covered twice.
 const INSIDE: f64 = 1e-4;
@@ -77,7 +77,7 @@ mod tests {
     use crate::mesh::atlas::atlas;
     use crate::mesh::{samples, shapes};
     use glam::{DVec3, Vec2};
-    use shibo_engine::value::Mesh;
+    use shibo_value::Mesh;
     use std::sync::Arc;
 
     fn of(mesh: Mesh) -> Atlas {

@@ -12,7 +12,7 @@ use crate::ground::stop::Until;
 use crate::ground::window::OCTANTS;
 use glam::DVec2;
 use rayon::prelude::*;
-use shibo_engine::value::{Atlas, IndirectionLevel, IndirectionMap, Jump, Jump8, Parent};
+use shibo_value::{Atlas, IndirectionLevel, IndirectionMap, Jump, Jump8, Parent};
 use std::sync::Arc;
 
 /// Settings of an indirection map.

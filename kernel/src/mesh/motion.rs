@@ -2,7 +2,7 @@
 //! another position in the tree.
 use crate::ground::hash::Hash;
 use glam::{DMat3, DQuat, DVec3};
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 
 /// A rigid motion: maps a point `p` to `turn · p + shift`.
 #[derive(Clone, Copy, Debug, PartialEq)]

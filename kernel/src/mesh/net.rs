@@ -7,7 +7,7 @@ use super::slide::{flat, slide};
 use crate::ground::stop::Until;
 use glam::DVec3;
 use rayon::prelude::*;
-use shibo_engine::value::Atlas;
+use shibo_value::Atlas;
 
 /// Springs of a net.
 #[derive(Clone, Copy, Debug)]

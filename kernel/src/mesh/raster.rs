@@ -2,7 +2,7 @@
 use super::texels;
 use super::walk::{SurfacePoint, corners};
 use glam::{DVec2, UVec2};
-use shibo_engine::value::{Atlas, Grid, Window};
+use shibo_value::{Atlas, Grid, Window};
 
 /// The pixels of an atlas at one spacing. Pixel (i, j) has its centre at ((i + ½)h, (j + ½)h) finest pixels.
 #[derive(Clone, Copy)]

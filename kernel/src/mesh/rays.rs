@@ -8,7 +8,7 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::ray::Ray;
 use obvhs::{Boundable, BvhBuildParams};
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 use std::time::Duration;
 
 /// The triangles of a surface in a bounding volume hierarchy.

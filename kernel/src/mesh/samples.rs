@@ -1,6 +1,6 @@
 //! Test meshes: the files of `tests/meshes`, with triangles, quads and UVs.
 use glam::{Vec2, Vec3};
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 
 /// The middle of [`cube`].
 pub(crate) const CUBE_MIDDLE: Vec3 = Vec3::ZERO;

@@ -4,7 +4,7 @@
 //! nearest to them. Cost: O(edges · log edges) for each pair of points.
 use crate::ground::number::index_u32;
 use glam::DVec3;
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap, HashSet};
 

@@ -5,7 +5,7 @@ use super::topology::weld;
 use crate::ground::number::index_u32;
 use crate::ground::stop::Watch;
 use glam::{DVec2, DVec3};
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 /// Free margin around charts, in units of the unit square.
@@ -250,7 +250,7 @@ mod tests {
     use crate::mesh::texels::owners;
     use crate::mesh::topology::topology;
     use glam::UVec2;
-    use shibo_engine::value::{Atlas, Grid, Window};
+    use shibo_value::{Atlas, Grid, Window};
     use std::sync::Arc;
 
     fn bowl() -> Vec<DVec2> {

@@ -3,7 +3,7 @@ use super::raster::{Raster, inside};
 use super::walk::{SurfacePoint, flatten, walk};
 use crate::ground::number::index_u32;
 use glam::{DVec2, DVec3, I64Vec3};
-use shibo_engine::value::Jump;
+use shibo_value::Jump;
 use std::collections::HashMap;
 
 /// The pixels of a level that represent points.

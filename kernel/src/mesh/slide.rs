@@ -4,7 +4,7 @@
 //! their components across it continue in the plane of the next triangle. Nothing depends on the layout of the mesh.
 use super::walk::{MOST, TOLERANCE, exit};
 use glam::DVec3;
-use shibo_engine::value::Atlas;
+use shibo_value::Atlas;
 
 /// End of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@ use super::near::Near;
 use crate::ground::hash::Hash;
 use crate::ground::stop::Until;
 use glam::{DVec3, Vec3};
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 
 /// Maximum number of points.
 pub const MOST: f64 = 1e6;

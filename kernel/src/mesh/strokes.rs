@@ -1,7 +1,7 @@
 //! The nearest points of a surface, by a grid of cells in space.
 use crate::ground::number::index_u32;
 use glam::{DVec3, I64Vec3};
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 use std::collections::HashMap;
 
 /// A mesh with a spatial index of its triangles.

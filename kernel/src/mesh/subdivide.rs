@@ -1,7 +1,7 @@
 //! Subdivides meshes to shorter edges; the shape stays the same.
 use crate::ground::number::index_u32;
 use glam::{Vec2, Vec3};
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 use std::collections::HashMap;
 
 /// The error if more triangles are needed than allowed.
@@ -131,7 +131,7 @@ mod tests {
     use crate::mesh::topology::topology;
     use crate::mesh::{samples, shapes};
     use glam::{DVec2, DVec3};
-    use shibo_engine::value::Atlas;
+    use shibo_value::Atlas;
     use std::sync::Arc;
 
     #[test]

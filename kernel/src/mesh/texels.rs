@@ -7,7 +7,7 @@
 //! Cost: O(pixels + rows of triangles).
 use crate::ground::window::{WindowExt, index};
 use glam::DVec2;
-use shibo_engine::value::{Atlas, Grid, Window};
+use shibo_value::{Atlas, Grid, Window};
 use std::ops::Range;
 
 /// Distance outside a triangle at which a centre still counts, in barycentric coordinates.

@@ -4,7 +4,7 @@ use crate::ground::number::index_u32;
 use crate::mesh::atlas::atlas;
 use crate::mesh::samples;
 use glam::{UVec2, Vec2};
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 use std::sync::Arc;
 
 fn of(mesh: Mesh, size: DVec2) -> Atlas {

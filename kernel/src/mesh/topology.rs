@@ -6,7 +6,7 @@ use crate::ground::number::index_u32;
 use crate::ground::stop::Watch;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
-use shibo_engine::value::{Atlas, Mesh};
+use shibo_value::{Atlas, Mesh};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 

@@ -6,7 +6,7 @@ use super::charts::{charts, cross};
 use super::topology;
 use crate::ground::stop::Watch;
 use glam::{DVec2, UVec2, Vec2};
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 
 /// Maximum number of tiles horizontally, and vertically.
 pub const MOST: UVec2 = UVec2::new(10, 100);

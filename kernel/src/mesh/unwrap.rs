@@ -4,7 +4,7 @@
 //! Its results have the same bits on every machine and for any number of threads. Cost: about 50 µs a triangle.
 use crate::ground::number::index_u32;
 use glam::{DVec2, Vec2};
-use shibo_engine::value::Mesh;
+use shibo_value::Mesh;
 use std::sync::atomic::{AtomicBool, Ordering};
 use uvunwrap::{Density, MeshInput, Options, Packing};
 

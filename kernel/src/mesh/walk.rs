@@ -4,7 +4,7 @@
 //! unfolded at their shared edge, and the path goes straight on. Cost: O(triangles crossed).
 use super::atlas::jacobian;
 use glam::{DMat2, DVec2, DVec3};
-use shibo_engine::value::Atlas;
+use shibo_value::Atlas;
 
 /// Distance outside a triangle at which a point still counts as inside, in barycentric coordinates.
 pub const TOLERANCE: f64 = 1e-9;

@@ -15,7 +15,7 @@ use crate::ground::hash::Hash;
 use crate::ground::math;
 use crate::ground::window::Frame;
 use glam::DVec2;
-use shibo_engine::value::Tiling;
+use shibo_value::Tiling;
 
 /// Number of pixels evaluated at once. Runs of this length begin at absolute columns that are multiples of it, so
 /// positions within a run are the same in every window.
@@ -377,7 +377,7 @@ mod tests {
     use super::*;
     use crate::ground::window::WindowExt;
     use proptest::prelude::*;
-    use shibo_engine::value::Window;
+    use shibo_value::Window;
 
     proptest! {
         #[test]

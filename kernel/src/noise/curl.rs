@@ -65,7 +65,7 @@ mod tests {
     use crate::ground::hash::Hash;
     use crate::ground::window::WindowExt;
     use glam::DVec2;
-    use shibo_engine::value::{Tiling, Window};
+    use shibo_value::{Tiling, Window};
 
     const CANVAS: (DVec2, Tiling) = (DVec2::new(40.0, 40.0), Tiling::BOTH);
 

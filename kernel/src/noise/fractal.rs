@@ -25,7 +25,7 @@ use crate::ground::window::{Frame, WindowExt, index, offset};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::value::Tiling;
+use shibo_value::Tiling;
 
 /// The noise of each octave.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -317,7 +317,7 @@ fn white<const WRAP: u8>(run: &Run, out: &mut [f32; LANES]) {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use shibo_engine::value::Window;
+    use shibo_value::Window;
 
     const CANVAS: (DVec2, Tiling) = (DVec2::new(60.0, 40.0), Tiling::BOTH);
 

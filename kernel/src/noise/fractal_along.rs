@@ -18,7 +18,7 @@ use crate::ground::number::narrow;
 use crate::ground::simd;
 use crate::ground::window::{Frame, WindowExt, index, offset};
 use glam::{DVec2, IVec2};
-use shibo_engine::value::Tiling;
+use shibo_value::Tiling;
 
 /// A noise bound to a canvas and a seed.
 #[derive(Clone, Debug)]
@@ -311,7 +311,7 @@ mod tests {
     use super::super::fractal::{FractalKind, Noise};
     use super::*;
     use proptest::prelude::*;
-    use shibo_engine::value::Window;
+    use shibo_value::Window;
 
     const CANVAS: (DVec2, Tiling) = (DVec2::new(60.0, 40.0), Tiling::BOTH);
 

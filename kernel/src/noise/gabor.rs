@@ -16,7 +16,7 @@ use crate::ground::number::narrow;
 use crate::ground::simd;
 use crate::ground::window::{Frame, View, WindowExt, index, offset};
 use glam::{DVec2, IVec2};
-use shibo_engine::value::{Tiling, Window};
+use shibo_value::{Tiling, Window};
 use std::f64::consts::{LN_2, PI, TAU};
 
 /// Parameters of the waves.

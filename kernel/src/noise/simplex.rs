@@ -62,7 +62,7 @@ mod tests {
     use crate::noise::cells::{CellGrid, CellShape};
     use crate::noise::fractal::{Basis, Noise, NoiseSpec};
     use glam::DVec2;
-    use shibo_engine::value::{Tiling, Window};
+    use shibo_value::{Tiling, Window};
 
     const CANVAS: (DVec2, Tiling) = (DVec2::new(60.0, 60.0), Tiling::BOTH);
 

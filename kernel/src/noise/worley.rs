@@ -13,7 +13,7 @@ use crate::ground::window::{Frame, WindowExt, index, offset};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::value::Tiling;
+use shibo_value::Tiling;
 
 /// The metric for distances to points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -312,7 +312,7 @@ fn product(a: &[[f64; 2]; 2], b: &[[f64; 2]; 2]) -> [[f64; 2]; 2] {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use shibo_engine::value::Window;
+    use shibo_value::Window;
 
     const CANVAS: (DVec2, Tiling) = (DVec2::new(60.0, 40.0), Tiling::BOTH);
 

@@ -18,7 +18,7 @@ use crate::ground::number::narrow;
 use crate::ground::simd;
 use crate::ground::window::{Frame, View, WindowExt, index, offset};
 use glam::DVec2;
-use shibo_engine::value::Tiling;
+use shibo_value::Tiling;
 
 /// Cells bound to a canvas and a seed; the angle of their [shape](WorleySpec::shape) is added to that of the field.
 #[derive(Clone, Debug)]
@@ -263,7 +263,7 @@ impl<'a> Pixel<'a> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use shibo_engine::value::Window;
+    use shibo_value::Window;
 
     const CANVAS: (DVec2, Tiling) = (DVec2::new(60.0, 40.0), Tiling::BOTH);
 

@@ -4,7 +4,7 @@
 //! least, if the turn is less than 60°; the straightest pairs are joined first. O(n log n).
 use super::pen::Pen;
 use glam::DVec2;
-use shibo_engine::value::Segments;
+use shibo_value::Segments;
 use std::collections::BTreeMap;
 
 /// Maximum distance in mm of ends that count as the same point.
@@ -101,7 +101,7 @@ fn place(p: DVec2, segments: &Segments) -> [i64; 2] {
 mod tests {
     use super::*;
     use glam::Vec2;
-    use shibo_engine::value::Tiling;
+    use shibo_value::Tiling;
 
     fn joined(ends: &[[f32; 4]], tiling: Tiling) -> Vec<(usize, bool, f64)> {
         let segments = Segments {

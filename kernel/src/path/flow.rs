@@ -8,7 +8,7 @@ use crate::ground::math;
 use crate::ground::number::narrow;
 use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;
-use shibo_engine::value::Path;
+use shibo_value::Path;
 
 /// Number of needles per reach.
 const NEEDLES: f64 = 16.0;
@@ -47,7 +47,7 @@ pub struct Flowing {
 impl Flow {
     /// Cuts a path into needles. O(needles).
     pub fn new(path: &Path, reach: f64) -> Self {
-        let total: f64 = path.curves.iter().map(shibo_engine::value::Polyline::length).sum();
+        let total: f64 = path.curves.iter().map(shibo_value::Polyline::length).sum();
         let soft = (reach / NEEDLES).max(total / MOST);
         let mut needles = Vec::new();
         for [a, b] in path.pieces() {
@@ -127,7 +127,7 @@ impl Flow {
 mod tests {
     use super::*;
     use crate::path::pen::Pen;
-    use shibo_engine::value::{Tiling, Window};
+    use shibo_value::{Tiling, Window};
 
     fn path(lines: &[[(f64, f64); 2]], tiling: Tiling) -> Path {
         let mut pen = Pen::default();

@@ -3,7 +3,7 @@ use crate::ground::bins::{Bins, Extent};
 use crate::ground::number::index_u32;
 use crate::ground::window::{Frame, WindowExt as _};
 use glam::DVec2;
-use shibo_engine::value::Tiling;
+use shibo_value::Tiling;
 
 /// Boxes on a canvas.
 #[derive(Clone, Debug)]

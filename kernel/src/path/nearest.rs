@@ -6,7 +6,7 @@ use super::index::{Index, Near, corners};
 use crate::ground::number::index_u32;
 use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;
-use shibo_engine::value::{Path, Polyline, Window};
+use shibo_value::{Path, Polyline, Window};
 
 /// Side of a block in pixels.
 const BLOCK: usize = 16;
@@ -234,7 +234,7 @@ fn add(curve: &Polyline, number: u32, out: &mut Vec<Piece>) {
 mod tests {
     use super::*;
     use crate::path::pen::Pen;
-    use shibo_engine::value::Tiling;
+    use shibo_value::Tiling;
 
     fn path(curves: &[(&[(f64, f64)], bool)], tiling: Tiling) -> Path {
         let mut pen = Pen::default();

@@ -1,7 +1,7 @@
 //! Draws paths: lines and Bézier curves, cut into straight pieces.
 use crate::shape::outline::{Edge, flatten};
 use glam::DVec2;
-use shibo_engine::value::{Path, Polyline, Tiling};
+use shibo_value::{Path, Polyline, Tiling};
 
 /// Maximum distance in mm between straight pieces and the curve they replace.
 pub const TOLERANCE: f64 = 5e-4;

@@ -1,7 +1,7 @@
 //! Seams: positions of stitches and holes along a path.
 use crate::ground::hash::Hash;
 use glam::{DMat2, DVec2};
-use shibo_engine::value::{Path, Polyline};
+use shibo_value::{Path, Polyline};
 
 /// The arrangement of stitches along curves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,7 +144,7 @@ impl<'a> Along<'a> {
 mod tests {
     use super::*;
     use crate::path::pen::Pen;
-    use shibo_engine::value::Tiling;
+    use shibo_value::Tiling;
 
     fn line(points: &[(f64, f64)], tiling: Tiling) -> Path {
         let mut pen = Pen::default();

@@ -5,7 +5,7 @@
 //! O(length of all lines / step).
 use super::pen::Pen;
 use glam::DVec2;
-use shibo_engine::value::{Stop, Tiling};
+use shibo_value::{Stop, Tiling};
 
 /// Parameters of streamlines.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -182,7 +182,7 @@ impl Streams {
 mod tests {
     use super::*;
     use crate::ground::hash::Hash;
-    use shibo_engine::value::Path;
+    use shibo_value::Path;
 
     fn lines(spec: Streams, heading: Heading<'_>) -> Path {
         let hash = Hash::new(3);

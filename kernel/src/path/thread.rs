@@ -10,7 +10,7 @@ use crate::ground::math;
 use crate::ground::number::narrow;
 use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;
-use shibo_engine::value::Tiling;
+use shibo_value::Tiling;
 use std::f32::consts::TAU;
 
 /// The thread and its effect on the ground; mm.

@@ -3,7 +3,7 @@ use super::seam::{Sewn, Stitch};
 use super::thread::{Bit, Drawn, Thread};
 use crate::ground::window::{Frame, WindowExt as _};
 use glam::DVec2;
-use shibo_engine::value::{Tiling, Window};
+use shibo_value::{Tiling, Window};
 
 const PLAIN: Thread = Thread { radius: 0.5, strands: 1, lay: 0.0, hole: 0.4, pull: 0.0, spread: 2.0 };
 

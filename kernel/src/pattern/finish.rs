@@ -152,8 +152,8 @@ pub fn local(grid: &Grid, frame: &Frame, [along, across]: [&mut [f32]; 2]) {
 mod tests {
     use super::*;
     use crate::pattern::layout::{Layout, PieceSpec};
-    use shibo_engine::value::Tiling;
-    use shibo_engine::value::Window;
+    use shibo_value::Tiling;
+    use shibo_value::Window;
 
     fn bricks(angle: f64) -> Grid {
         let pieces =

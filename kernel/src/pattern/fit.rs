@@ -6,7 +6,7 @@
 //! does not tile, units are exact; where it tiles in one direction only, a side of a thousand units replaces the other
 //! side.
 use glam::{DMat2, DVec2};
-use shibo_engine::value::Tiling;
+use shibo_value::Tiling;
 
 /// The wanted pattern.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -149,7 +149,7 @@ impl PieceSpec {
     }
 
     /// Layout on a canvas, turned by an angle with this sine and cosine; `None` if it has too many pieces.
-    pub fn lay(&self, turn: (f64, f64), canvas: (DVec2, shibo_engine::value::Tiling)) -> Option<Grid> {
+    pub fn lay(&self, turn: (f64, f64), canvas: (DVec2, shibo_value::Tiling)) -> Option<Grid> {
         let (rule, wanted) = self.rule();
         let fit = Fit::new(&Wanted { turn, ..wanted }, canvas)?;
         let (directions, slope) = match rule {
@@ -316,7 +316,7 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shibo_engine::value::Tiling;
+    use shibo_value::Tiling;
     use std::collections::BTreeMap;
 
     const ALL: [Layout; 7] = [

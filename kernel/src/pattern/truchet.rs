@@ -10,7 +10,7 @@ use crate::ground::window::{Frame, WindowExt as _};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::value::Tiling;
+use shibo_value::Tiling;
 
 /// The motif of a tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -153,7 +153,7 @@ impl Tiles {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shibo_engine::value::Window;
+    use shibo_value::Window;
 
     fn tiles(motif: Motif) -> Tiles {
         let canvas = (DVec2::splat(40.0), Tiling::BOTH);

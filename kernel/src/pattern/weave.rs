@@ -9,7 +9,7 @@ use crate::ground::window::{Frame, WindowExt as _};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::value::Tiling;
+use shibo_value::Tiling;
 
 /// The pattern of crossings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -266,7 +266,7 @@ fn whole(x: f64) -> i64 {
 #[expect(clippy::cast_possible_truncation, reason = "small numbers of a test")]
 mod tests {
     use super::*;
-    use shibo_engine::value::Window;
+    use shibo_value::Window;
     use std::collections::{BTreeMap, BTreeSet};
 
     fn woven(binding: Binding, over: i64, under: i64) -> Woven {

@@ -4,7 +4,7 @@
 
 use crate::ground::math::{self, lerp, max, min, saturate};
 use crate::ground::simd;
-use shibo_engine::expression::{self, Instruction, Op, Program};
+use shibo_value::expression::{self, Instruction, Op, Program};
 
 /// Pixels in a block.
 const BLOCK: usize = 128;

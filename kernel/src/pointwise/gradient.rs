@@ -128,7 +128,7 @@ fn fill(spec: &GradientSpec, frame: &Frame, out: &mut [f32], shape: impl Fn(f32,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shibo_engine::value::Window;
+    use shibo_value::Window;
 
     const SPEC: GradientSpec = GradientSpec {
         shape: GradientShape::Linear,

@@ -205,7 +205,7 @@ fn void_and_cluster() -> Vec<f32> {
 mod tests {
     use super::*;
     use crate::ground::window::WindowExt;
-    use shibo_engine::value::Window;
+    use shibo_value::Window;
 
     const UNIT: Steps = Steps { range: [0.0, 1.0], levels: 3 };
 

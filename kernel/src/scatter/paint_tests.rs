@@ -6,8 +6,8 @@ use super::set::{Stamp, StampSet};
 use crate::ground::hash::Hash;
 use crate::ground::window::{Frame, WindowExt as _};
 use glam::{DVec2, Vec2};
-use shibo_engine::value::Tiling;
-use shibo_engine::value::Window;
+use shibo_value::Tiling;
+use shibo_value::Window;
 
 /// A dome: 1 in the middle, 0 at the border.
 fn dome(side: usize) -> Vec<f32> {

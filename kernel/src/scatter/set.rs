@@ -2,7 +2,7 @@
 use crate::ground::number::index_u32;
 use crate::ground::window::Frame;
 use glam::{DVec2, Vec2};
-use shibo_engine::value::Tiling;
+use shibo_value::Tiling;
 
 /// One stamp.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -182,7 +182,7 @@ mod tests {
     use super::*;
     use crate::ground::hash::Hash;
     use crate::ground::window::WindowExt as _;
-    use shibo_engine::value::Window;
+    use shibo_value::Window;
 
     #[test]
     fn finds_all_stamps_that_touch_window() {

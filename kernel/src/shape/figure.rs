@@ -8,7 +8,7 @@ use crate::ground::number::narrow;
 use crate::ground::simd;
 use crate::ground::window::{Frame, WindowExt as _};
 use glam::{DVec2, Vec2};
-use shibo_engine::value::Tiling;
+use shibo_value::Tiling;
 
 /// A figure around the origin, y down.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -306,7 +306,7 @@ impl PlacedFigure {
 #[expect(clippy::cast_possible_truncation, reason = "small numbers of a test")]
 mod tests {
     use super::*;
-    use shibo_engine::value::Window;
+    use shibo_value::Window;
 
     /// Distance by brute force: the nearest of many points on the outline.
     fn nearest(outline: &[DVec2], p: DVec2) -> f64 {

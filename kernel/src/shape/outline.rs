@@ -6,7 +6,7 @@
 use crate::ground::number::narrow;
 use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;
-use shibo_engine::value::{Tiling, Window};
+use shibo_value::{Tiling, Window};
 
 /// Side of a block in pixels.
 const BLOCK: usize = 16;

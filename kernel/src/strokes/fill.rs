@@ -8,7 +8,7 @@ use super::pen::{Edge, Gaussian, LANES, Linear, Pen, Pens, Shape, Smooth};
 use super::style::{NO_STROKE, Profile};
 use crate::ground::window::{Frame, WindowExt};
 use pulp::Simd;
-use shibo_engine::value::Buffer;
+use shibo_value::Buffer;
 use std::ops::RangeInclusive;
 
 /// Combination of new pixels with existing ones.
@@ -240,7 +240,7 @@ mod tests {
     use crate::strokes::style::{Combine, Draw, Stroke, StrokeStyle};
     use glam::Vec2;
     use pulp::WithSimd;
-    use shibo_engine::value::Window;
+    use shibo_value::Window;
 
     #[test]
     fn any_width_of_vectors_draws_the_same_bits() {

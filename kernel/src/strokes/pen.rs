@@ -11,7 +11,7 @@ use crate::ground::number::narrow;
 use crate::ground::window::Frame;
 use glam::{DVec2, IVec2, Vec2};
 use pulp::Simd;
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// Largest number of pixels per block on any machine; rows have this much padding, so that a block may begin in any
 /// column.

@@ -7,7 +7,7 @@ use crate::ground::simd;
 use crate::ground::window::{View, WindowExt};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// Filter for measuring slopes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -9,8 +9,8 @@ use crate::filter::blur;
 use crate::ground::math::max;
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt};
-use shibo_engine::value::Buffer;
-use shibo_engine::value::Window;
+use shibo_value::Buffer;
+use shibo_value::Window;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]

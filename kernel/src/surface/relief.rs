@@ -17,7 +17,7 @@ use crate::ground::simd;
 use crate::ground::window::{View, WindowExt, index};
 use crate::surface::display::{Curve, shown};
 use crate::surface::light::{Along, Light, lying};
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// Parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -13,7 +13,7 @@ use crate::ground::simd;
 use crate::ground::stop::{NEVER, Until};
 use crate::ground::window::index;
 use rayon::prelude::*;
-pub use shibo_engine::value::{ExemplarLevel as Level, Neighborhood as Hood};
+pub use shibo_value::{ExemplarLevel as Level, Neighborhood as Hood};
 
 /// Settings of the analysis.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use super::texels::mirrored;
 use crate::filter::distance::{DistanceSpec, distance};
 use crate::ground::window::{View, WindowExt, index};
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// Signed distance of each pixel to the edge of the area above ½, negative inside, limited to ±`radius` pixels.
 pub fn signed_distance(plane: &[f32], [w, h]: [usize; 2], wrap: [bool; 2], radius: f64) -> Vec<f32> {

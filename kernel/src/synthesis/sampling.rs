@@ -5,7 +5,7 @@ use super::plane::PixelPlane;
 use super::texels::{Fetch, Texels};
 use crate::ground::number::narrow;
 use crate::ground::window::{WindowExt, index};
-use shibo_engine::value::Window;
+use shibo_value::Window;
 
 /// A picture that covers the exemplar.
 pub struct Source {

@@ -10,7 +10,7 @@ use crate::mesh::raster::Raster;
 use crate::mesh::walk::{barycentric, corners};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use shibo_engine::value::{Atlas, IndirectionLevel, IndirectionMap, Jump8, Parent};
+use shibo_value::{Atlas, IndirectionLevel, IndirectionMap, Jump8, Parent};
 
 /// A level of a surface.
 #[derive(Clone, Copy)]

@@ -14,7 +14,7 @@ use super::table::Table;
 use super::{analysis, analysis::Level};
 use glam::I64Vec3;
 use rayon::prelude::*;
-use shibo_engine::value::IndirectionMap;
+use shibo_value::IndirectionMap;
 use std::collections::HashMap;
 
 /// Further inputs of a synthesis on a surface.

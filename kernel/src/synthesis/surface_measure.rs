@@ -5,7 +5,7 @@ use super::plane::Neighbours;
 use super::sheet::Sheet;
 use crate::ground::window::{OCTANTS, index};
 use rayon::prelude::*;
-use shibo_engine::value::{IndirectionLevel, Seam};
+use shibo_value::{IndirectionLevel, Seam};
 
 /// Steps between neighbouring pixels: colour difference per mm, and whether the exemplar's order is broken.
 #[derive(Clone, Debug, Default)]

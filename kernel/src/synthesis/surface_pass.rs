@@ -8,7 +8,7 @@ use super::table::Table;
 use crate::ground::simd;
 use crate::ground::window::{OCTANTS, index, offset};
 use rayon::prelude::*;
-use shibo_engine::value::{IndirectionLevel, Jump8};
+use shibo_value::{IndirectionLevel, Jump8};
 
 /// Inputs of a pass.
 pub(super) struct Pass<'a> {

@@ -9,7 +9,7 @@ use crate::ground::number::narrow;
 use crate::ground::window::{OCTANTS, WindowExt, index};
 use crate::mesh::texels;
 use glam::{DMat2, DVec2};
-use shibo_engine::value::{Grid, Window};
+use shibo_value::{Grid, Window};
 
 /// Coordinates on a surface, to be evaluated.
 pub struct SurfaceMap<'a> {
@@ -247,7 +247,7 @@ mod tests {
     use crate::mesh::levels::{LevelsSpec, indirection};
     use crate::synthesis::plane::PixelPlane;
     use glam::{DVec3, UVec2};
-    use shibo_engine::value::Frames;
+    use shibo_value::Frames;
     use std::sync::Arc;
 
     /// Rows C28 to C30: an affine map is reproduced between the pixels of the map, across borders and in gutters, and

@@ -217,7 +217,7 @@ mod tests {
     use super::*;
     use crate::filter::sample::{Filter, Outside, Sampler};
     use crate::ground::window::{View, WindowExt};
-    use shibo_engine::value::Window;
+    use shibo_value::Window;
 
     fn picture(wrap: [bool; 2], value: impl Fn(usize, usize) -> f32) -> Texels<f32> {
         let plane = PixelPlane { w: 9, h: 7, wrap };

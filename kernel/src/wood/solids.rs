@@ -2,7 +2,7 @@
 use super::trunk::{Places, Rows};
 use crate::ground::real::Real;
 use glam::DVec3;
-use shibo_engine::value::{Cost, Patch, Planes, Solid, SolidSource, Type, Wants};
+use shibo_value::{Cost, Patch, Planes, Solid, SolidSource, Type, Wants};
 
 type Fill = Box<dyn Fn(&Patch<'_>, &[Planes<'_>], &mut [&mut [f32]]) + Send + Sync>;
 type Exact = Box<dyn Fn(&[DVec3], &[Vec<f64>]) -> Vec<f64> + Send + Sync>;
@@ -237,7 +237,7 @@ pub fn constant(value: f32) -> Solid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shibo_engine::value::PatchPieces;
+    use shibo_value::PatchPieces;
 
     /// Two adjacent slopes: the change at their border is that within each of them.
     #[test]

@@ -3,7 +3,6 @@
 
 use glam::Vec2;
 use proptest::prelude::*;
-use shibo_engine::value::Window;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::window::{Frame, WindowExt};
@@ -14,6 +13,7 @@ use shibo_kernel::leather::points::{self, GridSpec};
 use shibo_kernel::leather::poisson::{PoissonSpec, poisson, poisson_estimate};
 use shibo_kernel::springs::{Integrator, Mass, Motion, Net, Outcome, SpringError, simulate};
 use shibo_kernel::strokes::{Combine, Draw, NO_STROKE, Profile, Stroke, StrokeSet, StrokeStyle};
+use shibo_value::Window;
 
 const DISCS: PoissonSpec<'_> = PoissonSpec {
     size: Vec2::new(30.0, 20.0),

@@ -2,7 +2,6 @@
 
 use glam::Vec2;
 use serde_json::Value;
-use shibo_engine::value::Window;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::window::{Frame, WindowExt};
 use shibo_kernel::leather::bands::{self, BandSpec};
@@ -12,6 +11,7 @@ use shibo_kernel::leather::points::{self, GridSpec};
 use shibo_kernel::leather::segments::{self, SegmentSpec};
 use shibo_kernel::springs::{Motion, Net, simulate};
 use shibo_kernel::strokes::{Draw, Profile, Stroke, StrokeSet, StrokeStyle};
+use shibo_value::Window;
 
 /// Side of the work area: 99 pitches.
 const SIDE: f32 = 99.0;

@@ -3,7 +3,6 @@
 
 use glam::{IVec2, Vec2};
 use serde_json::Value;
-use shibo_engine::value::Window;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::real::Real;
 use shibo_kernel::ground::window::{Frame, WindowExt};
@@ -14,6 +13,7 @@ use shibo_kernel::leather::points::{self, GridSpec};
 use shibo_kernel::leather::segments::{self, Segment, SegmentSpec};
 use shibo_kernel::springs::{BreakOn, Integrator, Mass, Motion, Net, Outcome, simulate};
 use shibo_kernel::strokes::{Draw, Profile, Stroke, StrokeSet, StrokeStyle};
+use shibo_value::Window;
 
 fn vectors() -> Value {
     serde_json::from_str(include_str!("../vectors/leather.json")).expect("valid JSON")

@@ -1,10 +1,10 @@
 //! Folded noise shows no lines along x and y: two measures of the traces of a grid in its rows and columns.
 use glam::DVec2;
-use shibo_engine::value::{Tiling, Window};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::window::Frame;
 use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Basis, FractalKind, Noise, NoiseSpec};
+use shibo_value::{Tiling, Window};
 use std::f64::consts::TAU;
 
 /// Side of the picture in pixels, and side of a cell of the first octave.

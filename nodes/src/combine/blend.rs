@@ -7,11 +7,11 @@
 use crate::masked::{Masked, Mix};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::tile::{channel, widest};
 use shibo_kernel::pointwise::blend::{self as kernel, BlendMode};
+use shibo_node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Lays one field over another, everywhere or through a mask.
 ///
@@ -128,7 +128,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray, part, rgb};
     use crate::testing::{canvas, port};
-    use shibo_engine::value::{Type, Value};
+    use shibo_value::{Type, Value};
 
     fn number(value: f32) -> Field {
         Field::constant(Type::Gray, &[value])

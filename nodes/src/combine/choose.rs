@@ -5,9 +5,9 @@
 use crate::chosen::Chosen;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, Context, Fact, IdsField, In, Node, Output, Outputs};
-use shibo_engine::value::{Channel, Material, Stop, Type, Value};
 use shibo_kernel::ground::hash::Hash;
+use shibo_node::{AnyField, Context, Fact, IdsField, In, Node, Output, Outputs};
+use shibo_value::{Channel, Material, Stop, Type, Value};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! [`Expression`]: a formula for every pixel.
 //!
-//! The language is that of parameters, see [`expression`](shibo_engine::expression); the formula is parsed once and run on blocks of
+//! The language is that of parameters, see [`expression`](shibo_value::expression); the formula is parsed once and run on blocks of
 //! pixels, see [`kernel::expression`](shibo_kernel::pointwise::expression). Inputs that are numbers are constants of the formula, and
 //! fields that the result does not need are not computed. Cost: O(pixels), 0.1 to 0.2 ns for each operation, 1 to 4 ns for angles,
 //! powers, logarithms and noise.
@@ -8,11 +8,11 @@ use super::formula::{InFormula, PLACES, PORTS, Port, growth};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::expression::{self, Compiled, Fault, Program};
-use shibo_engine::node::{CanvasFacts, Context, EveryField, Fact, Formula, In, Node, Output, Outputs};
-use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::pointwise::expression as kernel;
+use shibo_node::{CanvasFacts, Context, EveryField, Fact, Formula, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::expression::{self, Compiled, Fault, Program};
+use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 
 /// Computes a formula for every pixel, from up to four fields and the position.
 ///
@@ -273,7 +273,7 @@ mod tests {
     use crate::conform::{conforms, field, gray, part, rgb};
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, port};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     fn node(formula: &str, inputs: usize) -> Expression {
         let port = |n: usize| (n < inputs).then(|| port(u32::try_from(n).unwrap()));
@@ -397,7 +397,7 @@ mod tests {
     #[test]
     fn random_numbers_depend_on_the_seeds() {
         let of = |seed: u64, canvas_seed: u64| {
-            let canvas = shibo_engine::value::Canvas { seed: canvas_seed, ..canvas() };
+            let canvas = shibo_value::Canvas { seed: canvas_seed, ..canvas() };
             let node = Expression { seed, ..node("random(floor(x)) + noise(x, y)", 0) };
             let outputs = crate::testing::outputs(&node, &[], &canvas).unwrap();
             let Some(Value::Field(field)) = outputs.take("", true).cloned() else { panic!("no field") };

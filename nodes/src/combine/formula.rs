@@ -1,7 +1,7 @@
 //! Meaning of the names in the formula of an [`Expression`](super::Expression).
 use glam::DVec2;
-use shibo_engine::diagnostics::Code;
-use shibo_engine::expression::{Meaning, Names, Value};
+use shibo_value::diagnostics::Code;
+use shibo_value::expression::{Meaning, Names, Value};
 
 /// The names of the ports.
 pub(super) const PORTS: [&str; 4] = ["a", "b", "c", "d"];

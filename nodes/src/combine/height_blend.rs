@@ -5,10 +5,10 @@
 //! itself. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::surface::layers::{ByHeight, HeightMode, mix_heights};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Blends two heights so that the higher one shows: mortar fills gaps, dust lies in grooves.
 ///

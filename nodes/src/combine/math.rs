@@ -5,11 +5,11 @@
 //! except for powers, logarithms and angles (1 to 3 ns each).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::tile::{channel, widest};
 use shibo_kernel::pointwise::math_ops::{self as kernel, Operand, Operation};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Computes with fields and numbers, channel by channel. Results that are not finite become 0.
 ///
@@ -147,7 +147,7 @@ mod tests {
     use crate::conform::{conforms, field, gray, part, rgb};
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, port};
-    use shibo_engine::value::{Value, Window};
+    use shibo_value::{Value, Window};
 
     fn math(operation: Operation, inputs: &[Field]) -> Field {
         let mut node = Math { a: port(0), operation, ..Math::default() };

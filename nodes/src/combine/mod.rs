@@ -20,7 +20,7 @@ pub use pack_channels::PackChannels;
 pub use split_channels::SplitChannels;
 pub use switch::{Switch, SwitchMaterial};
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

@@ -1,8 +1,8 @@
 //! [`PackChannels`]: a colour of three fields. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Puts three fields together as the channels of a colour: for packed maps, or after `SplitChannels`.
 ///

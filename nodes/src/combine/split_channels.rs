@@ -2,8 +2,8 @@
 //! memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyVector, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_node::{AnyVector, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Splits a colour, a normal or a vector into fields of one number each.
 ///

@@ -5,9 +5,9 @@
 use crate::chosen::Chosen;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, EveryField, Fact, Gray, In, MaterialInputs, Node, Output, Outputs};
-use shibo_engine::value::{Channel, ChannelSet, Field, Material, Stop, Type, Value};
+use shibo_node::{CanvasFacts, Context, EveryField, Fact, Gray, In, MaterialInputs, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Channel, ChannelSet, Field, Material, Stop, Type, Value};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 

@@ -5,12 +5,12 @@
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Window};
 use shibo_kernel::filter::along::{self, Directions, LineSpec};
 use shibo_kernel::filter::paths::Reader;
 use shibo_kernel::ground::tile;
+use shibo_node::{AnyField, CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Window};
 
 /// Smears a field along the lines of a field of directions, through bends and eddies: combed hair, flowing grain, oil
 /// on water.
@@ -100,7 +100,7 @@ impl Node for AlongField {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, field, lumps, port, raster, render};
-    use shibo_engine::value::Type;
+    use shibo_value::Type;
 
     fn node(length: f64) -> AlongField {
         AlongField { input: port(0), direction: port(1), length }

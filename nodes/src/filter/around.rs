@@ -1,5 +1,5 @@
 //! Fields that read one input with a halo and other inputs without.
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Halo, Read, Stop, Tile, Tiling, Window};
+use shibo_value::{Field, FieldSource, Given, Grid, Halo, Read, Stop, Tile, Tiling, Window};
 
 /// A field that reads one input with a halo and other inputs without.
 pub(super) struct Around<F> {

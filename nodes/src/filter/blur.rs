@@ -6,10 +6,10 @@
 use crate::on_atlas;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Stop};
 use shibo_kernel::filter::fields;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Atlas, Stop};
 
 /// Softens a field by a Gaussian. Takes grey fields and colours.
 ///

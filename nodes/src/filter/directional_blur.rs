@@ -7,12 +7,12 @@ use super::around::Around;
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Grid, Halo, Stop, Tile};
 use shibo_kernel::filter::paths::{self, Line, Reader};
 use shibo_kernel::ground::math::{cos_degrees, sin_degrees};
 use shibo_kernel::ground::tile;
+use shibo_node::{AnyField, CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Grid, Halo, Stop, Tile};
 
 /// Smears a field along a direction, which may differ from place to place: brushed metal, streaks, fibres along a
 /// field.
@@ -107,7 +107,7 @@ impl Node for DirectionalBlur {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, field, lumps, port, raster, render};
-    use shibo_engine::value::{Tiling, Type};
+    use shibo_value::{Tiling, Type};
 
     fn node(length: f64) -> DirectionalBlur {
         DirectionalBlur { input: port(0), angle: port(1), length }

@@ -1,8 +1,8 @@
 //! Filters whose footprint is a disk.
-use shibo_engine::value::{Field, Halo, Tile, Window};
 use shibo_kernel::filter::disk::Disk;
 use shibo_kernel::ground::tile;
 use shibo_kernel::ground::window::View;
+use shibo_value::{Field, Halo, Tile, Window};
 
 /// A field computed from the disk of `radius` mm around each place, channel by channel.
 pub(super) fn of_disks(

@@ -7,9 +7,9 @@ use crate::bounds::at_most_half;
 use crate::distances;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Type};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Halo, Stop, Type};
 
 /// The side of the shape's edge on which distances are measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

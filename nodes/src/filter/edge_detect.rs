@@ -7,13 +7,13 @@
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Buffer, Field, Halo, Stop, Tile, Type};
 use shibo_kernel::filter::{fields, slopes};
 use shibo_kernel::ground::math::atan2_degrees;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Buffer, Field, Halo, Stop, Tile, Type};
 
 /// Finds edges: their strength, and the direction in which the field rises across them.
 ///
@@ -100,7 +100,7 @@ impl Node for EdgeDetect {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, lumps, outputs, port, raster, unlike_average};
-    use shibo_engine::value::{Tiling, Value};
+    use shibo_value::{Tiling, Value};
 
     /// A step of 2 across a line through the middle, in a direction.
     fn step(degrees: f64) -> Field {

@@ -7,11 +7,11 @@
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Key, Stop, Tile, Type};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Halo, Key, Stop, Tile, Type};
 
 /// Smooths a field and keeps its edges sharp, as a bilateral filter does. The edges may also come from another field,
 /// the guide.
@@ -142,7 +142,7 @@ impl Node for GuidedFilter {
 mod tests {
     use super::*;
     use crate::testing::{check_field, field, lumps, port, render};
-    use shibo_engine::value::Tiling;
+    use shibo_value::Tiling;
 
     fn node() -> GuidedFilter {
         GuidedFilter { input: port(0), radius: 1.0, threshold: 0.2, ..GuidedFilter::default() }

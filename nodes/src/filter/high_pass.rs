@@ -4,11 +4,11 @@
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Halo, Stop, Tile};
 
 /// Removes shapes that are larger than a radius: uneven light of a photograph, hills under a relief.
 ///
@@ -62,7 +62,7 @@ impl Node for HighPass {
 mod tests {
     use super::*;
     use crate::testing::{check_field, field, lumps, port, render};
-    use shibo_engine::value::{Tiling, Type};
+    use shibo_value::{Tiling, Type};
 
     #[test]
     fn removes_hills_and_keeps_ripples() {

@@ -11,12 +11,12 @@ use crate::torus::Torus;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Window};
 use shibo_kernel::ground::math::smooth;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::normal_scores::NormalScores;
+use shibo_node::{AnyField, CanvasFacts, Context, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Window};
 use std::sync::OnceLock;
 
 /// Makes a field repeat with the canvas: photographs, crops, anything that has an edge.
@@ -220,8 +220,8 @@ mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, check_field, crop, field, port, raster};
-    use shibo_engine::value::{Canvas, Halo, Type};
     use shibo_kernel::ground::hash::Hash;
+    use shibo_value::{Canvas, Halo, Type};
 
     /// White noise that does not repeat; its distribution is skewed, so that plain means would show.
     fn noise() -> Field {

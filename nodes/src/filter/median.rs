@@ -6,10 +6,10 @@ use super::disk::of_disks;
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::Stop;
 use shibo_kernel::filter::median;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::Stop;
+use shibo_value::diagnostics::Problem;
 
 /// Gives each place the median of a disk around it: removes specks and thin lines and keeps edges sharp.
 ///
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, check_field, field, lumps, port, render};
-    use shibo_engine::value::{Field, Tiling, Type};
+    use shibo_value::{Field, Tiling, Type};
 
     #[test]
     fn removes_specks_and_keeps_edges() {

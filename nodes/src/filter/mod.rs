@@ -31,7 +31,7 @@ pub use radial_blur::{RadialBlur, RadialDirection};
 pub use sharpen::Sharpen;
 pub use slope_blur::{SlopeBlur, SlopeBlurMode};
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

@@ -7,10 +7,10 @@ use super::disk::of_disks;
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Key, Stop};
 use shibo_kernel::filter::morphology::extreme;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Key, Stop};
 
 /// Operation on bright shapes; dark shapes get the opposite one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -97,7 +97,7 @@ mod tests {
     use crate::testing::{canvas, check_field, field, lumps, port, render};
     use MorphologyOperation as M;
     use glam::DVec2;
-    use shibo_engine::value::{Tiling, Type};
+    use shibo_value::{Tiling, Type};
 
     fn node(operation: MorphologyOperation, radius: f64) -> Morphology {
         Morphology { input: port(0), operation, radius }

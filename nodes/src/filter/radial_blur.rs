@@ -5,13 +5,13 @@
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Window};
 use shibo_kernel::filter::paths::{self, Reader};
 use shibo_kernel::ground::math::{cos_degrees, sin_degrees};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Window};
 
 /// The paths along which a radial blur smears.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -171,7 +171,7 @@ mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, check_field, field, lumps, port, render};
-    use shibo_engine::value::Type;
+    use shibo_value::Type;
 
     /// A field that depends only on the distance from the centre, or only on the direction.
     fn rings(of_angle: bool) -> Field {

@@ -4,11 +4,11 @@
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Halo, Stop, Tile};
 
 /// Strengthens detail of a certain size: its difference from the surroundings grows.
 ///

@@ -6,14 +6,14 @@
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Buffer, Field, FieldSource, Given, Grid, Read, Stop, Tile, Window};
 use shibo_kernel::filter::paths::{self, Reader, Reduce};
 use shibo_kernel::filter::slopes;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::ground::window::View;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Buffer, Field, FieldSource, Given, Grid, Read, Stop, Tile, Window};
 
 /// How the values on a path are combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -154,7 +154,7 @@ impl Node for SlopeBlur {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, field, lumps, port, raster, render};
-    use shibo_engine::value::{Tiling, Type};
+    use shibo_value::{Tiling, Type};
 
     fn node() -> SlopeBlur {
         SlopeBlur { input: port(0), slope: port(1), ..SlopeBlur::default() }

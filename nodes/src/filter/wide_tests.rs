@@ -1,12 +1,12 @@
 //! Wide filters, which use several fields, give the same result as one call of the kernel.
 use crate::testing::{canvas, crop, raster};
 use glam::{DVec2, UVec2};
-use shibo_engine::value::{Canvas, Field, Tiling, Type, Window};
 use shibo_kernel::filter::blur;
 use shibo_kernel::filter::distance::{self, DistanceSpec};
 use shibo_kernel::filter::fields::{blurred, distances};
 use shibo_kernel::ground::tile;
 use shibo_kernel::ground::window::WindowExt;
+use shibo_value::{Canvas, Field, Tiling, Type, Window};
 
 /// A disc, periodic with the canvas of unit tests.
 fn input() -> Field {

@@ -4,9 +4,9 @@
 //! name. Cost: none; nodes that handle constants do not read them pixel by pixel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Color, Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Field, Stop, Type};
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{Color, Context, Fact, Node, Output, Outputs};
+use shibo_value::{Field, Stop, Type};
 
 /// The same number and the same colour everywhere.
 ///

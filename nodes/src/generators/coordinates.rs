@@ -2,10 +2,10 @@
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::math::atan2_degrees;
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
+use shibo_value::{Field, Stop, Tiling, Type};
 
 /// The position of each pixel: in mm, as shares of the canvas, and as distance and direction from a point.
 ///

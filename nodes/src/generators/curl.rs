@@ -4,12 +4,12 @@
 //! see [`kernel::curl`](shibo_kernel::noise::curl). Cost: O(pixels · octaves), that of four noises.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::tile;
 use shibo_kernel::noise::curl;
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_value::{Field, Stop, Tiling, Type};
 
 /// Vectors that swirl like an incompressible fluid: material that they carry neither gathers nor thins out anywhere.
 ///
@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn does_not_depend_on_the_resolution() {
-        let fine = shibo_engine::value::Canvas { resolution: glam::UVec2::splat(192), ..crate::testing::canvas() };
+        let fine = shibo_value::Canvas { resolution: glam::UVec2::splat(192), ..crate::testing::canvas() };
         let field = crate::testing::field(&Curl { size: 8.0, ..Curl::default() }, &[]);
         let (coarse, fine) =
             (crate::testing::raster(&field, &crate::testing::canvas()), crate::testing::raster(&field, &fine));

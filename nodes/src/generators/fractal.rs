@@ -8,11 +8,11 @@
 use super::noise_field::{known_angle, noise_along, noise_field, without_aspect};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Basis, FractalKind, NoiseSpec};
+use shibo_node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Stop, Tiling, Type};
 
 /// Clouds, crests, lumps or veins: noise with detail of all sizes, 0..1.
 ///
@@ -110,7 +110,7 @@ mod tests {
     use super::*;
     use crate::conform::conforms;
     use crate::testing::{OnCanvas as _, canvas, lumps, port, render};
-    use shibo_engine::value::Field;
+    use shibo_value::Field;
 
     #[test]
     fn conforms_in_every_kind() {

@@ -5,12 +5,12 @@
 //! packet. Cost: O(pixels), about 60 ns.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::tile;
 use shibo_kernel::noise::gabor::{self as kernel, GaborSpec};
+use shibo_node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
 
 /// Short stripes of one width, in a direction that may differ from place to place: grain, brushed metal, ripples, pores
 /// along fibres.

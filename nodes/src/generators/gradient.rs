@@ -6,11 +6,11 @@
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::tile;
 use shibo_kernel::pointwise::gradient::{self as kernel, GradientShape, GradientSpec, Repeat};
+use shibo_node::{CanvasFacts, Context, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Stop, Tiling, Type};
 
 /// A ramp from 0 at one point to 1 at another.
 ///

@@ -26,7 +26,7 @@ pub use value_noise::ValueNoise;
 pub use white_noise::WhiteNoise;
 pub use worley::Worley;
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

@@ -1,13 +1,13 @@
 //! Noise as a field on the canvas.
 use glam::{DVec2, IVec2, UVec2};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context};
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Type, Window};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::tile;
 use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Basis, Noise, NoiseSpec};
 use shibo_kernel::noise::fractal_along::{Directions, NoiseAlong, doubled};
+use shibo_node::{CanvasFacts, Context};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Type, Window};
 
 /// The noise of `spec`, periodic where the canvas tiles.
 pub(super) fn noise_field(cx: &Context<'_>, spec: &NoiseSpec, seed: u64) -> Field {

@@ -1,10 +1,10 @@
 //! [`Random`]: a random number. Cost: none.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Range};
-use shibo_engine::value::{Field, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{Context, Fact, Node, Output, Outputs, Range};
+use shibo_value::{Field, Stop, Type};
 
 /// A random number, the same everywhere. It changes with the seed of the canvas or of an instance.
 ///

@@ -5,9 +5,9 @@
 use super::noise_field::one_octave;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::noise::fractal::Basis;
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_value::{Stop, Tiling, Type};
 
 /// Smooth bumps of one size, rounder than those of `Perlin` and without its traces of a grid: simplex noise, 0..1
 /// with mean ½.

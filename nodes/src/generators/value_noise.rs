@@ -5,9 +5,9 @@
 use super::noise_field::one_octave;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::noise::fractal::Basis;
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_value::{Stop, Tiling, Type};
 
 /// Soft blots of random brightness: value noise, 0..1 with mean ½. It looks blockier than `Perlin`, as if painted in
 /// squares.

@@ -5,10 +5,10 @@
 use super::noise_field::one_octave;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::noise::fractal::Basis;
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
 
 /// Factor from the deviation of all noises, 0.155, to that of the uniform distribution over 0..1, 12^-½.
 const SPREAD: f32 = 0.288_675 / 0.155;

@@ -8,9 +8,6 @@
 use super::noise_field::{known_angle, without_aspect};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
@@ -19,6 +16,9 @@ use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::worley::{self as kernel, Metric, WorleyOut, WorleySpec};
 use shibo_kernel::noise::worley_along::WorleyAlong;
 use shibo_kernel::pointwise::tone;
+use shibo_node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
 use std::sync::Arc;
 
 /// Cells around scattered points: stones, scales, cracks, pores.

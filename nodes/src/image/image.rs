@@ -7,11 +7,11 @@ use super::pixels::{Crop, Pick, PicturePlacement, PictureSource, Pixels};
 use super::sheet::{DecodeOptions, Sheet};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Xy};
-use shibo_engine::picture::{self, ReadLimits};
-use shibo_engine::value::{Field, Grid, PictureFields, Stop, Tiling, Type, Value};
 use shibo_kernel::filter::sample::{Filter, Outside};
+use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Xy};
+use shibo_picture::{self as picture, ReadLimits};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Grid, PictureFields, Stop, Tiling, Type, Value};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -272,9 +272,9 @@ impl Node for Image {
 mod tests {
     use super::*;
     use crate::testing::{Plain, PlainPictures, canvas, check_field, crop, raster, write_tiff};
-    use shibo_engine::node::{Call, DynNode};
-    use shibo_engine::value::Canvas;
-    use shibo_engine::value::{Given, Tile, Window};
+    use shibo_node::{Call, DynNode};
+    use shibo_value::Canvas;
+    use shibo_value::{Given, Tile, Window};
 
     /// A picture of 16 × 8 pixels of noise with `channels` channels.
     fn file(folder: &Path, name: &str, channels: usize, wrong: Option<f32>) -> (PathBuf, Vec<f32>) {

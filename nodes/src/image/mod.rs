@@ -6,7 +6,7 @@ mod sheet;
 
 pub use image::{ColorSpace, Image, Wrap};
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

@@ -2,12 +2,12 @@
 use super::sheet::{DecodeOptions, Sheet};
 use glam::DVec2;
 use rayon::prelude::*;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::picture::{Header, ReadLimits};
-use shibo_engine::value::{FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Window};
 use shibo_kernel::filter::placed::{self, PlacedWindow};
 use shibo_kernel::filter::sample::{Filter, Outside, Pyramid};
 use shibo_kernel::ground::tile;
+use shibo_picture::{Header, ReadLimits};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Window};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
 

@@ -1,10 +1,10 @@
 //! The files of a picture, and how they are read: a single file, or one for each UDIM tile, side by side as a sheet.
 use super::image::problem;
 use rayon::prelude::*;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::picture::{
-    self, ColorSpace, Conversion, FileError, Header, Picture, ReadLimits, divide_by_alpha, udim_file,
+use shibo_picture::{
+    self as picture, ColorSpace, Conversion, FileError, Header, Picture, ReadLimits, divide_by_alpha, udim_file,
 };
+use shibo_value::diagnostics::{Code, Problem};
 use std::path::{Path, PathBuf};
 
 /// Options for turning samples of a file into values; `None` follows the file.

@@ -7,13 +7,13 @@ use super::drawing;
 use super::reading::SampledMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{Segments, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::bands::{self, BandSpec};
 use shibo_kernel::strokes::{self, StrokeSet, StrokeStyle};
+use shibo_node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs, Range};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Segments, Stop, Tiling, Type};
 
 /// How the value falls from the middle of a band to its edge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -209,7 +209,7 @@ impl BandPattern {
 mod tests {
     use super::*;
     use crate::testing::{OnCanvas as _, outputs, port};
-    use shibo_engine::value::{Canvas, Field, Tile, Type, Value};
+    use shibo_value::{Canvas, Field, Tile, Type, Value};
 
     #[test]
     fn bands_run_along_the_direction_at_their_middles() {

@@ -6,12 +6,12 @@ use super::*;
 use crate::testing::OnCanvas as _;
 use crate::testing::{canvas, outputs, port, raster};
 use glam::Vec2;
-use shibo_engine::diagnostics::Code;
-use shibo_engine::node::{Linear, Node, Range};
-use shibo_engine::value::{Canvas, Field, Lattice, Segments, SpringNet, Stop, Tiling, Type, Value};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::{Reduction, Sample};
 use shibo_kernel::springs::Integrator;
+use shibo_node::{Linear, Node, Range};
+use shibo_value::diagnostics::Code;
+use shibo_value::{Canvas, Field, Lattice, Segments, SpringNet, Stop, Tiling, Type, Value};
 use std::sync::Arc;
 
 fn make(node: &impl Node, inputs: &[Value], output: &str) -> Value {
@@ -171,7 +171,7 @@ fn bodies_keep_apart() {
 #[test]
 fn fixed_boundary_holds_edge_of_any_set() {
     let canvas = Canvas { tile: Tiling::NONE, ..canvas() };
-    let take = |outputs: shibo_engine::node::Outputs| outputs.take("", true).cloned().unwrap();
+    let take = |outputs: shibo_node::Outputs| outputs.take("", true).cloned().unwrap();
     let poisson = PoissonPoints { pitch: 2.0, ..PoissonPoints::default() };
     let hexagons = HexPoints { edge: 1.0, jitter: 0.0, ..HexPoints::default() };
     let grid = GridPoints { jitter: 1.0, keep_border: false, ..GridPoints::default() };
@@ -196,7 +196,7 @@ fn fixed_boundary_holds_edge_of_any_set() {
 /// A wider margin never holds fewer points, and a very narrow one holds the same points as a margin of 0.
 #[test]
 fn the_edge_holds_more_points_the_wider_its_margin() {
-    let take = |outputs: shibo_engine::node::Outputs| outputs.take("", true).cloned().unwrap();
+    let take = |outputs: shibo_node::Outputs| outputs.take("", true).cloned().unwrap();
     let held = |points: &Value, canvas: &Canvas, margin: f64| {
         let links = ConnectNeighbors { points: port(0), ..ConnectNeighbors::default() };
         let lattice = take(outputs(&links, std::slice::from_ref(points), canvas).unwrap());
@@ -244,9 +244,8 @@ fn limits_can_be_read_in_every_way() {
 fn boundary_follows_the_canvas() {
     let end = |tile: Tiling, boundary: Boundary| {
         let canvas = Canvas { tile, ..canvas() };
-        let make = |outputs: Result<shibo_engine::node::Outputs, shibo_engine::value::Stop>| {
-            outputs.unwrap().take("", true).cloned().unwrap()
-        };
+        let make =
+            |outputs: Result<shibo_node::Outputs, shibo_value::Stop>| outputs.unwrap().take("", true).cloned().unwrap();
         let points = make(outputs(&PoissonPoints { pitch: 2.0, ..PoissonPoints::default() }, &[], &canvas));
         let links = ConnectNeighbors { points: port(0), ..ConnectNeighbors::default() };
         let lattice = make(outputs(&links, &[points], &canvas));

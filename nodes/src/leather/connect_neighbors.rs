@@ -4,13 +4,13 @@
 //! natural look of leather. Cost: O(links), Delaunay O(n log n).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, In, Node, Output, Outputs};
-use shibo_engine::value::{GridLinks, Lattice, Points, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::stop::Until;
 use shibo_kernel::leather::delaunay::delaunay_until;
 use shibo_kernel::leather::links::{GridShape, Links, grid_links_until, radius_estimate, radius_links_until, wrap};
+use shibo_node::{Context, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{GridLinks, Lattice, Points, Stop, Tiling, Type};
 use std::sync::Arc;
 
 /// Rule that decides which points are neighbours.

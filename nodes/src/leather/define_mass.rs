@@ -5,12 +5,12 @@ use super::reading;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs};
-use shibo_engine::value::{ScalarMap, SpringNet, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::{Raster, Reduction, Sample};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{ScalarMap, SpringNet, Stop, Tiling, Type};
 use std::sync::Arc;
 
 /// Pixels of the field that count for a point.

@@ -4,13 +4,13 @@
 use super::reading;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs};
-use shibo_engine::value::{Lattice, SpringNet, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::{Reduction, Sample};
 use shibo_kernel::springs::Rest;
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Lattice, SpringNet, Stop, Tiling, Type};
 
 /// Turns links into springs whose stiffness and length at rest come from a field: springs are stiff where the field is
 /// bright, so cells become small there, and large where it is dark.

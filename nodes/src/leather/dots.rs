@@ -6,13 +6,13 @@ use super::drawing;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Range};
-use shibo_engine::node::{Gray, In};
-use shibo_engine::value::{Points, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::strokes::{self, Stroke, StrokeSet, StrokeStyle};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Range};
+use shibo_node::{Gray, In};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Points, Stop, Tiling, Type};
 
 /// The cross-section of a dot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -155,7 +155,7 @@ mod tests {
     use crate::conform::conforms;
     use crate::leather::PoissonPoints;
     use crate::testing::{canvas, outputs, port, render};
-    use shibo_engine::value::{Field, Value};
+    use shibo_value::{Field, Value};
 
     fn points() -> Value {
         outputs(&PoissonPoints { pitch: 5.0, ..PoissonPoints::default() }, &[], &canvas())

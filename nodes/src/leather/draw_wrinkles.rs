@@ -7,13 +7,13 @@ use super::{drawing, reading};
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Segments, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::strokes::{Combine, CrossSection, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Range};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Segments, Stop, Tile, Tiling, Type, Window};
 use std::sync::{Arc, OnceLock};
 
 /// Property that decides which grooves of a set are wide and deep.

@@ -1,9 +1,9 @@
 //! Shared by the nodes that draw strokes: the field of a set of strokes, and bounds on what may be drawn.
 use glam::Vec2;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::value::{Field, Tiling, Type};
 use shibo_kernel::ground::tile;
 use shibo_kernel::strokes::{self, Draw, Stroke, StrokeSet, StrokeStyle};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Tiling, Type};
 
 /// Maximum number of strokes that overlap, on average. Drawing that many takes about a second per million pixels.
 const MOST_LAYERS: f64 = 4096.0;

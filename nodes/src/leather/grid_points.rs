@@ -4,12 +4,12 @@
 //! grids that repeat with the canvas. Cost: O(points).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
-use shibo_engine::value::{GridOrder, Points, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::points::{GridSpec, grid, grid_counts};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{GridOrder, Points, Stop, Tiling, Type};
 
 /// Maximum number of points.
 pub(super) const MAX_POINTS: usize = 4_000_000;
@@ -147,8 +147,8 @@ mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, outputs};
-    use shibo_engine::value::Canvas;
-    use shibo_engine::value::Value;
+    use shibo_value::Canvas;
+    use shibo_value::Value;
 
     fn points(node: &GridPoints, canvas: &Canvas) -> std::sync::Arc<Points> {
         match outputs(node, &[], canvas).unwrap().take("", true) {

@@ -6,13 +6,13 @@ use super::grid_points::{MAX_POINTS, afford, too_many};
 use glam::{DVec2, Vec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Edges, Points, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::links::GridShape;
 use shibo_kernel::leather::points::{hexagon_grid, hexagons_until};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Edges, Points, Stop, Tiling, Type};
 use std::sync::Arc;
 
 /// Points at the corners of a tiling by regular hexagons; two sides of each hexagon are horizontal.
@@ -120,7 +120,7 @@ mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, outputs};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     fn points(node: &HexPoints) -> std::sync::Arc<Points> {
         match outputs(node, &[], &canvas()).unwrap().take("", true) {

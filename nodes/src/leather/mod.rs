@@ -37,7 +37,7 @@ pub use random_points::RandomPoints;
 pub use simulate_springs::SimulateSprings;
 pub use work_area::WorkArea;
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

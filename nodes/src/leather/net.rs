@@ -3,13 +3,13 @@ use super::define_mass::mass_at;
 use super::strain::{Strain, StrainQuantity};
 use crate::bounds::told;
 use glam::Vec2;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Outputs};
-use shibo_engine::value::{Lattice, Points, ScalarMap, SpringNet, Stop, Tiling};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::Raster;
 use shibo_kernel::leather::links::{GridShape, radius_estimate, radius_links_until};
 use shibo_kernel::springs::{Mass, Net, Outcome};
+use shibo_node::{Context, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Lattice, Points, ScalarMap, SpringNet, Stop, Tiling};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 

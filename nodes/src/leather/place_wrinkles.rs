@@ -5,12 +5,12 @@
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, In, Node, Output, Outputs};
-use shibo_engine::value::{Lattice, Segments, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::area;
 use shibo_kernel::leather::links::Links;
 use shibo_kernel::leather::segments::{self, SegmentSpec};
+use shibo_node::{Context, In, Node, Output, Outputs};
+use shibo_value::{Lattice, Segments, Stop, Tiling, Type};
 
 /// The links that get wrinkles, by the state of their springs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

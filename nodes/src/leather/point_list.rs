@@ -6,9 +6,9 @@ use crate::csv_points;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, FilePath, Node, Output, Outputs};
-use shibo_engine::value::{Points, Stop, Tiling, Type};
+use shibo_node::{CanvasFacts, Context, FilePath, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Points, Stop, Tiling, Type};
 
 /// Given points, as a list or in a CSV file with one `x,y` per line and no header.
 ///

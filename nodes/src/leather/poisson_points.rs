@@ -7,12 +7,12 @@ use super::reading::SampledMap;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Points, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::poisson::{PoissonSpec, poisson_estimate, poisson_until};
+use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Points, Stop, Tiling, Type};
 
 /// Random points with a minimum distance: neither a grid nor clumps. The best start for leather.
 ///
@@ -155,7 +155,7 @@ impl Node for PoissonPoints {
 mod tests {
     use super::*;
     use crate::testing::{canvas, outputs, port};
-    use shibo_engine::value::{Field, Value};
+    use shibo_value::{Field, Value};
 
     fn count(node: &PoissonPoints, inputs: &[Value]) -> usize {
         match outputs(node, inputs, &canvas()).unwrap().take("", true) {

@@ -4,11 +4,11 @@
 use super::grid_points::{MAX_POINTS, afford};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Points, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::points::random;
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_value::{Points, Stop, Tiling, Type};
 
 /// Random points anywhere on the canvas: they form clumps and leave gaps.
 ///
@@ -67,7 +67,7 @@ impl Node for RandomPoints {
 mod tests {
     use super::*;
     use crate::testing::{canvas, outputs};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     #[test]
     fn they_lie_on_the_canvas() {

@@ -2,11 +2,11 @@
 //! the resolution of the output.
 use super::define_mass::mass_at;
 use glam::{DVec2, UVec2, Vec2};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::Context;
-use shibo_engine::value::{Field, Lattice, ScalarMap, Stop, Tile, Tiling, Window};
 use shibo_kernel::leather::lines::{Raster, Reduction, Sample};
 use shibo_kernel::leather::links::Links;
+use shibo_node::Context;
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Lattice, ScalarMap, Stop, Tile, Tiling, Window};
 
 /// Maximum number of columns or rows at which a field is read by default.
 const MOST_SAMPLES: f64 = 4096.0;

@@ -8,15 +8,15 @@ use super::reading;
 use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{Points, SpringNet, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::area::near_contour;
 use shibo_kernel::leather::lines::{Reduction, Sample};
 use shibo_kernel::leather::points::border;
 use shibo_kernel::springs::{self, BreakOn, Integrator, Mass, Motion, Net, Outcome, SpringError};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Range};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Points, SpringNet, Stop, Tiling, Type};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Behaviour at the canvas' edge.

@@ -1,10 +1,10 @@
 //! Stretch and breakage of links by a motion, as fields for colour and roughness.
 use glam::{DVec2, UVec2, Vec2};
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Lattice, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::filter::placed::{self, PlacedWindow};
 use shibo_kernel::filter::sample::{Filter, Outside, Pyramid};
 use shibo_kernel::leather::links::Links;
 use shibo_kernel::leather::scatter::{Spread, spread};
+use shibo_value::{Field, FieldSource, Given, Grid, Lattice, Read, Stop, Tile, Tiling, Type, Window};
 use std::sync::{Arc, OnceLock};
 
 /// The quantity to show.

@@ -7,10 +7,10 @@ use super::*;
 use crate::testing::{outputs, port};
 use glam::{DVec2, UVec2, Vec2};
 use serde_json::Value as Json;
-use shibo_engine::node::{Linear, Node, Range, Xy};
-use shibo_engine::value::{Canvas, Field, Lattice, Points, Segments, SpringNet, Tiling, Type, Value};
 use shibo_kernel::leather::lines::{Reduction, Sample};
 use shibo_kernel::springs::{BreakOn, Integrator};
+use shibo_node::{Linear, Node, Range, Xy};
+use shibo_value::{Canvas, Field, Lattice, Points, Segments, SpringNet, Tiling, Type, Value};
 use std::sync::Arc;
 
 const CANVAS: Canvas = Canvas { size_mm: DVec2::splat(4.0), resolution: UVec2::splat(64), tile: Tiling::NONE, seed: 1 };

@@ -5,11 +5,11 @@
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Area, Field, Halo, Points, Stop, Tiling, Type, Window};
 use shibo_kernel::filter::fields;
 use shibo_kernel::leather::area;
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Area, Field, Halo, Points, Stop, Tiling, Type, Window};
 use std::sync::Arc;
 
 /// Keeps the points within a shape, which becomes the work area of all later stages.
@@ -114,8 +114,8 @@ mod tests {
     use super::*;
     use crate::leather::{ConnectNeighbors, GridPoints, HexPoints};
     use crate::testing::{canvas, outputs, port};
-    use shibo_engine::node::Xy;
-    use shibo_engine::value::{Lattice, Value};
+    use shibo_node::Xy;
+    use shibo_value::{Lattice, Value};
 
     /// 1 within 10 mm of the middle of the canvas, falling by 1 every mm.
     fn disc() -> Field {

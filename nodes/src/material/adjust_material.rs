@@ -5,13 +5,13 @@
 //! ns for colours.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Color, Context, Fact, In, Linear, MaterialInputs, Node, Output, Outputs};
-use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color;
 use shibo_kernel::surface::layers::scale_slopes;
+use shibo_node::{Color, Context, Fact, In, Linear, MaterialInputs, Node, Output, Outputs};
+use shibo_value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 
 /// Changes the look of a material: hue, saturation and lightness, a tint, roughness, and the height of the relief.
 ///
@@ -156,7 +156,7 @@ impl Node for AdjustMaterial {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, lumps, outputs, port, raster};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     fn made(node: &AdjustMaterial, channels: &[(Channel, Field)]) -> Material {
         let outputs = outputs(node, &[Material::new(channels.to_vec()).into()], &canvas()).unwrap();

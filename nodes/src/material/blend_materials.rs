@@ -7,9 +7,9 @@
 use super::layers::{BlendBy, BlendNormals, Over};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs};
-use shibo_engine::value::{ChannelSet, Material, Stop, Type};
 use shibo_kernel::surface::layers::HeightMode;
+use shibo_node::{Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs};
+use shibo_value::{ChannelSet, Material, Stop, Type};
 
 /// Lays one material over another, all channels at once.
 ///
@@ -119,7 +119,7 @@ impl Node for BlendMaterials {
 mod tests {
     use super::*;
     use crate::testing::{canvas, lumps, outputs, port, raster};
-    use shibo_engine::value::{Channel, Field, Value};
+    use shibo_value::{Channel, Field, Value};
 
     fn number(value: f32) -> Field {
         Field::constant(Type::Gray, &[value])

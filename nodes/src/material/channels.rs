@@ -72,22 +72,22 @@ macro_rules! with_channels {
         #[serde(default, deny_unknown_fields)]
         pub struct $name {
             $($(#[$own_meta])* pub $own: $own_type,)*
-            $($(#[$doc])* pub $field: Option<shibo_engine::node::In<shibo_engine::node::$type>>,)*
+            $($(#[$doc])* pub $field: Option<shibo_node::In<shibo_node::$type>>,)*
         }
 
         impl $name {
             /// The channels that are connected.
-            fn connected(&self) -> shibo_engine::value::ChannelSet {
-                let all = [$((shibo_engine::value::Channel::$channel, self.$field.is_some()),)*];
+            fn connected(&self) -> shibo_value::ChannelSet {
+                let all = [$((shibo_value::Channel::$channel, self.$field.is_some()),)*];
                 all.into_iter().filter_map(|(channel, connected)| connected.then_some(channel)).collect()
             }
 
             /// The fields of the connected channels.
             fn given(
                 &self,
-                cx: &shibo_engine::node::Context<'_>,
-            ) -> Result<Vec<(shibo_engine::value::Channel, shibo_engine::value::Field)>, shibo_engine::value::Stop> {
-                let all = [$((shibo_engine::value::Channel::$channel, cx.get_opt(&self.$field)?),)*];
+                cx: &shibo_node::Context<'_>,
+            ) -> Result<Vec<(shibo_value::Channel, shibo_value::Field)>, shibo_value::Stop> {
+                let all = [$((shibo_value::Channel::$channel, cx.get_opt(&self.$field)?),)*];
                 Ok(all.into_iter().filter_map(|(channel, field)| Some((channel, field?))).collect())
             }
         }

@@ -6,9 +6,9 @@ use super::worn::{Wear, channels};
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, TakenChannel};
-use shibo_engine::value::{Channel, ChannelSet, Field, Material, Stop, Type, srgb_to_linear};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, TakenChannel};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Channel, ChannelSet, Field, Material, Stop, Type, srgb_to_linear};
 
 /// Adds dirt where the surface lies below its surroundings: grooves, pores, inner corners.
 ///
@@ -132,7 +132,7 @@ impl Node for Dirt {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, lumps, outputs, port, raster};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     #[test]
     fn gathers_in_hollows_and_keeps_height() {

@@ -6,9 +6,9 @@ use super::worn::{Wear, channels};
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, TakenChannel};
-use shibo_engine::value::{ChannelSet, Material, Stop, Type};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, TakenChannel};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{ChannelSet, Material, Stop, Type};
 
 /// Shows the material under a coat where edges are worn: places above their surroundings wear first.
 ///
@@ -114,7 +114,7 @@ impl Node for EdgeWear {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, lumps, outputs, port, raster};
-    use shibo_engine::value::{Channel, Field, Value};
+    use shibo_value::{Channel, Field, Value};
 
     #[test]
     fn wears_raised_places_and_keeps_height() {

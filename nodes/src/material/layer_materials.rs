@@ -4,10 +4,10 @@
 use super::layers::{BlendBy, BlendNormals, Over};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs};
-use shibo_engine::value::{ChannelSet, Material, Stop, Type};
 use shibo_kernel::surface::layers::HeightMode;
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{ChannelSet, Material, Stop, Type};
 
 /// Lays materials over each other, the lowest first. Each layer is blended over all layers before it, with the
 /// parameters of `BlendMaterials`; the first layer needs only its material.
@@ -133,7 +133,7 @@ mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, outputs, port, raster};
-    use shibo_engine::value::{Channel, Field, Value};
+    use shibo_value::{Channel, Field, Value};
 
     #[test]
     fn later_layers_lie_over_earlier_ones() {

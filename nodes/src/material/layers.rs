@@ -7,14 +7,14 @@ use crate::masked::{Masked, Mix, SideTiles};
 use crate::normals::normals;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::Context;
-use shibo_engine::value::{
-    Channel, ChannelSet, Cost, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window,
-};
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::layers::{self as kernel, ByHeight, Grain, HeightMode, Planes};
+use shibo_node::Context;
+use shibo_value::{
+    Channel, ChannelSet, Cost, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window,
+};
 
 /// How to decide which layer shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -2,9 +2,9 @@
 //!
 //! Channels as in the glTF and OpenPBR models. Nothing is computed here. Cost: none.
 use super::channels::with_channels;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, MaterialInputs, Node, Output, Outputs};
-use shibo_engine::value::{self, ChannelSet, Stop, Type};
+use shibo_node::{CanvasFacts, Context, Fact, MaterialInputs, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{self as value, ChannelSet, Stop, Type};
 
 with_channels! {
     /// Combines channels to a material, which is written as one file per channel. Channels that are not connected are
@@ -50,8 +50,8 @@ mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, lumps, outputs, port};
-    use shibo_engine::node::KindInfo;
-    use shibo_engine::value::{Channel, Value};
+    use shibo_node::KindInfo;
+    use shibo_value::{Channel, Value};
 
     #[test]
     fn holds_what_is_connected() {

@@ -3,8 +3,8 @@
 //! Cost: none for an unchanged channel; O(pixels) for the luminance of a colour.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, TakenChannel};
-use shibo_engine::value::{Channel, Field, Halo, Material, Stop, Type};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, TakenChannel};
+use shibo_value::{Channel, Field, Halo, Material, Stop, Type};
 
 /// Extracts a channel from a material.
 ///
@@ -69,7 +69,7 @@ impl Node for MaterialChannel {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, field, lumps, outputs, port};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     #[test]
     fn takes_a_channel_or_its_default() {

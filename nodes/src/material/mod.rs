@@ -26,7 +26,7 @@ pub use set_channels::SetChannels;
 pub use transform_material::TransformMaterial;
 pub use warp_material::WarpMaterial;
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

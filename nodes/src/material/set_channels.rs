@@ -2,9 +2,9 @@
 //!
 //! Nothing is computed here. Cost: none.
 use super::channels::with_channels;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, Output, Outputs};
-use shibo_engine::value::{self, ChannelSet, Stop, Type};
+use shibo_node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{self as value, ChannelSet, Stop, Type};
 
 with_channels! {
     /// Replaces channels of a material, or adds them; all other channels stay.
@@ -52,8 +52,8 @@ impl Node for SetChannels {
 mod tests {
     use super::*;
     use crate::testing::{canvas, lumps, outputs, port};
-    use shibo_engine::node::KindInfo;
-    use shibo_engine::value::{Channel, Field, Value};
+    use shibo_node::KindInfo;
+    use shibo_value::{Channel, Field, Value};
 
     #[test]
     fn replaces_and_adds() {

@@ -6,11 +6,11 @@
 use crate::moved::Placement;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::surface::layers::scale_slopes;
+use shibo_node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, Output, Outputs, Xy};
+use shibo_value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Tiling, Type};
 
 /// Moves, rotates and scales a material, all its channels at once.
 ///
@@ -115,7 +115,7 @@ impl Node for TransformMaterial {
 mod tests {
     use super::*;
     use crate::testing::{canvas, lumps, outputs, port, raster};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     fn made(node: &TransformMaterial, material: Material) -> Material {
         let made = outputs(node, &[material.into()], &canvas()).unwrap();

@@ -6,10 +6,10 @@ use crate::bounds::at_most_half;
 use crate::warped::Warped;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Vec2Field};
-use shibo_engine::value::{ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Vec2Field};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 
 /// Warps a material, all its channels at once, by displacements from fields.
 ///
@@ -105,7 +105,7 @@ impl Node for WarpMaterial {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, lumps, outputs, port, raster};
-    use shibo_engine::value::{Channel, Value};
+    use shibo_value::{Channel, Value};
 
     #[test]
     fn all_channels_move_together() {

@@ -1,12 +1,12 @@
 //! Shared code of [`EdgeWear`](super::EdgeWear) and [`Dirt`](super::Dirt): a material that shows where another one
 //! rises above its surroundings, or lies below them.
 use super::layers::{BlendBy, BlendNormals, Over};
-use shibo_engine::node::{Context, Gray, In, Outputs, TakenChannel};
-use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 use shibo_kernel::filter::fields::blurred;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::surface::layers::HeightMode;
 use shibo_kernel::surface::wear::WearSpec;
+use shibo_node::{Context, Gray, In, Outputs, TakenChannel};
+use shibo_value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 
 /// The parameters of both nodes.
 pub(super) struct Wear<'a> {

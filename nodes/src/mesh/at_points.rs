@@ -1,8 +1,8 @@
 //! Reads fields of an atlas at places of the surface.
 use glam::{DVec2, UVec2};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::Context;
-use shibo_engine::value::{Atlas, Field, Stop, Tile, Window};
+use shibo_node::Context;
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Atlas, Field, Stop, Tile, Window};
 
 /// Maximum number of columns or rows of samples of a field.
 const MOST: f64 = 4096.0;

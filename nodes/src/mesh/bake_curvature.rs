@@ -5,11 +5,11 @@
 use super::each::each;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::curvature::mean_curvature;
 use shibo_kernel::mesh::{bake, fields};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Atlas, Stop, Tiling, Type};
 
 /// The curvature of the surface at each texel: above ½ where it is convex, below ½ where it is concave, ½ where it is
 /// flat.

@@ -4,9 +4,9 @@
 //! angles there. Cost: about 40 ns a texel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Stop, Tiling, Type};
 use shibo_kernel::mesh::{bake, fields};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Atlas, Stop, Tiling, Type};
 
 /// The normal of the surface in object space, stored as ½ + ½n; beyond charts and their gutters it points up.
 ///

@@ -6,10 +6,10 @@
 use super::cast::{Cast, TexelPoint};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::rays::{directions, turned};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Atlas, Stop, Tiling, Type};
 
 /// Ambient occlusion of a surface by its own shape, at each texel: 1 where nothing blocks light, 0 in a closed corner.
 ///
@@ -83,8 +83,8 @@ mod tests {
     use crate::mesh::tests::atlas_of;
     use crate::mesh::{MeshForm, MeshShape};
     use crate::testing::{canvas, check_field, field, port, raster, render};
-    use shibo_engine::value::Value;
     use shibo_kernel::mesh::fields;
+    use shibo_value::Value;
 
     /// A ball on a floor sees the share ½(1 + cos) of the sky; cos is the cosine of the angle between its normal and
     /// up.

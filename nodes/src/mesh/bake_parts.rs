@@ -1,9 +1,9 @@
 //! [`BakeParts`]: numbers of the parts of a mesh at each texel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Field, Stop, Tiling, Type};
 use shibo_kernel::mesh::{bake, fields};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Atlas, Field, Stop, Tiling, Type};
 use std::sync::Arc;
 
 /// The parts to number.

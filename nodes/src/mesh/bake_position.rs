@@ -5,10 +5,10 @@
 use glam::{DMat3, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Stop, Tiling, Type};
 use shibo_kernel::mesh::motion::RigidMotion;
 use shibo_kernel::mesh::{bake, fields};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Atlas, Stop, Tiling, Type};
 
 /// Reference of the positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -7,15 +7,15 @@ use super::bake_parts::Parts;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{
-    Atlas, Cut, Field, FieldSource, Given, Grid, PieceMap, Read, Solid, Stop, Tile, Tiling, Type, Window,
-};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::bake;
 use shibo_kernel::mesh::fields;
 use shibo_kernel::mesh::motion::{RigidMotion, Scatter, motions};
+use shibo_node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{
+    Atlas, Cut, Field, FieldSource, Given, Grid, PieceMap, Read, Solid, Stop, Tile, Tiling, Type, Window,
+};
 use std::sync::Arc;
 
 /// Definition of the width of a texel, which matters where rings are thinner than texels.

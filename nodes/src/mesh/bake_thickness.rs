@@ -6,10 +6,10 @@ use super::cast::{Cast, TexelPoint};
 use super::each::each;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::rays::{directions, turned};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Atlas, Stop, Tiling, Type};
 
 /// The thickness of the body behind each texel, in mm: for light that shines through, and for thin places that wear or
 /// burn through first.
@@ -82,8 +82,8 @@ mod tests {
     use crate::mesh::tests::atlas_of;
     use crate::mesh::{MeshForm, MeshShape};
     use crate::testing::{canvas, check_field, field, port, raster, render};
-    use shibo_engine::value::Value;
     use shibo_kernel::mesh::fields;
+    use shibo_value::Value;
 
     /// In the middle of a large slab of 12 mm a ray is 12 mm / cos long.
     #[test]

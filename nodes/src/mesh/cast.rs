@@ -1,8 +1,8 @@
 //! Fields that are computed by casting rays from each texel.
-use shibo_engine::value::{Atlas, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::mesh::bake::{self, Texels};
 use shibo_kernel::mesh::fields;
 use shibo_kernel::mesh::rays::Rays;
+use shibo_value::{Atlas, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use std::sync::Arc;
 
 /// A surface and the data needed to cast rays at it.

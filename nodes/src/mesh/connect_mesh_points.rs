@@ -3,11 +3,11 @@
 //! See [`kernel::mesh::links`](shibo_kernel::mesh::links). Cost: O(points · neighbours).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, In, Node, Output, Outputs};
-use shibo_engine::value::{Stop, SurfaceNet, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::links::Points;
+use shibo_node::{Context, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Stop, SurfaceNet, Type};
 
 /// Rule that decides which points of a surface are linked.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -54,7 +54,7 @@ impl Default for ConnectMeshPoints {
 
 impl Node for ConnectMeshPoints {
     const OUTPUTS: &'static [Output] = &[Output::new("net", Type::SurfaceNet, "The points with their links.")];
-    const FACTS: &'static [shibo_engine::node::Fact] = &[];
+    const FACTS: &'static [shibo_node::Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let net = cx.get(&self.net)?;

@@ -7,12 +7,12 @@ use crate::on_atlas::{Carried, Reach};
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, EveryField, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{
-    Atlas, Field, FieldSource, Given, Grid, Pictures, Read, Resolution, Stop, Tile, Tiling, Type, Window,
-};
 use shibo_kernel::mesh::dilate::Picture;
 use shibo_kernel::mesh::fields;
+use shibo_node::{CanvasFacts, Context, EveryField, Fact, In, Node, Output, Outputs};
+use shibo_value::{
+    Atlas, Field, FieldSource, Given, Grid, Pictures, Read, Resolution, Stop, Tile, Tiling, Type, Window,
+};
 use std::sync::Arc;
 
 /// Source of the values beyond a border.
@@ -231,7 +231,7 @@ mod tests {
     use crate::mesh::tests::atlas_of;
     use crate::mesh::{BakeParts, BakePosition, MeshForm, MeshShape, Parts};
     use crate::testing::{canvas, check_field, field, port, raster, render};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     fn node(width: u32, rest: Rest) -> DilateGutter {
         DilateGutter { input: port(0), atlas: port(1), width, rest, ..DilateGutter::default() }

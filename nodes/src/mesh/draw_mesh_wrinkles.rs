@@ -4,16 +4,14 @@
 //! [`kernel::mesh::grooves`](shibo_kernel::mesh::grooves). Cost: O(texels · grooves around each).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{
-    Atlas, Cost, Field, FieldSource, Given, Grid, Read, Stop, SurfaceNet, Tile, Tiling, Type, Window,
-};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::bake::{self, Texels};
 use shibo_kernel::mesh::fields;
 use shibo_kernel::mesh::grooves::{Groove, Grooves, across};
 use shibo_kernel::strokes::{Combine, CrossSection, StrokeStyle};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Range};
+use shibo_value::{Atlas, Cost, Field, FieldSource, Given, Grid, Read, Stop, SurfaceNet, Tile, Tiling, Type, Window};
 use std::sync::{Arc, OnceLock};
 
 /// The links of a surface that get a groove.

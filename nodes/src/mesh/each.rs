@@ -1,5 +1,5 @@
 //! Fields made from another one pixel by pixel.
-use shibo_engine::value::{Field, Halo, Tile, Type};
+use shibo_value::{Field, Halo, Tile, Type};
 
 /// Applies `f` to each value of a field of numbers.
 pub(super) fn each(input: &Field, f: impl Fn(f32) -> f32 + Send + Sync + 'static) -> Field {

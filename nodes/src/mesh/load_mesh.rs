@@ -7,11 +7,11 @@ use super::read::{self, Contents, MOST_TRIANGLES, ReadError};
 use glam::{DVec3, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem, suggest};
-use shibo_engine::node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs};
-use shibo_engine::value::{Mesh, Stop, Type};
 use shibo_kernel::ground::stop::{Watch, unwind_when};
 use shibo_kernel::mesh::topology;
+use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem, suggest};
+use shibo_value::{Mesh, Stop, Type};
 use std::path::{Path, PathBuf};
 
 mod gaps;

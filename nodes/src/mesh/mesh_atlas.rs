@@ -7,9 +7,6 @@ use glam::{DVec3, Vec2};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Mesh, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::stop::unwind_when;
 use shibo_kernel::mesh::atlas::laid_out;
@@ -17,6 +14,9 @@ use shibo_kernel::mesh::layout::{Layout, layout};
 use shibo_kernel::mesh::seams::seams;
 use shibo_kernel::mesh::unwrap::{Unwrap, UnwrapError, unwrap};
 use shibo_kernel::mesh::{bake, fields};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Atlas, Mesh, Stop, Tiling, Type};
 use std::sync::Arc;
 
 mod advice;
@@ -292,7 +292,7 @@ impl Node for MeshAtlas {
             }
         });
         let charts = Parts::Chart.field(&atlas);
-        let outputs = Outputs::one(shibo_engine::value::Value::Atlas(atlas));
+        let outputs = Outputs::one(shibo_value::Value::Atlas(atlas));
         Ok(outputs.with("mask", mask).with("charts", charts).with("stretch", stretch).with("texel", texel))
     }
 }
@@ -302,7 +302,7 @@ mod tests {
     use super::*;
     use crate::mesh::{MeshForm, MeshShape};
     use crate::testing::{canvas, check_field, outputs, port};
-    use shibo_engine::value::{Field, Value};
+    use shibo_value::{Field, Value};
 
     fn mesh(shape: MeshForm) -> Mesh {
         let node = MeshShape { shape, segments: 24, ..MeshShape::default() };

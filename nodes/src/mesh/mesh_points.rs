@@ -5,11 +5,11 @@ use super::at_points::AtPoints;
 use glam::Vec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Stop, SurfaceNet, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::mesh::sow::{MOST, normal, sow, wanted};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Atlas, Stop, SurfaceNet, Tiling, Type};
 
 /// Spreads points over a mesh, about equally far apart everywhere: the first stage of leather that grows on the surface
 /// itself.

@@ -4,10 +4,10 @@
 use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Stop, Type};
 use shibo_kernel::mesh::shapes;
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Stop, Type};
 
 /// Simple shapes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -163,7 +163,7 @@ impl Node for MeshShape {
 mod tests {
     use super::*;
     use crate::testing::{OnCanvas as _, canvas, outputs};
-    use shibo_engine::value::{Mesh, Value};
+    use shibo_value::{Mesh, Value};
     use std::sync::Arc;
 
     fn made(node: &MeshShape) -> Arc<Mesh> {

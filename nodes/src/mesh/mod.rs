@@ -39,7 +39,7 @@ pub use simulate_mesh_springs::{MeshBoundary, SimulateMeshSprings};
 pub use subdivide_mesh::SubdivideMesh;
 pub use tangent_field::{FieldFrom, TangentField};
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {
@@ -73,7 +73,7 @@ pub fn family() -> Family {
 mod tests {
     use super::*;
     use crate::testing::{canvas, outputs, port};
-    use shibo_engine::value::{Type, Value};
+    use shibo_value::{Type, Value};
 
     /// The atlas of a shape on the canvas of unit tests.
     pub(super) fn atlas_of(shape: &MeshShape) -> Value {

@@ -6,9 +6,6 @@ use super::at_points::AtPoints;
 use glam::{DVec3, Vec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs, Range};
-use shibo_engine::value::{Atlas, Field, Stop, SurfaceNet, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::means::{Means, Sample};
@@ -17,6 +14,9 @@ use shibo_kernel::mesh::slide;
 use shibo_kernel::mesh::sow::{Sown, normal};
 use shibo_kernel::mesh::{bake, fields};
 use shibo_kernel::springs::{Integrator, Rest};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs, Range};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Atlas, Field, Stop, SurfaceNet, Tiling, Type};
 use std::sync::{Arc, LazyLock};
 
 /// The points of a surface that are held in place.
@@ -284,7 +284,7 @@ mod tests {
     use super::*;
     use crate::mesh::{ConnectMeshPoints, MeshAtlas, MeshForm, MeshPoints, MeshShape};
     use crate::testing::{canvas, check_field, outputs, port, raster};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     /// The stretch on a ball after `steps` steps, and the field of texels that lie on its surface.
     fn stretched(steps: u32) -> (Field, Field) {

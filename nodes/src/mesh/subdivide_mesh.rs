@@ -5,10 +5,10 @@
 use super::read::MOST_TRIANGLES;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Mesh, Stop, Type};
 use shibo_kernel::mesh::subdivide::subdivide;
+use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Mesh, Stop, Type};
 
 /// Splits the edges of a mesh until none is longer than `edge`; shape, UVs and parts stay the same.
 ///

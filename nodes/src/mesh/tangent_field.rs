@@ -7,12 +7,12 @@ use crate::csv_points;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs};
-use shibo_engine::value::{Curve, Mesh, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::mesh::field::{Fault, FieldSpec, Principal, Wish, tangent_field};
 use shibo_kernel::mesh::topology::topology;
+use shibo_node::{CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Curve, Mesh, Stop, Type};
 
 /// A point or direction in space.
 type Triple = (f64, f64, f64);
@@ -222,7 +222,7 @@ mod tests {
     use super::*;
     use crate::mesh::{MeshForm, MeshShape};
     use crate::testing::{OnCanvas as _, canvas, outputs, port};
-    use shibo_engine::value::{Frames, Value};
+    use shibo_value::{Frames, Value};
     use std::sync::Arc;
 
     fn frames(node: &TangentField) -> Result<Arc<Frames>, Stop> {

@@ -1,8 +1,8 @@
 //! The grid of pixels on which a moved field reads its input.
 use super::Moved;
 use glam::{DMat2, DVec2, UVec2};
-use shibo_engine::value::{Canvas, Grid, TILE, Tiling, Type, Window};
 use shibo_kernel::filter::resample;
+use shibo_value::{Canvas, Grid, TILE, Tiling, Type, Window};
 
 /// If more canvases than this lie side by side in the picture, the step is adjusted so that a whole number of pixels
 /// makes the canvas.

@@ -3,9 +3,9 @@ use crate::image::{Image, Wrap};
 use crate::space::Transform;
 use crate::testing::{Plain, canvas, check_field, field, port, raster, write_tiff};
 use glam::{DVec2, UVec2};
-use shibo_engine::node::{Call, DynNode, Xy};
-use shibo_engine::value::{Canvas, Field, Tiling, Value};
 use shibo_kernel::filter::sample::Filter;
+use shibo_node::{Call, DynNode, Xy};
+use shibo_value::{Canvas, Field, Tiling, Value};
 
 /// Noise of `side`² pixels.
 fn noise(side: u32) -> Vec<f32> {

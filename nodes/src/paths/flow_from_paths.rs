@@ -3,11 +3,11 @@
 //! See [`kernel::flow`](shibo_kernel::path::flow). Cost of a tile: its pixels times the length of path within `reach`.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{self, Field, Halo, Stop, Tiling, Type};
 use shibo_kernel::ground::{math, tile};
 use shibo_kernel::path::flow::{Flow, Flowing};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{self as value, Field, Halo, Stop, Tiling, Type};
 use std::sync::Arc;
 
 /// A field of directions that follows the nearest paths: along each path, and interpolated by distance between paths.
@@ -105,7 +105,7 @@ mod tests {
     use crate::conform::{conforms, field, part};
     use crate::paths::Path;
     use crate::testing::{OnCanvas as _, canvas, outputs, port};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     fn path(d: &str) -> Value {
         outputs(&Path { d: d.into(), ..Path::default() }, &[], &canvas()).unwrap().take("path", true).cloned().unwrap()

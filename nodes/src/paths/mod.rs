@@ -10,7 +10,7 @@ pub use path::Path;
 pub use stitch::Stitch;
 pub use streamlines::Streamlines;
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

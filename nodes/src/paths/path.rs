@@ -6,14 +6,14 @@ use super::sources;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{self, Field, Halo, Segments, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::path::chain;
 use shibo_kernel::path::nearest::{Beside, Nearest};
 use shibo_kernel::path::pen::{self, MOST_PIECES, Pen};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{self as value, Field, Halo, Segments, Stop, Tiling, Type};
 use std::sync::Arc;
 
 /// Maximum number of copies of a path.
@@ -290,7 +290,7 @@ mod tests {
     use super::*;
     use crate::conform::{field, part};
     use crate::testing::{OnCanvas as _, canvas, check_field, outputs, port};
-    use shibo_engine::value::{Canvas, Value};
+    use shibo_value::{Canvas, Value};
 
     const FIELDS: [&str; 5] = ["along", "across", "distance", "tangent", "ids"];
 

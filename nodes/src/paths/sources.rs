@@ -1,8 +1,8 @@
 //! Sources of paths: places, SVG path data, segments, other paths.
 use glam::DVec2;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::value::{self, Polyline};
 use shibo_kernel::path::pen::{MOST_PIECES, Pen};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{self as value, Polyline};
 use svgtypes::{Error, SimplePathSegment, SimplifyingPathParser};
 
 /// Maximum number of bytes of SVG path data.

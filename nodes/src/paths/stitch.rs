@@ -7,14 +7,14 @@ use crate::bounds::{exceeds, told};
 use crate::degrees::sin_cos;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{self, Field, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::path::seam::{self, Seam};
 use shibo_kernel::path::thread::{Bit, Drawn, MOST_STRANDS, Thread};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{self as value, Field, Stop, Tiling, Type};
 use std::sync::Arc;
 
 /// Maximum length of a stitch, as a share of the pitch.
@@ -213,7 +213,7 @@ mod tests {
     use crate::conform::{conforms, field, part};
     use crate::paths::Path;
     use crate::testing::{OnCanvas as _, canvas, outputs, port};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     fn path(node: &Path) -> Value {
         outputs(node, &[], &canvas()).unwrap().take("path", true).cloned().unwrap()

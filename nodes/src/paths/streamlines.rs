@@ -6,13 +6,13 @@ use crate::map::Map;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::path::pen::Pen;
 use shibo_kernel::path::stream::Streams;
+use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Stop, Tiling, Type};
 
 /// Maximum number of squares of the spacing on the canvas.
 const MOST_CELLS: f64 = 1e6;
@@ -135,7 +135,7 @@ impl Node for Streamlines {
 mod tests {
     use super::*;
     use crate::testing::{OnCanvas as _, canvas, outputs, port};
-    use shibo_engine::value::{Field, Path, Value};
+    use shibo_value::{Field, Path, Value};
     use std::sync::Arc;
 
     fn drawn(node: &Streamlines, direction: Field) -> Arc<Path> {

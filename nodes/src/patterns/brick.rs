@@ -7,11 +7,11 @@ use crate::degrees::sin_cos;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Stop, Tiling};
 use shibo_kernel::pattern::finish::{BevelProfile, Finish, degrees};
 use shibo_kernel::pattern::layout::{Grid, Layout, PieceSpec};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Stop, Tiling};
 
 /// Bricks, tiles, boards: pieces with gaps and bevels between them, in seven layouts.
 ///

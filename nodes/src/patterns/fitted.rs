@@ -1,7 +1,7 @@
 //! Messages of patterns that do not fit the canvas.
 use crate::bounds::told;
 use glam::DVec2;
-use shibo_engine::diagnostics::{Code, Problem};
+use shibo_value::diagnostics::{Code, Problem};
 
 /// Relative difference from the wanted size that is accepted without advice.
 const SAME: f64 = 2e-3;

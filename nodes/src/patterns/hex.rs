@@ -6,11 +6,11 @@ use crate::degrees::sin_cos;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Stop, Tiling};
 use shibo_kernel::pattern::finish::{BevelProfile, Finish, degrees};
 use shibo_kernel::pattern::layout::{Grid, Layout, PieceSpec};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Stop, Tiling};
 
 /// Regular hexagons: honeycombs, tiles, scales.
 ///

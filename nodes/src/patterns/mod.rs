@@ -11,7 +11,7 @@ pub use hex::Hex;
 pub use truchet::Truchet;
 pub use weave::Weave;
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

@@ -1,11 +1,11 @@
 //! The outputs of the nodes that lay pieces.
-use shibo_engine::node::{Output, Outputs};
-use shibo_engine::value::{Field, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::ground::window::Frame;
 use shibo_kernel::pattern::finish::{self, Finish, FinishPlane};
 use shibo_kernel::pattern::layout::Grid;
+use shibo_node::{Output, Outputs};
+use shibo_value::{Field, Tiling, Type};
 use std::sync::Arc;
 
 /// The outputs of `Brick` and `Hex`.
@@ -68,7 +68,7 @@ pub(super) fn places<P: Send + Sync + 'static>(
 mod tests {
     use super::*;
     use crate::patterns::{Brick, Hex, Truchet, Weave};
-    use shibo_engine::node::Node;
+    use shibo_node::Node;
 
     #[test]
     fn gaps_are_found_by_their_former_name() {

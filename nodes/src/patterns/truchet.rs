@@ -7,12 +7,12 @@ use crate::degrees::sin_cos;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
-use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::pattern::finish::{BevelProfile, degrees};
 use shibo_kernel::pattern::truchet::{Motif, Tiles, TruchetPlane};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Stop, Tiling, Type};
 use std::sync::Arc;
 
 /// Square tiles with one figure, each rotated by random quarter turns: bands that wander and join everywhere.

@@ -7,11 +7,11 @@ use crate::degrees::sin_cos;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::pattern::finish::degrees;
 use shibo_kernel::pattern::weave::{Binding, Cloth, WeavePlane, Woven, satin_step};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Stop, Tiling, Type};
 use std::sync::Arc;
 
 /// Woven cloth, straps, basketry: threads that cross over and under each other.

@@ -7,12 +7,10 @@ use super::whole::whole;
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{
-    Field, FieldSource, Given, Grid, Pictures, Read, Resolution, Stop, Tile, Tiling, Type, Window,
-};
 use shibo_kernel::region::flood;
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, FieldSource, Given, Grid, Pictures, Read, Resolution, Stop, Tile, Tiling, Type, Window};
 
 /// Numbers the pieces of a mask. A piece is a set of pixels of at least ½ that are connected by their sides.
 ///

@@ -15,7 +15,7 @@ pub use region_coordinates::RegionCoordinates;
 pub use region_gradient::RegionGradient;
 pub use region_random::RegionRandom;
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

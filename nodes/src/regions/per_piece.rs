@@ -1,9 +1,9 @@
 //! Fields that depend on measurements of whole pieces.
 use super::whole::{picture, whole};
 use glam::{DVec2, UVec2};
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::region::axes::Picture;
 use shibo_kernel::region::pieces::{Pieces, find, runs};
+use shibo_value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window};
 
 /// A field that depends on `N` measured numbers of each piece.
 pub(super) struct PerPiece<const N: usize, M, F> {

@@ -5,11 +5,11 @@ use super::per_piece::{PerPiece, of_pieces};
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs};
-use shibo_engine::value::{Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::region::axes::Picture;
 use shibo_kernel::region::pieces::Pieces;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs};
+use shibo_value::{Stop, Tile};
 
 /// Gives each piece the mean of a field over it: mosaics, stained glass, one height for each stone of a relief.
 ///

@@ -6,12 +6,12 @@ use super::per_piece::{PerPiece, of_pieces};
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::region::axes::{self, Picture};
 use shibo_kernel::region::pieces::{Pieces, reaches};
+use shibo_node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs};
+use shibo_value::{Field, Stop, Tile, Tiling, Type};
 
 /// Direction of the x axis of a piece.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

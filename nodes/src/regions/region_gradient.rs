@@ -6,9 +6,9 @@ use super::region_coordinates::{Coordinates, PieceAxis};
 use glam::UVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs};
-use shibo_engine::value::{Stop, Type};
 use shibo_kernel::ground::hash::Hash;
+use shibo_node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs};
+use shibo_value::{Stop, Type};
 
 /// A gradient from 0 to 1 over each piece, in one direction or in a separate one for each piece: slabs that lie askew,
 /// shaded veneers, scales.

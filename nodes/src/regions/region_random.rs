@@ -4,11 +4,11 @@
 use super::region_coordinates::hash_of;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, IdsField, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::region::pieces::runs;
+use shibo_node::{Context, Fact, IdsField, In, Node, Output, Outputs, Range};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// A random number for each piece, the same at all its pixels: tones of boards, heights of stones, a choice of red
 /// leaves.

@@ -1,5 +1,5 @@
 //! Numbers of pieces for tests.
-use shibo_engine::value::{Field, Tiling, Type};
+use shibo_value::{Field, Tiling, Type};
 
 /// Pieces on the canvas of tests, 32 × 32 mm: number 1 is 16 × 4 mm at the upper left, number 2 is 4 × 16 mm from (0,
 /// 12) on, number 3 crosses the border at the right from y = 4 to y = 8 mm, and the rest is number 0.

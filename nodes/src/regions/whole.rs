@@ -1,7 +1,7 @@
 //! The canvas as one picture.
 use glam::DVec2;
-use shibo_engine::value::{Canvas, Grid, Resolution, Tiling, Window};
 use shibo_kernel::region::axes::Picture;
+use shibo_value::{Canvas, Grid, Resolution, Tiling, Window};
 
 /// The grid of a canvas of `size` mm, and the window of all its pixels: `longer` pixels along the longer side, by
 /// default the pixels of `grid`.

@@ -5,10 +5,10 @@
 use super::strands::{StrandPlan, whole};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::scatter::strand::Ends;
+use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Stop, Tiling, Type};
 
 /// Fibres and hairs along a field of directions: fur, suede, felt, paper, carpets.
 ///
@@ -116,7 +116,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray, part};
     use crate::testing::{canvas, port};
-    use shibo_engine::value::Field;
+    use shibo_value::Field;
 
     #[test]
     fn fibers_conform() {

@@ -16,7 +16,7 @@ pub use scratches::Scratches;
 pub use stamps::Scatter;
 pub use tile_sampler::TileSampler;
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

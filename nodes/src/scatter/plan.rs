@@ -4,11 +4,11 @@ use crate::map::Map;
 use glam::{DVec2, Vec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Direction, Gray, In, Range};
-use shibo_engine::value::{Stop, Tiling};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::scatter::set::{Stamp, StampSet};
+use shibo_node::{Context, Direction, Gray, In, Range};
+use shibo_value::{Stop, Tiling};
 
 /// The order in which stamps are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

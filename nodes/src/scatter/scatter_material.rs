@@ -11,14 +11,12 @@ use crate::normals::normals;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{
-    CanvasFacts, Context, Direction, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Range, Xy,
-};
-use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Points, Stop, Tile, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::scatter::paint::{Content, Overlap};
+use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Range, Xy};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Channel, ChannelSet, Field, Halo, Material, Points, Stop, Tile, Type};
 use std::sync::Arc;
 
 /// How the heights of stamps are combined with those of the ground and of each other.
@@ -235,7 +233,7 @@ mod tests {
     use crate::conform::{gray, part};
     use crate::testing::{canvas, outputs, port};
     use glam::Vec2;
-    use shibo_engine::value::{Tiling, Value};
+    use shibo_value::{Tiling, Value};
 
     fn number(value: f32) -> Field {
         Field::constant(Type::Gray, &[value])

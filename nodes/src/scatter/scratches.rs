@@ -5,10 +5,10 @@
 use super::strands::{StrandPlan, whole};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::scatter::strand::Ends;
+use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Stop, Tiling, Type};
 
 /// Scratches: thin grooves of random length, width and depth, straight or curled, in one direction or in all.
 ///
@@ -110,7 +110,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray, part};
     use crate::testing::{OnCanvas as _, canvas, port};
-    use shibo_engine::value::{Field, Value};
+    use shibo_value::{Field, Value};
 
     #[test]
     fn scratches_conform() {

@@ -1,13 +1,13 @@
 //! The fields of stamps.
 use glam::{DVec2, UVec2, Vec2};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Output, Outputs};
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::tile;
 use shibo_kernel::scatter::atlas::Layout;
 use shibo_kernel::scatter::paint::{self, Content, Overlap, Source, Target};
 use shibo_kernel::scatter::set::StampSet;
 use shibo_kernel::surface::layers::bounds;
+use shibo_node::{Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window};
 use std::sync::Arc;
 
 /// The outputs of `TileSampler` and `Scatter`.

@@ -6,12 +6,12 @@ use super::sown::{self, Ground, Sown};
 use super::tile_sampler::too_large;
 use super::varied::varied;
 use glam::DVec2;
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range, Xy};
-use shibo_engine::value::{Points, Stop};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::scatter::paint::{Content, Overlap};
+use shibo_node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range, Xy};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Points, Stop};
 use std::sync::Arc;
 
 varied! {
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray, part};
     use crate::testing::{canvas, port};
-    use shibo_engine::value::{Field, Tiling, Type, Value};
+    use shibo_value::{Field, Tiling, Type, Value};
 
     fn points() -> Value {
         let positions = vec![glam::Vec2::new(4.0, 4.0), glam::Vec2::new(30.0, 20.0), glam::Vec2::new(40.0, 10.0)];

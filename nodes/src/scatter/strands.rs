@@ -1,14 +1,14 @@
 //! Shared by `Scratches` and `Fibers`: strands anywhere on the canvas, drawn as strokes.
 use crate::map::Map;
 use glam::{DVec2, Vec2};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Direction, Gray, In, Outputs, Range};
-use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::scatter::strand::{Ends, Strand};
 use shibo_kernel::strokes::{self, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
+use shibo_node::{CanvasFacts, Context, Direction, Gray, In, Outputs, Range};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Stop, Tiling, Type};
 use std::sync::Arc;
 
 /// Maximum number of strokes of all strands.

@@ -8,12 +8,12 @@ use super::sown::{self, Ground, Sown};
 use super::varied::varied;
 use crate::bounds::{exceeds, told};
 use glam::DVec2;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range, Xy};
-use shibo_engine::value::{Points, Stop, Tiling};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::scatter::paint::{Content, Overlap};
+use shibo_node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Points, Stop, Tiling};
 use std::sync::Arc;
 
 /// Maximum number of stamps.
@@ -172,7 +172,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray, part, rgb};
     use crate::testing::{OnCanvas as _, canvas, port};
-    use shibo_engine::value::{Field, Type, Value};
+    use shibo_value::{Field, Type, Value};
 
     fn node() -> TileSampler {
         TileSampler {

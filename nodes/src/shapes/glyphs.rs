@@ -1,7 +1,7 @@
 //! Lettering: the outlines of a text in a font.
 use glam::DVec2;
-use shibo_engine::diagnostics::{Code, Problem};
 use shibo_kernel::shape::outline::{Edge, flatten};
+use shibo_value::diagnostics::{Code, Problem};
 use std::path::Path;
 use ttf_parser::gpos::{PairAdjustment, PositioningSubtable};
 use ttf_parser::{Face, GlyphId, OutlineBuilder, Tag};

@@ -1,9 +1,9 @@
 //! Masks of signed distances.
-use shibo_engine::value::{Field, Halo, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::shape::mask;
 use shibo_kernel::shape::outline::Outline;
+use shibo_value::{Field, Halo, Tiling, Type};
 use std::sync::Arc;
 
 /// 1 where `distance` (mm) is negative; the edge fades over one pixel or `softness` mm.

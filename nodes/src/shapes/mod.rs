@@ -12,7 +12,7 @@ pub use shape_math::ShapeMath;
 pub use svg::{Fit, Svg};
 pub use text::{Align, Text};
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

@@ -7,12 +7,12 @@ use crate::degrees::sin_cos;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::shape::figure::{Figure, PlacedFigure};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Stop, Tiling, Type};
 
 /// Geometric figures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

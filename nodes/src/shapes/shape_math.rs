@@ -7,13 +7,13 @@ use super::masked;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Halo, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::filter::sample::{Filter, Outside, Sampler};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::shape::combine::{self, Operation};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, FieldSource, Given, Grid, Halo, Read, Stop, Tile, Tiling, Type, Window};
 
 /// Joins, cuts, offsets, outlines and repeats shapes. Works on distances in mm (`Shape.distance`, `Text.distance`),
 /// negative inside. The result is a distance again, so that nodes can be chained.

@@ -7,10 +7,10 @@ use super::vector::Vector;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Color, Context, Fact, FilePath, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window, srgb_to_linear};
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{CanvasFacts, Color, Context, Fact, FilePath, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window, srgb_to_linear};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -277,8 +277,8 @@ impl FieldSource for Shown {
 mod tests {
     use super::*;
     use crate::testing::{Plain, canvas, check_field, raster};
-    use shibo_engine::node::{Call, DynNode};
-    use shibo_engine::value::Value;
+    use shibo_node::{Call, DynNode};
+    use shibo_value::Value;
 
     const PICTURE: &str = r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 20 10">
         <rect x="5" width="10" height="10" fill="#808080"/><circle cx="10" cy="5" r="2" fill="#ffffff" opacity="0.5"/></svg>"##;

@@ -9,12 +9,12 @@ use crate::degrees::sin_cos;
 use glam::{DMat2, DVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::shape::outline::{Edge, Outline};
+use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Stop, Tiling, Type};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

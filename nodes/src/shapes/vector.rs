@@ -11,8 +11,8 @@ use glam::{DVec2, Vec2};
 use resvg::tiny_skia::PathSegment;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{self, roxmltree, tiny_skia_path};
-use shibo_engine::diagnostics::{Code, Problem};
 use shibo_kernel::path::pen::Pen;
+use shibo_value::diagnostics::{Code, Problem};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
@@ -186,7 +186,7 @@ mod tests {
     fn outlines_lie_where_shapes_are_drawn() {
         let text = r#"<g transform="translate(2 1)"><rect width="5" height="4"/></g><circle cx="15" cy="5" r="2" fill="none" stroke="red"/>"#;
         let (pen, all) = parse(text).unwrap().outlines(DVec2::splat(2.0), DVec2::new(1.0, 0.0));
-        let path = pen.finish(DVec2::splat(100.0), shibo_engine::value::Tiling::NONE);
+        let path = pen.finish(DVec2::splat(100.0), shibo_value::Tiling::NONE);
         let curves: Vec<(bool, f64)> =
             path.curves.iter().map(|c| (c.closed, (c.length() * 10.0).round() / 10.0)).collect();
         assert_eq!((all, curves), (true, vec![(true, 36.0), (true, 25.1)]));

@@ -6,8 +6,8 @@ use crate::moved::Placement;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Stop, Tiling};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_value::{Stop, Tiling};
 
 /// Shows a rectangle of a field on the whole canvas. `Place` does the opposite.
 ///
@@ -69,7 +69,7 @@ impl Node for Crop {
 mod tests {
     use super::*;
     use crate::testing::{OnCanvas as _, canvas, check_field, field, lumps, port, raster};
-    use shibo_engine::value::Canvas;
+    use shibo_value::Canvas;
 
     #[test]
     fn the_rectangle_fills_the_canvas() {

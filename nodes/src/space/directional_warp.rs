@@ -6,11 +6,11 @@ use crate::bounds::at_most_half;
 use crate::warped::Warped;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::math::{clamp, cos_degrees, sin_degrees};
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Pushes a field along a direction, by the amount that another field gives.
 ///

@@ -5,8 +5,8 @@
 use super::Transform;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Stop, Tiling, Type};
+use shibo_node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs, Xy};
+use shibo_value::{Stop, Tiling, Type};
 
 /// Moves, rotates and scales numbers of pieces.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
@@ -59,7 +59,7 @@ impl Node for LaidIds {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, field, port, raster};
-    use shibo_engine::value::{Field, Tile};
+    use shibo_value::{Field, Tile};
 
     /// Stripes of 3 mm; neighbouring stripes have very different numbers.
     fn stripes() -> Field {

@@ -5,8 +5,8 @@
 use super::Transform;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Channel, Field, Halo, Material, Stop, Tile, Tiling, Type, Value};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_value::{Channel, Field, Halo, Material, Stop, Tile, Tiling, Type, Value};
 use std::sync::Arc;
 
 /// Moves, rotates and scales a material.
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
     use crate::testing::{Plain, port};
     use crate::testing::{canvas, lumps, raster};
-    use shibo_engine::node::{Call, DynNode};
+    use shibo_node::{Call, DynNode};
 
     #[test]
     fn channels_move_together_and_directions_turn() {

@@ -5,8 +5,8 @@
 //! does not. The axis lies between pixels or in the middle of a pixel. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 
 /// The half of a picture that is shown twice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

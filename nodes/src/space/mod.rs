@@ -25,7 +25,7 @@ pub use vector_field::{VectorField, VectorKind};
 pub use warp::Warp;
 pub use wrap::Wrap;
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

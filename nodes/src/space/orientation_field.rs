@@ -5,12 +5,12 @@
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Buffer, Field, Halo, Stop, Tile, Type};
 use shibo_kernel::filter::{fields, slopes, tensor};
 use shibo_kernel::ground::math::{cos_degrees, sin_degrees};
 use shibo_kernel::ground::tile;
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Buffer, Field, Halo, Stop, Tile, Type};
 
 /// Finds the direction of stripes, fibres and edges in a field, and how distinct it is: in a photograph of wood, of
 /// woven cloth, of hair.
@@ -106,7 +106,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray};
     use crate::testing::{canvas, lumps, port, raster};
-    use shibo_engine::value::Tiling;
+    use shibo_value::Tiling;
 
     /// Waves of 4 mm whose stripes run at an angle.
     fn stripes(degrees: f64) -> Field {

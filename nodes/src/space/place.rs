@@ -9,12 +9,12 @@ use crate::torus::Torus;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Field, Stop, Tiling, Type};
 use shibo_kernel::ground::math::lerp;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::{channel, widest};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Stop, Tiling, Type};
 
 /// Puts the whole canvas of a field into a rectangle, over a base: a label, a sample on a sheet, a picture in its
 /// frame. `Crop` does the opposite.
@@ -161,7 +161,7 @@ mod tests {
         let placed = part(&field(&node(), &inputs, "result"), &canvas(), 0, 0, 64, 64);
         // 24 to 40 mm are the last 16 pixels and the first 16; they show every second pixel of the input, computed from
         // its formula.
-        let coarse = shibo_engine::value::Canvas { resolution: glam::UVec2::splat(32), ..canvas() };
+        let coarse = shibo_value::Canvas { resolution: glam::UVec2::splat(32), ..canvas() };
         let small = part(&gray(), &coarse, 0, 0, 32, 32);
         for y in 0..64usize {
             for x in 0..64usize {
@@ -187,6 +187,6 @@ mod tests {
         assert_eq!(node().check_on(&canvas()), []);
         let large = Place { size: Some(Xy::new(33.0, 1.0)), ..node() };
         assert_eq!(large.check_on(&canvas())[0].field.as_deref(), Some("size"));
-        assert!(large.check_on(&shibo_engine::value::Canvas { tile: Tiling::NONE, ..canvas() }).is_empty());
+        assert!(large.check_on(&shibo_value::Canvas { tile: Tiling::NONE, ..canvas() }).is_empty());
     }
 }

@@ -7,10 +7,10 @@ use crate::warped::Warped;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Field, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Stop, Tile, Tiling, Type};
 
 /// Direction of the mapping.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -9,8 +9,8 @@ use crate::moved::Placement;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Field, Stop, Tiling};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_value::{Field, Stop, Tiling};
 
 /// Moves, rotates and scales a field. Normals are rotated with it.
 ///
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, field, lumps, port, raster, render};
     use glam::DVec2;
-    use shibo_engine::value::{Canvas, Field, Type};
+    use shibo_value::{Canvas, Field, Type};
 
     fn node() -> Transform {
         Transform { input: port(0), ..Transform::default() }

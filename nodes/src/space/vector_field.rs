@@ -5,13 +5,13 @@
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::filter::{fields, slopes};
 use shibo_kernel::ground::math::{clamp, cos_degrees, sin_degrees};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// How vectors are made from a field.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -155,7 +155,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray};
     use crate::testing::{canvas, lumps, port, raster};
-    use shibo_engine::value::Tiling;
+    use shibo_value::Tiling;
 
     /// Rises by 3 in a mm to the right and by 4 down.
     fn plane() -> Field {

@@ -7,13 +7,13 @@ use crate::bounds::at_most_half;
 use crate::warped::Warped;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::tile;
 use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
 
 /// Warps a field: straight lines become wavy. The displacements are noise, or connected fields.
 ///
@@ -141,7 +141,7 @@ mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
     use crate::testing::{check_field, field, lumps, port, render};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     fn node() -> Warp {
         Warp { input: port(0), ..Warp::default() }

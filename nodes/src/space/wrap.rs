@@ -2,8 +2,8 @@
 use crate::torus::Torus;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Stop, Tiling};
+use shibo_node::{AnyField, CanvasFacts, Context, In, Node, Output, Outputs};
+use shibo_value::{Field, Stop, Tiling};
 
 /// Repeats a field with the canvas, ignoring its values beyond the edge: to the right of the right edge, the left edge
 /// follows.
@@ -55,7 +55,7 @@ impl Node for Wrap {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, crop, field, lumps, port};
-    use shibo_engine::value::{Type, Window};
+    use shibo_value::{Type, Window};
 
     #[test]
     fn the_canvas_is_repeated() {

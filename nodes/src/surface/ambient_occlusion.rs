@@ -8,11 +8,11 @@ use crate::bounds::at_most_half;
 use crate::on_atlas;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Field, Halo, Stop, Type};
 use shibo_kernel::filter::fields;
 use shibo_kernel::surface::occlusion;
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Atlas, Field, Halo, Stop, Type};
 use std::sync::Arc;
 
 /// Ambient occlusion of a height: 1 on plains and hills, darker in hollows and grooves.

@@ -6,11 +6,11 @@ use crate::bounds::at_most_half;
 use crate::distances;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::surface::profile::{self, Profile};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// The side of the mask's edge on which the slope lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -98,7 +98,7 @@ impl Node for Bevel {
 mod tests {
     use super::*;
     use crate::testing::{check_field, field, lumps, port, render};
-    use shibo_engine::value::Tiling;
+    use shibo_value::Tiling;
 
     /// The half plane right of x = 16 mm; its edge is precise to a small part of a pixel.
     fn half() -> Field {

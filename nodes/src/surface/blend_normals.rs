@@ -4,10 +4,10 @@
 //! [`kernel::combine_normals`](shibo_kernel::surface::combine_normals). Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, NormalField, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::surface::combine_normals::{self as kernel, NormalBlend};
+use shibo_node::{Context, Fact, Gray, In, Node, NormalField, Output, Outputs};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Lays one normal map over another, so that the detail follows the shape below.
 ///
@@ -64,7 +64,7 @@ impl Node for BlendNormals {
 mod tests {
     use super::*;
     use crate::testing::{check_field, field, lumps, port, render};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     fn node(mode: NormalBlend) -> BlendNormals {
         BlendNormals { base: port(0), detail: port(1), strength: port(2), mode }

@@ -5,12 +5,12 @@
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Masks of hollows and of peaks: where a height lies below its surroundings, and where above.
 ///
@@ -71,7 +71,7 @@ impl Node for Cavity {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, lumps, outputs, port, raster};
-    use shibo_engine::value::{Tiling, Value};
+    use shibo_value::{Tiling, Value};
 
     fn both(node: &Cavity, input: Field) -> [Field; 2] {
         let made = outputs(node, &[input.into()], &canvas()).unwrap();

@@ -6,14 +6,14 @@
 use crate::bounds::at_most_half;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::curvature;
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// The curvature of a height: positive on edges and tops, negative in grooves.
 ///
@@ -82,7 +82,7 @@ impl Node for CurvatureMap {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, field, lumps, outputs, port, render};
-    use shibo_engine::value::{Tiling, Value};
+    use shibo_value::{Tiling, Value};
 
     #[test]
     fn a_ball_has_its_curvature() {

@@ -3,10 +3,10 @@
 //! Source: JP4905282B2 §7, "a grey picture whose values are depths for embossing" (row A56). Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Type};
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{Context, Gray, In, Node, Output, Outputs};
+use shibo_value::{Field, Halo, Stop, Type};
 
 /// Mapping of values to depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -76,7 +76,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, gray};
     use crate::testing::{port, render};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     #[test]
     fn values_become_depth() {

@@ -5,10 +5,10 @@
 use crate::on_atlas::normals;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Field, Halo, Stop, Type};
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::{Atlas, Field, Halo, Stop, Type};
 
 /// The normal map of a height in mm, stored as ½ + ½n.
 ///

@@ -25,7 +25,7 @@ pub use raised_edge::RaisedEdge;
 pub use relief::Relief;
 pub use slope_map::SlopeMap;
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

@@ -8,14 +8,12 @@ use glam::{DVec2, UVec2};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, NormalField, Output, Outputs};
-use shibo_engine::value::{
-    Canvas, Field, FieldSource, Given, Grid, Pictures, Read, Stop, TILE, Tile, Tiling, Type, Window,
-};
 use shibo_kernel::filter::sample::{Filter, Outside, Sampler};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::poisson::Poisson;
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, NormalField, Output, Outputs};
+use shibo_value::{Canvas, Field, FieldSource, Given, Grid, Pictures, Read, Stop, TILE, Tile, Tiling, Type, Window};
 
 /// Computes the height whose slopes fit a normal map best. Its mean is 0.
 ///
@@ -203,7 +201,7 @@ mod tests {
             }
             let grid = canvas().grid(canvas().resolution).centered_at(DVec2::new(40.3, -7.1));
             let one = Window { x: 0, y: 0, width: 1, height: 1 };
-            let point = shibo_engine::value::Evaluator::raster(&crate::testing::Plain, &made, &grid, one).unwrap();
+            let point = shibo_value::Evaluator::raster(&crate::testing::Plain, &made, &grid, one).unwrap();
             assert!((f64::from(point.data()[0]) - want(DVec2::new(40.3, -7.1))).abs() < 2e-3);
         }
     }

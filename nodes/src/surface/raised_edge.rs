@@ -7,11 +7,11 @@ use crate::bounds::at_most_half;
 use crate::distances;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::surface::profile::{self, Profile};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Raises a bead along the edge of a shape: weld seams, rolled rims, the burr of a cut, a piped border. Below 0 it is a
 /// groove.
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, check_field, field, lumps, port, render, unlike_average};
-    use shibo_engine::value::Tiling;
+    use shibo_value::Tiling;
 
     #[test]
     fn a_bead_of_half_a_circle() {

@@ -6,12 +6,12 @@
 //! with `fibers` and `anisotropy` its fibres. Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, NormalField, Output, Outputs, Rgb};
-use shibo_engine::value::{Channel, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::display::Curve;
 use shibo_kernel::surface::relief::{self, Finish, Lacquer, ReliefSpec, Surface};
+use shibo_node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, NormalField, Output, Outputs, Rgb};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Channel, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window};
 
 /// Tone curve: how light is shown on the screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -237,7 +237,7 @@ mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
     use crate::testing::{check_field, field, lumps, port, render};
-    use shibo_engine::value::Value;
+    use shibo_value::Value;
 
     #[test]
     fn lights_material_like_its_channels() {

@@ -3,11 +3,11 @@
 //! Slopes are differences over one pixel on each side, as in `HeightToNormal`. Cost: O(pixels), about 4 ns per pixel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Buffer, Field, Halo, Stop, Tile, Type};
 use shibo_kernel::filter::slopes;
 use shibo_kernel::ground::math::atan2_degrees;
 use shibo_kernel::ground::tile;
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::{Buffer, Field, Halo, Stop, Tile, Type};
 
 /// The steepness of a height, as an angle: 0 is flat, 90° is a wall.
 ///
@@ -71,7 +71,7 @@ impl Node for SlopeMap {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, field, lumps, outputs, port, raster, render};
-    use shibo_engine::value::{Tiling, Value};
+    use shibo_value::{Tiling, Value};
 
     #[test]
     fn planes_have_their_angle() {

@@ -1,12 +1,12 @@
 //! Shared by the nodes of this family: converts an exemplar to the arguments of the kernels.
 use glam::DVec2;
-use shibo_engine::value::{Exemplar, ExemplarLattice, ExemplarLevel, Tiling};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::stop::Until;
 use shibo_kernel::synthesis::PixelPlane;
 use shibo_kernel::synthesis::analysis::{AnalysisSpec, analyse_until, find_alike, spacings};
 use shibo_kernel::synthesis::texels::Texels;
 use shibo_kernel::synthesis::{lattice, levels};
+use shibo_value::{Exemplar, ExemplarLattice, ExemplarLevel, Tiling};
 
 /// Size of an exemplar, and the directions in which its sides join.
 pub(super) fn plane(exemplar: &Exemplar) -> PixelPlane {

@@ -5,9 +5,9 @@
 use super::analysis::levels_of;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Exemplar, Neighborhood, Stop, Type};
 use shibo_kernel::synthesis::analysis::AnalysisSpec;
+use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Exemplar, Neighborhood, Stop, Type};
 use std::sync::Arc;
 
 /// Describes every pixel of an exemplar by its surroundings, which keeps features whole better than colours alone.

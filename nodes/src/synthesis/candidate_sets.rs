@@ -5,9 +5,9 @@
 use super::analysis::{add_alike, levels_of};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Exemplar, Stop, Type};
 use shibo_kernel::synthesis::analysis::AnalysisSpec;
+use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Exemplar, Stop, Type};
 use std::sync::Arc;
 
 /// Finds similar pixels for every pixel of an exemplar, so that pieces can be joined in more ways.

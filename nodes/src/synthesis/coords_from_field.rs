@@ -6,11 +6,11 @@ use super::coords_to_field::CoordUnit;
 use glam::{DVec2, IVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs, Vec2Field};
-use shibo_engine::picture::{self, FileError, ReadLimits};
-use shibo_engine::value::{CoordMap, Exemplar, Grid, Stop, Type, Window};
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs, Vec2Field};
+use shibo_picture::{self as picture, FileError, ReadLimits};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{CoordMap, Exemplar, Grid, Stop, Type, Window};
 use std::path::Path;
 use std::sync::Arc;
 

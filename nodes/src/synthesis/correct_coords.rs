@@ -8,12 +8,12 @@ use super::stages;
 use super::surface_stages::{Staged, corrected};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
-use shibo_engine::value::{CoordMap, Exemplar, IndirectionMap, Neighborhood, Stop, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact::{CorrectionRule, Corrector, Features};
 use shibo_kernel::synthesis::texels::{self, Texels};
+use shibo_node::{CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{CoordMap, Exemplar, IndirectionMap, Neighborhood, Stop, Type};
 use std::sync::Arc;
 
 /// Interpolation between exemplar pixels.

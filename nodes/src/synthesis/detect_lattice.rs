@@ -7,9 +7,9 @@ use super::analysis::find_lattice;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{Exemplar, ExemplarLattice, Stop, Type};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Exemplar, ExemplarLattice, Stop, Type};
 
 /// Source of the vectors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -5,12 +5,12 @@
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Xy};
-use shibo_engine::value::{self, ExemplarFrame, Field, Grid, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::math::srgb_encode;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::{feature, seams};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Xy};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{self as value, ExemplarFrame, Field, Grid, Stop, Tile, Tiling, Type, Window};
 use std::sync::Arc;
 
 /// How coarser levels are computed.

@@ -5,10 +5,10 @@
 use super::jacobian_from_mesh::of_one_mesh;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Frames, Stop, Type};
 use shibo_kernel::mesh::levels::{LevelsSpec, indirection};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Atlas, Frames, Stop, Type};
 
 /// Precision with which the place of a neighbour is stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

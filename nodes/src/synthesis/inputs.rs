@@ -1,12 +1,12 @@
 //! The inputs of a synthesis, level by level: Jacobians, guides, fixed coordinates, and coordinates to start from.
 use glam::{DVec2, IVec2, UVec2};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::Context;
-use shibo_engine::value::{CoordMap, Field, Grid, Stop, Tile, Window};
 use shibo_kernel::synthesis::aniso::{Jacobians, Position};
 use shibo_kernel::synthesis::driver::{Fixed, Inputs};
 use shibo_kernel::synthesis::jacobian::{self, IDENTITY, Jacobian};
 use shibo_kernel::synthesis::region::Region;
+use shibo_node::Context;
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{CoordMap, Field, Grid, Stop, Tile, Window};
 use std::sync::Arc;
 
 /// The fields that control a synthesis.

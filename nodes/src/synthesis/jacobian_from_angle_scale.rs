@@ -4,9 +4,9 @@
 //! the node inverts the matrix: `J = (R(angle) · scale · diag(stretch, 1))⁻¹`. Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Direction, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::synthesis::jacobian::from_angle_scale;
+use shibo_node::{Context, Direction, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Rotates, scales and stretches the features of a synthesised texture, the same everywhere or by fields.
 ///

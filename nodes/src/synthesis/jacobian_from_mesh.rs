@@ -5,12 +5,12 @@
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, Field, FieldSource, Frames, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::frame::{Face, Framing, jacobian};
 use shibo_kernel::mesh::texels;
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Atlas, Field, FieldSource, Frames, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use std::sync::Arc;
 
 /// The rotation and scale of features on an atlas that makes them follow directions on the surface.

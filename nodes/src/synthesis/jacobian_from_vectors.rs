@@ -4,9 +4,9 @@
 //! take. Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::synthesis::jacobian::from_vectors;
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Makes the exemplar's x axis follow vectors, given as two numbers, as two fields, or as one field of vectors.
 ///

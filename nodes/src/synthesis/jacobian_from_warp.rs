@@ -4,8 +4,8 @@
 //! central differences. Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Bends features as `Warp` with the same displacements would bend a picture, but without stretching pixels.
 ///

@@ -3,9 +3,9 @@
 //! Source: JP5149288B2 III (row C3). Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::synthesis::jacobian::multiply;
+use shibo_node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// The product A·B: features are first changed by `a`, and then, as a whole, by `b`.
 ///

@@ -6,11 +6,11 @@ use super::stages;
 use super::surface_stages::{Staged, jittered};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{CoordMap, IndirectionMap, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact;
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::{CoordMap, IndirectionMap, Stop, Type};
 use std::sync::Arc;
 
 /// Displaces the coordinates of one level at random.

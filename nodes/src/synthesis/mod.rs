@@ -55,7 +55,7 @@ pub use synthesize::Synthesize;
 pub use synthesize_surface::SynthesizeSurface;
 pub use upsample_coords::UpsampleCoords;
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

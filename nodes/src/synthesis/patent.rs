@@ -4,7 +4,6 @@ use super::analysis::{features, plane};
 use super::inputs::FieldInputs;
 use super::stages::Ended;
 use super::synthesize::Synthesize;
-use shibo_engine::value::{Exemplar, Stop};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::PixelPlane;
@@ -15,6 +14,7 @@ use shibo_kernel::synthesis::jacobian::IDENTITY;
 use shibo_kernel::synthesis::levels::pyramid_level;
 use shibo_kernel::synthesis::region::Region;
 use shibo_kernel::synthesis::texels::{Fetch, Texels};
+use shibo_value::{Exemplar, Stop};
 
 /// Features of a level in double precision, and the width of one of its texels in pixels of the finest level.
 pub(super) fn level(features: &Texels<f64>, h: usize, pyramid: bool) -> (Texels<f64>, f64) {

@@ -5,7 +5,6 @@ use super::analysis::{features, plane};
 use super::patent::{level, wide};
 use super::surface_inputs::SurfaceFields;
 use super::surface_stages::{corrected, jittered, upsampled};
-use shibo_engine::value::{Exemplar, IndirectionMap, Stop};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::driver::Inputs;
@@ -14,6 +13,7 @@ use shibo_kernel::synthesis::jacobian::Jacobian;
 use shibo_kernel::synthesis::sheet::Sheet;
 use shibo_kernel::synthesis::surface::SurfaceInputs;
 use shibo_kernel::synthesis::texels::Fetch;
+use shibo_value::{Exemplar, IndirectionMap, Stop};
 
 /// Parameters of the source's method.
 pub(super) struct PatentSpec {

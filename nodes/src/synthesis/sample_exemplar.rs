@@ -6,9 +6,9 @@
 use super::sampled::Sampled;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
-use shibo_engine::value::{CoordMap, Stop, Tiling};
 use shibo_kernel::synthesis::texels::Fetch;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_value::{CoordMap, Stop, Tiling};
 
 /// Shows a picture at synthesised coordinates: the exemplar itself, or any other picture that is aligned with it.
 ///

@@ -1,17 +1,17 @@
 //! A picture seen through coordinates: the core of [`SampleExemplar`](super::SampleExemplar) and
 //! [`MagnifyCoords`](super::MagnifyCoords).
 use glam::{DVec2, UVec2};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::Context;
-use shibo_engine::value::{
-    CoordMap, ExemplarFrame, Field, FieldSource, Given, Grid, Pictures, Read, Stop, Surface, Tile, Tiling, Type, Window,
-};
 use shibo_kernel::synthesis::PixelPlane;
 use shibo_kernel::synthesis::jacobian::{IDENTITY, Jacobian};
 use shibo_kernel::synthesis::sampling::{Area, Source};
 use shibo_kernel::synthesis::sheet::Sheet;
 use shibo_kernel::synthesis::surface_sampling::SurfaceMap;
 use shibo_kernel::synthesis::texels::Fetch;
+use shibo_node::Context;
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{
+    CoordMap, ExemplarFrame, Field, FieldSource, Given, Grid, Pictures, Read, Stop, Surface, Tile, Tiling, Type, Window,
+};
 use std::sync::{Arc, OnceLock};
 
 /// A picture seen through coordinates.

@@ -1,12 +1,12 @@
 //! Shared by the nodes of single stages.
 use super::inputs::checked;
 use glam::{DVec2, UVec2};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::Context;
-use shibo_engine::value::{CoordMap, Field, Grid, Stop, Tile, Window};
 use shibo_kernel::ground::window::OCTANTS;
 use shibo_kernel::synthesis::jacobian::{IDENTITY, Jacobian};
 use shibo_kernel::synthesis::{Lookup, Neighbours, PixelPlane};
+use shibo_node::Context;
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{CoordMap, Field, Grid, Stop, Tile, Window};
 
 /// Size of a map, and the directions in which its sides join.
 pub(super) fn plane(map: &CoordMap) -> PixelPlane {

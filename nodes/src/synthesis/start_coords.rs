@@ -5,10 +5,10 @@ use super::surface_stages::Staged;
 use glam::{IVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{CoordMap, Exemplar, IndirectionMap, Stop, Type};
 use shibo_kernel::ground::number::narrow;
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{CoordMap, Exemplar, IndirectionMap, Stop, Type};
 use std::sync::Arc;
 
 /// A small map of coordinates over the canvas, zeros or given ones, to be doubled `levels` times.

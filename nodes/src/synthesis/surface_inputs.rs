@@ -1,7 +1,5 @@
 //! The inputs of a synthesis on a surface, level by level.
 use super::inputs::FieldInputs;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::value::{Atlas, Field, Frames, Stop};
 use shibo_kernel::mesh::frame::Framing;
 use shibo_kernel::synthesis::aniso::{Jacobians, Position};
 use shibo_kernel::synthesis::driver::{Fixed, Inputs};
@@ -9,6 +7,8 @@ use shibo_kernel::synthesis::jacobian::Jacobian;
 use shibo_kernel::synthesis::region::Region;
 use shibo_kernel::synthesis::sheet::Sheet;
 use shibo_kernel::synthesis::surface::SurfaceInputs;
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Atlas, Field, Frames, Stop};
 use std::sync::Arc;
 
 /// The fields that control a synthesis on a surface.

@@ -3,9 +3,6 @@ use super::inputs::faulty;
 use super::stages::raster;
 use super::synthesize_surface::color;
 use glam::{DVec2, UVec2};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::Context;
-use shibo_engine::value::{CoordMap, Exemplar, ExemplarFrame, Field, IndirectionMap, Stop, Surface, Tiling};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact::{CorrectionRule, Corrector, Features};
@@ -13,6 +10,9 @@ use shibo_kernel::synthesis::jacobian::{self, IDENTITY, Jacobian};
 use shibo_kernel::synthesis::sheet::Sheet;
 use shibo_kernel::synthesis::surface;
 use shibo_kernel::synthesis::surface_measure::{Measured, seam};
+use shibo_node::Context;
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{CoordMap, Exemplar, ExemplarFrame, Field, IndirectionMap, Stop, Surface, Tiling};
 use std::sync::Arc;
 
 /// Coordinates of the pixels of a level.

@@ -4,7 +4,6 @@ use super::synthesize::Preset;
 use super::synthesize_surface::{SurfaceStart, SynthesizeSurface};
 use crate::testing::{canvas, outputs, port, shipped_mesh};
 use glam::{DVec2, DVec3, UVec2, Vec2, Vec3};
-use shibo_engine::value::{Atlas, CoordMap, Exemplar, ExemplarFrame, Frames, Mesh, Tiling, Value};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::stop::NEVER;
 use shibo_kernel::mesh::atlas::atlas;
@@ -16,6 +15,7 @@ use shibo_kernel::synthesis::Neighbours;
 use shibo_kernel::synthesis::jacobian;
 use shibo_kernel::synthesis::sheet::Sheet;
 use shibo_kernel::synthesis::surface_measure::{Measured, seam};
+use shibo_value::{Atlas, CoordMap, Exemplar, ExemplarFrame, Frames, Mesh, Tiling, Value};
 use std::collections::HashMap;
 use std::sync::Arc;
 

@@ -10,9 +10,6 @@ use super::{patent, stages};
 use glam::{DVec2, IVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, JacobianField, Node, Output, Outputs};
-use shibo_engine::value::{CoordMap, Exemplar, ExemplarLattice, ExemplarLevel, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::analysis::AnalysisSpec;
@@ -20,6 +17,9 @@ use shibo_kernel::synthesis::coverage::EvenUse;
 use shibo_kernel::synthesis::driver::{self, Analysed, Settings, Start};
 use shibo_kernel::synthesis::lattice::Basis;
 use shibo_kernel::synthesis::region::Output as Pixels;
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, JacobianField, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{CoordMap, Exemplar, ExemplarLattice, ExemplarLevel, Stop, Type};
 use std::sync::Arc;
 
 /// A set of parameters. A parameter that is given replaces that of the preset.

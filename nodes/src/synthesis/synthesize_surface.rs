@@ -14,9 +14,6 @@ use super::synthesize::{Preset, Scope, Synthesize};
 use glam::{IVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Atlas, CoordMap, Exemplar, Frames, IndirectionMap, Stop, Surface, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::levels::{LevelsSpec, indirection};
@@ -25,6 +22,9 @@ use shibo_kernel::synthesis::driver::{Analysed, Settings, Start};
 use shibo_kernel::synthesis::sheet::{Sheet, usable_levels};
 use shibo_kernel::synthesis::surface::{Grown, Surfaces, run};
 use shibo_kernel::synthesis::surface_measure::{Measured, seam};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Atlas, CoordMap, Exemplar, Frames, IndirectionMap, Stop, Surface, Tiling, Type};
 use std::sync::Arc;
 
 /// The first coordinates on a surface.

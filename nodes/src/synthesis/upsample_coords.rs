@@ -6,12 +6,12 @@ use super::stages;
 use super::surface_stages::{Staged, upsampled};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
-use shibo_engine::value::{CoordMap, IndirectionMap, Stop, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact;
 use shibo_kernel::synthesis::sheet::Sheet;
+use shibo_node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{CoordMap, IndirectionMap, Stop, Type};
 use std::sync::Arc;
 
 /// Doubles a map of coordinates in x and y: each pixel becomes four, placed around it by the Jacobian.

@@ -6,10 +6,10 @@
 use crate::measured::Measured;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, Context, Fact, In, Linear, Node, Output, Outputs};
-use shibo_engine::value::{Field, Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::{histogram, tone};
+use shibo_node::{AnyField, Context, Fact, In, Linear, Node, Output, Outputs};
+use shibo_value::{Field, Stop, Tile};
 use std::sync::OnceLock;
 
 /// Stretches the contrast to the full range: the minimum becomes black and the maximum white.
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray, pairs, rgb};
     use crate::testing::{port, render};
-    use shibo_engine::value::Type;
+    use shibo_value::Type;
 
     fn node() -> AutoLevels {
         AutoLevels { input: port(0), ..AutoLevels::default() }
@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn stretches_channels_together_or_separately() {
-        let tinted = Field::map(Type::Rgb, [gray()], shibo_engine::value::Halo::NONE, |out, [input]| {
+        let tinted = Field::map(Type::Rgb, [gray()], shibo_value::Halo::NONE, |out, [input]| {
             for (k, plane) in out.planes_mut().into_iter().enumerate() {
                 plane.iter_mut().zip(input.plane(0)).for_each(|(o, v)| *o = (0.5 + v) * (k + 1) as f32);
             }

@@ -5,10 +5,10 @@
 //! per pixel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, Rgb};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color::{self, ColorSpace};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, Rgb};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Converts colours between colour spaces: to change only lightness or hue, or to make colours from numbers.
 ///

@@ -5,11 +5,11 @@
 //! eight pixels at a time.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::pointwise::curve::{self as kernel, CurveKind};
 use shibo_kernel::pointwise::tone;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Halo, Stop, Tile};
 
 /// Maps values by a curve through points.
 ///
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn encoded_curves_act_on_encoded_values() {
         let node = Curve { encoded: true, ..curve(&[(0.0, 0.0), (0.5, 0.25), (1.0, 1.0)]) };
-        let grey = Field::constant(shibo_engine::value::Type::Gray, &[0.214_041_14]);
+        let grey = Field::constant(shibo_value::Type::Gray, &[0.214_041_14]);
         let out = crate::testing::render(&node, &[grey.into()]);
         // An encoded grey of ½ becomes an encoded grey of ¼.
         assert!((out.data()[0] - 0.050_876).abs() < 1e-5, "{}", out.data()[0]);

@@ -6,12 +6,12 @@
 use super::quantize::check_range;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, In, Linear, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::pointwise::steps::{self, DitherPattern, Steps};
+use shibo_node::{AnyField, CanvasFacts, Context, In, Linear, Node, Output, Outputs};
+use shibo_value::diagnostics::Problem;
+use shibo_value::{Field, Halo, Stop, Tile};
 
 /// Rounds values to few levels but keeps averages over a few pixels: two levels are enough for a picture.
 ///
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, gray, rgb};
     use crate::testing::{port, render};
-    use shibo_engine::value::Type;
+    use shibo_value::Type;
 
     #[test]
     fn dots_average_to_the_value() {

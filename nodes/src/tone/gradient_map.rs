@@ -4,12 +4,12 @@
 //! The ramp is computed without a table: exact at its stops. Cost: O(pixels · stops).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type, srgb_to_linear};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::tone::{self as kernel, Interpolation};
+use shibo_node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Halo, Stop, Tile, Type, srgb_to_linear};
 
 /// Colour space in which colours are mixed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

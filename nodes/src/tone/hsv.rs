@@ -4,10 +4,10 @@
 //! change may be a field, so that a mask can limit it to some places. Cost: O(pixels), about 15 ns per pixel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, Rgb};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color;
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, Rgb};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Changes the hue, saturation and value of colours. Each change is a number or a field.
 ///

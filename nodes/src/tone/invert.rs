@@ -1,9 +1,9 @@
 //! [`Invert`]: one minus a field. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::pointwise::tone;
+use shibo_node::{AnyField, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Field, Halo, Stop, Tile};
 
 /// One minus the input: bright becomes dark.
 ///

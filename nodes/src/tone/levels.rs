@@ -4,10 +4,10 @@
 //! than on encoded values. Cost: O(pixels); with a gamma about 1 ns per pixel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, Context, Fact, In, Linear, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
+use shibo_node::{AnyField, Context, Fact, In, Linear, Node, Output, Outputs};
+use shibo_value::{Field, Halo, Stop, Tile};
 
 /// Stretches the contrast: `low` becomes black and `high` white, and values beyond them are clamped.
 ///

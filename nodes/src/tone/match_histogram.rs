@@ -7,12 +7,12 @@
 use crate::measured::Measured;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::math::lerp;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::channel;
 use shibo_kernel::pointwise::histogram::{self, Transfer};
+use shibo_node::{AnyField, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 use std::sync::OnceLock;
 
 /// Changes values so that they have the distribution of another picture: its brightness, contrast and colours.
@@ -124,7 +124,7 @@ mod tests {
         assert!(pairs.windows(2).all(|p| p[0].1 <= p[1].1), "the order of values changes");
     }
 
-    fn made_field(inputs: &[shibo_engine::value::Value]) -> Field {
+    fn made_field(inputs: &[shibo_value::Value]) -> Field {
         field(&node(1.0), inputs, "result")
     }
 

@@ -27,7 +27,7 @@ pub use remap::Remap;
 pub use replace_color::ReplaceColor;
 pub use threshold::Threshold;
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

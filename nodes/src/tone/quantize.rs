@@ -1,11 +1,11 @@
 //! [`Quantize`]: rounds to few values. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Linear, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::steps::{self, Steps};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Linear, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Halo, Stop, Tile};
 
 /// Rounds values to a few evenly spaced levels: terraces, posters.
 ///

@@ -1,11 +1,11 @@
 //! [`Remap`]: maps one range of numbers to another. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Linear, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Linear, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Field, Halo, Stop, Tile};
 
 /// Maps one range of numbers to another linearly: for example lengths to shares, or bright to dark.
 ///

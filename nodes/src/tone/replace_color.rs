@@ -4,11 +4,11 @@
 //! distances look about equal. Cost: O(pixels), about 40 ns per pixel.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, Rgb};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type, srgb_to_linear};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color;
+use shibo_node::{Color, Context, Fact, In, Node, Output, Outputs, Rgb};
+use shibo_value::{Field, Halo, Stop, Tile, Type, srgb_to_linear};
 
 /// Replaces a colour, and similar colours, by another; also gives a mask of the replaced places.
 ///

@@ -3,10 +3,10 @@
 //! The soft edge is the cubic step, `softness` wide in values and centred on `level`. Cost: O(pixels), bound by memory.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// A mask: 1 where the input is above a level, 0 where it is below.
 ///

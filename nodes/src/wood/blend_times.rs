@@ -6,14 +6,14 @@
 use super::trees::even;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidNumber};
-use shibo_engine::value::{Skeleton, Solid, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::branch::{Power, blend, blend_all};
 use shibo_kernel::wood::knots::{self, Knot, KnotStyle};
 use shibo_kernel::wood::solids::{Code, constant, places};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_value::diagnostics::{Code as ErrorCode, Problem};
+use shibo_value::{Skeleton, Solid, Stop, Type};
 
 /// Start of the times that are blended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -131,7 +131,7 @@ impl BlendTimes {
     }
 
     fn knots(&self, skeleton: &Skeleton, hash: Hash) -> Vec<Knot> {
-        let knot = |(i, b): (usize, &shibo_engine::value::Branch)| {
+        let knot = |(i, b): (usize, &shibo_value::Branch)| {
             let birth = (b.start.z - self.ground) / self.elongation_speed;
             let life = (b.dead_from - birth).min(b.lifetime).max(0.0);
             Knot::new(b.start, b.direction, b.length, birth, life, b.thickening, hash.with(i as u64))

@@ -8,8 +8,8 @@ use crate::degrees::about;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Stop, Tiling};
+use shibo_node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Stop, Tiling};
 
 /// Cuts a board out of a solid: all six faces, which agree on their edges.
 ///

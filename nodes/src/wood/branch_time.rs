@@ -4,13 +4,13 @@
 use super::trees::axes;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Skeleton, Stop, Type};
 use shibo_kernel::ground::real::Real;
 use shibo_kernel::wood::branch::{Axis, Power, blend_all, branch_time};
 use shibo_kernel::wood::solids::{Code, columns, places};
 use shibo_kernel::wood::trunk::Places;
+use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code as ErrorCode, Problem};
+use shibo_value::{Skeleton, Stop, Type};
 
 /// The time at which branches reached each point: T2 of the source, counted from the tree's first year. The time is
 /// infinite behind the plane through a branch's start.

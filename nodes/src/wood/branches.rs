@@ -6,11 +6,11 @@ use super::trees::{Triple, even, vector};
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Range};
-use shibo_engine::value::{Branch, Skeleton, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::wood::fit;
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Range};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Branch, Skeleton, Stop, Type};
 
 /// A branch as given in a graph.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

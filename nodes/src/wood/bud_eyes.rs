@@ -6,8 +6,6 @@
 use super::trees::even;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
-use shibo_engine::value::{Skeleton, Solid, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
@@ -15,6 +13,8 @@ use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::Noise3;
 use shibo_kernel::wood::solids::{Code, constant, places};
 use shibo_kernel::wood::trunk::{Places, Trunk};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_value::{Skeleton, Solid, Stop, Type};
 
 /// Adds buds that never grew into branches: rings bend around each of them, and a flat cut shows eyes.
 ///

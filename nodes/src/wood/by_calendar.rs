@@ -1,6 +1,6 @@
 //! Marks solids of growth time that follow a calendar, for nodes that read them.
-use shibo_engine::value::{Curve, Solid};
 use shibo_kernel::wood::years::Calendar;
+use shibo_value::{Curve, Solid};
 
 /// Marks a time by a calendar: the time is a piecewise linear function of an even time, through the points (even time,
 /// year, ·) of `years`. Lookups can use the even time, which has no kinks.

@@ -6,12 +6,12 @@
 use glam::{DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, Rgb};
-use shibo_engine::value::{self, Field, Stop, Type, Window, srgb_to_linear};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::pattern;
 use shibo_kernel::wood::strip::{self, Direction, Sampled, Strip, StripError, StripSpec};
+use shibo_node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, Rgb};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{self as value, Field, Stop, Type, Window, srgb_to_linear};
 
 /// The years of a picture that are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -1,12 +1,12 @@
 //! [`ColorSolid`]: a colour ramp in space. Cost: about 10 ns a point.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
-use shibo_engine::node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, SolidNumber};
-use shibo_engine::value::{Stop, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone::{Gradient, Interpolation};
 use shibo_kernel::wood::solids::Code;
+use shibo_node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_value::diagnostics::{Code as ErrorCode, Problem};
+use shibo_value::{Stop, Type};
 
 /// Colours a solid: each number becomes the colour of a ramp, mixed in Oklab.
 ///

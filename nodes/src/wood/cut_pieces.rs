@@ -1,7 +1,7 @@
 //! Cuts made of pieces, each from another place of the solid.
-use shibo_engine::value::{Cut, Field, Grid, Halo, Key, PieceAxes, PieceMap, PiecePlanes, Tile, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::pieces::{self, Scatter, Turned, WoodPiece};
+use shibo_value::{Cut, Field, Grid, Halo, Key, PieceAxes, PieceMap, PiecePlanes, Tile, Type};
 use std::sync::Arc;
 
 /// Pieces of the canvas, and the place of each in a solid.

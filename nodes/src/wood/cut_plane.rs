@@ -10,12 +10,12 @@ use crate::degrees::about;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, Gray, IdsField, In, Node, Output, Outputs, Vec2Field};
-use shibo_engine::value::{Cut, Field, Key, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::wood::pieces::{Scatter, WoodPiece};
+use shibo_node::{AnySolid, CanvasFacts, Context, Fact, Gray, IdsField, In, Node, Output, Outputs, Vec2Field};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Cut, Field, Key, Stop, Tile, Tiling, Type};
 
 /// Ways of cutting a board from a trunk that stands on the z axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -176,8 +176,7 @@ impl PlaneInSolid {
             Ok(())
         });
         let place = place.overwriting();
-        let spacing =
-            move |grid: &shibo_engine::value::Grid| (right.length() * grid.step.x).max(down.length() * grid.step.y);
+        let spacing = move |grid: &shibo_value::Grid| (right.length() * grid.step.x).max(down.length() * grid.step.y);
         let unit = |v: DVec3| v.normalize().to_array().map(single);
         Cut::new(Key::of("plane", &[&bytes]), place, spacing).with_level_rows(u.z == 0.0).with_flat(unit(u), unit(v))
     }

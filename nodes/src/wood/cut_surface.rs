@@ -7,10 +7,10 @@ use crate::csv_points::FARTHEST;
 use glam::{DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{AnySolid, CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs};
-use shibo_engine::value::{Cut, Field, Key, Stop, Tile, Tiling, Type};
 use shibo_kernel::wood::surface;
+use shibo_node::{AnySolid, CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Cut, Field, Key, Stop, Tile, Tiling, Type};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -228,7 +228,7 @@ impl Node for CutSurface {
             }
             Ok(())
         });
-        let spacing = move |grid: &shibo_engine::value::Grid| (stretch * grid.step).max_element();
+        let spacing = move |grid: &shibo_value::Grid| (stretch * grid.step).max_element();
         // Every solid that is cut reads the points, so they get a cache key.
         let place = place.keyed(Key::of("surface points", &[key.as_bytes()]));
         Ok(Outputs::one(cx.cut(&cx.get(&self.solid)?, &Cut::new(key, place, spacing))))

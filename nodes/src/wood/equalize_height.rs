@@ -5,10 +5,10 @@ use super::trees::problem;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Skeleton, Stop, Type};
 use shibo_kernel::wood::fit;
+use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Skeleton, Stop, Type};
 
 /// Moves the inner control points of a skeleton along its tangents until they are evenly spaced in height.
 ///

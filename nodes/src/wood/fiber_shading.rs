@@ -5,12 +5,12 @@
 use super::frames::{Frame, dot, frames};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
-use shibo_engine::value::{Solid, Stop, Type};
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::wood::solids::Code;
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
+use shibo_value::{Solid, Stop, Type};
 
 /// Computes, from the angle between fibres and the cut: anisotropy and its direction, the tilt of fibres out of the
 /// cut, and figure, which makes wood lighter where fibres tilt one way and darker where they tilt the other way.

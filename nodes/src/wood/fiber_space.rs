@@ -4,13 +4,13 @@
 use super::trees::even;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
-use shibo_engine::value::{Skeleton, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::fiber::{FiberStyle, Fibers, Obstacle};
 use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::Trunk;
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_value::{Skeleton, Stop, Type};
 use std::sync::Arc;
 
 /// Coordinates along the fibres, for drawing streaks, pores and rays; and the direction of the fibres.
@@ -112,7 +112,7 @@ impl Node for FiberSpace {
             interlock: tangent(self.interlock),
             interlock_pitch: narrow(self.interlock_pitch),
         };
-        let obstacle = |b: &shibo_engine::value::Branch| {
+        let obstacle = |b: &shibo_value::Branch| {
             Obstacle::new(b.start, b.direction, b.length, b.thickening / self.thickening_speed)
         };
         let obstacles = skeleton.branches.iter().map(obstacle).collect();

@@ -3,14 +3,14 @@
 //! Beyond the source. Cost: about 30 ns a point.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
-use shibo_engine::value::{Patch, Planes, Solid, Stop, Type, srgb_to_linear};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::{Noise3, visible};
 use shibo_kernel::wood::solids::Code;
+use shibo_node::{Color, Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
+use shibo_value::{Patch, Planes, Solid, Stop, Type, srgb_to_linear};
 
 /// Draws fibres into the colour of wood: streaks from 0.05 to 1.3 mm wide, drifts of tone over many centimetres, and
 /// streaks of pigment.

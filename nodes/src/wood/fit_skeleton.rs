@@ -5,10 +5,10 @@
 use super::trees::problem;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Curve, Skeleton, Stop, Type};
 use shibo_kernel::wood::fit;
+use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Curve, Skeleton, Stop, Type};
 
 /// How the curve is constructed from the points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

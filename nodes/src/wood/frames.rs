@@ -1,6 +1,6 @@
 //! Orientation of a cut in space at the points of a block.
-use shibo_engine::value::{Patch, PatchPieces, PieceAxes};
 use shibo_kernel::wood::solids::neighbors;
+use shibo_value::{Patch, PatchPieces, PieceAxes};
 
 /// Directions of length 1: to the right on the canvas, down on it, and out of it.
 #[derive(Clone, Copy, Debug)]

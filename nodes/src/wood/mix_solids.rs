@@ -1,12 +1,12 @@
 //! [`MixSolids`]: mixes two solids. Cost: about 1 ns a point.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
-use shibo_engine::node::{AnySolid, Context, Fact, In, Node, Output, Outputs, SolidNumber};
-use shibo_engine::value::{Solid, Stop};
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::solids::{Code, constant};
+use shibo_node::{AnySolid, Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_value::diagnostics::{Code as ErrorCode, Problem};
+use shibo_value::{Solid, Stop};
 
 /// Mixes two solids: `a` where `mask` is 0, `b` where it is 1.
 ///

@@ -57,7 +57,7 @@ pub use warp_solid::WarpSolid;
 pub use wood_pores::WoodPores;
 pub use wood_rays::WoodRays;
 
-use shibo_engine::registry::{Family, Kind};
+use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.
 pub fn family() -> Family {

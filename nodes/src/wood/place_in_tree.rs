@@ -7,9 +7,9 @@ use crate::degrees::about;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Stop, Type};
 use shibo_kernel::wood::solids::Code;
+use shibo_node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Stop, Type};
 
 /// Places an object in a solid: the result is the solid in the coordinates of the object.
 ///

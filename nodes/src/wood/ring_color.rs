@@ -6,9 +6,6 @@
 use super::by_calendar::ByCalendar;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code as Kind, Problem};
-use shibo_engine::node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, SolidNumber, SolidVector};
-use shibo_engine::value::{ColorPattern, Listener, Patch, Planes, Solid, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
@@ -17,6 +14,9 @@ use shibo_kernel::noise::noise3::{Noise3, visible};
 use shibo_kernel::wood::pattern;
 use shibo_kernel::wood::solids::{Code, spans};
 use shibo_kernel::wood::year_table::{Variation, YearTable, late_share};
+use shibo_node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, SolidNumber, SolidVector};
+use shibo_value::diagnostics::{Code as Kind, Problem};
+use shibo_value::{ColorPattern, Listener, Patch, Planes, Solid, Stop, Type};
 use std::sync::Arc;
 
 /// Filtering of rings that are thinner than a pixel.
@@ -98,7 +98,7 @@ pub struct RingColor {
 
 impl Default for RingColor {
     fn default() -> Self {
-        let srgb = |rgb: [u8; 3]| Color(rgb.map(|byte| shibo_engine::value::srgb_to_linear(f32::from(byte) / 255.0)));
+        let srgb = |rgb: [u8; 3]| Color(rgb.map(|byte| shibo_value::srgb_to_linear(f32::from(byte) / 255.0)));
         Self {
             time: In::default(),
             pattern: In::default(),

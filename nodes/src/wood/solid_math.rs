@@ -1,11 +1,11 @@
 //! [`SolidMath`]: arithmetic with solids. Cost: about 1 ns a point.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
-use shibo_engine::value::{Solid, Stop, Type};
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::solids::{Code, constant};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_value::{Solid, Stop, Type};
 
 /// What to compute.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -4,15 +4,15 @@
 use super::trees::Triple;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidVector};
-use shibo_engine::value::{Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::{DEVIATION, Noise3, visible};
 use shibo_kernel::wood::solids::Code;
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidVector};
+use shibo_value::diagnostics::{Code as ErrorCode, Problem};
+use shibo_value::{Stop, Type};
 
 /// Noise in space: clouds with detail of several sizes, 0..1, with mean ½ and standard deviation 0.155, like `Fractal`.
 ///

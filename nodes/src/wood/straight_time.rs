@@ -6,14 +6,14 @@ use super::trees::axes;
 use super::trees::problem;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Curve, Skeleton, Stop, Type};
 use shibo_kernel::ground::real::Real;
 use shibo_kernel::wood::branch::{Axis, Power, blend_all, branch_time};
 use shibo_kernel::wood::fit;
 use shibo_kernel::wood::solids::{Code, columns, places};
 use shibo_kernel::wood::straight::Straight;
 use shibo_kernel::wood::trunk::Places;
+use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Curve, Skeleton, Stop, Type};
 
 /// The growth time of the earlier method, whose skeleton is straight from node to node. For comparison.
 ///

@@ -1,9 +1,9 @@
 //! Shared by the nodes of trees: parameters, and error messages.
 use glam::DVec3;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::value::{Skeleton, Stop};
 use shibo_kernel::wood::branch::Axis;
 use shibo_kernel::wood::fit::{self, FitError};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Skeleton, Stop};
 
 /// A vector in a graph file.
 pub(super) type Triple = (f64, f64, f64);
@@ -48,7 +48,7 @@ pub(super) fn axes<R: shibo_kernel::ground::real::Real>(
     elongation: f64,
     ground: f64,
 ) -> Vec<Axis<R>> {
-    let axis = |b: &shibo_engine::value::Branch| {
+    let axis = |b: &shibo_value::Branch| {
         Axis::new(b.start, b.direction, b.length, (b.start.z - ground) / elongation, elongation, b.thickening)
     };
     skeleton.branches.iter().map(axis).collect()

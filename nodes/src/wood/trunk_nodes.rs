@@ -8,13 +8,13 @@ use crate::csv_points;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Range};
-use shibo_engine::value::{Curve, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::noise::noise3::{DEVIATION, Noise3};
 use shibo_kernel::wood::fit;
+use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Range};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Curve, Stop, Type};
 
 /// The pith of a trunk, from the ground up: nodes from a list or a file, or generated nodes.
 ///

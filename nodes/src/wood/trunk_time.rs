@@ -5,10 +5,10 @@
 use super::trees::even;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Skeleton, Stop, Type};
 use shibo_kernel::wood::solids::{Code, columns, places};
 use shibo_kernel::wood::trunk::{Growth, Trunk};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Skeleton, Stop, Type};
 use std::sync::Arc;
 
 /// The time at which a growing trunk reached each point: T = z / elongation + d / thickening, where d is the horizontal

@@ -7,9 +7,6 @@ use super::trees::even;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code as ErrorCode, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidNumber};
-use shibo_engine::value::{ColorPattern, Curve, Skeleton, Solid, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
@@ -17,6 +14,9 @@ use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::Trunk;
 use shibo_kernel::wood::vary::{Shape, WAVES, Wave, reserve};
 use shibo_kernel::wood::years::{Calendar, series};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_value::diagnostics::{Code as ErrorCode, Problem};
+use shibo_value::{ColorPattern, Curve, Skeleton, Solid, Stop, Type};
 use std::sync::Arc;
 
 /// The widths of years.

@@ -4,13 +4,13 @@
 use super::trees::Triple;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
-use shibo_engine::value::{Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::{DEVIATION, Noise3};
 use shibo_kernel::wood::solids::Code;
+use shibo_node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
+use shibo_value::{Stop, Type};
 
 /// Warps a solid by noise.
 ///

@@ -4,16 +4,14 @@
 use super::by_calendar::ByCalendar;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{
-    Color, Context, Fact, In, Linear, Node, Output, Outputs, SolidColor, SolidNumber, SolidVector,
-};
-use shibo_engine::value::{Curve, Solid, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::pores::{PoreStyle, Pores};
 use shibo_kernel::wood::solids::{Code, spans};
 use shibo_kernel::wood::years::Calendar;
+use shibo_node::{Color, Context, Fact, In, Linear, Node, Output, Outputs, SolidColor, SolidNumber, SolidVector};
+use shibo_value::{Curve, Solid, Stop, Type};
 
 /// Draws the pores of wood: dark dashes along the grain, dots on end grain, most of them in early wood.
 ///

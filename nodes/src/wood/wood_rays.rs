@@ -5,8 +5,6 @@ use super::frames::frames;
 use super::trees::even;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Color, Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
-use shibo_engine::value::{Skeleton, Solid, Stop, Type, srgb_to_linear};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
@@ -14,6 +12,8 @@ use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::wood::rays::{RayStyle, Rays};
 use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::Trunk;
+use shibo_node::{Color, Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
+use shibo_value::{Skeleton, Solid, Stop, Type, srgb_to_linear};
 
 /// Draws rays: thin sheets from the pith outwards, which look different on each cut: flecks on a quarter cut, lines on
 /// end grain, spindles on a flat cut.

@@ -2,8 +2,8 @@
 use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
-use shibo_engine::diagnostics::{self as engine, Origin, SourceMap};
 use shibo_engine::session::Failure;
+use shibo_value::diagnostics::{self as engine, Origin, SourceMap};
 use std::fmt;
 
 create_exception!(shibo, ShiboError, PyException, "A graph with errors, or a request that cannot be met.");

@@ -7,11 +7,11 @@ use numpy::{IxDyn, PyArray, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::{PyRuntimeWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use shibo_engine::export::Chosen;
-use shibo_engine::graph::{self as engine, LoadOptions};
-use shibo_engine::picture::{Depth, Format};
 use shibo_engine::session::{RenderRequest, Session as Engine};
-use shibo_engine::value::{Canvas, Resolution, TileMode, Window};
+use shibo_graph::{self as engine, LoadOptions};
+use shibo_picture::export::Chosen;
+use shibo_picture::{Depth, Format};
+use shibo_value::{Canvas, Resolution, TileMode, Window};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

@@ -7,7 +7,7 @@ mod values;
 mod wait;
 
 use pyo3::prelude::*;
-use shibo_engine::registry::Registry;
+use shibo_node::registry::Registry;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
@@ -45,10 +45,10 @@ fn graphs() -> Vec<&'static str> {
 /// Errors and warnings of a graph file, without computing anything.
 #[pyfunction]
 fn check(path: PathBuf, session: &Bound<'_, session::Session>) -> Vec<diagnostics::Diagnostic> {
-    let options = shibo_engine::graph::LoadOptions {
+    let options = shibo_graph::LoadOptions {
         working_dir: std::env::current_dir().unwrap_or_default(),
         import_paths: session.get().import_paths.clone(),
-        ..shibo_engine::graph::LoadOptions::default()
+        ..shibo_graph::LoadOptions::default()
     };
     let loaded = session.get().inner.load(&path, &options);
     let mut found = loaded.diagnostics;

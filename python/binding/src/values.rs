@@ -3,7 +3,7 @@ use glam::UVec2;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyString};
-use shibo_engine::value::Resolution;
+use shibo_value::Resolution;
 
 /// Names and values in the notation of the command line: RON, or bare text.
 pub(crate) fn given(values: &Bound<'_, PyDict>) -> PyResult<Vec<(String, String)>> {

@@ -1,8 +1,8 @@
 //! Runs work without holding the GIL: other Python threads run, Ctrl-C stops the work, and progress is reported.
 use pyo3::prelude::*;
-use shibo_engine::diagnostics::Diagnostic;
 use shibo_engine::eval::{CancelToken, Event, Observer};
 use shibo_engine::session::Failure;
+use shibo_value::diagnostics::Diagnostic;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::{self, Thread};

@@ -1,6 +1,6 @@
 //! Small pictures of points and lines.
 use glam::{DVec2, Vec2};
-use shibo_engine::value::Sketch;
+use shibo_value::Sketch;
 
 /// Width and height in pixels.
 pub(super) const SIDE: u32 = 160;

@@ -79,10 +79,10 @@ fn sentences(block: &str) -> Vec<String> {
     sentences
 }
 
-/// The folder by which a file is counted: a family, a room or a module of the three crates of code, else the top folder.
+/// The folder by which a file is counted: a family, a room, a crate of the engine, or `eval` and `session`; else the top folder.
 fn folder(path: &str) -> String {
-    let deep = ["engine/src/", "kernel/src/", "nodes/src/"].iter().any(|top| path.starts_with(top));
     let parts: Vec<&str> = path.split('/').collect();
+    let deep = matches!(parts[..], ["engine" | "kernel" | "nodes", "src", ..] | ["engine", _, "src", ..]);
     let depth = if deep { 3 } else { 1 }.min(parts.len() - 1);
     parts[..depth].join("/")
 }

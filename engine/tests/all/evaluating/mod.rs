@@ -2,9 +2,9 @@
 #![allow(dead_code, reason = "each test program uses a part of it")]
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnySolid, Context, Gray, In, Node, Output, Outputs};
-use shibo_engine::registry::{Family, Kind, Registry};
-use shibo_engine::value::{
+use shibo_node::registry::{Family, Kind, Registry};
+use shibo_node::{AnySolid, Context, Gray, In, Node, Output, Outputs};
+use shibo_value::{
     Cost, Cut, Field, FieldSource, Given, Grid, Halo, Key, Patch, Pictures, Planes, Points, Read, Solid, SolidSource,
     Stop, Tile, Tiling, Type, Wants, Window,
 };

@@ -5,8 +5,8 @@ use crate::mesh::tests::atlas_of;
 use crate::mesh::{MeshForm, MeshShape};
 use crate::testing::{Plain, canvas, check_field, field, port};
 use glam::DVec2;
-use shibo_engine::value::{Evaluator, Planes, Value};
 use shibo_kernel::wood::solids::{Code, spans};
+use shibo_value::{Evaluator, Planes, Value};
 
 /// A solid whose value is the position itself.
 fn space() -> Value {

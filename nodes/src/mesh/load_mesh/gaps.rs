@@ -1,9 +1,9 @@
 //! Faces without UVs or normals in a file where other faces have them.
 use glam::Vec3;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::value::Mesh;
 use shibo_kernel::ground::stop::Watch;
 use shibo_kernel::mesh::topology;
+use shibo_value::Mesh;
+use shibo_value::diagnostics::{Code, Problem};
 
 /// Counts the faces of the file that have a triangle for which `of` holds, and all faces.
 fn faces(mesh: &Mesh, of: impl Fn(usize) -> bool) -> [usize; 2] {

@@ -1,8 +1,8 @@
 //! Tests of loading files, and of the messages about them.
 use super::*;
 use crate::testing::{Plain, canvas};
-use shibo_engine::node::{Call, DynNode};
-use shibo_engine::value::Value;
+use shibo_node::{Call, DynNode};
+use shibo_value::Value;
 use std::sync::Arc;
 
 fn data(name: &str) -> PathBuf {

@@ -1,10 +1,10 @@
 //! Messages about the parameters of a [`MeshAtlas`](super::MeshAtlas) and its mesh, with remedies.
 use super::{ChartSource, Triple};
 use glam::DVec2;
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::value::Atlas;
 use shibo_kernel::mesh::atlas::AtlasError;
 use shibo_kernel::mesh::seams::SeamError;
+use shibo_value::Atlas;
+use shibo_value::diagnostics::{Code, Problem};
 
 /// Maximum number of points of all seams.
 const MOST: usize = 10_000;

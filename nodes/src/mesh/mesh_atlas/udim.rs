@@ -3,11 +3,11 @@ use super::{ChartSource, advice};
 use glam::{UVec2, Vec2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::value::Mesh;
 use shibo_kernel::ground::stop::Watch;
 use shibo_kernel::mesh::atlas::fits;
 use shibo_kernel::mesh::udim::{FIRST, MOST, Tiles, number, place, tiles};
+use shibo_value::Mesh;
+use shibo_value::diagnostics::{Code, Problem};
 use std::collections::BTreeSet;
 
 /// The UDIM tiles that the canvas holds.

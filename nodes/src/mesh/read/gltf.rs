@@ -9,8 +9,8 @@ use gltf_json::accessor::Type;
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
 use gltf_json::{Node, Root};
-use shibo_engine::picture::caught;
 use shibo_kernel::ground::stop::Watch;
+use shibo_picture::caught;
 use std::collections::BTreeSet;
 
 /// Maximum depth of nested nodes.

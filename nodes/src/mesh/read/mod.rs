@@ -10,8 +10,8 @@ mod polygon;
 mod views;
 
 use glam::{DVec3, Vec2, Vec3};
-use shibo_engine::value::Mesh;
 use shibo_kernel::ground::stop::Watch;
+use shibo_value::Mesh;
 use std::collections::HashMap;
 use std::io::Read;
 use std::path::Path;

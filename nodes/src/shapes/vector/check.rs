@@ -2,7 +2,7 @@
 use super::drawn::{DrawnElements, Rewritten, href};
 use super::style::{Styles, is_sheet};
 use resvg::usvg::roxmltree::{Document, Node, NodeId};
-use shibo_engine::diagnostics::{Code, Problem};
+use shibo_value::diagnostics::{Code, Problem};
 use std::collections::HashMap;
 use std::path::Path;
 

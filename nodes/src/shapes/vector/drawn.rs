@@ -3,7 +3,7 @@ use super::check::Check;
 use super::paint::{is_color, known};
 use super::style::{Style, Value, is_svg};
 use resvg::usvg::roxmltree::{Node, NodeId};
-use shibo_engine::diagnostics::{Code, Problem};
+use shibo_value::diagnostics::{Code, Problem};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
 use svgtypes::Paint;

@@ -1,7 +1,7 @@
 //! Decodes the text of an SVG file: unpacks gzip, and converts other encodings to UTF-8.
 use super::MOST_BYTES;
 use flate2::read::MultiGzDecoder;
-use shibo_engine::diagnostics::Code;
+use shibo_value::diagnostics::Code;
 use std::io::Read;
 
 /// Names, in lower case, of encodings whose bytes are the first characters of Unicode. Windows-1252 differs only in

@@ -1,0 +1,183 @@
+//! Outputs for other programs, as written and as checked.
+use super::document::{OutputDecl, choice};
+use super::part::{Shape, SyntaxValue};
+use super::read::{self, mismatch, shorten};
+use super::remedy::write_luminance;
+use super::report::Report;
+use super::scope::{Target, Unit};
+use crate::diagnostics::Code;
+use crate::export::{Chosen, Colors, ExportTarget, FieldDecl, OptionValue, Options, SimpleShape, Takes};
+use crate::value::{Atlas, Carried, Type};
+use crate::{Export, ExportMesh};
+use petgraph::graph::NodeIndex;
+
+/// The export of an output, as written.
+#[derive(Debug)]
+pub(super) struct ExportDecl {
+    target: Chosen,
+    /// False after an error in an option.
+    good: bool,
+    /// The references to single fields, by the names of the target's fields.
+    fields: Vec<(&'static str, SyntaxValue)>,
+}
+
+/// The mesh of an exported file, as written.
+#[derive(Debug)]
+pub(super) enum MeshDecl {
+    /// A shape that needs no mesh.
+    Simple(SimpleShape),
+    /// A reference to an atlas.
+    Node(SyntaxValue),
+}
+
+/// Reads an export such as `Gltf(material: "node", mesh: "atlas")`.
+pub(super) fn read(
+    decl: &mut OutputDecl,
+    word: &SyntaxValue,
+    target: &'static dyn ExportTarget,
+    body: &SyntaxValue,
+    report: &mut Report,
+) {
+    let (kind, declared) = (target.info().name, target.info().fields);
+    let Some(fields) = read::fields(body, &format!("`{kind}`"), declared, report) else { return };
+    let (mut options, mut sources, mut good) = (Vec::new(), Vec::new(), true);
+    decl.mesh = target.info().has_mesh().then_some(MeshDecl::Simple(SimpleShape::Plane));
+    for FieldDecl { name, takes, .. } in declared {
+        let part = read::get(&fields, name);
+        match (takes, part) {
+            (Takes::Material | Takes::Gray, Some(part)) => {
+                let Some(_) = read::text(part, name, report) else { continue };
+                decl.from.get_or_insert_with(|| part.clone());
+                if let Takes::Gray = takes {
+                    sources.push((*name, part.clone()));
+                }
+            }
+            (Takes::Mesh, Some(part)) => decl.mesh = mesh(part, report),
+            (Takes::Material, None) => missing(word, name, "write `material: \"node\"`", report),
+            (Takes::Word(words), None) => {
+                let (first, all) = (words().first().copied().unwrap_or_default(), words().join(", "));
+                missing(word, name, &format!("write `{name}: {first}`; the choices are {all}"), report);
+                good = false;
+            }
+            (_, Some(part)) => match option(part, name, *takes, report) {
+                Some(value) => options.push((*name, value)),
+                None => good = false,
+            },
+            (_, None) => {}
+        }
+    }
+    if fields.is_empty() && declared.iter().all(|field| matches!(field.takes, Takes::Gray)) {
+        let known: Vec<&str> = declared.iter().map(|field| field.name).collect();
+        let help = format!("write `{}: \"node\"`; fields are {}", known[0], known.join(", "));
+        report.push(word.error(Code::MissingInput, format!("`{kind}` has no field")).help(help));
+    }
+    let options = Options::new(declared, &options);
+    if let (Some(part), Colors::Png) = (read::get(&fields, "quality"), options.colors()) {
+        let error = part.error(Code::BadValue, "`quality` is that of JPEG, and `colors` are PNG");
+        report.push(error.help("write `colors: Jpeg`, or leave `quality` out"));
+    }
+    decl.export = Some(ExportDecl { target: Chosen { target, options }, good, fields: sources });
+}
+
+/// Reports that a field of `word` is not written.
+fn missing(word: &SyntaxValue, field: &str, help: &str, report: &mut Report) {
+    report.push(word.error(Code::MissingInput, format!("`{}` has no `{field}`", word.str())).help(help));
+}
+
+/// The value of an option; reports errors.
+fn option(part: &SyntaxValue, name: &str, takes: Takes, report: &mut Report) -> Option<OptionValue> {
+    match takes {
+        Takes::Quality => {
+            let given = if let Shape::Number(given) = part.shape() { given } else { f64::NAN };
+            let near = |whole: &u8| (given - f64::from(*whole)).abs() <= 0.5 && (1.0..=100.0).contains(&given);
+            let whole = (1..=100).find(near);
+            if whole.is_none() {
+                report.push(mismatch(part, &format!("`{name}`"), "a number from 1 to 100"));
+            }
+            whole.map(OptionValue::Quality)
+        }
+        Takes::Truth(_) => choice(part, name, &[("true", true), ("false", false)], report).map(OptionValue::Truth),
+        _ => {
+            let words: Vec<_> = takes.words().into_iter().map(|word| (word, word)).collect();
+            choice(part, name, &words, report).map(OptionValue::Word)
+        }
+    }
+}
+
+/// The mesh of an export; `None` after an error.
+fn mesh(part: &SyntaxValue, report: &mut Report) -> Option<MeshDecl> {
+    match part.shape() {
+        Shape::Text(_) => Some(MeshDecl::Node(part.clone())),
+        Shape::Word(_) => choice(part, "mesh", &SimpleShape::ALL, report).map(MeshDecl::Simple),
+        _ => {
+            let wanted = "`Plane`, `Sphere`, `Cylinder`, `Cube` or an atlas: `mesh: \"atlas\"`";
+            report.push(mismatch(part, "`mesh`", wanted));
+            None
+        }
+    }
+}
+
+impl Unit<'_> {
+    /// The export of an output of type `ty`, if any; reports errors.
+    pub(super) fn export(&mut self, decl: &OutputDecl, from: &SyntaxValue, ty: Type) -> Result<Option<Export>, ()> {
+        let Some(export) = &decl.export else { return Ok(None) };
+        let kind = export.target.target.info().name;
+        let mut fields = Vec::new();
+        for (name, part) in &export.fields {
+            fields.push((*name, self.packed(kind, part)?));
+        }
+        if fields.is_empty() && ty != Type::Material {
+            let message = format!("`{kind}` takes a material; `{}` is {ty}", shorten(from.str().trim_matches('"')));
+            let help = "connect a `Material`, which names the fields that are its channels";
+            self.report.push(from.error(Code::TypeMismatch, message).help(help));
+            return Err(());
+        }
+        if !export.good {
+            return Err(());
+        }
+        Ok(Some(Export { target: export.target.clone(), fields }))
+    }
+
+    /// A grey field of a packed picture.
+    fn packed(&mut self, kind: &str, part: &SyntaxValue) -> Result<(NodeIndex, usize), ()> {
+        let help = |ty| match ty {
+            Type::Rgb => format!("{} as a node of its own, and name that", write_luminance(&shorten(part.str()))),
+            _ => "take it apart with `SplitChannels`, or use an output that is Gray".to_owned(),
+        };
+        self.node_of(part, Type::Gray, &format!("`{kind}` takes fields of one number each"), help)
+    }
+
+    /// The mesh of an output for another program; reports errors.
+    pub(super) fn export_mesh(&mut self, decl: &OutputDecl) -> Result<Option<ExportMesh>, ()> {
+        let Some(mesh) = &decl.mesh else { return Ok(None) };
+        let part = match mesh {
+            MeshDecl::Simple(shape) => return Ok(Some(ExportMesh::Simple(*shape))),
+            MeshDecl::Node(part) => part,
+        };
+        let help = "lay a mesh out with `MeshAtlas(mesh: …)`, or write `mesh: Plane`";
+        let (node, output) = self.node_of(part, Atlas::TYPE, "`mesh` must be an atlas", |_| help.to_owned())?;
+        Ok(Some(ExportMesh::Atlas { node, output }))
+    }
+
+    /// The node and output that a reference means; they must have the type `wanted`. Reports an error otherwise, with
+    /// the help for the actual type.
+    fn node_of(
+        &mut self,
+        part: &SyntaxValue,
+        wanted: Type,
+        rule: &str,
+        help: impl FnOnce(Type) -> String,
+    ) -> Result<(NodeIndex, usize), ()> {
+        let Shape::Text(reference) = part.shape() else { return Err(()) };
+        let meaning = self.resolve(0, part, &reference);
+        let Some(ty) = self.type_of(&meaning.target) else { return Err(()) };
+        match meaning.target {
+            Target::Out { flat, output } if ty == wanted => Ok((NodeIndex::new(flat), output)),
+            _ => {
+                let message = format!("{rule}; `{}` is {ty}", shorten(&reference));
+                self.report.push(part.error(Code::TypeMismatch, message).help(help(ty)));
+                Err(())
+            }
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Graph files: from text, through a checked document, to nodes that can be evaluated.
+//!
+//! [`load()`] reads a file and all its imports, and reports all errors, each at its place:
+//! 1. `files` reads the texts, and [`syntax`] parses them into trees.
+//! 2. `part` wraps the values of a tree with their places; `document` reads the sections of a graph file.
+//! 3. `scope` resolves the names of a file and of every use of a sub-graph; `subst` substitutes parameters and
+//!    expressions ([`expression`]) in values and records the origin of each byte.
+//! 4. `ports` and `args` read the fields of nodes, `link` finds types and cycles and builds the nodes, `outputs` checks
+//!    the outputs.
+//!
+//! Consequences of an error are not reported: references to faulty names give no messages, and unreadable text counts
+//! as faulty (`spared`). The rest of a file with syntax errors is checked as usual.
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions"))]
+pub mod syntax;
+
+mod args;
+mod canvas;
+mod channels;
+mod convert;
+mod defaults;
+mod distances;
+mod document;
+mod each;
+mod explain;
+mod exports;
+mod files;
+mod imports;
+mod inline;
+mod instance;
+mod layout;
+mod link;
+mod linked;
+mod load;
+mod outputs;
+mod params;
+mod part;
+mod ports;
+mod read;
+mod remedy;
+mod report;
+mod room;
+pub mod schema;
+mod scope;
+mod spared;
+mod storage;
+mod structs;
+mod subst;
+mod tiling;
+mod uses;
+
+pub use imports::import_path;
+pub use linked::{Export, ExportMesh, Graph, GraphNode, GraphOutput, GraphParam, GraphUse, Input};
+pub use load::{load, load_text};
+pub use storage::{FileColors, Storage};
+
+use shibo_node::{self as node, registry};
+use shibo_picture::{self as picture, export};
+use shibo_value::diagnostics::{self, Diagnostic, SourceMap};
+use shibo_value::{self as value, Resolution, expression};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The fingerprint of this crate's code and of the libraries that it uses.
+pub const CODE: &str = env!("CODE_FINGERPRINT");
+
+/// Options that change a graph on loading.
+#[derive(Clone, Debug)]
+pub struct LoadOptions {
+    /// The preset whose values replace the defaults.
+    pub preset: Option<String>,
+    /// Values of parameters: RON, or bare text for `Text`, `Path` and `Color`. They override the preset. `seed` is the
+    /// canvas seed unless a parameter has that name.
+    pub set: Vec<(String, String)>,
+    /// The resolution, instead of that of the canvas.
+    pub resolution: Option<Resolution>,
+    /// The base of relative paths in [`set`](Self::set).
+    pub working_dir: PathBuf,
+    /// Additional folders for imports, searched after the graph's folder and before those of `shibo.toml`.
+    pub import_paths: Vec<PathBuf>,
+    /// Limits on the size of a graph.
+    pub limits: Limits,
+    /// Texts that replace the content of files, such as unsaved texts of an editor. The files need not exist.
+    pub overlay: BTreeMap<PathBuf, Arc<str>>,
+}
+
+/// Limits on the size of a graph.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// The largest graph file in bytes.
+    pub max_file_bytes: u64,
+    /// The deepest nesting of brackets; at most 128.
+    pub max_nesting: usize,
+    /// The most nodes; nodes of sub-graphs count at every use.
+    pub max_nodes: usize,
+    /// The most imported files, direct and indirect.
+    pub max_imports: usize,
+    /// The longest chain of imports.
+    pub max_import_depth: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { max_file_bytes: 8 << 20, max_nesting: 128, max_nodes: 100_000, max_imports: 256, max_import_depth: 32 }
+    }
+}
+
+/// The result of loading a graph file.
+pub struct Loaded {
+    /// The graph, unless there is an error.
+    pub graph: Option<Graph>,
+    /// Errors and warnings in the order of the text.
+    pub diagnostics: Vec<Diagnostic>,
+    /// The texts that the diagnostics refer to.
+    pub sources: SourceMap,
+    /// Every file that was looked for, including missing ones; to be watched for changes.
+    pub files: Vec<PathBuf>,
+}

@@ -1,0 +1,472 @@
+//! Nodes without function that have every kind of port and parameter.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_node::registry::{Family, Kind, Registry};
+use shibo_node::{
+    AnyField, CanvasFacts, Color, Context, EveryField, FilePath, Formula, Gray, In, Linear, MaterialInputs, Node,
+    Output, Outputs, Range, Rgb, TakenChannel, Vec2Field, Xy,
+};
+use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::{Channel, ChannelSet, Lattice, Material, Points, Stop, Tiling, Type};
+use std::cell::Cell;
+
+macro_rules! node {
+    ($name:ident, [$($output:expr),*]) => {
+        impl Node for $name {
+            const OUTPUTS: &'static [Output] = &[$($output),*];
+            fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+                count();
+                Vec::new()
+            }
+            fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+                Err(Stop::Cancelled)
+            }
+        }
+    };
+}
+
+thread_local! {
+    static BUILT: Cell<usize> = const { Cell::new(0) };
+}
+
+/// Number of nodes that this thread has built and checked.
+#[allow(dead_code, reason = "not every test program asks")]
+pub(crate) fn built() -> usize {
+    BUILT.get()
+}
+
+fn count() {
+    BUILT.set(BUILT.get() + 1);
+}
+
+/// A choice.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub(crate) enum Profile {
+    /// Soft.
+    #[default]
+    Smooth,
+    /// Straight.
+    Linear,
+    /// With a number.
+    Fixed(f64),
+}
+
+/// A branch.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Branch {
+    /// A number.
+    pub(crate) height: f64,
+    /// A count.
+    pub(crate) count: u32,
+}
+
+/// All sorts of parameters.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Bands {
+    /// A number above zero.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    pub(crate) pitch: f64,
+    /// A number in a range.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub(crate) amount: f64,
+    /// A count.
+    #[schemars(range(max = 100))]
+    pub(crate) count: u32,
+    /// From, to.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 50.0, "unit" = "mm"))]
+    pub(crate) width: Range,
+    /// A line.
+    pub(crate) line: Linear,
+    /// Two directions.
+    pub(crate) offset: Xy,
+    /// A choice.
+    pub(crate) profile: Profile,
+    /// A colour.
+    pub(crate) tint: Color,
+    /// A text.
+    pub(crate) label: String,
+    /// A switch.
+    pub(crate) on: bool,
+    /// Can be infinite.
+    #[schemars(extend("infinite" = true))]
+    pub(crate) k: f64,
+    /// A list.
+    pub(crate) points: Vec<(f64, f64)>,
+    /// A list of numbers and colours.
+    pub(crate) stops: Vec<(f64, Color)>,
+    /// A list of structs.
+    pub(crate) branches: Vec<Branch>,
+    /// A seed.
+    pub(crate) seed: u64,
+    /// An optional number.
+    pub(crate) limit: Option<f64>,
+}
+
+impl Default for Bands {
+    fn default() -> Self {
+        Self {
+            pitch: 1.0,
+            amount: 0.5,
+            count: 3,
+            width: Range::new(1.0, 2.0),
+            line: Linear::new(0.0, 1.0),
+            offset: Xy::new(0.0, 0.0),
+            profile: Profile::Smooth,
+            tint: Color::default(),
+            label: String::new(),
+            on: false,
+            k: 2.0,
+            points: Vec::new(),
+            stops: Vec::new(),
+            branches: Vec::new(),
+            seed: 0,
+            limit: None,
+        }
+    }
+}
+
+impl Node for Bands {
+    const OUTPUTS: &'static [Output] = &[
+        Output::new("value", Type::Gray, "Bands."),
+        Output::new("color", Type::Rgb, "Coloured bands.").formerly("hue"),
+    ];
+
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        count();
+        let wrong = self.pitch == 7.0 && self.amount == 0.25;
+        let problem = Problem::new(Code::BadValue, "amount does not go with pitch 7").at("amount").help("take 0.5");
+        if wrong { vec![problem] } else { Vec::new() }
+    }
+
+    fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        let odd = self.pitch == 13.0;
+        if odd { vec![Problem::new(Code::Advice, "thirteen brings bad luck").at("pitch")] } else { Vec::new() }
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
+/// Points.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct GridPoints {
+    /// A number.
+    #[schemars(range(min = 0.1), extend("unit" = "mm"))]
+    pub(crate) pitch: f64,
+}
+node!(GridPoints, [Output::new("points", Type::Points, "P."), Output::new("lattice", Type::Lattice, "L.")]);
+
+/// Links.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Connect {
+    /// Points.
+    pub(crate) points: In<Points>,
+}
+node!(Connect, [Output::new("lattice", Type::Lattice, "L.")]);
+
+/// Springs.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Springs {
+    /// Lattice.
+    pub(crate) lattice: In<Lattice>,
+    /// Field.
+    pub(crate) field: Option<In<Gray>>,
+}
+node!(Springs, [Output::new("springs", Type::SpringNet, "S.")]);
+
+/// Like its inputs.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Mix {
+    /// One.
+    pub(crate) a: In<AnyField>,
+    /// Other.
+    pub(crate) b: In<AnyField>,
+    /// Amount.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    pub(crate) amount: In<Gray>,
+}
+
+impl Default for Mix {
+    fn default() -> Self {
+        Self { a: In::default(), b: In::constant(0.0), amount: In::constant(0.5) }
+    }
+}
+node!(Mix, [Output::like("value", &["a", "b"], "Both.")]);
+
+/// A list.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Sum {
+    /// Several.
+    pub(crate) inputs: Vec<In<Gray>>,
+}
+node!(Sum, [Output::new("value", Type::Gray, "Sum.")]);
+
+/// A formula, which is wrong where it has a question mark.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Compute {
+    /// One.
+    pub(crate) a: Option<In<EveryField>>,
+    /// Formula.
+    pub(crate) formula: Formula,
+}
+
+impl Node for Compute {
+    const OUTPUTS: &'static [Output] = &[Output::told("value", "The result.")];
+
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        count();
+        let wrong = self.formula.0.find('?');
+        wrong
+            .map(|at| Problem::new(Code::BadExpression, "what?").at("formula").within(at..at + 1))
+            .into_iter()
+            .collect()
+    }
+
+    fn type_of_output(&self, inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>> {
+        let given = inputs.first().map_or(Type::Gray, |(_, ty)| *ty);
+        match self.formula.0.find("a.r") {
+            Some(at) if given == Type::Gray => {
+                Err(vec![Problem::new(Code::BadExpression, "a is Gray").at("formula").within(at..at + 3)])
+            }
+            _ => Ok(given),
+        }
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
+/// A displacement.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Warp {
+    /// Input.
+    pub(crate) input: In<AnyField>,
+    /// Displacement.
+    pub(crate) vector: In<Vec2Field>,
+}
+node!(Warp, [Output::like("value", &["input"], "Warped.")]);
+
+/// A picture.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Image {
+    /// Path.
+    pub(crate) path: FilePath,
+}
+
+impl Node for Image {
+    const OUTPUTS: &'static [Output] = &[Output::new("picture", Type::Picture, "The picture.")];
+
+    fn files(&self) -> Vec<(&'static str, &FilePath)> {
+        vec![("path", &self.path)]
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
+/// A field that does not repeat.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Ramp {
+    /// Input.
+    pub(crate) input: Option<In<AnyField>>,
+}
+
+impl Node for Ramp {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "A ramp.")];
+
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
+        Tiling::NONE
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
+/// A node that makes its input repeat; only across if `x_only`.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Seamless {
+    /// Input.
+    pub(crate) input: In<AnyField>,
+    /// Whether only across.
+    pub(crate) x_only: bool,
+}
+
+impl Node for Seamless {
+    const OUTPUTS: &'static [Output] = &[Output::like("value", &["input"], "The same, without seams.")];
+
+    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
+        Tiling { x: true, y: !self.x_only }
+    }
+
+    fn makes_tile(&self, _port: &str) -> bool {
+        true
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
+/// A material.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Surface {
+    /// Colour.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    pub(crate) base_color: Option<In<Rgb>>,
+    /// Roughness.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    pub(crate) roughness: Option<In<Gray>>,
+    /// Height.
+    pub(crate) height: Option<In<Gray>>,
+}
+
+impl Node for Surface {
+    const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "M.")];
+
+    fn channels(&self, _inputs: &MaterialInputs<'_>) -> ChannelSet {
+        let connected = [
+            (Channel::BaseColor, self.base_color.is_some()),
+            (Channel::Roughness, self.roughness.is_some()),
+            (Channel::Height, self.height.is_some()),
+        ];
+        connected.into_iter().filter_map(|(channel, connected)| connected.then_some(channel)).collect()
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
+/// Materials on top of each other.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Layers {
+    /// Materials.
+    pub(crate) materials: Vec<In<Material>>,
+}
+node!(Layers, [Output::new("material", Type::Material, "M.")]);
+
+/// A layer.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Layer {
+    /// Material.
+    pub(crate) material: In<Material>,
+    /// Mask.
+    pub(crate) mask: Option<In<Gray>>,
+    /// Opacity.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    pub(crate) opacity: In<Gray>,
+    /// Count.
+    pub(crate) count: u32,
+}
+
+impl Default for Layer {
+    fn default() -> Self {
+        Self { material: In::default(), mask: None, opacity: In::constant(1.0), count: 1 }
+    }
+}
+
+/// Layers with ports.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Stack {
+    /// Lowest material.
+    pub(crate) base: Option<In<Material>>,
+    /// Layers.
+    pub(crate) layers: Vec<Layer>,
+    /// Highest material.
+    pub(crate) top: Option<In<Material>>,
+}
+
+impl Node for Stack {
+    const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "M.")];
+
+    fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
+        count();
+        // Reports the slots of each layer to the tests.
+        let slots = self.layers.iter().map(|layer| {
+            let mask = layer.mask.as_ref().and_then(In::slot);
+            format!("{:?} {mask:?} {:?} {}", layer.material.slot(), layer.opacity.slot(), layer.count)
+        });
+        let text = format!(
+            "{:?} {:?} {:?}",
+            self.base.as_ref().and_then(In::slot),
+            slots.collect::<Vec<_>>(),
+            self.top.as_ref().and_then(In::slot)
+        );
+        let told = self.layers.iter().any(|layer| layer.count == 77);
+        if told { vec![Problem::new(Code::BadValue, text).at("layers")] } else { Vec::new() }
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
+/// A channel of a material.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Take {
+    /// The material.
+    pub(crate) material: In<Material>,
+    /// Its channel.
+    pub(crate) channel: Channel,
+}
+
+impl Default for Take {
+    fn default() -> Self {
+        Self { material: In::default(), channel: Channel::Height }
+    }
+}
+
+impl Node for Take {
+    const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "C.")];
+
+    fn takes(&self) -> Vec<TakenChannel> {
+        vec![TakenChannel { port: "material", field: "channel", channel: self.channel }]
+    }
+
+    fn evaluate(&self, _cx: &Context<'_>) -> Result<Outputs, Stop> {
+        Err(Stop::Cancelled)
+    }
+}
+
+/// A registry of these nodes.
+pub(crate) fn registry() -> Registry {
+    let kinds = vec![
+        Kind::of::<Bands>(),
+        Kind::of::<GridPoints>(),
+        Kind::of::<Connect>(),
+        Kind::of::<Springs>(),
+        Kind::of::<Mix>(),
+        Kind::of::<Sum>(),
+        Kind::of::<Compute>(),
+        Kind::of::<Warp>(),
+        Kind::of::<Image>(),
+        Kind::of::<Ramp>(),
+        Kind::of::<Seamless>(),
+        Kind::of::<Surface>(),
+        Kind::of::<Layers>(),
+        Kind::of::<Stack>(),
+        Kind::of::<Take>(),
+    ];
+    Registry::new([Family { name: "Test", doc: "For tests.", kinds }])
+}

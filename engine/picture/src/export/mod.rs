@@ -1,0 +1,37 @@
+//! Export to files that hold more than one picture: materials on a mesh as glTF, OBJ or USD, MaterialX documents, and
+//! picture sets for a program.
+mod archive;
+mod bundle;
+mod colors;
+mod decl;
+mod directions;
+mod glb;
+mod gltf;
+mod gltf_target;
+mod materialx;
+mod names;
+mod network;
+mod obj;
+mod pack;
+mod preset;
+mod set;
+mod shape;
+mod solids;
+mod target;
+mod usd;
+
+pub use bundle::{Bundle, BundleWriter, ExportContext, Map};
+pub use colors::Colors;
+pub use decl::{FieldDecl, Takes, names};
+pub use glb::GlbWriter;
+pub use gltf::{Exported, Texture};
+pub use preset::y_down;
+pub use shape::Shape;
+pub use solids::SimpleShape;
+pub use target::{
+    Chosen, ExportTarget, Files, FilesWriter, OptionValue, Options, Plan, Source, TargetInfo, Variant, target_named,
+};
+
+/// All targets.
+pub const TARGETS: &[&dyn ExportTarget] =
+    &[&gltf_target::Gltf, &obj::Obj, &materialx::MaterialX, &usd::Usd, &preset::Preset, &pack::Pack];

@@ -1,0 +1,156 @@
+//! Types that ports accept, and the conversions into them.
+use super::{Type, Value};
+use std::fmt;
+
+/// Types that a port accepts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Accepts {
+    /// Values of one type, and values that can be converted to it.
+    One(Type),
+    /// A field of numbers or colours: `Gray`, `Rgb` or `Normal`.
+    Field,
+    /// Any field.
+    EveryField,
+    /// A field of vectors whose components are used separately: `Rgb`, `Normal` or `Vec2`.
+    AnyVector,
+    /// A direction: degrees from +x towards +y (`Gray`), or a vector of any length (`Vec2`).
+    Direction,
+    /// Any solid.
+    AnySolid,
+}
+
+impl From<Type> for Accepts {
+    fn from(ty: Type) -> Self {
+        Self::One(ty)
+    }
+}
+
+impl Accepts {
+    /// All variants.
+    pub fn all() -> impl Iterator<Item = Self> {
+        let several = [Self::Field, Self::EveryField, Self::AnyVector, Self::Direction, Self::AnySolid];
+        Type::ALL.iter().copied().map(Self::One).chain(several)
+    }
+
+    /// The name as users read it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::One(ty) => ty.name(),
+            Self::Field => "Field",
+            Self::EveryField => "EveryField",
+            Self::AnyVector => "AnyVector",
+            Self::Direction => "Direction",
+            Self::AnySolid => "AnySolid",
+        }
+    }
+
+    /// The variant with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::all().find(|accepts| accepts.name() == name)
+    }
+
+    /// Type of the converted values, if it is always the same.
+    pub const fn only(self) -> Option<Type> {
+        match self {
+            Self::One(ty) => Some(ty),
+            Self::Direction => Some(Type::Gray),
+            Self::Field | Self::EveryField | Self::AnyVector | Self::AnySolid => None,
+        }
+    }
+
+    /// True if the port `other` accepts everything that this port accepts. A port that accepts several types fits only
+    /// into a port that accepts the same ones.
+    pub fn fits(self, other: Self) -> bool {
+        match self {
+            Self::One(ty) => ty.fits(other),
+            Self::Field => matches!(other, Self::Field | Self::EveryField),
+            Self::AnyVector => matches!(other, Self::AnyVector | Self::EveryField),
+            Self::EveryField | Self::Direction | Self::AnySolid => self == other,
+        }
+    }
+}
+
+impl fmt::Display for Accepts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl Type {
+    /// The table of conversions: true if a wire of this type may go into `port`. [`Value::convert`] performs the
+    /// conversion.
+    ///
+    /// A type goes into itself; `Gray` → `Rgb` is grey; `Picture` → `Gray` is its only channel or its luminance,
+    /// `Picture` → `Rgb` its colour; `Normal` ↔ `Rgb` and `Picture` → `Normal` keep the numbers; a `Field` port takes
+    /// `Gray`, `Rgb`, `Normal` and `Picture` (as `Gray` if the picture has one channel, else as `Rgb`); an `EveryField`
+    /// port takes all these and every other field; an `AnyVector` port takes `Rgb`, `Normal`, `Vec2` and `Picture` (as
+    /// `Rgb`); a `Direction` port takes `Gray` (degrees), `Vec2` (its angle) and `Picture`; an `AnySolid` port takes
+    /// every solid. Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields.
+    pub const fn fits(self, port: Accepts) -> bool {
+        match port {
+            Accepts::Field => matches!(self, Self::Gray | Self::Rgb | Self::Normal | Self::Picture),
+            Accepts::EveryField => self.is_field() || matches!(self, Self::Picture),
+            Accepts::AnyVector => matches!(self, Self::Rgb | Self::Normal | Self::Vec2 | Self::Picture),
+            Accepts::Direction => matches!(self, Self::Gray | Self::Vec2 | Self::Picture),
+            Accepts::AnySolid => self.is_solid(),
+            Accepts::One(ty) => {
+                self as usize == ty as usize
+                    || matches!(
+                        (self, ty),
+                        (Self::Gray, Self::Rgb)
+                            | (Self::Rgb, Self::Normal)
+                            | (Self::Normal, Self::Rgb)
+                            | (Self::Picture, Self::Gray | Self::Rgb | Self::Normal)
+                    )
+            }
+        }
+    }
+}
+
+impl Value {
+    /// Converts the value for a port, by the table of [`Type::fits`].
+    pub fn convert(&self, port: impl Into<Accepts>) -> Option<Self> {
+        let port = port.into();
+        if !self.ty().fits(port) {
+            return None;
+        }
+        Some(match (self, port) {
+            (Self::Field(field), Accepts::One(Type::Rgb | Type::Normal)) => Self::Field(field.to_rgb()),
+            (Self::Field(field), Accepts::Direction) => Self::Field(field.to_angle()),
+            (Self::Picture(picture), Accepts::One(Type::Gray) | Accepts::Direction) => {
+                Self::Field(picture.gray.clone())
+            }
+            (Self::Picture(picture), Accepts::Field | Accepts::EveryField) if picture.is_gray => {
+                Self::Field(picture.gray.clone())
+            }
+            (
+                Self::Picture(picture),
+                Accepts::One(Type::Rgb | Type::Normal) | Accepts::Field | Accepts::EveryField | Accepts::AnyVector,
+            ) => Self::Field(picture.rgb.clone()),
+            (value, _) => value.clone(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Field;
+
+    #[test]
+    fn vectors_become_angles_where_a_direction_is_wanted() {
+        let angle = |field: Field| match Value::from(field).convert(Accepts::Direction) {
+            Some(Value::Field(field)) => (field.ty(), field.as_constant().map(<[f32]>::to_vec)),
+            other => panic!("{other:?}"),
+        };
+        let vector = |x: f32, y: f32| angle(Field::constant(Type::Vec2, &[x, y]));
+        assert_eq!(vector(0.0, 3.0), (Type::Gray, Some(vec![90.0])));
+        assert_eq!(vector(-2.0, 0.0).1, Some(vec![180.0]));
+        assert_eq!(vector(1.0, -1.0).1, Some(vec![-45.0]));
+        assert_eq!(vector(0.0, 0.0).1, Some(vec![0.0]));
+        assert_eq!(vector(f32::NAN, 1.0).1, Some(vec![0.0]));
+        // Degrees are unchanged.
+        assert_eq!(angle(Field::constant(Type::Gray, &[400.0])).1, Some(vec![400.0]));
+        assert!(Value::from(Field::constant(Type::Rgb, &[1.0; 3])).convert(Accepts::Direction).is_none());
+    }
+}

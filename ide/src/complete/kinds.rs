@@ -1,0 +1,133 @@
+//! Completion of node kinds.
+use super::super::docs;
+use super::super::expect::Expect;
+use super::super::file::Section;
+use super::super::habits;
+use super::super::view::{Body, Shape};
+use super::super::walk::Spot;
+use super::{Ask, Completion, Sort, Topic};
+use shibo_node::{KindInfo, OutputType, Role};
+use shibo_value::{Accepts, Type};
+
+/// Keywords that include other graphs.
+const COMPOSED: [&str; 2] = ["Use", "Each"];
+
+impl<'a> Ask<'a> {
+    /// All kinds; those whose main output fits come first.
+    pub(super) fn kinds(&self, expect: Expect<'a>) -> Vec<Completion> {
+        let fits = expect.reference(self.cx).flatten();
+        let body = self.following();
+        let name = match (expect, self.trail.entry()) {
+            (Expect::Entry(Section::Nodes, name), _) => Some(name),
+            _ => None,
+        };
+        let at = self.owner(expect);
+        let registry = self.cx.registry();
+        let mut found = Vec::new();
+        for kind in registry.kinds().filter_map(|kind| registry.info(kind)) {
+            let mut score = self.score(kind, name, at);
+            score += body.map_or(0.0, |body| mismatch(kind, body) * 30.0);
+            score += fits.map_or(0.0, |fits| if main_fits(kind, fits) { 0.0 } else { 100.0 });
+            let topic = Topic::Kind(kind.kind.clone());
+            let offer = self.offer(&kind.kind, Sort::Kind, &docs::first_sentence(&kind.kind, Some(kind)), topic, score);
+            let (insert, snippet) = if body.is_some() { (kind.kind.clone(), false) } else { snippet(kind) };
+            found.push(Completion { insert, snippet, deprecated: docs::deprecated(&kind.doc), ..offer });
+        }
+        for kind in COMPOSED {
+            let uses = body.map_or(0.0, |body| if body.get("graph").is_some() { -60.0 } else { 30.0 });
+            let score = self.popular(kind, name) + uses;
+            let detail = docs::first_sentence(kind, None);
+            let offer = self.offer(kind, Sort::Kind, &detail, Topic::Kind(kind.to_owned()), score);
+            let rest = if kind == "Use" { "(graph: \"$1\"$0)" } else { "(graph: \"$1\", over: $2, ids: \"$3\"$0)" };
+            let (insert, snippet) =
+                if body.is_some() { (kind.to_owned(), false) } else { (format!("{kind}{rest}"), true) };
+            found.push(Completion { insert, snippet, ..offer });
+        }
+        found
+    }
+
+    /// The brackets after the word, if there are any.
+    fn following(&self) -> Option<&'a Body> {
+        match self.trail.spot {
+            Spot::Value(_, value) => match &value.shape {
+                Shape::Call { body, .. } | Shape::Body(body) => Some(body),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// The kind and field that get a value here.
+    pub(super) fn owner(&self, expect: Expect<'a>) -> Option<(&'a str, &'a str)> {
+        let field = match expect {
+            Expect::Port(field, ..) | Expect::Value(field, _) => field,
+            _ => return None,
+        };
+        match self.trail.node()?.inside {
+            Expect::Kind(info) => Some((&info.kind, &field.name)),
+            _ => None,
+        }
+    }
+
+    fn popular(&self, kind: &str, name: Option<&str>) -> f64 {
+        let habits = self.cx.world.habits();
+        let named = name.map_or(0.0, |name| habits.named(name, kind));
+        -(1.0 + habits.kind(kind)).ln() - 3.0 * (1.0 + named).ln()
+    }
+
+    /// Score of a kind by how common it is here.
+    fn score(&self, info: &KindInfo, name: Option<&str>, at: Option<(&str, &str)>) -> f64 {
+        let habits = self.cx.world.habits();
+        let source = at.map_or(0.0, |(kind, port)| habits.source(kind, port, &info.kind));
+        let own = name.is_some_and(|name| name.replace('_', "").eq_ignore_ascii_case(&info.kind));
+        self.popular(&info.kind, name) - 2.0 * (1.0 + source).ln() - if own { 5.0 } else { 0.0 }
+    }
+}
+
+/// Returns whether the main output of a kind fits a port.
+fn main_fits(info: &KindInfo, port: Accepts) -> bool {
+    match info.outputs.first().map(|output| output.ty) {
+        Some(OutputType::Fixed(ty)) => ty.fits(port),
+        Some(OutputType::Like(_)) => Type::Gray.fits(port) || Type::Rgb.fits(port) || Type::Normal.fits(port),
+        Some(OutputType::SolidLike(_)) => Type::Solid.fits(port) || Type::SolidColor.fits(port),
+        Some(OutputType::Told) => true,
+        None => false,
+    }
+}
+
+/// Penalty of a kind for the fields already present: fields it lacks, and required fields that are missing.
+fn mismatch(info: &KindInfo, body: &Body) -> f64 {
+    let mut wrong = 0.0;
+    for item in &body.items {
+        let Some(name) = item.name().filter(|name| *name != "note") else { continue };
+        match (info.field(name).map(|field| &field.role), item.value.as_ref().map(|value| &value.shape)) {
+            (None, _) => wrong += 1.0,
+            (Some(Role::Param(param)), Some(Shape::Number(_))) if !param.choices.is_empty() => wrong += 0.5,
+            (Some(Role::Param(param)), Some(Shape::Word)) if param.choices.is_empty() => wrong += 0.2,
+            _ => {}
+        }
+    }
+    let missing = info.ports().filter(|(field, port)| port.required && body.get(&field.name).is_none()).count();
+    // Among kinds with the same fields, the one with fewer other fields is closer.
+    wrong + 0.8 * missing as f64 + 0.005 * info.fields.len() as f64
+}
+
+/// Snippet of a kind with its required ports and parameters to fill in.
+fn snippet(info: &KindInfo) -> (String, bool) {
+    let mut parts = Vec::new();
+    for field in &info.fields {
+        let number = parts.len() + 1;
+        match &field.role {
+            Role::Port(port) if port.required && port.list => parts.push(format!("{}: [\"${number}\"]", field.name)),
+            Role::Port(port) if port.required => parts.push(format!("{}: \"${number}\"", field.name)),
+            Role::Param(param) if param.required => parts.push(format!("{}: \"${number}\"", field.name)),
+            _ => {}
+        }
+    }
+    (format!("{}({}$0)", info.kind, parts.join(", ")), true)
+}
+
+/// Name of a field in the counts of connections.
+pub(super) fn source_of(kind: &str, port: &str) -> String {
+    habits::source(kind, port)
+}

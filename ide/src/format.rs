@@ -1,0 +1,66 @@
+//! Formats a text with the smallest possible change.
+use super::rename::Edit;
+use shibo_graph::syntax;
+use std::ops::Range;
+
+/// Edits that format a text; `None` if it has syntax errors.
+pub fn format_all(text: &str) -> Option<Vec<Edit>> {
+    let formatted = syntax::format(text).ok()?;
+    Some(change(text, &(0..text.len()), &formatted).into_iter().collect())
+}
+
+/// Edits that format a part of a text, and lines that must change with it.
+pub fn format_part(text: &str, part: Range<usize>) -> Option<Vec<Edit>> {
+    let formatted = syntax::format_range(text, part).ok()?;
+    Some(formatted.and_then(|(range, formatted)| change(text, &range, &formatted)).into_iter().collect())
+}
+
+/// Replaces only lines that differ, so that the cursor stays in place on all others.
+fn change(text: &str, range: &Range<usize>, new: &str) -> Option<Edit> {
+    let old = text.get(range.clone())?;
+    if old == new {
+        return None;
+    }
+    let lines = |a: &str, b: &str| -> usize {
+        let same =
+            a.split_inclusive('\n').zip(b.split_inclusive('\n')).take_while(|(a, b)| a == b && a.ends_with('\n'));
+        same.map(|(line, _)| line.len()).sum()
+    };
+    let before = lines(old, new);
+    let (rest_old, rest_new) = (&old[before..], &new[before..]);
+    let after: usize = rest_old
+        .split_inclusive('\n')
+        .rev()
+        .zip(rest_new.split_inclusive('\n').rev())
+        .take_while(|(a, b)| a == b)
+        .map(|(line, _)| line.len())
+        .sum();
+    // A blank line may be counted from both ends, so the count is limited.
+    let after = after.min(rest_old.len()).min(rest_new.len());
+    let start = range.start + before;
+    let text = rest_new[..rest_new.len() - after].to_owned();
+    Some(Edit { range: start..range.end - after, text })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn changes_only_differing_lines() {
+        let edit = |old: &str, new: &str| {
+            let edit = change(old, &(0..old.len()), new);
+            if let Some(edit) = &edit {
+                let mut text = old.to_owned();
+                text.replace_range(edit.range.clone(), &edit.text);
+                assert_eq!(text, new);
+            }
+            edit.map(|edit| (edit.range, edit.text))
+        };
+        assert_eq!(edit("a\nb\nc\n", "a\nb\nc\n"), None);
+        assert_eq!(edit("a\nb\nc\n", "a\nx\nc\n"), Some((2..4, "x\n".into())));
+        assert_eq!(edit("a\n\n\nb", "a\n\nb").map(|e| e.1), Some(String::new()));
+        assert_eq!(edit("a", "a\n"), Some((0..1, "a\n".into())));
+        assert_eq!(edit("x\nx\n", "x\n").map(|e| e.0.len()), Some(2));
+    }
+}

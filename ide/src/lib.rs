@@ -1,0 +1,41 @@
+//! Editor features for graph files, as functions from a text and a position to an answer, independent of any protocol.
+//!
+//! [`view`] locates the values of any text, [`mod@file`] finds sections and names in it, [`expect`] describes the
+//! values allowed in each place, and [`walk`] combines the two. All other modules build on these. Nothing here
+//! evaluates a picture, reads the environment or knows a protocol.
+#![allow(clippy::disallowed_methods, reason = "no picture that is written is made here")]
+pub mod actions;
+pub mod colors;
+mod complete;
+pub mod diagnose;
+mod docs;
+mod evaluate;
+mod expect;
+mod file;
+pub mod format;
+mod habits;
+pub mod hover;
+pub mod inlay;
+pub mod lens;
+pub mod manual;
+mod names;
+pub mod navigate;
+pub mod rename;
+mod signature;
+pub mod structure;
+#[cfg(test)]
+mod tests;
+pub mod tokens;
+mod types;
+mod view;
+mod walk;
+mod workspace;
+mod world;
+
+pub use complete::{Completion, Sort, Topic, complete, manual};
+pub use file::{File, Section};
+#[cfg(test)]
+use habits::Habits;
+pub use signature::signature;
+pub use workspace::{Workspace, identity};
+pub use world::{Cx, World};

@@ -1,0 +1,73 @@
+//! Signature help: the fields of the node at the cursor.
+use super::docs;
+use super::expect::Expect;
+use super::names::quote;
+use super::walk::trail;
+use super::world::Cx;
+use std::ops::Range;
+
+/// Fields of a node or other brackets.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Signature {
+    /// All fields in one line.
+    pub label: String,
+    /// Description, one sentence.
+    pub doc: String,
+    /// Byte range of each field in the line, and its description.
+    pub fields: Vec<(Range<usize>, String)>,
+    /// Index of the field at the cursor.
+    pub active: Option<usize>,
+}
+
+/// Signature of the brackets around a position.
+pub fn signature(cx: Cx<'_>, at: usize) -> Option<Signature> {
+    let trail = trail(cx, at);
+    let level = trail.levels.iter().rev().find(|level| !describe(level.inside).is_empty())?;
+    let fields = describe(level.inside);
+    let word = level.value.word().map(|word| cx.file.at(&word)).unwrap_or_default();
+    let mut label = format!("{word}(");
+    let mut places = Vec::new();
+    for (i, (name, takes, doc)) in fields.iter().enumerate() {
+        if i > 0 {
+            label.push_str(", ");
+        }
+        let start = label.len();
+        label.push_str(name);
+        if !takes.is_empty() {
+            label.push_str(": ");
+            label.push_str(takes);
+        }
+        places.push((start..label.len(), doc.clone()));
+    }
+    label.push(')');
+    let name = level.item.and_then(|item| {
+        let bare = || item.value.as_ref().map(|value| cx.file.at(&value.range));
+        item.name().or_else(bare)
+    });
+    let active = name.and_then(|name| {
+        let exact = fields.iter().position(|(field, ..)| field == name || quote(field) == name);
+        exact.or_else(|| fields.iter().position(|(field, ..)| field.starts_with(name)))
+    });
+    // Before the next field is named, the first missing one is active.
+    let free = || fields.iter().position(|(field, ..)| level.body.get(field).is_none());
+    let doc = docs::first_sentence(word, cx.kind(word));
+    Some(Signature { label, doc, fields: places, active: active.or_else(free) })
+}
+
+/// Names, types and manuals of the fields of brackets.
+fn describe(inside: Expect<'_>) -> Vec<(String, String, String)> {
+    let fields = docs::fields(inside);
+    if fields.is_empty() {
+        let plain = inside.fields().into_iter();
+        return plain.map(|field| (field.name.to_owned(), String::new(), field.doc.to_owned())).collect();
+    }
+    let short = |field: &shibo_node::FieldInfo| match &field.role {
+        shibo_node::Role::Port(port) if port.list => format!("[{}]", port.ty),
+        shibo_node::Role::Port(port) => port.ty.to_string(),
+        shibo_node::Role::Param(param) => param.ty.to_string(),
+    };
+    let of = |field: &shibo_node::FieldInfo| {
+        (field.name.clone(), short(field), format!("{}: {}", docs::takes(field), field.doc))
+    };
+    fields.iter().map(of).collect()
+}

@@ -1,0 +1,244 @@
+//! Files of the editor: open texts, and all other files as they are on disk.
+use super::file::File;
+use super::habits::Habits;
+use super::world::World;
+use shibo_graph::import_path;
+use shibo_node::registry::Registry;
+use std::collections::{BTreeMap, HashMap};
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::SystemTime;
+
+/// Files larger than this number of bytes are not read as graphs.
+const LARGEST: u64 = 8 << 20;
+/// Maximum number of files in a workspace.
+const FILES: usize = 20_000;
+/// Folders that contain no graphs of the user.
+const SKIPPED: [&str; 3] = ["target", "node_modules", "shibo-library"];
+/// Prefix of the paths of library graphs.
+const LIBRARY: &str = "shibo:";
+
+/// State of a file on disk when it was last read.
+struct Seen {
+    modified: Option<SystemTime>,
+    len: u64,
+    file: Arc<File>,
+}
+
+#[derive(Default)]
+struct Known {
+    /// Resolved imports, by file and name.
+    imports: HashMap<(PathBuf, String), Option<PathBuf>>,
+    /// Files checked on disk since the last change.
+    current: HashMap<PathBuf, Option<Arc<File>>>,
+    /// Files as read.
+    files: HashMap<PathBuf, Seen>,
+    /// Files of the workspace.
+    all: Option<Arc<Vec<PathBuf>>>,
+}
+
+/// The files and the node kinds.
+pub struct Workspace {
+    registry: Arc<Registry>,
+    roots: Vec<PathBuf>,
+    import_paths: Vec<PathBuf>,
+    open: HashMap<PathBuf, Arc<File>>,
+    known: Mutex<Known>,
+    habits: Arc<OnceLock<Habits>>,
+}
+
+impl Workspace {
+    /// Creates a workspace of folders.
+    pub fn new(registry: Arc<Registry>, roots: Vec<PathBuf>) -> Self {
+        let habits = Arc::new(OnceLock::new());
+        Self { registry, roots, import_paths: Vec::new(), open: HashMap::new(), known: Mutex::default(), habits }
+    }
+
+    /// Adds folders that are searched for imports after the folder of the graph.
+    #[must_use]
+    pub fn with_import_paths(self, import_paths: Vec<PathBuf>) -> Self {
+        Self { import_paths, ..self }
+    }
+
+    /// Replaces the statistics of the library graphs by others.
+    #[cfg(test)]
+    pub fn with_habits(self, habits: Habits) -> Self {
+        Self { habits: Arc::new(OnceLock::from(habits)), ..self }
+    }
+
+    /// Opens a file with this text.
+    pub fn open(&mut self, path: &Path, text: impl Into<Arc<str>>) -> Arc<File> {
+        let path = identity(path);
+        let file = Arc::new(File::new(path.clone(), text));
+        self.open.insert(path, file.clone());
+        self.refresh();
+        file
+    }
+
+    /// Opens a parsed file.
+    pub fn insert(&mut self, file: Arc<File>) {
+        self.open.insert(file.path.clone(), file);
+        self.refresh();
+    }
+
+    /// Closes a file.
+    pub fn close(&mut self, path: &Path) {
+        self.open.remove(&identity(path));
+        self.refresh();
+    }
+
+    /// Texts of open files.
+    pub fn texts(&self) -> BTreeMap<PathBuf, Arc<str>> {
+        self.open.values().map(|file| (file.path.clone(), file.text.clone())).collect()
+    }
+
+    /// Marks the state on disk as outdated.
+    pub fn refresh(&self) {
+        let mut known = self.known();
+        known.imports.clear();
+        known.current.clear();
+    }
+
+    /// Marks the list of files as outdated.
+    pub fn rescan(&self) {
+        self.known().all = None;
+        self.refresh();
+    }
+
+    /// The folders.
+    pub fn roots(&self) -> &[PathBuf] {
+        &self.roots
+    }
+
+    /// Replaces the folders.
+    pub fn set_roots(&mut self, roots: Vec<PathBuf>) {
+        self.roots = roots;
+        self.rescan();
+    }
+
+    fn known(&self) -> MutexGuard<'_, Known> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn read(&self, path: &Path) -> Option<Arc<File>> {
+        if let Some(inside) = path.to_str().and_then(|path| path.strip_prefix(LIBRARY)) {
+            let text = self.registry.library()?.text(inside.trim_start_matches('/'))?;
+            return Some(Arc::new(File::new(path, text)));
+        }
+        let metadata = fs::metadata(path).ok().filter(|m| m.is_file() && m.len() <= LARGEST)?;
+        let (modified, len) = (metadata.modified().ok(), metadata.len());
+        if let Some(seen) = self.known().files.get(path)
+            && modified.is_some()
+            && (seen.modified, seen.len) == (modified, len)
+        {
+            return Some(seen.file.clone());
+        }
+        let file = Arc::new(File::new(path, fs::read_to_string(path).ok()?));
+        self.known().files.insert(path.to_owned(), Seen { modified, len, file: file.clone() });
+        Some(file)
+    }
+
+    /// Graph files in the folders.
+    fn all(&self) -> Arc<Vec<PathBuf>> {
+        if let Some(all) = &self.known().all {
+            return all.clone();
+        }
+        let mut found = Vec::new();
+        let mut folders: Vec<PathBuf> = self.roots.clone();
+        while let Some(folder) = folders.pop() {
+            let Ok(entries) = fs::read_dir(&folder) else { continue };
+            for entry in entries.flatten() {
+                let name = entry.file_name().to_string_lossy().into_owned();
+                let Ok(ty) = entry.file_type() else { continue };
+                if ty.is_dir() && !name.starts_with('.') && !SKIPPED.contains(&name.as_str()) {
+                    folders.push(entry.path());
+                } else if name.ends_with(".ron") && found.len() < FILES {
+                    found.push(identity(&entry.path()));
+                }
+            }
+        }
+        found.sort();
+        found.dedup();
+        let found = Arc::new(found);
+        self.known().all = Some(found.clone());
+        found
+    }
+}
+
+impl World for Workspace {
+    fn registry(&self) -> &Registry {
+        &self.registry
+    }
+
+    fn file(&self, path: &Path) -> Option<Arc<File>> {
+        let path = identity(path);
+        if let Some(open) = self.open.get(&path) {
+            return Some(open.clone());
+        }
+        if let Some(current) = self.known().current.get(&path) {
+            return current.clone();
+        }
+        let found = self.read(&path);
+        self.known().current.insert(path, found.clone());
+        found
+    }
+
+    fn import(&self, from: &Path, name: &str) -> Option<PathBuf> {
+        let key = (from.to_owned(), name.to_owned());
+        if let Some(known) = self.known().imports.get(&key) {
+            return known.clone();
+        }
+        let open = |path: &Path| self.open.contains_key(&identity(path));
+        let found =
+            import_path(from, name, (self.registry.library(), &self.import_paths), &open).map(|path| identity(&path));
+        self.known().imports.insert(key, found.clone());
+        found
+    }
+
+    fn graphs(&self) -> Vec<Arc<File>> {
+        let mut paths: Vec<PathBuf> = self.all().to_vec();
+        paths.extend(self.open.keys().cloned());
+        paths.sort();
+        paths.dedup();
+        paths.iter().filter_map(|path| self.file(path)).filter(|file| file.is_graph()).collect()
+    }
+
+    fn folder(&self, path: &Path) -> Vec<(String, bool)> {
+        let entries = fs::read_dir(path).into_iter().flatten().flatten();
+        let mut names: Vec<(String, bool)> = entries
+            .filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path().is_dir())))
+            .take(FILES)
+            .collect();
+        names.sort();
+        names
+    }
+
+    fn habits(&self) -> &Habits {
+        self.habits.get_or_init(|| {
+            let files: Vec<File> =
+                shibo_library::graphs().iter().map(|graph| File::new(graph.path, graph.text)).collect();
+            Habits::of(&self.registry, &files)
+        })
+    }
+}
+
+/// Canonical path, without links, `.` and `..`, so that equal paths mean the same file.
+pub fn identity(path: &Path) -> PathBuf {
+    if path.starts_with(LIBRARY) || path.to_str().is_some_and(|path| path.starts_with(LIBRARY)) {
+        return lexical(path);
+    }
+    path.canonicalize().unwrap_or_else(|_| lexical(path))
+}
+
+fn lexical(path: &Path) -> PathBuf {
+    let mut clean = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if clean.file_name().is_some() => drop(clean.pop()),
+            part => clean.push(part),
+        }
+    }
+    clean
+}

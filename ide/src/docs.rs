@@ -1,7 +1,7 @@
 //! The manual in Markdown for editors, from the doc comments of nodes.
 use super::expect::Expect;
 use crate::manual::doc::summary;
-use crate::manual::{composition, markdown, spelling};
+use crate::manual::{markdown, spelling, words};
 use shibo_node::{Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 use shibo_picture::export::Takes;
 use std::fmt::Write;
@@ -15,7 +15,7 @@ pub(crate) fn kind(info: &KindInfo, picture: Option<&str>) -> String {
 
 /// First sentence of a kind's manual, including `Use` and `Each`.
 pub(crate) fn first_sentence(kind: &str, info: Option<&KindInfo>) -> String {
-    let doc = info.map(|info| info.doc.as_str()).or_else(|| composition::doc(kind));
+    let doc = info.map(|info| info.doc.as_str()).or_else(|| words::doc(kind));
     summary(doc.unwrap_or_default())
 }
 

@@ -78,7 +78,7 @@ fn key_text(cx: Cx<'_>, inside: Expect<'_>, name: &str, pictures: &dyn Pictures)
         return Some(docs::field(owner, field));
     }
     if let Some(field) = inside.fields().into_iter().find(|field| field.name == name) {
-        return Some(format!("**{name}**: {}", field.doc));
+        return Some(format!("**{name}**: {}", field.manual()));
     }
     match inside {
         Expect::Section(Section::Nodes | Section::Inputs) => node_text(cx, name, None, pictures),
@@ -105,7 +105,7 @@ fn word_text(cx: Cx<'_>, expect: Expect<'_>, word: &str, pictures: &dyn Pictures
         if let Some(info) = cx.kind(word) {
             return Some(docs::kind(info, pictures.kind(word).as_deref()));
         }
-        if let Some(doc) = crate::manual::composition::doc(word) {
+        if let Some(doc) = crate::manual::words::doc(word) {
             return Some(format!("### {word}\n\n{doc}"));
         }
     }

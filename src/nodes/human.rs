@@ -2,7 +2,8 @@
 use super::search::Found;
 use crate::terminal::{Style, Text};
 use shibo_ide::manual::doc::{DocBlock, blocks, summary};
-use shibo_ide::manual::{composition, spelling};
+use shibo_ide::manual::spelling;
+use shibo_ide::manual::words::{FAMILIES, WORDS};
 use shibo_node::registry::Registry;
 use shibo_node::{FieldInfo, KindInfo, ParamInfo, Role};
 
@@ -18,12 +19,14 @@ pub(super) fn families(page: &mut Text, registry: &Registry, width: usize) {
         }
         page.end();
     }
-    page.styled(Style::Bold, composition::FAMILY).end();
-    paragraph(page, composition::ABOUT, "  ", width);
-    for (kind, doc) in composition::KINDS {
-        row(page, kind, &summary(doc), widest, width);
+    for (family, about) in FAMILIES {
+        page.styled(Style::Bold, family).end();
+        paragraph(page, about, "  ", width);
+        for word in WORDS.iter().filter(|word| word.family == family) {
+            row(page, word.name, &summary(&word.doc), widest, width);
+        }
+        page.end();
     }
-    page.end();
     page.push(
         "`shibo nodes KIND` shows the manual of one, `shibo nodes WORDS` what fits some words, also those of other",
     )

@@ -8,7 +8,8 @@ use crate::quit::Quit;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
 use serde_json::json;
-use shibo_ide::manual::{composition, markdown};
+use shibo_ide::manual::markdown;
+use shibo_ide::manual::words::{WORDS, Word};
 use shibo_node::KindInfo;
 use shibo_node::registry::Registry;
 use shibo_value::diagnostics::suggest;
@@ -50,8 +51,8 @@ pub(crate) fn run(args: &NodesArgs, terminal: &Terminal) -> Result<(), Quit> {
     match registry.info(&words) {
         _ if words.is_empty() => all(&registry, args.format, terminal),
         Some(info) => one(info, args.format, terminal),
-        None => match composition::doc(&words) {
-            Some(doc) => composed(&words, doc, args.format, terminal),
+        None => match WORDS.iter().find(|word| word.name == words) {
+            Some(word) => manual(word, args.format, terminal),
             None => found(&registry, &words, args.format, terminal),
         },
     }
@@ -81,14 +82,14 @@ fn one(info: &KindInfo, format: FormatArg, terminal: &Terminal) -> Result<(), Qu
     }
 }
 
-/// Shows the manual of a word of composition.
-fn composed(kind: &str, doc: &str, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
+/// Shows the manual of a word that is no node.
+fn manual(Word { family, name, doc }: &Word, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
     match format {
-        FormatArg::Json => terminal.json(&json!({ "nodes": [{ "kind": kind, "doc": doc }] })),
-        FormatArg::Markdown => terminal.data(&format!("### {kind}\n\n{doc}\n")),
+        FormatArg::Json => terminal.json(&json!({ "nodes": [{ "kind": name, "doc": doc }] })),
+        FormatArg::Markdown => terminal.data(&format!("### {name}\n\n{doc}\n")),
         FormatArg::Human => {
             let mut page = terminal.page();
-            human::text(&mut page, kind, composition::FAMILY, doc, terminal.width());
+            human::text(&mut page, name, family, doc, terminal.width());
             terminal.print(&page)
         }
     }
@@ -98,7 +99,7 @@ fn composed(kind: &str, doc: &str, format: FormatArg, terminal: &Terminal) -> Re
 fn found(registry: &Registry, words: &str, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
     let found = search::search(registry, words);
     if found.is_empty() {
-        let kinds: Vec<&str> = registry.kinds().chain(composition::KINDS.map(|(kind, _)| kind)).collect();
+        let kinds: Vec<&str> = registry.kinds().chain(WORDS.iter().map(|word| word.name)).collect();
         let help = suggest(words, "node", &kinds);
         return Err(Quit::Usage(format!("no node has `{words}` in its name, summary or names elsewhere; {help}")));
     }

@@ -59,7 +59,8 @@ pub(super) fn search<'r>(registry: &'r Registry, query: &str) -> Vec<Found<'r>> 
     let kinds =
         registry.kinds().filter_map(|kind| registry.info(kind)).map(|info: &KindInfo| (&*info.kind, &*info.doc));
     let mut found = Vec::new();
-    for (kind, doc) in kinds.chain(shibo_ide::manual::composition::KINDS) {
+    let words = shibo_ide::manual::words::WORDS.iter().map(|word| (word.name, &*word.doc));
+    for (kind, doc) in kinds.chain(words) {
         let (summary, names) = (summary(doc), elsewhere(doc));
         if let Some(rank) = rank(query, kind, &summary, &names) {
             let elsewhere = (matches!(rank.0, 2 | 4) && !names.is_empty()).then_some(names);

@@ -113,7 +113,7 @@ pub fn manual(cx: Cx<'_>, topic: &Topic, pictures: &dyn Pictures) -> String {
         Topic::Kind(kind) => cx
             .kind(kind)
             .map(|info| docs::kind(info, pictures.kind(kind).as_deref()))
-            .or_else(|| crate::manual::composition::doc(kind).map(|doc| format!("### {kind}\n\n{doc}"))),
+            .or_else(|| crate::manual::words::doc(kind).map(|doc| format!("### {kind}\n\n{doc}"))),
         Topic::Field(kind, name) => {
             cx.kind(kind).and_then(|info| info.field(name)).map(|field| docs::field(kind, field))
         }

@@ -1,6 +1,6 @@
 //! The reference page, `docs/nodes.md`.
-use super::composition::{self, FAMILY as COMPOSITION};
 use super::spelling;
+use super::words::{FAMILIES, WORDS, Word};
 use shibo_node::registry::Registry;
 use shibo_node::{FieldInfo, KindInfo, ParamInfo, Role};
 use std::collections::BTreeMap;
@@ -37,13 +37,16 @@ pub fn reference(registry: &Registry) -> String {
             let _ = write!(body, "\n{}", node(info));
         });
     }
-    let _ = write!(contents, "- [{COMPOSITION}](#{}): ", anchors.of(COMPOSITION));
-    let links = composition::KINDS.map(|(kind, _)| format!("[{kind}](#{})", anchors.of(kind)));
-    let _ = writeln!(contents, "{}", links.join(", "));
-    let _ = writeln!(body, "\n## {COMPOSITION}\n\n{}", composition::ABOUT);
-    composition::KINDS.iter().for_each(|(kind, doc)| {
-        let _ = write!(body, "\n### {kind}\n\n{}\n", doc.trim());
-    });
+    for (family, about) in FAMILIES {
+        let words: Vec<&Word> = WORDS.iter().filter(|word| word.family == family).collect();
+        let _ = write!(contents, "- [{family}](#{}): ", anchors.of(family));
+        let links: Vec<_> = words.iter().map(|word| format!("[{0}](#{1})", word.name, anchors.of(word.name))).collect();
+        let _ = writeln!(contents, "{}", links.join(", "));
+        let _ = writeln!(body, "\n## {family}\n\n{about}");
+        for word in words {
+            let _ = write!(body, "\n### {}\n\n{}\n", word.name, word.doc.trim());
+        }
+    }
     let _ = write!(page, "\n{contents}{body}");
     page
 }

@@ -25,7 +25,7 @@ pub(super) enum Role {
 }
 
 impl Role {
-    const fn name(self) -> &'static str {
+    pub(super) const fn name(self) -> &'static str {
         match self {
             Self::BaseColor => "base_color",
             Self::Surface => "occlusion_roughness_metallic",

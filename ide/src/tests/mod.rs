@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// Folder of the graphs.
 pub(super) fn graphs() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../graphs")
+    Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace").join("graphs")
 }
 
 /// Registry with all nodes and the graphs of the library.

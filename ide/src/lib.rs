@@ -1,7 +1,7 @@
 //! Editor features for graph files, as functions from a text and a position to an answer, independent of any protocol.
 //!
-//! [`view`] locates the values of any text, [`mod@file`] finds sections and names in it, [`expect`] describes the
-//! values allowed in each place, and [`walk`] combines the two. All other modules build on these. Nothing here
+//! `view` locates the values of any text, `file` finds sections and names in it, `expect` describes the
+//! values allowed in each place, and `walk` combines the two. All other modules build on these. Nothing here
 //! evaluates a picture, reads the environment or knows a protocol.
 #![allow(clippy::disallowed_methods, reason = "no picture that is written is made here")]
 pub mod actions;

@@ -218,7 +218,7 @@ impl JsonSchema for FilePath {
     }
 }
 
-/// A formula: an [expression](crate::expression) that is computed for every pixel. Parameters of the graph, `$name`,
+/// A formula: an [expression](shibo_value::expression) that is computed for every pixel. Parameters of the graph, `$name`,
 /// may stand anywhere in it; the node sees their values.
 #[derive(Clone, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(transparent)]

@@ -4,8 +4,16 @@ use std::path::Path;
 use std::{fs, io};
 
 /// Folders with the code of the programs.
-const FOLDERS: [&str; 7] =
-    ["engine/src", "kernel/src", "nodes/src", "library/src", "fingerprint/src", "python/binding/src", "src"];
+const FOLDERS: [&str; 8] = [
+    "engine/src",
+    "kernel/src",
+    "nodes/src",
+    "library/src",
+    "macros/src",
+    "fingerprint/src",
+    "python/binding/src",
+    "src",
+];
 
 /// Prints the table.
 ///

@@ -1,14 +1,11 @@
-//! Nodes: documented serde structs of ports and parameters, with a function that evaluates them.
+//! Nodes: documented structs of ports and parameters, with a function that evaluates them.
 //!
 //! ```
-//! use schemars::JsonSchema;
-//! use serde::{Deserialize, Serialize};
-//! use shibo_engine::node::{AnyField, Context, In, Node, Output, Outputs};
+//! use shibo_engine::node::{AnyField, Context, In, Node, Output, Outputs, node};
 //! use shibo_engine::value::{Field, Halo, Stop, Tile};
 //!
 //! /// Turns values upside down: 1 becomes 0.
-//! #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-//! #[serde(default, deny_unknown_fields)]
+//! #[node]
 //! pub struct Negate {
 //!     /// What to turn upside down.
 //!     pub input: In<AnyField>,
@@ -56,6 +53,7 @@ pub use port::{
     AnyField, AnySolid, AnyVector, Direction, EveryField, Gray, IdsField, In, JacobianField, NormalField, PortType,
     Rgb, SolidColor, SolidNumber, SolidVector, Vec2Field,
 };
+pub use shibo_macros::{choice, node};
 pub use spelling::spell_number;
 pub use written::ParamForm;
 

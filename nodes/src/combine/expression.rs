@@ -6,11 +6,9 @@
 //! powers, logarithms and noise.
 use super::formula::{InFormula, PLACES, PORTS, Port, growth};
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::expression::{self, Compiled, Fault, Program};
-use shibo_engine::node::{CanvasFacts, Context, EveryField, Fact, Formula, In, Node, Output, Outputs};
+use shibo_engine::node::{CanvasFacts, Context, EveryField, Fact, Formula, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use shibo_kernel::pointwise::expression as kernel;
 
@@ -41,8 +39,7 @@ use shibo_kernel::pointwise::expression as kernel;
 ///
 /// Elsewhere: Substance Designer *Pixel Processor* and *Function Graph*, Material Maker *Math*, Blender *Math* and *Vector Math*, Houdini
 /// *Attribute VOP* and VEX, GLSL.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Expression {
     /// The field that is called `a` in the formula.
     pub a: Option<In<EveryField>>,

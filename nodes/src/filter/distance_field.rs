@@ -5,14 +5,12 @@
 //! O(pixels · least of distance and radius, in pixels).
 use crate::bounds::at_most_half;
 use crate::distances;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, choice, node};
 use shibo_engine::value::{Field, Halo, Stop, Type};
 
 /// The side of the shape's edge on which distances are measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Side {
     /// Outside, where the input is not above the threshold; 0 inside.
     #[default]
@@ -32,27 +30,23 @@ pub enum Side {
 /// ```
 ///
 /// Elsewhere: Substance Designer *Distance*; Material Maker *Distance*; Houdini *Mono to SDF*, SDF.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct DistanceField {
     /// Input; the shape is the area where it is above the threshold.
     pub input: In<Gray>,
     /// The value at the shape's edge.
     #[schemars(range(min = -1e6, max = 1e6))]
+    #[default(0.5)]
     pub threshold: f64,
     /// The largest distance: larger ones get this value; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(2.0)]
     pub radius: f64,
     /// Side of the edge on which to measure.
+    #[default(Side::Outside)]
     pub side: Side,
     /// True to divide the result by the radius: 0..1 instead of mm.
     pub normalize: bool,
-}
-
-impl Default for DistanceField {
-    fn default() -> Self {
-        Self { input: In::default(), threshold: 0.5, radius: 2.0, side: Side::Outside, normalize: false }
-    }
 }
 
 impl Node for DistanceField {

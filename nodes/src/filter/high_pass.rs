@@ -2,10 +2,8 @@
 //!
 //! input − input blurred + middle. Cost: that of one blur, O(pixels), nearly independent of the radius.
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
@@ -19,23 +17,18 @@ use shibo_kernel::ground::number::narrow;
 /// ```
 ///
 /// Elsewhere: Substance Designer *Highpass*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct HighPass {
     /// Field to flatten.
     pub input: In<AnyField>,
     /// Shapes larger than this are removed: standard deviation σ of a Gaussian; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(2.0)]
     pub radius: f64,
     /// The result for an even input; 0 leaves detail around 0.
     #[schemars(range(min = -1e6, max = 1e6))]
+    #[default(0.5)]
     pub middle: f64,
-}
-
-impl Default for HighPass {
-    fn default() -> Self {
-        Self { input: In::default(), radius: 2.0, middle: 0.5 }
-    }
 }
 
 impl Node for HighPass {

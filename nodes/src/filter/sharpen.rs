@@ -2,10 +2,8 @@
 //!
 //! input + amount·(input − input blurred). Cost: that of one blur, O(pixels), nearly independent of the radius.
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Field, Halo, Stop, Tile};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
@@ -20,24 +18,19 @@ use shibo_kernel::ground::number::narrow;
 /// ```
 ///
 /// Elsewhere: Substance Designer *Sharpen*, Material Maker *Sharpen*, Blender *Filter* (Sharpen), Houdini *Sharpen*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Sharpen {
     /// Field to sharpen.
     pub input: In<AnyField>,
     /// Size of the detail: standard deviation σ of the blur that the input is compared with; at most half the canvas'
     /// longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(0.2)]
     pub radius: f64,
     /// Strength: 0 changes nothing, 1 doubles the finest detail; below 0 softens.
     #[schemars(range(min = -1, max = 100))]
+    #[default(1.0)]
     pub amount: f64,
-}
-
-impl Default for Sharpen {
-    fn default() -> Self {
-        Self { input: In::default(), radius: 0.2, amount: 1.0 }
-    }
 }
 
 impl Node for Sharpen {

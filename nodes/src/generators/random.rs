@@ -1,7 +1,5 @@
 //! [`Random`]: a random number. Cost: none.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Range};
+use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Range, node};
 use shibo_engine::value::{Field, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
@@ -18,22 +16,16 @@ use shibo_kernel::ground::number::narrow;
 /// ```
 ///
 /// Elsewhere: Substance Designer *Rand* (function); Blender *Random Value*; Houdini *Random*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Random {
     /// Smallest and largest value.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    #[default(Range::new(0.0, 1.0))]
     pub range: Range,
     /// True for whole numbers only; the largest one may be drawn too.
     pub whole: bool,
     /// Another seed gives another number.
     pub seed: u64,
-}
-
-impl Default for Random {
-    fn default() -> Self {
-        Self { range: Range::new(0.0, 1.0), whole: false, seed: 0 }
-    }
 }
 
 impl Random {

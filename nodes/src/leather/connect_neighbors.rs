@@ -5,7 +5,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, In, Node, Output, Outputs};
+use shibo_engine::node::{Context, In, Node, Output, Outputs, node};
 use shibo_engine::value::{GridLinks, Lattice, Points, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::stop::Until;
@@ -42,8 +42,7 @@ pub enum Neighbors {
 /// ```
 ///
 /// Elsewhere: Houdini *Connect Adjacent Pieces*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct ConnectNeighbors {
     /// The points to link.
     pub points: In<Points>,

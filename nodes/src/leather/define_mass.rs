@@ -6,7 +6,7 @@ use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs, choice, node};
 use shibo_engine::value::{ScalarMap, SpringNet, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
@@ -24,7 +24,7 @@ pub enum SamplePoint {
 }
 
 /// When masses are read from the field.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Refresh {
     /// Once, before the motion: a point keeps its mass.
     #[default]
@@ -50,8 +50,7 @@ pub enum Refresh {
 /// "height": DrawWrinkles(segments: "wrinkles", width: (0.4, 0.8), depth: 0.5),
 /// "example": Relief(height: "height"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct DefineMass {
     /// The springs.
     pub springs: In<SpringNet>,
@@ -60,13 +59,17 @@ pub struct DefineMass {
     pub field: Option<In<Gray>>,
     /// Mass where the field is 0 and mass where it is 1. One number: the same everywhere.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]
+    #[default(Linear::new(0.5, 4.0))]
     pub mass: Linear,
     /// Pixels of the field that count for a point.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(SamplePoint::Point)]
     pub sample: SamplePoint,
     /// How the values near a point are combined.
+    #[default(Reduction::Mean)]
     pub reduce: Reduction,
     /// When masses are read from the field.
+    #[default(Refresh::Once)]
     pub refresh: Refresh,
     /// Largest random change of the mass of each point, as a share of its mass. Not with `refresh: EveryStep`, where
     /// masses belong to places and not to points.
@@ -80,23 +83,6 @@ pub struct DefineMass {
     pub sample_resolution: Option<(u32, u32)>,
     /// Another seed gives other random changes.
     pub seed: u64,
-}
-
-impl Default for DefineMass {
-    fn default() -> Self {
-        Self {
-            springs: In::default(),
-            field: None,
-            mass: Linear::new(0.5, 4.0),
-            sample: SamplePoint::Point,
-            reduce: Reduction::Mean,
-            refresh: Refresh::Once,
-            spread: 0.0,
-            invert: false,
-            sample_resolution: None,
-            seed: 0,
-        }
-    }
 }
 
 impl Node for DefineMass {

@@ -4,10 +4,8 @@
 use super::grid_points::MAX_POINTS;
 use crate::csv_points;
 use glam::Vec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, FilePath, Node, Output, Outputs};
+use shibo_engine::node::{CanvasFacts, Context, FilePath, Node, Output, Outputs, node};
 use shibo_engine::value::{Points, Stop, Tiling, Type};
 
 /// Given points, as a list or in a CSV file with one `x,y` per line and no header.
@@ -21,8 +19,8 @@ use shibo_engine::value::{Points, Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Blender *Import CSV*; Houdini *Add*, *Table Import*.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct PointList {
     /// Positions `(x, y)` from the canvas' upper left corner.
     #[schemars(extend("unit" = "mm"))]

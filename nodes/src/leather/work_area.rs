@@ -3,10 +3,8 @@
 //! Source: JP4905282B2 §3, "a work area of any shape" (row A4; with it A42 and A48 for that shape). Cost: O(points),
 //! and the distances from the contour at four samples per pitch.
 use glam::{DVec2, UVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Area, Field, Halo, Points, Stop, Tiling, Type, Window};
 use shibo_kernel::filter::fields;
 use shibo_kernel::leather::area;
@@ -26,21 +24,15 @@ use std::sync::Arc;
 /// "height": DrawWrinkles(segments: "wrinkles", width: (0.4, 0.9), depth: 0.5),
 /// "example": Relief(height: "height"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct WorkArea {
     /// The points.
     pub points: In<Points>,
     /// The shape: inside where it is above `threshold`.
     pub area: In<Gray>,
     /// The value at the contour.
+    #[default(0.5)]
     pub threshold: f64,
-}
-
-impl Default for WorkArea {
-    fn default() -> Self {
-        Self { points: In::default(), area: In::default(), threshold: 0.5 }
-    }
 }
 
 /// Maximum number of columns or rows of samples of the shape.

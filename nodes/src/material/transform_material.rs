@@ -4,9 +4,7 @@
 //! are rotated; slopes become flatter if features become larger but the height does not. Cost: that of a transform for
 //! each channel.
 use crate::moved::Placement;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, Output, Outputs, Xy};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, Output, Outputs, Xy, node};
 use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
@@ -28,8 +26,7 @@ use shibo_kernel::surface::layers::scale_slopes;
 ///
 /// Elsewhere: Substance Designer *Material Transform*, Material Maker *Transform*, Blender *Mapping*, Houdini *UV
 /// Transform*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct TransformMaterial {
     /// Material to move.
     pub material: In<Material>,
@@ -41,6 +38,7 @@ pub struct TransformMaterial {
     pub angle: f64,
     /// Factor on the size of the features: 2 is twice as large. Applied before the rotation.
     #[schemars(extend("minimum" = 1e-3, "maximum" = 1e3))]
+    #[default(Xy::new(1.0, 1.0))]
     pub scale: Xy,
     /// The point about which features are rotated and scaled; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
@@ -48,13 +46,6 @@ pub struct TransformMaterial {
     /// True to scale heights with the features, by the mean of both scales: slopes then stay the same. If false,
     /// heights stay, and larger features are flatter.
     pub scale_height: bool,
-}
-
-impl Default for TransformMaterial {
-    fn default() -> Self {
-        let (offset, scale) = (Xy::new(0.0, 0.0), Xy::new(1.0, 1.0));
-        Self { material: In::default(), offset, angle: 0.0, scale, pivot: None, scale_height: false }
-    }
 }
 
 impl TransformMaterial {

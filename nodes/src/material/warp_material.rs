@@ -4,10 +4,10 @@
 //! Normals keep their directions. Cost: O(pixels) for each channel.
 use crate::bounds::at_most_half;
 use crate::warped::Warped;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Vec2Field};
+use shibo_engine::node::{
+    CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Vec2Field, node,
+};
 use shibo_engine::value::{ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 use shibo_kernel::ground::number::narrow;
 
@@ -24,8 +24,7 @@ use shibo_kernel::ground::number::narrow;
 ///
 /// Elsewhere: Substance Designer *Warp* on every channel, Material Maker *Warp*, Blender *Vector Math* on texture
 /// coordinates.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct WarpMaterial {
     /// Material to warp.
     pub material: In<Material>,
@@ -39,13 +38,8 @@ pub struct WarpMaterial {
     pub y: Option<In<Gray>>,
     /// Largest displacement in x and in y; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(1.0)]
     pub amount: f64,
-}
-
-impl Default for WarpMaterial {
-    fn default() -> Self {
-        Self { material: In::default(), by: None, x: None, y: None, amount: 1.0 }
-    }
 }
 
 impl Node for WarpMaterial {

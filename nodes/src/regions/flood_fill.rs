@@ -5,10 +5,8 @@
 use super::region_coordinates::Coordinates;
 use super::whole::whole;
 use glam::{DVec2, UVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_engine::value::{
     Field, FieldSource, Given, Grid, Pictures, Read, Resolution, Stop, Tile, Tiling, Type, Window,
 };
@@ -30,8 +28,7 @@ use shibo_kernel::region::flood;
 /// ```
 ///
 /// Elsewhere: Substance Designer *Flood Fill*; Material Maker *Fill*; Houdini *Connectivity*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct FloodFill {
     /// The mask.
     pub mask: In<Gray>,

@@ -3,9 +3,7 @@
 //! Sums over the whole picture at the resolution of the output. Cost: O(pixels).
 use super::per_piece::{PerPiece, of_pieces};
 use glam::{DVec2, UVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs};
+use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Stop, Tile};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::region::axes::Picture;
@@ -24,8 +22,7 @@ use shibo_kernel::region::pieces::Pieces;
 ///
 /// Elsewhere: Substance Designer *Flood Fill to Grayscale/Color*; Material Maker *Fill to Color*; Blender *Field
 /// Average*; Houdini *Attribute Promote*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct RegionAverage {
     /// Field to average.
     pub input: In<AnyField>,

@@ -9,11 +9,9 @@ use super::tile_sampler::too_large;
 use super::varied::varied;
 use crate::normals::normals;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{
-    CanvasFacts, Context, Direction, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Range, Xy,
+    CanvasFacts, Context, Direction, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Range, Xy, choice,
 };
 use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Points, Stop, Tile, Type};
 use shibo_kernel::ground::hash::Hash;
@@ -22,7 +20,7 @@ use shibo_kernel::scatter::paint::{Content, Overlap};
 use std::sync::Arc;
 
 /// How the heights of stamps are combined with those of the ground and of each other.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum ScatterHeights {
     /// The higher one shows, in all channels: stamps sink into the ground and into each other.
     #[default]

@@ -3,15 +3,12 @@
 //! Each channel is moved as by [`Transform`]; normals and the angles of the anisotropy are rotated too. Heights stay
 //! the same in mm. Graph files cannot name this node: `Use(canvas: …)` makes it. Cost: that of its channels.
 use super::Transform;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, node};
 use shibo_engine::value::{Channel, Field, Halo, Material, Stop, Tile, Tiling, Type, Value};
 use std::sync::Arc;
 
 /// Moves, rotates and scales a material.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct LaidMaterial {
     /// Material to move.
     pub input: In<Material>,
@@ -20,16 +17,10 @@ pub struct LaidMaterial {
     /// Rotation of the features, from +x towards +y.
     pub angle: f64,
     /// Factor on the size of the features.
+    #[default(Xy::new(1.0, 1.0))]
     pub scale: Xy,
     /// The point about which features are rotated and scaled; the canvas' centre by default.
     pub pivot: Option<Xy>,
-}
-
-impl Default for LaidMaterial {
-    fn default() -> Self {
-        let Transform { offset, angle, scale, pivot, .. } = Transform::default();
-        Self { input: In::default(), offset, angle, scale, pivot }
-    }
 }
 
 impl LaidMaterial {

@@ -3,10 +3,8 @@
 //! Compares the height with the height smoothed by a Gaussian. Cost: that of one blur, O(pixels), nearly independent of
 //! the radius.
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::Problem;
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::math::saturate;
@@ -22,23 +20,18 @@ use shibo_kernel::ground::number::narrow;
 /// ```
 ///
 /// Elsewhere: Substance Designer *Curvature Sobel*, Blender *Cavity Mask*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Cavity {
     /// Height in mm.
     pub input: In<Gray>,
     /// Size of the hollows: standard deviation σ of the surroundings; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.5)]
     pub radius: f64,
     /// Difference from the surroundings at which a mask reaches 1.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.1)]
     pub depth: f64,
-}
-
-impl Default for Cavity {
-    fn default() -> Self {
-        Self { input: In::default(), radius: 0.5, depth: 0.1 }
-    }
 }
 
 impl Node for Cavity {

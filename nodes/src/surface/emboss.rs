@@ -3,7 +3,7 @@
 //! Source: JP4905282B2 §7, "a grey picture whose values are depths for embossing" (row A56). Cost: O(pixels).
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Gray, In, Node, Output, Outputs};
+use shibo_engine::node::{Context, Gray, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Field, Halo, Stop, Type};
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
@@ -29,23 +29,18 @@ pub enum EmbossCurve {
 /// "height": Emboss(input: "shape.f1", depth: 1.5, curve: Smooth),
 /// "example": Relief(height: "height"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Emboss {
     /// The picture, 0..1.
     pub input: In<Gray>,
     /// Depth where the picture is 1; negative raises it.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    #[default(0.2)]
     pub depth: f64,
     /// Mapping of values to depth.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 100.0))]
+    #[default(EmbossCurve::Linear)]
     pub curve: EmbossCurve,
-}
-
-impl Default for Emboss {
-    fn default() -> Self {
-        Self { input: In::default(), depth: 0.2, curve: EmbossCurve::Linear }
-    }
 }
 
 impl Node for Emboss {

@@ -1,9 +1,7 @@
 //! [`SlopeMap`]: steepness and direction of the slope of a height.
 //!
 //! Slopes are differences over one pixel on each side, as in `HeightToNormal`. Cost: O(pixels), about 4 ns per pixel.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Buffer, Field, Halo, Stop, Tile, Type};
 use shibo_kernel::filter::slopes;
 use shibo_kernel::ground::math::atan2_degrees;
@@ -18,8 +16,7 @@ use shibo_kernel::ground::tile;
 /// ```
 ///
 /// Elsewhere: Houdini *HeightField Mask by Feature*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct SlopeMap {
     /// Height in mm.
     pub input: In<Gray>,

@@ -8,7 +8,7 @@ use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, node};
 use shibo_engine::value::{Exemplar, ExemplarLattice, Stop, Type};
 
 /// Source of the vectors.
@@ -35,8 +35,7 @@ pub enum Lattice {
 /// "coords": Synthesize(exemplar: "regular", size: (200, 200)),
 /// "example": SampleExemplar(coords: "coords", input: "cells.border"),
 /// ```
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct DetectLattice {
     /// The exemplar.
     pub exemplar: In<Exemplar>,

@@ -4,10 +4,8 @@
 //! O(pixels).
 use super::stages;
 use super::surface_stages::{Staged, upsampled};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_engine::node::{Context, Fact, In, JacobianField, Node, Output, Outputs, node};
 use shibo_engine::value::{CoordMap, IndirectionMap, Stop, Type};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact;
@@ -26,8 +24,7 @@ use std::sync::Arc;
 /// "cells": Worley(size: 5),
 /// "example": SampleExemplar(coords: "e", input: "cells"),
 /// ```
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct UpsampleCoords {
     /// The coarser map.
     pub coords: In<CoordMap>,

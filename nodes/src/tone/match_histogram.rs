@@ -5,9 +5,7 @@
 //! measured on the whole canvas at 512 pixels along its longer side, by 1024 quantiles. Cost: O(pixels), about 10 ns
 //! per pixel.
 use crate::measured::Measured;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs};
+use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::math::lerp;
 use shibo_kernel::ground::number::narrow;
@@ -28,8 +26,7 @@ use std::sync::OnceLock;
 /// ```
 ///
 /// Elsewhere: Substance Designer *Color Match*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct MatchHistogram {
     /// Field to change.
     pub input: In<AnyField>,
@@ -37,13 +34,8 @@ pub struct MatchHistogram {
     pub to: In<AnyField>,
     /// Strength: 0 changes nothing, 1 matches.
     #[schemars(range(min = 0, max = 1))]
+    #[default(1.0)]
     pub amount: f64,
-}
-
-impl Default for MatchHistogram {
-    fn default() -> Self {
-        Self { input: In::default(), to: In::default(), amount: 1.0 }
-    }
 }
 
 /// Number of quantiles that are matched.

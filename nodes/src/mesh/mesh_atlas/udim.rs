@@ -1,9 +1,8 @@
 //! Meshes whose UVs lie in several UDIM tiles.
 use super::{ChartSource, advice};
 use glam::{UVec2, Vec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
+use shibo_engine::node::choice;
 use shibo_engine::value::Mesh;
 use shibo_kernel::ground::stop::Watch;
 use shibo_kernel::mesh::atlas::fits;
@@ -11,7 +10,7 @@ use shibo_kernel::mesh::udim::{FIRST, MOST, Tiles, number, place, tiles};
 use std::collections::BTreeSet;
 
 /// The UDIM tiles that the canvas holds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Udim {
     /// All tiles from 1001 on that the mesh uses, side by side: 1001 lies at the lower left.
     #[default]

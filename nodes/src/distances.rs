@@ -1,5 +1,6 @@
 //! Distances to the edge of a shape, shared by several families.
-use shibo_engine::value::{Field, Halo, Key, Tile, Type};
+use crate::values::each;
+use shibo_engine::value::{Field, Key};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
 
@@ -10,11 +11,7 @@ pub(crate) fn to_edge(input: &Field, threshold: f64, radius: f64, inside: bool) 
     if !inside {
         return fields::distances(input, threshold, radius);
     }
-    let negate = |out: &mut Tile, [input]: [&Tile; 1]| {
-        out.data_mut().iter_mut().zip(input.data()).for_each(|(out, v)| *out = -v);
-        Ok(())
-    };
-    let negative = Field::map(Type::Gray, [input.clone()], Halo::NONE, negate);
+    let negative = each(input, |v| -v);
     let negative = match input.key() {
         Some(key) => negative.keyed(Key::of("negative", &[key.as_bytes()])),
         None => negative,

@@ -5,9 +5,10 @@
 //! O(pixels · least of distance and radius, in pixels).
 use crate::bounds::at_most_half;
 use crate::distances;
+use crate::values::{each, pairs};
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, choice, node};
-use shibo_engine::value::{Field, Halo, Stop, Type};
+use shibo_engine::value::{Field, Stop, Type};
 
 /// The side of the shape's edge on which distances are measured.
 #[choice]
@@ -66,25 +67,15 @@ impl Node for DistanceField {
         let input = cx.get(&self.input)?;
         #[expect(clippy::cast_possible_truncation, reason = "fields are f32")]
         let scale = if self.normalize { (1.0 / self.radius) as f32 } else { 1.0 };
-        let scaled = |field: Field, sign: f32| {
-            let scale = sign * scale;
-            Field::map(Type::Gray, [field], Halo::NONE, move |out, [d]| {
-                out.data_mut().iter_mut().zip(d.data()).for_each(|(out, d)| *out = d * scale);
-                Ok(())
-            })
-        };
+        let scaled = |field: Field| each(&field, move |d| d * scale);
         let away = |inside: bool| distances::to_edge(&input, self.threshold, self.radius, inside);
         let (outside, inside) = (|| away(false), || away(true));
         Ok(Outputs::one(match self.side {
             Side::Outside if !self.normalize => outside(),
-            Side::Outside => scaled(outside(), 1.0),
+            Side::Outside => scaled(outside()),
             Side::Inside if !self.normalize => inside(),
-            Side::Inside => scaled(inside(), 1.0),
-            Side::Signed => Field::map(Type::Gray, [outside(), inside()], Halo::NONE, move |out, [a, b]| {
-                let distances = a.data().iter().zip(b.data());
-                out.data_mut().iter_mut().zip(distances).for_each(|(out, (a, b))| *out = (a - b) * scale);
-                Ok(())
-            }),
+            Side::Inside => scaled(inside()),
+            Side::Signed => pairs([&outside(), &inside()], move |a, b| (a - b) * scale),
         }))
     }
 }

@@ -5,6 +5,7 @@
 //! is steep and edges stay. It does what a bilateral filter does, at a cost that does not depend on the radius:
 //! O(pixels), that of four blurs.
 use crate::bounds::at_most_half;
+use crate::values::LUMINANCE;
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Field, Halo, Key, Stop, Tile, Type};
@@ -38,9 +39,6 @@ pub struct GuidedFilter {
     #[default(0.1)]
     pub threshold: f64,
 }
-
-/// Weights of linear red, green and blue in luminance (Rec. 709).
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// The sum of the channels with these weights, and its square.
 fn with_square(input: Field) -> Field {

@@ -2,9 +2,10 @@
 //!
 //! input − input blurred + middle. Cost: that of one blur, O(pixels), nearly independent of the radius.
 use crate::bounds::at_most_half;
+use crate::values::pairs;
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
-use shibo_engine::value::{Field, Halo, Stop, Tile};
+use shibo_engine::value::Stop;
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
 
@@ -42,12 +43,7 @@ impl Node for HighPass {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let input = cx.get(&self.input)?;
         let (soft, middle) = (fields::blurred(&input, self.radius, cx.size_mm()), narrow(self.middle));
-        let fill = move |out: &mut Tile, [input, soft]: [&Tile; 2]| {
-            let planes = input.data().iter().zip(soft.data());
-            out.data_mut().iter_mut().zip(planes).for_each(|(out, (v, soft))| *out = (v - soft) + middle);
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(input.ty(), [input, soft], Halo::NONE, fill)))
+        Ok(Outputs::one(pairs([&input, &soft], move |v, soft| (v - soft) + middle)))
     }
 }
 
@@ -55,7 +51,7 @@ impl Node for HighPass {
 mod tests {
     use super::*;
     use crate::testing::{check_field, field, lumps, port, render};
-    use shibo_engine::value::{Tiling, Type};
+    use shibo_engine::value::{Field, Tiling, Type};
 
     #[test]
     fn removes_hills_and_keeps_ripples() {

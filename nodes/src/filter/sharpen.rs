@@ -2,9 +2,10 @@
 //!
 //! input + amount·(input − input blurred). Cost: that of one blur, O(pixels), nearly independent of the radius.
 use crate::bounds::at_most_half;
+use crate::values::pairs;
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
-use shibo_engine::value::{Field, Halo, Stop, Tile};
+use shibo_engine::value::Stop;
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
 
@@ -51,12 +52,7 @@ impl Node for Sharpen {
             return Ok(Outputs::one(input));
         }
         let (soft, amount) = (fields::blurred(&input, self.radius, cx.size_mm()), narrow(self.amount));
-        let fill = move |out: &mut Tile, [input, soft]: [&Tile; 2]| {
-            let planes = input.data().iter().zip(soft.data());
-            out.data_mut().iter_mut().zip(planes).for_each(|(out, (v, soft))| *out = v + amount * (v - soft));
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(input.ty(), [input, soft], Halo::NONE, fill)))
+        Ok(Outputs::one(pairs([&input, &soft], move |v, soft| v + amount * (v - soft))))
     }
 }
 

@@ -3,8 +3,9 @@
 //! A random value in each cell; see [`kernel::noise`](shibo_kernel::noise::fractal). Unlike one octave there, values
 //! are distributed uniformly over 0..1. Cost: O(pixels).
 use super::noise_field::one_octave;
+use crate::values::each;
 use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, node};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Tiling, Type};
+use shibo_engine::value::{Stop, Tiling, Type};
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::noise::fractal::Basis;
 
@@ -50,11 +51,7 @@ impl Node for WhiteNoise {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let noise = one_octave(cx, (self.size, self.aspect, self.angle), Basis::White, self.seed);
-        let spread = |out: &mut Tile, [noise]: [&Tile; 1]| {
-            out.data_mut().iter_mut().zip(noise.data()).for_each(|(out, v)| *out = saturate((v - 0.5) * SPREAD + 0.5));
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(Type::Gray, [noise], Halo::NONE, spread)))
+        Ok(Outputs::one(each(&noise, |v| saturate((v - 0.5) * SPREAD + 0.5))))
     }
 }
 

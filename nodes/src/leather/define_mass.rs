@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs, choice, node};
-use shibo_engine::value::{ScalarMap, SpringNet, Stop, Tiling, Type};
+use shibo_engine::value::{ScalarMap, SpringNet, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::{Raster, Reduction, Sample};
@@ -97,10 +97,6 @@ impl Node for DefineMass {
         let message = format!("spread is `{}`; with `refresh: EveryStep` it must be 0", self.spread);
         let help = "masses that are read in every step belong to places, not to points: add noise to the field instead";
         vec![Problem::new(Code::BadValue, message).at("spread").help(help)]
-    }
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -3,8 +3,8 @@
 //! Source: JP4905282B2 §4, claims 2 and 3 (rows A17–A27). Cost: O(links · pixels on a link).
 use super::reading;
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs, node};
-use shibo_engine::value::{Lattice, SpringNet, Stop, Tiling, Type};
+use shibo_engine::node::{Context, Fact, Gray, In, Linear, Node, Output, Outputs, node};
+use shibo_engine::value::{Lattice, SpringNet, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::{Reduction, Sample};
@@ -75,10 +75,6 @@ pub struct DefineSprings {
 impl Node for DefineSprings {
     const OUTPUTS: &'static [Output] = &[Output::new("springs", Type::SpringNet, "The springs.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
-    }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let lattice = cx.get(&self.lattice)?;

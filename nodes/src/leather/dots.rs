@@ -5,7 +5,7 @@
 use super::drawing;
 use glam::Vec2;
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Range, choice, node};
+use shibo_engine::node::{Context, Fact, Node, Output, Outputs, Range, choice, node};
 use shibo_engine::node::{Gray, In};
 use shibo_engine::value::{Points, Stop, Tiling, Type};
 use shibo_kernel::ground::hash::Hash;
@@ -73,10 +73,6 @@ pub struct Dots {
 impl Node for Dots {
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The dots; 0 between them.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
-    }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let points = cx.get(&self.points)?;

@@ -178,10 +178,6 @@ impl Node for DrawWrinkles {
         vec![Problem::new(Code::Advice, message).at("width").help(help)]
     }
 
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
-    }
-
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let segments = cx.get(&self.segments)?;
         let depth_field = cx.get_opt(&self.depth_field)?;

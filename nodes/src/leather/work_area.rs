@@ -2,10 +2,11 @@
 //!
 //! Source: JP4905282B2 §3, "a work area of any shape" (row A4; with it A42 and A48 for that shape). Cost: O(points),
 //! and the distances from the contour at four samples per pitch.
+use crate::values::each;
 use glam::{DVec2, UVec2};
 use shibo_engine::diagnostics::{Code, Problem};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
-use shibo_engine::value::{Area, Field, Halo, Points, Stop, Tiling, Type, Window};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, node};
+use shibo_engine::value::{Area, Field, Points, Stop, Type, Window};
 use shibo_kernel::filter::fields;
 use shibo_kernel::leather::area;
 use std::sync::Arc;
@@ -45,10 +46,6 @@ impl Node for WorkArea {
         &[Output::new("points", Type::Points, "The points inside, in the same order as before.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
 
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
-    }
-
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let points = cx.get(&self.points)?;
         let shape = cx.get(&self.area)?;
@@ -79,10 +76,7 @@ impl WorkArea {
         let size = (cx.size_mm() / pitch * 4.0).ceil().clamp(DVec2::splat(16.0), DVec2::splat(MOST_SAMPLES)).as_uvec2();
         let threshold = shibo_kernel::ground::number::narrow(self.threshold);
         let radius = REACH * cx.size_mm().min_element();
-        let negative = Field::map(Type::Gray, [shape.clone()], Halo::NONE, |out, [input]| {
-            out.data_mut().iter_mut().zip(input.data()).for_each(|(out, v)| *out = -v);
-            Ok(())
-        });
+        let negative = each(shape, |v| -v);
         let read = |field: &Field| cx.evaluator.raster(field, &cx.canvas.grid(size), Window::full(size));
         let inside = read(&fields::distances(&negative, -threshold, radius))?;
         let outside = read(&fields::distances(shape, threshold, radius))?;
@@ -107,7 +101,7 @@ mod tests {
     use crate::leather::{ConnectNeighbors, GridPoints, HexPoints};
     use crate::testing::{canvas, outputs, port};
     use shibo_engine::node::Xy;
-    use shibo_engine::value::{Lattice, Value};
+    use shibo_engine::value::{Lattice, Tiling, Value};
 
     /// 1 within 10 mm of the middle of the canvas, falling by 1 every mm.
     fn disc() -> Field {

@@ -3,6 +3,7 @@
 //! Colours change as by [`Hsv`](crate::tone::Hsv) (A. Smith, 1978) on sRGB-encoded values; slopes of the normal follow
 //! the height. A channel without changes is passed on as it is. Cost: O(pixels) for each channel that changes, about 15
 //! ns for colours.
+use crate::values::each;
 use shibo_engine::node::{Color, Context, Fact, In, Linear, MaterialInputs, Node, Output, Outputs, node};
 use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 use shibo_kernel::ground::math::saturate;
@@ -67,10 +68,7 @@ fn mapped(field: &Field, change: impl Fn(f32) -> f32 + Send + Sync + 'static) ->
     if let Some(values) = field.as_constant() {
         return Field::constant(field.ty(), &values.iter().map(|value| change(*value)).collect::<Vec<_>>());
     }
-    Field::map(field.ty(), [field.clone()], Halo::NONE, move |out: &mut Tile, [input]: [&Tile; 1]| {
-        out.data_mut().iter_mut().zip(input.data()).for_each(|(out, value)| *out = change(*value));
-        Ok(())
-    })
+    each(field, change)
 }
 
 impl AdjustMaterial {

@@ -1,6 +1,7 @@
 //! [`MaterialChannel`]: one channel of a material.
 //!
 //! Cost: none for an unchanged channel; O(pixels) for the luminance of a colour.
+use crate::values::LUMINANCE;
 use shibo_engine::node::{Context, Fact, In, Node, Output, Outputs, TakenChannel, node};
 use shibo_engine::value::{Channel, Field, Halo, Material, Stop, Type};
 
@@ -25,9 +26,6 @@ pub struct MaterialChannel {
     #[default(Channel::Height)]
     pub channel: Channel,
 }
-
-/// Weights of linear red, green and blue in luminance (Rec. 709).
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 impl Node for MaterialChannel {
     const OUTPUTS: &'static [Output] = &[

@@ -4,6 +4,7 @@
 //! are rotated; slopes become flatter if features become larger but the height does not. Cost: that of a transform for
 //! each channel.
 use crate::moved::Placement;
+use crate::values::each;
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, Output, Outputs, Xy, node};
 use shibo_engine::value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Tiling, Type};
 use shibo_kernel::ground::number::narrow;
@@ -59,10 +60,7 @@ impl TransformMaterial {
         let height = if self.scale_height { (self.scale.x * self.scale.y).sqrt() } else { 1.0 };
         let change = |field: &Field, change: fn(f32, f32) -> f32, by: f64| {
             let by = narrow(by);
-            Field::map(field.ty(), [field.clone()], Halo::NONE, move |out: &mut Tile, [input]| {
-                out.data_mut().iter_mut().zip(input.data()).for_each(|(out, value)| *out = change(*value, by));
-                Ok(())
-            })
+            each(field, move |value| change(value, by))
         };
         match channel {
             Channel::Height if height != 1.0 => change(&place(field), |value, by| value * by, height),

@@ -3,6 +3,7 @@
 //! Each channel is warped as by [`Warp`](crate::space::Warp): a point p of the result shows the material at p + d(p).
 //! Normals keep their directions. Cost: O(pixels) for each channel.
 use crate::bounds::at_most_half;
+use crate::values::each;
 use crate::warped::Warped;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{
@@ -66,10 +67,7 @@ impl Node for WarpMaterial {
         let material = cx.get(&self.material)?;
         let amount = narrow(self.amount);
         let by = match cx.get_opt(&self.by)? {
-            Some(by) => Field::map(Type::Vec2, [by], Halo::NONE, move |out: &mut Tile, [by]| {
-                out.data_mut().iter_mut().zip(by.data()).for_each(|(out, mm)| *out = mm.clamp(-amount, amount));
-                Ok(())
-            }),
+            Some(by) => each(&by, move |mm| mm.clamp(-amount, amount)),
             None => {
                 let none = || Field::constant(Type::Gray, &[0.5]);
                 let sides = [cx.get_opt(&self.x)?.unwrap_or_else(none), cx.get_opt(&self.y)?.unwrap_or_else(none)];

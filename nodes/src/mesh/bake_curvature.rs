@@ -2,7 +2,7 @@
 //!
 //! The mean curvature at vertices, see [`kernel::curvature`](shibo_kernel::mesh::curvature), interpolated linearly
 //! between them. Cost: O(triangles · 100).
-use super::each::each;
+use crate::values::each;
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Atlas, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;

@@ -3,7 +3,7 @@
 //! Casts rays inwards in a cone about the normal, see [`kernel::rays`](shibo_kernel::mesh::rays), and takes their mean
 //! length to the other side. Cost: about 0.4 µs a ray.
 use super::cast::{Cast, TexelPoint};
-use super::each::each;
+use crate::values::each;
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Atlas, Stop, Tiling, Type};
 use shibo_kernel::ground::number::narrow;

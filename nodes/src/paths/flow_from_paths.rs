@@ -3,7 +3,7 @@
 //! See [`kernel::flow`](shibo_kernel::path::flow). Cost of a tile: its pixels times the length of path within `reach`.
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
-use shibo_engine::value::{self, Field, Halo, Stop, Tiling, Type};
+use shibo_engine::value::{self, Field, Halo, Stop, Type};
 use shibo_kernel::ground::{math, tile};
 use shibo_kernel::path::flow::{Flow, Flowing};
 use std::sync::Arc;
@@ -48,10 +48,6 @@ impl Node for FlowFromPaths {
         }
         let message = format!("reach is `{}` mm; it must be at most {most} mm", self.reach);
         vec![Problem::new(Code::OutOfRange, message).at("reach").help("that is four times the canvas")]
-    }
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

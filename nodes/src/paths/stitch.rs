@@ -7,7 +7,7 @@ use crate::bounds::{exceeds, told};
 use crate::degrees::sin_cos;
 use shibo_engine::diagnostics::{Code, Problem};
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
-use shibo_engine::value::{self, Field, Stop, Tiling, Type};
+use shibo_engine::value::{self, Field, Stop, Type};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
@@ -140,10 +140,6 @@ impl Node for Stitch {
             }
         }
         problems
-    }
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -3,8 +3,9 @@
 //! Each channel is moved as by [`Transform`]; normals and the angles of the anisotropy are rotated too. Heights stay
 //! the same in mm. Graph files cannot name this node: `Use(canvas: …)` makes it. Cost: that of its channels.
 use super::Transform;
+use crate::values::each;
 use shibo_engine::node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, node};
-use shibo_engine::value::{Channel, Field, Halo, Material, Stop, Tile, Tiling, Type, Value};
+use shibo_engine::value::{Channel, Field, Material, Stop, Tiling, Type, Value};
 use std::sync::Arc;
 
 /// Moves, rotates and scales a material.
@@ -37,10 +38,7 @@ fn turned(angles: Field, angle: f64) -> Field {
     if angle == 0.0 {
         return angles;
     }
-    Field::map(Type::Gray, [angles], Halo::NONE, move |out: &mut Tile, [angles]: [&Tile; 1]| {
-        out.data_mut().iter_mut().zip(angles.data()).for_each(|(out, a)| *out = a + angle);
-        Ok(())
-    })
+    each(&angles, move |a| a + angle)
 }
 
 impl Node for LaidMaterial {

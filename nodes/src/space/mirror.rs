@@ -3,7 +3,7 @@
 //! A pixel of the mirrored half shows the pixel at the same distance on the other side of the axis. Only the canvas is
 //! read, so the result is symmetric about the axis and about the line half a canvas away, and repeats even if the input
 //! does not. The axis lies between pixels or in the middle of a pixel. Cost: O(pixels), bound by memory.
-use shibo_engine::node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, choice, node};
+use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs, Xy, choice, node};
 use shibo_engine::value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 
 /// The half of a picture that is shown twice.
@@ -137,10 +137,6 @@ impl FieldSource for Mirrored {
 impl Node for Mirror {
     const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The mirrored field.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
-    }
 
     fn makes_tile(&self, _port: &str) -> bool {
         self.keep == MirrorAxis::TopLeft

@@ -3,9 +3,10 @@
 //! Compares the height with the height smoothed by a Gaussian. Cost: that of one blur, O(pixels), nearly independent of
 //! the radius.
 use crate::bounds::at_most_half;
+use crate::values::pairs;
 use shibo_engine::diagnostics::Problem;
 use shibo_engine::node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
-use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
+use shibo_engine::value::{Stop, Type};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
@@ -50,11 +51,7 @@ impl Node for Cavity {
         let soft = fields::blurred(&height, self.radius, cx.size_mm());
         let map = |sign: f64| {
             let scale = narrow(sign / self.depth.max(1e-9));
-            Field::map(Type::Gray, [height.clone(), soft.clone()], Halo::NONE, move |out: &mut Tile, [height, soft]| {
-                let planes = soft.data().iter().zip(height.data());
-                out.data_mut().iter_mut().zip(planes).for_each(|(out, (s, h))| *out = saturate(scale * (s - h)));
-                Ok(())
-            })
+            pairs([&height, &soft], move |h, s| saturate(scale * (s - h)))
         };
         Ok(Outputs::one(map(1.0)).with("peaks", map(-1.0)))
     }
@@ -64,7 +61,7 @@ impl Node for Cavity {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, lumps, outputs, port, raster};
-    use shibo_engine::value::{Tiling, Value};
+    use shibo_engine::value::{Field, Tiling, Value};
 
     fn both(node: &Cavity, input: Field) -> [Field; 2] {
         let made = outputs(node, &[input.into()], &canvas()).unwrap();

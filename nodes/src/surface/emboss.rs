@@ -1,10 +1,11 @@
 //! [`Emboss`]: a grey picture as relief.
 //!
 //! Source: JP4905282B2 §7, "a grey picture whose values are depths for embossing" (row A56). Cost: O(pixels).
+use crate::values::each;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::node::{Context, Gray, In, Node, Output, Outputs, node};
-use shibo_engine::value::{Field, Halo, Stop, Type};
+use shibo_engine::value::{Stop, Type};
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 
@@ -50,19 +51,16 @@ impl Node for Emboss {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let input = cx.get(&self.input)?;
         let (depth, curve) = (narrow(self.depth), self.curve);
-        Ok(Outputs::one(Field::map(Type::Gray, [input], Halo::NONE, move |out, [input]| {
-            let press = |v: f32| {
-                let v = v.clamp(0.0, 1.0);
-                -depth
-                    * match curve {
-                        EmbossCurve::Linear => v,
-                        EmbossCurve::Smooth => v * v * (3.0 - 2.0 * v),
-                        EmbossCurve::Power(power) => math::pow(v, narrow(power)),
-                    }
-            };
-            out.data_mut().iter_mut().zip(input.data()).for_each(|(out, v)| *out = press(*v));
-            Ok(())
-        })))
+        let press = move |v: f32| {
+            let v = v.clamp(0.0, 1.0);
+            -depth
+                * match curve {
+                    EmbossCurve::Linear => v,
+                    EmbossCurve::Smooth => v * v * (3.0 - 2.0 * v),
+                    EmbossCurve::Power(power) => math::pow(v, narrow(power)),
+                }
+        };
+        Ok(Outputs::one(each(&input, press)))
     }
 }
 
@@ -71,7 +69,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, gray};
     use crate::testing::{port, render};
-    use shibo_engine::value::Value;
+    use shibo_engine::value::{Field, Value};
 
     #[test]
     fn values_become_depth() {

@@ -5,6 +5,7 @@
 //! measured on the whole canvas at 512 pixels along its longer side, by 1024 quantiles. Cost: O(pixels), about 10 ns
 //! per pixel.
 use crate::measured::Measured;
+use crate::values::LUMINANCE;
 use shibo_engine::node::{AnyField, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 use shibo_kernel::ground::math::lerp;
@@ -40,9 +41,6 @@ pub struct MatchHistogram {
 
 /// Number of quantiles that are matched.
 const QUANTILES: usize = 1024;
-
-/// Weights of linear red, green and blue in luminance (Rec. 709).
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 fn luminance(color: Field) -> Field {
     Field::map(Type::Gray, [color], Halo::NONE, |out: &mut Tile, [color]: [&Tile; 1]| {

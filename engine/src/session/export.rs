@@ -76,3 +76,4 @@ impl Render<'_, '_> {
         writer.map(|writer| Sink::Export(Box::new(writer))).map_err(|error| Failure::File(error.to_string()))
     }
 }
+

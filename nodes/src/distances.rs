@@ -1,7 +1,8 @@
 //! Distances to the edge of a shape, shared by several families.
+use crate::values::each;
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
-use shibo_value::{Field, Halo, Key, Tile, Type};
+use shibo_value::{Field, Key};
 
 /// Distance in mm, up to `radius`, to the edge of the shape where `input` is above `threshold`: measured outside the
 /// shape and 0 inside, or inside and 0 outside if `inside`.
@@ -10,11 +11,7 @@ pub(crate) fn to_edge(input: &Field, threshold: f64, radius: f64, inside: bool) 
     if !inside {
         return fields::distances(input, threshold, radius);
     }
-    let negate = |out: &mut Tile, [input]: [&Tile; 1]| {
-        out.data_mut().iter_mut().zip(input.data()).for_each(|(out, v)| *out = -v);
-        Ok(())
-    };
-    let negative = Field::map(Type::Gray, [input.clone()], Halo::NONE, negate);
+    let negative = each(input, |v| -v);
     let negative = match input.key() {
         Some(key) => negative.keyed(Key::of("negative", &[key.as_bytes()])),
         None => negative,

@@ -38,6 +38,7 @@ mod on_atlas;
 #[cfg(test)]
 mod testing;
 mod torus;
+mod values;
 mod warped;
 
 use shibo_node::registry::{Family, Kind, Registry};

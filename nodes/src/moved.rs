@@ -4,6 +4,7 @@ mod plan;
 #[cfg(test)]
 mod tests;
 
+use crate::degrees::sin_cos;
 use glam::{DMat2, DVec2};
 use plan::ReadPlan;
 use shibo_kernel::filter::resample::{self, SamplePositions};
@@ -21,20 +22,6 @@ pub(crate) struct Placement {
     pub(crate) scale: Xy,
     /// mm; the middle of the canvas if not given.
     pub(crate) pivot: Option<Xy>,
-}
-
-/// The sine and cosine of an angle in degrees, exact at multiples of 90°.
-fn sin_cos(degrees: f64) -> (f64, f64) {
-    let quarters = degrees / 90.0;
-    if quarters.fract() != 0.0 {
-        return (libm::sin(degrees.to_radians()), libm::cos(degrees.to_radians()));
-    }
-    match quarters.rem_euclid(4.0) {
-        0.0 => (0.0, 1.0),
-        1.0 => (1.0, 0.0),
-        2.0 => (0.0, -1.0),
-        _ => (-1.0, 0.0),
-    }
 }
 
 impl Placement {

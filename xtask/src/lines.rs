@@ -4,7 +4,7 @@ use std::path::Path;
 use std::{fs, io};
 
 /// Folders with the code of the programs.
-const FOLDERS: [&str; 12] = [
+const FOLDERS: [&str; 13] = [
     "engine/value/src",
     "engine/picture/src",
     "engine/node/src",
@@ -14,6 +14,7 @@ const FOLDERS: [&str; 12] = [
     "nodes/src",
     "library/src",
     "ide/src",
+    "macros/src",
     "fingerprint/src",
     "python/binding/src",
     "src",

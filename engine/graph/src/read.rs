@@ -1,6 +1,7 @@
 //! Readers for the values of a document, one function per kind of value; invalid values are reported and dropped.
 use super::part::{Entry, Shape, SyntaxValue};
 use super::report::Report;
+pub(super) use crate::diagnostics::shorten;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::export::FieldDecl;
 use crate::syntax::is_name;
@@ -25,12 +26,6 @@ pub(super) fn mismatch(part: &SyntaxValue, what: &str, wanted: &str) -> Diagnost
 pub(super) fn without_b(part: &SyntaxValue) -> Option<String> {
     let text = part.str().strip_prefix('b').filter(|_| matches!(part.shape(), Shape::Bytes))?;
     Some(format!("write `{}`, without the `b`", shorten(text)))
-}
-
-/// Shortens a text to fit into a line of a message.
-pub(super) fn shorten(text: &str) -> String {
-    let line: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(60).collect();
-    if line.chars().count() < text.chars().count() { format!("{line}…") } else { line }
 }
 
 /// Lowers the first letter of a library's message, as messages are written here.

@@ -1,15 +1,12 @@
-//! Nodes: documented serde structs of ports and parameters, with a function that evaluates them; and the [`registry`] of
-//! their kinds. A crate with nodes depends on this crate and on those below, not on graph files.
+//! Nodes: documented structs of ports and parameters, with a function that evaluates them; and the [`registry`] of their
+//! kinds. A crate with nodes depends on this crate and on those below, not on graph files.
 //!
 //! ```
-//! use schemars::JsonSchema;
-//! use serde::{Deserialize, Serialize};
-//! use shibo_node::{AnyField, Context, In, Node, Output, Outputs};
+//! use shibo_node::{AnyField, Context, In, Node, Output, Outputs, node};
 //! use shibo_value::{Field, Halo, Stop, Tile};
 //!
 //! /// Turns values upside down: 1 becomes 0.
-//! #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-//! #[serde(default, deny_unknown_fields)]
+//! #[node]
 //! pub struct Negate {
 //!     /// What to turn upside down.
 //!     pub input: In<AnyField>,
@@ -60,6 +57,7 @@ pub use port::{
     AnyField, AnySolid, AnyVector, Direction, EveryField, Gray, IdsField, In, JacobianField, NormalField, PortType,
     Rgb, SolidColor, SolidNumber, SolidVector, Vec2Field,
 };
+pub use shibo_macros::{choice, node};
 pub use spelling::spell_number;
 pub use written::ParamForm;
 

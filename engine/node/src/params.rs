@@ -42,7 +42,7 @@ impl<'de> Visitor<'de> for OneOrTwo {
 macro_rules! pairs {
     ($($(#[$doc:meta])* $name:ident { $(#[$doc_a:meta])* $a:ident, $(#[$doc_b:meta])* $b:ident })*) => {$(
         $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
         pub struct $name {
             $(#[$doc_a])*
             pub $a: f64,
@@ -127,6 +127,13 @@ impl Linear {
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Color(pub [f32; 3]);
 
+impl Color {
+    /// A colour from bytes in sRGB.
+    pub fn srgb(bytes: [u8; 3]) -> Self {
+        Self(bytes.map(|byte| crate::value::srgb_to_linear(f32::from(byte) / 255.0)))
+    }
+}
+
 /// Reads `#rgb` or `#rrggbb`.
 pub fn parse_color(text: &str) -> Option<[f32; 3]> {
     let digits = text.strip_prefix('#')?;
@@ -138,8 +145,7 @@ pub fn parse_color(text: &str) -> Option<[f32; 3]> {
         6 => u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).ok(),
         _ => None,
     };
-    let decode = |b: u8| crate::value::srgb_to_linear(f32::from(b) / 255.0);
-    Some([decode(byte(0)?), decode(byte(1)?), decode(byte(2)?)])
+    Some(Color::srgb([byte(0)?, byte(1)?, byte(2)?]).0)
 }
 
 struct ColorVisitor;

@@ -6,7 +6,7 @@ mod source;
 mod suggest;
 
 pub use source::{FileId, Origin, Position, Source, SourceMap, Span};
-pub use suggest::{did_you_mean, suggest};
+pub use suggest::{did_you_mean, shorten, suggest};
 
 use std::fmt;
 

@@ -1,7 +1,5 @@
 //! [`Terraces`]: steps with soft edges. Cost: O(pixels).
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_engine::node::{Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 
 /// Cuts a height into level steps, as contour lines do on a model of a landscape.
@@ -10,23 +8,18 @@ use shibo_engine::value::{Field, Halo, Stop, Tile, Type};
 /// "hills": Fractal(size: 16),
 /// "example": Terraces(input: "hills", steps: 6, softness: 0.2),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Terraces {
     /// The height, 0..1.
     pub input: In<Gray>,
     /// The number of steps.
     #[schemars(range(min = 1, max = 1000))]
+    #[default(8)]
     pub steps: u32,
     /// The share of a step that is its slope; 0 gives cliffs, 1 gives the input back.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.25)]
     pub softness: f64,
-}
-
-impl Default for Terraces {
-    fn default() -> Self {
-        Self { input: In::default(), steps: 8, softness: 0.25 }
-    }
 }
 
 impl Node for Terraces {

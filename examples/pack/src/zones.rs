@@ -1,7 +1,5 @@
 //! [`Zones`]: a zone plate. Cost: O(pixels).
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_engine::node::{CanvasFacts, Context, Fact, Node, Output, Outputs, node};
 use shibo_engine::value::{Field, Given, Stop, Tile, Tiling, Type};
 
 /// Rings that become narrower outwards: a test for aliasing.
@@ -9,18 +7,12 @@ use shibo_engine::value::{Field, Given, Stop, Tile, Tiling, Type};
 /// ```ron
 /// "example": Zones(width: 4),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Zones {
     /// The radius of the innermost ring.
     #[schemars(range(min = 0.01, max = 1000), extend("unit" = "mm"))]
+    #[default(4.0)]
     pub width: f64,
-}
-
-impl Default for Zones {
-    fn default() -> Self {
-        Self { width: 4.0 }
-    }
 }
 
 impl Node for Zones {

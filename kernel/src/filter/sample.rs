@@ -6,12 +6,11 @@
 use crate::ground::cubic::{bspline, catmull_rom};
 use crate::ground::math::{clamp, lerp};
 use crate::ground::window::{View, WindowExt, index, offset};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 use shibo_value::Window;
 
 /// The interpolation between pixel centres.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Filter {
     /// The nearest pixel.
     Nearest,

@@ -10,6 +10,7 @@ use glam::{IVec2, Vec2};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// A picture over the work area: pixel (0, 0) touches the origin, row 0 is at y = 0.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +40,7 @@ pub enum Sample {
 }
 
 /// Reduction of the values of a link or a point.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Reduction {
     /// Their mean.
     #[default]

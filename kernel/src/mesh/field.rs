@@ -11,13 +11,12 @@ use crate::ground::hash::Hash;
 use crate::ground::stop::Until;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 use shibo_value::{Frames, Mesh};
 use std::sync::Arc;
 
 /// One of the two principal directions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Principal {
     /// Direction of the largest curvature.
     #[default]

@@ -23,12 +23,11 @@ use crate::ground::number::narrow;
 use crate::ground::simd;
 use crate::ground::window::{Frame, WindowExt, index, offset};
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 use shibo_value::Tiling;
 
 /// The noise of each octave.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Basis {
     /// Perlin noise: a random slope at each corner of a cell.
     #[default]
@@ -42,7 +41,7 @@ pub enum Basis {
 }
 
 /// The folding and summation of octaves.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum FractalKind {
     /// Clouds: the sum.
     #[default]

@@ -11,12 +11,11 @@ use crate::ground::math::{max, min};
 use crate::ground::simd;
 use crate::ground::window::{Frame, WindowExt, index, offset};
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 use shibo_value::Tiling;
 
 /// The metric for distances to points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Metric {
     /// The straight distance: round cells.
     // √(x² + y²).

@@ -3,11 +3,10 @@ use super::layout::{Grid, LaidPiece};
 use crate::ground::number::narrow;
 use crate::ground::window::{Frame, WindowExt as _};
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// The cross-section of a bevelled edge.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum BevelProfile {
     /// Straight.
     #[default]

@@ -1,11 +1,10 @@
 //! Layouts of pieces: the piece at a point, and the distances to its edges.
 use super::fit::{Fit, Wanted};
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// The arrangement of pieces.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Layout {
     /// Rows, every second one shifted by `stagger`.
     #[default]

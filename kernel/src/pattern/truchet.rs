@@ -8,12 +8,11 @@ use crate::ground::hash::Hash;
 use crate::ground::number::narrow;
 use crate::ground::window::{Frame, WindowExt as _};
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 use shibo_value::Tiling;
 
 /// The motif of a tile.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Motif {
     /// Two quarters of a circle about opposite corners, through the middles of the sides.
     #[default]

@@ -7,12 +7,11 @@ use super::fit::{Fit, Wanted};
 use crate::ground::number::narrow;
 use crate::ground::window::{Frame, WindowExt as _};
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 use shibo_value::Tiling;
 
 /// The pattern of crossings.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Binding {
     /// Over one, under one.
     #[default]

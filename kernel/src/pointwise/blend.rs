@@ -2,11 +2,10 @@
 
 use crate::ground::math::{max, min, saturate};
 use crate::ground::simd;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// The blend mode of the base `a` and the top layer `b`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum BlendMode {
     /// b
     #[default]

@@ -7,11 +7,10 @@ use super::tone::{linear_to_oklab, oklab_to_linear};
 use crate::ground::math::{atan2_degrees, clamp, cos_degrees, max, min, pow, saturate, sin_degrees, smooth};
 use crate::ground::math::{srgb_decode, srgb_encode};
 use crate::ground::simd;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// The meaning of the three numbers of a colour.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum ColorSpace {
     /// Red, green, blue, linear: the colours on wires
     #[default]

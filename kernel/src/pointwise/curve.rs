@@ -8,11 +8,10 @@
 use super::tone::inverse;
 use crate::ground::math::saturate;
 use crate::ground::simd;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// The interpolation between points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum CurveKind {
     /// A smooth curve that never overshoots its points.
     #[default]

@@ -7,12 +7,11 @@
 use crate::ground::math::{atan2, max, saturate};
 use crate::ground::simd;
 use crate::ground::window::{Frame, WindowExt};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 use std::f32::consts::TAU;
 
 /// The lines of equal value.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum GradientShape {
     /// Straight lines, perpendicular to the direction from `from` to `to`.
     #[default]
@@ -31,7 +30,7 @@ pub enum GradientShape {
 }
 
 /// The continuation beyond the end of a ramp.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Repeat {
     /// The value stays 0 before the ramp and 1 after it.
     #[default]

@@ -2,11 +2,10 @@
 
 use crate::ground::math::{self, clamp, lerp, max, min, saturate};
 use crate::ground::simd;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// The operation on a, b and c.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Operation {
     /// a + b
     #[default]

@@ -3,8 +3,7 @@
 use crate::ground::math::{clamp, floor_int, lerp, saturate, smooth};
 use crate::ground::simd;
 use crate::ground::window::{Frame, WindowExt};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 use std::sync::OnceLock;
 
 /// The quantized values: `levels` evenly spaced values, from the first to the last of `range`.
@@ -44,7 +43,7 @@ pub fn quantize(input: &[f32], spec: &Steps, softness: f32, out: &mut [f32]) {
 }
 
 /// The threshold pattern of a dither.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum DitherPattern {
     /// Irregular and even, without lines or clusters: hardly visible
     #[default]

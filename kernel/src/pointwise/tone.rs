@@ -2,8 +2,7 @@
 
 use crate::ground::math::{self, lerp, max, saturate, smooth};
 use crate::ground::simd;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// out = f(input), eight at a time.
 #[inline(always)]
@@ -105,7 +104,7 @@ pub fn smoothstep(input: &[f32], out: &mut [f32], edges: [f32; 2]) {
 }
 
 /// The interpolation of colours between stops.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Interpolation {
     /// Straight lines.
     #[default]

@@ -8,11 +8,10 @@ use crate::ground::number::narrow;
 use crate::ground::simd;
 use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::{DVec2, Vec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// Result where stamps overlap.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Overlap {
     /// The largest value, channel by channel.
     #[default]

@@ -4,11 +4,10 @@
 //! right angle it is an arc of exactly the radius. Beyond it the result is the sharp one.
 use crate::ground::math::{max, min};
 use crate::ground::simd;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// An operation on one or two shapes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Operation {
     /// The union of `a` and `b`; `radius` fills the corners between them.
     #[default]

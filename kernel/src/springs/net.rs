@@ -3,9 +3,10 @@
 use crate::leather::links::GridShape;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// Integrator: advances position and velocity by a step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Integrator {
     /// The rule of the source. Gains energy with every step: needs few steps, or drag.
     // The source's: `x += v δ + a δ²/2; v += a δ`. Gains energy, a factor `√(1 + ω²δ²/2)` a step.
@@ -31,7 +32,7 @@ pub enum Rest {
 }
 
 /// Springs that can break.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum BreakOn {
     /// Pulled and pushed springs.
     // Pulled and pushed springs: `|F| > threshold`.

@@ -1,8 +1,7 @@
 //! Strokes, and the settings shared by all strokes of a set.
 
 use glam::Vec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// A straight stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +41,7 @@ impl Default for Profile {
 }
 
 /// The cross-section of a groove.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum CrossSection {
     /// Level inside, with a sharp edge.
     Flat,
@@ -72,7 +71,7 @@ impl CrossSection {
 }
 
 /// Combination of overlapping grooves.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Combine {
     /// The deepest.
     #[default]

@@ -2,11 +2,10 @@
 
 use crate::ground::math::max;
 use crate::ground::simd;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// Blending of two normals.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum NormalBlend {
     /// The detail is rotated by the rotation from straight up to the base: as if it lay on that surface
     #[default]

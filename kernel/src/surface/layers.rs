@@ -5,8 +5,7 @@
 use super::combine_normals::{NormalBlend, combine};
 use crate::ground::math::{atan2_degrees, cos_degrees, lerp, max, saturate, sin_degrees, smooth};
 use crate::ground::simd::{self, inlined};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// Blending of two layers by their heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,7 +92,7 @@ pub fn mix_values(weight: &[f32], base: &[f32], top: &[f32], out: &mut [f32]) {
 }
 
 /// Height of two layers where the upper one shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum HeightMode {
     /// The upper height: one object set into another
     #[default]

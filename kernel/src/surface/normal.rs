@@ -5,12 +5,11 @@
 
 use crate::ground::simd;
 use crate::ground::window::{View, WindowExt};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 use shibo_value::Window;
 
 /// Filter for measuring slopes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum SlopeFilter {
     /// Central differences: the sharpest.
     Central,

@@ -2,11 +2,10 @@
 
 use crate::ground::math::{max, saturate};
 use crate::ground::simd;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// The shape of an edge, from its foot to its top.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Profile {
     /// A quarter of a circle: steep at the foot, level at the top
     #[default]

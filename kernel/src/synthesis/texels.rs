@@ -3,11 +3,10 @@ use super::plane::PixelPlane;
 use crate::ground::cubic::catmull_rom;
 use crate::ground::real::Real;
 use rayon::prelude::*;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// Filter for reading a picture between its pixels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Fetch {
     /// The nearest pixel: for masks and labels.
     Nearest,

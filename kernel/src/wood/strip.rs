@@ -4,9 +4,7 @@
 //! A strip across the rings is straightened and averaged. The slope of its light gives its direction (slow darkening
 //! and sudden lightening point to the bark) and the borders of years. Dynamic programming chooses borders at similar
 //! distances. Every year is resampled and flattened, and the years that are similar to the others are averaged.
-
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use shibo_macros::choice;
 
 /// A strip of pixels across rings, `rows` rows of `length` scene-linear colours.
 #[derive(Clone, Debug)]
@@ -20,7 +18,7 @@ pub struct Strip {
 }
 
 /// Direction of a line across rings.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Direction {
     /// Detected: colours darken slowly and lighten suddenly on the way to the bark.
     #[default]

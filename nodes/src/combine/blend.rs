@@ -5,12 +5,10 @@
 //! not clamped to 0..1. Cost: O(pixels), bound by memory; a layer that a mask hides in a whole tile is not computed
 //! there.
 use crate::masked::{Masked, Mix};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::tile::{channel, widest};
 use shibo_kernel::pointwise::blend::{self as kernel, BlendMode};
-use shibo_node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Lays one field over another, everywhere or through a mask.
@@ -25,8 +23,7 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 ///
 /// Elsewhere: Substance Designer *Blend*; Blender *Mix Color*; Material Maker *Blend*; Photoshop *Layer*; Houdini
 /// *Blend*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Blend {
     /// The layer below, a.
     pub base: In<AnyField>,
@@ -37,21 +34,11 @@ pub struct Blend {
     pub mask: Option<In<Gray>>,
     /// Opacity of the top layer, 0..1; multiplied with the mask.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    #[default(In::constant(1.0))]
     pub opacity: In<Gray>,
     /// How the two layers are combined where the top layer shows.
+    #[default(BlendMode::Normal)]
     pub mode: BlendMode,
-}
-
-impl Default for Blend {
-    fn default() -> Self {
-        Self {
-            base: In::default(),
-            top: In::default(),
-            mask: None,
-            opacity: In::constant(1.0),
-            mode: BlendMode::Normal,
-        }
-    }
 }
 
 /// Parameters that are the same for all pixels.

@@ -3,17 +3,14 @@
 //! Graph files cannot name them: `Each` makes them. A hash of the number chooses the input, so that pieces with
 //! neighbouring numbers look unlike. Of each input a tile computes only the part that shows in it. Cost: a copy.
 use crate::chosen::Chosen;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
-use shibo_node::{AnyField, Context, Fact, IdsField, In, Node, Output, Outputs};
+use shibo_node::{AnyField, Context, Fact, IdsField, In, Node, Output, Outputs, node};
 use shibo_value::{Channel, Material, Stop, Type, Value};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// One of several fields at every pixel.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Choose {
     /// Numbers of pieces.
     pub ids: In<IdsField>,
@@ -22,8 +19,7 @@ pub struct Choose {
 }
 
 /// One of several materials at every pixel.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct ChooseMaterial {
     /// Numbers of pieces.
     pub ids: In<IdsField>,

@@ -6,10 +6,8 @@
 //! powers, logarithms and noise.
 use super::formula::{InFormula, PLACES, PORTS, Port, growth};
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::pointwise::expression as kernel;
-use shibo_node::{CanvasFacts, Context, EveryField, Fact, Formula, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, EveryField, Fact, Formula, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::expression::{self, Compiled, Fault, Program};
 use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
@@ -41,8 +39,7 @@ use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tilin
 ///
 /// Elsewhere: Substance Designer *Pixel Processor* and *Function Graph*, Material Maker *Math*, Blender *Math* and *Vector Math*, Houdini
 /// *Attribute VOP* and VEX, GLSL.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Expression {
     /// The field that is called `a` in the formula.
     pub a: Option<In<EveryField>>,

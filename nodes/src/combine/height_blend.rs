@@ -3,11 +3,9 @@
 //! With c the contrast, w = smoothstep(−c/2, c/2, top + offset − base + (2·mask − 1)·(range + c/2)), times the opacity;
 //! see [`kernel::layers`](shibo_kernel::surface::layers). `range` is a parameter and not measured, so a tile reads only
 //! itself. Cost: O(pixels), bound by memory.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::surface::layers::{ByHeight, HeightMode, mix_heights};
-use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Blends two heights so that the higher one shows: mortar fills gaps, dust lies in grooves.
@@ -25,8 +23,7 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Height Blend*, Houdini *HeightField Layer*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct HeightBlend {
     /// The height below, mm.
     pub base: In<Gray>,
@@ -34,9 +31,11 @@ pub struct HeightBlend {
     pub top: In<Gray>,
     /// Where the top shows, 0..1: at ½ where the top is higher, at 1 everywhere, at 0 nowhere.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    #[default(In::constant(0.5))]
     pub mask: In<Gray>,
     /// Softness of the border, as a difference of height; 0 is a hard edge.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
+    #[default(0.1)]
     pub contrast: f64,
     /// Added to the height above.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
@@ -44,27 +43,15 @@ pub struct HeightBlend {
     /// The largest difference of height that the mask can overcome; should be at least the largest difference between
     /// the two heights.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
+    #[default(1.0)]
     pub range: f64,
     /// Opacity of the top where it shows, 0..1.
     #[schemars(range(min = 0, max = 1))]
+    #[default(1.0)]
     pub opacity: f64,
     /// How the heights are combined where the top shows.
+    #[default(HeightMode::Replace)]
     pub mode: HeightMode,
-}
-
-impl Default for HeightBlend {
-    fn default() -> Self {
-        Self {
-            base: In::default(),
-            top: In::default(),
-            mask: In::constant(0.5),
-            contrast: 0.1,
-            offset: 0.0,
-            range: 1.0,
-            opacity: 1.0,
-            mode: HeightMode::Replace,
-        }
-    }
 }
 
 impl Node for HeightBlend {

@@ -1,9 +1,7 @@
 //! [`MakeVector`]: a vector of two numbers, or of an angle and a length. Cost: O(pixels); with an angle about 5 ns
 //! each.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::math::{cos_degrees, sin_degrees};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
@@ -20,23 +18,18 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// ```
 ///
 /// Elsewhere: Blender *Combine XYZ*, Houdini *Float to Vector*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct MakeVector {
     /// The first component, to the right; in mm if the vector is a displacement.
+    #[default(In::constant(0.0))]
     pub x: In<Gray>,
     /// The second component, down.
+    #[default(In::constant(0.0))]
     pub y: In<Gray>,
     /// Instead of `x` and `y`: the direction in degrees, from +x towards +y.
     pub angle: Option<In<Gray>>,
     /// With `angle`: length of the vectors.
     pub length: Option<In<Gray>>,
-}
-
-impl Default for MakeVector {
-    fn default() -> Self {
-        Self { x: In::constant(0.0), y: In::constant(0.0), angle: None, length: None }
-    }
 }
 
 impl Node for MakeVector {

@@ -3,11 +3,9 @@
 //! Every operation has a finite result for every input; see [`kernel::math_ops`](shibo_kernel::pointwise::math_ops). Operands that
 //! the operation does not use are not computed, and numbers are not read pixel by pixel. Cost: O(pixels), bound by memory
 //! except for powers, logarithms and angles (1 to 3 ns each).
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::tile::{channel, widest};
 use shibo_kernel::pointwise::math_ops::{self as kernel, Operand, Operation};
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
@@ -27,23 +25,19 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 ///
 /// Elsewhere: Blender *Math*, *Vector Math*; Substance Designer *Pixel Processor*; Houdini *Math*; Material Maker
 /// *Math*; Unreal *Add*, *Multiply*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Math {
     /// The first operand.
     pub a: In<AnyField>,
     /// The second operand, where the operation has one.
+    #[default(In::constant(0.0))]
     pub b: In<AnyField>,
     /// The third operand, where the operation has one.
+    #[default(In::constant(1.0))]
     pub c: In<AnyField>,
     /// What is computed of them.
+    #[default(Operation::Add)]
     pub operation: Operation,
-}
-
-impl Default for Math {
-    fn default() -> Self {
-        Self { a: In::default(), b: In::constant(0.0), c: In::constant(1.0), operation: Operation::Add }
-    }
 }
 
 /// An operand: a place among the fields that are read, or the channels of a constant.

@@ -1,7 +1,5 @@
 //! [`PackChannels`]: a colour of three fields. Cost: O(pixels), bound by memory.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Puts three fields together as the channels of a colour: for packed maps, or after `SplitChannels`.
@@ -17,21 +15,17 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 ///
 /// Elsewhere: Substance Designer *RGBA Merge*, *Channels Shuffle*; Material Maker *Combine*, Blender *Combine Color*,
 /// Houdini *Float to Vector*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct PackChannels {
     /// The first channel, red.
+    #[default(In::constant(0.0))]
     pub r: In<Gray>,
     /// The second channel, green.
+    #[default(In::constant(0.0))]
     pub g: In<Gray>,
     /// The third channel, blue.
+    #[default(In::constant(0.0))]
     pub b: In<Gray>,
-}
-
-impl Default for PackChannels {
-    fn default() -> Self {
-        Self { r: In::constant(0.0), g: In::constant(0.0), b: In::constant(0.0) }
-    }
 }
 
 impl Node for PackChannels {

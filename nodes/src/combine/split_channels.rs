@@ -1,8 +1,6 @@
 //! [`SplitChannels`]: the components of a colour, a normal or a vector, as separate fields. Cost: O(pixels), bound by
 //! memory.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{AnyVector, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnyVector, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Splits a colour, a normal or a vector into fields of one number each.
@@ -20,8 +18,7 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 ///
 /// Elsewhere: Substance Designer *RGBA Split*, Material Maker *Decompose*, Blender *Separate Color*, *Separate XYZ*,
 /// Houdini *Vector to Float*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct SplitChannels {
     /// The colour, normal or vector to split.
     pub input: In<AnyVector>,

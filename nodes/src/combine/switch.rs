@@ -3,9 +3,7 @@
 //! If a number chooses, the input is passed on unchanged, with its cache key. If a field chooses, a tile reads of each
 //! input only the part that shows in it. Cost: none, or a copy.
 use crate::chosen::Chosen;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{CanvasFacts, Context, EveryField, Fact, Gray, In, MaterialInputs, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, EveryField, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Channel, ChannelSet, Field, Material, Stop, Type, Value};
 use std::collections::BTreeSet;
@@ -26,8 +24,7 @@ use std::sync::Arc;
 ///
 /// Elsewhere: Substance Designer *Switch*, *Multi Switch*; Material Maker *Switch*; Houdini *Switch*; Blender
 /// *Switch*, *Index Switch*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Switch {
     /// Inputs to choose from: all of one type, or numbers and colours.
     pub inputs: Vec<In<EveryField>>,
@@ -54,8 +51,7 @@ pub struct Switch {
 ///
 /// Elsewhere: Substance Designer *Material Switch*; Material Maker *Switch*; Houdini *Switch*; Blender *Mix Shader*
 /// with a whole factor.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct SwitchMaterial {
     /// Materials to choose from.
     pub inputs: Vec<In<Material>>,

@@ -3,12 +3,10 @@
 //! Line integral convolution (B. Cabral, L. Leedom, 1993), see [`kernel::along`](shibo_kernel::filter::along). The halo
 //! of a tile is half the length. Cost: O(pixels · length in pixels), about 15 ns for each pixel of the length.
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::along::{self, Directions, LineSpec};
 use shibo_kernel::filter::paths::Reader;
 use shibo_kernel::ground::tile;
-use shibo_node::{AnyField, CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Window};
 
@@ -26,8 +24,7 @@ use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Window};
 /// ```
 ///
 /// Elsewhere: Houdini *Streak Blur*; ParaView *Surface LIC*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct AlongField {
     /// Field to smear.
     pub input: In<AnyField>,
@@ -36,13 +33,8 @@ pub struct AlongField {
     /// Length of the line over which the mean is taken; at most half the canvas' longer side. Beyond 512 pixels samples
     /// lie farther apart.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(4.0)]
     pub length: f64,
-}
-
-impl Default for AlongField {
-    fn default() -> Self {
-        Self { input: In::default(), direction: In::default(), length: 4.0 }
-    }
 }
 
 /// A field smeared along lines.

@@ -4,10 +4,8 @@
 //! [`kernel::blur`](shibo_kernel::filter::blur) and [`kernel::fields`](shibo_kernel::filter::fields). Error against the
 //! exact Gaussian below 0.3 % of the range. Cost: O(pixels), nearly independent of the radius.
 use crate::on_atlas;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::fields;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Atlas, Stop};
 
@@ -20,23 +18,17 @@ use shibo_value::{Atlas, Stop};
 ///
 /// Elsewhere: Substance Designer *Blur HQ*, *Gaussian Blur*; Material Maker *Gaussian Blur*; Blender *Blur*; Houdini
 /// *Blur*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Blur {
     /// Field to soften.
     pub input: In<AnyField>,
     /// Standard deviation σ of the Gaussian; at most half the canvas' longer side. 0 changes nothing.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(0.5)]
     pub radius: f64,
     /// The atlas on which the input lies. If given, `radius` is measured on the surface, and the blur reads across
     /// borders of charts. This reads the whole picture; three times `radius` may be 64 texels at most.
     pub atlas: Option<In<Atlas>>,
-}
-
-impl Default for Blur {
-    fn default() -> Self {
-        Self { input: In::default(), radius: 0.5, atlas: None }
-    }
 }
 
 impl Node for Blur {

@@ -5,12 +5,10 @@
 //! pixels); where the angle is a field about 6 ns for each pixel of the length.
 use super::around::Around;
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::paths::{self, Line, Reader};
 use shibo_kernel::ground::math::{cos_degrees, sin_degrees};
 use shibo_kernel::ground::tile;
-use shibo_node::{AnyField, CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Field, Grid, Halo, Stop, Tile};
 
@@ -27,23 +25,18 @@ use shibo_value::{Field, Grid, Halo, Stop, Tile};
 ///
 /// Elsewhere: Substance Designer *Directional Blur*, Material Maker *Directional Blur*, Blender *Directional Blur*,
 /// Houdini *Streak Blur*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct DirectionalBlur {
     /// Field to smear.
     pub input: In<AnyField>,
     /// The direction in degrees, from +x towards +y: a number or a field; or vectors.
+    #[default(In::constant(0.0))]
     pub angle: In<Direction>,
     /// Length of the line over which the mean is taken; at most half the canvas' longer side. Beyond 255 pixels samples
     /// lie farther apart.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(2.0)]
     pub length: f64,
-}
-
-impl Default for DirectionalBlur {
-    fn default() -> Self {
-        Self { input: In::default(), angle: In::constant(0.0), length: 2.0 }
-    }
 }
 
 /// The line in pixels for a length in mm and an angle.

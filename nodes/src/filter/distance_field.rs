@@ -5,14 +5,13 @@
 //! O(pixels · least of distance and radius, in pixels).
 use crate::bounds::at_most_half;
 use crate::distances;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use crate::values::{each, pairs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::Problem;
-use shibo_value::{Field, Halo, Stop, Type};
+use shibo_value::{Field, Stop, Type};
 
 /// The side of the shape's edge on which distances are measured.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Side {
     /// Outside, where the input is not above the threshold; 0 inside.
     #[default]
@@ -32,27 +31,23 @@ pub enum Side {
 /// ```
 ///
 /// Elsewhere: Substance Designer *Distance*; Material Maker *Distance*; Houdini *Mono to SDF*, SDF.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct DistanceField {
     /// Input; the shape is the area where it is above the threshold.
     pub input: In<Gray>,
     /// The value at the shape's edge.
     #[schemars(range(min = -1e6, max = 1e6))]
+    #[default(0.5)]
     pub threshold: f64,
     /// The largest distance: larger ones get this value; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(2.0)]
     pub radius: f64,
     /// Side of the edge on which to measure.
+    #[default(Side::Outside)]
     pub side: Side,
     /// True to divide the result by the radius: 0..1 instead of mm.
     pub normalize: bool,
-}
-
-impl Default for DistanceField {
-    fn default() -> Self {
-        Self { input: In::default(), threshold: 0.5, radius: 2.0, side: Side::Outside, normalize: false }
-    }
 }
 
 impl Node for DistanceField {
@@ -72,25 +67,15 @@ impl Node for DistanceField {
         let input = cx.get(&self.input)?;
         #[expect(clippy::cast_possible_truncation, reason = "fields are f32")]
         let scale = if self.normalize { (1.0 / self.radius) as f32 } else { 1.0 };
-        let scaled = |field: Field, sign: f32| {
-            let scale = sign * scale;
-            Field::map(Type::Gray, [field], Halo::NONE, move |out, [d]| {
-                out.data_mut().iter_mut().zip(d.data()).for_each(|(out, d)| *out = d * scale);
-                Ok(())
-            })
-        };
+        let scaled = |field: Field| each(&field, move |d| d * scale);
         let away = |inside: bool| distances::to_edge(&input, self.threshold, self.radius, inside);
         let (outside, inside) = (|| away(false), || away(true));
         Ok(Outputs::one(match self.side {
             Side::Outside if !self.normalize => outside(),
-            Side::Outside => scaled(outside(), 1.0),
+            Side::Outside => scaled(outside()),
             Side::Inside if !self.normalize => inside(),
-            Side::Inside => scaled(inside(), 1.0),
-            Side::Signed => Field::map(Type::Gray, [outside(), inside()], Halo::NONE, move |out, [a, b]| {
-                let distances = a.data().iter().zip(b.data());
-                out.data_mut().iter_mut().zip(distances).for_each(|(out, (a, b))| *out = (a - b) * scale);
-                Ok(())
-            }),
+            Side::Inside => scaled(inside()),
+            Side::Signed => pairs([&outside(), &inside()], move |a, b| (a - b) * scale),
         }))
     }
 }

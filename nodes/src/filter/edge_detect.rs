@@ -5,13 +5,11 @@
 //! picture is the average of a large one. Of a colour the channel with the strongest gradient counts. Cost: that of one
 //! blur, O(pixels).
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::{fields, slopes};
 use shibo_kernel::ground::math::atan2_degrees;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Buffer, Field, Halo, Stop, Tile, Type};
 
@@ -24,8 +22,7 @@ use shibo_value::{Buffer, Field, Halo, Stop, Tile, Type};
 ///
 /// Elsewhere: Substance Designer *Edge Detect*, Material Maker *Edge Detect*, Blender *Filter* (Sobel), Houdini *Edge
 /// Detect*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct EdgeDetect {
     /// Field in which to look for edges.
     pub input: In<AnyField>,
@@ -33,16 +30,12 @@ pub struct EdgeDetect {
     /// canvas' longer side. Lines narrower than two pixels are drawn two pixels wide and proportionally fainter. With 0
     /// they are two pixels wide and of full strength, so they depend on the resolution.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(0.1)]
     pub radius: f64,
     /// Factor on the strength: with 1, a step of 1 gives 1 if the radius is larger than a pixel.
     #[schemars(range(min = 0, max = 1e6))]
+    #[default(1.0)]
     pub strength: f64,
-}
-
-impl Default for EdgeDetect {
-    fn default() -> Self {
-        Self { input: In::default(), radius: 0.1, strength: 1.0 }
-    }
 }
 
 /// σ in pixels of the Gaussian derivative that responds to a step like central differences.

@@ -5,11 +5,10 @@
 //! is steep and edges stay. It does what a bilateral filter does, at a cost that does not depend on the radius:
 //! O(pixels), that of four blurs.
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::values::LUMINANCE;
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Field, Halo, Key, Stop, Tile, Type};
 
@@ -25,8 +24,7 @@ use shibo_value::{Field, Halo, Key, Stop, Tile, Type};
 /// ```
 ///
 /// Elsewhere: Blender *Bilateral Blur*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct GuidedFilter {
     /// Field to smooth.
     pub input: In<AnyField>,
@@ -34,20 +32,13 @@ pub struct GuidedFilter {
     pub guide: Option<In<Gray>>,
     /// Extent of the smoothing: standard deviation σ of the means; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.5)]
     pub radius: f64,
     /// Differences of the guide that are smaller than this are smoothed; larger ones stay.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0))]
+    #[default(0.1)]
     pub threshold: f64,
 }
-
-impl Default for GuidedFilter {
-    fn default() -> Self {
-        Self { input: In::default(), guide: None, radius: 0.5, threshold: 0.1 }
-    }
-}
-
-/// Weights of linear red, green and blue in luminance (Rec. 709).
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 /// The sum of the channels with these weights, and its square.
 fn with_square(input: Field) -> Field {

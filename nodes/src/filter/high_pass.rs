@@ -2,13 +2,12 @@
 //!
 //! input − input blurred + middle. Cost: that of one blur, O(pixels), nearly independent of the radius.
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::values::pairs;
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
+use shibo_value::Stop;
 use shibo_value::diagnostics::Problem;
-use shibo_value::{Field, Halo, Stop, Tile};
 
 /// Removes shapes that are larger than a radius: uneven light of a photograph, hills under a relief.
 ///
@@ -19,23 +18,18 @@ use shibo_value::{Field, Halo, Stop, Tile};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Highpass*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct HighPass {
     /// Field to flatten.
     pub input: In<AnyField>,
     /// Shapes larger than this are removed: standard deviation σ of a Gaussian; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(2.0)]
     pub radius: f64,
     /// The result for an even input; 0 leaves detail around 0.
     #[schemars(range(min = -1e6, max = 1e6))]
+    #[default(0.5)]
     pub middle: f64,
-}
-
-impl Default for HighPass {
-    fn default() -> Self {
-        Self { input: In::default(), radius: 2.0, middle: 0.5 }
-    }
 }
 
 impl Node for HighPass {
@@ -49,12 +43,7 @@ impl Node for HighPass {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let input = cx.get(&self.input)?;
         let (soft, middle) = (fields::blurred(&input, self.radius, cx.size_mm()), narrow(self.middle));
-        let fill = move |out: &mut Tile, [input, soft]: [&Tile; 2]| {
-            let planes = input.data().iter().zip(soft.data());
-            out.data_mut().iter_mut().zip(planes).for_each(|(out, (v, soft))| *out = (v - soft) + middle);
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(input.ty(), [input, soft], Halo::NONE, fill)))
+        Ok(Outputs::one(pairs([&input, &soft], move |v, soft| (v - soft) + middle)))
     }
 }
 
@@ -62,7 +51,7 @@ impl Node for HighPass {
 mod tests {
     use super::*;
     use crate::testing::{check_field, field, lumps, port, render};
-    use shibo_value::{Tiling, Type};
+    use shibo_value::{Field, Tiling, Type};
 
     #[test]
     fn removes_hills_and_keeps_ripples() {

@@ -9,12 +9,10 @@
 use crate::measured;
 use crate::torus::Torus;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::math::smooth;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::normal_scores::NormalScores;
-use shibo_node::{AnyField, CanvasFacts, Context, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Window};
 use std::sync::OnceLock;
@@ -35,8 +33,7 @@ use std::sync::OnceLock;
 /// ```
 ///
 /// Elsewhere: Substance Designer *Make It Tile Photo*, *Make It Tile Patch*; Material Maker *Make Tileable*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct MakeTileable {
     /// Field to make tileable.
     pub input: In<AnyField>,
@@ -46,13 +43,8 @@ pub struct MakeTileable {
     pub width: Option<f64>,
     /// True if the blend keeps the contrast and colours of the input; false for a plain mixture, which is softer and
     /// cheaper.
+    #[default(true)]
     pub keep_contrast: bool,
-}
-
-impl Default for MakeTileable {
-    fn default() -> Self {
-        Self { input: In::default(), width: None, keep_contrast: true }
-    }
 }
 
 /// A field and copies of it, blended along the border of the canvas.

@@ -4,10 +4,8 @@
 //! Cost: about 20 ns a pixel for a radius of 2 pixels, 200 for 4 and 270 for 8; above that in proportion to the radius.
 use super::disk::of_disks;
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::median;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::Stop;
 use shibo_value::diagnostics::Problem;
 
@@ -22,20 +20,14 @@ use shibo_value::diagnostics::Problem;
 /// ```
 ///
 /// Elsewhere: Blender *Despeckle*, Houdini *Median*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Median {
     /// Field to clean.
     pub input: In<AnyField>,
     /// Radius of the disk; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(0.2)]
     pub radius: f64,
-}
-
-impl Default for Median {
-    fn default() -> Self {
-        Self { input: In::default(), radius: 0.2 }
-    }
 }
 
 impl Node for Median {

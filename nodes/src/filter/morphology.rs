@@ -5,15 +5,13 @@
 //! pixels), about 4 ns a pixel for a radius of 8; `Open` and `Close` twice that.
 use super::disk::of_disks;
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::morphology::extreme;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Field, Key, Stop};
 
 /// Operation on bright shapes; dark shapes get the opposite one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum MorphologyOperation {
     /// They grow by the radius: each place gets the maximum within it
     #[default]
@@ -37,22 +35,17 @@ pub enum MorphologyOperation {
 /// ```
 ///
 /// Elsewhere: Material Maker *Dilate*, Blender *Dilate/Erode*, Houdini *Dilate/Erode*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Morphology {
     /// Field to change.
     pub input: In<AnyField>,
     /// Operation on bright shapes.
+    #[default(MorphologyOperation::Dilate)]
     pub operation: MorphologyOperation,
     /// Radius of the disk; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(0.3)]
     pub radius: f64,
-}
-
-impl Default for Morphology {
-    fn default() -> Self {
-        Self { input: In::default(), operation: MorphologyOperation::Dilate, radius: 0.3 }
-    }
 }
 
 fn pass(input: Field, radius: f64, erode: bool) -> Field {

@@ -3,18 +3,16 @@
 //! The mean over an arc of a circle, or over a part of a ray, through each pixel, two samples a pixel of the path, at
 //! most 511; see [`kernel::paths`](shibo_kernel::filter::paths). Cost: O(pixels · length of the paths in pixels).
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::paths::{self, Reader};
 use shibo_kernel::ground::math::{cos_degrees, sin_degrees};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Window};
 
 /// The paths along which a radial blur smears.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum RadialDirection {
     /// Round the centre, along arcs of `angle`
     #[default]
@@ -34,28 +32,24 @@ pub enum RadialDirection {
 /// ```
 ///
 /// Elsewhere: Substance Designer *Radial Blur*, Blender *Directional Blur* (Spin, Zoom), Houdini *Radial Blur*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct RadialBlur {
     /// Field to smear.
     pub input: In<AnyField>,
     /// Direction of the paths.
+    #[default(RadialDirection::Spin)]
     pub direction: RadialDirection,
     /// With `Spin`: angle of the arcs.
     #[schemars(range(min = 0, max = 360), extend("unit" = "°"))]
+    #[default(10.0)]
     pub angle: f64,
     /// With `Zoom`: length of the rays, as a share of the distance from the centre.
     #[schemars(range(min = 0, max = 1.9))]
+    #[default(0.2)]
     pub zoom: f64,
     /// The centre of the arcs and rays; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub center: Option<Xy>,
-}
-
-impl Default for RadialBlur {
-    fn default() -> Self {
-        Self { input: In::default(), direction: RadialDirection::Spin, angle: 10.0, zoom: 0.2, center: None }
-    }
 }
 
 /// A field smeared round a point.

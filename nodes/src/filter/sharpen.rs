@@ -2,13 +2,12 @@
 //!
 //! input + amount·(input − input blurred). Cost: that of one blur, O(pixels), nearly independent of the radius.
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::values::pairs;
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
+use shibo_value::Stop;
 use shibo_value::diagnostics::Problem;
-use shibo_value::{Field, Halo, Stop, Tile};
 
 /// Strengthens detail of a certain size: its difference from the surroundings grows.
 ///
@@ -20,24 +19,19 @@ use shibo_value::{Field, Halo, Stop, Tile};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Sharpen*, Material Maker *Sharpen*, Blender *Filter* (Sharpen), Houdini *Sharpen*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Sharpen {
     /// Field to sharpen.
     pub input: In<AnyField>,
     /// Size of the detail: standard deviation σ of the blur that the input is compared with; at most half the canvas'
     /// longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(0.2)]
     pub radius: f64,
     /// Strength: 0 changes nothing, 1 doubles the finest detail; below 0 softens.
     #[schemars(range(min = -1, max = 100))]
+    #[default(1.0)]
     pub amount: f64,
-}
-
-impl Default for Sharpen {
-    fn default() -> Self {
-        Self { input: In::default(), radius: 0.2, amount: 1.0 }
-    }
 }
 
 impl Node for Sharpen {
@@ -58,12 +52,7 @@ impl Node for Sharpen {
             return Ok(Outputs::one(input));
         }
         let (soft, amount) = (fields::blurred(&input, self.radius, cx.size_mm()), narrow(self.amount));
-        let fill = move |out: &mut Tile, [input, soft]: [&Tile; 2]| {
-            let planes = input.data().iter().zip(soft.data());
-            out.data_mut().iter_mut().zip(planes).for_each(|(out, (v, soft))| *out = v + amount * (v - soft));
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(input.ty(), [input, soft], Halo::NONE, fill)))
+        Ok(Outputs::one(pairs([&input, &soft], move |v, soft| v + amount * (v - soft))))
     }
 }
 

@@ -4,19 +4,17 @@
 //! where s is the steepness. So a path has the full `length` on steep slopes, and stops on tops and in hollows. Cost:
 //! O(pixels · length in pixels), about 12 ns for each pixel of the length, at most 64.
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::paths::{self, Reader, Reduce};
 use shibo_kernel::filter::slopes;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::ground::window::View;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Buffer, Field, FieldSource, Given, Grid, Read, Stop, Tile, Window};
 
 /// How the values on a path are combined.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum SlopeBlurMode {
     /// Their mean: the input is smeared along the slopes
     #[default]
@@ -37,8 +35,7 @@ pub enum SlopeBlurMode {
 /// ```
 ///
 /// Elsewhere: Substance Designer *Slope Blur Grayscale*, *Slope Blur Color*; Material Maker *Slope Blur*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct SlopeBlur {
     /// Field to smear.
     pub input: In<AnyField>,
@@ -47,19 +44,15 @@ pub struct SlopeBlur {
     /// Length of the paths on steep slopes; above 0 they lead uphill, below 0 downhill. At most half the canvas' longer
     /// side.
     #[schemars(range(min = -5e5, max = 5e5), extend("unit" = "mm"))]
+    #[default(0.5)]
     pub length: f64,
     /// The slope, in units of the field per mm, on which paths have 0.7 of that length.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "1/mm"))]
+    #[default(0.2)]
     pub steepness: f64,
     /// How the values on a path are combined.
+    #[default(SlopeBlurMode::Blur)]
     pub mode: SlopeBlurMode,
-}
-
-impl Default for SlopeBlur {
-    fn default() -> Self {
-        let (input, slope) = (In::default(), In::default());
-        Self { input, slope, length: 0.5, steepness: 0.2, mode: SlopeBlurMode::Blur }
-    }
 }
 
 /// Maximum number of steps of a path.

@@ -2,10 +2,8 @@
 //!
 //! Field ports take numbers and colours directly, so this node is for a value that several ports share or that needs a
 //! name. Cost: none; nodes that handle constants do not read them pixel by pixel.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{Color, Context, Fact, Node, Output, Outputs};
+use shibo_node::{Color, Context, Fact, Node, Output, Outputs, node};
 use shibo_value::{Field, Stop, Type};
 
 /// The same number and the same colour everywhere.
@@ -18,21 +16,16 @@ use shibo_value::{Field, Stop, Type};
 ///
 /// Elsewhere: Substance Designer *Uniform Color*; Blender *Value*, *RGB*; Material Maker *Uniform*; Houdini
 /// *Constant*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct Constant {
     /// The number, in the unit of the ports that read it.
     #[schemars(range(min = -1e9, max = 1e9))]
+    #[default(0.5)]
     pub value: f64,
     /// The colour; if not given, the grey of `value`.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub color: Option<Color>,
-}
-
-impl Default for Constant {
-    fn default() -> Self {
-        Self { value: 0.5, color: None }
-    }
 }
 
 impl Node for Constant {

@@ -1,10 +1,8 @@
 //! [`Coordinates`]: the position of a pixel. Cost: O(pixels).
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::math::atan2_degrees;
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy, node};
 use shibo_value::{Field, Stop, Tiling, Type};
 
 /// The position of each pixel: in mm, as shares of the canvas, and as distance and direction from a point.
@@ -19,8 +17,7 @@ use shibo_value::{Field, Stop, Tiling, Type};
 ///
 /// Elsewhere: Blender *Texture Coordinate*, Material Maker *UV*, Substance Designer `$pos`, Unreal *TexCoord*,
 /// Houdini *UV Coords*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Coordinates {
     /// The point from which `radius`, `angle` and `vector` are measured; the middle of the canvas by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]

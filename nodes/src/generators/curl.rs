@@ -2,13 +2,11 @@
 //!
 //! Source: R. Bridson et al., "Curl-noise for procedural fluid flow" (2007): the gradient of a noise, turned by 90°;
 //! see [`kernel::curl`](shibo_kernel::noise::curl). Cost: O(pixels · octaves), that of four noises.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::tile;
 use shibo_kernel::noise::curl;
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, node};
 use shibo_value::{Field, Stop, Tiling, Type};
 
 /// Vectors that swirl like an incompressible fluid: material that they carry neither gathers nor thins out anywhere.
@@ -24,29 +22,27 @@ use shibo_value::{Field, Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Houdini *Curl Noise*; Unreal *Curl Noise Force*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct Curl {
     /// Size of the largest eddies.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(10.0)]
     pub size: f64,
     /// Number of octaves; each has half the eddy size of the one before.
     #[schemars(range(min = 1, max = 12))]
+    #[default(1)]
     pub octaves: u32,
     /// Strength of the noise of each octave compared to the one before: if it is large, vectors turn more often.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.4)]
     pub gain: f64,
     /// RMS length of the vectors.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
+    #[default(1.0)]
     pub amount: f64,
     /// Another seed gives other eddies.
     pub seed: u64,
-}
-
-impl Default for Curl {
-    fn default() -> Self {
-        Self { size: 10.0, octaves: 1, gain: 0.4, amount: 1.0, seed: 0 }
-    }
 }
 
 impl Node for Curl {

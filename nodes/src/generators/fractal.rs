@@ -6,11 +6,9 @@
 //! [`kernel::noise`](shibo_kernel::noise::fractal). Cost: O(pixels · octaves), about 3 ns per octave; along a field
 //! about 30 ns.
 use super::noise_field::{known_angle, noise_along, noise_field, without_aspect};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Basis, FractalKind, NoiseSpec};
-use shibo_node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Stop, Tiling, Type};
 
@@ -26,53 +24,42 @@ use shibo_value::{Stop, Tiling, Type};
 ///
 /// Elsewhere: Blender *Noise Texture*, *Musgrave Texture*; Substance Designer *Clouds*, *Fractal Sum*; Material Maker
 /// *FBM*, fBm; Houdini *Fractal Noise*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Fractal {
     /// Direction in which bumps are long, in degrees from +x towards +y or as vectors; `angle` is added. Has an effect
     /// only if `aspect` is not 1, and is sampled eight times per bump of the coarsest octave.
     pub direction: Option<In<Direction>>,
     /// How octaves are folded and summed.
+    #[default(FractalKind::Fbm)]
     pub kind: FractalKind,
     /// The noise of each octave.
+    #[default(Basis::Gradient)]
     pub basis: Basis,
     /// Size of a bump of the coarsest octave, across its long direction.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(10.0)]
     pub size: f64,
     /// Number of octaves.
     #[schemars(range(min = 1, max = 20))]
+    #[default(6)]
     pub octaves: u32,
     /// Frequency of each octave, as a multiple of that of the one before.
     #[schemars(range(min = 1, max = 16))]
+    #[default(2.0)]
     pub lacunarity: f64,
     /// Strength of each octave, as a multiple of that of the one before.
     #[schemars(range(min = 0, max = 2))]
+    #[default(0.5)]
     pub gain: f64,
     /// Length of bumps along `angle`, as a multiple of their size across it.
     #[schemars(range(min = 0.02, max = 50))]
+    #[default(1.0)]
     pub aspect: f64,
     /// Direction of the long side, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
     /// Another seed gives another pattern of the same kind.
     pub seed: u64,
-}
-
-impl Default for Fractal {
-    fn default() -> Self {
-        Self {
-            direction: None,
-            kind: FractalKind::Fbm,
-            basis: Basis::Gradient,
-            size: 10.0,
-            octaves: 6,
-            lacunarity: 2.0,
-            gain: 0.5,
-            aspect: 1.0,
-            angle: 0.0,
-            seed: 0,
-        }
-    }
 }
 
 impl Node for Fractal {

@@ -3,12 +3,10 @@
 //! Source: A. Lagae et al., "Procedural noise using sparse Gabor convolution" (2009);
 //! [`kernel::gabor`](shibo_kernel::noise::gabor) lists the differences. The halo of a tile of angles is the radius of a
 //! packet. Cost: O(pixels), about 60 ns.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::tile;
 use shibo_kernel::noise::gabor::{self as kernel, GaborSpec};
-use shibo_node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
 
@@ -25,20 +23,22 @@ use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Blender *Gabor Texture*; Substance Designer *Anisotropic Noise*, *Directional Noise*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Gabor {
     /// Direction of the stripes, in degrees from +x towards +y or as vectors, read at the middle of each packet;
     /// `angle` is added.
     pub direction: Option<In<Direction>>,
     /// Distance between stripes.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(2.0)]
     pub wavelength: f64,
     /// Range of wavelengths, in octaves, at half strength.
     #[schemars(range(min = 0.1, max = 3))]
+    #[default(1.0)]
     pub bandwidth: f64,
     /// Length of packets along the stripes, as a multiple of their width across.
     #[schemars(range(min = 0.1, max = 20))]
+    #[default(1.0)]
     pub aspect: f64,
     /// Direction of the stripes, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
@@ -48,12 +48,6 @@ pub struct Gabor {
     pub spread: f64,
     /// Another seed gives another pattern of the same kind.
     pub seed: u64,
-}
-
-impl Default for Gabor {
-    fn default() -> Self {
-        Self { direction: None, wavelength: 2.0, bandwidth: 1.0, aspect: 1.0, angle: 0.0, spread: 0.0, seed: 0 }
-    }
 }
 
 impl Gabor {

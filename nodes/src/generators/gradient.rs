@@ -4,11 +4,9 @@
 //! shapes around a point are drawn around the nearest of its copies if that leaves no seam. Cost: O(pixels), about half
 //! a nanosecond per pixel, 3 ns for `Angular`.
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::tile;
 use shibo_kernel::pointwise::gradient::{self as kernel, GradientShape, GradientSpec, Repeat};
-use shibo_node::{CanvasFacts, Context, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Context, Node, Output, Outputs, Xy, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Stop, Tiling, Type};
 
@@ -23,10 +21,11 @@ use shibo_value::{Field, Stop, Tiling, Type};
 ///
 /// Elsewhere: Substance Designer *Gradient Linear*; Blender *Gradient Texture*, *Wave Texture*; Material Maker
 /// *Gradient*; Houdini *Ramp*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct Gradient {
     /// Shape of the lines of equal value.
+    #[default(GradientShape::Linear)]
     pub shape: GradientShape,
     /// The point of value 0, measured from the canvas' upper left corner. If not given: for `Linear`, the start of a
     /// ramp that just covers the canvas; for other shapes, the middle of the canvas.
@@ -41,15 +40,11 @@ pub struct Gradient {
     pub angle: f64,
     /// Number of ramps between `from` and `to`, or once around for `Angular`. With `Mirror`, up and down count as two.
     #[schemars(range(min = 1, max = 1000))]
+    #[default(1)]
     pub times: u32,
     /// Values beyond the end of the ramp.
+    #[default(Repeat::Once)]
     pub repeat: Repeat,
-}
-
-impl Default for Gradient {
-    fn default() -> Self {
-        Self { shape: GradientShape::Linear, from: None, to: None, angle: 0.0, times: 1, repeat: Repeat::Once }
-    }
 }
 
 /// Minimum distance between `from` and `to`, mm.

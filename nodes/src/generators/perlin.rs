@@ -3,10 +3,8 @@
 //! Source: K. Perlin, "Improving noise" (2002). Unlike there, gradients are uniform in a square, and the noise repeats
 //! with the canvas; see [`kernel::noise`](shibo_kernel::noise::fractal). Cost: O(pixels).
 use super::noise_field::one_octave;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::noise::fractal::Basis;
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, node};
 use shibo_value::{Stop, Tiling, Type};
 
 /// Smooth bumps of one size: gradient noise, 0..1 with mean ½.
@@ -19,26 +17,22 @@ use shibo_value::{Stop, Tiling, Type};
 ///
 /// Elsewhere: Blender *Noise Texture*; Houdini *Perlin Noise*; Substance Designer *Perlin Noise*; Material Maker
 /// *Perlin*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct Perlin {
     /// Size of a bump, across its long direction.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(5.0)]
     pub size: f64,
     /// Length of bumps along `angle`, as a multiple of their size across it.
     #[schemars(range(min = 0.02, max = 50))]
+    #[default(1.0)]
     pub aspect: f64,
     /// Direction of the long side, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
     /// Another seed gives another pattern of the same kind.
     pub seed: u64,
-}
-
-impl Default for Perlin {
-    fn default() -> Self {
-        Self { size: 5.0, aspect: 1.0, angle: 0.0, seed: 0 }
-    }
 }
 
 impl Node for Perlin {

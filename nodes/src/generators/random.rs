@@ -1,9 +1,7 @@
 //! [`Random`]: a random number. Cost: none.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{Context, Fact, Node, Output, Outputs, Range};
+use shibo_node::{Context, Fact, Node, Output, Outputs, Range, node};
 use shibo_value::{Field, Stop, Type};
 
 /// A random number, the same everywhere. It changes with the seed of the canvas or of an instance.
@@ -18,22 +16,16 @@ use shibo_value::{Field, Stop, Type};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Rand* (function); Blender *Random Value*; Houdini *Random*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Random {
     /// Smallest and largest value.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    #[default(Range::new(0.0, 1.0))]
     pub range: Range,
     /// True for whole numbers only; the largest one may be drawn too.
     pub whole: bool,
     /// Another seed gives another number.
     pub seed: u64,
-}
-
-impl Default for Random {
-    fn default() -> Self {
-        Self { range: Range::new(0.0, 1.0), whole: false, seed: 0 }
-    }
 }
 
 impl Random {

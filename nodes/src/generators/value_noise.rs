@@ -3,10 +3,8 @@
 //! A random value at each corner of a cell, interpolated smoothly; see [`kernel::noise`](shibo_kernel::noise::fractal).
 //! Cost: O(pixels).
 use super::noise_field::one_octave;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::noise::fractal::Basis;
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, node};
 use shibo_value::{Stop, Tiling, Type};
 
 /// Soft blots of random brightness: value noise, 0..1 with mean ½. It looks blockier than `Perlin`, as if painted in
@@ -20,26 +18,22 @@ use shibo_value::{Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Material Maker *FBM* (Value); Unreal *Noise* (Value); Godot *FastNoiseLite* (Value).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct ValueNoise {
     /// Size of a blot, across its long direction.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(5.0)]
     pub size: f64,
     /// Length of blots along `angle`, as a multiple of their size across it.
     #[schemars(range(min = 0.02, max = 50))]
+    #[default(1.0)]
     pub aspect: f64,
     /// Direction of the long side, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
     /// Another seed gives another pattern of the same kind.
     pub seed: u64,
-}
-
-impl Default for ValueNoise {
-    fn default() -> Self {
-        Self { size: 5.0, aspect: 1.0, angle: 0.0, seed: 0 }
-    }
 }
 
 impl Node for ValueNoise {

@@ -3,12 +3,11 @@
 //! A random value in each cell; see [`kernel::noise`](shibo_kernel::noise::fractal). Unlike one octave there, values
 //! are distributed uniformly over 0..1. Cost: O(pixels).
 use super::noise_field::one_octave;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::values::each;
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::noise::fractal::Basis;
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
-use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, node};
+use shibo_value::{Stop, Tiling, Type};
 
 /// Factor from the deviation of all noises, 0.155, to that of the uniform distribution over 0..1, 12^-½.
 const SPREAD: f32 = 0.288_675 / 0.155;
@@ -24,26 +23,22 @@ const SPREAD: f32 = 0.288_675 / 0.155;
 ///
 /// Elsewhere: Substance Designer *White Noise*; Blender *White Noise Texture*; Material Maker *Noise*; Houdini
 /// *Random*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct WhiteNoise {
     /// Size of a grain, across its long direction.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.5)]
     pub size: f64,
     /// Length of grains along `angle`, as a multiple of their size across it.
     #[schemars(range(min = 0.02, max = 50))]
+    #[default(1.0)]
     pub aspect: f64,
     /// Direction of the long side, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
     /// Another seed gives another pattern of the same kind.
     pub seed: u64,
-}
-
-impl Default for WhiteNoise {
-    fn default() -> Self {
-        Self { size: 0.5, aspect: 1.0, angle: 0.0, seed: 0 }
-    }
 }
 
 impl Node for WhiteNoise {
@@ -56,11 +51,7 @@ impl Node for WhiteNoise {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let noise = one_octave(cx, (self.size, self.aspect, self.angle), Basis::White, self.seed);
-        let spread = |out: &mut Tile, [noise]: [&Tile; 1]| {
-            out.data_mut().iter_mut().zip(noise.data()).for_each(|(out, v)| *out = saturate((v - 0.5) * SPREAD + 0.5));
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(Type::Gray, [noise], Halo::NONE, spread)))
+        Ok(Outputs::one(each(&noise, |v| saturate((v - 0.5) * SPREAD + 0.5))))
     }
 }
 

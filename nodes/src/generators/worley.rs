@@ -6,8 +6,6 @@
 //! separately. Cost: O(pixels), about 13 ns per output; `border` four times that; along a field about 200 ns per
 //! output, `border` 450.
 use super::noise_field::{known_angle, without_aspect};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
@@ -16,7 +14,7 @@ use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::worley::{self as kernel, Metric, WorleyOut, WorleySpec};
 use shibo_kernel::noise::worley_along::WorleyAlong;
 use shibo_kernel::pointwise::tone;
-use shibo_node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
 use std::sync::Arc;
@@ -35,22 +33,25 @@ use std::sync::Arc;
 /// ```
 ///
 /// Elsewhere: Substance Designer *Cells*; Blender *Voronoi Texture*; Houdini *Worley Noise*; Material Maker *Voronoi*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Worley {
     /// Direction in which cells are long, in degrees from +x towards +y or as vectors; `angle` is added. Has an effect
     /// only if `aspect` is not 1.
     pub direction: Option<In<Direction>>,
     /// Size of a cell, across its long direction. With more than 10^9 cells on the canvas all outputs are 0.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(5.0)]
     pub size: f64,
     /// Irregularity of the cells; 0 is a regular grid.
     #[schemars(range(min = 0, max = 1))]
+    #[default(1.0)]
     pub jitter: f64,
     /// Metric of `f1` and `f2`; `border` is always the Euclidean distance.
+    #[default(Metric::Euclidean)]
     pub metric: Metric,
     /// Length of cells along `angle`, as a multiple of their size across it.
     #[schemars(range(min = 0.02, max = 50))]
+    #[default(1.0)]
     pub aspect: f64,
     /// Direction of the long side, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
@@ -59,21 +60,6 @@ pub struct Worley {
     pub normalize: bool,
     /// Another seed gives another pattern of the same kind.
     pub seed: u64,
-}
-
-impl Default for Worley {
-    fn default() -> Self {
-        Self {
-            direction: None,
-            size: 5.0,
-            jitter: 1.0,
-            metric: Metric::Euclidean,
-            aspect: 1.0,
-            angle: 0.0,
-            normalize: false,
-            seed: 0,
-        }
-    }
 }
 
 impl Node for Worley {

@@ -8,7 +8,7 @@ use super::sheet::{DecodeOptions, Sheet};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::sample::{Filter, Outside};
-use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Xy, choice, node};
 use shibo_picture::{self as picture, ReadLimits};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Grid, PictureFields, Stop, Tiling, Type, Value};
@@ -29,7 +29,7 @@ pub enum ColorSpace {
 }
 
 /// Values outside the picture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Wrap {
     /// The picture is repeated.
     #[default]
@@ -69,8 +69,7 @@ pub enum Wrap {
 /// ```
 ///
 /// Elsewhere: Substance Designer *Bitmap*; Blender *Image Texture*; Houdini *File*; Material Maker *Image*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Image {
     /// The file: PNG, JPEG, TIFF or OpenEXR; relative to the graph file. `<UDIM>` in its name stands for the numbers of
     /// tiles.
@@ -102,23 +101,6 @@ pub struct Image {
     pub filter: Filter,
     /// Values outside the picture.
     pub wrap: Wrap,
-}
-
-impl Default for Image {
-    fn default() -> Self {
-        Self {
-            path: FilePath::default(),
-            layer: None,
-            crop: None,
-            position: Xy::new(0.0, 0.0),
-            size_mm: None,
-            color_space: None,
-            premultiplied: None,
-            not_finite: None,
-            filter: Filter::default(),
-            wrap: Wrap::default(),
-        }
-    }
 }
 
 /// The problem for a picture that cannot be read, at the parameter that names it.

@@ -1,5 +1,6 @@
 //! The pixels of a picture file, decoded on first use, and the fields that show them.
 use super::sheet::{DecodeOptions, Sheet};
+use crate::values::LUMINANCE;
 use glam::DVec2;
 use rayon::prelude::*;
 use shibo_kernel::filter::placed::{self, PlacedWindow};
@@ -132,9 +133,6 @@ pub(super) struct PictureSource {
     pub(super) placement: PicturePlacement,
     pub(super) pick: Pick,
 }
-
-/// Weights of linear red, green and blue in luminance (Rec. 709).
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 impl FieldSource for PictureSource {
     fn inputs(&self, _grid: &Grid, _window: Window) -> Vec<Read<'_>> {

@@ -5,18 +5,16 @@
 //! O(bands + pixels), by tiles.
 use super::drawing;
 use super::reading::SampledMap;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::bands::{self, BandSpec};
 use shibo_kernel::strokes::{self, StrokeSet, StrokeStyle};
-use shibo_node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs, Range};
+use shibo_node::{CanvasFacts, Context, Direction, Fact, In, Node, Output, Outputs, Range, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Segments, Stop, Tiling, Type};
 
 /// How the value falls from the middle of a band to its edge.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Gradation {
     /// 1 inside, 0 outside.
     Hard,
@@ -28,7 +26,7 @@ pub enum Gradation {
 }
 
 /// How bands that overlap are combined.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Overlap {
     /// The maximum.
     #[default]
@@ -38,7 +36,7 @@ pub enum Overlap {
 }
 
 /// Layout of the nuclei of bands.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Form {
     /// Everywhere on the canvas.
     #[default]
@@ -56,48 +54,38 @@ pub enum Form {
 /// ```
 ///
 /// Elsewhere: Substance Designer *Fibers*; Houdini *Copy to Points*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct BandPattern {
     /// Direction of the bands, in degrees from +x towards +y or as vectors, read at the middle of each band; the band's
     /// own angle is added. The field is read at four samples per pitch.
     pub direction: Option<In<Direction>>,
     /// Mean distance between bands.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(4.0)]
     pub pitch: f64,
     /// Smallest and largest angle from +x towards +y; less than 30° between them looks best.
     #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
+    #[default(Range::new(20.0, 45.0))]
     pub angle: Range,
     /// Smallest and largest width.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(Range::new(0.6, 1.4))]
     pub width: Range,
     /// Smallest and largest length.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(Range::new(6.0, 14.0))]
     pub length: Range,
     /// How the value falls from the middle of a band to its edge.
+    #[default(Gradation::Smooth)]
     pub gradation: Gradation,
     /// How bands that overlap are combined.
+    #[default(Overlap::Max)]
     pub overlap: Overlap,
     /// Layout of the nuclei of bands.
+    #[default(Form::Cover)]
     pub form: Form,
     /// Another seed gives other bands.
     pub seed: u64,
-}
-
-impl Default for BandPattern {
-    fn default() -> Self {
-        Self {
-            direction: None,
-            pitch: 4.0,
-            angle: Range::new(20.0, 45.0),
-            width: Range::new(0.6, 1.4),
-            length: Range::new(6.0, 14.0),
-            gradation: Gradation::Smooth,
-            overlap: Overlap::Max,
-            form: Form::Cover,
-            seed: 0,
-        }
-    }
 }
 
 /// Maximum number of bands.

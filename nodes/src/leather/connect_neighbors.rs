@@ -8,7 +8,7 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::stop::Until;
 use shibo_kernel::leather::delaunay::delaunay_until;
 use shibo_kernel::leather::links::{GridShape, Links, grid_links_until, radius_estimate, radius_links_until, wrap};
-use shibo_node::{Context, In, Node, Output, Outputs};
+use shibo_node::{Context, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{GridLinks, Lattice, Points, Stop, Tiling, Type};
 use std::sync::Arc;
@@ -42,8 +42,7 @@ pub enum Neighbors {
 /// ```
 ///
 /// Elsewhere: Houdini *Connect Adjacent Pieces*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct ConnectNeighbors {
     /// The points to link.
     pub points: In<Points>,

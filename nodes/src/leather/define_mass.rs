@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::{Raster, Reduction, Sample};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{ScalarMap, SpringNet, Stop, Tiling, Type};
+use shibo_value::{ScalarMap, SpringNet, Stop, Type};
 use std::sync::Arc;
 
 /// Pixels of the field that count for a point.
@@ -24,7 +24,7 @@ pub enum SamplePoint {
 }
 
 /// When masses are read from the field.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Refresh {
     /// Once, before the motion: a point keeps its mass.
     #[default]
@@ -50,8 +50,7 @@ pub enum Refresh {
 /// "height": DrawWrinkles(segments: "wrinkles", width: (0.4, 0.8), depth: 0.5),
 /// "example": Relief(height: "height"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct DefineMass {
     /// The springs.
     pub springs: In<SpringNet>,
@@ -60,13 +59,17 @@ pub struct DefineMass {
     pub field: Option<In<Gray>>,
     /// Mass where the field is 0 and mass where it is 1. One number: the same everywhere.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6))]
+    #[default(Linear::new(0.5, 4.0))]
     pub mass: Linear,
     /// Pixels of the field that count for a point.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(SamplePoint::Point)]
     pub sample: SamplePoint,
     /// How the values near a point are combined.
+    #[default(Reduction::Mean)]
     pub reduce: Reduction,
     /// When masses are read from the field.
+    #[default(Refresh::Once)]
     pub refresh: Refresh,
     /// Largest random change of the mass of each point, as a share of its mass. Not with `refresh: EveryStep`, where
     /// masses belong to places and not to points.
@@ -82,23 +85,6 @@ pub struct DefineMass {
     pub seed: u64,
 }
 
-impl Default for DefineMass {
-    fn default() -> Self {
-        Self {
-            springs: In::default(),
-            field: None,
-            mass: Linear::new(0.5, 4.0),
-            sample: SamplePoint::Point,
-            reduce: Reduction::Mean,
-            refresh: Refresh::Once,
-            spread: 0.0,
-            invert: false,
-            sample_resolution: None,
-            seed: 0,
-        }
-    }
-}
-
 impl Node for DefineMass {
     const OUTPUTS: &'static [Output] =
         &[Output::new("springs", Type::SpringNet, "The springs with masses at their ends.")];
@@ -111,10 +97,6 @@ impl Node for DefineMass {
         let message = format!("spread is `{}`; with `refresh: EveryStep` it must be 0", self.spread);
         let help = "masses that are read in every step belong to places, not to points: add noise to the field instead";
         vec![Problem::new(Code::BadValue, message).at("spread").help(help)]
-    }
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -2,15 +2,13 @@
 //!
 //! Source: JP4905282B2 §4, claims 2 and 3 (rows A17–A27). Cost: O(links · pixels on a link).
 use super::reading;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::lines::{Reduction, Sample};
 use shibo_kernel::springs::Rest;
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs};
+use shibo_node::{Context, Fact, Gray, In, Linear, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{Lattice, SpringNet, Stop, Tiling, Type};
+use shibo_value::{Lattice, SpringNet, Stop, Type};
 
 /// Turns links into springs whose stiffness and length at rest come from a field: springs are stiff where the field is
 /// bright, so cells become small there, and large where it is dark.
@@ -30,8 +28,7 @@ use shibo_value::{Lattice, SpringNet, Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Houdini *Vellum Constraints*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct DefineSprings {
     /// The points and links.
     pub lattice: In<Lattice>,
@@ -40,9 +37,11 @@ pub struct DefineSprings {
     pub field: Option<In<Gray>>,
     /// Stiffness where the field is 0 and stiffness where it is 1. One number: the same everywhere.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e6))]
+    #[default(Linear::new(2.0, 10.0))]
     pub stiffness: Linear,
     /// Standard length at rest.
     #[schemars(extend("minimum" = -100.0, "maximum" = 100.0))]
+    #[default(Rest::Source)]
     pub rest: Rest,
     /// Length added to the standard length at rest, where the field is 0 and where it is 1, in pitches; may be
     /// negative.
@@ -58,8 +57,10 @@ pub struct DefineSprings {
     pub spread: f64,
     /// Pixels of the field that count for a link.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(Sample::Smooth)]
     pub sample: Sample,
     /// How the values along a link are combined.
+    #[default(Reduction::Mean)]
     pub reduce: Reduction,
     /// True to swap 0 and 1 of the field.
     pub invert: bool,
@@ -71,32 +72,9 @@ pub struct DefineSprings {
     pub seed: u64,
 }
 
-impl Default for DefineSprings {
-    fn default() -> Self {
-        Self {
-            lattice: In::default(),
-            field: None,
-            stiffness: Linear::new(2.0, 10.0),
-            rest: Rest::Source,
-            rest_length: Linear::new(0.0, 0.0),
-            damping: Linear::new(0.0, 0.0),
-            spread: 0.0,
-            sample: Sample::Smooth,
-            reduce: Reduction::Mean,
-            invert: false,
-            sample_resolution: None,
-            seed: 0,
-        }
-    }
-}
-
 impl Node for DefineSprings {
     const OUTPUTS: &'static [Output] = &[Output::new("springs", Type::SpringNet, "The springs.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
-    }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let lattice = cx.get(&self.lattice)?;

@@ -4,18 +4,16 @@
 //! smaller than a pixel are drawn as large as one, and fade. Cost: O(points + pixels under dots), by tiles.
 use super::drawing;
 use glam::Vec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::strokes::{self, Stroke, StrokeSet, StrokeStyle};
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Range};
+use shibo_node::{Context, Fact, Node, Output, Outputs, Range, choice, node};
 use shibo_node::{Gray, In};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Points, Stop, Tiling, Type};
 
 /// The cross-section of a dot.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum DotProfile {
     /// A disc with a sharp edge.
     Flat,
@@ -29,7 +27,7 @@ pub enum DotProfile {
 }
 
 /// How dots that overlap are combined.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum DotOverlap {
     /// The maximum.
     #[default]
@@ -47,8 +45,7 @@ pub enum DotOverlap {
 /// ```
 ///
 /// Elsewhere: Material Maker *Dots*; Houdini *Copy to Points*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Dots {
     /// The points.
     pub points: In<Points>,
@@ -57,39 +54,25 @@ pub struct Dots {
     pub mask: Option<In<Gray>>,
     /// Smallest and largest diameter; each dot draws one at random.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(Range::new(0.5, 0.5))]
     pub diameter: Range,
     /// Value in the middle of the faintest and of the brightest dot; each dot draws one at random.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e6))]
+    #[default(Range::new(1.0, 1.0))]
     pub value: Range,
     /// The cross-section.
+    #[default(DotProfile::Smooth)]
     pub profile: DotProfile,
     /// How dots that overlap are combined.
+    #[default(DotOverlap::Max)]
     pub overlap: DotOverlap,
     /// Another seed gives the same dots other sizes and values.
     pub seed: u64,
 }
 
-impl Default for Dots {
-    fn default() -> Self {
-        Self {
-            points: In::default(),
-            mask: None,
-            diameter: Range::new(0.5, 0.5),
-            value: Range::new(1.0, 1.0),
-            profile: DotProfile::Smooth,
-            overlap: DotOverlap::Max,
-            seed: 0,
-        }
-    }
-}
-
 impl Node for Dots {
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The dots; 0 between them.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
-    }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let points = cx.get(&self.points)?;

@@ -5,19 +5,17 @@
 //! thinner than `min_width` pixels are drawn that wide, and fade. Cost: O(strokes + pixels under strokes), by tiles.
 use super::{drawing, reading};
 use glam::Vec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::strokes::{Combine, CrossSection, Draw, NO_STROKE, Stroke, StrokeSet, StrokeStyle};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Range};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Range, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Segments, Stop, Tile, Tiling, Type, Window};
 use std::sync::{Arc, OnceLock};
 
 /// Property that decides which grooves of a set are wide and deep.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum VaryBy {
     /// Random.
     #[default]
@@ -39,8 +37,7 @@ pub enum VaryBy {
 /// "height": DrawWrinkles(segments: "wrinkles", width: (0.4, 1.2), depth: (0.2, 0.6), vary_by: Length, taper: 0.3),
 /// "example": Relief(height: "height"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct DrawWrinkles {
     /// The segments.
     pub segments: In<Segments>,
@@ -55,20 +52,26 @@ pub struct DrawWrinkles {
     pub depth_floor: f64,
     /// Width of the narrowest and of the widest groove.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
+    #[default(Range::new(0.15, 0.35))]
     pub width: Range,
     /// Depth of the shallowest and of the deepest groove.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
+    #[default(Range::new(0.1, 0.1))]
     pub depth: Range,
     /// Property that decides which grooves are wide and deep.
+    #[default(VaryBy::Random)]
     pub vary_by: VaryBy,
     /// Weight of `vary_by`, 0 to 1; the rest is random.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.6)]
     pub mix: f64,
     /// The cross-section.
+    #[default(CrossSection::Gaussian)]
     pub profile: CrossSection,
     /// Standard deviation of the `Gaussian` cross-section, as a share of the width; the source uses 1/6, which draws
     /// thin lines.
     #[schemars(range(min = 0.02, max = 1))]
+    #[default(0.25)]
     pub sigma: f64,
     /// Narrowing of a groove at its ends, 0..1.
     #[schemars(range(min = 0, max = 1))]
@@ -77,41 +80,21 @@ pub struct DrawWrinkles {
     #[schemars(range(min = 0, max = 1))]
     pub tip: Option<f64>,
     /// True for ends rounded by the cross-section; false for ends cut square, as in the source.
+    #[default(true)]
     pub round: bool,
     /// Minimum width in pixels of the output; narrower grooves are drawn this wide.
     #[schemars(range(min = 0, max = 100), extend("unit" = "px"))]
+    #[default(1.0)]
     pub min_width: f64,
     /// True if grooves below the minimum width fade, as if they were drawn large and then scaled down. If false, they
     /// keep their depth, like the lines of one pixel in the source.
+    #[default(true)]
     pub fade: bool,
     /// How grooves that overlap are combined.
+    #[default(Combine::Max)]
     pub combine: Combine,
     /// Another seed gives the same grooves other widths and depths.
     pub seed: u64,
-}
-
-impl Default for DrawWrinkles {
-    fn default() -> Self {
-        Self {
-            segments: In::default(),
-            vary_field: None,
-            depth_field: None,
-            depth_floor: 0.0,
-            width: Range::new(0.15, 0.35),
-            depth: Range::new(0.1, 0.1),
-            vary_by: VaryBy::Random,
-            mix: 0.6,
-            profile: CrossSection::Gaussian,
-            sigma: 0.25,
-            taper: 0.0,
-            tip: None,
-            round: true,
-            min_width: 1.0,
-            fade: true,
-            combine: Combine::Max,
-            seed: 0,
-        }
-    }
 }
 
 impl DrawWrinkles {
@@ -193,10 +176,6 @@ impl Node for DrawWrinkles {
         let message = "width is `0`: nothing is drawn but of segments that have widths of their own";
         let help = "give a width in mm, or write `fade: false` to draw lines of `min_width` pixels";
         vec![Problem::new(Code::Advice, message).at("width").help(help)]
-    }
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -2,12 +2,10 @@
 //!
 //! Source: JP4905282B2 §3, claims 6 and 7 (rows A1–A6, A10). Beyond the source: staggered rows and
 //! grids that repeat with the canvas. Cost: O(points).
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::points::{GridSpec, grid, grid_counts};
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{GridOrder, Points, Stop, Tiling, Type};
 
@@ -28,28 +26,25 @@ pub(super) const MAX_POINTS: usize = 4_000_000;
 /// ```
 ///
 /// Elsewhere: Blender *Mesh Grid*; Houdini *Grid*; Substance Designer *Tile Generator*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct GridPoints {
     /// Distance between columns and between rows; one number sets both.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(Xy::new(1.0, 1.0))]
     pub pitch: Xy,
     /// By how much every second row is shifted, as a share of the pitch; 0.5 makes a grid of triangles.
     #[schemars(range(min = 0, max = 1))]
     pub stagger: f64,
     /// Largest random shift of points, as a share of the pitch: at 1 by up to half a pitch in x and in y.
     #[schemars(range(min = 0, max = 1))]
+    #[default(1.0)]
     pub jitter: f64,
     /// True to keep points at the border in place. Has no effect on a canvas that tiles, which has no border.
+    #[default(true)]
     pub keep_border: bool,
     /// Another seed gives other shifts.
     pub seed: u64,
-}
-
-impl Default for GridPoints {
-    fn default() -> Self {
-        Self { pitch: Xy::new(1.0, 1.0), stagger: 0.0, jitter: 1.0, keep_border: true, seed: 0 }
-    }
 }
 
 impl GridPoints {

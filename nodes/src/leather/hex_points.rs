@@ -4,13 +4,11 @@
 //! Cost: O(points · log points).
 use super::grid_points::{MAX_POINTS, afford, too_many};
 use glam::{DVec2, Vec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::links::GridShape;
 use shibo_kernel::leather::points::{hexagon_grid, hexagons_until};
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Edges, Points, Stop, Tiling, Type};
 use std::sync::Arc;
@@ -28,23 +26,18 @@ use std::sync::Arc;
 /// ```
 ///
 /// Elsewhere: Houdini *Tri Grid*; Material Maker *Beehive*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct HexPoints {
     /// Length of the sides of a hexagon, the distance between neighbours.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(1.0)]
     pub edge: f64,
     /// Largest random shift of points, as a share of the edge: at 1 by up to half an edge in x and in y.
     #[schemars(range(min = 0, max = 1))]
     pub jitter: f64,
     /// Another seed gives other shifts.
     pub seed: u64,
-}
-
-impl Default for HexPoints {
-    fn default() -> Self {
-        Self { edge: 1.0, jitter: 0.0, seed: 0 }
-    }
 }
 
 impl HexPoints {

@@ -3,17 +3,15 @@
 //! Source: JP4905282B2 §7, claim 1 (rows A46–A48). Beyond the source: lengths other than the link's, and a limit on the
 //! length of links. Cost: O(links).
 use glam::Vec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::area;
 use shibo_kernel::leather::links::Links;
 use shibo_kernel::leather::segments::{self, SegmentSpec};
-use shibo_node::{Context, In, Node, Output, Outputs};
+use shibo_node::{Context, In, Node, Output, Outputs, choice, node};
 use shibo_value::{Lattice, Segments, Stop, Tiling, Type};
 
 /// The links that get wrinkles, by the state of their springs.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Only {
     /// All links.
     #[default]
@@ -33,8 +31,7 @@ pub enum Only {
 /// "height": DrawWrinkles(segments: "wrinkles", width: 0.6, depth: 0.4),
 /// "example": Relief(height: "height"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct PlaceWrinkles {
     /// The links.
     pub lattice: In<Lattice>,
@@ -43,19 +40,16 @@ pub struct PlaceWrinkles {
     #[schemars(range(min = 0, max = 10))]
     pub length_scale: Option<f64>,
     /// The links that get a wrinkle.
+    #[default(Only::All)]
     pub only: Only,
     /// Links longer than this multiple of the median length get no wrinkle; `inf` keeps all.
     #[schemars(extend("exclusiveMinimum" = 0.0, "infinite" = true))]
+    #[default(f64::INFINITY)]
     pub max_length: f64,
     /// True to cut wrinkles at the canvas' edge and at the contour of the work area. Where the canvas tiles, wrinkles
     /// continue at the opposite edge instead.
+    #[default(true)]
     pub clip: bool,
-}
-
-impl Default for PlaceWrinkles {
-    fn default() -> Self {
-        Self { lattice: In::default(), length_scale: None, only: Only::All, max_length: f64::INFINITY, clip: true }
-    }
 }
 
 /// Closes the cells around points with about six neighbours; measurements gave the most even cells at 0.58 to 0.66.

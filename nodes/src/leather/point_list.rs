@@ -4,9 +4,7 @@
 use super::grid_points::MAX_POINTS;
 use crate::csv_points;
 use glam::Vec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{CanvasFacts, Context, FilePath, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, FilePath, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Points, Stop, Tiling, Type};
 
@@ -21,8 +19,8 @@ use shibo_value::{Points, Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Blender *Import CSV*; Houdini *Add*, *Table Import*.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct PointList {
     /// Positions `(x, y)` from the canvas' upper left corner.
     #[schemars(extend("unit" = "mm"))]

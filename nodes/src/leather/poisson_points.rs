@@ -5,12 +5,10 @@
 use super::grid_points::{MAX_POINTS, afford, too_many};
 use super::reading::SampledMap;
 use glam::Vec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::poisson::{PoissonSpec, poisson_estimate, poisson_until};
-use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Points, Stop, Tiling, Type};
 
@@ -25,8 +23,7 @@ use shibo_value::{Points, Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Blender *Distribute Points on Faces* (Poisson Disk); Houdini *Scatter*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct PoissonPoints {
     /// Field of distances: points are closer where it is dark. 1 gives the pitch, 0 a pitch `spread` times smaller.
     /// Read at four samples per pitch.
@@ -41,33 +38,21 @@ pub struct PoissonPoints {
     pub stretch: Option<In<Gray>>,
     /// Mean distance between neighbours. No two points are nearer than 0.8 of it.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(1.0)]
     pub pitch: f64,
     /// Distance between points along `angle`, as a multiple of that across.
     #[schemars(range(min = 1, max = 10))]
+    #[default(1.0)]
     pub aspect: f64,
     /// Direction in which points are wider apart, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
     /// Ratio of the distance between points where `density` is 1 to that where it is 0.
     #[schemars(range(min = 1, max = 8))]
+    #[default(2.0)]
     pub spread: f64,
     /// Another seed gives other points.
     pub seed: u64,
-}
-
-impl Default for PoissonPoints {
-    fn default() -> Self {
-        Self {
-            density: None,
-            direction: None,
-            stretch: None,
-            pitch: 1.0,
-            aspect: 1.0,
-            angle: 0.0,
-            spread: 2.0,
-            seed: 0,
-        }
-    }
 }
 
 impl PoissonPoints {

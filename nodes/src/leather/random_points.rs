@@ -2,12 +2,10 @@
 //!
 //! Source: JP4905282B2 §3 (row A8). Cost: O(points).
 use super::grid_points::{MAX_POINTS, afford};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::leather::points::random;
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, node};
 use shibo_value::{Points, Stop, Tiling, Type};
 
 /// Random points anywhere on the canvas: they form clumps and leave gaps.
@@ -24,20 +22,15 @@ use shibo_value::{Points, Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Blender *Distribute Points on Faces* (Random); Houdini *Scatter*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct RandomPoints {
     /// Number of points.
     #[schemars(range(min = 1, max = 4_000_000))]
+    #[default(1000)]
     pub count: u32,
     /// Another seed gives other points.
     pub seed: u64,
-}
-
-impl Default for RandomPoints {
-    fn default() -> Self {
-        Self { count: 1000, seed: 0 }
-    }
 }
 
 impl Node for RandomPoints {

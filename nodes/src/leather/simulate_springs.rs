@@ -14,7 +14,7 @@ use shibo_kernel::leather::area::near_contour;
 use shibo_kernel::leather::lines::{Reduction, Sample};
 use shibo_kernel::leather::points::border;
 use shibo_kernel::springs::{self, BreakOn, Integrator, Mass, Motion, Net, Outcome, SpringError};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Range};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Range, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Points, SpringNet, Stop, Tiling, Type};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -64,8 +64,7 @@ impl Boundary {
 /// ```
 ///
 /// Elsewhere: Houdini *Vellum Solver*, *Wire Solver*; Blender *Cloth*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct SimulateSprings {
     /// The springs.
     pub springs: In<SpringNet>,
@@ -75,8 +74,10 @@ pub struct SimulateSprings {
     pub break_field: Option<In<Gray>>,
     /// Pixels of `break_field` that count for a link.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(Sample::Smooth)]
     pub sample: Sample,
     /// How the values of `break_field` along a link are combined.
+    #[default(Reduction::Mean)]
     pub reduce: Reduction,
     /// Columns and rows of the samples of `break_field`. By default the pixels of the picture if the field is a
     /// picture, otherwise four samples per pitch.
@@ -84,14 +85,17 @@ pub struct SimulateSprings {
     pub sample_resolution: Option<(u32, u32)>,
     /// Length of a time step.
     #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0.0))]
+    #[default(0.05)]
     pub step: f64,
     /// Number of steps: how far the pattern develops.
     #[schemars(range(min = 0, max = 100_000))]
+    #[default(40)]
     pub steps: u32,
     /// Stops as soon as no point is faster than this; 0 runs all steps.
     #[schemars(range(min = 0), extend("unit" = "mm per unit of time"))]
     pub until: f64,
     /// Integration of position and velocity.
+    #[default(Integrator::Explicit)]
     pub integrator: Integrator,
     /// Damping of links, added to that of `DefineSprings`: a force against the stretching of a link, this factor times
     /// the speed at which the link grows.
@@ -106,9 +110,11 @@ pub struct SimulateSprings {
     pub body: f64,
     /// Stiffness of bodies: their force per mm of overlap.
     #[schemars(range(min = 0, max = 1e6))]
+    #[default(20.0)]
     pub body_stiffness: f64,
     /// Behaviour at the canvas' edge.
     #[schemars(extend("minimum" = 0.0, "unit" = "mm"))]
+    #[default(Boundary::Fixed(0.0))]
     pub boundary: Boundary,
     /// The force beyond which springs break; a pair gives each spring a limit between the two, at random or by
     /// `break_field`. If neither this nor `break_share` is given, no spring breaks.
@@ -119,34 +125,10 @@ pub struct SimulateSprings {
     #[schemars(range(min = 0, max = 1))]
     pub break_share: Option<f64>,
     /// The springs that can break.
+    #[default(BreakOn::Either)]
     pub break_on: BreakOn,
     /// Another seed gives springs other limits.
     pub seed: u64,
-}
-
-impl Default for SimulateSprings {
-    fn default() -> Self {
-        Self {
-            springs: In::default(),
-            break_field: None,
-            sample: Sample::Smooth,
-            reduce: Reduction::Mean,
-            sample_resolution: None,
-            step: 0.05,
-            steps: 40,
-            until: 0.0,
-            integrator: Integrator::Explicit,
-            damping: 0.0,
-            drag: 0.0,
-            body: 0.0,
-            body_stiffness: 20.0,
-            boundary: Boundary::Fixed(0.0),
-            break_force: None,
-            break_share: None,
-            break_on: BreakOn::Either,
-            seed: 0,
-        }
-    }
 }
 
 impl Node for SimulateSprings {

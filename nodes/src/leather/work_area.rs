@@ -2,14 +2,13 @@
 //!
 //! Source: JP4905282B2 §3, "a work area of any shape" (row A4; with it A42 and A48 for that shape). Cost: O(points),
 //! and the distances from the contour at four samples per pitch.
+use crate::values::each;
 use glam::{DVec2, UVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::fields;
 use shibo_kernel::leather::area;
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{Area, Field, Halo, Points, Stop, Tiling, Type, Window};
+use shibo_value::{Area, Field, Points, Stop, Type, Window};
 use std::sync::Arc;
 
 /// Keeps the points within a shape, which becomes the work area of all later stages.
@@ -26,21 +25,15 @@ use std::sync::Arc;
 /// "height": DrawWrinkles(segments: "wrinkles", width: (0.4, 0.9), depth: 0.5),
 /// "example": Relief(height: "height"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct WorkArea {
     /// The points.
     pub points: In<Points>,
     /// The shape: inside where it is above `threshold`.
     pub area: In<Gray>,
     /// The value at the contour.
+    #[default(0.5)]
     pub threshold: f64,
-}
-
-impl Default for WorkArea {
-    fn default() -> Self {
-        Self { points: In::default(), area: In::default(), threshold: 0.5 }
-    }
 }
 
 /// Maximum number of columns or rows of samples of the shape.
@@ -52,10 +45,6 @@ impl Node for WorkArea {
     const OUTPUTS: &'static [Output] =
         &[Output::new("points", Type::Points, "The points inside, in the same order as before.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
-    }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let points = cx.get(&self.points)?;
@@ -87,10 +76,7 @@ impl WorkArea {
         let size = (cx.size_mm() / pitch * 4.0).ceil().clamp(DVec2::splat(16.0), DVec2::splat(MOST_SAMPLES)).as_uvec2();
         let threshold = shibo_kernel::ground::number::narrow(self.threshold);
         let radius = REACH * cx.size_mm().min_element();
-        let negative = Field::map(Type::Gray, [shape.clone()], Halo::NONE, |out, [input]| {
-            out.data_mut().iter_mut().zip(input.data()).for_each(|(out, v)| *out = -v);
-            Ok(())
-        });
+        let negative = each(shape, |v| -v);
         let read = |field: &Field| cx.evaluator.raster(field, &cx.canvas.grid(size), Window::full(size));
         let inside = read(&fields::distances(&negative, -threshold, radius))?;
         let outside = read(&fields::distances(shape, threshold, radius))?;
@@ -115,7 +101,7 @@ mod tests {
     use crate::leather::{ConnectNeighbors, GridPoints, HexPoints};
     use crate::testing::{canvas, outputs, port};
     use shibo_node::Xy;
-    use shibo_value::{Lattice, Value};
+    use shibo_value::{Lattice, Tiling, Value};
 
     /// 1 within 10 mm of the middle of the canvas, falling by 1 every mm.
     fn disc() -> Field {

@@ -3,14 +3,13 @@
 //! Colours change as by [`Hsv`](crate::tone::Hsv) (A. Smith, 1978) on sRGB-encoded values; slopes of the normal follow
 //! the height. A channel without changes is passed on as it is. Cost: O(pixels) for each channel that changes, about 15
 //! ns for colours.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::values::each;
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color;
 use shibo_kernel::surface::layers::scale_slopes;
-use shibo_node::{Color, Context, Fact, In, Linear, MaterialInputs, Node, Output, Outputs};
+use shibo_node::{Color, Context, Fact, In, Linear, MaterialInputs, Node, Output, Outputs, node};
 use shibo_value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 
 /// Changes the look of a material: hue, saturation and lightness, a tint, roughness, and the height of the relief.
@@ -29,8 +28,7 @@ use shibo_value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 ///
 /// Elsewhere: Substance Designer *Material Adjustment Blend*, *HSL* on each channel; Material Maker *Adjust HSV*;
 /// Blender *Hue/Saturation/Value*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct AdjustMaterial {
     /// Material to change.
     pub material: In<Material>,
@@ -39,40 +37,30 @@ pub struct AdjustMaterial {
     pub hue: f64,
     /// Factor on the saturation of the base colour: 0 is grey. The result is clamped to full saturation.
     #[schemars(range(min = 0, max = 100))]
+    #[default(1.0)]
     pub saturation: f64,
     /// Factor on the lightness of the base colour, the largest of its encoded channels: 0 is black.
     #[schemars(range(min = 0, max = 100))]
+    #[default(1.0)]
     pub lightness: f64,
     /// Colour that the base colour is multiplied by; white changes nothing.
+    #[default(Color([1.0; 3]))]
     pub tint: Color,
     /// New values for a roughness of 0 and of 1; values between are interpolated.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    #[default(Linear::new(0.0, 1.0))]
     pub roughness: Linear,
     /// Factor on the height. The slopes of normals get the same factor.
     #[schemars(range(min = -1e3, max = 1e3))]
+    #[default(1.0)]
     pub height_scale: f64,
     /// Added to the height.
     #[schemars(range(min = -1e6, max = 1e6), extend("unit" = "mm"))]
     pub height_offset: f64,
     /// Factor on the slopes of the normal, in addition to `height_scale`: 0 is flat.
     #[schemars(range(min = -1e3, max = 1e3))]
+    #[default(1.0)]
     pub normal_strength: f64,
-}
-
-impl Default for AdjustMaterial {
-    fn default() -> Self {
-        Self {
-            material: In::default(),
-            hue: 0.0,
-            saturation: 1.0,
-            lightness: 1.0,
-            tint: Color([1.0; 3]),
-            roughness: Linear::new(0.0, 1.0),
-            height_scale: 1.0,
-            height_offset: 0.0,
-            normal_strength: 1.0,
-        }
-    }
 }
 
 /// A field with `change` applied to every value.
@@ -80,10 +68,7 @@ fn mapped(field: &Field, change: impl Fn(f32) -> f32 + Send + Sync + 'static) ->
     if let Some(values) = field.as_constant() {
         return Field::constant(field.ty(), &values.iter().map(|value| change(*value)).collect::<Vec<_>>());
     }
-    Field::map(field.ty(), [field.clone()], Halo::NONE, move |out: &mut Tile, [input]: [&Tile; 1]| {
-        out.data_mut().iter_mut().zip(input.data()).for_each(|(out, value)| *out = change(*value));
-        Ok(())
-    })
+    each(field, change)
 }
 
 impl AdjustMaterial {

@@ -5,10 +5,8 @@
 //! reorientation (C. Barré-Brisebois and S. Hill, *Blending in Detail*, 2012), anisotropy by twice its angle. Cost:
 //! O(pixels), bound by memory; a tile in which only one layer shows does not compute the other.
 use super::layers::{BlendBy, BlendNormals, Over};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::surface::layers::HeightMode;
-use shibo_node::{Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs};
+use shibo_node::{Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, node};
 use shibo_value::{ChannelSet, Material, Stop, Type};
 
 /// Lays one material over another, all channels at once.
@@ -38,8 +36,7 @@ use shibo_value::{ChannelSet, Material, Stop, Type};
 ///
 /// Elsewhere: Substance Designer *Material Blend* and *Material Height Blend*, Material Maker *Blend* of materials,
 /// Blender *Mix Shader*, Houdini *Layer Mix*, Unreal *Material Layer Blend*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct BlendMaterials {
     /// The layer below.
     pub base: In<Material>,
@@ -51,39 +48,25 @@ pub struct BlendMaterials {
     pub mask: Option<In<Gray>>,
     /// Opacity of the layer above, 0..1.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    #[default(In::constant(1.0))]
     pub opacity: In<Gray>,
     /// How to decide which layer shows.
     pub by: BlendBy,
     /// With `by: Height`: the difference of heights over which one layer blends into the other; 0 is a sharp edge.
     #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "mm"))]
+    #[default(0.1)]
     pub contrast: f64,
     /// By how much the layer above is raised.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
     pub offset: f64,
     /// With `by: Height`: the largest difference of heights that the mask can overcome.
     #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "mm"))]
+    #[default(1.0)]
     pub range: f64,
     /// How the heights are combined.
     pub height: HeightMode,
     /// Source of the normals.
     pub normals: BlendNormals,
-}
-
-impl Default for BlendMaterials {
-    fn default() -> Self {
-        Self {
-            base: In::default(),
-            top: In::default(),
-            mask: None,
-            opacity: In::constant(1.0),
-            by: BlendBy::default(),
-            contrast: 0.1,
-            offset: 0.0,
-            range: 1.0,
-            height: HeightMode::default(),
-            normals: BlendNormals::default(),
-        }
-    }
 }
 
 impl BlendMaterials {

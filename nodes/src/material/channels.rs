@@ -68,8 +68,7 @@ macro_rules! with_channels {
         $($(#[$doc:meta])* $field:ident: $type:ident = $channel:ident,)*
     ) => {
         $(#[$meta])*
-        #[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-        #[serde(default, deny_unknown_fields)]
+        #[shibo_node::node]
         pub struct $name {
             $($(#[$own_meta])* pub $own: $own_type,)*
             $($(#[$doc])* pub $field: Option<shibo_node::In<shibo_node::$type>>,)*

@@ -4,11 +4,11 @@
 //! scale of `radius`. Cost: that of a blur of the height, and O(pixels).
 use super::worn::{Wear, channels};
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, TakenChannel};
+use shibo_node::{
+    CanvasFacts, Color, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, TakenChannel, node,
+};
 use shibo_value::diagnostics::Problem;
-use shibo_value::{Channel, ChannelSet, Field, Material, Stop, Type, srgb_to_linear};
+use shibo_value::{Channel, ChannelSet, Field, Material, Stop, Type};
 
 /// Adds dirt where the surface lies below its surroundings: grooves, pores, inner corners.
 ///
@@ -27,8 +27,7 @@ use shibo_value::{Channel, ChannelSet, Field, Material, Stop, Type, srgb_to_line
 ///
 /// Elsewhere: Substance Designer *Dirt* masks, Substance Painter *Dirt* generator, Blender *Dirty Vertex Colors*,
 /// Houdini *Ambient Occlusion* masks.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Dirt {
     /// The material that gets dirty.
     pub material: In<Material>,
@@ -45,41 +44,29 @@ pub struct Dirt {
     pub noise: Option<In<Gray>>,
     /// Size of the surroundings: the standard deviation of a Gaussian. At most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.5)]
     pub radius: f64,
     /// Depth below the surroundings at which a place gets dirty with the smallest `amount`.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.1)]
     pub depth: f64,
     /// Amount of dirt: 0 is none, 1 covers everything that lies below its surroundings at all.
     #[schemars(range(min = 0.0, max = 1.0))]
+    #[default(0.5)]
     pub amount: f64,
     /// Softness of the border, in units of `depth`.
     #[schemars(range(min = 0.0, max = 100.0))]
+    #[default(0.3)]
     pub softness: f64,
     /// Amount by which the noise moves the border, in units of `depth`.
     #[schemars(range(min = 0.0, max = 100.0))]
+    #[default(0.5)]
     pub breakup: f64,
-}
-
-impl Default for Dirt {
-    fn default() -> Self {
-        Self {
-            material: In::default(),
-            dirt: None,
-            height: None,
-            mask: None,
-            noise: None,
-            radius: 0.5,
-            depth: 0.1,
-            amount: 0.5,
-            softness: 0.3,
-            breakup: 0.5,
-        }
-    }
 }
 
 /// Default dirt: dark, rough and dull.
 fn earth() -> Material {
-    let color = [0x3a, 0x2f, 0x24].map(|byte: u8| srgb_to_linear(f32::from(byte) / 255.0));
+    let color = Color::srgb([0x3a, 0x2f, 0x24]).0;
     let gray = |value: f32| Field::constant(Type::Gray, &[value]);
     Material::new([
         (Channel::BaseColor, Field::constant(Type::Rgb, &color)),

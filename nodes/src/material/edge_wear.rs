@@ -4,9 +4,7 @@
 //! of `radius`. Cost: that of a blur of the height, and O(pixels).
 use super::worn::{Wear, channels};
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, TakenChannel};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, TakenChannel, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{ChannelSet, Material, Stop, Type};
 
@@ -28,8 +26,7 @@ use shibo_value::{ChannelSet, Material, Stop, Type};
 ///
 /// Elsewhere: Substance Designer *Metal Edge Wear*, Substance Painter *Edges Wear* masks, Blender *Geometry:
 /// Pointiness*, Houdini *Curvature* masks.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct EdgeWear {
     /// The material that is worn.
     pub material: In<Material>,
@@ -45,36 +42,24 @@ pub struct EdgeWear {
     pub noise: Option<In<Gray>>,
     /// Size of the surroundings: the standard deviation of a Gaussian. At most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.5)]
     pub radius: f64,
     /// Height above the surroundings at which an edge wears with the smallest `amount`.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.1)]
     pub depth: f64,
     /// Amount of wear: 0 is none, 1 is everything that rises above its surroundings at all.
     #[schemars(range(min = 0.0, max = 1.0))]
+    #[default(0.5)]
     pub amount: f64,
     /// Softness of the border, in units of `depth`.
     #[schemars(range(min = 0.0, max = 100.0))]
+    #[default(0.3)]
     pub softness: f64,
     /// Amount by which the noise moves the border, in units of `depth`.
     #[schemars(range(min = 0.0, max = 100.0))]
+    #[default(0.5)]
     pub breakup: f64,
-}
-
-impl Default for EdgeWear {
-    fn default() -> Self {
-        Self {
-            material: In::default(),
-            under: In::default(),
-            height: None,
-            mask: None,
-            noise: None,
-            radius: 0.5,
-            depth: 0.1,
-            amount: 0.5,
-            softness: 0.3,
-            breakup: 0.5,
-        }
-    }
 }
 
 impl EdgeWear {

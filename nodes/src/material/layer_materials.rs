@@ -2,10 +2,8 @@
 //!
 //! The same result as nested [`BlendMaterials`](super::BlendMaterials). Cost: O(pixels) for each layer that shows.
 use super::layers::{BlendBy, BlendNormals, Over};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::surface::layers::HeightMode;
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{ChannelSet, Material, Stop, Type};
 
@@ -34,16 +32,14 @@ use shibo_value::{ChannelSet, Material, Stop, Type};
 ///
 /// Elsewhere: Substance Designer *Multi Material Blend*, Substance Painter layers, Unreal *Material Layers*, Houdini
 /// *Layer Mix*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct LayerMaterials {
     /// The layers, the lowest first.
     pub layers: Vec<Layer>,
 }
 
 /// A layer of [`LayerMaterials`].
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Layer {
     /// The material.
     pub material: In<Material>,
@@ -52,39 +48,26 @@ pub struct Layer {
     pub mask: Option<In<Gray>>,
     /// Opacity of the layer, 0..1.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    #[default(In::constant(1.0))]
     pub opacity: In<Gray>,
     /// How to decide whether the layer shows.
     pub by: BlendBy,
     /// With `by: Height`: the difference of heights over which the layer blends into the layers below; 0 is a sharp
     /// edge.
     #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "mm"))]
+    #[default(0.1)]
     pub contrast: f64,
     /// By how much the layer is raised.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
     pub offset: f64,
     /// With `by: Height`: the largest difference of heights that the mask can overcome.
     #[schemars(range(min = 0.0, max = 1e4), extend("unit" = "mm"))]
+    #[default(1.0)]
     pub range: f64,
     /// How the heights are combined.
     pub height: HeightMode,
     /// Source of the normals.
     pub normals: BlendNormals,
-}
-
-impl Default for Layer {
-    fn default() -> Self {
-        Self {
-            material: In::default(),
-            mask: None,
-            opacity: In::constant(1.0),
-            by: BlendBy::default(),
-            contrast: 0.1,
-            offset: 0.0,
-            range: 1.0,
-            height: HeightMode::default(),
-            normals: BlendNormals::default(),
-        }
-    }
 }
 
 impl Layer {

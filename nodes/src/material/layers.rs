@@ -5,19 +5,17 @@
 //! only the side that shows (see [`Masked`]).
 use crate::masked::{Masked, Mix, SideTiles};
 use crate::normals::normals;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::layers::{self as kernel, ByHeight, Grain, HeightMode, Planes};
-use shibo_node::Context;
+use shibo_node::{Context, choice};
 use shibo_value::{
     Channel, ChannelSet, Cost, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window,
 };
 
 /// How to decide which layer shows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum BlendBy {
     /// The mask alone.
     #[default]
@@ -28,7 +26,7 @@ pub enum BlendBy {
 }
 
 /// Source of the normals of a blend.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum BlendNormals {
     /// From the blended height, steps between the layers included. The same as `Mix` if neither layer has a height.
     #[default]

@@ -1,9 +1,8 @@
 //! [`MaterialChannel`]: one channel of a material.
 //!
 //! Cost: none for an unchanged channel; O(pixels) for the luminance of a colour.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{Context, Fact, In, Node, Output, Outputs, TakenChannel};
+use crate::values::LUMINANCE;
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, TakenChannel, node};
 use shibo_value::{Channel, Field, Halo, Material, Stop, Type};
 
 /// Extracts a channel from a material.
@@ -19,23 +18,14 @@ use shibo_value::{Channel, Field, Halo, Material, Stop, Type};
 ///
 /// Elsewhere: Substance Designer *Material Switch*; Blender *Separate*; Houdini *Extract*; Unreal *Break Material
 /// Attributes*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct MaterialChannel {
     /// The material.
     pub material: In<Material>,
     /// The channel to extract.
+    #[default(Channel::Height)]
     pub channel: Channel,
 }
-
-impl Default for MaterialChannel {
-    fn default() -> Self {
-        Self { material: In::default(), channel: Channel::Height }
-    }
-}
-
-/// Weights of linear red, green and blue in luminance (Rec. 709).
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 impl Node for MaterialChannel {
     const OUTPUTS: &'static [Output] = &[

@@ -4,12 +4,11 @@
 //! are rotated; slopes become flatter if features become larger but the height does not. Cost: that of a transform for
 //! each channel.
 use crate::moved::Placement;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::values::each;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::surface::layers::scale_slopes;
-use shibo_node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, Output, Outputs, Xy, node};
 use shibo_value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Tiling, Type};
 
 /// Moves, rotates and scales a material, all its channels at once.
@@ -28,8 +27,7 @@ use shibo_value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Tiling
 ///
 /// Elsewhere: Substance Designer *Material Transform*, Material Maker *Transform*, Blender *Mapping*, Houdini *UV
 /// Transform*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct TransformMaterial {
     /// Material to move.
     pub material: In<Material>,
@@ -41,6 +39,7 @@ pub struct TransformMaterial {
     pub angle: f64,
     /// Factor on the size of the features: 2 is twice as large. Applied before the rotation.
     #[schemars(extend("minimum" = 1e-3, "maximum" = 1e3))]
+    #[default(Xy::new(1.0, 1.0))]
     pub scale: Xy,
     /// The point about which features are rotated and scaled; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
@@ -48,13 +47,6 @@ pub struct TransformMaterial {
     /// True to scale heights with the features, by the mean of both scales: slopes then stay the same. If false,
     /// heights stay, and larger features are flatter.
     pub scale_height: bool,
-}
-
-impl Default for TransformMaterial {
-    fn default() -> Self {
-        let (offset, scale) = (Xy::new(0.0, 0.0), Xy::new(1.0, 1.0));
-        Self { material: In::default(), offset, angle: 0.0, scale, pivot: None, scale_height: false }
-    }
 }
 
 impl TransformMaterial {
@@ -68,10 +60,7 @@ impl TransformMaterial {
         let height = if self.scale_height { (self.scale.x * self.scale.y).sqrt() } else { 1.0 };
         let change = |field: &Field, change: fn(f32, f32) -> f32, by: f64| {
             let by = narrow(by);
-            Field::map(field.ty(), [field.clone()], Halo::NONE, move |out: &mut Tile, [input]| {
-                out.data_mut().iter_mut().zip(input.data()).for_each(|(out, value)| *out = change(*value, by));
-                Ok(())
-            })
+            each(field, move |value| change(value, by))
         };
         match channel {
             Channel::Height if height != 1.0 => change(&place(field), |value, by| value * by, height),

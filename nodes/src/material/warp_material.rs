@@ -3,11 +3,10 @@
 //! Each channel is warped as by [`Warp`](crate::space::Warp): a point p of the result shows the material at p + d(p).
 //! Normals keep their directions. Cost: O(pixels) for each channel.
 use crate::bounds::at_most_half;
+use crate::values::each;
 use crate::warped::Warped;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Vec2Field};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Vec2Field, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 
@@ -24,8 +23,7 @@ use shibo_value::{ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 ///
 /// Elsewhere: Substance Designer *Warp* on every channel, Material Maker *Warp*, Blender *Vector Math* on texture
 /// coordinates.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct WarpMaterial {
     /// Material to warp.
     pub material: In<Material>,
@@ -39,13 +37,8 @@ pub struct WarpMaterial {
     pub y: Option<In<Gray>>,
     /// Largest displacement in x and in y; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(1.0)]
     pub amount: f64,
-}
-
-impl Default for WarpMaterial {
-    fn default() -> Self {
-        Self { material: In::default(), by: None, x: None, y: None, amount: 1.0 }
-    }
 }
 
 impl Node for WarpMaterial {
@@ -72,10 +65,7 @@ impl Node for WarpMaterial {
         let material = cx.get(&self.material)?;
         let amount = narrow(self.amount);
         let by = match cx.get_opt(&self.by)? {
-            Some(by) => Field::map(Type::Vec2, [by], Halo::NONE, move |out: &mut Tile, [by]| {
-                out.data_mut().iter_mut().zip(by.data()).for_each(|(out, mm)| *out = mm.clamp(-amount, amount));
-                Ok(())
-            }),
+            Some(by) => each(&by, move |mm| mm.clamp(-amount, amount)),
             None => {
                 let none = || Field::constant(Type::Gray, &[0.5]);
                 let sides = [cx.get_opt(&self.x)?.unwrap_or_else(none), cx.get_opt(&self.y)?.unwrap_or_else(none)];

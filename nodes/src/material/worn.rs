@@ -1,6 +1,7 @@
 //! Shared code of [`EdgeWear`](super::EdgeWear) and [`Dirt`](super::Dirt): a material that shows where another one
 //! rises above its surroundings, or lies below them.
 use super::layers::{BlendBy, BlendNormals, Over};
+use crate::values::pairs;
 use shibo_kernel::filter::fields::blurred;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::surface::layers::HeightMode;
@@ -95,12 +96,7 @@ impl Worn {
         };
         match self.mask {
             None => worn,
-            Some(mask) => Field::map(Type::Gray, [worn, mask], Halo::NONE, |out: &mut Tile, [worn, mask]| {
-                for (out, (worn, mask)) in out.data_mut().iter_mut().zip(worn.data().iter().zip(mask.data())) {
-                    *out = worn * mask.clamp(0.0, 1.0);
-                }
-                Ok(())
-            }),
+            Some(mask) => pairs([&worn, &mask], |worn, mask| worn * mask.clamp(0.0, 1.0)),
         }
     }
 }

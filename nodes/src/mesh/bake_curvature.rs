@@ -2,13 +2,11 @@
 //!
 //! The mean curvature at vertices, see [`kernel::curvature`](shibo_kernel::mesh::curvature), interpolated linearly
 //! between them. Cost: O(triangles · 100).
-use super::each::each;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::values::each;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::curvature::mean_curvature;
 use shibo_kernel::mesh::{bake, fields};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Atlas, Stop, Tiling, Type};
 
 /// The curvature of the surface at each texel: above ½ where it is convex, below ½ where it is concave, ½ where it is
@@ -24,20 +22,14 @@ use shibo_value::{Atlas, Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Substance Painter *Curvature* map; Blender *Pointiness*; Houdini *Measure Curvature*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct BakeCurvature {
     /// The atlas.
     pub atlas: In<Atlas>,
     /// Radius over which curvature is averaged; also the radius of a ball that gives white.
     #[schemars(range(min = 1e-3, max = 1e5), extend("unit" = "mm"))]
+    #[default(2.0)]
     pub radius: f64,
-}
-
-impl Default for BakeCurvature {
-    fn default() -> Self {
-        Self { atlas: In::default(), radius: 2.0 }
-    }
 }
 
 impl Node for BakeCurvature {

@@ -2,10 +2,8 @@
 //!
 //! The file's normals; without them vertex normals, the mean over the triangles around a vertex, weighted by their
 //! angles there. Cost: about 40 ns a texel.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::mesh::{bake, fields};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Atlas, Stop, Tiling, Type};
 
 /// The normal of the surface in object space, stored as ½ + ½n; beyond charts and their gutters it points up.
@@ -20,19 +18,13 @@ use shibo_value::{Atlas, Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Substance Painter *World Space Normal* map; Blender *Normal* bake in object space; Houdini *Maps Baker*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct BakeNormal {
     /// The atlas.
     pub atlas: In<Atlas>,
     /// True to interpolate normals between the corners of triangles; false for one normal per triangle.
+    #[default(true)]
     pub smooth: bool,
-}
-
-impl Default for BakeNormal {
-    fn default() -> Self {
-        Self { atlas: In::default(), smooth: true }
-    }
 }
 
 impl Node for BakeNormal {

@@ -4,11 +4,9 @@
 //! [`kernel::rays`](shibo_kernel::mesh::rays). All points use the same directions, rotated by the normal alone, so
 //! charts agree at their borders. Cost: about 0.4 µs a ray.
 use super::cast::{Cast, TexelPoint};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::rays::{directions, turned};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Atlas, Stop, Tiling, Type};
 
 /// Ambient occlusion of a surface by its own shape, at each texel: 1 where nothing blocks light, 0 in a closed corner.
@@ -22,29 +20,24 @@ use shibo_value::{Atlas, Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Substance Painter *Ambient Occlusion* map; Blender *Ambient Occlusion* bake; Houdini *Maps Baker*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct BakeOcclusion {
     /// The atlas.
     pub atlas: In<Atlas>,
     /// Number of rays cast from each texel; more rays give a smoother result.
     #[schemars(range(min = 1, max = 4096))]
+    #[default(64)]
     pub rays: u32,
     /// Farthest distance of a surface that blocks light; half the size of the mesh by default.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub distance: Option<f64>,
     /// Distance from the surface at which rays start, as a share of the mesh's size.
     #[schemars(range(min = 0, max = 0.1))]
+    #[default(1e-4)]
     pub bias: f64,
     /// Height of a floor that blocks light too; no floor if not given.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub ground: Option<f64>,
-}
-
-impl Default for BakeOcclusion {
-    fn default() -> Self {
-        Self { atlas: In::default(), rays: 64, distance: None, bias: 1e-4, ground: None }
-    }
 }
 
 impl Node for BakeOcclusion {

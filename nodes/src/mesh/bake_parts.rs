@@ -1,13 +1,11 @@
 //! [`BakeParts`]: numbers of the parts of a mesh at each texel.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::mesh::{bake, fields};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, choice, node};
 use shibo_value::{Atlas, Field, Stop, Tiling, Type};
 use std::sync::Arc;
 
 /// The parts to number.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Parts {
     /// The parts that the file names: objects and their materials.
     #[default]
@@ -49,8 +47,7 @@ impl Parts {
 /// ```
 ///
 /// Elsewhere: Substance Painter *ID* map; Blender *Object Index*, *Material Index*; Houdini *Maps Baker*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct BakeParts {
     /// The atlas.
     pub atlas: In<Atlas>,

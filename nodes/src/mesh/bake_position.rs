@@ -3,15 +3,13 @@
 //! `X = P0 + J_f·(x - U0)` of the texel's triangle, see [`kernel::bake`](shibo_kernel::mesh::bake). Cost: about 15 ns a
 //! texel, finding its triangle included.
 use glam::{DMat3, DVec3};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::mesh::motion::RigidMotion;
 use shibo_kernel::mesh::{bake, fields};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, choice, node};
 use shibo_value::{Atlas, Stop, Tiling, Type};
 
 /// Reference of the positions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Relative {
     /// The origin, in mm.
     #[default]
@@ -32,8 +30,7 @@ pub enum Relative {
 /// ```
 ///
 /// Elsewhere: Substance Painter *Position* map; Blender *Position* of the *Geometry* node, baked; Houdini *Maps Baker*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct BakePosition {
     /// The atlas.
     pub atlas: In<Atlas>,

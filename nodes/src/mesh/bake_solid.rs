@@ -5,21 +5,19 @@
 //! parts cut from other places of the tree. Cost: that of the solid; about three times as much in `Space`.
 use super::bake_parts::Parts;
 use glam::DVec3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::bake;
 use shibo_kernel::mesh::fields;
 use shibo_kernel::mesh::motion::{RigidMotion, Scatter, motions};
-use shibo_node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs, choice, node};
 use shibo_value::{
     Atlas, Cut, Field, FieldSource, Given, Grid, PieceMap, Read, Solid, Stop, Tile, Tiling, Type, Window,
 };
 use std::sync::Arc;
 
 /// Definition of the width of a texel, which matters where rings are thinner than texels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Footprint {
     /// The same everywhere, along the surface: charts agree at their common border, unless the surface has a sharp edge
     /// there.
@@ -33,7 +31,7 @@ pub enum Footprint {
 }
 
 /// The pieces that are each cut from another place of the solid.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum CutBy {
     /// None: the mesh is cut out as a whole.
     #[default]
@@ -45,7 +43,7 @@ pub enum CutBy {
 }
 
 /// Orientation of parts in the solid.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum AlignParts {
     /// As they lie in the mesh.
     #[default]
@@ -76,8 +74,7 @@ pub enum AlignParts {
 /// ```
 ///
 /// Elsewhere: Blender baking a procedural texture of *Object* coordinates; Houdini *Maps Baker*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct BakeSolid {
     /// The atlas.
     pub atlas: In<Atlas>,

@@ -3,12 +3,10 @@
 //! Casts rays inwards in a cone about the normal, see [`kernel::rays`](shibo_kernel::mesh::rays), and takes their mean
 //! length to the other side. Cost: about 0.4 µs a ray.
 use super::cast::{Cast, TexelPoint};
-use super::each::each;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::values::each;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::rays::{directions, turned};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Atlas, Stop, Tiling, Type};
 
 /// The thickness of the body behind each texel, in mm: for light that shines through, and for thin places that wear or
@@ -24,26 +22,21 @@ use shibo_value::{Atlas, Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Substance Painter *Thickness* map; Houdini *Maps Baker*; Blender *Ambient Occlusion* with *Inside*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct BakeThickness {
     /// The atlas.
     pub atlas: In<Atlas>,
     /// Number of rays cast from each texel.
     #[schemars(range(min = 1, max = 4096))]
+    #[default(64)]
     pub rays: u32,
     /// Spread of the rays: half the angle of their cone.
     #[schemars(range(min = 0, max = 89), extend("unit" = "°"))]
+    #[default(60.0)]
     pub cone: f64,
     /// Upper limit of the thickness, also used for rays that never leave the body; the size of the mesh by default.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e7, "unit" = "mm"))]
     pub most: Option<f64>,
-}
-
-impl Default for BakeThickness {
-    fn default() -> Self {
-        Self { atlas: In::default(), rays: 64, cone: 60.0, most: None }
-    }
 }
 
 impl Node for BakeThickness {

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::links::Points;
-use shibo_node::{Context, In, Node, Output, Outputs};
+use shibo_node::{Context, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Stop, SurfaceNet, Type};
 
@@ -33,23 +33,18 @@ const MOST: usize = 4_000_000;
 /// ```
 ///
 /// Elsewhere: Houdini *Connect Adjacent Pieces*; Blender and Substance have none.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct ConnectMeshPoints {
     /// The points.
     pub net: In<SurfaceNet>,
     /// Rule that decides which points are linked.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(MeshNeighbors::Delaunay)]
     pub neighbors: MeshNeighbors,
     /// With `Delaunay`: the largest distance between linked points.
     #[schemars(range(min = 1, max = 10), extend("unit" = "pitch"))]
+    #[default(2.5)]
     pub longest: f64,
-}
-
-impl Default for ConnectMeshPoints {
-    fn default() -> Self {
-        Self { net: In::default(), neighbors: MeshNeighbors::Delaunay, longest: 2.5 }
-    }
 }
 
 impl Node for ConnectMeshPoints {

@@ -5,18 +5,16 @@
 //! O(pixels · width) near borders.
 use crate::on_atlas::{Carried, Reach};
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::mesh::dilate::Picture;
 use shibo_kernel::mesh::fields;
-use shibo_node::{CanvasFacts, Context, EveryField, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, EveryField, Fact, In, Node, Output, Outputs, choice, node};
 use shibo_value::{
     Atlas, Field, FieldSource, Given, Grid, Pictures, Read, Resolution, Stop, Tile, Tiling, Type, Window,
 };
 use std::sync::Arc;
 
 /// Source of the values beyond a border.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum DilateMode {
     /// From the nearest texels of the chart.
     #[default]
@@ -27,7 +25,7 @@ pub enum DilateMode {
 }
 
 /// Values of texels farther away.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Rest {
     /// They keep the value of the input.
     #[default]
@@ -49,26 +47,22 @@ pub enum Rest {
 /// ```
 ///
 /// Elsewhere: Substance Painter *Dilation*, *Padding*; Blender *Margin* of bakes; Houdini *UV Border Extension*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct DilateGutter {
     /// The texture.
     pub input: In<EveryField>,
     /// The atlas.
     pub atlas: In<Atlas>,
     /// Source of the values beyond a border.
+    #[default(DilateMode::Nearest)]
     pub mode: DilateMode,
     /// Number of texels by which charts are extended.
     #[schemars(range(min = 1, max = 256), extend("unit" = "px"))]
+    #[default(8)]
     pub width: u32,
     /// Values of texels farther away.
+    #[default(Rest::Keep)]
     pub rest: Rest,
-}
-
-impl Default for DilateGutter {
-    fn default() -> Self {
-        Self { input: In::default(), atlas: In::default(), mode: DilateMode::Nearest, width: 8, rest: Rest::Keep }
-    }
 }
 
 /// Pixels along the longer side of the small picture that supplies far texels.

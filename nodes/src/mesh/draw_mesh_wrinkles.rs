@@ -2,20 +2,18 @@
 //!
 //! Source: JP4905282B2 §7 for the plane; here each groove lies in the tangent plane at the middle of its link. See
 //! [`kernel::mesh::grooves`](shibo_kernel::mesh::grooves). Cost: O(texels · grooves around each).
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::bake::{self, Texels};
 use shibo_kernel::mesh::fields;
 use shibo_kernel::mesh::grooves::{Groove, Grooves, across};
 use shibo_kernel::strokes::{Combine, CrossSection, StrokeStyle};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Range};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Range, choice, node};
 use shibo_value::{Atlas, Cost, Field, FieldSource, Given, Grid, Read, Stop, SurfaceNet, Tile, Tiling, Type, Window};
 use std::sync::{Arc, OnceLock};
 
 /// The links of a surface that get a groove.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum MeshLinks {
     /// All links.
     #[default]
@@ -27,7 +25,7 @@ pub enum MeshLinks {
 }
 
 /// Property that decides which grooves of a surface are wide and deep.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum MeshVaryBy {
     /// Random.
     #[default]
@@ -49,65 +47,53 @@ pub enum MeshVaryBy {
 /// ```
 ///
 /// No other program has this; drawing strokes in Substance Painter comes closest.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct DrawMeshWrinkles {
     /// The points and links.
     pub net: In<SurfaceNet>,
     /// The atlas on which to draw.
     pub atlas: In<Atlas>,
     /// The links that get a groove.
+    #[default(MeshLinks::All)]
     pub only: MeshLinks,
     /// Length of a groove, as a share of the length of its link; 0.62 just closes the cells.
     #[schemars(range(min = 0, max = 10))]
+    #[default(0.62)]
     pub length_scale: f64,
     /// Width of the narrowest and of the widest groove.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
+    #[default(Range::new(0.15, 0.35))]
     pub width: Range,
     /// Depth of the shallowest and of the deepest groove.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
+    #[default(Range::new(0.1, 0.1))]
     pub depth: Range,
     /// Property that decides which grooves are wide and deep.
+    #[default(MeshVaryBy::Random)]
     pub vary_by: MeshVaryBy,
     /// Weight of `vary_by`, 0 to 1; the rest is random.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.6)]
     pub mix: f64,
     /// The cross-section.
+    #[default(CrossSection::Gaussian)]
     pub profile: CrossSection,
     /// Standard deviation of the `Gaussian` cross-section, as a share of the width.
     #[schemars(range(min = 0.02, max = 1))]
+    #[default(0.25)]
     pub sigma: f64,
     /// Narrowing of a groove at its ends, 0..1.
     #[schemars(range(min = 0, max = 1))]
     pub taper: f64,
     /// Minimum width in texels; narrower grooves are drawn this wide, and fade.
     #[schemars(range(min = 0, max = 100), extend("unit" = "px"))]
+    #[default(1.0)]
     pub min_width: f64,
     /// How grooves that overlap are combined.
+    #[default(Combine::Max)]
     pub combine: Combine,
     /// Another seed gives the same grooves other widths and depths.
     pub seed: u64,
-}
-
-impl Default for DrawMeshWrinkles {
-    fn default() -> Self {
-        Self {
-            net: In::default(),
-            atlas: In::default(),
-            only: MeshLinks::All,
-            length_scale: 0.62,
-            width: Range::new(0.15, 0.35),
-            depth: Range::new(0.1, 0.1),
-            vary_by: MeshVaryBy::Random,
-            mix: 0.6,
-            profile: CrossSection::Gaussian,
-            sigma: 0.25,
-            taper: 0.0,
-            min_width: 1.0,
-            combine: Combine::Max,
-            seed: 0,
-        }
-    }
 }
 
 impl DrawMeshWrinkles {

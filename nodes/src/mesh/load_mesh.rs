@@ -5,11 +5,9 @@
 //! of OBJ, a third of that of glTF.
 use super::read::{self, Contents, MOST_TRIANGLES, ReadError};
 use glam::{DVec3, Vec3};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::stop::{Watch, unwind_when};
 use shibo_kernel::mesh::topology;
-use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem, suggest};
 use shibo_value::{Mesh, Stop, Type};
 use std::path::{Path, PathBuf};
@@ -17,7 +15,7 @@ use std::path::{Path, PathBuf};
 mod gaps;
 
 /// Unit of a file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum LengthUnit {
     /// Metres in glTF, as its standard defines; millimetres in OBJ, which defines no unit.
     #[default]
@@ -33,7 +31,7 @@ pub enum LengthUnit {
 }
 
 /// The axis of a file that points up.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum UpAxis {
     /// y, as in glTF and in most OBJ.
     #[default]
@@ -43,7 +41,7 @@ pub enum UpAxis {
 }
 
 /// The point of a mesh that is moved to the origin.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Center {
     /// None: the mesh stays in place.
     #[default]
@@ -71,21 +69,24 @@ pub enum Center {
 /// ```
 ///
 /// Elsewhere: Blender *Import*; Houdini *File*; Substance Designer *3D scene*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct LoadMesh {
     /// The file: `.obj`, `.glb` or `.gltf`; relative to the graph file.
     pub path: FilePath,
     /// The `.bin` file beside a `.gltf`, if its numbers are stored there.
     pub buffer: Option<FilePath>,
     /// The unit of lengths in the file.
+    #[default(LengthUnit::Auto)]
     pub unit: LengthUnit,
     /// The axis of the file that points up.
+    #[default(UpAxis::Y)]
     pub up: UpAxis,
     /// Additional factor on all lengths.
     #[schemars(range(min = 1e-6, max = 1e6))]
+    #[default(1.0)]
     pub scale: f64,
     /// The point of the mesh that is moved to the origin.
+    #[default(Center::None)]
     pub center: Center,
     /// The set of UVs to use, if a glTF has several: the number of `TEXCOORD_0`, `TEXCOORD_1`, …
     #[schemars(range(max = 15))]
@@ -95,22 +96,6 @@ pub struct LoadMesh {
     /// Corners at most this far apart are merged. 0 merges only corners at the same place.
     #[schemars(range(min = 0, max = 10), extend("unit" = "mm"))]
     pub weld: f64,
-}
-
-impl Default for LoadMesh {
-    fn default() -> Self {
-        Self {
-            path: FilePath::default(),
-            buffer: None,
-            unit: LengthUnit::Auto,
-            up: UpAxis::Y,
-            scale: 1.0,
-            center: Center::None,
-            uv_set: 0,
-            part: String::new(),
-            weld: 0.0,
-        }
-    }
 }
 
 /// Largest distance of a vertex from the origin, in mm.

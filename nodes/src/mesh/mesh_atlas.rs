@@ -14,7 +14,7 @@ use shibo_kernel::mesh::layout::{Layout, layout};
 use shibo_kernel::mesh::seams::seams;
 use shibo_kernel::mesh::unwrap::{Unwrap, UnwrapError, unwrap};
 use shibo_kernel::mesh::{bake, fields};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Atlas, Mesh, Stop, Tiling, Type};
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub use udim::Udim;
 type Triple = (f64, f64, f64);
 
 /// Source of the charts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum ChartSource {
     /// The mesh's own UVs, or new charts if it has none.
     #[default]
@@ -62,7 +62,7 @@ impl Gutter {
 }
 
 /// How new charts are packed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Pack {
     /// By shape, also into hollows of other charts.
     #[default]
@@ -72,7 +72,7 @@ pub enum Pack {
 }
 
 /// Reaction to triangles that overlap on the canvas.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Overlap {
     /// A warning.
     #[default]
@@ -96,53 +96,43 @@ pub enum Overlap {
 ///
 /// Elsewhere: Blender *Smart UV Project*, *Pack Islands*; Houdini *UV Flatten*, *UV Layout*; Substance Painter
 /// *Auto-unwrap*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct MeshAtlas {
     /// The mesh.
     pub mesh: In<Mesh>,
     /// Source of the charts.
+    #[default(ChartSource::Auto)]
     pub charts: ChartSource,
     /// For the mesh's own UVs: the UDIM tiles that the canvas holds.
+    #[default(Udim::Auto)]
     pub udim: Udim,
     /// For new charts: largest angle between a triangle and the rest of its chart. Lower values give flatter charts and
     /// more borders.
     #[schemars(range(min = 1, max = 89), extend("unit" = "°"))]
+    #[default(70.0)]
     pub angle: f64,
     /// For new charts: largest factor between areas in a chart and on the surface.
     #[schemars(range(min = 1, max = 100))]
+    #[default(4.0)]
     pub stretch: f64,
     /// For new charts: resolution of the packing grid, in texels along the shorter side of the canvas.
     #[schemars(range(min = 64, max = 16384), extend("unit" = "px"))]
+    #[default(1024)]
     pub page: u32,
     /// For new charts: space around each chart.
     #[schemars(extend("minimum" = 1, "maximum" = 4096))]
+    #[default(Gutter::Texels(4))]
     pub gutter: Gutter,
     /// For new charts: method of packing.
+    #[default(Pack::Shape)]
     pub pack: Pack,
     /// For new charts: lines at which the surface is cut, each of at least two points on it. From each point to the
     /// next the cut follows the shortest path along edges of polygons. At most 10000 points.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub seams: Vec<Vec<Triple>>,
     /// Reaction to triangles that overlap on the canvas.
+    #[default(Overlap::Warn)]
     pub overlap: Overlap,
-}
-
-impl Default for MeshAtlas {
-    fn default() -> Self {
-        Self {
-            mesh: In::default(),
-            charts: ChartSource::Auto,
-            udim: Udim::Auto,
-            angle: 70.0,
-            stretch: 4.0,
-            page: 1024,
-            gutter: Gutter::Texels(4),
-            pack: Pack::Shape,
-            seams: Vec::new(),
-            overlap: Overlap::Warn,
-        }
-    }
 }
 
 /// Maximum number of texels along a side of the grid that finds overlaps.

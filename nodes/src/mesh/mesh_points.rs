@@ -3,11 +3,9 @@
 //! See [`kernel::mesh::sow`](shibo_kernel::mesh::sow). Cost: O(points), about 12 candidates per point.
 use super::at_points::AtPoints;
 use glam::Vec3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::mesh::sow::{MOST, normal, sow, wanted};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Atlas, Stop, SurfaceNet, Tiling, Type};
 
@@ -25,8 +23,7 @@ use shibo_value::{Atlas, Stop, SurfaceNet, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Blender *Distribute Points on Faces* (Poisson disk); Houdini *Scatter*; Substance has none.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct MeshPoints {
     /// The atlas of the mesh, on which `density` lies.
     pub atlas: In<Atlas>,
@@ -36,15 +33,10 @@ pub struct MeshPoints {
     pub density: Option<In<Gray>>,
     /// The mean distance between neighbours.
     #[schemars(range(min = 0.01, max = 1e5), extend("unit" = "mm"))]
+    #[default(2.0)]
     pub pitch: f64,
     /// Another seed gives other points.
     pub seed: u64,
-}
-
-impl Default for MeshPoints {
-    fn default() -> Self {
-        Self { atlas: In::default(), density: None, pitch: 2.0, seed: 0 }
-    }
 }
 
 impl Node for MeshPoints {

@@ -2,15 +2,13 @@
 //!
 //! Made of patches, see [`kernel::shapes`](shibo_kernel::mesh::shapes). Cost: O(triangles).
 use glam::{DVec2, DVec3};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::mesh::shapes;
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Stop, Type};
 
 /// Simple shapes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum MeshForm {
     /// A box; each side is a chart.
     Cube,
@@ -39,49 +37,31 @@ pub enum MeshForm {
 /// ```
 ///
 /// Elsewhere: Blender *Mesh Primitives*, *Screw*; Houdini *Sphere*, *Torus*, *Revolve*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct MeshShape {
     /// The shape.
+    #[default(MeshForm::Sphere)]
     pub shape: MeshForm,
     /// Size along x, y and z.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
+    #[default((60.0, 60.0, 60.0))]
     pub size: (f64, f64, f64),
     /// Radius of the tube of a `Torus`, less than half of the smaller one of x and y of `size`.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(15.0)]
     pub radius: f64,
     /// For `Lathe`: at least 2 and at most 500 points `(distance from the axis, height)`, in order along the outline. A
     /// profile that begins and ends on the axis makes a closed body. A bowl by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
+    #[default(vec![ (0.0, 0.0), (25.0, 0.0), (27.0, 4.0), (48.0, 16.0), (60.0, 38.0), (56.0, 38.0), (43.0, 18.0), (20.0, 8.0), (0.0, 6.0), ])]
     pub profile: Vec<(f64, f64)>,
     /// True if the outline of a `Lathe` is a smooth curve through the points, except at corners of more than 40°.
+    #[default(true)]
     pub smooth: bool,
     /// Number of straight segments of a full circle; a `Cube` has an eighth of it along each edge, a `Plane` a quarter.
     #[schemars(range(min = 3, max = 1024))]
+    #[default(64)]
     pub segments: u32,
-}
-
-impl Default for MeshShape {
-    fn default() -> Self {
-        Self {
-            shape: MeshForm::Sphere,
-            size: (60.0, 60.0, 60.0),
-            radius: 15.0,
-            profile: vec![
-                (0.0, 0.0),
-                (25.0, 0.0),
-                (27.0, 4.0),
-                (48.0, 16.0),
-                (60.0, 38.0),
-                (56.0, 38.0),
-                (43.0, 18.0),
-                (20.0, 8.0),
-                (0.0, 6.0),
-            ],
-            smooth: true,
-            segments: 64,
-        }
-    }
 }
 
 /// Maximum number of points of a profile.

@@ -11,7 +11,6 @@ mod cast;
 mod connect_mesh_points;
 mod dilate_gutter;
 mod draw_mesh_wrinkles;
-mod each;
 mod load_mesh;
 mod mesh_atlas;
 mod mesh_points;

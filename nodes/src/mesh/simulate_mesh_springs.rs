@@ -14,7 +14,7 @@ use shibo_kernel::mesh::slide;
 use shibo_kernel::mesh::sow::{Sown, normal};
 use shibo_kernel::mesh::{bake, fields};
 use shibo_kernel::springs::{Integrator, Rest};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs, Range};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs, Range, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Atlas, Field, Stop, SurfaceNet, Tiling, Type};
 use std::sync::{Arc, LazyLock};
@@ -48,8 +48,7 @@ pub enum MeshBoundary {
 /// ```
 ///
 /// Elsewhere: Houdini *Vellum* springs constrained to a surface; Blender and Substance have none.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct SimulateMeshSprings {
     /// The points and links.
     pub net: In<SurfaceNet>,
@@ -62,23 +61,29 @@ pub struct SimulateMeshSprings {
     pub held: Option<In<Gray>>,
     /// Stiffness where the field is 0 and stiffness where it is 1. One number: the same everywhere.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e6))]
+    #[default(Linear::new(1.0, 5.0))]
     pub stiffness: Linear,
     /// The length at rest.
     #[schemars(extend("minimum" = -100.0, "maximum" = 100.0))]
+    #[default(Rest::Zero)]
     pub rest: Rest,
     /// Length of a time step.
     #[schemars(range(max = 1000), extend("exclusiveMinimum" = 0.0))]
+    #[default(0.1)]
     pub step: f64,
     /// Number of steps: how far the pattern develops.
     #[schemars(range(min = 0, max = 100_000))]
+    #[default(60)]
     pub steps: u32,
     /// Drag of points: a force against their motion, this factor times their speed.
     #[schemars(range(min = 0, max = 1e6))]
+    #[default(4.0)]
     pub drag: f64,
     /// Damping of links: a force against the stretching of a link, this factor times the speed at which the link grows.
     #[schemars(range(min = 0, max = 1e6))]
     pub damping: f64,
     /// Integration of position and velocity.
+    #[default(Integrator::SemiImplicit)]
     pub integrator: Integrator,
     /// The force beyond which springs break; a pair gives each spring a random limit between the two. If not given, no
     /// spring breaks.
@@ -86,30 +91,10 @@ pub struct SimulateMeshSprings {
     pub break_force: Option<Range>,
     /// The points that are held in place.
     #[schemars(extend("minimum" = 0.0, "unit" = "mm"))]
+    #[default(MeshBoundary::Auto)]
     pub boundary: MeshBoundary,
     /// Another seed gives springs other limits.
     pub seed: u64,
-}
-
-impl Default for SimulateMeshSprings {
-    fn default() -> Self {
-        Self {
-            net: In::default(),
-            atlas: In::default(),
-            field: None,
-            held: None,
-            stiffness: Linear::new(1.0, 5.0),
-            rest: Rest::Zero,
-            step: 0.1,
-            steps: 60,
-            drag: 4.0,
-            damping: 0.0,
-            integrator: Integrator::SemiImplicit,
-            break_force: None,
-            boundary: MeshBoundary::Auto,
-            seed: 0,
-        }
-    }
 }
 
 impl Node for SimulateMeshSprings {

@@ -3,10 +3,8 @@
 //! Edges that are too long are split at their middles, repeatedly, see
 //! [`kernel::subdivide`](shibo_kernel::mesh::subdivide). Cost: O(triangles of the result).
 use super::read::MOST_TRIANGLES;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::mesh::subdivide::subdivide;
-use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Mesh, Stop, Type};
 
@@ -23,20 +21,14 @@ use shibo_value::{Mesh, Stop, Type};
 /// ```
 ///
 /// Elsewhere: Blender *Subdivide*; Houdini *Remesh*, *Divide*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct SubdivideMesh {
     /// The mesh.
     pub mesh: In<Mesh>,
     /// The longest edge. The result may have 2 million triangles at most.
     #[schemars(range(min = 1e-3, max = 1e6), extend("unit" = "mm"))]
+    #[default(2.0)]
     pub edge: f64,
-}
-
-impl Default for SubdivideMesh {
-    fn default() -> Self {
-        Self { mesh: In::default(), edge: 2.0 }
-    }
 }
 
 impl Node for SubdivideMesh {

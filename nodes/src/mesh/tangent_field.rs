@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::mesh::field::{Fault, FieldSpec, Principal, Wish, tangent_field};
 use shibo_kernel::mesh::topology::topology;
-use shibo_node::{CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Curve, Mesh, Stop, Type};
 
@@ -48,8 +48,7 @@ pub enum FieldFrom {
 /// "flow": TangentField(mesh: "ring", from: Around, turn: 30),
 /// "example": JacobianFromMesh(atlas: "atlas", frames: "flow"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct TangentField {
     /// The mesh.
     pub mesh: In<Mesh>,
@@ -59,6 +58,7 @@ pub struct TangentField {
     pub from: Option<FieldFrom>,
     /// A direction in space, z up; for `Around` the direction of the axis.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
+    #[default((0.0, 0.0, 1.0))]
     pub direction: Triple,
     /// With `Around`: a point on the axis.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
@@ -74,34 +74,17 @@ pub struct TangentField {
     pub smooth: f64,
     /// Number of equivalent directions at a point, evenly spaced around it: 1, 2 or 4. Synthesis needs 1.
     #[schemars(range(min = 1, max = 4))]
+    #[default(1)]
     pub symmetry: u8,
     /// Rotation of all directions in the surface, clockwise seen from outside.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub turn: f64,
     /// Size of the features, for `JacobianFromMesh` and synthesis.
     #[schemars(range(min = 0.015625, max = 64))]
+    #[default(1.0)]
     pub length: f64,
     /// Another seed gives another field of `Smooth`.
     pub seed: u64,
-}
-
-impl Default for TangentField {
-    fn default() -> Self {
-        Self {
-            mesh: In::default(),
-            line: None,
-            from: None,
-            direction: (0.0, 0.0, 1.0),
-            axis: (0.0, 0.0, 0.0),
-            strokes: Vec::new(),
-            file: None,
-            smooth: 0.0,
-            symmetry: 1,
-            turn: 0.0,
-            length: 1.0,
-            seed: 0,
-        }
-    }
 }
 
 /// Maximum number of points of all strokes.

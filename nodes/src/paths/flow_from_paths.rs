@@ -1,13 +1,11 @@
 //! [`FlowFromPaths`]: directions that follow paths.
 //!
 //! See [`kernel::flow`](shibo_kernel::path::flow). Cost of a tile: its pixels times the length of path within `reach`.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::{math, tile};
 use shibo_kernel::path::flow::{Flow, Flowing};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{self as value, Field, Halo, Stop, Tiling, Type};
+use shibo_value::{self as value, Field, Halo, Stop, Type};
 use std::sync::Arc;
 
 /// A field of directions that follows the nearest paths: along each path, and interpolated by distance between paths.
@@ -23,23 +21,17 @@ use std::sync::Arc;
 /// ```
 ///
 /// Elsewhere: Houdini *Guide Groom*, *Attribute Transfer* from curves; Blender *Sample Nearest* on curves.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct FlowFromPaths {
     /// The paths to follow.
     pub path: In<value::Path>,
     /// Largest distance from a path at which it has an effect.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(10.0)]
     pub reach: f64,
     /// True if a path means the same in both directions, as for fibres and grain; if false, paths in opposite
     /// directions cancel out.
     pub lines: bool,
-}
-
-impl Default for FlowFromPaths {
-    fn default() -> Self {
-        Self { path: In::default(), reach: 10.0, lines: false }
-    }
 }
 
 impl Node for FlowFromPaths {
@@ -56,10 +48,6 @@ impl Node for FlowFromPaths {
         }
         let message = format!("reach is `{}` mm; it must be at most {most} mm", self.reach);
         vec![Problem::new(Code::OutOfRange, message).at("reach").help("that is four times the canvas")]
-    }
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -4,14 +4,12 @@
 //! [`kernel::nearest`](shibo_kernel::path::nearest). Cost of a tile: its pixels, and the pieces within `reach` of it.
 use super::sources;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::path::chain;
 use shibo_kernel::path::nearest::{Beside, Nearest};
 use shibo_kernel::path::pen::{self, MOST_PIECES, Pen};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{self as value, Field, Halo, Segments, Stop, Tiling, Type};
 use std::sync::Arc;
@@ -40,8 +38,7 @@ const MOST_CANVASES: f64 = 64.0;
 /// ```
 ///
 /// Elsewhere: Substance Designer *Path*, *Path to Signed Distance*; Blender *Curve to Mesh*; Houdini *Curve*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Path {
     /// Places `(x, y)`, from the canvas' upper left corner, through which the path passes.
     #[schemars(extend("unit" = "mm"))]
@@ -58,37 +55,22 @@ pub struct Path {
     pub closed: bool,
     /// Factor on all positions.
     #[schemars(range(min = -1e6, max = 1e6))]
+    #[default(1.0)]
     pub scale: f64,
     /// Shift of the path, applied after `scale`.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub offset: Xy,
     /// Number of times that the path is drawn.
     #[schemars(range(min = 1, max = 10000))]
+    #[default(1)]
     pub copies: u32,
     /// Shift from one copy to the next.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub step: Xy,
     /// Largest distance from the path at which its fields are known.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(5.0)]
     pub reach: f64,
-}
-
-impl Default for Path {
-    fn default() -> Self {
-        Self {
-            points: Vec::new(),
-            smooth: false,
-            d: String::new(),
-            outline: None,
-            segments: None,
-            closed: false,
-            scale: 1.0,
-            offset: Xy::new(0.0, 0.0),
-            copies: 1,
-            step: Xy::new(0.0, 0.0),
-            reach: 5.0,
-        }
-    }
 }
 
 impl Path {

@@ -5,16 +5,14 @@
 use super::path::plane;
 use crate::bounds::{exceeds, told};
 use crate::degrees::sin_cos;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::path::seam::{self, Seam};
 use shibo_kernel::path::thread::{Bit, Drawn, MOST_STRANDS, Thread};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{self as value, Field, Stop, Tiling, Type};
+use shibo_value::{self as value, Field, Stop, Type};
 use std::sync::Arc;
 
 /// Maximum length of a stitch, as a share of the pitch.
@@ -39,13 +37,13 @@ const MOST_STITCHES: f64 = 1e6;
 /// ```
 ///
 /// Elsewhere: Substance Designer *Stitches*, Substance Painter *Stitch* brushes.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Stitch {
     /// The path of the seam.
     pub path: In<value::Path>,
     /// Distance from one stitch to the next; 25.4 divided by the stitches per inch.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(3.6)]
     pub pitch: f64,
     /// Visible length of a stitch, at most one and a half times the pitch; by default nearly the whole pitch, as in a
     /// saddle stitch, where two stitches share a hole.
@@ -57,46 +55,33 @@ pub struct Stitch {
     pub tilt: f64,
     /// Width of the thread.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.7)]
     pub width: f64,
     /// Width of the holes; by default 0.6 of the width of the thread, which then hides them. 0 for no holes.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
     pub holes: Option<f64>,
     /// Length of one turn of a strand around the others; a negative length winds the other way, 0 does not wind.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    #[default(2.0)]
     pub twist: f64,
     /// Number of strands of the thread; 1 is smooth.
     #[schemars(range(min = 1, max = 8))]
+    #[default(3)]
     pub strands: u32,
     /// Depth to which the ground is pulled down at the holes; the thread sinks with it.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
+    #[default(0.2)]
     pub pull: f64,
     /// Distance from the thread to which the ground is pulled.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(2.0)]
     pub spread: f64,
     /// Unevenness of the stitches: 0 as sewn by a machine, 1 as by a beginner.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.2)]
     pub jitter: f64,
     /// Another seed gives other unevenness.
     pub seed: u64,
-}
-
-impl Default for Stitch {
-    fn default() -> Self {
-        Self {
-            path: In::default(),
-            pitch: 3.6,
-            length: None,
-            tilt: 0.0,
-            width: 0.7,
-            holes: None,
-            twist: 2.0,
-            strands: 3,
-            pull: 0.2,
-            spread: 2.0,
-            jitter: 0.2,
-            seed: 0,
-        }
-    }
 }
 
 impl Stitch {
@@ -155,10 +140,6 @@ impl Node for Stitch {
             }
         }
         problems
-    }
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {

@@ -4,13 +4,11 @@
 //! first line is drawn. Cost: O(length of all lines / spacing).
 use crate::map::Map;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::path::pen::Pen;
 use shibo_kernel::path::stream::Streams;
-use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Stop, Tiling, Type};
 
@@ -34,31 +32,28 @@ const TRIES: f64 = 3.0;
 /// ```
 ///
 /// Elsewhere: Houdini *Volume Trail*; Blender *Curl Noise* curves; ParaView *Evenly Spaced Streamlines*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Streamlines {
     /// The direction of lines, in degrees from +x towards +y, or as vectors.
+    #[default(In::constant(0.0))]
     pub direction: In<Direction>,
     /// Mask of the area of lines: they go where it is ½ or more. Everywhere if not given.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Gray>>,
     /// Distance between lines.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(2.0)]
     pub spacing: f64,
     /// Length of the longest lines.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(40.0)]
     pub length: f64,
     /// Length of the shortest line that is drawn, as a multiple of the spacing.
     #[schemars(range(min = 0, max = 1000))]
+    #[default(2.0)]
     pub shortest: f64,
     /// Another seed gives other lines.
     pub seed: u64,
-}
-
-impl Default for Streamlines {
-    fn default() -> Self {
-        Self { direction: In::constant(0.0), mask: None, spacing: 2.0, length: 40.0, shortest: 2.0, seed: 0 }
-    }
 }
 
 impl Streamlines {

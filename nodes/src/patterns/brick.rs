@@ -5,11 +5,9 @@ use super::{fitted, pieces};
 use crate::bounds::{exceeds, told};
 use crate::degrees::sin_cos;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::pattern::finish::{BevelProfile, Finish, degrees};
 use shibo_kernel::pattern::layout::{Grid, Layout, PieceSpec};
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Stop, Tiling};
 
@@ -25,54 +23,45 @@ use shibo_value::{Stop, Tiling};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Brick Generator*, *Tile Generator*; Material Maker *Bricks*; Blender *Brick Texture*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct Brick {
     /// Layout of the pieces.
+    #[default(Layout::Running)]
     pub layout: Layout,
     /// Length and width of a piece, without the gap; for `Versailles` of the largest piece.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(Xy::new(7.5, 3.5))]
     pub size: Xy,
     /// Width of the gap between pieces.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
+    #[default(0.5)]
     pub gap: f64,
     /// Width of the slope at the edge of a piece; 0 is a sharp edge.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
+    #[default(0.3)]
     pub bevel: f64,
     /// The cross-section of the slope.
+    #[default(BevelProfile::Chamfer)]
     pub profile: BevelProfile,
     /// Depth of the gap below the pieces.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    #[default(0.5)]
     pub depth: f64,
     /// Radius of the corners of rectangles; at most half a piece's width. Other pieces keep sharp corners.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub radius: f64,
     /// With `Running`: shift of every second row, as a share of a piece and a gap.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.5)]
     pub stagger: f64,
     /// With `Chevron`: the slant of the pieces.
     #[schemars(range(min = 5, max = 80), extend("unit" = "°"))]
+    #[default(45.0)]
     pub slant: f64,
     /// Rotation of the whole pattern, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-}
-
-impl Default for Brick {
-    fn default() -> Self {
-        Self {
-            layout: Layout::Running,
-            size: Xy::new(7.5, 3.5),
-            gap: 0.5,
-            bevel: 0.3,
-            profile: BevelProfile::Chamfer,
-            depth: 0.5,
-            radius: 0.0,
-            stagger: 0.5,
-            slant: 45.0,
-            angle: 0.0,
-        }
-    }
 }
 
 impl Brick {

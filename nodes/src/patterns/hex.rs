@@ -4,11 +4,9 @@
 use super::{fitted, pieces};
 use crate::degrees::sin_cos;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::pattern::finish::{BevelProfile, Finish, degrees};
 use shibo_kernel::pattern::layout::{Grid, Layout, PieceSpec};
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Stop, Tiling};
 
@@ -24,32 +22,31 @@ use shibo_value::{Stop, Tiling};
 /// ```
 ///
 /// Elsewhere: Material Maker *Beehive*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct Hex {
     /// Distance between opposite sides of a hexagon, without the gap.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(4.5)]
     pub size: f64,
     /// Width of the gap between hexagons.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
+    #[default(0.5)]
     pub gap: f64,
     /// Width of the slope at the edge of a hexagon; 0 is a sharp edge.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
+    #[default(0.5)]
     pub bevel: f64,
     /// The cross-section of the slope.
+    #[default(BevelProfile::Chamfer)]
     pub profile: BevelProfile,
     /// Depth of the gap below the hexagons.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    #[default(0.5)]
     pub depth: f64,
     /// Rotation of the whole pattern, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-}
-
-impl Default for Hex {
-    fn default() -> Self {
-        Self { size: 4.5, gap: 0.5, bevel: 0.5, profile: BevelProfile::Chamfer, depth: 0.5, angle: 0.0 }
-    }
 }
 
 impl Hex {

@@ -5,12 +5,10 @@ use super::fitted;
 use super::pieces::{drawn, places};
 use crate::degrees::sin_cos;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::pattern::finish::{BevelProfile, degrees};
 use shibo_kernel::pattern::truchet::{Motif, Tiles, TruchetPlane};
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Stop, Tiling, Type};
 use std::sync::Arc;
@@ -23,41 +21,32 @@ use std::sync::Arc;
 /// ```
 ///
 /// Elsewhere: Material Maker *Truchet*, *Truchet Generic*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct Truchet {
     /// The figure of a tile.
+    #[default(Motif::Arcs)]
     pub motif: Motif,
     /// Side of a tile; on a canvas that tiles, rounded so that a whole number of tiles fits.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(4.0)]
     pub size: f64,
     /// Width of the bands; at most the side of a tile.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(1.0)]
     pub width: f64,
     /// Height of the middle of the bands, or of the triangles.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    #[default(0.5)]
     pub height: f64,
     /// The cross-section of the bands.
+    #[default(BevelProfile::Round)]
     pub profile: BevelProfile,
     /// Rotation of the whole pattern, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
     /// Another seed gives the tiles other rotations.
     pub seed: u64,
-}
-
-impl Default for Truchet {
-    fn default() -> Self {
-        Self {
-            motif: Motif::Arcs,
-            size: 4.0,
-            width: 1.0,
-            height: 0.5,
-            profile: BevelProfile::Round,
-            angle: 0.0,
-            seed: 0,
-        }
-    }
 }
 
 impl Truchet {

@@ -5,11 +5,9 @@ use super::fitted;
 use super::pieces::{drawn, places};
 use crate::degrees::sin_cos;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::pattern::finish::degrees;
 use shibo_kernel::pattern::weave::{Binding, Cloth, WeavePlane, Woven, satin_step};
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Stop, Tiling, Type};
 use std::sync::Arc;
@@ -31,26 +29,32 @@ use std::sync::Arc;
 /// ```
 ///
 /// Elsewhere: Substance Designer *Weave Generator*; Material Maker *Weave*, *Diagonal Weave*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct Weave {
     /// Pattern in which threads cross.
+    #[default(Binding::Plain)]
     pub binding: Binding,
     /// With `Twill` and `Satin`: number of weft threads that a warp thread goes over. With `Basket`: number of threads
     /// in a group.
     #[schemars(range(min = 1, max = 24))]
+    #[default(2)]
     pub over: u32,
     /// With `Twill` and `Satin`: number of weft threads that a warp thread goes under.
     #[schemars(range(min = 1, max = 24))]
+    #[default(2)]
     pub under: u32,
     /// Distance between warp threads and between weft threads, from middle to middle; one number sets both.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(Xy::new(1.0, 1.0))]
     pub pitch: Xy,
     /// Width of warp and of weft threads; at most the distance between them.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(Xy::new(0.85, 0.85))]
     pub width: Xy,
     /// Thickness of warp and of weft threads.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
+    #[default(Xy::new(0.4, 0.4))]
     pub thickness: Xy,
     /// Amplitude with which the middle of warp and of weft threads rises and sinks; by default half the thickness of
     /// the other thread, as if both bend equally.
@@ -59,21 +63,6 @@ pub struct Weave {
     /// Rotation of the cloth, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-}
-
-impl Default for Weave {
-    fn default() -> Self {
-        Self {
-            binding: Binding::Plain,
-            over: 2,
-            under: 2,
-            pitch: Xy::new(1.0, 1.0),
-            width: Xy::new(0.85, 0.85),
-            thickness: Xy::new(0.4, 0.4),
-            crimp: None,
-            angle: 0.0,
-        }
-    }
 }
 
 impl Weave {

@@ -5,10 +5,8 @@
 use super::region_coordinates::Coordinates;
 use super::whole::whole;
 use glam::{DVec2, UVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::region::flood;
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, FieldSource, Given, Grid, Pictures, Read, Resolution, Stop, Tile, Tiling, Type, Window};
 
@@ -28,8 +26,7 @@ use shibo_value::{Field, FieldSource, Given, Grid, Pictures, Read, Resolution, S
 /// ```
 ///
 /// Elsewhere: Substance Designer *Flood Fill*; Material Maker *Fill*; Houdini *Connectivity*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct FloodFill {
     /// The mask.
     pub mask: In<Gray>,

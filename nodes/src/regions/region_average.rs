@@ -3,12 +3,10 @@
 //! Sums over the whole picture at the resolution of the output. Cost: O(pixels).
 use super::per_piece::{PerPiece, of_pieces};
 use glam::{DVec2, UVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::region::axes::Picture;
 use shibo_kernel::region::pieces::Pieces;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs, node};
 use shibo_value::{Stop, Tile};
 
 /// Gives each piece the mean of a field over it: mosaics, stained glass, one height for each stone of a relief.
@@ -24,8 +22,7 @@ use shibo_value::{Stop, Tile};
 ///
 /// Elsewhere: Substance Designer *Flood Fill to Grayscale/Color*; Material Maker *Fill to Color*; Blender *Field
 /// Average*; Houdini *Attribute Promote*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct RegionAverage {
     /// Field to average.
     pub input: In<AnyField>,

@@ -4,17 +4,15 @@
 //! O(pixels), and the numbers once more for each output.
 use super::per_piece::{PerPiece, of_pieces};
 use glam::{DVec2, UVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::region::axes::{self, Picture};
 use shibo_kernel::region::pieces::{Pieces, reaches};
-use shibo_node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs, choice, node};
 use shibo_value::{Field, Stop, Tile, Tiling, Type};
 
 /// Direction of the x axis of a piece.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum PieceAxis {
     /// To the right on the canvas.
     #[default]
@@ -37,8 +35,7 @@ pub enum PieceAxis {
 ///
 /// Elsewhere: Substance Designer *Flood Fill to Position*, *Flood Fill to BBox Size*, *Flood Fill Mapper*; Material
 /// Maker *Fill to UV*, *Fill to Position*, *Fill to Size*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct RegionCoordinates {
     /// The numbers of the pieces.
     pub ids: In<IdsField>,

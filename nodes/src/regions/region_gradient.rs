@@ -4,10 +4,8 @@
 use super::per_piece::of_pieces;
 use super::region_coordinates::{Coordinates, PieceAxis};
 use glam::UVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
-use shibo_node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs, node};
 use shibo_value::{Stop, Type};
 
 /// A gradient from 0 to 1 over each piece, in one direction or in a separate one for each piece: slabs that lie askew,
@@ -24,27 +22,22 @@ use shibo_value::{Stop, Type};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Flood Fill to Gradient*; Material Maker *Fill to Gradient*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct RegionGradient {
     /// The numbers of the pieces.
     pub ids: In<IdsField>,
     /// Reference of `angle`: the x axis of the canvas, or the long side of each piece.
+    #[default(PieceAxis::Canvas)]
     pub axis: PieceAxis,
     /// Direction in which values rise, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
     /// Largest random change of the direction, either way: with 180° all directions are equally likely.
     #[schemars(range(min = 0, max = 180), extend("unit" = "°"))]
+    #[default(180.0)]
     pub vary: f64,
     /// Another seed gives other directions.
     pub seed: u64,
-}
-
-impl Default for RegionGradient {
-    fn default() -> Self {
-        Self { ids: In::default(), axis: PieceAxis::Canvas, angle: 0.0, vary: 180.0, seed: 0 }
-    }
 }
 
 impl Node for RegionGradient {

@@ -2,12 +2,10 @@
 //!
 //! Computed as hashes of the numbers of pieces. Cost: O(pixels).
 use super::region_coordinates::hash_of;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::region::pieces::runs;
-use shibo_node::{Context, Fact, IdsField, In, Node, Output, Outputs, Range};
+use shibo_node::{Context, Fact, IdsField, In, Node, Output, Outputs, Range, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// A random number for each piece, the same at all its pixels: tones of boards, heights of stones, a choice of red
@@ -25,22 +23,16 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 ///
 /// Elsewhere: Substance Designer *Flood Fill to Random Grayscale*, *Flood Fill to Random Color*; Material Maker *Fill
 /// to Random Gray*, *Fill to Random Color*; Blender *Random per Island*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct RegionRandom {
     /// The numbers of the pieces.
     pub ids: In<IdsField>,
     /// Smallest and largest value.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    #[default(Range::new(0.0, 1.0))]
     pub range: Range,
     /// Another seed gives other values.
     pub seed: u64,
-}
-
-impl Default for RegionRandom {
-    fn default() -> Self {
-        Self { ids: In::default(), range: Range::new(0.0, 1.0), seed: 0 }
-    }
 }
 
 impl Node for RegionRandom {

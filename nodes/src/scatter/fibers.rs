@@ -3,10 +3,8 @@
 //! Strands of [`kernel::strand`](shibo_kernel::scatter::strand), drawn as strokes; where they cross, the highest one
 //! shows. Cost: O(strands + pixels under them), by tiles.
 use super::strands::{StrandPlan, whole};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::scatter::strand::Ends;
-use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range};
+use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Stop, Tiling, Type};
 
@@ -23,8 +21,7 @@ use shibo_value::{Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Fibers 1*, *Fur 1*; Blender *Hair Curves*; Houdini *Hair Generate*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Fibers {
     /// The direction that fibres follow: degrees from +x towards +y, or vectors.
     pub direction: Option<In<Direction>>,
@@ -33,44 +30,33 @@ pub struct Fibers {
     pub mask: Option<In<Gray>>,
     /// Number of fibres per square centimetre, before the mask.
     #[schemars(range(min = 0, max = 1e6), extend("unit" = "1/cm²"))]
+    #[default(200.0)]
     pub density: f64,
     /// Smallest and largest length; each fibre draws one at random.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(Range::new(3.0, 6.0))]
     pub length: Range,
     /// Smallest and largest width in the middle; each fibre draws one at random.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
+    #[default(Range::new(0.1, 0.2))]
     pub width: Range,
     /// Height of the lowest and of the highest fibre in its middle; each fibre draws one at random.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
+    #[default(Range::new(0.05, 0.2))]
     pub thickness: Range,
     /// Smallest and largest angle to the direction; each fibre draws one at random.
     #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
+    #[default(Range::new(-10.0, 10.0))]
     pub angle: Range,
     /// Largest random bend of a fibre, either way, in degrees per millimetre.
     #[schemars(range(min = 0, max = 360), extend("unit" = "°/mm"))]
     pub curl: f64,
     /// Narrowing of the ends: 0 none, 1 pointed.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.7)]
     pub taper: f64,
     /// Another seed gives other fibres.
     pub seed: u64,
-}
-
-impl Default for Fibers {
-    fn default() -> Self {
-        Self {
-            direction: None,
-            mask: None,
-            density: 200.0,
-            length: Range::new(3.0, 6.0),
-            width: Range::new(0.1, 0.2),
-            thickness: Range::new(0.05, 0.2),
-            angle: Range::new(-10.0, 10.0),
-            curl: 0.0,
-            taper: 0.7,
-            seed: 0,
-        }
-    }
 }
 
 impl Fibers {

@@ -2,16 +2,14 @@
 use crate::degrees::sin_cos;
 use crate::map::Map;
 use glam::{DVec2, Vec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::scatter::set::{Stamp, StampSet};
-use shibo_node::{Context, Direction, Gray, In, Range};
+use shibo_node::{Context, Direction, Gray, In, Range, choice};
 use shibo_value::{Stop, Tiling};
 
 /// The order in which stamps are drawn.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Order {
     /// The order of the rows, or of the points.
     #[default]

@@ -8,19 +8,20 @@ use super::sown::{Ground, Sown, StampQuantity};
 use super::tile_sampler::too_large;
 use super::varied::varied;
 use crate::normals::normals;
+use crate::values::each;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::scatter::paint::{Content, Overlap};
-use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Range, Xy};
+use shibo_node::{
+    CanvasFacts, Context, Direction, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Range, Xy, choice,
+};
 use shibo_value::diagnostics::Problem;
-use shibo_value::{Channel, ChannelSet, Field, Halo, Material, Points, Stop, Tile, Type};
+use shibo_value::{Channel, ChannelSet, Field, Material, Points, Stop, Type};
 use std::sync::Arc;
 
 /// How the heights of stamps are combined with those of the ground and of each other.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum ScatterHeights {
     /// The higher one shows, in all channels: stamps sink into the ground and into each other.
     #[default]
@@ -59,26 +60,28 @@ varied! {
     /// Points*; Blender *Instance on Points*.
     pub struct ScatterMaterial {
         /// Material to stamp; its whole canvas becomes a stamp.
-        material: In<Material> = In::default(),
+        material: In<Material>,
         /// Material of the ground; defaults replace channels that it lacks.
-        ground: Option<In<Material>> = None,
+        ground: Option<In<Material>>,
         /// Positions of the stamps.
-        points: In<Points> = In::default(),
+        points: In<Points>,
         /// Opacity of the stamp, 0..1, over the same canvas. If not given, the opacity of the material, or a full
         /// rectangle without one.
         #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-        shape: Option<In<Gray>> = None,
+        shape: Option<In<Gray>>,
         [steering]
         [sizes]
         /// Smallest and largest factor on the heights; each stamp draws one at random.
         #[schemars(extend("minimum" = -1e4, "maximum" = 1e4))]
-        height_scale: Range = Range::new(1.0, 1.0),
+        #[default(Range::new(1.0, 1.0))]
+        height_scale: Range,
         /// By how much stamps are raised before `height_scale`; negative values sink them into the ground.
         #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
-        offset: f64 = 0.0,
+        offset: f64,
         [share]
         /// How heights are combined, and which stamp shows.
-        heights: ScatterHeights = ScatterHeights::Max,
+        #[default(ScatterHeights::Max)]
+        heights: ScatterHeights,
         [order]
         [seed]
     }
@@ -179,10 +182,7 @@ fn raised(material: &Material, offset: f64) -> Option<Field> {
     if offset == 0.0 {
         return Some(height);
     }
-    Some(Field::map(Type::Gray, [height], Halo::NONE, move |out: &mut Tile, [height]: [&Tile; 1]| {
-        out.data_mut().iter_mut().zip(height.data()).for_each(|(out, height)| *out = height + offset);
-        Ok(())
-    }))
+    Some(each(&height, move |height| height + offset))
 }
 
 /// Stamps on a ground.

@@ -3,10 +3,8 @@
 //! Strands of [`kernel::strand`](shibo_kernel::scatter::strand), drawn as strokes. Control fields are read first, at
 //! the places of the strands. Cost: O(strands + pixels under them), by tiles.
 use super::strands::{StrandPlan, whole};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::scatter::strand::Ends;
-use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range};
+use shibo_node::{CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, Range, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Stop, Tiling, Type};
 
@@ -21,8 +19,7 @@ use shibo_value::{Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Scratches Generator*; Material Maker *Scratches*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Scratches {
     /// The share of scratches that are drawn, 0..1, read at the middle of each scratch.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
@@ -31,40 +28,29 @@ pub struct Scratches {
     pub direction: Option<In<Direction>>,
     /// Number of scratches per square centimetre, before the mask.
     #[schemars(range(min = 0, max = 1e6), extend("unit" = "1/cm²"))]
+    #[default(20.0)]
     pub density: f64,
     /// Smallest and largest length; each scratch draws one at random.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(Range::new(3.0, 15.0))]
     pub length: Range,
     /// Smallest and largest width in the middle; each scratch draws one at random.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
+    #[default(Range::new(0.05, 0.15))]
     pub width: Range,
     /// Smallest and largest depth in the middle; each scratch draws one at random.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "mm"))]
+    #[default(Range::new(0.01, 0.05))]
     pub depth: Range,
     /// Smallest and largest angle from +x towards +y; each scratch draws one at random.
     #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
+    #[default(Range::new(0.0, 180.0))]
     pub angle: Range,
     /// Largest random bend of a scratch, either way, in degrees per millimetre.
     #[schemars(range(min = 0, max = 360), extend("unit" = "°/mm"))]
     pub curl: f64,
     /// Another seed gives other scratches.
     pub seed: u64,
-}
-
-impl Default for Scratches {
-    fn default() -> Self {
-        Self {
-            mask: None,
-            direction: None,
-            density: 20.0,
-            length: Range::new(3.0, 15.0),
-            width: Range::new(0.05, 0.15),
-            depth: Range::new(0.01, 0.05),
-            angle: Range::new(0.0, 180.0),
-            curl: 0.0,
-            seed: 0,
-        }
-    }
 }
 
 impl Scratches {

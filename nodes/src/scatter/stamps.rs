@@ -31,26 +31,28 @@ varied! {
     /// *Copy to Points*.
     pub struct Scatter {
         /// Field to stamp; its whole canvas becomes a stamp.
-        input: In<AnyField> = In::default(),
+        input: In<AnyField>,
         /// Positions of the stamps.
-        points: In<Points> = In::default(),
+        points: In<Points>,
         /// Opacity of the stamp, 0..1, over the same canvas; a full rectangle if not given.
         #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-        shape: Option<In<Gray>> = None,
+        shape: Option<In<Gray>>,
         /// Height of the stamp, for `ByHeight`; the input itself if not given.
-        height: Option<In<Gray>> = None,
+        height: Option<In<Gray>>,
         [steering]
         [sizes]
         /// Smallest and largest factor on the values; each stamp draws one at random.
         #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
-        value: Range = Range::new(1.0, 1.0),
+        #[default(Range::new(1.0, 1.0))]
+        value: Range,
         [share]
         /// How stamps that overlap are combined.
-        overlap: Overlap = Overlap::Max,
+        #[default(Overlap::Max)]
+        overlap: Overlap,
         [order]
         /// The value where there is no stamp.
         #[schemars(range(min = -1e6, max = 1e6))]
-        background: f64 = 0.0,
+        background: f64,
         [seed]
     }
 }

@@ -34,35 +34,38 @@ varied! {
     /// Blender *Instance on Points*; Houdini *Copy to Points*.
     pub struct TileSampler {
         /// Field to stamp; its whole canvas becomes a stamp.
-        input: In<AnyField> = In::default(),
+        input: In<AnyField>,
         /// Opacity of the stamp, 0..1, over the same canvas; a full rectangle if not given.
         #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-        shape: Option<In<Gray>> = None,
+        shape: Option<In<Gray>>,
         /// Height of the stamp, for `ByHeight`; the input itself if not given.
-        height: Option<In<Gray>> = None,
+        height: Option<In<Gray>>,
         /// Positions of the stamps, instead of a grid; `pitch`, `stagger` and `jitter` then have no effect.
-        points: Option<In<Points>> = None,
+        points: Option<In<Points>>,
         [steering]
         /// Distance between columns and between rows; one number sets both.
         #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
-        pitch: Xy = Xy::new(4.0, 4.0),
+        #[default(Xy::new(4.0, 4.0))]
+        pitch: Xy,
         /// By how much every second row is shifted, as a share of the pitch.
         #[schemars(range(min = 0, max = 1))]
-        stagger: f64 = 0.0,
+        stagger: f64,
         /// Largest random shift of stamps, as a share of the pitch: at 1 by up to half a pitch in x and in y.
         #[schemars(range(min = 0, max = 4))]
-        jitter: f64 = 0.0,
+        jitter: f64,
         [sizes]
         /// Smallest and largest factor on the values; each stamp draws one at random.
         #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
-        value: Range = Range::new(1.0, 1.0),
+        #[default(Range::new(1.0, 1.0))]
+        value: Range,
         [share]
         /// How stamps that overlap are combined.
-        overlap: Overlap = Overlap::Max,
+        #[default(Overlap::Max)]
+        overlap: Overlap,
         [order]
         /// The value where there is no stamp.
         #[schemars(range(min = -1e6, max = 1e6))]
-        background: f64 = 0.0,
+        background: f64,
         [seed]
     }
 }

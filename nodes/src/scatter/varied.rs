@@ -1,26 +1,24 @@
 //! Parameters shared by all nodes that stamp: the variation from stamp to stamp.
 
-/// Declares a node that stamps: its own fields in four places, with the shared fields between them. Each field has its
-/// default.
+/// Declares a node that stamps: its own fields in four places, with the shared fields between them.
 macro_rules! varied {
     (
         $(#[$meta:meta])*
         pub struct $name:ident {
-            $($(#[$m1:meta])* $f1:ident: $t1:ty = $d1:expr,)*
+            $($(#[$m1:meta])* $f1:ident: $t1:ty,)*
             [steering]
-            $($(#[$m2:meta])* $f2:ident: $t2:ty = $d2:expr,)*
+            $($(#[$m2:meta])* $f2:ident: $t2:ty,)*
             [sizes]
-            $($(#[$m3:meta])* $f3:ident: $t3:ty = $d3:expr,)*
+            $($(#[$m3:meta])* $f3:ident: $t3:ty,)*
             [share]
-            $($(#[$m4:meta])* $f4:ident: $t4:ty = $d4:expr,)*
+            $($(#[$m4:meta])* $f4:ident: $t4:ty,)*
             [order]
-            $($(#[$m5:meta])* $f5:ident: $t5:ty = $d5:expr,)*
+            $($(#[$m5:meta])* $f5:ident: $t5:ty,)*
             [seed]
         }
     ) => {
         $(#[$meta])*
-        #[derive(Clone, Debug, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-        #[serde(default, deny_unknown_fields)]
+        #[shibo_node::node]
         pub struct $name {
             $($(#[$m1])* pub $f1: $t1,)*
             /// The share of stamps that are drawn, 0..1, read at the place of each stamp.
@@ -34,9 +32,11 @@ macro_rules! varied {
             $($(#[$m2])* pub $f2: $t2,)*
             /// Width and height of a stamp of scale 1.
             #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+            #[default(Xy::new(4.0, 4.0))]
             pub size: Xy,
             /// Smallest and largest factor on the size; each stamp draws one at random.
             #[schemars(extend("minimum" = 0.0, "maximum" = 100.0))]
+            #[default(Range::new(1.0, 1.0))]
             pub scale: Range,
             /// Smallest and largest rotation, from +x towards +y; each stamp draws one at random.
             #[schemars(extend("minimum" = -3600.0, "maximum" = 3600.0, "unit" = "°"))]
@@ -44,34 +44,15 @@ macro_rules! varied {
             $($(#[$m3])* pub $f3: $t3,)*
             /// The share of stamps that are drawn.
             #[schemars(range(min = 0, max = 1))]
+            #[default(1.0)]
             pub share: f64,
             $($(#[$m4])* pub $f4: $t4,)*
             /// The order in which stamps are drawn.
+            #[default(Order::Rows)]
             pub order: Order,
             $($(#[$m5])* pub $f5: $t5,)*
             /// Another seed gives other random values.
             pub seed: u64,
-        }
-
-        impl Default for $name {
-            fn default() -> Self {
-                Self {
-                    $($f1: $d1,)*
-                    density: None,
-                    scale_by: None,
-                    direction: None,
-                    $($f2: $d2,)*
-                    size: Xy::new(4.0, 4.0),
-                    scale: Range::new(1.0, 1.0),
-                    turn: Range::new(0.0, 0.0),
-                    $($f3: $d3,)*
-                    share: 1.0,
-                    $($f4: $d4,)*
-                    order: Order::Rows,
-                    $($f5: $d5,)*
-                    seed: 0,
-                }
-            }
         }
 
         impl $name {

@@ -5,17 +5,15 @@
 use super::masked;
 use crate::degrees::sin_cos;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::shape::figure::{Figure, PlacedFigure};
-use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Context, Fact, Node, Output, Outputs, Xy, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Stop, Tiling, Type};
 
 /// Geometric figures.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Form {
     /// A disc; its diameter is the smaller number of `size`.
     #[default]
@@ -54,16 +52,18 @@ pub enum Form {
 /// ```
 ///
 /// Elsewhere: Substance Designer *Shape*, *Polygon*; Material Maker *Shape*, *Circle*, *Box*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct Shape {
     /// The figure.
+    #[default(Form::Circle)]
     pub form: Form,
     /// Centre of the shape; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub center: Option<Xy>,
     /// Width and height before the rotation; one number sets both. On a canvas that tiles, at most twice the canvas.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
+    #[default(Xy::new(10.0, 10.0))]
     pub size: Xy,
     /// Rotation of the shape, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
@@ -73,9 +73,11 @@ pub struct Shape {
     pub radius: f64,
     /// Width of the bars of `Ring`, `Line` and `Cross`.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(2.0)]
     pub width: f64,
     /// Corners of a `Polygon`.
     #[schemars(range(min = 3, max = 1000))]
+    #[default(6)]
     pub sides: u32,
     /// Makes a `Polygon` a star: distance of the inner corners from the middle, as a share of that of the outer ones.
     /// Without it the sides are straight.
@@ -84,22 +86,6 @@ pub struct Shape {
     /// Width over which the edge of the mask fades, half of it inside; at least one pixel.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub softness: f64,
-}
-
-impl Default for Shape {
-    fn default() -> Self {
-        Self {
-            form: Form::Circle,
-            center: None,
-            size: Xy::new(10.0, 10.0),
-            angle: 0.0,
-            radius: 0.0,
-            width: 2.0,
-            sides: 6,
-            inner: None,
-            softness: 0.0,
-        }
-    }
 }
 
 impl Shape {

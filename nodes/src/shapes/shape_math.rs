@@ -5,13 +5,11 @@
 //! the cost of the input over two cells.
 use super::masked;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::sample::{Filter, Outside, Sampler};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::shape::combine::{self, Operation};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Xy, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, FieldSource, Given, Grid, Halo, Read, Stop, Tile, Tiling, Type, Window};
 
@@ -31,10 +29,10 @@ use shibo_value::{Field, FieldSource, Given, Grid, Halo, Read, Stop, Tile, Tilin
 ///
 /// Elsewhere: Material Maker *Boolean*, *Smooth Boolean*, *Rounded Shape*, *Annular Shape*; Blender *Boolean Math*,
 /// *Math* (Smooth Minimum).
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct ShapeMath {
     /// Operation on the shapes.
+    #[default(Operation::Union)]
     pub operation: Operation,
     /// The distance of the first shape.
     pub a: In<Gray>,
@@ -49,24 +47,11 @@ pub struct ShapeMath {
     /// The cell of `Repeat`: the part of the input in the cell about the middle of the canvas is repeated. On a canvas
     /// that tiles, the cell is changed so that a whole number fits.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    #[default(Xy::new(10.0, 10.0))]
     pub cell: Xy,
     /// Width over which the edge of the mask fades, half of it inside; at least one pixel.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub softness: f64,
-}
-
-impl Default for ShapeMath {
-    fn default() -> Self {
-        Self {
-            operation: Operation::Union,
-            a: In::default(),
-            b: None,
-            radius: 0.0,
-            amount: 0.0,
-            cell: Xy::new(10.0, 10.0),
-            softness: 0.0,
-        }
-    }
 }
 
 impl ShapeMath {

@@ -5,17 +5,15 @@
 //! drawing the picture once for each block.
 use super::vector::Vector;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{CanvasFacts, Color, Context, Fact, FilePath, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Color, Context, Fact, FilePath, Node, Output, Outputs, Xy, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window, srgb_to_linear};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 /// How a picture fills its rectangle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Fit {
     /// As large as possible within the rectangle.
     #[default]
@@ -41,8 +39,8 @@ pub enum Fit {
 /// ```
 ///
 /// Elsewhere: Substance Designer *SVG*; Blender *Import SVG*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct Svg {
     /// The file, SVG or SVGZ, up to 16 MiB also when unpacked; relative to the graph file.
     pub path: FilePath,
@@ -50,18 +48,13 @@ pub struct Svg {
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub size_mm: Option<Xy>,
     /// How the picture fills its rectangle.
+    #[default(Fit::Contain)]
     pub fit: Fit,
     /// Centre of the rectangle; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub center: Option<Xy>,
     /// The colour of the background.
     pub background: Color,
-}
-
-impl Default for Svg {
-    fn default() -> Self {
-        Self { path: FilePath::default(), size_mm: None, fit: Fit::Contain, center: None, background: Color::default() }
-    }
 }
 
 impl Node for Svg {

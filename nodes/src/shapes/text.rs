@@ -7,19 +7,17 @@ use super::glyphs::{self, Setting};
 use super::masked;
 use crate::degrees::sin_cos;
 use glam::{DMat2, DVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::shape::outline::{Edge, Outline};
-use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Xy, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Stop, Tiling, Type};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Alignment of lines.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Align {
     /// Lines begin together on the left.
     Left,
@@ -42,23 +40,27 @@ pub enum Align {
 /// ```
 ///
 /// Elsewhere: Substance Designer *Text*; Material Maker *Text*; Blender *String to Curves*; Houdini *Font*.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct Text {
     /// The text; `\n` starts another line. At most 2000 letters.
+    #[default("Text".into())]
     pub text: String,
     /// A TrueType or OpenType font, relative to the graph file; the embedded font if not given.
     pub font: Option<FilePath>,
     /// Size of the font; capital letters are about 0.7 times as high.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(10.0)]
     pub size_mm: f64,
     /// Alignment of lines.
+    #[default(Align::Center)]
     pub align: Align,
     /// Additional space between letters, as a share of the size.
     #[schemars(range(min = -1, max = 10))]
     pub tracking: f64,
     /// Distance from one line to the next, as a share of the size.
     #[schemars(range(min = 0, max = 10))]
+    #[default(1.2)]
     pub leading: f64,
     /// Centre of the text; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
@@ -69,22 +71,6 @@ pub struct Text {
     /// Width over which the edge of the mask fades, half of it inside; at least one pixel.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
     pub softness: f64,
-}
-
-impl Default for Text {
-    fn default() -> Self {
-        Self {
-            text: "Text".into(),
-            font: None,
-            size_mm: 10.0,
-            align: Align::Center,
-            tracking: 0.0,
-            leading: 1.2,
-            center: None,
-            angle: 0.0,
-            softness: 0.0,
-        }
-    }
 }
 
 impl Text {

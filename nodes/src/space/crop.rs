@@ -4,9 +4,7 @@
 //! [`Transform`](crate::space::Transform). Cost: that of the input on another grid.
 use crate::moved::Placement;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, node};
 use shibo_value::{Stop, Tiling};
 
 /// Shows a rectangle of a field on the whole canvas. `Place` does the opposite.
@@ -21,8 +19,7 @@ use shibo_value::{Stop, Tiling};
 ///
 /// Elsewhere: Substance Designer *Crop Grayscale*, *Crop Color*; Houdini *Crop*; Blender *Crop Image*; Photoshop
 /// *Crop*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Crop {
     /// Field to crop.
     pub input: In<AnyField>,
@@ -33,12 +30,6 @@ pub struct Crop {
     /// stretched.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     pub size: Option<Xy>,
-}
-
-impl Default for Crop {
-    fn default() -> Self {
-        Self { input: In::default(), position: Xy::new(0.0, 0.0), size: None }
-    }
 }
 
 impl Crop {

@@ -4,11 +4,9 @@
 //! move the way the angle points. The halo of a tile is only as wide as its own displacements. Cost: O(pixels).
 use crate::bounds::at_most_half;
 use crate::warped::Warped;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::math::{clamp, cos_degrees, sin_degrees};
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
@@ -22,8 +20,7 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Directional Warp*, *Multi Directional Warp*; Blender *Displace*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct DirectionalWarp {
     /// Field to push.
     pub input: In<AnyField>,
@@ -31,16 +28,12 @@ pub struct DirectionalWarp {
     #[schemars(extend("minimum" = -1.0, "maximum" = 1.0))]
     pub by: In<Gray>,
     /// The direction in which features move, in degrees, from +x towards +y: a number or a field; or vectors.
+    #[default(In::constant(0.0))]
     pub angle: In<Direction>,
     /// Largest displacement; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(1.0)]
     pub amount: f64,
-}
-
-impl Default for DirectionalWarp {
-    fn default() -> Self {
-        Self { input: In::default(), by: In::default(), angle: In::constant(0.0), amount: 1.0 }
-    }
 }
 
 impl Node for DirectionalWarp {

@@ -3,14 +3,11 @@
 //! Numbers are moved as by [`Transform`], but taken from the nearest pixel instead of interpolated. Graph files cannot
 //! name this node: `Use(canvas: …)` makes it. Cost: O(pixels).
 use super::Transform;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Context, Fact, IdsField, In, Node, Output, Outputs, Xy, node};
 use shibo_value::{Stop, Tiling, Type};
 
 /// Moves, rotates and scales numbers of pieces.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct LaidIds {
     /// Numbers to move.
     pub input: In<IdsField>,
@@ -19,16 +16,10 @@ pub struct LaidIds {
     /// Rotation of the features, from +x towards +y.
     pub angle: f64,
     /// Factor on the size of the features.
+    #[default(Xy::new(1.0, 1.0))]
     pub scale: Xy,
     /// The point about which features are rotated and scaled; the canvas' centre by default.
     pub pivot: Option<Xy>,
-}
-
-impl Default for LaidIds {
-    fn default() -> Self {
-        let Transform { offset, angle, scale, pivot, .. } = Transform::default();
-        Self { input: In::default(), offset, angle, scale, pivot }
-    }
 }
 
 impl LaidIds {

@@ -3,15 +3,13 @@
 //! Each channel is moved as by [`Transform`]; normals and the angles of the anisotropy are rotated too. Heights stay
 //! the same in mm. Graph files cannot name this node: `Use(canvas: …)` makes it. Cost: that of its channels.
 use super::Transform;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
-use shibo_value::{Channel, Field, Halo, Material, Stop, Tile, Tiling, Type, Value};
+use crate::values::each;
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, node};
+use shibo_value::{Channel, Field, Material, Stop, Tiling, Type, Value};
 use std::sync::Arc;
 
 /// Moves, rotates and scales a material.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct LaidMaterial {
     /// Material to move.
     pub input: In<Material>,
@@ -20,16 +18,10 @@ pub struct LaidMaterial {
     /// Rotation of the features, from +x towards +y.
     pub angle: f64,
     /// Factor on the size of the features.
+    #[default(Xy::new(1.0, 1.0))]
     pub scale: Xy,
     /// The point about which features are rotated and scaled; the canvas' centre by default.
     pub pivot: Option<Xy>,
-}
-
-impl Default for LaidMaterial {
-    fn default() -> Self {
-        let Transform { offset, angle, scale, pivot, .. } = Transform::default();
-        Self { input: In::default(), offset, angle, scale, pivot }
-    }
 }
 
 impl LaidMaterial {
@@ -46,10 +38,7 @@ fn turned(angles: Field, angle: f64) -> Field {
     if angle == 0.0 {
         return angles;
     }
-    Field::map(Type::Gray, [angles], Halo::NONE, move |out: &mut Tile, [angles]: [&Tile; 1]| {
-        out.data_mut().iter_mut().zip(angles.data()).for_each(|(out, a)| *out = a + angle);
-        Ok(())
-    })
+    each(&angles, move |a| a + angle)
 }
 
 impl Node for LaidMaterial {

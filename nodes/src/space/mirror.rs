@@ -3,13 +3,11 @@
 //! A pixel of the mirrored half shows the pixel at the same distance on the other side of the axis. Only the canvas is
 //! read, so the result is symmetric about the axis and about the line half a canvas away, and repeats even if the input
 //! does not. The axis lies between pixels or in the middle of a pixel. Cost: O(pixels), bound by memory.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_node::{AnyField, Context, Fact, In, Node, Output, Outputs, Xy, choice, node};
 use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 
 /// The half of a picture that is shown twice.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum MirrorAxis {
     /// The left half; the right one is its mirror image
     #[default]
@@ -36,22 +34,16 @@ pub enum MirrorAxis {
 /// ```
 ///
 /// Elsewhere: Substance Designer *Mirror*, Material Maker *Mirror*, Blender *Flip*, Houdini *Flip*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Mirror {
     /// Field to mirror.
     pub input: In<AnyField>,
     /// Part that is shown twice.
+    #[default(MirrorAxis::Left)]
     pub keep: MirrorAxis,
     /// Position of the axis; the middle of the canvas if not given. The parts on both sides are half a canvas wide.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub axis: Option<Xy>,
-}
-
-impl Default for Mirror {
-    fn default() -> Self {
-        Self { input: In::default(), keep: MirrorAxis::Left, axis: None }
-    }
 }
 
 /// For each direction, across and down: true if the kept half lies before the axis; `None` if nothing is mirrored.
@@ -145,10 +137,6 @@ impl FieldSource for Mirrored {
 impl Node for Mirror {
     const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The mirrored field.")];
     const FACTS: &'static [Fact] = &[Fact::Size];
-
-    fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
-        Tiling::BOTH
-    }
 
     fn makes_tile(&self, _port: &str) -> bool {
         self.keep == MirrorAxis::TopLeft

@@ -3,12 +3,10 @@
 //! The structure tensor (J. Bigün, G. Granlund, 1987): products of slopes, averaged by a Gaussian; see
 //! [`kernel::tensor`](shibo_kernel::filter::tensor). Cost: that of two blurs, O(pixels).
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::{fields, slopes, tensor};
 use shibo_kernel::ground::math::{cos_degrees, sin_degrees};
 use shibo_kernel::ground::tile;
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Buffer, Field, Halo, Stop, Tile, Type};
 
@@ -31,24 +29,19 @@ use shibo_value::{Buffer, Field, Halo, Stop, Tile, Type};
 /// ```
 ///
 /// Elsewhere: ImageJ *OrientationJ*; OpenCV `cornerEigenValsAndVecs`.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct OrientationField {
     /// Field whose features are analysed.
     pub input: In<Gray>,
     /// Radius over which directions are averaged: standard deviation of a Gaussian; at most half the canvas' longer
     /// side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(1.0)]
     pub radius: f64,
     /// Detail that is removed first: standard deviation of a Gaussian; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(0.1)]
     pub detail: f64,
-}
-
-impl Default for OrientationField {
-    fn default() -> Self {
-        Self { input: In::default(), radius: 1.0, detail: 0.1 }
-    }
 }
 
 /// The averaged tensor of a field.

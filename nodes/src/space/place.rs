@@ -7,12 +7,10 @@ use crate::masked::{Masked, Mix};
 use crate::moved::Placement;
 use crate::torus::Torus;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::math::lerp;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::{channel, widest};
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Stop, Tiling, Type};
 
@@ -29,12 +27,12 @@ use shibo_value::{Field, Stop, Tiling, Type};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Transformation 2D* without tiling; Photoshop *Place*; Blender *Alpha Over*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Place {
     /// Field to place.
     pub input: In<AnyField>,
     /// Field that shows around it.
+    #[default(In::constant(0.0))]
     pub base: In<AnyField>,
     /// The upper left corner of the rectangle, before the rotation.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
@@ -45,12 +43,6 @@ pub struct Place {
     /// Rotation of the rectangle about its middle, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-}
-
-impl Default for Place {
-    fn default() -> Self {
-        Self { input: In::default(), base: In::constant(0.0), position: Xy::new(0.0, 0.0), size: None, angle: 0.0 }
-    }
 }
 
 impl Place {

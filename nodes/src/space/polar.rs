@@ -5,15 +5,13 @@
 use crate::bounds::{exceeds, told};
 use crate::warped::Warped;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Stop, Tile, Tiling, Type};
 
 /// Direction of the mapping.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum PolarMode {
     /// Round the point: the upper edge becomes the centre, the lower edge the circle of `radius`, columns become rays
     #[default]
@@ -36,12 +34,12 @@ pub enum PolarMode {
 ///
 /// Elsewhere: Substance Designer *Cartesian to Polar*, *Polar to Cartesian*; Material Maker *Circle Map*; Photoshop
 /// *Polar Coordinates*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Polar {
     /// Field to bend.
     pub input: In<AnyField>,
     /// Direction of the mapping.
+    #[default(PolarMode::Bend)]
     pub mode: PolarMode,
     /// Centre of the mapping; the middle of the canvas by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
@@ -52,12 +50,6 @@ pub struct Polar {
     /// Direction of the ray that corresponds to the left edge, from +x towards +y.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub angle: f64,
-}
-
-impl Default for Polar {
-    fn default() -> Self {
-        Self { input: In::default(), mode: PolarMode::Bend, center: None, radius: None, angle: 0.0 }
-    }
 }
 
 /// The mapping of places.

@@ -7,9 +7,7 @@
 //! pixels, so that it is filtered only once. Cost: O(pixels), and that of the input on another grid.
 use crate::moved::Placement;
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, node};
 use shibo_value::{Field, Stop, Tiling};
 
 /// Moves, rotates and scales a field. Normals are rotated with it.
@@ -24,8 +22,7 @@ use shibo_value::{Field, Stop, Tiling};
 ///
 /// Elsewhere: Substance Designer *Transformation 2D*; Blender *Mapping*; Material Maker *Transform*; Houdini
 /// *Transform*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Transform {
     /// Field to move.
     pub input: In<AnyField>,
@@ -37,16 +34,11 @@ pub struct Transform {
     pub angle: f64,
     /// Factor on the size of the features: 2 is twice as large. Applied before the rotation.
     #[schemars(extend("minimum" = 1e-3, "maximum" = 1e3))]
+    #[default(Xy::new(1.0, 1.0))]
     pub scale: Xy,
     /// The point about which features are rotated and scaled; the canvas' centre by default.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub pivot: Option<Xy>,
-}
-
-impl Default for Transform {
-    fn default() -> Self {
-        Self { input: In::default(), offset: Xy::new(0.0, 0.0), angle: 0.0, scale: Xy::new(1.0, 1.0), pivot: None }
-    }
 }
 
 impl Transform {

@@ -3,18 +3,16 @@
 //! Gradients are those of [`kernel::slopes`](shibo_kernel::filter::slopes): differences between neighbouring pixels,
 //! per mm. Cost: O(pixels), plus a blur with a `radius`.
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::{fields, slopes};
 use shibo_kernel::ground::math::{clamp, cos_degrees, sin_degrees};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// How vectors are made from a field.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum VectorKind {
     /// They point uphill; their length is the slope
     #[default]
@@ -44,12 +42,12 @@ pub enum VectorKind {
 /// ```
 ///
 /// Elsewhere: Houdini *Slope Direction*; Substance Designer *Normal* as a vector map; Blender *Bump*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct VectorField {
     /// Field to make vectors from.
     pub input: In<Gray>,
     /// How vectors are made from the field.
+    #[default(VectorKind::Gradient)]
     pub kind: VectorKind,
     /// Detail that is removed before slopes are taken: standard deviation of a Gaussian; at most half the canvas'
     /// longer side. Has no effect with `Angle`.
@@ -62,13 +60,8 @@ pub struct VectorField {
     pub normalize: bool,
     /// Factor on the length of vectors: a displacement in mm for a slope of one unit in a mm, or for a length of 1.
     #[schemars(range(min = -1e6, max = 1e6))]
+    #[default(1.0)]
     pub amount: f64,
-}
-
-impl Default for VectorField {
-    fn default() -> Self {
-        Self { input: In::default(), kind: VectorKind::Gradient, radius: 0.0, turn: 0.0, normalize: false, amount: 1.0 }
-    }
 }
 
 /// Slopes are limited to this, so that their square does not overflow.

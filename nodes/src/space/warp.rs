@@ -5,13 +5,11 @@
 //! The halo of a tile is only as wide as its own displacements. Cost: O(pixels).
 use crate::bounds::at_most_half;
 use crate::warped::Warped;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::tile;
 use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
 
@@ -24,8 +22,7 @@ use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
 ///
 /// Elsewhere: Substance Designer *Warp*, *Directional Warp*, *Vector Warp*; Blender *Displace*; Material Maker *Warp*;
 /// Houdini *Distort*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Warp {
     /// Field to warp.
     pub input: In<AnyField>,
@@ -39,21 +36,18 @@ pub struct Warp {
     pub y: Option<In<Gray>>,
     /// Largest displacement in x and in y; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(0.3)]
     pub amount: f64,
     /// Size of the noise's bumps.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(2.0)]
     pub size: f64,
     /// Number of octaves of the noise; each has half the size and half the weight of the one before.
     #[schemars(range(min = 1, max = 12))]
+    #[default(2)]
     pub octaves: u32,
     /// Another seed gives another noise.
     pub seed: u64,
-}
-
-impl Default for Warp {
-    fn default() -> Self {
-        Self { input: In::default(), by: None, x: None, y: None, amount: 0.3, size: 2.0, octaves: 2, seed: 0 }
-    }
 }
 
 impl Warp {

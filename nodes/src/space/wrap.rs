@@ -1,8 +1,6 @@
 //! [`Wrap`]: repeats the canvas of a field. Cost: a copy.
 use crate::torus::Torus;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{AnyField, CanvasFacts, Context, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, In, Node, Output, Outputs, node};
 use shibo_value::{Field, Stop, Tiling};
 
 /// Repeats a field with the canvas, ignoring its values beyond the edge: to the right of the right edge, the left edge
@@ -21,8 +19,7 @@ use shibo_value::{Field, Stop, Tiling};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Tiling Mode*; Blender *Image Texture* (Repeat); Photoshop *Offset* (Wrap Around).
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Wrap {
     /// Field to repeat.
     pub input: In<AnyField>,

@@ -6,11 +6,9 @@
 //! O(pixels), nearly independent of the radius.
 use crate::bounds::at_most_half;
 use crate::on_atlas;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::fields;
 use shibo_kernel::surface::occlusion;
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Atlas, Field, Halo, Stop, Type};
 use std::sync::Arc;
@@ -26,26 +24,21 @@ use std::sync::Arc;
 ///
 /// Elsewhere: Substance Designer *Ambient Occlusion* (HBAO, RTAO); Blender *Ambient Occlusion*; Material Maker
 /// *Occlusion*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct AmbientOcclusion {
     /// Height in mm.
     pub input: In<Gray>,
     /// Size of the hollows that darken; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.5)]
     pub radius: f64,
     /// Strength: 1 is natural, more is darker; with 0 the result is 1 everywhere.
     #[schemars(range(min = 0, max = 1e3))]
+    #[default(1.0)]
     pub strength: f64,
     /// The atlas on which the height lies. If given, `radius` is measured on the surface, and hollows continue across
     /// borders of charts. This reads the whole picture; six times `radius` may be 64 texels at most.
     pub atlas: Option<In<Atlas>>,
-}
-
-impl Default for AmbientOcclusion {
-    fn default() -> Self {
-        Self { input: In::default(), radius: 0.5, strength: 1.0, atlas: None }
-    }
 }
 
 impl Node for AmbientOcclusion {

@@ -4,16 +4,14 @@
 //! Cost: that of one or two distances, O(pixels · width in pixels).
 use crate::bounds::at_most_half;
 use crate::distances;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::surface::profile::{self, Profile};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// The side of the mask's edge on which the slope lies.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum BevelSide {
     /// Inside: the slope starts at the edge
     #[default]
@@ -33,32 +31,29 @@ pub enum BevelSide {
 /// ```
 ///
 /// Elsewhere: Substance Designer *Bevel*, *Bevel Smooth*; Material Maker *Bevel*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Bevel {
     /// Mask; the shape is the area where it is above the threshold. The edge is located between pixels: a mask with
     /// soft edges gives smoother slopes than one of black and white.
     pub mask: In<Gray>,
     /// The value at the shape's edge.
     #[schemars(range(min = -1e6, max = 1e6))]
+    #[default(0.5)]
     pub threshold: f64,
     /// Width of the slope; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.5)]
     pub width: f64,
     /// Height of the raised shape; below 0 the shape is sunk.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    #[default(0.5)]
     pub height: f64,
     /// The side of the edge on which the slope lies.
+    #[default(BevelSide::Inside)]
     pub side: BevelSide,
     /// The shape of the slope.
+    #[default(Profile::Round)]
     pub profile: Profile,
-}
-
-impl Default for Bevel {
-    fn default() -> Self {
-        let (side, profile) = (BevelSide::Inside, Profile::Round);
-        Self { mask: In::default(), threshold: 0.5, width: 0.5, height: 0.5, side, profile }
-    }
 }
 
 impl Node for Bevel {

@@ -2,11 +2,9 @@
 //!
 //! Source: C. Barré-Brisebois, S. Hill, "Blending in detail" (2012); see
 //! [`kernel::combine_normals`](shibo_kernel::surface::combine_normals). Cost: O(pixels), bound by memory.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::surface::combine_normals::{self as kernel, NormalBlend};
-use shibo_node::{Context, Fact, Gray, In, Node, NormalField, Output, Outputs};
+use shibo_node::{Context, Fact, Gray, In, Node, NormalField, Output, Outputs, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Lays one normal map over another, so that the detail follows the shape below.
@@ -24,24 +22,18 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Normal Combine*, *Normal Blend*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct BlendNormals {
     /// The coarse surface.
     pub base: In<NormalField>,
     /// The detail that lies on it.
     pub detail: In<NormalField>,
     /// Factor on the slopes of the detail, a number or a mask: 0 leaves the base.
+    #[default(In::constant(1.0))]
     pub strength: In<Gray>,
     /// How the two normals are combined.
+    #[default(NormalBlend::Reoriented)]
     pub mode: NormalBlend,
-}
-
-impl Default for BlendNormals {
-    fn default() -> Self {
-        let (base, detail) = (In::default(), In::default());
-        Self { base, detail, strength: In::constant(1.0), mode: NormalBlend::Reoriented }
-    }
 }
 
 impl Node for BlendNormals {

@@ -3,14 +3,13 @@
 //! Compares the height with the height smoothed by a Gaussian. Cost: that of one blur, O(pixels), nearly independent of
 //! the radius.
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::values::pairs;
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
-use shibo_value::{Field, Halo, Stop, Tile, Type};
+use shibo_value::{Stop, Type};
 
 /// Masks of hollows and of peaks: where a height lies below its surroundings, and where above.
 ///
@@ -22,23 +21,18 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Curvature Sobel*, Blender *Cavity Mask*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Cavity {
     /// Height in mm.
     pub input: In<Gray>,
     /// Size of the hollows: standard deviation σ of the surroundings; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.5)]
     pub radius: f64,
     /// Difference from the surroundings at which a mask reaches 1.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.1)]
     pub depth: f64,
-}
-
-impl Default for Cavity {
-    fn default() -> Self {
-        Self { input: In::default(), radius: 0.5, depth: 0.1 }
-    }
 }
 
 impl Node for Cavity {
@@ -57,11 +51,7 @@ impl Node for Cavity {
         let soft = fields::blurred(&height, self.radius, cx.size_mm());
         let map = |sign: f64| {
             let scale = narrow(sign / self.depth.max(1e-9));
-            Field::map(Type::Gray, [height.clone(), soft.clone()], Halo::NONE, move |out: &mut Tile, [height, soft]| {
-                let planes = soft.data().iter().zip(height.data());
-                out.data_mut().iter_mut().zip(planes).for_each(|(out, (s, h))| *out = saturate(scale * (s - h)));
-                Ok(())
-            })
+            pairs([&height, &soft], move |h, s| saturate(scale * (s - h)))
         };
         Ok(Outputs::one(map(1.0)).with("peaks", map(-1.0)))
     }
@@ -71,7 +61,7 @@ impl Node for Cavity {
 mod tests {
     use super::*;
     use crate::testing::{canvas, check_field, lumps, outputs, port, raster};
-    use shibo_value::{Tiling, Value};
+    use shibo_value::{Field, Tiling, Value};
 
     fn both(node: &Cavity, input: Field) -> [Field; 2] {
         let made = outputs(node, &[input.into()], &canvas()).unwrap();

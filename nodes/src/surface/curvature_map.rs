@@ -4,14 +4,12 @@
 //! [`kernel::curvature`](shibo_kernel::surface::curvature): the same edges have the same curvature at every resolution.
 //! Cost: that of one blur, O(pixels).
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::fields;
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::curvature;
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
@@ -26,23 +24,18 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Curvature*, *Curvature Smooth*; Houdini *Measure*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct CurvatureMap {
     /// Height in mm.
     pub input: In<Gray>,
     /// Size of the detail that is removed: standard deviation σ of a Gaussian; at most half the canvas' longer side.
     #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(0.1)]
     pub radius: f64,
     /// The curvature that becomes 1 in `normalized`; the negative of it becomes 0.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "1/mm"))]
+    #[default(1.0)]
     pub range: f64,
-}
-
-impl Default for CurvatureMap {
-    fn default() -> Self {
-        Self { input: In::default(), radius: 0.1, range: 1.0 }
-    }
 }
 
 impl Node for CurvatureMap {

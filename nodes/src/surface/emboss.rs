@@ -1,12 +1,13 @@
 //! [`Emboss`]: a grey picture as relief.
 //!
 //! Source: JP4905282B2 §7, "a grey picture whose values are depths for embossing" (row A56). Cost: O(pixels).
+use crate::values::each;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{Context, Gray, In, Node, Output, Outputs};
-use shibo_value::{Field, Halo, Stop, Type};
+use shibo_node::{Context, Gray, In, Node, Output, Outputs, node};
+use shibo_value::{Stop, Type};
 
 /// Mapping of values to depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -29,23 +30,18 @@ pub enum EmbossCurve {
 /// "height": Emboss(input: "shape.f1", depth: 1.5, curve: Smooth),
 /// "example": Relief(height: "height"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Emboss {
     /// The picture, 0..1.
     pub input: In<Gray>,
     /// Depth where the picture is 1; negative raises it.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    #[default(0.2)]
     pub depth: f64,
     /// Mapping of values to depth.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 100.0))]
+    #[default(EmbossCurve::Linear)]
     pub curve: EmbossCurve,
-}
-
-impl Default for Emboss {
-    fn default() -> Self {
-        Self { input: In::default(), depth: 0.2, curve: EmbossCurve::Linear }
-    }
 }
 
 impl Node for Emboss {
@@ -55,19 +51,16 @@ impl Node for Emboss {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let input = cx.get(&self.input)?;
         let (depth, curve) = (narrow(self.depth), self.curve);
-        Ok(Outputs::one(Field::map(Type::Gray, [input], Halo::NONE, move |out, [input]| {
-            let press = |v: f32| {
-                let v = v.clamp(0.0, 1.0);
-                -depth
-                    * match curve {
-                        EmbossCurve::Linear => v,
-                        EmbossCurve::Smooth => v * v * (3.0 - 2.0 * v),
-                        EmbossCurve::Power(power) => math::pow(v, narrow(power)),
-                    }
-            };
-            out.data_mut().iter_mut().zip(input.data()).for_each(|(out, v)| *out = press(*v));
-            Ok(())
-        })))
+        let press = move |v: f32| {
+            let v = v.clamp(0.0, 1.0);
+            -depth
+                * match curve {
+                    EmbossCurve::Linear => v,
+                    EmbossCurve::Smooth => v * v * (3.0 - 2.0 * v),
+                    EmbossCurve::Power(power) => math::pow(v, narrow(power)),
+                }
+        };
+        Ok(Outputs::one(each(&input, press)))
     }
 }
 
@@ -76,7 +69,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, gray};
     use crate::testing::{port, render};
-    use shibo_value::Value;
+    use shibo_value::{Field, Value};
 
     #[test]
     fn values_become_depth() {

@@ -3,11 +3,9 @@
 //! n = normalise(-s·∂h/∂x, ∓s·∂h/∂y, 1) with slopes by differences over one pixel on each side. Heights and places are
 //! both in mm, so the map shows the same surface at every resolution. Cost: O(pixels), bound by memory.
 use crate::on_atlas::normals;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
-use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::{Atlas, Field, Halo, Stop, Type};
 
 /// The normal map of a height in mm, stored as ½ + ½n.
@@ -20,27 +18,23 @@ use shibo_value::{Atlas, Field, Halo, Stop, Type};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Normal*; Blender *Bump*; Material Maker *Normal Map*; Houdini *Height to Normal*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct HeightToNormal {
     /// Height in mm.
     pub input: In<Gray>,
     /// Factor on the height: 1 is true to scale, below 0 turns hills into hollows.
     #[schemars(range(min = -1e6, max = 1e6))]
+    #[default(1.0)]
     pub strength: f64,
     /// True if green points up the picture (OpenGL, glTF, Blender), false if down (DirectX).
+    #[default(true)]
     pub y_up: bool,
     /// Method of measuring slopes.
+    #[default(SlopeFilter::Scharr)]
     pub slope: SlopeFilter,
     /// The atlas on which the height lies. If given, slopes are measured on the surface, also across borders of charts.
     /// This reads the whole picture.
     pub atlas: Option<In<Atlas>>,
-}
-
-impl Default for HeightToNormal {
-    fn default() -> Self {
-        Self { input: In::default(), strength: 1.0, y_up: true, slope: SlopeFilter::Scharr, atlas: None }
-    }
 }
 
 impl Node for HeightToNormal {

@@ -6,13 +6,11 @@
 //! direction in which the result does not tile, twice as much.
 use glam::{DVec2, UVec2};
 use rayon::prelude::*;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::sample::{Filter, Outside, Sampler};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::poisson::Poisson;
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, NormalField, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, NormalField, Output, Outputs, node};
 use shibo_value::{Canvas, Field, FieldSource, Given, Grid, Pictures, Read, Stop, TILE, Tile, Tiling, Type, Window};
 
 /// Computes the height whose slopes fit a normal map best. Its mean is 0.
@@ -29,22 +27,17 @@ use shibo_value::{Canvas, Field, FieldSource, Given, Grid, Pictures, Read, Stop,
 /// ```
 ///
 /// Elsewhere: Substance Designer *Normal to Height*, *Normal to Height HQ*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct NormalToHeight {
     /// The tangent-space normals.
     pub input: In<NormalField>,
     /// Factor on the height: 1 is true to scale.
     #[schemars(range(min = -1e6, max = 1e6))]
+    #[default(1.0)]
     pub strength: f64,
     /// True if green points up the picture (OpenGL, glTF, Blender), false if down (DirectX).
+    #[default(true)]
     pub y_up: bool,
-}
-
-impl Default for NormalToHeight {
-    fn default() -> Self {
-        Self { input: In::default(), strength: 1.0, y_up: true }
-    }
 }
 
 /// Minimum z of a normal: a flatter one counts as a slope of 100.

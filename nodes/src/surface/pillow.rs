@@ -3,10 +3,8 @@
 //! `1 - (1 - min(d/radius, 1))²` of the distance d to the grooves: steep at the edge of a groove, flat at the radius,
 //! like full-grain leather between its wrinkles. Cost: that of the distance, O(pixels · radius in pixels).
 use crate::bounds::at_most_half;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::{distance, fields};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Field, Halo, Stop, Type};
 
@@ -19,23 +17,18 @@ use shibo_value::{Field, Halo, Stop, Type};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Bevel*; Material Maker *Bevel*; Photoshop *Bevel and Emboss*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Pillow {
     /// Input; grooves are where it is above the threshold.
     pub input: In<Gray>,
     /// Distance from a groove at which a dome reaches its full height; at most half the canvas' longer side.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.5)]
     pub radius: f64,
     /// The value at a groove's edge.
     #[schemars(range(min = -1e6, max = 1e6))]
+    #[default(0.35)]
     pub threshold: f64,
-}
-
-impl Default for Pillow {
-    fn default() -> Self {
-        Self { input: In::default(), radius: 0.5, threshold: 0.35 }
-    }
 }
 
 impl Node for Pillow {

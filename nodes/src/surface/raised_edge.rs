@@ -5,11 +5,9 @@
 //! O(pixels · width in pixels).
 use crate::bounds::at_most_half;
 use crate::distances;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::surface::profile::{self, Profile};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
@@ -23,33 +21,30 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Bevel*; Blender *Bevel*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct RaisedEdge {
     /// Mask; the shape is the area where it is above the threshold.
     pub mask: In<Gray>,
     /// The value at the shape's edge.
     #[schemars(range(min = -1e6, max = 1e6))]
+    #[default(0.5)]
     pub threshold: f64,
     /// Width of the bead, from foot to foot; at most half the canvas' longer side. A bead narrower than two pixels
     /// loses some of its volume.
     #[schemars(range(max = 5e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(0.5)]
     pub width: f64,
     /// Height of the bead; below 0 it is a groove.
     #[schemars(range(min = -1e4, max = 1e4), extend("unit" = "mm"))]
+    #[default(0.2)]
     pub height: f64,
     /// Distance of the middle of the bead inside the edge; below 0 outside. Together with half the width at most half
     /// the canvas' longer side.
     #[schemars(range(min = -5e5, max = 5e5), extend("unit" = "mm"))]
     pub offset: f64,
     /// The shape of the sides of the bead; `Round` gives a half circle.
+    #[default(Profile::Round)]
     pub profile: Profile,
-}
-
-impl Default for RaisedEdge {
-    fn default() -> Self {
-        Self { mask: In::default(), threshold: 0.5, width: 0.5, height: 0.2, offset: 0.0, profile: Profile::Round }
-    }
 }
 
 /// Distances are measured this far beyond the foot of the bead, as a share of its width.

@@ -4,17 +4,15 @@
 //! normal incidence. Ambient occlusion darkens the sky and, by half, the key light; a tone curve for the screen comes
 //! last. See [`kernel::relief`](shibo_kernel::surface::relief). Metal, sheen and coat of a material are shown too, and
 //! with `fibers` and `anisotropy` its fibres. Cost: O(pixels).
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::display::Curve;
 use shibo_kernel::surface::relief::{self, Finish, Lacquer, ReliefSpec, Surface};
-use shibo_node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, NormalField, Output, Outputs, Rgb};
+use shibo_node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, NormalField, Output, Outputs, Rgb, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Channel, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window};
 
 /// Tone curve: how light is shown on the screen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Tone {
     /// Like film: channel by channel. Pale woods become a little green, dark colours lighter.
     #[default]
@@ -38,8 +36,7 @@ pub enum Tone {
 /// ```
 ///
 /// Elsewhere: Substance Designer *3D View*; Blender *Viewport*, *Light*; Material Maker *Preview*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Relief {
     /// A material that supplies the channels below, and metal, sheen and coat if it has them.
     pub material: Option<In<Material>>,
@@ -57,20 +54,26 @@ pub struct Relief {
     /// A normal that replaces that of the height, for example one with the tilt of fibres.
     pub normal: Option<In<NormalField>>,
     /// The colour if no base colour is given.
+    #[default(Color([0.16, 0.085, 0.045]))]
     pub color: Color,
     /// Factor on the height: 1 is true to scale.
     #[schemars(range(min = -1e4, max = 1e4))]
+    #[default(1.0)]
     pub strength: f64,
     /// Direction from which the light comes, from +x towards +y: 225° is the upper left.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
+    #[default(225.0)]
     pub azimuth: f64,
     /// Elevation of the light above the surface: 90° is from above.
     #[schemars(range(min = 1, max = 90), extend("unit" = "°"))]
+    #[default(40.0)]
     pub elevation: f64,
     /// Factor on all light.
     #[schemars(range(min = 0, max = 1e3))]
+    #[default(1.0)]
     pub exposure: f64,
     /// Tone curve: how light is shown on the screen.
+    #[default(Tone::Filmic)]
     pub tone: Tone,
     /// Strength of the reflection, in the colour of the material, of fibres that lie in the surface: about 0.6 for
     /// wood. The anisotropy of the material and its angle give the share and the direction of fibres. With a `normal`
@@ -83,28 +86,6 @@ pub struct Relief {
     /// polished wood: a factor on the material's anisotropy, or on 1 if `angle` is given.
     #[schemars(range(min = 0, max = 1))]
     pub anisotropy: f64,
-}
-
-impl Default for Relief {
-    fn default() -> Self {
-        Self {
-            material: None,
-            height: None,
-            base_color: None,
-            roughness: None,
-            ao: None,
-            normal: None,
-            color: Color([0.16, 0.085, 0.045]),
-            strength: 1.0,
-            azimuth: 225.0,
-            elevation: 40.0,
-            exposure: 1.0,
-            tone: Tone::Filmic,
-            fibers: 0.0,
-            angle: None,
-            anisotropy: 0.0,
-        }
-    }
 }
 
 impl Node for Relief {

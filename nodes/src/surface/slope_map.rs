@@ -1,12 +1,10 @@
 //! [`SlopeMap`]: steepness and direction of the slope of a height.
 //!
 //! Slopes are differences over one pixel on each side, as in `HeightToNormal`. Cost: O(pixels), about 4 ns per pixel.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::slopes;
 use shibo_kernel::ground::math::atan2_degrees;
 use shibo_kernel::ground::tile;
-use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::{Buffer, Field, Halo, Stop, Tile, Type};
 
 /// The steepness of a height, as an angle: 0 is flat, 90° is a wall.
@@ -18,8 +16,7 @@ use shibo_value::{Buffer, Field, Halo, Stop, Tile, Type};
 /// ```
 ///
 /// Elsewhere: Houdini *HeightField Mask by Feature*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct SlopeMap {
     /// Height in mm.
     pub input: In<Gray>,

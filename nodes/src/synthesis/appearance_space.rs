@@ -3,10 +3,8 @@
 //! Beyond the source (JP5149288B2 compares colours): appearance vectors of 5×5 colours under a Gaussian, reduced to 8
 //! numbers by principal components; neighbourhoods of 24 at coarse levels and 4 at fine ones. Cost: O(pixels · levels).
 use super::analysis::levels_of;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::synthesis::analysis::AnalysisSpec;
-use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Exemplar, Neighborhood, Stop, Type};
 use std::sync::Arc;
 
@@ -22,33 +20,24 @@ use std::sync::Arc;
 /// "coords": Synthesize(exemplar: "described", size: (200, 200)),
 /// "example": SampleExemplar(coords: "coords", input: "cells.border"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct AppearanceSpace {
     /// The exemplar.
     pub exemplar: In<Exemplar>,
     /// Neighbours that are compared at coarse levels.
+    #[default(Neighborhood::Square5)]
     pub coarse: Neighborhood,
     /// Neighbours that are compared at fine levels.
+    #[default(Neighborhood::Diagonal4)]
     pub fine: Neighborhood,
     /// A level counts as coarse if the spacing of its pixels is at least this, in pixels of the finest level.
     #[schemars(range(min = 1, max = 512))]
+    #[default(4)]
     pub switch: u32,
     /// Number of values that describe a pixel.
     #[schemars(range(min = 1, max = 8))]
+    #[default(8)]
     pub dimensions: u32,
-}
-
-impl Default for AppearanceSpace {
-    fn default() -> Self {
-        Self {
-            exemplar: In::default(),
-            coarse: Neighborhood::Square5,
-            fine: Neighborhood::Diagonal4,
-            switch: 4,
-            dimensions: 8,
-        }
-    }
 }
 
 impl Node for AppearanceSpace {

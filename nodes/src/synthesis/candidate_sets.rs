@@ -3,10 +3,8 @@
 //! Beyond the source (k-coherence of the published work): usually k = 2, found by PatchMatch on neighbourhood vectors.
 //! Cost: O(pixels · levels · log pixels).
 use super::analysis::{add_alike, levels_of};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::synthesis::analysis::AnalysisSpec;
-use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Exemplar, Stop, Type};
 use std::sync::Arc;
 
@@ -24,23 +22,18 @@ use std::sync::Arc;
 /// "coords": Synthesize(exemplar: "analysed", size: (200, 200)),
 /// "example": SampleExemplar(coords: "coords", input: "cells.border"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct CandidateSets {
     /// The exemplar. If it is not analysed, `AppearanceSpace` is applied with its defaults.
     pub exemplar: In<Exemplar>,
     /// Candidates per pixel, the pixel itself included: with 1 no other candidates are searched.
     #[schemars(range(min = 1, max = 8))]
+    #[default(2)]
     pub k: u32,
     /// Minimum distance of candidates from the pixel and from each other, as a share of the exemplar's shorter side.
     #[schemars(range(min = 0, max = 0.5))]
+    #[default(0.05)]
     pub distance: f64,
-}
-
-impl Default for CandidateSets {
-    fn default() -> Self {
-        Self { exemplar: In::default(), k: 2, distance: 0.05 }
-    }
 }
 
 impl Node for CandidateSets {

@@ -4,10 +4,8 @@
 //! Source: JP5149288B2 II, claim 1 (row C2): synthesis may start from any earlier result. Cost: O(pixels).
 use super::coords_to_field::CoordUnit;
 use glam::{DVec2, IVec2, UVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs, Vec2Field};
+use shibo_node::{CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs, Vec2Field, node};
 use shibo_picture::{self as picture, FileError, ReadLimits};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{CoordMap, Exemplar, Grid, Stop, Type, Window};
@@ -28,8 +26,7 @@ use std::sync::Arc;
 /// "coords": CoordsFromField(input: "field", exemplar: "exemplar", size: (128, 128)),
 /// "example": SampleExemplar(coords: "coords", input: "cells.border"),
 /// ```
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct CoordsFromField {
     /// The field, if no `file` is given.
     pub input: Option<In<Vec2Field>>,

@@ -2,14 +2,12 @@
 //!
 //! Source: JP5149288B2 II, box 260 (row C12): coordinates are the result of synthesis. Cost: O(pixels).
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{CoordMap, Stop, Tiling, Type};
 
 /// Unit of a coordinate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum CoordUnit {
     /// Pixels of the exemplar, from its upper left corner; the centre of pixel `i` is at `i + ½`.
     #[default]
@@ -32,8 +30,7 @@ pub enum CoordUnit {
 /// "coords": Synthesize(exemplar: "exemplar", size: (128, 128)),
 /// "example": CoordsToField(coords: "coords", unit: Share),
 /// ```
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct CoordsToField {
     /// The coordinates, in the plane.
     pub coords: In<CoordMap>,

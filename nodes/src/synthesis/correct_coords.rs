@@ -6,18 +6,16 @@ use super::analysis::{features, plane};
 use super::patent::{level, wide};
 use super::stages;
 use super::surface_stages::{Staged, corrected};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact::{CorrectionRule, Corrector, Features};
 use shibo_kernel::synthesis::texels::{self, Texels};
-use shibo_node::{CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{CoordMap, Exemplar, IndirectionMap, Neighborhood, Stop, Type};
 use std::sync::Arc;
 
 /// Interpolation between exemplar pixels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Fetch {
     /// Linear in x and y.
     #[default]
@@ -45,8 +43,7 @@ pub enum Fetch {
 /// "f": CorrectCoords(coords: "e", exemplar: "exemplar", passes: 2),
 /// "example": SampleExemplar(coords: "f", input: "cells"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct CorrectCoords {
     /// The coordinates.
     pub coords: In<CoordMap>,
@@ -57,38 +54,27 @@ pub struct CorrectCoords {
     /// The Jacobian from output to exemplar; on a surface that of `JacobianFromMesh`. The unit matrix by default.
     pub jacobian: Option<In<JacobianField>>,
     /// The neighbours that are compared.
+    #[default(Neighborhood::Diagonal4)]
     pub neighborhood: Neighborhood,
     /// Number of corrections of all coordinates.
     #[schemars(range(min = 0, max = 64))]
+    #[default(1)]
     pub passes: u32,
     /// Number of groups of pixels, a square number. Each group is corrected with the results of the groups before it;
     /// with 1 all pixels are corrected from the old map.
     #[schemars(range(min = 1, max = 256))]
+    #[default(4)]
     pub sub_passes: u32,
     /// True to average three predictions for each neighbour; false to take one.
+    #[default(true)]
     pub averaged: bool,
     /// Interpolation between exemplar pixels.
+    #[default(Fetch::Bilinear)]
     pub fetch: Fetch,
     /// Factor on the cost of candidates that are only similar and do not continue a neighbour.
     #[schemars(range(min = 1, max = 10))]
+    #[default(1.0)]
     pub copy_size: f64,
-}
-
-impl Default for CorrectCoords {
-    fn default() -> Self {
-        Self {
-            coords: In::default(),
-            exemplar: In::default(),
-            surface: None,
-            jacobian: None,
-            neighborhood: Neighborhood::Diagonal4,
-            passes: 1,
-            sub_passes: 4,
-            averaged: true,
-            fetch: Fetch::Bilinear,
-            copy_size: 1.0,
-        }
-    }
 }
 
 impl Node for CorrectCoords {

@@ -7,7 +7,7 @@ use super::analysis::find_lattice;
 use glam::DVec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Exemplar, ExemplarLattice, Stop, Type};
 
@@ -35,8 +35,7 @@ pub enum Lattice {
 /// "coords": Synthesize(exemplar: "regular", size: (200, 200)),
 /// "example": SampleExemplar(coords: "coords", input: "cells.border"),
 /// ```
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct DetectLattice {
     /// The exemplar.
     pub exemplar: In<Exemplar>,

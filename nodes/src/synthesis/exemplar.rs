@@ -3,18 +3,16 @@
 //! Source: JP5149288B2 II and III (row C1). Beyond the source: several
 //! aligned pictures with weights, guide, mask, exemplars from fields. Cost: O(pixels · channels).
 use glam::{DVec2, UVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::math::srgb_encode;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::{feature, seams};
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Xy};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Xy, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{self as value, ExemplarFrame, Field, Grid, Stop, Tile, Tiling, Type, Window};
 use std::sync::Arc;
 
 /// How coarser levels are computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Levels {
     /// Increasingly blurred, with the same number of pixels.
     #[default]
@@ -24,7 +22,7 @@ pub enum Levels {
 }
 
 /// Directions in which an exemplar tiles: opposite sides join.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Periodic {
     /// The tiling of the field; for a picture, detected from its pixels.
     #[default]
@@ -36,7 +34,7 @@ pub enum Periodic {
 }
 
 /// Encoding in which colours are compared.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Compare {
     /// Perceptual: colours are encoded by the sRGB curve, other values are unchanged.
     #[default]
@@ -59,8 +57,7 @@ pub enum Compare {
 /// ```
 ///
 /// Elsewhere: Texture synthesis; Substance Designer *Make It Tile*; GIMP *Resynthesizer*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Exemplar {
     /// The picture, or any field.
     pub input: In<AnyField>,
@@ -75,6 +72,7 @@ pub struct Exemplar {
     pub feature: Option<In<Gray>>,
     /// Weight of `feature`.
     #[schemars(range(min = 0, max = 1e3))]
+    #[default(1.0)]
     pub feature_weight: f64,
     /// Guide values, 0..1: where `guide` of `Synthesize` has a value, places of the exemplar with that value are shown.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
@@ -91,39 +89,21 @@ pub struct Exemplar {
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub origin: Xy,
     /// How coarser levels are computed.
+    #[default(Levels::Stack)]
     pub levels: Levels,
     /// Directions in which the exemplar tiles.
+    #[default(Periodic::Auto)]
     pub periodic: Periodic,
     /// Encoding in which colours are compared.
+    #[default(Compare::Encoded)]
     pub compare: Compare,
     /// Width of a border whose pixels are not shown, in pixels of the level.
     #[schemars(range(min = 0, max = 4))]
+    #[default(0.25)]
     pub margin: f64,
     /// Removes shading wider than this share of the exemplar before pixels are compared; 0 keeps it.
     #[schemars(range(min = 0, max = 1))]
     pub flatten: f64,
-}
-
-impl Default for Exemplar {
-    fn default() -> Self {
-        Self {
-            input: In::default(),
-            others: Vec::new(),
-            weights: Vec::new(),
-            feature: None,
-            feature_weight: 1.0,
-            guide: None,
-            mask: None,
-            size: None,
-            size_mm: None,
-            origin: Xy::new(0.0, 0.0),
-            levels: Levels::Stack,
-            periodic: Periodic::Auto,
-            compare: Compare::Encoded,
-            margin: 0.25,
-            flatten: 0.0,
-        }
-    }
 }
 
 /// Maximum number of pixels along a side of an exemplar.

@@ -3,15 +3,13 @@
 //! Source: JP5149288B2 III, claims 6, 7, 13, 14 (rows C24, C25): a pixel beyond the border of a chart is looked up in
 //! the chart where the surface continues. Beyond the source, places between pixels are kept exactly. Cost: O(pixels).
 use super::jacobian_from_mesh::of_one_mesh;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::mesh::levels::{LevelsSpec, indirection};
-use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Atlas, Frames, Stop, Type};
 
 /// Precision with which the place of a neighbour is stored.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Jumps {
     /// The pixel, and the offset of the place from its centre, because the pixels of two charts do not line up.
     #[default]
@@ -33,8 +31,7 @@ pub enum Jumps {
 /// "atlas": MeshAtlas(mesh: "ball"),
 /// "example": IndirectionMap(atlas: "atlas", size: 128, levels: 4),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct IndirectionMap {
     /// The atlas.
     pub atlas: In<Atlas>,
@@ -46,18 +43,15 @@ pub struct IndirectionMap {
     pub size: Option<u32>,
     /// Number of levels; each has half the resolution of the one before.
     #[schemars(range(min = 1, max = 12))]
+    #[default(6)]
     pub levels: u32,
     /// Precision with which the place of a neighbour is stored.
+    #[default(Jumps::Exact)]
     pub jumps: Jumps,
     /// Width of the border around charts that `shibo dump` lists, in pixels.
     #[schemars(range(min = 1, max = 8))]
+    #[default(2)]
     pub gutter: u32,
-}
-
-impl Default for IndirectionMap {
-    fn default() -> Self {
-        Self { atlas: In::default(), frames: None, size: None, levels: 6, jumps: Jumps::Exact, gutter: 2 }
-    }
 }
 
 /// The columns and rows of a map over an atlas, or an error if the map would not fit into memory.

@@ -2,10 +2,8 @@
 //!
 //! Source: JP5149288B2 III, figures 6 and 7 (rows C3, C14, C15). Users give the orientation and size of features, and
 //! the node inverts the matrix: `J = (R(angle) · scale · diag(stretch, 1))⁻¹`. Cost: O(pixels).
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::synthesis::jacobian::from_angle_scale;
-use shibo_node::{Context, Direction, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{Context, Direction, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Rotates, scales and stretches the features of a synthesised texture, the same everywhere or by fields.
@@ -19,21 +17,17 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// "coords": Synthesize(exemplar: "exemplar", jacobian: "jacobian", size: (200, 200)),
 /// "example": SampleExemplar(coords: "coords", input: "stripes", jacobian: "jacobian"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct JacobianFromAngleScale {
     /// Rotation of features in degrees, from +x towards +y; or vectors that their x axis follows.
+    #[default(In::constant(0.0))]
     pub angle: In<Direction>,
     /// Factor on the size of features.
+    #[default(In::constant(1.0))]
     pub scale: In<Gray>,
     /// Factor on the length of features along their own x axis.
+    #[default(In::constant(1.0))]
     pub stretch: In<Gray>,
-}
-
-impl Default for JacobianFromAngleScale {
-    fn default() -> Self {
-        Self { angle: In::constant(0.0), scale: In::constant(1.0), stretch: In::constant(1.0) }
-    }
 }
 
 impl Node for JacobianFromAngleScale {

@@ -3,12 +3,10 @@
 //! Source: JP5149288B2 III, claim 12 (rows C19, C22, C23): `J = (t b)⁺ J_f`, J_f of the texel's triangle, t and b at
 //! its centre. Cost: about 0.2 µs a texel.
 use glam::DVec2;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::frame::{Face, Framing, jacobian};
 use shibo_kernel::mesh::texels;
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Atlas, Field, FieldSource, Frames, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use std::sync::Arc;
@@ -27,8 +25,7 @@ use std::sync::Arc;
 /// "jacobian": JacobianFromMesh(atlas: "atlas", frames: "flow"),
 /// "example": BakeNormal(atlas: "atlas"),
 /// ```
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct JacobianFromMesh {
     /// The atlas.
     pub atlas: In<Atlas>,

@@ -2,10 +2,8 @@
 //!
 //! Source: JP5149288B2 III (rows C3, C15): `J = (t b)⁻¹`, where t and b are the directions that the exemplar's axes
 //! take. Cost: O(pixels).
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::synthesis::jacobian::from_vectors;
-use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Makes the exemplar's x axis follow vectors, given as two numbers, as two fields, or as one field of vectors.
@@ -21,25 +19,21 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// "coords": Synthesize(exemplar: "exemplar", jacobian: "jacobian", size: (200, 200)),
 /// "example": SampleExemplar(coords: "coords", input: "bricks", jacobian: "jacobian"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct JacobianFromVectors {
     /// The vectors; instead of `x` and `y`.
     pub along: Option<In<Vec2Field>>,
     /// Vectors for the exemplar's y axis.
     pub across: Option<In<Vec2Field>>,
     /// The vectors' first component.
+    #[default(In::constant(1.0))]
     pub x: In<Gray>,
     /// The vectors' second component.
+    #[default(In::constant(0.0))]
     pub y: In<Gray>,
     /// True to use only the directions: features keep their size.
+    #[default(true)]
     pub normalize: bool,
-}
-
-impl Default for JacobianFromVectors {
-    fn default() -> Self {
-        Self { along: None, across: None, x: In::constant(1.0), y: In::constant(0.0), normalize: true }
-    }
 }
 
 impl Node for JacobianFromVectors {

@@ -2,9 +2,7 @@
 //!
 //! Source: JP5149288B2 III (rows C3, C15). Where `Warp` shows its input at `p + d(p)`, the Jacobian is `1 + ∂d/∂p`, by
 //! central differences. Cost: O(pixels).
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Bends features as `Warp` with the same displacements would bend a picture, but without stretching pixels.
@@ -17,26 +15,22 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// "coords": Synthesize(exemplar: "exemplar", jacobian: "jacobian", size: (200, 200)),
 /// "example": SampleExemplar(coords: "coords", input: "cells", jacobian: "jacobian"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct JacobianFromWarp {
     /// Displacements in mm; instead of `x` and `y`.
     pub by: Option<In<Vec2Field>>,
     /// Displacement along x: 0 is -amount, 1 is +amount.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    #[default(In::constant(0.5))]
     pub x: In<Gray>,
     /// Displacement along y: 0 is -amount, 1 is +amount.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    #[default(In::constant(0.5))]
     pub y: In<Gray>,
     /// Displacement for the value 1 of `x` and `y`; the value 0 is its negative.
     #[schemars(range(min = 0, max = 1e5), extend("unit" = "mm"))]
+    #[default(1.0)]
     pub amount: f64,
-}
-
-impl Default for JacobianFromWarp {
-    fn default() -> Self {
-        Self { by: None, x: In::constant(0.5), y: In::constant(0.5), amount: 1.0 }
-    }
 }
 
 impl Node for JacobianFromWarp {

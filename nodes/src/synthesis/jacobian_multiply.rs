@@ -1,10 +1,8 @@
 //! [`JacobianMultiply`]: one Jacobian after another.
 //!
 //! Source: JP5149288B2 III (row C3). Cost: O(pixels).
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::synthesis::jacobian::multiply;
-use shibo_node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_node::{Context, Fact, In, JacobianField, Node, Output, Outputs, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// The product A·B: features are first changed by `a`, and then, as a whole, by `b`.
@@ -19,8 +17,7 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// "coords": Synthesize(exemplar: "exemplar", jacobian: "jacobian", size: (200, 200)),
 /// "example": SampleExemplar(coords: "coords", input: "cells", jacobian: "jacobian"),
 /// ```
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct JacobianMultiply {
     /// The factor next to the exemplar.
     pub a: In<JacobianField>,

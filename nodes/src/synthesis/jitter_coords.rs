@@ -4,12 +4,10 @@
 //! Cost: O(pixels).
 use super::stages;
 use super::surface_stages::{Staged, jittered};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact;
-use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::{CoordMap, IndirectionMap, Stop, Type};
 use std::sync::Arc;
 
@@ -25,8 +23,7 @@ use std::sync::Arc;
 /// "cells": Worley(size: 5),
 /// "example": SampleExemplar(coords: "d", input: "cells"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct JitterCoords {
     /// The coordinates.
     pub coords: In<CoordMap>,
@@ -36,15 +33,10 @@ pub struct JitterCoords {
     pub mask: Option<In<Gray>>,
     /// Largest displacement of coordinates, in pixels of the level.
     #[schemars(range(min = 0, max = 64))]
+    #[default(0.5)]
     pub amount: f64,
     /// Another seed gives other displacements.
     pub seed: u64,
-}
-
-impl Default for JitterCoords {
-    fn default() -> Self {
-        Self { coords: In::default(), surface: None, mask: None, amount: 0.5, seed: 0 }
-    }
 }
 
 impl Node for JitterCoords {

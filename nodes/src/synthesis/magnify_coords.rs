@@ -3,10 +3,8 @@
 //! Source: JP5149288B2 III, equations (5) and (6), claims 8, 15, 20 (rows C27 to C30). The coordinates stay unchanged:
 //! they can show a picture of any resolution at any output resolution. Cost: O(pixels).
 use super::sampled::Sampled;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::synthesis::texels::Fetch;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs, node};
 use shibo_value::{CoordMap, Stop, Tiling};
 
 /// Shows a finer picture of the exemplar at coordinates that were synthesised from a coarse one.
@@ -23,8 +21,7 @@ use shibo_value::{CoordMap, Stop, Tiling};
 /// "coords": Synthesize(exemplar: "exemplar", size: (48, 48)),
 /// "example": MagnifyCoords(coords: "coords", input: "coarse", resolution: 8),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct MagnifyCoords {
     /// The coordinates.
     pub coords: In<CoordMap>,
@@ -37,24 +34,12 @@ pub struct MagnifyCoords {
     #[schemars(range(min = 1, max = 64))]
     pub resolution: Option<u32>,
     /// Interpolation between the picture's pixels.
+    // The picture is fine already, so interpolation is enough.
+    #[default(Fetch::Bilinear)]
     pub filter: Fetch,
     /// True for heights that grow with their features: they are divided by √|det J|, and on a surface multiplied by the
     /// size of features there.
     pub scale_heights: bool,
-}
-
-impl Default for MagnifyCoords {
-    fn default() -> Self {
-        Self {
-            coords: In::default(),
-            input: In::default(),
-            jacobian: None,
-            resolution: None,
-            // The picture is fine already, so interpolation is enough.
-            filter: Fetch::Bilinear,
-            scale_heights: false,
-        }
-    }
 }
 
 impl Node for MagnifyCoords {

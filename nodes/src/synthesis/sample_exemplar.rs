@@ -4,10 +4,8 @@
 //! of aligned pictures; values between pixels come from magnification, equations (5) and (6). Beyond the source:
 //! normals rotated and heights scaled with the Jacobian, area averages where features shrink. Cost: O(pixels).
 use super::sampled::Sampled;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::synthesis::texels::Fetch;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, JacobianField, Node, Output, Outputs, node};
 use shibo_value::{CoordMap, Stop, Tiling};
 
 /// Shows a picture at synthesised coordinates: the exemplar itself, or any other picture that is aligned with it.
@@ -29,8 +27,7 @@ use shibo_value::{CoordMap, Stop, Tiling};
 /// ```
 ///
 /// Elsewhere: Blender *Image Texture*; Houdini *Color Map*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct SampleExemplar {
     /// The coordinates.
     pub coords: In<CoordMap>,

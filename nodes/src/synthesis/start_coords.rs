@@ -3,10 +3,8 @@
 //! Source: JP5149288B2 II, claim 1 (row C2), with any size to start from. Cost: O(pixels).
 use super::surface_stages::Staged;
 use glam::{IVec2, UVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{CoordMap, Exemplar, IndirectionMap, Stop, Type};
 use std::sync::Arc;
@@ -22,8 +20,7 @@ use std::sync::Arc;
 /// "cells": Worley(size: 5),
 /// "example": SampleExemplar(coords: "d", input: "cells"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct StartCoords {
     /// The surface, level by level, if it is not the plane. Connect the same one to all stages.
     pub surface: Option<In<IndirectionMap>>,
@@ -31,6 +28,7 @@ pub struct StartCoords {
     pub exemplar: Option<In<Exemplar>>,
     /// Columns and rows. On a surface, those of its level.
     #[schemars(extend("minimum" = 1.0, "maximum" = 4096.0))]
+    #[default((2, 2))]
     pub size: (u32, u32),
     /// The coordinates by rows, in exemplar pixels; zeros if not given.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
@@ -39,12 +37,6 @@ pub struct StartCoords {
     /// and in y.
     #[schemars(range(min = 0, max = 12))]
     pub levels: u32,
-}
-
-impl Default for StartCoords {
-    fn default() -> Self {
-        Self { surface: None, exemplar: None, size: (2, 2), coords: Vec::new(), levels: 0 }
-    }
 }
 
 impl Node for StartCoords {

@@ -8,8 +8,6 @@ use super::analysis::{self, add_alike, find_lattice, levels_of};
 use super::inputs::FieldInputs;
 use super::{patent, stages};
 use glam::{DVec2, IVec2, UVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::analysis::AnalysisSpec;
@@ -17,13 +15,13 @@ use shibo_kernel::synthesis::coverage::EvenUse;
 use shibo_kernel::synthesis::driver::{self, Analysed, Settings, Start};
 use shibo_kernel::synthesis::lattice::Basis;
 use shibo_kernel::synthesis::region::Output as Pixels;
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, JacobianField, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, JacobianField, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{CoordMap, Exemplar, ExemplarLattice, ExemplarLevel, Stop, Type};
 use std::sync::Arc;
 
 /// A set of parameters. A parameter that is given replaces that of the preset.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Preset {
     /// Exactly the method of the source: it gives the exemplar itself, tiled, unless a Jacobian or `jitter` varies it.
     Patent,
@@ -44,7 +42,7 @@ pub enum Preset {
 }
 
 /// Area over which the use of the exemplar is evened out.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Scope {
     /// Locally, so that a larger output contains a smaller one
     #[default]
@@ -56,7 +54,7 @@ pub enum Scope {
 }
 
 /// The first coordinates.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum StartMode {
     /// On the lattice of the exemplar if it has one, otherwise random.
     #[default]
@@ -81,8 +79,7 @@ pub enum StartMode {
 /// ```
 ///
 /// Elsewhere: Substance 3D Sampler *Make It Tile*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Synthesize {
     /// The exemplar. Without `AppearanceSpace`, `CandidateSets` or `DetectLattice` before it, their work is done here
     /// with defaults.
@@ -102,12 +99,14 @@ pub struct Synthesize {
     /// Factor on `jitter`.
     pub jitter_mask: Option<In<Gray>>,
     /// A set of parameters. A parameter given below replaces that of the preset.
+    #[default(Preset::Structured)]
     pub preset: Preset,
     /// Columns and rows over the canvas. By default such that pixels have the size of the exemplar's pixels.
     #[schemars(extend("minimum" = 1.0, "maximum" = 65536.0))]
     pub size: Option<(u32, u32)>,
     /// The pixel of the unbounded texture that lies at the canvas' corner.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6))]
+    #[default((0, 0))]
     pub origin: (i32, i32),
     /// Size of the pieces that are copied whole: 1.5 is small, 2.5 the value of most presets, 3 large.
     #[schemars(range(min = 1, max = 10))]
@@ -117,8 +116,10 @@ pub struct Synthesize {
     #[schemars(range(min = 0, max = 1.5))]
     pub even_use: Option<f64>,
     /// Area over which the use of the exemplar is evened out.
+    #[default(Scope::Auto)]
     pub scope: Scope,
     /// The first coordinates.
+    #[default(StartMode::Auto)]
     pub start_mode: StartMode,
     /// Spacing of the first coordinates in pixels, rounded down to a power of two. By default a quarter of the
     /// exemplar, or about the period of its lattice.
@@ -126,6 +127,7 @@ pub struct Synthesize {
     pub start_size: Option<u32>,
     /// Number of corrections of all pixels at each level.
     #[schemars(range(min = 0, max = 16))]
+    #[default(2)]
     pub passes: u32,
     /// Rounds of mending the joints between pieces: in this number of rounds the texture at joints is looked up in the
     /// exemplar, and in as many further rounds places that are still torn are replaced. 0 mends nothing; most presets
@@ -135,46 +137,20 @@ pub struct Synthesize {
     /// For the preset `Patent`: number of groups of pixels that are corrected one after another; 1 corrects all pixels
     /// at once.
     #[schemars(range(min = 1, max = 256))]
+    #[default(SUB_PASSES)]
     pub sub_passes: u32,
     /// Random displacement of pixels at all coarse levels, in pixels of the level: more variety, less order.
     #[schemars(range(min = 0, max = 4))]
     pub jitter: f64,
     /// Weight of the guide.
     #[schemars(range(min = 0, max = 1e3))]
+    #[default(1.0)]
     pub guide_weight: f64,
     /// True to average three predictions where a Jacobian rotates or scales.
+    #[default(true)]
     pub averaged: bool,
     /// Another seed gives another texture of the same kind.
     pub seed: u64,
-}
-
-impl Default for Synthesize {
-    fn default() -> Self {
-        Self {
-            exemplar: In::default(),
-            jacobian: None,
-            guide: None,
-            fixed: None,
-            fixed_mask: None,
-            start: None,
-            jitter_mask: None,
-            preset: Preset::Structured,
-            size: None,
-            origin: (0, 0),
-            copy_size: None,
-            even_use: None,
-            scope: Scope::Auto,
-            start_mode: StartMode::Auto,
-            start_size: None,
-            passes: 2,
-            mend: None,
-            sub_passes: SUB_PASSES,
-            jitter: 0.0,
-            guide_weight: 1.0,
-            averaged: true,
-            seed: 0,
-        }
-    }
 }
 
 /// Default number of groups of pixels that are corrected one after another.

@@ -12,8 +12,6 @@ use super::patent_surface::{self, PatentSpec};
 use super::surface_inputs::SurfaceFields;
 use super::synthesize::{Preset, Scope, Synthesize};
 use glam::{IVec2, UVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::levels::{LevelsSpec, indirection};
@@ -22,13 +20,13 @@ use shibo_kernel::synthesis::driver::{Analysed, Settings, Start};
 use shibo_kernel::synthesis::sheet::{Sheet, usable_levels};
 use shibo_kernel::synthesis::surface::{Grown, Surfaces, run};
 use shibo_kernel::synthesis::surface_measure::{Measured, seam};
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Atlas, CoordMap, Exemplar, Frames, IndirectionMap, Stop, Surface, Tiling, Type};
 use std::sync::Arc;
 
 /// The first coordinates on a surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum SurfaceStart {
     /// Zeros for the preset `Patent`, otherwise random.
     #[default]
@@ -57,8 +55,7 @@ pub enum SurfaceStart {
 /// "coords": SynthesizeSurface(exemplar: "exemplar", atlas: "atlas", frames: "flow", size: 192),
 /// "example": SampleExemplar(coords: "coords", input: "input"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct SynthesizeSurface {
     /// The exemplar. Without `AppearanceSpace` or `CandidateSets` before it, their work is done here with defaults.
     pub exemplar: In<Exemplar>,
@@ -83,6 +80,7 @@ pub struct SynthesizeSurface {
     /// Factor on `jitter`.
     pub jitter_mask: Option<In<Gray>>,
     /// A set of parameters; on a surface there is no `Regular`. A parameter given below replaces that of the preset.
+    #[default(Preset::Structured)]
     pub preset: Preset,
     /// Columns over the canvas; rows follow. By default texels are as large as the exemplar's pixels, on average.
     #[schemars(extend("minimum" = 16.0, "maximum" = 16384.0))]
@@ -95,8 +93,10 @@ pub struct SynthesizeSurface {
     pub even_use: Option<f64>,
     /// Area over which the use of the exemplar is evened out: by default cubes in space with sides of 128 exemplar
     /// pixels.
+    #[default(Scope::Auto)]
     pub scope: Scope,
     /// The first coordinates.
+    #[default(SurfaceStart::Auto)]
     pub start_mode: SurfaceStart,
     /// Spacing of the first coordinates in texels, rounded down to a power of two. By default a quarter of the
     /// exemplar.
@@ -104,6 +104,7 @@ pub struct SynthesizeSurface {
     pub start_size: Option<u32>,
     /// Number of corrections of all texels at each level.
     #[schemars(range(min = 0, max = 16))]
+    #[default(2)]
     pub passes: u32,
     /// Number of additional corrections of texels near borders of charts. 2 by default, 0 for `Patent`.
     #[schemars(range(min = 0, max = 8))]
@@ -111,6 +112,7 @@ pub struct SynthesizeSurface {
     /// For the preset `Patent`: number of groups of texels that are corrected one after another; 1 corrects all texels
     /// at once.
     #[schemars(range(min = 1, max = 256))]
+    #[default(4)]
     pub sub_passes: u32,
     /// Precision of the place of a neighbour across a border: by default exact; for `Patent` the nearest texel.
     pub jumps: Option<Jumps>,
@@ -119,43 +121,13 @@ pub struct SynthesizeSurface {
     pub jitter: f64,
     /// Weight of the guide.
     #[schemars(range(min = 0, max = 1e3))]
+    #[default(1.0)]
     pub guide_weight: f64,
     /// True to average three predictions where features are rotated or scaled.
+    #[default(true)]
     pub averaged: bool,
     /// Another seed gives another texture of the same kind.
     pub seed: u64,
-}
-
-impl Default for SynthesizeSurface {
-    fn default() -> Self {
-        Self {
-            exemplar: In::default(),
-            atlas: In::default(),
-            frames: In::default(),
-            angle: None,
-            scale: None,
-            guide: None,
-            fixed: None,
-            fixed_mask: None,
-            start: None,
-            jitter_mask: None,
-            preset: Preset::Structured,
-            size: None,
-            copy_size: None,
-            even_use: None,
-            scope: Scope::Auto,
-            start_mode: SurfaceStart::Auto,
-            start_size: None,
-            passes: 2,
-            border_passes: None,
-            sub_passes: 4,
-            jumps: None,
-            jitter: 0.0,
-            guide_weight: 1.0,
-            averaged: true,
-            seed: 0,
-        }
-    }
 }
 
 /// Side of the cubes over which the use of the exemplar is evened out, in exemplar pixels.

@@ -4,12 +4,10 @@
 //! O(pixels).
 use super::stages;
 use super::surface_stages::{Staged, upsampled};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::exact;
 use shibo_kernel::synthesis::sheet::Sheet;
-use shibo_node::{Context, Fact, In, JacobianField, Node, Output, Outputs};
+use shibo_node::{Context, Fact, In, JacobianField, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{CoordMap, IndirectionMap, Stop, Type};
 use std::sync::Arc;
@@ -26,8 +24,7 @@ use std::sync::Arc;
 /// "cells": Worley(size: 5),
 /// "example": SampleExemplar(coords: "e", input: "cells"),
 /// ```
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct UpsampleCoords {
     /// The coarser map.
     pub coords: In<CoordMap>,

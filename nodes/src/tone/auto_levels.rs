@@ -4,11 +4,9 @@
 //! resolution of the picture, so a preview looks like the final picture. Values of finer detail beyond them are
 //! clamped. Cost: O(pixels), plus once the input at that resolution.
 use crate::measured::Measured;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::{histogram, tone};
-use shibo_node::{AnyField, Context, Fact, In, Linear, Node, Output, Outputs};
+use shibo_node::{AnyField, Context, Fact, In, Linear, Node, Output, Outputs, node};
 use shibo_value::{Field, Stop, Tile};
 use std::sync::OnceLock;
 
@@ -24,8 +22,7 @@ use std::sync::OnceLock;
 /// ```
 ///
 /// Elsewhere: Substance Designer *Auto Levels*, Blender *Normalize*, Houdini *Equalize*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct AutoLevels {
     /// Field to stretch.
     pub input: In<AnyField>,
@@ -36,13 +33,8 @@ pub struct AutoLevels {
     pub separate: bool,
     /// New values of black and white, `(black, white)`.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    #[default(Linear::new(0.0, 1.0))]
     pub output: Linear,
-}
-
-impl Default for AutoLevels {
-    fn default() -> Self {
-        Self { input: In::default(), clip: 0.0, separate: false, output: Linear::new(0.0, 1.0) }
-    }
 }
 
 /// Number of quantiles for cutting off a share.

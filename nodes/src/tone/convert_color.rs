@@ -3,11 +3,9 @@
 //! Sources: IEC 61966-2-1 (sRGB), CIE 15 (Lab), B. Ottosson, "A perceptual color space for image processing" (2020), A.
 //! Smith (1978) for HSV, G. Joblove and D. Greenberg (1978) for HSL, ITU-R BT.709 (YCbCr). Cost: O(pixels), 1 to 20 ns
 //! per pixel.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color::{self, ColorSpace};
-use shibo_node::{Context, Fact, In, Node, Output, Outputs, Rgb};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, Rgb, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Converts colours between colour spaces: to change only lightness or hue, or to make colours from numbers.
@@ -24,21 +22,16 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// ```
 ///
 /// Elsewhere: Blender *Combine Color*, *Separate Color*; Houdini *OCIO Transform*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct ConvertColor {
     /// Colours, or three numbers.
     pub input: In<Rgb>,
     /// Colour space of the input.
+    #[default(ColorSpace::Linear)]
     pub from: ColorSpace,
     /// Colour space of the result.
+    #[default(ColorSpace::Oklab)]
     pub to: ColorSpace,
-}
-
-impl Default for ConvertColor {
-    fn default() -> Self {
-        Self { input: In::default(), from: ColorSpace::Linear, to: ColorSpace::Oklab }
-    }
 }
 
 impl Node for ConvertColor {

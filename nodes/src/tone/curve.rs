@@ -3,11 +3,9 @@
 //! The tool of this name in every picture editor. Smooth curves are monotone cubics (F. Fritsch, R. Carlson, 1980):
 //! they do not overshoot their points; see [`kernel::curve`](shibo_kernel::pointwise::curve). Cost: O(pixels · points),
 //! eight pixels at a time.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::pointwise::curve::{self as kernel, CurveKind};
 use shibo_kernel::pointwise::tone;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Halo, Stop, Tile};
 
@@ -23,14 +21,14 @@ use shibo_value::{Field, Halo, Stop, Tile};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Curve*, Material Maker *Tones*, Blender *RGB Curves*, Houdini *Color Curve*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Curve {
     /// Field to change; the channels of a colour are changed alike.
     pub input: In<AnyField>,
     /// Points of the curve, `[(from, to), …]`, 2 to 64, ascending in the first number. Two points at the same place
     /// make a step.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    #[default(vec![(0.0, 0.0), (1.0, 1.0)])]
     pub points: Vec<(f64, f64)>,
     /// A curve for red, applied before the common one; none if empty. A field of one channel has no red.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
@@ -42,23 +40,10 @@ pub struct Curve {
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     pub blue: Vec<(f64, f64)>,
     /// Interpolation between points.
+    #[default(CurveKind::Smooth)]
     pub interpolation: CurveKind,
     /// True to apply curves to sRGB-encoded values, as picture editors do; false for linear values.
     pub encoded: bool,
-}
-
-impl Default for Curve {
-    fn default() -> Self {
-        Self {
-            input: In::default(),
-            points: vec![(0.0, 0.0), (1.0, 1.0)],
-            red: Vec::new(),
-            green: Vec::new(),
-            blue: Vec::new(),
-            interpolation: CurveKind::Smooth,
-            encoded: false,
-        }
-    }
 }
 
 /// Maximum number of points.

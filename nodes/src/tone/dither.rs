@@ -4,12 +4,10 @@
 //! 1993), 64 pixels wide, or the matrices of B. Bayer (1973). The threshold of a pixel depends on its place on the
 //! canvas, so results are the same in every window. Cost: O(pixels), 2 ns per pixel.
 use super::quantize::check_range;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_kernel::pointwise::steps::{self, DitherPattern, Steps};
-use shibo_node::{AnyField, CanvasFacts, Context, In, Linear, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, In, Linear, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Field, Halo, Stop, Tile};
 
@@ -25,37 +23,28 @@ use shibo_value::{Field, Halo, Stop, Tile};
 /// ```
 ///
 /// Elsewhere: Material Maker *Dither*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Dither {
     /// Field to round.
     pub input: In<AnyField>,
     /// Number of levels, both ends of `range` included.
     #[schemars(range(min = 2, max = 65536))]
+    #[default(2)]
     pub levels: u32,
     /// Lowest and highest level; values beyond are clamped.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    #[default(Linear::new(0.0, 1.0))]
     pub range: Linear,
     /// Pattern of thresholds, which decide where values are rounded up or down.
+    #[default(DitherPattern::BlueNoise)]
     pub pattern: DitherPattern,
     /// Strength: 0 rounds to the nearest level, 1 keeps averages.
     #[schemars(range(min = 0, max = 1))]
+    #[default(1.0)]
     pub amount: f64,
     /// True for a separate pattern for each channel of a colour, which hides the dots better.
+    #[default(true)]
     pub separate: bool,
-}
-
-impl Default for Dither {
-    fn default() -> Self {
-        Self {
-            input: In::default(),
-            levels: 2,
-            range: Linear::new(0.0, 1.0),
-            pattern: DitherPattern::BlueNoise,
-            amount: 1.0,
-            separate: true,
-        }
-    }
 }
 
 impl Node for Dither {

@@ -2,17 +2,15 @@
 //!
 //! Mixing in Oklab (B. Ottosson, "A perceptual color space for image processing", 2020) gives perceptually even ramps.
 //! The ramp is computed without a table: exact at its stops. Cost: O(pixels · stops).
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::tone::{self as kernel, Interpolation};
-use shibo_node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{Field, Halo, Stop, Tile, Type, srgb_to_linear};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Colour space in which colours are mixed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum MixSpace {
     /// Oklab: perceptually even steps.
     #[default]
@@ -31,27 +29,21 @@ pub enum MixSpace {
 ///
 /// Elsewhere: Blender *ColorRamp*; Substance Designer *Gradient Map*; Houdini *Ramp*; Material Maker *Colorize*;
 /// Photoshop *Gradient Map*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct GradientMap {
     /// The numbers to colour.
     pub input: In<Gray>,
     /// Stops of the ramp, `[(0.0, "#rrggbb"), …]`, ascending; 1 to 64 stops. Two stops at the same place make a hard
     /// edge. Before the first and after the last stop the colour is constant.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    #[default([(0.0, [31, 18, 11]), (0.5, [138, 83, 48]), (1.0, [236, 209, 168])].map(|(at, rgb)| (at, Color::srgb(rgb))).into())]
     pub stops: Vec<(f64, Color)>,
     /// Interpolation between stops.
+    #[default(Interpolation::Linear)]
     pub interpolation: Interpolation,
     /// Colour space in which colours are mixed.
+    #[default(MixSpace::Oklab)]
     pub space: MixSpace,
-}
-
-impl Default for GradientMap {
-    fn default() -> Self {
-        let srgb = |rgb: [u8; 3]| Color(rgb.map(|byte| srgb_to_linear(f32::from(byte) / 255.0)));
-        let stops = vec![(0.0, srgb([31, 18, 11])), (0.5, srgb([138, 83, 48])), (1.0, srgb([236, 209, 168]))];
-        Self { input: In::default(), stops, interpolation: Interpolation::Linear, space: MixSpace::Oklab }
-    }
 }
 
 /// Maximum number of stops.

@@ -2,11 +2,9 @@
 //!
 //! Source: A. Smith, "Color gamut transform pairs" (1978). Works on sRGB-encoded values, as picture editors do. Each
 //! change may be a field, so that a mask can limit it to some places. Cost: O(pixels), about 15 ns per pixel.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color;
-use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, Rgb};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, Rgb, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Changes the hue, saturation and value of colours. Each change is a number or a field.
@@ -21,25 +19,20 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 ///
 /// Elsewhere: Substance Designer *HSL*, Material Maker *Adjust HSV*, Blender *Hue/Saturation/Value*, Houdini *HSV
 /// Adjust*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Hsv {
     /// The colours.
     pub input: In<Rgb>,
     /// Rotation of the hue in degrees: red, yellow, green, cyan, blue, magenta are 60° apart.
     #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
+    #[default(In::constant(0.0))]
     pub hue: In<Gray>,
     /// Factor on the saturation: 0 is grey, 1 changes nothing. The result is clamped to full saturation.
+    #[default(In::constant(1.0))]
     pub saturation: In<Gray>,
     /// Factor on the value, the largest of the encoded channels: 0 is black, 1 changes nothing.
+    #[default(In::constant(1.0))]
     pub value: In<Gray>,
-}
-
-impl Default for Hsv {
-    fn default() -> Self {
-        let one = || In::constant(1.0);
-        Self { input: In::default(), hue: In::constant(0.0), saturation: one(), value: one() }
-    }
 }
 
 impl Node for Hsv {

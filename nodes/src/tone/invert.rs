@@ -1,8 +1,6 @@
 //! [`Invert`]: one minus a field. Cost: O(pixels), bound by memory.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::pointwise::tone;
-use shibo_node::{AnyField, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnyField, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Field, Halo, Stop, Tile};
 
 /// One minus the input: bright becomes dark.
@@ -14,8 +12,7 @@ use shibo_value::{Field, Halo, Stop, Tile};
 ///
 /// Elsewhere: Substance Designer *Invert Grayscale*; Blender *Invert Color*; Material Maker *Invert*; Houdini
 /// *Complement*.
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Invert {
     /// Field to invert. Values outside 0..1 are inverted too: 1.2 becomes -0.2.
     pub input: In<AnyField>,

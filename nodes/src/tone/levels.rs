@@ -2,11 +2,9 @@
 //!
 //! The tool of this name in every picture editor. Colours are changed scene-linear, so a `gamma` above 1 lightens less
 //! than on encoded values. Cost: O(pixels); with a gamma about 1 ns per pixel.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
-use shibo_node::{AnyField, Context, Fact, In, Linear, Node, Output, Outputs};
+use shibo_node::{AnyField, Context, Fact, In, Linear, Node, Output, Outputs, node};
 use shibo_value::{Field, Halo, Stop, Tile};
 
 /// Stretches the contrast: `low` becomes black and `high` white, and values beyond them are clamped.
@@ -17,8 +15,7 @@ use shibo_value::{Field, Halo, Stop, Tile};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Levels*; Blender *Map Range*, *RGB Curves*; Photoshop *Levels*; Houdini *Levels*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Levels {
     /// Field to change; the channels of a colour are changed alike.
     pub input: In<AnyField>,
@@ -27,19 +24,16 @@ pub struct Levels {
     pub low: f64,
     /// The value that becomes white. If `high` is below `low` the result is inverted; if both are equal it is a step.
     #[schemars(range(min = -1e9, max = 1e9))]
+    #[default(1.0)]
     pub high: f64,
     /// Changes values between black and white by the power 1/gamma: above 1 lightens, below 1 darkens.
     #[schemars(range(min = 0.01, max = 100))]
+    #[default(1.0)]
     pub gamma: f64,
     /// New values of black and white, `(black, white)`.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    #[default(Linear::new(0.0, 1.0))]
     pub output: Linear,
-}
-
-impl Default for Levels {
-    fn default() -> Self {
-        Self { input: In::default(), low: 0.0, high: 1.0, gamma: 1.0, output: Linear::new(0.0, 1.0) }
-    }
 }
 
 impl Node for Levels {

@@ -5,13 +5,12 @@
 //! measured on the whole canvas at 512 pixels along its longer side, by 1024 quantiles. Cost: O(pixels), about 10 ns
 //! per pixel.
 use crate::measured::Measured;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use crate::values::LUMINANCE;
 use shibo_kernel::ground::math::lerp;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::channel;
 use shibo_kernel::pointwise::histogram::{self, Transfer};
-use shibo_node::{AnyField, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnyField, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 use std::sync::OnceLock;
 
@@ -28,8 +27,7 @@ use std::sync::OnceLock;
 /// ```
 ///
 /// Elsewhere: Substance Designer *Color Match*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct MatchHistogram {
     /// Field to change.
     pub input: In<AnyField>,
@@ -37,20 +35,12 @@ pub struct MatchHistogram {
     pub to: In<AnyField>,
     /// Strength: 0 changes nothing, 1 matches.
     #[schemars(range(min = 0, max = 1))]
+    #[default(1.0)]
     pub amount: f64,
-}
-
-impl Default for MatchHistogram {
-    fn default() -> Self {
-        Self { input: In::default(), to: In::default(), amount: 1.0 }
-    }
 }
 
 /// Number of quantiles that are matched.
 const QUANTILES: usize = 1024;
-
-/// Weights of linear red, green and blue in luminance (Rec. 709).
-const LUMINANCE: [f32; 3] = [0.2126, 0.7152, 0.0722];
 
 fn luminance(color: Field) -> Field {
     Field::map(Type::Gray, [color], Halo::NONE, |out: &mut Tile, [color]: [&Tile; 1]| {

@@ -1,9 +1,7 @@
 //! [`Quantize`]: rounds to few values. Cost: O(pixels), bound by memory.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::steps::{self, Steps};
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Linear, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Linear, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Halo, Stop, Tile};
 
@@ -16,26 +14,21 @@ use shibo_value::{Field, Halo, Stop, Tile};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Quantize*, Material Maker *Quantize*, Blender *Posterize*, Houdini *Quantize*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Quantize {
     /// Field to round; the channels of a colour are rounded alike.
     pub input: In<AnyField>,
     /// Number of levels, both ends of `range` included.
     #[schemars(range(min = 2, max = 65536))]
+    #[default(8)]
     pub levels: u32,
     /// Lowest and highest level; values beyond are clamped.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    #[default(Linear::new(0.0, 1.0))]
     pub range: Linear,
     /// Share of a step that rises smoothly: 0 is a hard edge, 1 is the smoothest staircase.
     #[schemars(range(min = 0, max = 1))]
     pub softness: f64,
-}
-
-impl Default for Quantize {
-    fn default() -> Self {
-        Self { input: In::default(), levels: 8, range: Linear::new(0.0, 1.0), softness: 0.0 }
-    }
 }
 
 /// Reports a range of zero width.

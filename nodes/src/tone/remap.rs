@@ -1,9 +1,7 @@
 //! [`Remap`]: maps one range of numbers to another. Cost: O(pixels), bound by memory.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Linear, Node, Output, Outputs};
+use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Linear, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Halo, Stop, Tile};
 
@@ -16,25 +14,20 @@ use shibo_value::{Field, Halo, Stop, Tile};
 ///
 /// Elsewhere: Blender *Map Range*; Houdini *Fit*; Substance Designer *Histogram Scan*, *Histogram Range*; Material
 /// Maker *Remap*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Remap {
     /// Field to map; the channels of a colour are mapped alike.
     pub input: In<AnyField>,
     /// Two values of the input, in its unit.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    #[default(Linear::new(0.0, 1.0))]
     pub from: Linear,
     /// The two values of the result.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    #[default(Linear::new(0.0, 1.0))]
     pub to: Linear,
     /// True to clamp results to `to`; false to continue along the line.
     pub clamp: bool,
-}
-
-impl Default for Remap {
-    fn default() -> Self {
-        Self { input: In::default(), from: Linear::new(0.0, 1.0), to: Linear::new(0.0, 1.0), clamp: false }
-    }
 }
 
 /// Minimum difference between the values of `from`: with a smaller one, results could overflow.

@@ -2,13 +2,11 @@
 //!
 //! Compares colours by their distance in Oklab (B. Ottosson, 2020), where black and white are 1 apart and equal
 //! distances look about equal. Cost: O(pixels), about 40 ns per pixel.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color;
-use shibo_node::{Color, Context, Fact, In, Node, Output, Outputs, Rgb};
-use shibo_value::{Field, Halo, Stop, Tile, Type, srgb_to_linear};
+use shibo_node::{Color, Context, Fact, In, Node, Output, Outputs, Rgb, node};
+use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// Replaces a colour, and similar colours, by another; also gives a mask of the replaced places.
 ///
@@ -21,41 +19,31 @@ use shibo_value::{Field, Halo, Stop, Tile, Type, srgb_to_linear};
 /// ```
 ///
 /// Elsewhere: Substance Designer *Replace Color*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct ReplaceColor {
     /// The colours.
     pub input: In<Rgb>,
     /// The colour to replace.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4))]
+    #[default(Color::srgb([128, 128, 128]))]
     pub from: Color,
     /// The new colour.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4))]
+    #[default(Color::srgb([176, 48, 32]))]
     pub to: Color,
     /// Colours within this distance are replaced completely. Black and white are 1 apart, just distinguishable colours
     /// about 0.02.
     #[schemars(range(min = 0, max = 2))]
+    #[default(0.1)]
     pub tolerance: f64,
     /// Width of the transition beyond `tolerance`: within it colours change partly, farther away they stay unchanged.
     #[schemars(range(min = 0, max = 2))]
+    #[default(0.05)]
     pub softness: f64,
     /// True to turn lighter and darker shades of the old colour into such shades of the new one; false to make all of
     /// them the new colour.
+    #[default(true)]
     pub keep_shading: bool,
-}
-
-impl Default for ReplaceColor {
-    fn default() -> Self {
-        let srgb = |rgb: [u8; 3]| Color(rgb.map(|byte| srgb_to_linear(f32::from(byte) / 255.0)));
-        Self {
-            input: In::default(),
-            from: srgb([128, 128, 128]),
-            to: srgb([176, 48, 32]),
-            tolerance: 0.1,
-            softness: 0.05,
-            keep_shading: true,
-        }
-    }
 }
 
 impl Node for ReplaceColor {

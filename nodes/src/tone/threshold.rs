@@ -1,11 +1,9 @@
 //! [`Threshold`]: a mask of values above a level.
 //!
 //! The soft edge is the cubic step, `softness` wide in values and centred on `level`. Cost: O(pixels), bound by memory.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
-use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
 /// A mask: 1 where the input is above a level, 0 where it is below.
@@ -17,23 +15,18 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 ///
 /// Elsewhere: Substance Designer *Histogram Scan*; Blender *Math* (Greater Than); Material Maker *Step*; Houdini
 /// *Compare*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Threshold {
     /// Field to compare.
     pub input: In<Gray>,
     /// The level, in the unit of the input.
     #[schemars(range(min = -1e9, max = 1e9))]
+    #[default(0.5)]
     pub level: f64,
     /// Width of the edge, in the unit of the input; 0 makes a hard, aliased edge.
     #[schemars(range(min = 0, max = 1e9))]
+    #[default(0.04)]
     pub softness: f64,
-}
-
-impl Default for Threshold {
-    fn default() -> Self {
-        Self { input: In::default(), level: 0.5, softness: 0.04 }
-    }
 }
 
 impl Node for Threshold {

@@ -4,19 +4,17 @@
 //! relative to each branch's birth, with branches that end or die, become darker and keep their bark. Cost: about 2 ns
 //! a point and branch nearby.
 use super::trees::even;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::branch::{Power, blend, blend_all};
 use shibo_kernel::wood::knots::{self, Knot, KnotStyle};
 use shibo_kernel::wood::solids::{Code, constant, places};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidNumber, choice, node};
 use shibo_value::diagnostics::{Code as ErrorCode, Problem};
 use shibo_value::{Skeleton, Solid, Stop, Type};
 
 /// Start of the times that are blended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Origin {
     /// From the tree's first year, as in the source: T = (Σ T^-k)^(-1/k) of all `times`.
     #[default]
@@ -44,14 +42,14 @@ pub enum Origin {
 /// "wood": RingColor(time: "time", pattern: "rings", knots: "time.knots", bark: "time.bark"),
 /// "example": CutPlane(solid: "wood", preset: FlatSawn, distance: 40, height: 10),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct BlendTimes {
     /// The times; the trunk's time comes first.
     pub times: Vec<In<SolidNumber>>,
     /// The trunk with its branches, for `origin: Branch`.
     pub skeleton: Option<In<Skeleton>>,
     /// Start of the times that are blended.
+    #[default(Origin::Tree)]
     pub origin: Origin,
     /// Sharpness of the blend: 2 is the value of the source, `inf` takes the smaller one of the times. By default 2 for
     /// `Tree` and 4 for `Branch`.
@@ -59,42 +57,29 @@ pub struct BlendTimes {
     pub k: Option<f64>,
     /// With `Branch`: growth of the tree in length, as in `TrunkTime`.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    #[default(230.0)]
     pub elongation_speed: f64,
     /// With `Branch`: growth of the trunk in radius, as in `TrunkTime`.
     #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    #[default(2.6)]
     pub thickening_speed: f64,
     /// Height at which the tree starts to grow, as in `TrunkTime`.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub ground: f64,
     /// Depth, in years, of the dip of rings towards a dead stub.
     #[schemars(range(min = 0, max = 3), extend("unit" = "years"))]
+    #[default(0.9)]
     pub dip: f64,
     /// Thickness of the bark round a dead stub.
     #[schemars(range(min = 0, max = 20), extend("unit" = "mm"))]
+    #[default(0.6)]
     pub bark: f64,
     /// Deviation of knots from circles.
     #[schemars(range(min = 0, max = 0.5))]
+    #[default(0.16)]
     pub lobes: f64,
     /// Another seed gives knots other shapes.
     pub seed: u64,
-}
-
-impl Default for BlendTimes {
-    fn default() -> Self {
-        Self {
-            times: Vec::new(),
-            skeleton: None,
-            origin: Origin::Tree,
-            k: None,
-            elongation_speed: 230.0,
-            thickening_speed: 2.6,
-            ground: 0.0,
-            dip: 0.9,
-            bark: 0.6,
-            lobes: 0.16,
-            seed: 0,
-        }
-    }
 }
 
 impl BlendTimes {

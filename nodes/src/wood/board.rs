@@ -6,9 +6,7 @@ use super::cut_plane::PlaneInSolid;
 use super::trees::{Triple, vector};
 use crate::degrees::about;
 use glam::DVec3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use shibo_node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Stop, Tiling};
 
 /// Cuts a board out of a solid: all six faces, which agree on their edges.
@@ -28,27 +26,22 @@ use shibo_value::{Stop, Tiling};
 /// ```
 ///
 /// Elsewhere: Blender *Texture Coordinate* (Object); Houdini *Attribute from Volume*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Board {
     /// Solid to cut.
     pub solid: In<AnySolid>,
     /// Length, width and thickness.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
+    #[default((600.0, 120.0, 25.0))]
     pub size: Triple,
     /// Position of the board's middle in the tree.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
+    #[default((0.0, 60.0, 1200.0))]
     pub middle: Triple,
     /// Rotations about the length (0 is flat-sawn for a board on the y axis, 90 quarter-sawn), about the width and
     /// about the thickness.
     #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
     pub turn: Triple,
-}
-
-impl Default for Board {
-    fn default() -> Self {
-        Self { solid: In::default(), size: (600.0, 120.0, 25.0), middle: (0.0, 60.0, 1200.0), turn: (0.0, 0.0, 0.0) }
-    }
 }
 
 impl Board {

@@ -2,13 +2,11 @@
 //!
 //! Source: Momoi & Takatera 2014, §3.6 (eqs 14–17; rows B12–B14, B16–B20). Cost: about 1.5 ns a point and branch.
 use super::trees::axes;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::real::Real;
 use shibo_kernel::wood::branch::{Axis, Power, blend_all, branch_time};
 use shibo_kernel::wood::solids::{Code, columns, places};
 use shibo_kernel::wood::trunk::Places;
-use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code as ErrorCode, Problem};
 use shibo_value::{Skeleton, Stop, Type};
 
@@ -28,13 +26,13 @@ use shibo_value::{Skeleton, Stop, Type};
 /// "years": SolidMath(operation: Fraction, a: "time"),
 /// "example": CutPlane(solid: "years", origin: (-10, 0, 35), v: (0, 0, -40)),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct BranchTime {
     /// The trunk with its branches.
     pub skeleton: In<Skeleton>,
     /// Growth of trunk and branches in length.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    #[default(230.0)]
     pub elongation_speed: f64,
     /// Height at which the trunk starts to grow.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
@@ -46,13 +44,8 @@ pub struct BranchTime {
     /// How the times of several branches are combined, as in `BlendTimes`: 2 is the value of the source, `inf` takes
     /// the smallest time. With the same `k` in `BlendTimes`, all branches and the trunk are combined as if at once.
     #[schemars(extend("exclusiveMinimum" = 0.5, "infinite" = true))]
+    #[default(2.0)]
     pub k: f64,
-}
-
-impl Default for BranchTime {
-    fn default() -> Self {
-        Self { skeleton: In::default(), elongation_speed: 230.0, ground: 0.0, branch: None, k: 2.0 }
-    }
 }
 
 /// The times of branches at places, combined by `k`.

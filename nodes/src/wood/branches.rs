@@ -4,25 +4,25 @@
 //! whorls as measured on a spruce log. Cost: O(branches).
 use super::trees::{Triple, even, vector};
 use glam::DVec3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::wood::fit;
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Range};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, Range, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Branch, Skeleton, Stop, Type};
 
 /// A branch as given in a graph.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
+#[derive(PartialEq)]
 pub struct BranchSpec {
     /// Height on the trunk at which it starts.
     #[schemars(extend("unit" = "mm"))]
     pub height: f64,
     /// Direction in which it grows; the length of the vector has no meaning.
+    #[default((1.0, 0.0, 0.5))]
     pub direction: Triple,
     /// Growth in radius.
     #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    #[default(0.4)]
     pub thickening_speed: f64,
     /// Length; by default it never ends.
     #[schemars(extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
@@ -30,12 +30,6 @@ pub struct BranchSpec {
     /// Year of the tree in which the branch dies; by default it lives.
     #[schemars(extend("minimum" = 0.0, "unit" = "years"))]
     pub dead_from: Option<f64>,
-}
-
-impl Default for BranchSpec {
-    fn default() -> Self {
-        Self { height: 0.0, direction: (1.0, 0.0, 0.5), thickening_speed: 0.4, length: None, dead_from: None }
-    }
 }
 
 /// Adds branches to a trunk: listed branches, and generated whorls (rings of branches at one height).
@@ -52,8 +46,7 @@ impl Default for BranchSpec {
 /// ```
 ///
 /// Elsewhere: Houdini *L-System*, *Labs Tree Branch Generator*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct Branches {
     /// The trunk.
     pub skeleton: In<Skeleton>,
@@ -65,37 +58,26 @@ pub struct Branches {
     pub whorl_spacing: f64,
     /// Smallest and largest number of branches in a whorl.
     #[schemars(extend("minimum" = 1.0, "maximum" = 32.0))]
+    #[default(Range::new(3.0, 5.0))]
     pub per_whorl: Range,
     /// Elevation angle of generated branches.
     #[schemars(extend("minimum" = -60.0, "maximum" = 85.0, "unit" = "°"))]
+    #[default(Range::new(30.0, 45.0))]
     pub elevation: Range,
     /// Growth of generated branches in radius.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e3, "unit" = "mm/year"))]
+    #[default(Range::new(0.26, 0.46))]
     pub thickening_speed: Range,
     /// Share of generated branches that die.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.6)]
     pub dead_share: f64,
     /// Lifetime, in years, of generated branches that die.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4, "unit" = "years"))]
+    #[default(Range::new(12.0, 30.0))]
     pub lifetime: Range,
     /// Another seed gives other whorls of the same kind.
     pub seed: u64,
-}
-
-impl Default for Branches {
-    fn default() -> Self {
-        Self {
-            skeleton: In::default(),
-            branches: Vec::new(),
-            whorl_spacing: 0.0,
-            per_whorl: Range::new(3.0, 5.0),
-            elevation: Range::new(30.0, 45.0),
-            thickening_speed: Range::new(0.26, 0.46),
-            dead_share: 0.6,
-            lifetime: Range::new(12.0, 30.0),
-            seed: 0,
-        }
-    }
 }
 
 /// Maximum number of branches.

@@ -4,8 +4,6 @@
 //! in it, so that neither rows nor even distances are visible. A dip is a cone in its middle, so that rings close
 //! around the eye on every cut, and flat at its rim. Cost: about 25 ns a point.
 use super::trees::even;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
@@ -13,7 +11,7 @@ use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::Noise3;
 use shibo_kernel::wood::solids::{Code, constant, places};
 use shibo_kernel::wood::trunk::{Places, Trunk};
-use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidNumber, node};
 use shibo_value::{Skeleton, Solid, Stop, Type};
 
 /// Adds buds that never grew into branches: rings bend around each of them, and a flat cut shows eyes.
@@ -31,8 +29,7 @@ use shibo_value::{Skeleton, Solid, Stop, Type};
 /// "wood": RingColor(time: "eyes", pattern: "rings", knots: "eyes.eyes", knot_color: "#6a3a20"),
 /// "example": CutPlane(solid: "wood", preset: FlatSawn, distance: 70),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct BudEyes {
     /// The growth time before `VaryGrowth` with a `series`.
     pub time: In<SolidNumber>,
@@ -40,35 +37,24 @@ pub struct BudEyes {
     pub skeleton: Option<In<Skeleton>>,
     /// Distance between buds at `radius`.
     #[schemars(range(min = 0.5, max = 1000), extend("unit" = "mm"))]
+    #[default(11.0)]
     pub spacing: f64,
     /// Distance from the pith at which buds are `spacing` apart; farther out their distance around the stem is larger.
     #[schemars(range(min = 1, max = 1e4), extend("unit" = "mm"))]
+    #[default(70.0)]
     pub radius: f64,
     /// Share of the possible places that have a bud.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.62)]
     pub density: f64,
     /// Factor of 0 to 1 on `density`, because buds mostly stand in clusters.
     pub crowd: Option<In<SolidNumber>>,
     /// Depth, in years, of the dip of rings at the middle of the largest buds.
     #[schemars(range(min = 0, max = 20), extend("unit" = "years"))]
+    #[default(3.2)]
     pub depth: f64,
     /// Another seed gives other buds of the same kind.
     pub seed: u64,
-}
-
-impl Default for BudEyes {
-    fn default() -> Self {
-        Self {
-            time: In::default(),
-            skeleton: None,
-            spacing: 11.0,
-            radius: 70.0,
-            density: 0.62,
-            crowd: None,
-            depth: 3.2,
-            seed: 0,
-        }
-    }
 }
 
 /// Buds in cells of angle and height.

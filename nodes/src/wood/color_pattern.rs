@@ -4,17 +4,15 @@
 //! automatically along a line of a picture; see [`kernel::wood::strip`](shibo_kernel::wood::strip). Cost: O(entries),
 //! with a picture O(pixels of the strip).
 use glam::{DVec2, UVec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::pattern;
 use shibo_kernel::wood::strip::{self, Direction, Sampled, Strip, StripError, StripSpec};
-use shibo_node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, Rgb};
+use shibo_node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, Rgb, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{self as value, Field, Stop, Type, Window, srgb_to_linear};
+use shibo_value::{self as value, Field, Stop, Type, Window};
 
 /// The years of a picture that are used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Years {
     /// One year: the mean of similar years.
     #[default]
@@ -37,8 +35,7 @@ pub enum Years {
 /// "wood": RingColor(time: "time", pattern: "rings"),
 /// "example": CutPlane(solid: "wood", preset: FlatSawn, distance: 9),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct ColorPattern {
     /// A picture of wood; instead of `stops`.
     pub image: Option<In<Rgb>>,
@@ -47,12 +44,15 @@ pub struct ColorPattern {
     pub line: Option<((f64, f64), (f64, f64))>,
     /// Half width of the strip: number of pixels read on each side of the line.
     #[schemars(range(min = 0, max = 200), extend("unit" = "px"))]
+    #[default(12)]
     pub strip: u32,
     /// Direction of the line relative to the growth of the tree.
+    #[default(Direction::Auto)]
     pub direction: Direction,
     /// True if early wood is the darker part of the year, as in some ring-porous woods.
     pub early_dark: bool,
     /// The years that are used.
+    #[default(Years::One)]
     pub years: Years,
     /// Width of a year along the line; 0 to find the years. If given, years are not searched, and even pictures without
     /// rings, such as veneer, give colours; with `years: All` the colours along the line, unchanged.
@@ -62,41 +62,30 @@ pub struct ColorPattern {
     /// interpolated linearly from the last stop to the first one of the next year; two stops at the same place make a
     /// border.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    #[default(pine())]
     pub stops: Vec<(f64, Color)>,
     /// Number of entries of the table of a year.
     #[schemars(range(min = 1, max = 4096))]
+    #[default(256)]
     pub entries: u32,
     /// Factor on the contrast through the year: 1 is unchanged, 0 none.
     #[schemars(range(min = 0, max = 4))]
+    #[default(1.0)]
     pub contrast: f64,
 }
 
-impl Default for ColorPattern {
-    fn default() -> Self {
-        let srgb = |rgb: [u8; 3]| Color(rgb.map(|byte| srgb_to_linear(f32::from(byte) / 255.0)));
-        // Pine.
-        let stops = vec![
-            (0.0, srgb([0xEA, 0xCB, 0x98])),
-            (0.45, srgb([0xE5, 0xC0, 0x8A])),
-            (0.66, srgb([0xDA, 0xA8, 0x6C])),
-            (0.84, srgb([0xC6, 0x8B, 0x50])),
-            (0.95, srgb([0xB4, 0x74, 0x3C])),
-            (0.985, srgb([0xB9, 0x7B, 0x44])),
-            (1.0, srgb([0xDA, 0xB0, 0x7A])),
-        ];
-        Self {
-            image: None,
-            line: None,
-            strip: 12,
-            direction: Direction::Auto,
-            early_dark: false,
-            years: Years::One,
-            period: 0.0,
-            stops,
-            entries: 256,
-            contrast: 1.0,
-        }
-    }
+/// Colours of a year of pine.
+fn pine() -> Vec<(f64, Color)> {
+    let stops = [
+        (0.0, [0xEA, 0xCB, 0x98]),
+        (0.45, [0xE5, 0xC0, 0x8A]),
+        (0.66, [0xDA, 0xA8, 0x6C]),
+        (0.84, [0xC6, 0x8B, 0x50]),
+        (0.95, [0xB4, 0x74, 0x3C]),
+        (0.985, [0xB9, 0x7B, 0x44]),
+        (1.0, [0xDA, 0xB0, 0x7A]),
+    ];
+    stops.map(|(at, bytes)| (at, Color::srgb(bytes))).into()
 }
 
 impl ColorPattern {

@@ -1,10 +1,8 @@
 //! [`ColorSolid`]: a colour ramp in space. Cost: about 10 ns a point.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone::{Gradient, Interpolation};
 use shibo_kernel::wood::solids::Code;
-use shibo_node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, SolidNumber, node};
 use shibo_value::diagnostics::{Code as ErrorCode, Problem};
 use shibo_value::{Stop, Type};
 
@@ -15,20 +13,14 @@ use shibo_value::{Stop, Type};
 /// "stone": ColorSolid(solid: "clouds", stops: [(0.2, "#3a2f2a"), (0.5, "#b9a58c"), (0.8, "#f2e9d8")]),
 /// "example": CutPlane(solid: "stone"),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct ColorSolid {
     /// The numbers to colour.
     pub solid: In<SolidNumber>,
     /// Stops of the ramp, `[(0.0, "#rrggbb"), …]`, ascending; 1 to 64 stops.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
+    #[default(vec![(0.0, Color([0.02, 0.01, 0.006])), (1.0, Color([0.8, 0.6, 0.4]))])]
     pub stops: Vec<(f64, Color)>,
-}
-
-impl Default for ColorSolid {
-    fn default() -> Self {
-        Self { solid: In::default(), stops: vec![(0.0, Color([0.02, 0.01, 0.006])), (1.0, Color([0.8, 0.6, 0.4]))] }
-    }
 }
 
 impl Node for ColorSolid {

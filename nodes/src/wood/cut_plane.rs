@@ -8,17 +8,17 @@ use super::trees::{Triple, vector};
 use crate::chosen::Chosen;
 use crate::degrees::about;
 use glam::DVec3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::wood::pieces::{Scatter, WoodPiece};
-use shibo_node::{AnySolid, CanvasFacts, Context, Fact, Gray, IdsField, In, Node, Output, Outputs, Vec2Field};
+use shibo_node::{
+    AnySolid, CanvasFacts, Context, Fact, Gray, IdsField, In, Node, Output, Outputs, Vec2Field, choice, node,
+};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Cut, Field, Key, Stop, Tile, Tiling, Type};
 
 /// Ways of cutting a board from a trunk that stands on the z axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Sawing {
     /// Defined by `origin`, `u` and `v`.
     #[default]
@@ -55,8 +55,7 @@ pub enum Sawing {
 /// ```
 ///
 /// Elsewhere: Houdini *Attribute from Map* on fractured pieces; Blender *Mapping* by a random number of each island.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct CutPlane {
     /// Solid to cut.
     pub solid: In<AnySolid>,
@@ -66,6 +65,7 @@ pub struct CutPlane {
     #[schemars(extend("optional" = true))]
     pub others: Vec<In<AnySolid>>,
     /// Way of cutting the board from the trunk.
+    #[default(Sawing::Given)]
     pub preset: Sawing,
     /// For `Given`: the point at the canvas' upper left corner.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
@@ -78,6 +78,7 @@ pub struct CutPlane {
     pub v: Option<Triple>,
     /// For the other presets: the distance from the pith.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
+    #[default(40.0)]
     pub distance: f64,
     /// For the other presets: shift of the board in the other horizontal direction.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
@@ -111,32 +112,6 @@ pub struct CutPlane {
     pub flip: bool,
     /// For pieces: another seed cuts them from other places.
     pub seed: u64,
-}
-
-impl Default for CutPlane {
-    fn default() -> Self {
-        Self {
-            solid: In::default(),
-            others: Vec::new(),
-            preset: Sawing::Given,
-            origin: (0.0, 0.0, 0.0),
-            u: None,
-            v: None,
-            distance: 40.0,
-            offset: 0.0,
-            height: 0.0,
-            yaw: 0.0,
-            pitch: 0.0,
-            upright: false,
-            local: None,
-            ids: None,
-            angle: None,
-            spread: (0.0, 0.0, 0.0),
-            turn: (0.0, 0.0),
-            flip: false,
-            seed: 0,
-        }
-    }
 }
 
 /// A plane: the point at the canvas' upper left corner, and the vectors to the upper right and the lower left corners.

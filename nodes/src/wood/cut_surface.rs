@@ -5,17 +5,15 @@
 use super::trees::{Triple, vector};
 use crate::csv_points::FARTHEST;
 use glam::{DVec2, DVec3};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::wood::surface;
-use shibo_node::{AnySolid, CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs};
+use shibo_node::{AnySolid, CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Cut, Field, Key, Stop, Tile, Tiling, Type};
 use std::path::Path;
 use std::sync::Arc;
 
 /// A surface to cut along.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum SurfaceShape {
     /// A cylinder around the z axis: u runs around it, v along it.
     #[default]
@@ -43,21 +41,23 @@ pub enum SurfaceShape {
 /// ```
 ///
 /// Elsewhere: Blender *Texture Coordinate* (Object); Houdini *Attribute from Volume*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct CutSurface {
     /// Solid to cut.
     pub solid: In<AnySolid>,
     /// The surface.
+    #[default(SurfaceShape::Cylinder)]
     pub shape: SurfaceShape,
     /// For a cylinder or a bowl: its radius.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(20.0)]
     pub radius: f64,
     /// For a cylinder: its length; the height of the canvas if not given.
     #[schemars(range(max = 1e6), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
     pub length: Option<f64>,
     /// For a cylinder or a bowl: the angle that it covers around the axis.
     #[schemars(range(min = 0.1, max = 360), extend("unit" = "°"))]
+    #[default(360.0)]
     pub arc: f64,
     /// For `Bezier`: 16 control points by rows, u first.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
@@ -65,20 +65,6 @@ pub struct CutSurface {
     /// For `Points`: a CSV file with one `x,y,z` in mm per line and an empty line between rows. All rows have the same
     /// number of points, at least 2; at most 4 million points in total.
     pub file: Option<FilePath>,
-}
-
-impl Default for CutSurface {
-    fn default() -> Self {
-        Self {
-            solid: In::default(),
-            shape: SurfaceShape::Cylinder,
-            radius: 20.0,
-            length: None,
-            arc: 360.0,
-            controls: Vec::new(),
-            file: None,
-        }
-    }
 }
 
 type Surface = Arc<dyn Fn(f64, f64) -> DVec3 + Send + Sync>;

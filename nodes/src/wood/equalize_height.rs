@@ -3,10 +3,8 @@
 //! Source: Momoi & Takatera 2014, §3.4 (eqs 5–8; rows B6, B7). Cost: O(segments).
 use super::trees::problem;
 use glam::DVec3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::wood::fit;
-use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Skeleton, Stop, Type};
 
@@ -24,8 +22,7 @@ use shibo_value::{Skeleton, Stop, Type};
 /// "wood": RingColor(time: "time", pattern: "rings"),
 /// "example": CutPlane(solid: "wood", origin: (-20, 0, 40), v: (0, 0, -40)),
 /// ```
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct EqualizeHeight {
     /// The skeleton.
     pub skeleton: In<Skeleton>,

@@ -3,13 +3,11 @@
 //! Beyond the source, after S. Marschner et al., "Measuring and modeling the appearance of finished wood"
 //! (2005). Cost: about 10 ns a point besides the direction.
 use super::frames::{Frame, dot, frames};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::wood::solids::Code;
-use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector, node};
 use shibo_value::{Solid, Stop, Type};
 
 /// Computes, from the angle between fibres and the cut: anisotropy and its direction, the tilt of fibres out of the
@@ -27,8 +25,7 @@ use shibo_value::{Solid, Stop, Type};
 /// ```
 ///
 /// Elsewhere: Blender *Tangent*, *Anisotropic BSDF*; Houdini *Principled Shader* (anisotropy).
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct FiberShading {
     /// The colour to which figure is added.
     pub color: In<SolidColor>,
@@ -40,13 +37,8 @@ pub struct FiberShading {
     pub figure: f64,
     /// The share of the tilt that the normal follows.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.5)]
     pub normal_gain: f64,
-}
-
-impl Default for FiberShading {
-    fn default() -> Self {
-        Self { color: In::default(), direction: In::default(), figure: 0.0, normal_gain: 0.5 }
-    }
 }
 
 /// A number computed from the direction of fibres in the frame of the cut.

@@ -2,14 +2,12 @@
 //!
 //! Beyond the source. Cost: about 25 ns a point, with curl 40 ns.
 use super::trees::even;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::fiber::{FiberStyle, Fibers, Obstacle};
 use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::Trunk;
-use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidNumber, node};
 use shibo_value::{Skeleton, Stop, Type};
 use std::sync::Arc;
 
@@ -26,8 +24,7 @@ use std::sync::Arc;
 /// "streaks": SolidNoise(place: "fiber", size: 0.6, octaves: 2, stretch: (1, 1, 60)),
 /// "example": CutPlane(solid: "streaks", preset: FlatSawn, distance: 30),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct FiberSpace {
     /// The growth time, including branches, before `VaryGrowth` with a `series`.
     pub time: In<SolidNumber>,
@@ -35,15 +32,18 @@ pub struct FiberSpace {
     pub skeleton: In<Skeleton>,
     /// Growth of the tree in length, as in `TrunkTime`.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    #[default(230.0)]
     pub elongation_speed: f64,
     /// Growth of the tree in radius, as in `TrunkTime`.
     #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    #[default(2.6)]
     pub thickening_speed: f64,
     /// Height at which the tree starts to grow, as in `TrunkTime`.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub ground: f64,
     /// Strength of the wander of fibres; 1 is natural.
     #[schemars(range(min = 0, max = 10))]
+    #[default(1.0)]
     pub wander: f64,
     /// The angle at which fibres wind round the stem.
     #[schemars(range(min = -30, max = 30), extend("unit" = "°"))]
@@ -53,38 +53,21 @@ pub struct FiberSpace {
     pub interlock: f64,
     /// Thickness of two layers of interlocked grain.
     #[schemars(range(min = 0.1, max = 1000), extend("unit" = "mm"))]
+    #[default(14.0)]
     pub interlock_pitch: f64,
     /// Sideways amplitude of curly grain; 0 for straight grain.
     #[schemars(range(min = 0, max = 10), extend("unit" = "mm"))]
     pub curl: f64,
     /// Wavelength of curly grain.
     #[schemars(range(min = 0.5, max = 1000), extend("unit" = "mm"))]
+    #[default(10.0)]
     pub curl_length: f64,
     /// Irregularity of the waves of curly grain.
     #[schemars(range(min = 0, max = 3))]
+    #[default(0.55)]
     pub curl_chaos: f64,
     /// Another seed gives other fibres of the same kind.
     pub seed: u64,
-}
-
-impl Default for FiberSpace {
-    fn default() -> Self {
-        Self {
-            time: In::default(),
-            skeleton: In::default(),
-            elongation_speed: 230.0,
-            thickening_speed: 2.6,
-            ground: 0.0,
-            wander: 1.0,
-            spiral: 0.0,
-            interlock: 0.0,
-            interlock_pitch: 14.0,
-            curl: 0.0,
-            curl_length: 10.0,
-            curl_chaos: 0.55,
-            seed: 0,
-        }
-    }
 }
 
 impl Node for FiberSpace {

@@ -1,16 +1,14 @@
 //! [`FiberStreaks`]: fine streaks of fibres, slow drifts of tone, and streaks of pigment.
 //!
 //! Beyond the source. Cost: about 30 ns a point.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::{Noise3, visible};
 use shibo_kernel::wood::solids::Code;
-use shibo_node::{Color, Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
-use shibo_value::{Patch, Planes, Solid, Stop, Type, srgb_to_linear};
+use shibo_node::{Color, Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector, node};
+use shibo_value::{Patch, Planes, Solid, Stop, Type};
 
 /// Draws fibres into the colour of wood: streaks from 0.05 to 1.3 mm wide, drifts of tone over many centimetres, and
 /// streaks of pigment.
@@ -27,8 +25,7 @@ use shibo_value::{Patch, Planes, Solid, Stop, Type, srgb_to_linear};
 /// "streaked": FiberStreaks(color: "wood", fiber: "fiber", fine: 0.1, coarse: 0.1, streak: 0.55, streak_color: "#4a3226"),
 /// "example": CutPlane(solid: "streaked", preset: FlatSawn, distance: 30),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct FiberStreaks {
     /// The colour to draw on.
     pub color: In<SolidColor>,
@@ -36,42 +33,30 @@ pub struct FiberStreaks {
     pub fiber: In<SolidVector>,
     /// Differences of tone between single fibres.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.08)]
     pub fine: f64,
     /// Differences of tone between bundles of fibres.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.06)]
     pub coarse: f64,
     /// Drift of tone over the board.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.06)]
     pub drift: f64,
     /// Strength of streaks of pigment.
     #[schemars(range(min = 0, max = 1))]
     pub streak: f64,
     /// The colour of pigment.
+    #[default(Color::srgb([0x4a, 0x32, 0x26]))]
     pub streak_color: Color,
     /// The hue of fibres as they become darker, mostly that of late wood; if not given, they only become darker.
     pub tint: Option<Color>,
     /// Depth of fibres in the surface.
     #[schemars(range(min = 0, max = 1), extend("unit" = "mm"))]
+    #[default(0.006)]
     pub depth: f64,
     /// Another seed gives other streaks of the same kind.
     pub seed: u64,
-}
-
-impl Default for FiberStreaks {
-    fn default() -> Self {
-        Self {
-            color: In::default(),
-            fiber: In::default(),
-            fine: 0.08,
-            coarse: 0.06,
-            drift: 0.06,
-            streak: 0.0,
-            streak_color: Color([0x4a, 0x32, 0x26].map(|byte: u8| srgb_to_linear(f32::from(byte) / 255.0))),
-            tint: None,
-            depth: 0.006,
-            seed: 0,
-        }
-    }
 }
 
 /// Layers of streaks: width and length in mm, and relative strength.

@@ -3,15 +3,13 @@
 //! Source: Momoi & Takatera 2014, §3.2 (eq 4; rows B2, B3, B4), with the misprint of C1 corrected, and extended
 //! from three nodes to any number. Cost: O(nodes).
 use super::trees::problem;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::wood::fit;
-use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Curve, Skeleton, Stop, Type};
 
 /// How the curve is constructed from the points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Scheme {
     /// Through all points, smooth in direction and curvature (C2): the natural spline.
     #[default]
@@ -32,8 +30,7 @@ pub enum Scheme {
 /// "wood": RingColor(time: "time", pattern: "rings"),
 /// "example": CutPlane(solid: "wood", origin: (-20, 0, 40), v: (0, 0, -40)),
 /// ```
-#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct FitSkeleton {
     /// The nodes, or control points.
     pub curve: In<Curve>,

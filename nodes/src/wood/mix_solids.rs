@@ -1,10 +1,8 @@
 //! [`MixSolids`]: mixes two solids. Cost: about 1 ns a point.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::solids::{Code, constant};
-use shibo_node::{AnySolid, Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_node::{AnySolid, Context, Fact, In, Node, Output, Outputs, SolidNumber, node};
 use shibo_value::diagnostics::{Code as ErrorCode, Problem};
 use shibo_value::{Solid, Stop};
 
@@ -20,8 +18,7 @@ use shibo_value::{Solid, Stop};
 /// ```
 ///
 /// Elsewhere: Blender *Mix*; Houdini *Volume Mix*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct MixSolids {
     /// The solid where the mask is 0.
     pub a: In<AnySolid>,
@@ -31,13 +28,8 @@ pub struct MixSolids {
     pub mask: Option<In<SolidNumber>>,
     /// Weight of `b` if `mask` is not connected.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.5)]
     pub amount: f64,
-}
-
-impl Default for MixSolids {
-    fn default() -> Self {
-        Self { a: In::default(), b: In::default(), mask: None, amount: 0.5 }
-    }
 }
 
 impl Node for MixSolids {

@@ -5,10 +5,8 @@
 use super::trees::{Triple, vector};
 use crate::degrees::about;
 use glam::DVec3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::wood::solids::Code;
-use shibo_node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnySolid, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Stop, Type};
 
 /// Places an object in a solid: the result is the solid in the coordinates of the object.
@@ -27,8 +25,7 @@ use shibo_value::{Stop, Type};
 /// ```
 ///
 /// Elsewhere: Blender *Mapping*; Houdini *Transform*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct PlaceInTree {
     /// The solid, in the coordinates of the tree.
     pub solid: In<AnySolid>,
@@ -40,13 +37,8 @@ pub struct PlaceInTree {
     pub turn: Triple,
     /// Factor on the size of the object in the tree.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0))]
+    #[default(1.0)]
     pub scale: f64,
-}
-
-impl Default for PlaceInTree {
-    fn default() -> Self {
-        Self { solid: In::default(), position: (0.0, 0.0, 0.0), turn: (0.0, 0.0, 0.0), scale: 1.0 }
-    }
 }
 
 impl Node for PlaceInTree {

@@ -4,8 +4,6 @@
 //! span of years, so that thin rings never alias; variation from year to year; late wood as a solid; sapwood, knots and
 //! bark. Cost: about 40 ns a point.
 use super::by_calendar::ByCalendar;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
@@ -14,13 +12,15 @@ use shibo_kernel::noise::noise3::{Noise3, visible};
 use shibo_kernel::wood::pattern;
 use shibo_kernel::wood::solids::{Code, spans};
 use shibo_kernel::wood::year_table::{Variation, YearTable, late_share};
-use shibo_node::{CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, SolidNumber, SolidVector};
+use shibo_node::{
+    CanvasFacts, Color, Context, Fact, In, Node, Output, Outputs, SolidNumber, SolidVector, choice, node,
+};
 use shibo_value::diagnostics::{Code as Kind, Problem};
 use shibo_value::{ColorPattern, Listener, Patch, Planes, Solid, Stop, Type};
 use std::sync::Arc;
 
 /// Filtering of rings that are thinner than a pixel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum RingFilter {
     /// The mean of the pattern over the span of years that a pixel covers.
     #[default]
@@ -43,8 +43,7 @@ pub enum RingFilter {
 /// ```
 ///
 /// Elsewhere: Blender *Wave Texture* (Rings).
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct RingColor {
     /// Years of growth.
     pub time: In<SolidNumber>,
@@ -57,8 +56,10 @@ pub struct RingColor {
     /// Coordinates along the fibres, from `FiberSpace`, for `feather`; by default those of space.
     pub fiber: Option<In<SolidVector>>,
     /// Filtering of rings that are thinner than a pixel.
+    #[default(RingFilter::Exact)]
     pub filter: RingFilter,
     /// With `filter: None`: true to interpolate colours between entries.
+    #[default(true)]
     pub interpolate: bool,
     /// Variation of the darkness of late wood from year to year; 0.3 to 0.7 in nature.
     #[schemars(range(min = 0, max = 2))]
@@ -76,51 +77,30 @@ pub struct RingColor {
     pub border: Option<f64>,
     /// Number of years after which `late_variation` repeats.
     #[schemars(range(min = 1, max = 1024))]
+    #[default(256)]
     pub years: u32,
     /// The age of the tree; `sap_years` count back from it.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "years"))]
+    #[default(60.0)]
     pub age: f64,
     /// Number of the last years that are sapwood; 0 for none.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "years"))]
     pub sap_years: f64,
     /// Number of years over which heartwood turns into sapwood.
     #[schemars(range(min = 0.01, max = 100), extend("unit" = "years"))]
+    #[default(1.0)]
     pub sap_softness: f64,
     /// The mean colour of sapwood.
+    #[default(Color::srgb([0xE2, 0xC4, 0x9A]))]
     pub sap_color: Color,
     /// The colour of knots.
+    #[default(Color::srgb([0x9A, 0x5A, 0x2C]))]
     pub knot_color: Color,
     /// The colour of bark.
+    #[default(Color::srgb([0x2A, 0x1A, 0x10]))]
     pub bark_color: Color,
     /// Another seed gives other variation from year to year.
     pub seed: u64,
-}
-
-impl Default for RingColor {
-    fn default() -> Self {
-        let srgb = |rgb: [u8; 3]| Color(rgb.map(|byte| shibo_value::srgb_to_linear(f32::from(byte) / 255.0)));
-        Self {
-            time: In::default(),
-            pattern: In::default(),
-            knots: None,
-            bark: None,
-            fiber: None,
-            filter: RingFilter::Exact,
-            interpolate: true,
-            late_variation: 0.0,
-            phase_variation: 0.0,
-            feather: 0.0,
-            border: None,
-            years: 256,
-            age: 60.0,
-            sap_years: 0.0,
-            sap_softness: 1.0,
-            sap_color: srgb([0xE2, 0xC4, 0x9A]),
-            knot_color: srgb([0x9A, 0x5A, 0x2C]),
-            bark_color: srgb([0x2A, 0x1A, 0x10]),
-            seed: 0,
-        }
-    }
 }
 
 /// The default width of borders between years on meshes, in years.

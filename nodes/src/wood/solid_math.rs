@@ -1,14 +1,12 @@
 //! [`SolidMath`]: arithmetic with solids. Cost: about 1 ns a point.
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::solids::{Code, constant};
-use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidNumber, choice, node};
 use shibo_value::{Solid, Stop, Type};
 
 /// What to compute.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum SolidOperation {
     /// a + b.
     Add,
@@ -48,10 +46,10 @@ pub enum SolidOperation {
 /// ```
 ///
 /// Elsewhere: Blender *Math*, *Vector Math*; Houdini *Volume VOP*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct SolidMath {
     /// What to compute.
+    #[default(SolidOperation::Multiply)]
     pub operation: SolidOperation,
     /// The first number.
     pub a: In<SolidNumber>,
@@ -61,16 +59,11 @@ pub struct SolidMath {
     pub c: Option<In<SolidNumber>>,
     /// The second number where nothing is connected to `b`.
     #[schemars(range(min = -1e9, max = 1e9))]
+    #[default(1.0)]
     pub b_value: f64,
     /// The third number where nothing is connected to `c`.
     #[schemars(range(min = -1e9, max = 1e9))]
     pub c_value: f64,
-}
-
-impl Default for SolidMath {
-    fn default() -> Self {
-        Self { operation: SolidOperation::Multiply, a: In::default(), b: None, c: None, b_value: 1.0, c_value: 0.0 }
-    }
 }
 
 fn single(operation: SolidOperation, a: f32, b: f32, c: f32) -> f32 {

@@ -2,15 +2,13 @@
 //!
 //! Source: K. Perlin, "Improving noise" (2002), summed in octaves. Cost: about 4 ns a point and octave.
 use super::trees::Triple;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::{DEVIATION, Noise3, visible};
 use shibo_kernel::wood::solids::Code;
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidVector};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidVector, node};
 use shibo_value::diagnostics::{Code as ErrorCode, Problem};
 use shibo_value::{Stop, Type};
 
@@ -24,34 +22,32 @@ use shibo_value::{Stop, Type};
 /// ```
 ///
 /// Elsewhere: Blender *Noise Texture* (3D); Houdini *Unified Noise*; Substance Designer *3D Perlin Noise*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct SolidNoise {
     /// Other coordinates for the noise, such as those of `FiberSpace`.
     pub place: Option<In<SolidVector>>,
     /// Size of a cloud of the coarsest octave.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(10.0)]
     pub size: f64,
     /// Factors on the size of clouds in x, y and z.
     #[schemars(extend("minimum" = 0.01, "maximum" = 1000.0))]
+    #[default((1.0, 1.0, 1.0))]
     pub stretch: Triple,
     /// Number of octaves.
     #[schemars(range(min = 1, max = 16))]
+    #[default(4)]
     pub octaves: u32,
     /// Frequency of each octave, as a multiple of that of the one before.
     #[schemars(range(min = 1, max = 16))]
+    #[default(2.0)]
     pub lacunarity: f64,
     /// Strength of each octave, as a multiple of that of the one before.
     #[schemars(range(min = 0, max = 2))]
+    #[default(0.5)]
     pub gain: f64,
     /// Another seed gives other clouds of the same kind.
     pub seed: u64,
-}
-
-impl Default for SolidNoise {
-    fn default() -> Self {
-        Self { place: None, size: 10.0, stretch: (1.0, 1.0, 1.0), octaves: 4, lacunarity: 2.0, gain: 0.5, seed: 0 }
-    }
 }
 
 impl Node for SolidNoise {

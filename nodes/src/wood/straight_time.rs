@@ -4,15 +4,13 @@
 //! near it; the curved method avoids both. Cost: O(nodes) a point.
 use super::trees::axes;
 use super::trees::problem;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::real::Real;
 use shibo_kernel::wood::branch::{Axis, Power, blend_all, branch_time};
 use shibo_kernel::wood::fit;
 use shibo_kernel::wood::solids::{Code, columns, places};
 use shibo_kernel::wood::straight::Straight;
 use shibo_kernel::wood::trunk::Places;
-use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Curve, Skeleton, Stop, Type};
 
 /// The growth time of the earlier method, whose skeleton is straight from node to node. For comparison.
@@ -23,8 +21,7 @@ use shibo_value::{Curve, Skeleton, Stop, Type};
 /// "years": SolidMath(operation: Fraction, a: "time"),
 /// "example": CutPlane(solid: "years", origin: (-20, 0, 40), v: (0, 0, -40)),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct StraightTime {
     /// The nodes.
     pub curve: In<Curve>,
@@ -32,16 +29,12 @@ pub struct StraightTime {
     pub branches: Option<In<Skeleton>>,
     /// Growth of the tree along its segments.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    #[default(230.0)]
     pub elongation_speed: f64,
     /// Growth of the tree away from its segments.
     #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    #[default(2.6)]
     pub thickening_speed: f64,
-}
-
-impl Default for StraightTime {
-    fn default() -> Self {
-        Self { curve: In::default(), branches: None, elongation_speed: 230.0, thickening_speed: 2.6 }
-    }
 }
 
 fn fill<R: Real>(straight: &Straight<R>, branches: &[Axis<R>], at: &Places<'_, R>, out: &mut [R]) {

@@ -6,13 +6,11 @@
 use super::trees::{Triple, problem, vector};
 use crate::csv_points;
 use glam::DVec3;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::noise::noise3::{DEVIATION, Noise3};
 use shibo_kernel::wood::fit;
-use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Range};
+use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Range, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Curve, Stop, Type};
 
@@ -28,8 +26,7 @@ use shibo_value::{Curve, Stop, Type};
 /// ```
 ///
 /// Elsewhere: Houdini *Labs Tree Trunk Generator*; Blender *Curve Line*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct TrunkNodes {
     /// Positions `(x, y, z)`, each higher than the one before; x and y are horizontal. At most 10000.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
@@ -38,9 +35,11 @@ pub struct TrunkNodes {
     pub file: Option<FilePath>,
     /// Heights of the lowest and of the highest generated node.
     #[schemars(extend("minimum" = -1e5, "maximum" = 1e6, "unit" = "mm"))]
+    #[default(Range::new(0.0, 4000.0))]
     pub height: Range,
     /// Number of generated nodes.
     #[schemars(range(min = 2, max = 10000))]
+    #[default(21)]
     pub count: u32,
     /// Lean of the trunk from the vertical.
     #[schemars(range(min = 0, max = 45), extend("unit" = "°"))]
@@ -50,24 +49,10 @@ pub struct TrunkNodes {
     pub lean_direction: f64,
     /// Wander of the pith about a straight line: the standard deviation over 4 m.
     #[schemars(range(min = 0, max = 1000), extend("unit" = "mm"))]
+    #[default(4.0)]
     pub wander: f64,
     /// Another seed gives another tree of the same kind.
     pub seed: u64,
-}
-
-impl Default for TrunkNodes {
-    fn default() -> Self {
-        Self {
-            nodes: Vec::new(),
-            file: None,
-            height: Range::new(0.0, 4000.0),
-            count: 21,
-            lean: 0.0,
-            lean_direction: 0.0,
-            wander: 4.0,
-            seed: 0,
-        }
-    }
 }
 
 /// Lean in degrees above which rings become much too thin.

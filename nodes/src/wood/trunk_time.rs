@@ -3,11 +3,9 @@
 //! Source: Momoi & Takatera 2014, §3.3 and §3.5 (eqs 8–13; rows B7–B11, B15). Beyond the source: young trees may
 //! thicken faster. Cost: about 2 ns a point, for any number of nodes.
 use super::trees::even;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::wood::solids::{Code, columns, places};
 use shibo_kernel::wood::trunk::{Growth, Trunk};
-use shibo_node::{Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Skeleton, Stop, Type};
 use std::sync::Arc;
 
@@ -21,16 +19,17 @@ use std::sync::Arc;
 /// "years": SolidMath(operation: Fraction, a: "time"),
 /// "example": CutPlane(solid: "years", origin: (-20, 0, 40), v: (0, 0, -40)),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct TrunkTime {
     /// The trunk. Its control points are spaced evenly in height first, as by `EqualizeHeight`.
     pub skeleton: In<Skeleton>,
     /// Growth of the trunk in height.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    #[default(230.0)]
     pub elongation_speed: f64,
     /// Growth of the trunk in radius: the width of a year's ring.
     #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    #[default(2.6)]
     pub thickening_speed: f64,
     /// Height at which the trunk starts to grow.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
@@ -40,20 +39,8 @@ pub struct TrunkTime {
     pub age_boost: f64,
     /// Radius over which `age_boost` fades.
     #[schemars(range(max = 1e4), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(25.0)]
     pub age_fade: f64,
-}
-
-impl Default for TrunkTime {
-    fn default() -> Self {
-        Self {
-            skeleton: In::default(),
-            elongation_speed: 230.0,
-            thickening_speed: 2.6,
-            ground: 0.0,
-            age_boost: 0.0,
-            age_fade: 25.0,
-        }
-    }
 }
 
 impl Node for TrunkTime {

@@ -14,7 +14,7 @@ use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::Trunk;
 use shibo_kernel::wood::vary::{Shape, WAVES, Wave, reserve};
 use shibo_kernel::wood::years::{Calendar, series};
-use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidNumber};
+use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidNumber, node};
 use shibo_value::diagnostics::{Code as ErrorCode, Problem};
 use shibo_value::{ColorPattern, Curve, Skeleton, Solid, Stop, Type};
 use std::sync::Arc;
@@ -48,8 +48,7 @@ pub enum Series {
 /// "wood": RingColor(time: "time", pattern: "rings"),
 /// "example": CutPlane(solid: "wood", preset: EndGrain, distance: 12),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct VaryGrowth {
     /// The time of even growth.
     pub time: In<SolidNumber>,
@@ -58,15 +57,19 @@ pub struct VaryGrowth {
     /// The pattern whose widths of years `series: FromPattern` uses.
     pub pattern: Option<In<ColorPattern>>,
     /// The widths of years.
+    #[default(Series::Even)]
     pub series: Series,
     /// With `Generated`: variation of widths, as the standard deviation of their logarithm.
     #[schemars(range(min = 0, max = 1.5))]
+    #[default(0.28)]
     pub sigma: f64,
     /// With `Generated`: correlation of a year with the one before.
     #[schemars(range(min = 0, max = 0.99))]
+    #[default(0.5)]
     pub memory: f64,
     /// With `Generated`: number of years after which widths repeat.
     #[schemars(range(min = 8, max = 4096))]
+    #[default(256)]
     pub years: u32,
     /// Deviation of cross-sections from circles, as a share of the radius.
     #[schemars(range(min = 0, max = 0.5))]
@@ -79,24 +82,6 @@ pub struct VaryGrowth {
     pub allow_folds: bool,
     /// Another seed gives other variation of the same kind.
     pub seed: u64,
-}
-
-impl Default for VaryGrowth {
-    fn default() -> Self {
-        Self {
-            time: In::default(),
-            skeleton: None,
-            pattern: None,
-            series: Series::Even,
-            sigma: 0.28,
-            memory: 0.5,
-            years: 256,
-            eccentricity: 0.0,
-            waves: Vec::new(),
-            allow_folds: false,
-            seed: 0,
-        }
-    }
 }
 
 impl VaryGrowth {

@@ -2,14 +2,12 @@
 //!
 //! Beyond the source. Cost: about 12 ns a point and octave.
 use super::trees::Triple;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::{DEVIATION, Noise3};
 use shibo_kernel::wood::solids::Code;
-use shibo_node::{AnySolid, Context, Fact, In, Node, Output, Outputs};
+use shibo_node::{AnySolid, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::{Stop, Type};
 
 /// Warps a solid by noise.
@@ -25,34 +23,32 @@ use shibo_value::{Stop, Type};
 /// ```
 ///
 /// Elsewhere: Houdini *Volume Deform*.
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct WarpSolid {
     /// Solid to warp.
     pub solid: In<AnySolid>,
     /// Displacement of points: the standard deviation in each direction.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
+    #[default(2.0)]
     pub amount: f64,
     /// Size of a cloud of the coarsest octave.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm"))]
+    #[default(20.0)]
     pub size: f64,
     /// Factors on the size of clouds in x, y and z.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1000.0))]
+    #[default((1.0, 1.0, 1.0))]
     pub stretch: Triple,
     /// Number of octaves.
     #[schemars(range(min = 1, max = 16))]
+    #[default(2)]
     pub octaves: u32,
     /// Strength of each octave, as a multiple of that of the one before.
     #[schemars(range(min = 0, max = 2))]
+    #[default(0.4)]
     pub gain: f64,
     /// Another seed gives another warp of the same kind.
     pub seed: u64,
-}
-
-impl Default for WarpSolid {
-    fn default() -> Self {
-        Self { solid: In::default(), amount: 2.0, size: 20.0, stretch: (1.0, 1.0, 1.0), octaves: 2, gain: 0.4, seed: 0 }
-    }
 }
 
 impl Node for WarpSolid {

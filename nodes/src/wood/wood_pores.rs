@@ -2,15 +2,13 @@
 //!
 //! Beyond the source. Cost: about 25 ns a point.
 use super::by_calendar::ByCalendar;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::pores::{PoreStyle, Pores};
 use shibo_kernel::wood::solids::{Code, spans};
 use shibo_kernel::wood::years::Calendar;
-use shibo_node::{Color, Context, Fact, In, Linear, Node, Output, Outputs, SolidColor, SolidNumber, SolidVector};
+use shibo_node::{Color, Context, Fact, In, Linear, Node, Output, Outputs, SolidColor, SolidNumber, SolidVector, node};
 use shibo_value::{Curve, Solid, Stop, Type};
 
 /// Draws the pores of wood: dark dashes along the grain, dots on end grain, most of them in early wood.
@@ -28,8 +26,7 @@ use shibo_value::{Curve, Solid, Stop, Type};
 /// "oak": WoodPores(color: "wood", fiber: "fiber", time: "time", elongation_speed: 260, thickening_speed: 2.3),
 /// "example": CutPlane(solid: "oak", preset: FlatSawn, distance: 40),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct WoodPores {
     /// The colour to draw on.
     pub color: In<SolidColor>,
@@ -41,65 +38,50 @@ pub struct WoodPores {
     pub calendar: Option<In<Curve>>,
     /// Growth of the tree in length, as in `TrunkTime`.
     #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    #[default(230.0)]
     pub elongation_speed: f64,
     /// Growth of the tree in radius, as in `TrunkTime`.
     #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
+    #[default(2.6)]
     pub thickening_speed: f64,
     /// Height at which the tree starts to grow, as in `TrunkTime`.
     #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
     pub ground: f64,
     /// The distance between pores across the grain; at least 1.7 times the largest radius.
     #[schemars(range(min = 0.01, max = 100), extend("unit" = "mm"))]
+    #[default(0.36)]
     pub cell: f64,
     /// Length of the longest pores.
     #[schemars(range(min = 0.1, max = 1000), extend("unit" = "mm"))]
+    #[default(11.0)]
     pub length: f64,
     /// Radius in early wood and in late wood.
     #[schemars(extend("minimum" = 0.0, "maximum" = 10.0, "unit" = "mm"))]
+    #[default(Linear::new(0.145, 0.035))]
     pub radius: Linear,
     /// Share of places that have a pore, in early wood and in late wood.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    #[default(Linear::new(0.85, 0.2))]
     pub density: Linear,
     /// Share of the year that is early wood.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.26)]
     pub early: f64,
     /// Clustering of pores into groups, with empty places between them, as in ash and walnut: 0 for none.
     #[schemars(range(min = 0, max = 1))]
     pub groups: f64,
     /// Darkness of pores.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.62)]
     pub darkness: f64,
     /// Colour in pores; by default that of the wood, darkened.
     pub filling: Option<Color>,
     /// Depth of pores.
     #[schemars(range(min = 0, max = 10), extend("unit" = "mm"))]
+    #[default(0.11)]
     pub depth: f64,
     /// Another seed gives other pores of the same kind.
     pub seed: u64,
-}
-
-impl Default for WoodPores {
-    fn default() -> Self {
-        Self {
-            color: In::default(),
-            fiber: In::default(),
-            time: In::default(),
-            calendar: None,
-            elongation_speed: 230.0,
-            thickening_speed: 2.6,
-            ground: 0.0,
-            cell: 0.36,
-            length: 11.0,
-            radius: Linear::new(0.145, 0.035),
-            density: Linear::new(0.85, 0.2),
-            early: 0.26,
-            groups: 0.0,
-            darkness: 0.62,
-            filling: None,
-            depth: 0.11,
-            seed: 0,
-        }
-    }
 }
 
 impl WoodPores {

@@ -3,8 +3,6 @@
 //! Beyond the source. Cost: about 40 ns a point.
 use super::frames::frames;
 use super::trees::even;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
@@ -12,8 +10,8 @@ use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::wood::rays::{RayStyle, Rays};
 use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::Trunk;
-use shibo_node::{Color, Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector};
-use shibo_value::{Skeleton, Solid, Stop, Type, srgb_to_linear};
+use shibo_node::{Color, Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector, node};
+use shibo_value::{Skeleton, Solid, Stop, Type};
 
 /// Draws rays: thin sheets from the pith outwards, which look different on each cut: flecks on a quarter cut, lines on
 /// end grain, spindles on a flat cut.
@@ -28,8 +26,7 @@ use shibo_value::{Skeleton, Solid, Stop, Type, srgb_to_linear};
 /// "oak": WoodRays(color: "wood", fiber: "fiber", skeleton: "tree"),
 /// "example": CutPlane(solid: "oak", preset: QuarterSawn, distance: 25, offset: 1),
 /// ```
-#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
+#[node]
 pub struct WoodRays {
     /// The colour to draw on.
     pub color: In<SolidColor>,
@@ -39,57 +36,46 @@ pub struct WoodRays {
     pub skeleton: Option<In<Skeleton>>,
     /// Distance between rays around the stem.
     #[schemars(range(min = 0.05, max = 100), extend("unit" = "mm"))]
+    #[default(1.7)]
     pub pitch: f64,
     /// Height of rays along the grain.
     #[schemars(range(min = 0.05, max = 1000), extend("unit" = "mm"))]
+    #[default(13.0)]
     pub height: f64,
     /// Thickness of rays.
     #[schemars(range(min = 0.005, max = 10), extend("unit" = "mm"))]
+    #[default(0.4)]
     pub width: f64,
     /// Share of places that have a ray.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.85)]
     pub density: f64,
     /// Length of rays outwards.
     #[schemars(range(min = 0.5, max = 1000), extend("unit" = "mm"))]
+    #[default(34.0)]
     pub length: f64,
     /// Bend of rays, as a share of the distance between them; it determines the size of flecks.
     #[schemars(range(min = 0, max = 10))]
+    #[default(0.62)]
     pub wobble: f64,
     /// The colour of flecks and of lines on end grain.
+    #[default(Color::srgb([0xDC, 0xC0, 0x98]))]
     pub ray_color: Color,
     /// Strength of flecks.
     #[schemars(range(min = 0, max = 1))]
+    #[default(0.7)]
     pub gain: f64,
     /// Factor on the colour where a flat cut meets rays.
     #[schemars(range(min = 0, max = 2))]
+    #[default(0.8)]
     pub flat: f64,
     /// Dependence of the colour and the sharpness of rays on the cut, as in nature: with 0 they are the same on all
     /// cuts, so that faces agree exactly on their shared edges.
     #[schemars(range(min = 0, max = 1))]
+    #[default(1.0)]
     pub by_cut: f64,
     /// Another seed gives other rays of the same kind.
     pub seed: u64,
-}
-
-impl Default for WoodRays {
-    fn default() -> Self {
-        Self {
-            color: In::default(),
-            fiber: In::default(),
-            skeleton: None,
-            pitch: 1.7,
-            height: 13.0,
-            width: 0.4,
-            density: 0.85,
-            length: 34.0,
-            wobble: 0.62,
-            ray_color: Color([0xDC, 0xC0, 0x98].map(|byte: u8| srgb_to_linear(f32::from(byte) / 255.0))),
-            gain: 0.7,
-            flat: 0.8,
-            by_cut: 1.0,
-            seed: 0,
-        }
-    }
 }
 
 /// Share of their own colour that rays show on a cut in any direction if `by_cut` is 0.

@@ -57,6 +57,12 @@ pub fn suggest(word: &str, what: &str, candidates: &[&str]) -> String {
     }
 }
 
+/// Shortens a text to fit into a line of a message.
+pub fn shorten(text: &str) -> String {
+    let line: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(60).collect();
+    if line.chars().count() < text.chars().count() { format!("{line}…") } else { line }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -22,7 +22,7 @@ pub use op::Op;
 pub use program::{Instruction, Program};
 pub use random::{hash, noise, random, seed_word};
 
-use crate::diagnostics::Code;
+use crate::diagnostics::{Code, shorten};
 use std::ops::Range;
 
 /// The most errors reported for one expression.
@@ -99,10 +99,4 @@ pub trait Names {
 
 fn bad(range: Range<usize>, message: impl Into<String>) -> Fault {
     Fault { code: Code::BadExpression, range, message: message.into(), help: None }
-}
-
-/// Shortens a text to fit into a line of a message.
-fn shorten(text: &str) -> String {
-    let line: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(60).collect();
-    if line.chars().count() < text.chars().count() { format!("{line}…") } else { line }
 }

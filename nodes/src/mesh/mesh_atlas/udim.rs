@@ -1,17 +1,16 @@
 //! Meshes whose UVs lie in several UDIM tiles.
 use super::{ChartSource, advice};
 use glam::{UVec2, Vec2};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::stop::Watch;
 use shibo_kernel::mesh::atlas::fits;
 use shibo_kernel::mesh::udim::{FIRST, MOST, Tiles, number, place, tiles};
+use shibo_node::choice;
 use shibo_value::Mesh;
 use shibo_value::diagnostics::{Code, Problem};
 use std::collections::BTreeSet;
 
 /// The UDIM tiles that the canvas holds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[choice]
 pub enum Udim {
     /// All tiles from 1001 on that the mesh uses, side by side: 1001 lies at the lower left.
     #[default]

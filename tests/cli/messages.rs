@@ -213,7 +213,7 @@ fn advice_on_clipping_depends_on_kind_of_value() {
         words
     };
     let text = advice(r#""a": Remap(input: Perlin(), to: (0, 55)), "n": Material(roughness: "a")"#);
-    assert!(text.contains("`roughness` goes from 0 to 1") && !text.contains("range:"), "{text}");
+    assert!(text.contains("`roughness` ranges from 0 to 1") && !text.contains("range:"), "{text}");
     let text = advice(r#""n": Brick(size: (7.5, 3.5), gap: 0.5, depth: 3)"#);
     assert!(text.contains("range: (lowest, highest)") && !text.contains("clamp"), "{text}");
     let text = advice(r#""n": Remap(input: Perlin(), to: (0, 2))"#);

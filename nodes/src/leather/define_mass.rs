@@ -152,16 +152,6 @@ impl Node for DefineMass {
     }
 }
 
-/// The mass of a point at a place.
-pub(super) fn mass_at(map: &ScalarMap, raster: &Raster<'_>, place: Vec2) -> f32 {
-    let reduce = if map.sum { Reduction::Sum } else { Reduction::Mean };
-    let scalar = match map.radius {
-        None => raster.at(place),
-        Some(radius) => raster.along([place; 2], Sample::Near(f64::from(radius)), reduce),
-    };
-    map.range[0] + (map.range[1] - map.range[0]) * scalar
-}
-
 impl DefineMass {
     fn positive(&self, masses: &[f32]) -> Result<(), Problem> {
         let Some(bad) = masses.iter().find(|m| !(**m > 0.0 && m.is_finite())) else { return Ok(()) };

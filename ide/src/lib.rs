@@ -7,6 +7,7 @@
 pub mod actions;
 pub mod colors;
 mod complete;
+mod count;
 pub mod diagnose;
 mod docs;
 mod evaluate;

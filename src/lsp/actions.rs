@@ -1,6 +1,7 @@
 //! Code actions at a selection.
+use super::answer::{Answer, Refusal};
 use super::convert;
-use super::server::{Answer, Refusal, Server};
+use super::server::Server;
 use lsp_server::ErrorCode;
 use lsp_types::{CodeAction, CodeActionKind, CodeActionParams, Diagnostic, NumberOrString};
 use serde_json::Value as Json;

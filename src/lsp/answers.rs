@@ -1,6 +1,7 @@
 //! Answers to requests.
+use super::answer::{Answer, Refusal};
 use super::convert;
-use super::server::{Answer, Document, Refusal, Server, read};
+use super::server::{Document, Server, read};
 use super::{actions, uris};
 use lsp_server::ErrorCode;
 use lsp_types::{

@@ -2,12 +2,17 @@
 //! the protocol and three threads, which answer requests, check texts, and make pictures for hovers. No answer waits
 //! for another thread.
 mod actions;
+mod answer;
 mod answers;
 mod checker;
 mod commands;
 mod convert;
+mod dispatch;
+mod event;
 mod frames;
 mod http;
+mod options;
+mod pages;
 mod pictures;
 mod server;
 mod text;
@@ -17,11 +22,14 @@ use crate::library;
 use crate::quit::Quit;
 use checker::Checker;
 use clap::Args;
+use event::Event;
 use lsp_server::{Connection, Message, ProtocolError, RequestId};
 use lsp_types::{ClientCapabilities, InitializeParams};
+use options::Options;
+use pages::Pages;
 use pictures::Painter;
 use serde_json::{Value as Json, json};
-use server::{Cancelled, Event, Options, Server, ServerParts};
+use server::{Cancelled, Server, ServerParts};
 use shibo_ide::{Workspace, identity};
 use std::path::PathBuf;
 use std::sync::mpsc::{Sender, channel};
@@ -106,7 +114,7 @@ fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Result<bool, Pro
         encoding,
         painter: Painter::new(cache_dir.clone(), options.pictures),
         options,
-        pages: commands::Pages::new(events, cache_dir),
+        pages: Pages::new(events, cache_dir),
         client: Client::of(&params.capabilities),
         checker: jobs,
         cancelled,

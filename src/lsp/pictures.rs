@@ -3,7 +3,7 @@
 mod draw;
 mod sketch;
 
-use super::server::PictureForm;
+use super::options::PictureForm;
 use crate::environment;
 use crate::open;
 use crate::write;

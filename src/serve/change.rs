@@ -1,8 +1,8 @@
 //! Changes of the graph file that a page requests. Each change names the content it is based on and is refused if the
 //! file has another content by now. Everything outside the changed ranges, comments and line endings included, stays as
 //! it is.
-use super::handlers::{ApiError, App, aside};
-use super::scene::{Scene, lock};
+use super::app::{ApiError, App, aside};
+use super::scene::{is_own, lock};
 use super::stage::{Stage, Values};
 use super::texts::sha256;
 use crate::write::{self, Refused};
@@ -15,7 +15,6 @@ use shibo_graph as graph;
 use shibo_ide::actions::{add_preset, alike, apply, assign, promote};
 use shibo_ide::rename::Edit;
 use shibo_ide::{Cx, Workspace};
-use shibo_value::diagnostics::Span;
 use std::fs;
 use std::ops::Range;
 use std::sync::Arc;
@@ -138,11 +137,6 @@ fn place(stage: &Stage, base: &str, node: &str, field: &str) -> Result<Range<usi
         return Err(ApiError::Failed(format!("`{node}` belongs to another file")));
     }
     Ok(span.start..span.end)
-}
-
-/// Returns whether `span` lies in the graph file itself.
-pub(super) fn is_own(scene: &Scene, span: Span) -> bool {
-    scene.graph.sources.path(span.file) == scene.graph.path
 }
 
 /// Rejects a text that does not load.

@@ -1,12 +1,11 @@
 //! Requests about one target: picture, tile, value of a pixel, data of an object.
-use super::handlers::{AboutQuery, ApiError, App, Of, aside, png};
+use super::app::{AboutQuery, ApiError, App, Of, Query2, aside, png};
 use super::levels;
 use super::object;
 use super::paint::Painter;
 use super::scene::{Preview, Scene, Target, lock};
 use super::stage::Stage;
 use super::wiring;
-use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Json, Response};
 use glam::UVec2;
@@ -17,8 +16,6 @@ use shibo_value::{Type, Value, Window, linear_to_srgb};
 
 /// Width and height of the tiles of pictures that are too large to be sent whole.
 const TILE: u32 = 512;
-
-pub(super) type Query2<T> = Result<Query<T>, QueryRejection>;
 
 /// Query: a target and a size.
 #[derive(Debug, Deserialize)]

@@ -1,41 +1,16 @@
 //! Connects the editor and the page: the editor can show a node on the page, and a click on the page shows the node's
 //! line in the editor.
-use super::handlers::{ApiError, App};
+use super::app::{ApiError, App};
+use super::position::SourcePosition;
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::Json;
-use petgraph::graph::NodeIndex;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use serde_json::{Value as Data, json};
-use shibo_graph::Graph;
-use std::path::PathBuf;
-use std::sync::Arc;
 
 /// Query that marks a listener as an editor rather than a page.
 pub(super) const EDITOR: &str = "editor=yes";
-
-/// Callback that receives the source positions of clicked nodes.
-pub(super) type Jumps = Arc<dyn Fn(&SourcePosition) + Send + Sync>;
-
-/// A position in a file for display: line and column count from 1, columns in characters.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct SourcePosition {
-    pub(crate) file: PathBuf,
-    pub(crate) line: usize,
-    pub(crate) column: usize,
-}
-
-impl SourcePosition {
-    /// Position of the kind of a node; `None` if the node is in a graph of the library.
-    fn of(graph: &Graph, node: NodeIndex) -> Option<Self> {
-        let span = graph.nodes[node].span;
-        let at = graph.sources.position(span.file, span.start);
-        // Library graphs and command-line arguments have no file.
-        let file = graph.sources.path(span.file).canonicalize().ok()?;
-        Some(Self { file, line: at.line, column: at.column })
-    }
-}
 
 #[derive(Debug, Deserialize)]
 struct Show {

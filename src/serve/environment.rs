@@ -1,6 +1,6 @@
 //! The user's own environment for the lit view: a page sends an EXR panorama and gets back its light. The light is kept
 //! in memory for this run, so a reloaded page can fetch it again; nothing is written to disk.
-use super::handlers::{ApiError, App};
+use super::app::{ApiError, App};
 use super::scene::lock;
 use super::sky::Sky;
 use axum::body::{Bytes, to_bytes};
@@ -8,27 +8,12 @@ use axum::extract::{Request, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use shibo_picture::{Conversion, ReadLimits, header_bytes, read_bytes};
-use std::sync::Mutex;
-use tokio::sync::Semaphore;
 
 /// Maximum file size in bytes: 8192 × 4096 pixels with 16 bits per channel fit.
 const MOST: usize = 256 << 20;
 /// Limits for decoding.
 const LIMITS: ReadLimits =
     ReadLimits { max_file_bytes: MOST as u64, max_pixels: 1 << 26, max_bytes_decoded: 768 << 20 };
-
-/// The environment of this run.
-pub(crate) struct Environment {
-    bytes: Mutex<Option<Bytes>>,
-    /// Only one panorama is read at a time.
-    turn: Semaphore,
-}
-
-impl Default for Environment {
-    fn default() -> Self {
-        Self { bytes: Mutex::default(), turn: Semaphore::new(1) }
-    }
-}
 
 fn answer(bytes: Bytes) -> Response {
     ([(header::CONTENT_TYPE, "application/octet-stream")], bytes).into_response()

@@ -1,6 +1,6 @@
 //! Exports that a page requests: files are rendered into a temporary folder with progress reports, and fetched when
 //! finished.
-use super::handlers::{ApiError, App};
+use super::app::{ApiError, App};
 use super::scene::lock;
 use super::stage::{Stage, Values};
 use crate::render::add_node;
@@ -18,15 +18,10 @@ use shibo_engine::session::{Failure, RenderRequest};
 use shibo_graph::{self as graph, Graph, LoadOptions};
 use shibo_picture::{Format, contained};
 use shibo_value::Resolution;
-use std::collections::BTreeMap;
 use std::fs;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// Maximum number of exports running at once.
-const AT_ONCE: usize = 2;
-/// Number of finished exports kept until they are fetched.
-const KEPT: usize = 4;
 /// Minimum time between two progress reports.
 const PROGRESS: Duration = Duration::from_millis(150);
 
@@ -44,42 +39,6 @@ struct Wish {
     resolution: Option<u32>,
     /// `png`, `tiff` or `exr`; by default the format of the graph.
     format: Option<String>,
-}
-
-/// An export: its cancel token and its result.
-struct Export {
-    cancel: CancelToken,
-    made: Option<(String, Bytes)>,
-}
-
-/// The exports of this run by number.
-#[derive(Default)]
-pub(crate) struct Exports(Mutex<(u64, BTreeMap<u64, Export>)>);
-
-impl Exports {
-    fn begin(&self) -> Option<(u64, CancelToken)> {
-        let mut inner = lock(&self.0);
-        let at_work = inner.1.values().filter(|export| export.made.is_none()).count();
-        if at_work >= AT_ONCE {
-            return None;
-        }
-        while inner.1.len() >= KEPT + AT_ONCE {
-            let oldest = inner.1.iter().find(|(_, export)| export.made.is_some()).map(|(id, _)| *id)?;
-            inner.1.remove(&oldest);
-        }
-        inner.0 += 1;
-        let (id, cancel) = (inner.0, CancelToken::default());
-        inner.1.insert(id, Export { cancel: cancel.clone(), made: None });
-        Some((id, cancel))
-    }
-
-    fn end(&self, id: u64, made: Option<(String, Bytes)>) {
-        let mut inner = lock(&self.0);
-        match (made, inner.1.get_mut(&id)) {
-            (Some(made), Some(export)) => export.made = Some(made),
-            _ => drop(inner.1.remove(&id)),
-        }
-    }
 }
 
 /// Sends the progress of an export to the pages.
@@ -198,6 +157,7 @@ fn render(
 mod tests {
     use super::*;
     use crate::serve::defective;
+    use crate::serve::export_slots::AT_ONCE;
 
     /// Exports a graph and returns the news that the pages receive.
     fn exported(stage: &Stage, bad: bool) -> Data {

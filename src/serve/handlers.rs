@@ -1,68 +1,34 @@
 //! Routes of the server and handlers of its requests.
+use super::app::{ApiError, App, Wishes, png};
 use super::assets::asset;
 use super::guard::{Guard, guard};
-use super::scene::{Scene, Target, View};
+use super::position::Jumps;
 use super::stage::{News, Stage, Values};
 use super::{change, data, editor, environment, export, map, marks, mesh, thumb, wear};
 use axum::Router;
 use axum::body::{Body, Bytes};
-use axum::extract::rejection::{BytesRejection, QueryRejection};
-use axum::extract::{DefaultBodyLimit, Path, Query, State};
+use axum::extract::rejection::BytesRejection;
+use axum::extract::{DefaultBodyLimit, Path, State};
 use axum::http::{HeaderMap, StatusCode, Uri, header};
 use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Json, Response};
 use axum::routing::{get, post};
 use futures_util::stream;
-use serde::Deserialize;
-use shibo_engine::eval::{CancelToken, Silent};
-use shibo_engine::session::{Failure, Look};
-use shibo_picture::contained;
 use std::convert::Infallible;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
+use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 /// Maximum size of a request body in bytes.
 const BODY: usize = 64 << 10;
-/// Maximum number of listening pages; further ones must poll.
-const LISTENERS: usize = 128;
-/// Maximum number of looks running at once.
-const LOOKS: usize = 3;
-/// Maximum number of waiting looks.
-const WAITING: usize = 512;
 /// After this time without news, a stream sends a comment so that it is not taken for dead.
 const ALIVE: Duration = Duration::from_secs(10);
 
-/// Callback that receives the parameter values set by pages; returns whether the watch loop has accepted them.
-type Wishes = Arc<dyn Fn(Values) -> bool + Send + Sync>;
-
-/// State shared by all handlers.
-#[derive(Clone)]
-pub(super) struct App {
-    pub(super) stage: Arc<Stage>,
-    wishes: Wishes,
-    pub(super) jumps: editor::Jumps,
-    /// Number of open pages.
-    pub(super) pages: Arc<AtomicUsize>,
-    listeners: Arc<Semaphore>,
-    looks: Arc<Semaphore>,
-    waiting: Arc<Semaphore>,
-}
-
 /// Builds the routes of the server.
-pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, editor::Jumps), who: Guard) -> Router {
-    let app = App {
-        stage,
-        wishes,
-        jumps,
-        pages: Arc::default(),
-        listeners: Arc::new(Semaphore::new(LISTENERS)),
-        looks: Arc::new(Semaphore::new(LOOKS)),
-        waiting: Arc::new(Semaphore::new(WAITING)),
-    };
+pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, Jumps), who: Guard) -> Router {
     Router::new()
         .route("/{token}/", get(|| async { asset("").ok_or(ApiError::Unknown) }))
         .route("/{token}/{file}", get(file))
@@ -91,137 +57,7 @@ pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, editor::Jumps)
         .route("/{token}/jump", post(editor::jump))
         .layer(DefaultBodyLimit::max(BODY))
         .layer(from_fn_with_state(Arc::new(who), guard))
-        .with_state(app)
-}
-
-/// Reason why a request fails.
-pub(super) enum ApiError {
-    /// The request is malformed.
-    Bad(String),
-    /// The requested thing does not exist.
-    Unknown,
-    /// The target has no answer of this kind; an object, for example, has no picture.
-    Nothing,
-    /// The request is about a graph that is no longer shown. The page shows no error, because it cannot know yet.
-    Superseded,
-    /// The file has another content than the one the request is based on.
-    Conflict(String),
-    /// Too many requests at once.
-    Busy,
-    /// The computation failed; the reason is among the errors shown.
-    Failed(String),
-}
-
-impl IntoResponse for ApiError {
-    fn into_response(self) -> Response {
-        let (status, text) = match self {
-            Self::Bad(text) => (StatusCode::BAD_REQUEST, text),
-            Self::Unknown => (StatusCode::NOT_FOUND, String::new()),
-            Self::Nothing | Self::Superseded => (StatusCode::NO_CONTENT, String::new()),
-            Self::Conflict(text) => (StatusCode::CONFLICT, text),
-            Self::Busy => (StatusCode::SERVICE_UNAVAILABLE, String::new()),
-            Self::Failed(text) => (StatusCode::UNPROCESSABLE_ENTITY, text),
-        };
-        (status, text).into_response()
-    }
-}
-
-impl From<Failure> for ApiError {
-    fn from(failure: Failure) -> Self {
-        match failure {
-            Failure::Cancelled => Self::Superseded,
-            Failure::Errors(errors) => {
-                Self::Failed(errors.into_iter().map(|e| e.message).collect::<Vec<_>>().join("\n"))
-            }
-            Failure::File(text) | Failure::Usage(text) => Self::Failed(text),
-        }
-    }
-}
-
-impl From<QueryRejection> for ApiError {
-    fn from(rejection: QueryRejection) -> Self {
-        Self::Bad(rejection.body_text())
-    }
-}
-
-/// Query: a generation of the graph.
-#[derive(Debug, Deserialize)]
-pub(super) struct Of {
-    /// Generation.
-    pub(super) g: u64,
-}
-
-/// Query: a generation and a target.
-#[derive(Debug, Deserialize)]
-pub(super) struct About {
-    /// Generation.
-    g: u64,
-    /// Name of the target.
-    t: String,
-}
-
-impl App {
-    /// Passes on parameter values set by a page; returns whether they were accepted.
-    pub(super) fn wish(&self, values: Values) -> bool {
-        (self.wishes)(values)
-    }
-
-    /// Returns the scene if it has this generation.
-    pub(super) fn scene(&self, generation: u64) -> Result<Arc<Scene>, ApiError> {
-        let scene = self.stage.scene().ok_or(ApiError::Unknown)?;
-        if scene.generation == generation { Ok(scene) } else { Err(ApiError::Superseded) }
-    }
-
-    /// Returns the scene and the target of a request.
-    pub(super) fn about(&self, about: &About) -> Result<(Arc<Scene>, Target), ApiError> {
-        let scene = self.scene(about.g)?;
-        let target = scene.target(&about.t).ok_or(ApiError::Unknown)?;
-        Ok((scene, target))
-    }
-
-    /// Waits for a slot in the queue of computations for pages.
-    async fn queue(&self) -> Result<OwnedSemaphorePermit, ApiError> {
-        let _waiting = self.waiting.clone().try_acquire_owned().map_err(|_| ApiError::Busy)?;
-        self.looks.clone().acquire_owned().await.map_err(|_| ApiError::Busy)
-    }
-
-    /// Queues and runs `work` with a look into the scene, as long as the page waits and the scene is current.
-    pub(super) async fn look<T: Send + 'static>(
-        &self,
-        scene: &Arc<Scene>,
-        work: impl FnOnce(&Look<'_>, &Stage, &Scene) -> Result<T, Failure> + Send + 'static,
-    ) -> Result<T, ApiError> {
-        let of = scene.clone();
-        let look = move |stage: &Stage, token: &CancelToken| {
-            stage.session.look(&of.graph, &of.keys, token, &Silent, |look| work(look, stage, &of))
-        };
-        self.apart(scene, look).await
-    }
-
-    /// Queues and runs `work` without a look, as long as the page waits and the scene is current.
-    pub(super) async fn apart<T: Send + 'static>(
-        &self,
-        scene: &Arc<Scene>,
-        work: impl FnOnce(&Stage, &CancelToken) -> Result<T, Failure> + Send + 'static,
-    ) -> Result<T, ApiError> {
-        let view = View::new(scene);
-        let place = self.queue().await?;
-        let (stage, token) = (self.stage.clone(), view.token());
-        let result = aside(move || {
-            let _place = place;
-            work(&stage, &token)
-        });
-        let result = result.await?;
-        drop(view);
-        Ok(result?)
-    }
-}
-
-/// Runs `work` on a thread of its own. A panic becomes an error of this request only.
-pub(super) async fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<T, ApiError> {
-    let failed = |said: &str| ApiError::Failed(format!("it could not be made: {said}"));
-    let done = tokio::task::spawn_blocking(move || contained(work)).await;
-    done.map_err(|_| failed("the server ends"))?.map_err(|said| failed(&format!("there is a defect: {said}")))
+        .with_state(App::new(stage, wishes, jumps))
 }
 
 async fn file(Path((_, name)): Path<(String, String)>) -> Result<Response, ApiError> {
@@ -238,11 +74,6 @@ async fn picture(State(app): State<App>, Path((_, file)): Path<(String, String)>
         Some(id).filter(|id| id.len() == 32 && id.bytes().all(|b| b.is_ascii_hexdigit())).ok_or(ApiError::Unknown)?;
     let stored = app.stage.picture(id).ok_or(ApiError::Nothing)?;
     Ok(png(stored.png.clone()))
-}
-
-/// Builds the response for a PNG picture.
-pub(super) fn png(bytes: Bytes) -> Response {
-    ([(header::CONTENT_TYPE, "image/png")], bytes).into_response()
 }
 
 /// Streams events to a page: first the state, then all news.
@@ -309,6 +140,3 @@ async fn values(
     let values: Values = serde_json::from_slice(&body).map_err(|e| ApiError::Bad(e.to_string()).into_response())?;
     if app.wish(values) { Ok(StatusCode::ACCEPTED) } else { Err(ApiError::Busy.into_response()) }
 }
-
-/// Extracted query of a request about a target.
-pub(super) type AboutQuery = Result<Query<About>, QueryRejection>;

@@ -1,5 +1,5 @@
 //! Sends fields as textures for the lit view: raw samples without a file format.
-use super::handlers::{ApiError, App};
+use super::app::{ApiError, App};
 use super::scene::{DisplayStyle, Preview};
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};

@@ -1,7 +1,7 @@
 //! Overlays for the mesh of the lit view: charts and parts of its triangles, chart borders, and directions on the
 //! surface.
+use super::app::{ApiError, App, Of};
 use super::coarse::Sent;
-use super::handlers::{ApiError, App, Of};
 use super::scene::Scene;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};

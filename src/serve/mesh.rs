@@ -1,6 +1,6 @@
 //! The mesh of the lit view, which shows the material.
+use super::app::{ApiError, App, Of};
 use super::coarse::Sent;
-use super::handlers::{ApiError, App, Of};
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::{HeaderName, header};

@@ -3,6 +3,7 @@
 //! A request must contain the token of the run and must have been sent to exactly this address: Host, and Origin if
 //! present, are compared. Requests never supply a path on disk. All is read-only except parameter values and the graph
 //! file, which is changed only while its content is the one the page has seen.
+mod app;
 mod assets;
 mod change;
 mod coarse;
@@ -13,6 +14,7 @@ pub(crate) mod defective;
 mod editor;
 mod environment;
 mod export;
+mod export_slots;
 mod guard;
 mod handlers;
 mod instead;
@@ -22,6 +24,8 @@ mod marks;
 mod mesh;
 mod object;
 mod paint;
+mod panorama;
+mod position;
 mod previews;
 mod scene;
 mod sky;
@@ -32,7 +36,7 @@ mod thumb;
 mod wear;
 mod wiring;
 
-pub(crate) use editor::SourcePosition;
+pub(crate) use position::SourcePosition;
 pub(crate) use scene::{COARSE, PictureInfo, Preview, Scene, Target, WHOLE};
 pub(crate) use stage::{Stage, Values};
 pub(crate) use store::Store;

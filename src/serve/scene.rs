@@ -8,7 +8,7 @@ use serde::Serialize;
 use shibo_engine::eval::{CancelToken, Keys, NodeStats};
 use shibo_engine::session::{Failure, Look};
 use shibo_graph::{ExportMesh, Graph};
-use shibo_value::diagnostics::{Code, Diagnostic};
+use shibo_value::diagnostics::{Code, Diagnostic, Span};
 use shibo_value::{Atlas, Carried, Channel, Field, Grid, Key, Pixels, Sketch, Type, Value, Window};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -350,4 +350,14 @@ fn unit_of(channel: Channel) -> &'static str {
         Channel::AnisotropyAngle => "°",
         _ => "",
     }
+}
+
+/// Returns whether `span` lies in the graph file itself.
+pub(super) fn is_own(scene: &Scene, span: Span) -> bool {
+    scene.graph.sources.path(span.file) == scene.graph.path
+}
+
+/// Returns whether the graph has a coloured solid.
+pub(super) fn has_solid(scene: &Scene) -> bool {
+    scene.graph.nodes.node_weights().any(|node| node.outputs.contains(&Type::SolidColor))
 }

@@ -1,11 +1,10 @@
 //! State shared by the watch loop, the evaluation and the pages: the last good scene, the current errors, and the news
 //! for pages.
-use super::environment::Environment;
-use super::export::Exports;
-use super::scene::{PictureInfo, Scene, lock};
+use super::export_slots::Exports;
+use super::panorama::Environment;
+use super::scene::{PictureInfo, Scene, has_solid, lock};
 use super::store::{Store, Stored};
 use super::texts::Texts;
-use super::wear;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
 use shibo_engine::eval::{NodeState, NodeStats};
@@ -321,7 +320,7 @@ fn describe(scene: &Scene) -> Json {
             "node": graph.nodes[node].name, "message": why.message, "help": why.help,
         })).collect::<Vec<_>>(),
         // True if the lit view can cut shapes from a solid.
-        "solid": wear::has_solid(scene),
+        "solid": has_solid(scene),
         // Equal names mean the same mesh.
         "mesh": scene.mesh().map(|(node, output)| scene.keys.output(node, output).to_string()),
         "outputs": outputs.collect::<Vec<_>>(),

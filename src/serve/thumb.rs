@@ -1,7 +1,6 @@
 //! Thumbnails. The preview of a node is its full picture, shrunk, because a graph evaluated with so few pixels would
 //! look different.
-use super::data::Query2;
-use super::handlers::{ApiError, App, png};
+use super::app::{ApiError, App, Query2, png};
 use super::paint::{Painter, small};
 use super::scene::{COARSE, DisplayStyle, Preview, Scene, Target, WHOLE};
 use super::stage::{Stage, Values};

@@ -1,7 +1,6 @@
 //! Textures that cut solids along a shape: the material's cuts follow the surface of the shape instead of a board, so
 //! that rings run through the shape and pores open where its surface meets them.
-use super::data::Query2;
-use super::handlers::{ApiError, App};
+use super::app::{ApiError, App, Query2};
 use super::instead::instead;
 use super::map::samples;
 use super::previews::single;
@@ -138,11 +137,6 @@ impl Placed {
         let bits: Vec<u8> = numbers.iter().flat_map(|n| n.to_bits().to_le_bytes()).collect();
         Key::of("worn", &[format!("{:?}", self.shape).as_bytes(), &bits])
     }
-}
-
-/// Returns whether the graph has a coloured solid.
-pub(super) fn has_solid(scene: &Scene) -> bool {
-    scene.graph.nodes.node_weights().any(|node| node.outputs.contains(&Type::SolidColor))
 }
 
 /// Returns a texture of a shape in the format of `map`: a target or a channel of it, with all solids cut along the

@@ -1,6 +1,5 @@
 //! Source text of a node and its constants.
-use super::change::is_own;
-use super::scene::Scene;
+use super::scene::{Scene, is_own};
 use serde_json::{Value as Json, json};
 use shibo_graph::GraphNode;
 use shibo_node::registry::Registry;

@@ -1,7 +1,7 @@
 //! Hints that files may have changed. Watches folders instead of files, since an atomic save replaces the file, and
 //! also the folders of symbolic link targets. Hints may be missing or wrong; the contents decide (see
 //! [`super::files`]).
-use super::follow::Signal;
+use super::signal::Signal;
 use notify::event::{AccessKind, AccessMode, EventKind, ModifyKind};
 use notify::{Event, RecommendedWatcher, RecursiveMode, Watcher};
 use std::collections::BTreeMap;

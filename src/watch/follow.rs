@@ -1,10 +1,11 @@
 //! The watch loop: reads every save and puts every graph without errors into [`LatestJob`].
-use super::command::WatchArgs;
+use super::args::WatchArgs;
 use super::evaluate::{Job, LatestJob};
 use super::files::Files;
 use super::folders::Folders;
 use super::load::{self, Reading};
 use super::settle::Settle;
+use super::signal::Signal;
 use super::status_reporter::StatusReporter;
 use crate::report;
 use crate::serve::{Stage, Values};
@@ -19,19 +20,6 @@ use std::time::{Duration, Instant};
 const IDLE: Duration = Duration::from_millis(250);
 /// Interval without a watcher.
 const POLL: Duration = Duration::from_millis(100);
-
-/// Message to the loop.
-pub(super) enum Signal {
-    /// Something happened in a folder.
-    Touched {
-        /// True if the event ended a save.
-        closed: bool,
-    },
-    /// A page sets parameter values.
-    Values(Values),
-    /// The program ends.
-    Stop,
-}
 
 /// Errors held back for a moment, since the file may be half written.
 struct Held {

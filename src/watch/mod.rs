@@ -2,6 +2,7 @@
 //!
 //! It has three parts: a loop (`follow`) that tracks the files and reads the graph, a thread that evaluates the newest
 //! graph (`evaluate`), and the server of the page. They share the [`Stage`](crate::serve::Stage).
+mod args;
 mod command;
 mod editor;
 mod evaluate;
@@ -10,6 +11,8 @@ mod folders;
 mod follow;
 mod load;
 mod settle;
+mod signal;
 mod status_reporter;
 
-pub(crate) use command::{WatchArgs, run};
+pub(crate) use args::WatchArgs;
+pub(crate) use command::run;

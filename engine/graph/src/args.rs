@@ -1,12 +1,13 @@
 //! The parameters of a node: their values, and checks that the values are allowed.
 use super::explain::explain;
-use super::files::check_file;
 use super::imports;
 use super::part::{Shape, SyntaxValue};
 use super::read::{not_finite, shorten};
-use super::scope::{Unit, check_note};
+use super::scope::check_note;
 use super::structs::has_ports;
 use super::subst::{formula, substitute};
+use super::text_file::check_file;
+use super::unit::Unit;
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::node::{Arg, Bounds, DynNode, KindInfo, ParamInfo, ParamType, Role};
 use crate::picture::{is_udim, udim_files};

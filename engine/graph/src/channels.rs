@@ -1,6 +1,6 @@
 //! The channels of materials: the channels of each node's material, and the nodes that use a missing channel.
 use super::part::{Shape, SyntaxValue};
-use super::scope::{Bound, Entity, Slot, Target, Unit};
+use super::unit::{Bound, Entity, Slot, Target, Unit};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::node::{MaterialInputs, TakenChannel};
 use crate::value::{Accepts, ChannelSet, Type};

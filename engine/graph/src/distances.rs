@@ -1,6 +1,6 @@
 //! Checks the values connected to ports that take distances.
 use super::read::shorten;
-use super::scope::{Slot, Target, Unit};
+use super::unit::{Slot, Target, Unit};
 use crate::diagnostics::Code;
 use crate::node::Output;
 

@@ -1,8 +1,9 @@
 //! A graph file as written: its sections by name, each with its place. Names are not resolved yet.
-use super::exports::{self, ExportDecl, MeshDecl};
+use super::exports;
+use super::output_decl::OutputDecl;
 use super::params::{self, ParamDecl};
 use super::part::{Entry, Shape, SyntaxValue};
-use super::read::{self, mismatch, shorten};
+use super::read::{self, choice, mismatch, shorten};
 use super::report::Report;
 use super::schema;
 use super::storage::{self, Storage};
@@ -71,26 +72,6 @@ pub(super) struct NodeDecl {
     pub(super) args: Option<Vec<Entry>>,
     /// References to its name mean this node; false for the second node of the same name.
     pub(super) named: bool,
-}
-
-/// An output as written.
-#[derive(Debug)]
-pub(super) struct OutputDecl {
-    pub(super) name: String,
-    pub(super) key: SyntaxValue,
-    /// The reference; `None` after an error.
-    pub(super) from: Option<SyntaxValue>,
-    pub(super) format: Option<Format>,
-    pub(super) depth: Option<Depth>,
-    /// The channels of a material go into one file.
-    pub(super) combined: bool,
-    pub(super) range: Option<(f64, f64)>,
-    /// Other options for stored pictures.
-    pub(super) storage: Storage,
-    /// The export written instead of pictures.
-    pub(super) export: Option<ExportDecl>,
-    /// The mesh of the export, if the format has one.
-    pub(super) mesh: Option<MeshDecl>,
 }
 
 impl Document {
@@ -306,21 +287,6 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
         check_depth(format, depth, part, report);
     }
     decl
-}
-
-pub(super) fn choice<T: Copy>(part: &SyntaxValue, what: &str, choices: &[(&str, T)], report: &mut Report) -> Option<T> {
-    let Shape::Word(word) = part.shape() else {
-        let words: Vec<_> = choices.iter().map(|(word, _)| format!("`{word}`")).collect();
-        report.push(mismatch(part, &format!("`{what}`"), &format!("one of {}", words.join(", "))));
-        return None;
-    };
-    let found = choices.iter().find(|(name, _)| *name == word).map(|(_, value)| *value);
-    if found.is_none() {
-        let names = choices.iter().map(|(word, _)| *word);
-        let message = format!("there is no {what} `{}`", shorten(&word));
-        report.unknown(part.error(Code::UnknownVariant, message), &word, what, names);
-    }
-    found
 }
 
 /// Checks that a format can hold the samples.

@@ -4,8 +4,8 @@ use super::params::ParamValue;
 use super::part::{Entry, Shape, SyntaxValue};
 use super::ports::{self, Literal};
 use super::read::{self, mismatch, shorten};
-use super::scope::{Entity, Flat, Port, Slot, Target, Unit};
 use super::subst::substitute;
+use super::unit::{Chooser, Entity, Flat, Port, Slot, Target, Unit};
 use crate::GraphUse;
 use crate::diagnostics::Code;
 use crate::expression::{Meaning, Value as Number};
@@ -22,18 +22,6 @@ pub(super) const KIND: &str = "Each";
 pub(super) const MOST: usize = 64;
 /// The parameter that receives the number of an instance.
 pub(super) const INDEX: &str = "index";
-
-/// An `Each`.
-pub(super) struct Chooser {
-    /// The instances.
-    pub(super) children: Vec<usize>,
-    /// Place of the word `Each`, and its scope.
-    kind: SyntaxValue,
-    scope: usize,
-    name: String,
-    /// The ids that select the visible instance.
-    ids: SyntaxValue,
-}
 
 /// The value of the parameter `index`.
 fn number_value(index: usize, kind: &SyntaxValue) -> ParamValue {

@@ -1,7 +1,7 @@
 //! Rewrites errors of `serde` and `ron` about a parameter for users, and places them at the faulty part.
+use super::color_names::color_meant;
 use super::part::{Shape, SyntaxValue};
 use super::read::{lower_first, offset, shorten, without_b};
-use super::remedy::color_meant;
 use crate::diagnostics::{Code, Diagnostic, suggest};
 use crate::node::{BuildError, KindInfo, ParamForm, ParamInfo, ParamType};
 

@@ -1,7 +1,7 @@
 //! Finds imported files: beside the graph, in a folder named by the caller or by `shibo.toml`, or in the library that
 //! comes with the program.
-use super::files::{Fault, read_text};
 use super::report::Report;
+use super::text_file::{Fault, read_text};
 use crate::diagnostics::{Code, Diagnostic, SourceMap, Span};
 use crate::registry::Library;
 use std::path::{Component, Path, PathBuf};

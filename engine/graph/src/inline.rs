@@ -3,7 +3,7 @@
 use super::document;
 use super::part::{Entry, Shape, SyntaxValue};
 use super::ports::{self, Literal};
-use super::scope::{Entity, Port, Unit};
+use super::unit::{Entity, Port, Unit};
 use crate::diagnostics::Diagnostic;
 use crate::value::Accepts;
 use std::borrow::Cow;

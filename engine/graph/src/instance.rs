@@ -4,32 +4,16 @@ use super::document::Document;
 use super::files::Doc;
 use super::layout::{Layout, layout};
 use super::part::{Entry, Shape, SyntaxValue};
+use super::presets::preset_names;
 use super::read::{self, shorten};
 use super::report::Report;
-use super::scope::{Bound, Flat, Port, Slot, Target, Unit};
 use super::subst::substitute;
+use super::unit::{Bound, Flat, Port, Slot, Target, Unit};
 use crate::GraphUse;
-use crate::diagnostics::{Code, Diagnostic, Span};
+use crate::diagnostics::{Code, Diagnostic};
 use crate::value::{Accepts, Canvas, Key, Type};
 use petgraph::graph::NodeIndex;
 use std::borrow::Cow;
-use std::cell::Cell;
-
-/// A command-line value for a parameter of an instance.
-pub(super) struct Setting {
-    /// The names of the enclosing `Use`s, each followed by a slash, as in [`Scope::prefix`](super::scope::Scope).
-    pub(super) prefix: String,
-    /// The parameter.
-    pub(super) param: String,
-    /// The value as typed.
-    pub(super) value: String,
-    /// The place of the value.
-    pub(super) span: Span,
-    /// The place of the path to the parameter.
-    pub(super) path: Span,
-    /// True once an instance used the setting.
-    pub(super) used: Cell<bool>,
-}
 
 /// Returns true if an instance's value of this type can be laid out.
 pub(super) fn can_move(ty: Type) -> bool {
@@ -128,7 +112,7 @@ impl Unit<'_> {
                 continue;
             };
             let value = decl.and_then(|decl| {
-                let part = super::load::argument(decl, &setting.value, setting.span);
+                let part = super::command_line::argument(decl, &setting.value, setting.span);
                 decl.value(&part, true, self.working_dir, self.report)
             });
             values.insert(name.clone(), value);
@@ -251,11 +235,6 @@ impl Unit<'_> {
             }
         }
     }
-}
-
-/// The presets in `a+b`, later ones last.
-pub(super) fn preset_names(text: &str) -> impl Iterator<Item = &str> {
-    text.split('+').map(str::trim)
 }
 
 /// The canvas seed of an instance.

@@ -1,7 +1,7 @@
 //! Links scopes into a graph: wires, cycles, types and nodes.
 use super::part::Shape;
 use super::ports::Literal;
-use super::scope::{Flat, Port, Target, Unit};
+use super::unit::{Flat, Port, Target, Unit};
 use super::{args, convert, each, instance};
 use crate::diagnostics::{Code, Diagnostic, Problem, Span};
 use crate::node::OutputType;

@@ -1,8 +1,8 @@
 //! The outputs of a graph.
-use super::document::OutputDecl;
+use super::output_decl::OutputDecl;
 use super::part::{Shape, SyntaxValue};
 use super::read::shorten;
-use super::scope::{Target, Unit};
+use super::unit::{Target, Unit};
 use crate::diagnostics::{Code, Span};
 use crate::picture::is_output_letter;
 use crate::value::Type;

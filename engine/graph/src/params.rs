@@ -1,10 +1,10 @@
 //! The parameters of a graph: their declarations and their allowed values.
+use super::color_names::color_meant;
 use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, mismatch, not_finite, shorten};
-use super::remedy::color_meant;
 use super::report::Report;
+use super::ron_text::ron_string;
 use super::schema::{self, PARAM_TYPES};
-use super::subst::ron_string;
 use crate::diagnostics::{Code, Span};
 use crate::expression::{Meaning, Value};
 use crate::node::{ParamType, parse_color};

@@ -1,9 +1,9 @@
 //! Values at ports: references and literals, and the resolution of references.
+use super::color_names::color_meant;
 use super::part::{Shape, SyntaxValue};
 use super::read::{self, shorten};
-use super::remedy::color_meant;
-use super::scope::{Bound, Entity, Port, Slot, Target, Unit};
 use super::subst::substitute;
+use super::unit::{Bound, Entity, Port, Slot, Target, Unit};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::node::{Output, PortInfo, parse_color};
 use crate::value::{Accepts, Field, Type};

@@ -161,3 +161,18 @@ pub(super) fn check_name(key: &SyntaxValue, name: &str, what: &str, report: &mut
     }
     good
 }
+
+pub(super) fn choice<T: Copy>(part: &SyntaxValue, what: &str, choices: &[(&str, T)], report: &mut Report) -> Option<T> {
+    let Shape::Word(word) = part.shape() else {
+        let words: Vec<_> = choices.iter().map(|(word, _)| format!("`{word}`")).collect();
+        report.push(mismatch(part, &format!("`{what}`"), &format!("one of {}", words.join(", "))));
+        return None;
+    };
+    let found = choices.iter().find(|(name, _)| *name == word).map(|(_, value)| *value);
+    if found.is_none() {
+        let names = choices.iter().map(|(word, _)| *word);
+        let message = format!("there is no {what} `{}`", shorten(&word));
+        report.unknown(part.error(Code::UnknownVariant, message), &word, what, names);
+    }
+    found
+}

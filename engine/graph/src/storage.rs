@@ -1,7 +1,6 @@
 //! Storage options of an output's pictures: mip levels, colour space, direction of normals.
-use super::document::choice;
 use super::part::{Entry, SyntaxValue};
-use super::read;
+use super::read::{self, choice};
 use super::report::Report;
 use crate::diagnostics::Code;
 use crate::picture::Format;

@@ -4,8 +4,8 @@
 //! receives the index of the slot.
 use super::part::{Entry, Shape, SyntaxValue};
 use super::read::shorten;
-use super::scope::Unit;
 use super::subst::{Substituted, substitute, substitute_with};
+use super::unit::Unit;
 use crate::diagnostics::Code;
 use crate::node::{ParamInfo, PortInfo, Role};
 

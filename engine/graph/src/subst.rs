@@ -3,14 +3,13 @@ use super::params::{ParamValue, Params};
 use super::part::{PieceOrigin, Shape, Src, SyntaxValue};
 use super::read::shorten;
 use super::report::Report;
+use super::ron_text::{number_text, ron_string};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::expression::{self, Fault, Meaning, Names, Value};
 use crate::syntax::TokenKind as Kind;
 use std::ops::Range;
 use std::path::PathBuf;
 
-/// The range of numbers that fit into the largest integers of parameters.
-const INTEGERS: Range<f64> = -9.2e18..1.84e19;
 /// The most values that a problem of an expression refers to.
 const OTHERS: usize = 4;
 
@@ -330,24 +329,4 @@ fn value_text(value: &Value) -> String {
             format!("({})", numbers.join(", "))
         }
     }
-}
-
-/// A number as RON; whole numbers without a decimal point, so that they also serve as counts.
-pub(super) fn number_text(value: f64) -> String {
-    if value.fract() == 0.0 && INTEGERS.contains(&value) { format!("{value:.0}") } else { format!("{value:?}") }
-}
-
-/// A text as a RON string.
-pub(super) fn ron_string(text: &str) -> String {
-    let mut out = String::with_capacity(text.len() + 2);
-    out.push('"');
-    for c in text.chars() {
-        match c {
-            '"' | '\\' => out.extend(['\\', c]),
-            c if c.is_control() => out.extend(c.escape_unicode()),
-            c => out.push(c),
-        }
-    }
-    out.push('"');
-    out
 }

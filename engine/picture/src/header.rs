@@ -1,6 +1,6 @@
 //! Format detection and reading of headers, without decoding.
 
-use super::limits::{FileError, ReadError, ReadLimits};
+use super::limits::{FileError, ReadError, ReadLimits, list};
 use super::{SampleKind, foreign, read_exr, read_jpeg, read_png, read_tiff};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
@@ -175,16 +175,6 @@ fn of_layer(header: Header, layer: Option<&str>) -> Result<Header, ReadError> {
 pub(super) fn position(names: &[String], wanted: &str) -> Result<usize, ReadError> {
     let missing = || ReadError::NoSuchLayer { wanted: wanted.to_owned(), existing: list(names) };
     names.iter().position(|own| own == wanted).ok_or_else(missing)
-}
-
-/// Names in backticks, for messages; long lists are cut.
-pub(super) fn list(names: &[String]) -> String {
-    const MOST: usize = 40;
-    let mut quoted: Vec<String> = names.iter().take(MOST).map(|name| format!("`{}`", name.escape_debug())).collect();
-    if names.len() > MOST {
-        quoted.push("…".into());
-    }
-    quoted.join(", ")
 }
 
 /// Opens a regular file; returns its length too. The type is checked before opening, because opening a pipe could block

@@ -39,6 +39,7 @@ mod read_jpeg;
 mod read_png;
 mod read_tiff;
 mod spec;
+mod statements;
 mod turn;
 mod udim;
 mod write;

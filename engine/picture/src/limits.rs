@@ -210,3 +210,13 @@ pub struct FileError {
     #[source]
     pub reason: ReadError,
 }
+
+/// Names in backticks, for messages; long lists are cut.
+pub(super) fn list(names: &[String]) -> String {
+    const MOST: usize = 40;
+    let mut quoted: Vec<String> = names.iter().take(MOST).map(|name| format!("`{}`", name.escape_debug())).collect();
+    if names.len() > MOST {
+        quoted.push("…".into());
+    }
+    quoted.join(", ")
+}

@@ -1,9 +1,9 @@
 //! Helpers for the decoders of the `image` crate: headers, samples and errors.
 use super::guard::guarded;
 use super::limits::{Claim, ReadError};
-use super::read::planar;
 use super::{FileFormat, Header, HeaderStatements, Picture, SampleKind, default_names};
 use image::{ColorType, ImageDecoder, ImageError};
+use rayon::prelude::*;
 
 pub(super) fn header_of(decoder: &impl ImageDecoder, format: FileFormat) -> Result<Header, ReadError> {
     let (width, height) = decoder.dimensions();
@@ -71,4 +71,20 @@ pub(super) fn from_image(error: ImageError) -> ReadError {
             None => ReadError::corrupt(error),
         },
     }
+}
+
+/// Converts pixel-interleaved samples to planes.
+fn planar<T: Copy + Sync>(samples: &[T], channels: usize, convert: impl Fn(T) -> f32 + Sync) -> Vec<f32> {
+    let pixels = samples.len() / channels;
+    let mut planes = vec![0.0; pixels * channels];
+    const CHUNK: usize = 1 << 16;
+    for (channel, plane) in planes.chunks_exact_mut(pixels.max(1)).enumerate() {
+        let parts = plane.par_chunks_mut(CHUNK).zip(samples.par_chunks(CHUNK * channels));
+        parts.for_each(|(plane, samples)| {
+            for (out, pixel) in plane.iter_mut().zip(samples.chunks_exact(channels)) {
+                *out = convert(pixel[channel]);
+            }
+        });
+    }
+    planes
 }

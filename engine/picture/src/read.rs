@@ -3,7 +3,6 @@
 use super::header::{FileFormat, load, position, sniff};
 use super::limits::{FileError, ReadError, ReadLimits};
 use super::{Picture, read_exr, read_jpeg, read_png, read_tiff};
-use rayon::prelude::*;
 use std::path::Path;
 
 /// Reads a picture. Needs memory for the file, the stored samples and the `f32` samples at the same time.
@@ -50,20 +49,4 @@ fn one_channel(mut picture: Picture, name: &str) -> Result<Picture, ReadError> {
     let channel = u8::try_from(position(&picture.names, name)?).expect("a picture has at most 4 channels");
     picture.planes = picture.plane(channel).to_vec();
     Ok(Picture { channels: 1, names: vec![name.to_owned()], has_alpha: false, ..picture })
-}
-
-/// Converts pixel-interleaved samples to planes.
-pub(super) fn planar<T: Copy + Sync>(samples: &[T], channels: usize, convert: impl Fn(T) -> f32 + Sync) -> Vec<f32> {
-    let pixels = samples.len() / channels;
-    let mut planes = vec![0.0; pixels * channels];
-    const CHUNK: usize = 1 << 16;
-    for (channel, plane) in planes.chunks_exact_mut(pixels.max(1)).enumerate() {
-        let parts = plane.par_chunks_mut(CHUNK).zip(samples.par_chunks(CHUNK * channels));
-        parts.for_each(|(plane, samples)| {
-            for (out, pixel) in plane.iter_mut().zip(samples.chunks_exact(channels)) {
-                *out = convert(pixel[channel]);
-            }
-        });
-    }
-    planes
 }

@@ -1,6 +1,7 @@
 //! TIFF. The `tiff` crate reads the directories. Strips and tiles are unpacked here, because the crate refuses valid
 //! ones: tiles of separate planes, LZW tiles, palettes, signed numbers.
 mod directory;
+mod jpeg;
 mod layout;
 mod places;
 mod samples;

@@ -4,8 +4,17 @@ use super::solid::{Body, Patch, Planes, Solid};
 use std::collections::HashMap;
 use std::sync::Arc;
 
+impl Solid {
+    /// Its values at the points with these planes of x, y and z, one channel after another. Each point stands for the
+    /// space around it, `pixel` mm wide: its value depends only on the point, not on any surface. A solid that several
+    /// others read is evaluated once.
+    pub fn quads(&self, points: &[&[f32]; 3], pixel: f32) -> Vec<f32> {
+        AtQuads::new(points, pixel).values(self)
+    }
+}
+
 /// Evaluates solids at quads of points, each solid once per set of points.
-pub(super) struct AtQuads {
+struct AtQuads {
     /// The planes of each set: first the original points, then sets to which solids are moved; two rows each.
     points: Vec<[Arc<[f32]>; 3]>,
     pixel: f32,
@@ -15,7 +24,7 @@ pub(super) struct AtQuads {
 }
 
 impl AtQuads {
-    pub(super) fn new(points: &[&[f32]; 3], pixel: f32) -> Self {
+    fn new(points: &[&[f32]; 3], pixel: f32) -> Self {
         let axis = |axis: usize| -> Arc<[f32]> {
             let beside = |along: usize| if axis == along { pixel } else { 0.0 };
             let upper = points[axis].iter().flat_map(|v| [*v, *v + beside(0)]);
@@ -26,7 +35,7 @@ impl AtQuads {
 
     /// The values of `solid` at the first point of each quad. Uses a work-list, because solids may read each other in
     /// long chains.
-    pub(super) fn values(mut self, solid: &Solid) -> Vec<f32> {
+    fn values(mut self, solid: &Solid) -> Vec<f32> {
         let mut open = vec![(0, solid)];
         while let Some(&(set, top)) = open.last() {
             let wanted: Vec<(usize, &Solid)> = match top.body() {

@@ -4,7 +4,6 @@
 //! solids at the same points; [`Solid::moved`] evaluates a solid at other points. A cut through a solid
 //! ([`Solid::cut`]) is a field, see [`Cuts`].
 use super::link::Link;
-use super::quads::AtQuads;
 use super::{Cost, Cut, Cuts, Field, FieldId, Key, PieceAxes, Type};
 use crate::diagnostics::Problem;
 use glam::DVec3;
@@ -315,13 +314,6 @@ impl Solid {
     /// keep the [`Cuts`].
     pub fn cut(&self, cut: &Cut) -> Field {
         Cuts::default().cut(self, cut)
-    }
-
-    /// Its values at the points with these planes of x, y and z, one channel after another. Each point stands for the
-    /// space around it, `pixel` mm wide: its value depends only on the point, not on any surface. A solid that several
-    /// others read is evaluated once.
-    pub fn quads(&self, points: &[&[f32]; 3], pixel: f32) -> Vec<f32> {
-        AtQuads::new(points, pixel).values(self)
     }
 
     /// Its values at single points, one channel after another, in double precision where the code supports it. A solid

@@ -4,7 +4,7 @@
 //! several pixels of the picture shows their area average, so small results do not alias. Cost: decoding once, then
 //! O(pixels).
 use super::pixels::{Crop, Pick, PicturePlacement, PictureSource, Pixels};
-use super::sheet::{DecodeOptions, Sheet};
+use super::sheet::{DecodeOptions, Sheet, problem};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_kernel::filter::sample::{Filter, Outside};
@@ -101,17 +101,6 @@ pub struct Image {
     pub filter: Filter,
     /// Values outside the picture.
     pub wrap: Wrap,
-}
-
-/// The problem for a picture that cannot be read, at the parameter that names it.
-pub(super) fn problem(error: &picture::FileError) -> Problem {
-    let (code, at) = match &error.reason {
-        picture::ReadError::NoSuchLayer { .. } => (Code::UnknownVariant, "layer"),
-        reason if reason.is_not_found() => (Code::FileNotFound, "path"),
-        reason if reason.is_too_large() => (Code::TooLarge, "path"),
-        _ => (Code::BadFile, "path"),
-    };
-    Problem::new(code, error.to_string()).at(at)
 }
 
 /// True if a picture has one channel besides its opacity.

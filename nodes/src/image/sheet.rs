@@ -1,5 +1,4 @@
 //! The files of a picture, and how they are read: a single file, or one for each UDIM tile, side by side as a sheet.
-use super::image::problem;
 use rayon::prelude::*;
 use shibo_picture::{
     self as picture, ColorSpace, Conversion, FileError, Header, Picture, ReadLimits, divide_by_alpha, udim_file,
@@ -188,4 +187,15 @@ fn unlike(first: &Part, other: &Part) -> Problem {
     Problem::new(Code::BadFile, message)
         .at("path")
         .help("give all of them the size and the channels of the largest one")
+}
+
+/// The problem for a picture that cannot be read, at the parameter that names it.
+pub(super) fn problem(error: &picture::FileError) -> Problem {
+    let (code, at) = match &error.reason {
+        picture::ReadError::NoSuchLayer { .. } => (Code::UnknownVariant, "layer"),
+        reason if reason.is_not_found() => (Code::FileNotFound, "path"),
+        reason if reason.is_too_large() => (Code::TooLarge, "path"),
+        _ => (Code::BadFile, "path"),
+    };
+    Problem::new(code, error.to_string()).at(at)
 }

@@ -2,12 +2,11 @@
 //!
 //! Source: JP4905282B2 §6(1), claims 4 and 5 (rows A28–A33). Cost: O(points · pixels near a point).
 use super::reading;
-use glam::Vec2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::leather::lines::{Raster, Reduction, Sample};
+use shibo_kernel::leather::lines::Reduction;
 use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Linear, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{ScalarMap, SpringNet, Stop, Type};
@@ -132,16 +131,6 @@ impl Node for DefineMass {
         }
         Ok(Outputs::one(SpringNet { mass, mass_map, ..SpringNet::clone(&springs) }))
     }
-}
-
-/// The mass of a point at a place.
-pub(super) fn mass_at(map: &ScalarMap, raster: &Raster<'_>, place: Vec2) -> f32 {
-    let reduce = if map.sum { Reduction::Sum } else { Reduction::Mean };
-    let scalar = match map.radius {
-        None => raster.at(place),
-        Some(radius) => raster.along([place; 2], Sample::Near(f64::from(radius)), reduce),
-    };
-    map.range[0] + (map.range[1] - map.range[0]) * scalar
 }
 
 impl DefineMass {

@@ -1,5 +1,5 @@
 //! Converts the inputs of [`super::SimulateSprings`] to the arguments of the kernel, and the result to the outputs.
-use super::define_mass::mass_at;
+use super::reading::mass_at;
 use super::strain::{Strain, StrainQuantity};
 use crate::bounds::told;
 use glam::Vec2;

@@ -1,6 +1,5 @@
 //! Reads a scalar field as a picture, for several nodes. The size of the picture depends on their parameters, never on
 //! the resolution of the output.
-use super::define_mass::mass_at;
 use glam::{DVec2, UVec2, Vec2};
 use shibo_kernel::leather::lines::{Raster, Reduction, Sample};
 use shibo_kernel::leather::links::Links;
@@ -173,4 +172,14 @@ impl FieldSamples {
         }
         Ok(masses)
     }
+}
+
+/// The mass of a point at a place.
+pub(super) fn mass_at(map: &ScalarMap, raster: &Raster<'_>, place: Vec2) -> f32 {
+    let reduce = if map.sum { Reduction::Sum } else { Reduction::Mean };
+    let scalar = match map.radius {
+        None => raster.at(place),
+        Some(radius) => raster.along([place; 2], Sample::Near(f64::from(radius)), reduce),
+    };
+    map.range[0] + (map.range[1] - map.range[0]) * scalar
 }

@@ -6,7 +6,7 @@ mod paint;
 mod style;
 
 use check::{Check, MOST_ELEMENTS, too_deep};
-use drawn::Rewritten;
+use drawn::{DrawnElements, Rewritten};
 use glam::{DVec2, Vec2};
 use resvg::tiny_skia::PathSegment;
 use resvg::tiny_skia::{Pixmap, Transform};
@@ -56,7 +56,8 @@ impl Vector {
         if root.tag_name().name() != "svg" {
             return Err(bad(format!("this is no SVG file: its first element is `{}`", root.tag_name().name())));
         }
-        let text = rewrite(&document, &Check::run(path, &document)?);
+        let mut check = Check::run(path, &document)?;
+        let text = rewrite(&document, &DrawnElements::judge(&mut check, root)?);
         let document = tree_of(&text).map_err(&bad)?;
         let nothing =
             usvg::ImageHrefResolver { resolve_data: Box::new(|_, _, _| None), resolve_string: Box::new(|_, _| None) };

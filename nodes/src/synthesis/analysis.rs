@@ -50,3 +50,18 @@ pub(super) fn find_lattice(exemplar: &Exemplar) -> ExemplarLattice {
         None => ExemplarLattice { vectors: None, strength: 0.0 },
     }
 }
+
+/// The colour of the exemplar's pixel nearest to a position.
+pub(super) fn color(exemplar: &Exemplar, at: [f32; 2]) -> [f32; 3] {
+    let (n, size) = (exemplar.len(), exemplar.frame.size);
+    let axis = |v: f32, n: u32, wraps: bool| {
+        let n = f64::from(n);
+        let v = if wraps { f64::from(v).rem_euclid(n) } else { f64::from(v) };
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited just before")]
+        let k = v.clamp(0.0, n - 1.0) as usize;
+        k
+    };
+    let Tiling { x, y } = exemplar.frame.periodic;
+    let p = axis(at[1], size.y, y) * size.x as usize + axis(at[0], size.x, x);
+    if exemplar.is_color() { [0, 1, 2].map(|c| exemplar.shown[c * n + p]) } else { [exemplar.shown[p]; 3] }
+}

@@ -3,7 +3,6 @@
 use super::analysis::{features, plane};
 use super::inputs::FieldInputs;
 use super::stages::Ended;
-use super::synthesize::Synthesize;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::PixelPlane;
@@ -15,6 +14,15 @@ use shibo_kernel::synthesis::levels::pyramid_level;
 use shibo_kernel::synthesis::region::Region;
 use shibo_kernel::synthesis::texels::{Fetch, Texels};
 use shibo_value::{Exemplar, Stop};
+
+/// Parameters of the source's method.
+pub(super) struct PatentSpec {
+    pub(super) averaged: bool,
+    pub(super) sub_passes: u32,
+    pub(super) passes: u32,
+    pub(super) jitter: f64,
+    pub(super) hash: Hash,
+}
 
 /// Features of a level in double precision, and the width of one of its texels in pixels of the finest level.
 pub(super) fn level(features: &Texels<f64>, h: usize, pyramid: bool) -> (Texels<f64>, f64) {
@@ -35,15 +43,15 @@ fn begun(bends: bool, k: usize, n: usize) -> f64 {
 
 /// Coordinates of all pixels.
 pub(super) fn run(
-    node: &Synthesize,
+    spec: &PatentSpec,
+    start_size: Option<u32>,
     exemplar: &Exemplar,
     inputs: &FieldInputs<'_>,
-    hash: Hash,
 ) -> Result<Vec<[f32; 2]>, Stop> {
     let features = wide(&features(exemplar));
     let finest = plane(exemplar);
     let side = finest.w.min(finest.h);
-    let coarsest = node.start_size.map_or(side, |size| size as usize).clamp(1, side);
+    let coarsest = start_size.map_or(side, |size| size as usize).clamp(1, side);
     let levels = coarsest.ilog2();
     let (w, h) = (inputs.size.x as usize, inputs.size.y as usize);
     let wrap = [inputs.cx.tiling().x, inputs.cx.tiling().y];
@@ -74,22 +82,22 @@ pub(super) fn run(
         let jacobians = inputs.jacobians(&region)?.unwrap_or(Jacobians::Constant(IDENTITY));
         let jacobian = |p: usize| jacobians.at(p).map(f64::from);
         map = exact::upsample(&map, parent, h_l as f64, |x, y| jacobian(y * region.plane.w + x));
-        if node.jitter > 0.0 && h_l > 2 {
+        if spec.jitter > 0.0 && h_l > 2 {
             let mask = inputs.jitter(&region)?;
-            exact::jitter(&mut map, node.jitter * h_l as f64, &mask, hash.with(h_l as u64));
+            exact::jitter(&mut map, spec.jitter * h_l as f64, &mask, spec.hash.with(h_l as u64));
         }
         let (texels, ratio) = level(&features, h_l, exemplar.pyramid);
         let features = Features { texels: &texels, ratio, second: &[], plane: finest };
         let rule = CorrectionRule {
             square: 4,
-            averaged: node.averaged,
+            averaged: spec.averaged,
             fetch: Fetch::Bilinear,
             h: h_l as f64,
             kappa: 1.0,
-            sub_passes: node.sub_passes,
+            sub_passes: spec.sub_passes,
         };
         let corrector = Corrector { features: &features, rule: &rule, lookup: &Ended(region.plane), jacobian };
-        for _ in 0..node.passes {
+        for _ in 0..spec.passes {
             inputs.cx.check()?;
             corrector.pass(region.plane, &[], &mut map);
         }

@@ -2,10 +2,9 @@
 //! they are upsampled (3) and corrected (1), (2), across borders through the indirection map. Starting from zeros and
 //! without jitter, the result is that of the chain `StartCoords`, `UpsampleCoords`, `CorrectCoords`.
 use super::analysis::{features, plane};
-use super::patent::{level, wide};
+use super::patent::{PatentSpec, level, wide};
 use super::surface_inputs::SurfaceFields;
 use super::surface_stages::{corrected, jittered, upsampled};
-use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::synthesis::driver::Inputs;
 use shibo_kernel::synthesis::exact::{CorrectionRule, Features};
@@ -15,20 +14,10 @@ use shibo_kernel::synthesis::surface::SurfaceInputs;
 use shibo_kernel::synthesis::texels::Fetch;
 use shibo_value::{Exemplar, IndirectionMap, Stop};
 
-/// Parameters of the source's method.
-pub(super) struct PatentSpec {
-    pub(super) averaged: bool,
-    pub(super) sub_passes: u32,
-    pub(super) passes: u32,
-    pub(super) jitter: f64,
-    /// True to start from zeros.
-    pub(super) zero: bool,
-    pub(super) hash: Hash,
-}
-
-/// Coordinates of all pixels, and the Jacobians of the finest level.
+/// Coordinates of all pixels, and the Jacobians of the finest level. If `zero`, coordinates start as zeros.
 pub(super) fn run(
     spec: &PatentSpec,
+    zero: bool,
     exemplar: &Exemplar,
     map: &IndirectionMap,
     inputs: &SurfaceFields<'_>,
@@ -40,7 +29,7 @@ pub(super) fn run(
     let first = sheet(last);
     let mut coords: Vec<[f32; 2]> = if inputs.fields.start.is_some() {
         inputs.start(&first.region())?.into_iter().map(|c| c.map(|v| if v.is_finite() { v } else { 0.0 })).collect()
-    } else if spec.zero {
+    } else if zero {
         vec![[0.0; 2]; first.level.owner.len()]
     } else {
         let random = |pixel: usize| {

@@ -1,7 +1,7 @@
 //! Stages of the method on a surface, shared by the nodes of single stages and the preset `Patent`.
+use super::analysis::color;
 use super::inputs::faulty;
 use super::stages::raster;
-use super::synthesize_surface::color;
 use glam::{DVec2, UVec2};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;

@@ -329,7 +329,7 @@ fn without_pointers_borders_are_seen() {
     let pointers = indirection(&whole, &spec, NEVER);
     let sheet = Sheet::new(&pointers, 0);
     let jacobians = &map.surface.as_ref().unwrap().jacobians;
-    let color = |at: [f32; 2]| super::synthesize_surface::color(&picture, at);
+    let color = |at: [f32; 2]| super::analysis::color(&picture, at);
     let measured = Measured { sheet: &sheet, coords: &map.coords, jacobians, color };
     let seam = seam(&measured.steps());
     assert!(seam.pairs > 800 && seam.mean >= 1.6 && seam.torn > 3.0, "{seam:?}");

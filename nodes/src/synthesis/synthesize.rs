@@ -6,7 +6,8 @@
 //! exemplar. Cost: O(pixels · passes).
 use super::analysis::{self, add_alike, find_lattice, levels_of};
 use super::inputs::FieldInputs;
-use super::{patent, stages};
+use super::patent::{self, PatentSpec};
+use super::stages;
 use glam::{DVec2, IVec2, UVec2};
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
@@ -353,8 +354,14 @@ impl Node for Synthesize {
             surface: None,
         };
         if self.preset == Preset::Patent {
-            let hash = Hash::new(cx.seed(self.seed));
-            let coords = patent::run(self, &exemplar, &inputs, hash)?;
+            let spec = PatentSpec {
+                averaged: self.averaged,
+                sub_passes: self.sub_passes,
+                passes: self.passes,
+                jitter: self.jitter,
+                hash: Hash::new(cx.seed(self.seed)),
+            };
+            let coords = patent::run(&spec, self.start_size, &exemplar, &inputs)?;
             return Ok(Outputs::one(CoordMap { coords: Arc::new(coords), ..map }));
         }
         let levels = Self::levels(cx, &exemplar)?;

@@ -8,7 +8,8 @@ use super::analysis;
 use super::indirection_map::{Jumps, map_size};
 use super::inputs::FieldInputs;
 use super::jacobian_from_mesh::of_one_mesh;
-use super::patent_surface::{self, PatentSpec};
+use super::patent::PatentSpec;
+use super::patent_surface;
 use super::surface_inputs::SurfaceFields;
 use super::synthesize::{Preset, Scope, Synthesize};
 use glam::{IVec2, UVec2};
@@ -226,10 +227,9 @@ impl SynthesizeSurface {
                 sub_passes: self.sub_passes,
                 passes: self.passes,
                 jitter: self.jitter,
-                zero: self.start_mode != SurfaceStart::Random,
                 hash: Hash::new(cx.seed(self.seed)),
             };
-            return patent_surface::run(&spec, exemplar, map, inputs);
+            return patent_surface::run(&spec, self.start_mode != SurfaceStart::Random, exemplar, map, inputs);
         }
         let levels = Synthesize::levels(cx, exemplar)?;
         let analysed = Analysed {
@@ -263,21 +263,6 @@ impl SynthesizeSurface {
 fn exemplar_extent(atlas: &Atlas) -> f64 {
     let [low, high] = atlas.mesh.bounds();
     (high - low).max_element()
-}
-
-/// The colour of the exemplar's pixel nearest to a position.
-pub(super) fn color(exemplar: &Exemplar, at: [f32; 2]) -> [f32; 3] {
-    let (n, size) = (exemplar.len(), exemplar.frame.size);
-    let axis = |v: f32, n: u32, wraps: bool| {
-        let n = f64::from(n);
-        let v = if wraps { f64::from(v).rem_euclid(n) } else { f64::from(v) };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited just before")]
-        let k = v.clamp(0.0, n - 1.0) as usize;
-        k
-    };
-    let Tiling { x, y } = exemplar.frame.periodic;
-    let p = axis(at[1], size.y, y) * size.x as usize + axis(at[0], size.x, x);
-    if exemplar.is_color() { [0, 1, 2].map(|c| exemplar.shown[c * n + p]) } else { [exemplar.shown[p]; 3] }
 }
 
 impl Node for SynthesizeSurface {
@@ -318,8 +303,12 @@ impl Node for SynthesizeSurface {
         let (mut coords, jacobians) = self.grow(&exemplar, &map, &inputs)?;
         cx.check()?;
         let sheet = Sheet::new(&map, 0);
-        let measured =
-            Measured { sheet: &sheet, coords: &coords, jacobians: &jacobians, color: |at| color(&exemplar, at) };
+        let measured = Measured {
+            sheet: &sheet,
+            coords: &coords,
+            jacobians: &jacobians,
+            color: |at| analysis::color(&exemplar, at),
+        };
         let (coherence, seam) = (measured.coherence(), seam(&measured.steps()));
         coords
             .iter_mut()

@@ -6,7 +6,8 @@
 //! comment at the end of a line stays at the end.
 use super::fault::SyntaxError;
 use super::lex::{Token, TokenKind};
-use super::tree::{Node, NodeKind, Tree};
+use super::nodes::NodeKind;
+use super::tree::{Node, Tree};
 use std::ops::Range;
 
 /// The maximum line length, including the comma.

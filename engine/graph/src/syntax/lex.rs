@@ -3,6 +3,9 @@ use super::fault::SyntaxError;
 use super::literal;
 use std::ops::Range;
 
+/// The byte order mark that some editors write before a UTF-8 text. It is not part of the text.
+pub(super) const MARK: char = '\u{FEFF}';
+
 /// Kind of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TokenKind {
@@ -87,7 +90,7 @@ fn tokens(text: &str, torn: Vec<usize>) -> Lexed {
     let mut lexer =
         Lexer { text, at: 0, out, searched: None, endless: None, comment_open: false, torn, mended: 0, begin: 0 };
     // The parser reports the mark.
-    lexer.at = if text.starts_with(super::parse::MARK) { super::parse::MARK.len_utf8() } else { 0 };
+    lexer.at = if text.starts_with(MARK) { MARK.len_utf8() } else { 0 };
     loop {
         lexer.skip_blank();
         lexer.begin = lexer.at;

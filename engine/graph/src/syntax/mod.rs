@@ -61,6 +61,7 @@ mod format;
 mod format_tests;
 mod lex;
 mod literal;
+mod nodes;
 mod parse;
 mod recover;
 #[cfg(test)]
@@ -72,7 +73,8 @@ pub use format::{format, format_range};
 pub use lex::{Token, TokenKind};
 pub(crate) use literal::suffix;
 pub use literal::{decode, is_infinity, is_name, number};
-pub use tree::{Node, NodeKind, PieceKind, TextPiece, Tree};
+pub use nodes::NodeKind;
+pub use tree::{Node, PieceKind, TextPiece, Tree};
 
 /// The deepest nesting of brackets.
 pub const MAX_NESTING: usize = 128;

@@ -2,13 +2,10 @@
 use super::brackets::{NONE, Pairs};
 use super::fault::{SyntaxError, settle};
 use super::lex::{Lexed, Token, TokenKind, lex, short};
-use super::tree::{NodeData, NodeKind};
+use super::nodes::{NodeData, NodeKind};
 use crate::diagnostics::Code;
 use serde::de::IgnoredAny;
 use std::cell::OnceCell;
-
-/// The byte order mark that some editors write before a UTF-8 text. It is not part of the text.
-pub(super) const MARK: char = '\u{FEFF}';
 
 /// The components of a tree.
 pub(super) struct Parsed {

@@ -1,8 +1,8 @@
 //! The content of brackets, and recovery after mistakes.
 use super::fault::SyntaxError;
 use super::lex::TokenKind::{self, Close, Colon, Comma, Ident, Number, Open, Str};
+use super::nodes::NodeKind;
 use super::parse::{BracketBlock, Parser};
-use super::tree::NodeKind;
 
 /// Indentation beyond this many columns is ignored.
 const WIDE: usize = 1000;

@@ -1,5 +1,6 @@
 use super::*;
-use crate::{FileFormat, HeaderStatements, color::linear_sample, default_names};
+use crate::icc;
+use crate::{FileFormat, Header, HeaderStatements, color::linear_sample, default_names};
 use moxcms::{ColorProfile, ProfileText, ToneReprCurve};
 
 fn picture(channels: u8, source: SampleKind, planes: Vec<f32>) -> Picture {

@@ -1,7 +1,6 @@
 //! Selects the channels of an EXR file that make the picture.
 
-use super::super::header::list;
-use super::super::limits::ReadError;
+use super::super::limits::{ReadError, list};
 use exr::meta::MetaData;
 use exr::meta::header::Header as Layer;
 

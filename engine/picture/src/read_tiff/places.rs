@@ -3,7 +3,7 @@
 use super::super::limits::ReadError;
 use super::directory::Tags;
 use super::layout::Layout;
-use super::{unpack, unsupported};
+use super::{jpeg, unsupported};
 use std::io::{Read, Seek};
 use tiff::tags::{CompressionMethod, Tag};
 
@@ -116,7 +116,7 @@ impl ChunkLocations {
     /// Follows the markers of all JPEG strips or tiles.
     fn check_jpeg<R: Read + Seek>(&self, tags: &mut Tags<R>, layout: &Layout) -> Result<(), ReadError> {
         for (index, part) in self.parts.iter().enumerate() {
-            unpack::check_jpeg(&tags.part(*part)?, layout, self.frame(index))?;
+            jpeg::check_jpeg(&tags.part(*part)?, layout, self.frame(index))?;
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Extensions of glTF that affect meshes: instances of a mesh, and transforms of its textures.
 //!
 //! `gltf-json` ignores extensions, so the document is parsed a second time for them.
-use super::gltf::transform;
+use super::transform::transform;
 use super::views::{Buffers, Numbers, fault};
 use super::{MOST_TRIANGLES, ReadError};
 use glam::{DMat4, DQuat, DVec2, DVec3, Vec2, Vec3};

@@ -2,6 +2,7 @@
 //!
 //! Pictures and other files that a document names are never opened. Animations, skins, cameras and lights are ignored.
 use super::extensions::{self, Extensions, Instances, Textures, UvTransform};
+use super::transform::transform;
 use super::views::{Buffers, Numbers, fault};
 use super::{Contents, MOST_TRIANGLES, MOST_VERTICES, Names, ReadError, Surface};
 use glam::{DMat3, DMat4, DQuat, DVec3, Vec2, Vec3};
@@ -89,12 +90,6 @@ fn matrix(node: &Node) -> DMat4 {
         |v: Option<[f32; 3]>, otherwise: f64| v.map_or(DVec3::splat(otherwise), |v| Vec3::from_array(v).as_dvec3());
     let turn = node.rotation.as_ref().map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)));
     transform(three(node.scale, 1.0), turn, three(node.translation, 0.0))
-}
-
-/// The matrix that scales, then rotates, then moves; `turn` may have any length.
-pub(super) fn transform(scale: DVec3, turn: DQuat, translation: DVec3) -> DMat4 {
-    let turn = if turn.length_squared() > 1e-12 { turn.normalize() } else { DQuat::IDENTITY };
-    DMat4::from_scale_rotation_translation(scale, turn, translation)
 }
 
 /// The meshes of the default scene.

@@ -7,6 +7,7 @@ mod gltf;
 mod obj;
 mod obj_text;
 mod polygon;
+mod transform;
 mod views;
 
 use glam::{DVec3, Vec2, Vec3};

@@ -1,5 +1,4 @@
 //! Checks the links of a file, and limits the elements that they expand to.
-use super::drawn::{DrawnElements, Rewritten, href};
 use super::style::{Styles, is_sheet};
 use resvg::usvg::roxmltree::{Document, Node, NodeId};
 use shibo_value::diagnostics::{Code, Problem};
@@ -33,8 +32,8 @@ pub(super) struct Check<'a, 'input> {
 }
 
 impl<'a, 'input> Check<'a, 'input> {
-    /// Checks a document, and returns the colours to rewrite.
-    pub(super) fn run(path: &'a Path, document: &'a Document<'input>) -> Result<Rewritten, Problem> {
+    /// Checks a document.
+    pub(super) fn run(path: &'a Path, document: &'a Document<'input>) -> Result<Self, Problem> {
         let mut by_id = HashMap::new();
         for node in document.descendants() {
             if let Some(id) = node.attribute("id") {
@@ -57,7 +56,7 @@ impl<'a, 'input> Check<'a, 'input> {
             return Err(problem.help("write the properties at the elements"));
         }
         check.cost(document.root_element(), 0)?;
-        DrawnElements::judge(&mut check, document.root_element())
+        Ok(check)
     }
 
     pub(super) fn problem(&self, node: Node<'_, '_>, code: Code, message: &str) -> Problem {
@@ -153,4 +152,11 @@ pub(super) fn too_deep(text: &str) -> Option<String> {
         rest = &rest[end..];
     }
     None
+}
+
+/// The link of an element; `href` of SVG 2 takes precedence over that of SVG 1.
+pub(super) fn href<'a>(node: Node<'a, '_>) -> Option<&'a str> {
+    let links = || node.attributes().filter(|attribute| attribute.name() == "href");
+    let link = links().find(|link| link.namespace().is_none()).or_else(|| links().next())?;
+    Some(link.value().trim())
 }

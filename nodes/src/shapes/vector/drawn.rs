@@ -1,5 +1,5 @@
 //! Checks only those elements of a file that are drawn.
-use super::check::Check;
+use super::check::{Check, href};
 use super::paint::{is_color, known};
 use super::style::{Style, Value, is_svg};
 use resvg::usvg::roxmltree::{Node, NodeId};
@@ -250,11 +250,4 @@ fn has_words(node: Node<'_, '_>) -> bool {
         words && !inside.ancestors().any(|above| matches!(above.tag_name().name(), "title" | "desc"))
             || inside.tag_name().name() == "tref"
     })
-}
-
-/// The link of an element; `href` of SVG 2 takes precedence over that of SVG 1.
-pub(super) fn href<'a>(node: Node<'a, '_>) -> Option<&'a str> {
-    let links = || node.attributes().filter(|attribute| attribute.name() == "href");
-    let link = links().find(|link| link.namespace().is_none()).or_else(|| links().next())?;
-    Some(link.value().trim())
 }

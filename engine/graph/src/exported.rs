@@ -1,0 +1,75 @@
+//! Links outputs for other programs: finds the nodes that they name.
+use super::output_decl::{MeshDecl, OutputDecl};
+use super::part::{Shape, SyntaxValue};
+use super::read::shorten;
+use super::remedy::write_luminance;
+use super::unit::{Target, Unit};
+use crate::diagnostics::Code;
+use crate::value::{Atlas, Carried, Type};
+use crate::{Export, ExportMesh};
+use petgraph::graph::NodeIndex;
+
+impl Unit<'_> {
+    /// The export of an output of type `ty`, if any; reports errors.
+    pub(super) fn export(&mut self, decl: &OutputDecl, from: &SyntaxValue, ty: Type) -> Result<Option<Export>, ()> {
+        let Some(export) = &decl.export else { return Ok(None) };
+        let kind = export.target.target.info().name;
+        let mut fields = Vec::new();
+        for (name, part) in &export.fields {
+            fields.push((*name, self.packed(kind, part)?));
+        }
+        if fields.is_empty() && ty != Type::Material {
+            let message = format!("`{kind}` takes a material; `{}` is {ty}", shorten(from.str().trim_matches('"')));
+            let help = "connect a `Material`, which names the fields that are its channels";
+            self.report.push(from.error(Code::TypeMismatch, message).help(help));
+            return Err(());
+        }
+        if !export.good {
+            return Err(());
+        }
+        Ok(Some(Export { target: export.target.clone(), fields }))
+    }
+
+    /// A grey field of a packed picture.
+    fn packed(&mut self, kind: &str, part: &SyntaxValue) -> Result<(NodeIndex, usize), ()> {
+        let help = |ty| match ty {
+            Type::Rgb => format!("{} as a node of its own, and name that", write_luminance(&shorten(part.str()))),
+            _ => "take it apart with `SplitChannels`, or use an output that is Gray".to_owned(),
+        };
+        self.node_of(part, Type::Gray, &format!("`{kind}` takes fields of one number each"), help)
+    }
+
+    /// The mesh of an output for another program; reports errors.
+    pub(super) fn export_mesh(&mut self, decl: &OutputDecl) -> Result<Option<ExportMesh>, ()> {
+        let Some(mesh) = &decl.mesh else { return Ok(None) };
+        let part = match mesh {
+            MeshDecl::Simple(shape) => return Ok(Some(ExportMesh::Simple(*shape))),
+            MeshDecl::Node(part) => part,
+        };
+        let help = "lay a mesh out with `MeshAtlas(mesh: …)`, or write `mesh: Plane`";
+        let (node, output) = self.node_of(part, Atlas::TYPE, "`mesh` must be an atlas", |_| help.to_owned())?;
+        Ok(Some(ExportMesh::Atlas { node, output }))
+    }
+
+    /// The node and output that a reference means; they must have the type `wanted`. Reports an error otherwise, with
+    /// the help for the actual type.
+    fn node_of(
+        &mut self,
+        part: &SyntaxValue,
+        wanted: Type,
+        rule: &str,
+        help: impl FnOnce(Type) -> String,
+    ) -> Result<(NodeIndex, usize), ()> {
+        let Shape::Text(reference) = part.shape() else { return Err(()) };
+        let meaning = self.resolve(0, part, &reference);
+        let Some(ty) = self.type_of(&meaning.target) else { return Err(()) };
+        match meaning.target {
+            Target::Out { flat, output } if ty == wanted => Ok((NodeIndex::new(flat), output)),
+            _ => {
+                let message = format!("{rule}; `{}` is {ty}", shorten(&reference));
+                self.report.push(part.error(Code::TypeMismatch, message).help(help(ty)));
+                Err(())
+            }
+        }
+    }
+}

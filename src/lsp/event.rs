@@ -1,0 +1,24 @@
+//! Events for the main loop.
+use lsp_server::Message;
+use lsp_types::MessageType;
+use std::path::PathBuf;
+
+/// Event for the main loop.
+pub(super) enum Event {
+    /// A message of the editor.
+    Message(Message),
+    /// A message of a thread, such as a click on a node of a page.
+    Jump(Jump),
+    /// The connection to the editor is closed.
+    Gone,
+}
+
+/// Message from a thread.
+pub(super) enum Jump {
+    /// A node was clicked: file, line and column from 1; columns count characters.
+    To(PathBuf, u32, u32),
+    /// A page is to be opened in the browser.
+    Open(String),
+    /// A message for the user.
+    Say(MessageType, String),
+}

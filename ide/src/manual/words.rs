@@ -103,7 +103,13 @@ nodes: {
 outputs: { "material": "set_in.material" },
 ```"#;
 
-const USE_TEXT: &str = r#"Elsewhere: Substance Designer *Graph Instance*; Blender *Node Group*; Houdini *Subnet*; Material Maker *Group*; Unreal *Material Function*."#;
+const USE_TEXT: &str = r#"On a canvas that tiles, an instance that is turned by 90° or made smaller by a whole number still tiles; other layouts give a warning. On a canvas that does not tile, a turned sub-graph is computed on a canvas two, four or eight times as large, so that corners are not empty.
+
+A sub-graph declares its inputs in `inputs`: `"height": Gray(default: 0.5)`, `"ground": Material()`, also of the types `Rgb`, `Normal`, `Vec2`, `Jacobian`, `Ids`, `Solid`, `SolidColor`, `SolidVector` and all others. Its parameters are in `params`: `Number`, `Integer`, `Bool`, `Color`, `Text`, `Path` and `Choice`. A default is a literal or one of the graph's own nodes. A material without a default must be given; rendered alone, the graph uses the defaults of channels that are missing.
+
+Nodes inside of an instance are `wood/year` for `dump` and `render --node`; an output of it is `wood.material`.
+
+Elsewhere: Substance Designer *Graph Instance*; Blender *Node Group*; Houdini *Subnet*; Material Maker *Group*; Unreal *Material Function*."#;
 
 const EACH: &str = r#"Several instances of another graph, of which one shows in every piece: the boards of a floor, the scales of a skin.
 
@@ -116,4 +122,8 @@ nodes: {
 outputs: { "material": "boards.material" },
 ```"#;
 
-const EACH_TEXT: &str = r#"Elsewhere: Houdini *For-Each*, *Copy to Points*; Blender *Instance on Points*; Substance Designer *Multi Switch*."#;
+const EACH_TEXT: &str = r#"In `with` and `preset`, `$index` is the number of the instance, from 0. Instances differ by their seeds even if nothing else differs. Fields and materials can be chosen among.
+
+`--set boards.tone=2` reaches all instances, `--set boards.3.tone=2` the fourth; its nodes are `boards/3/year`.
+
+Elsewhere: Houdini *For-Each*, *Copy to Points*; Blender *Instance on Points*; Substance Designer *Multi Switch*."#;

@@ -149,7 +149,7 @@ mod tests {
         if std::env::var_os(CHILD).is_some() {
             return panics();
         }
-        let name = "picture::guard::tests::only_guarded_panics_are_silent";
+        let name = "guard::tests::only_guarded_panics_are_silent";
         let mut child = Command::new(std::env::current_exe().unwrap());
         let output = child.args([name, "--exact", "--nocapture"]).env(CHILD, "1").output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr);

@@ -1,13 +1,13 @@
 //! The parameters of a node: their values, and checks that the values are allowed.
 use super::explain::explain;
 use super::imports;
+use super::linker::Linker;
 use super::part::{Shape, SyntaxValue};
 use super::read::{not_finite, shorten};
 use super::scope::check_note;
 use super::structs::has_ports;
 use super::subst::{formula, substitute};
 use super::text_file::check_file;
-use super::unit::Unit;
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::node::{Arg, Bounds, DynNode, KindInfo, ParamInfo, ParamType, Role};
 use crate::picture::{is_udim, udim_files};
@@ -15,7 +15,7 @@ use crate::syntax::{TokenKind as Kind, is_infinity, number, suffix};
 use std::borrow::Cow;
 use std::path::PathBuf;
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// Reads the fields of a node: its wires, and its parameters with those of the graph substituted.
     pub(super) fn read_fields(&mut self, flat: usize) {
         let (args, scope) = (self.flats[flat].args.clone(), self.flats[flat].scope);
@@ -268,7 +268,7 @@ pub(super) fn at(place: &SyntaxValue, problem: &Problem) -> Diagnostic {
     diagnostic
 }
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// The file on disk for a path, which may belong to the library.
     fn on_disk(&self, path: PathBuf) -> Result<PathBuf, String> {
         match (imports::within(&path), self.registry.library()) {

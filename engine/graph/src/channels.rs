@@ -1,11 +1,11 @@
 //! The channels of materials: the channels of each node's material, and the nodes that use a missing channel.
+use super::linker::{Bound, Entity, Linker, Slot, Target};
 use super::part::{Shape, SyntaxValue};
-use super::unit::{Bound, Entity, Slot, Target, Unit};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::node::{MaterialInputs, TakenChannel};
 use crate::value::{Accepts, ChannelSet, Type};
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// Finds the channels of all materials, in the given order, and warns about nodes that use a missing channel.
     pub(super) fn check_channels(&mut self, order: &[usize]) {
         // In a graph rendered alone, inputs without a value have no channels yet: do not warn about them.

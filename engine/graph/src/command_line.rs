@@ -2,13 +2,13 @@
 use super::LoadOptions;
 use super::canvas::{self, Asked};
 use super::files::Doc;
+use super::linker::Setting;
 use super::params::{ParamDecl, Params};
 use super::part::{PieceOrigin, Src, SyntaxValue};
 use super::presets::preset_names;
 use super::read::shorten;
 use super::report::Report;
 use super::ron_text::ron_string;
-use super::unit::Setting;
 use crate::diagnostics::{Code, Diagnostic, Origin, SourceMap, Span};
 use crate::syntax::Tree;
 use crate::value::{Canvas, Resolution};

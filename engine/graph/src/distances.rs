@@ -1,10 +1,10 @@
 //! Checks the values connected to ports that take distances.
+use super::linker::{Linker, Slot, Target};
 use super::read::shorten;
-use super::unit::{Slot, Target, Unit};
 use crate::diagnostics::Code;
 use crate::node::Output;
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// Warns if a port for a distance in mm reads another output (such as a mask) of a node that also has a distance
     /// output.
     pub(super) fn check_distances(&mut self) {

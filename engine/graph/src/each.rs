@@ -1,11 +1,11 @@
 //! `Each`: several instances of a sub-graph, one of which is visible at each pixel.
 use super::instance::Spread;
+use super::linker::{Chooser, Entity, Flat, Linker, Port, Slot, Target};
 use super::params::ParamValue;
 use super::part::{Entry, Shape, SyntaxValue};
 use super::ports::{self, Literal};
 use super::read::{self, mismatch, shorten};
 use super::subst::substitute;
-use super::unit::{Chooser, Entity, Flat, Port, Slot, Target, Unit};
 use crate::GraphUse;
 use crate::diagnostics::Code;
 use crate::expression::{Meaning, Value as Number};
@@ -37,7 +37,7 @@ pub(super) fn node(registry: &Registry, ty: Type, slots: usize) -> Option<(Strin
     Some((kind.to_owned(), built.ok()?))
 }
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// Declares the instances of an `Each`.
     pub(super) fn declare_each(
         &mut self,

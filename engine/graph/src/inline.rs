@@ -1,14 +1,14 @@
 //! Nodes without a name, written where they are read: `input: Perlin(size: 3)`. Their names derive from the place:
 //! `node.input`, and `node.layers.2` for the second item of a list.
 use super::document;
+use super::linker::{Entity, Linker, Port};
 use super::part::{Entry, Shape, SyntaxValue};
 use super::ports::{self, Literal};
-use super::unit::{Entity, Port, Unit};
 use crate::diagnostics::Diagnostic;
 use crate::value::Accepts;
 use std::borrow::Cow;
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// Returns true if a node is written at `part`.
     pub(super) fn is_node(&self, part: &SyntaxValue) -> bool {
         match part.shape() {

@@ -3,12 +3,12 @@ use super::convert;
 use super::document::Document;
 use super::files::Doc;
 use super::layout::{Layout, layout};
+use super::linker::{Bound, Flat, Linker, Port, Slot, Target};
 use super::part::{Entry, Shape, SyntaxValue};
 use super::presets::preset_names;
 use super::read::{self, shorten};
 use super::report::Report;
 use super::subst::substitute;
-use super::unit::{Bound, Flat, Port, Slot, Target, Unit};
 use crate::GraphUse;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::value::{Accepts, Canvas, Key, Type};
@@ -44,13 +44,13 @@ pub(super) struct Instance {
     pub(super) layout: Option<Layout>,
 }
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// Reads `preset`, `seed` and `canvas` of a `Use` in `scope`.
     pub(super) fn instance(&mut self, scope: usize, args: &[Entry], spread: Option<Spread<'_>>) -> Instance {
         let mut instance = Instance { presets: None, canvas: self.scopes[scope].canvas, layout: None };
-        let value = |unit: &mut Self, name: &str| {
+        let value = |linker: &mut Self, name: &str| {
             let part = read::get(args, name)?;
-            substitute(part, &unit.scopes[scope].params, unit.report).map(|value| value.part)
+            substitute(part, &linker.scopes[scope].params, linker.report).map(|value| value.part)
         };
         if let Some(part) = value(self, "preset") {
             let names = read::text(&part, "preset", self.report);

@@ -3,8 +3,9 @@
 //! [`load()`] reads a file and all its imports, and reports all errors, each at its place:
 //! 1. `files` reads the texts, and [`syntax`] parses them into trees.
 //! 2. `part` wraps the values of a tree with their places; `document` reads the sections of a graph file.
-//! 3. `scope` resolves the names of a file and of every use of a sub-graph; `subst` substitutes parameters and
-//!    expressions ([`expression`]) in values and records the origin of each byte.
+//! 3. `linker` has the data of a graph while its nodes are connected. `scope` resolves the names of a file and of every
+//!    use of a sub-graph; `subst` substitutes parameters and expressions ([`expression`]) in values and records the
+//!    origin of each byte.
 //! 4. `ports` and `args` read the fields of nodes, `link` finds types and cycles and builds the nodes, `outputs` checks
 //!    the outputs.
 //!
@@ -24,7 +25,7 @@ mod distances;
 mod document;
 mod each;
 mod explain;
-mod exported;
+mod export_links;
 mod exports;
 mod files;
 mod imports;
@@ -33,6 +34,7 @@ mod instance;
 mod layout;
 mod link;
 mod linked;
+mod linker;
 mod load;
 mod output_decl;
 mod outputs;
@@ -53,7 +55,6 @@ mod structs;
 mod subst;
 mod text_file;
 mod tiling;
-mod unit;
 mod uses;
 
 pub use imports::import_path;

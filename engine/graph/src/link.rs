@@ -1,7 +1,7 @@
 //! Links scopes into a graph: wires, cycles, types and nodes.
+use super::linker::{Flat, Linker, Port, Target};
 use super::part::Shape;
 use super::ports::Literal;
-use super::unit::{Flat, Port, Target, Unit};
 use super::{args, convert, each, instance};
 use crate::diagnostics::{Code, Diagnostic, Problem, Span};
 use crate::node::OutputType;
@@ -13,7 +13,7 @@ use petgraph::graph::{DiGraph, NodeIndex};
 /// The most nodes of a cycle that are named in an error.
 const SHOWN: usize = 8;
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// Checks all declarations and builds the nodes.
     pub(super) fn link(&mut self) {
         let read = self.read_from(0);

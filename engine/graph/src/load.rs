@@ -5,13 +5,13 @@ use super::defaults;
 use super::document::NodeDecl;
 use super::each;
 use super::files::{Doc, Files};
+use super::linker::Linker;
 use super::params::{Facts, ParamDecl, Params};
 use super::part::{Shape, SyntaxValue};
 use super::presets::presets;
 use super::read;
 use super::report::Report;
 use super::subst::is_driven;
-use super::unit::Unit;
 use super::{Graph, GraphParam, LoadOptions, Loaded};
 use crate::diagnostics::{Code, Diagnostic, FileId, SourceMap, Span};
 use crate::picture::contained;
@@ -79,17 +79,17 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
     let mut linked = None;
     let mut instances = 0;
     if sizes[main].is_some() {
-        let mut unit = unit(files, registry, &sizes, canvas, 0);
-        (unit.settings, unit.working_dir) = (&settings, &options.working_dir);
-        unit.declare(main, String::new(), params.clone(), None);
-        unit.fill(0, &[]);
-        unit.check_settings();
-        unit.link();
-        let outputs = unit.outputs(true);
-        instances = unit.scopes.len();
-        if unit.report.errors() == 0 {
-            let uses = unit.uses();
-            linked = unit.into_nodes().map(|nodes| (nodes, outputs, uses));
+        let mut linker = linker(files, registry, &sizes, canvas, 0);
+        (linker.settings, linker.working_dir) = (&settings, &options.working_dir);
+        linker.declare(main, String::new(), params.clone(), None);
+        linker.fill(0, &[]);
+        linker.check_settings();
+        linker.link();
+        let outputs = linker.outputs(true);
+        instances = linker.scopes.len();
+        if linker.report.errors() == 0 {
+            let uses = linker.uses();
+            linked = linker.into_nodes().map(|nodes| (nodes, outputs, uses));
         }
     }
     link_imports(main, files, registry, &sizes, instances);
@@ -131,14 +131,14 @@ fn canvas_of(doc: &Doc, seed: Option<u64>, params: &mut Params, report: &mut Rep
     (canvas, asked)
 }
 
-fn unit<'a>(
+fn linker<'a>(
     files: &'a mut Files<'_>,
     registry: &'a Registry,
     sizes: &'a [Option<usize>],
     canvas: Canvas,
     first_instance: usize,
-) -> Unit<'a> {
-    Unit {
+) -> Linker<'a> {
+    Linker {
         registry,
         docs: &files.docs,
         sizes,
@@ -176,12 +176,12 @@ fn link_imports(
         let mut params = defaults::params(doc, None, &mut files.report);
         presets(doc, None, &mut files.report);
         let (canvas, _) = canvas_of(doc, None, &mut params, &mut files.report);
-        let mut unit = unit(files, registry, sizes, canvas, instances);
-        unit.declare(index, String::new(), params, None);
-        unit.fill(0, &[]);
-        unit.link();
-        unit.outputs(false);
-        instances += unit.scopes.len();
+        let mut linker = linker(files, registry, sizes, canvas, instances);
+        linker.declare(index, String::new(), params, None);
+        linker.fill(0, &[]);
+        linker.link();
+        linker.outputs(false);
+        instances += linker.scopes.len();
     }
 }
 

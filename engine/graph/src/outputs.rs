@@ -1,8 +1,8 @@
 //! The outputs of a graph.
+use super::linker::{Linker, Target};
 use super::output_decl::OutputDecl;
 use super::part::{Shape, SyntaxValue};
 use super::read::shorten;
-use super::unit::{Target, Unit};
 use crate::diagnostics::{Code, Span};
 use crate::picture::is_output_letter;
 use crate::value::Type;
@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// The longest name of an output in bytes.
 const MAX_NAME: usize = 100;
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// Checks the outputs of the first scope. A graph that is only imported may have outputs of any type; solids are
     /// not rendered.
     pub(super) fn outputs(&mut self, rendered: bool) -> Vec<GraphOutput> {

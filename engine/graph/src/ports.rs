@@ -1,9 +1,9 @@
 //! Values at ports: references and literals, and the resolution of references.
 use super::color_names::color_meant;
+use super::linker::{Bound, Entity, Linker, Port, Slot, Target};
 use super::part::{Shape, SyntaxValue};
 use super::read::{self, shorten};
 use super::subst::substitute;
-use super::unit::{Bound, Entity, Port, Slot, Target, Unit};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::node::{Output, PortInfo, parse_color};
 use crate::value::{Accepts, Field, Type};
@@ -98,7 +98,7 @@ pub(super) struct Meaning {
     pub(super) declared: Option<Accepts>,
 }
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// Resolves `name`, written at `part` in `scope`. Errors of the name itself are reported here, others at their own
     /// places.
     pub(super) fn resolve(&mut self, scope: usize, part: &SyntaxValue, name: &str) -> Meaning {
@@ -368,7 +368,7 @@ impl Unit<'_> {
     }
 }
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// Reports numbers in place of wires that are outside the bounds of their ports, including numbers passed through
     /// inputs of the graph.
     pub(super) fn check_bounds(&mut self, flat: usize) {

@@ -1,8 +1,8 @@
 //! Remedies for refused values that need more than the nearest name.
 use super::imports;
+use super::linker::{Entity, Linker, Slot, Target};
 use super::part::Shape;
 use super::read::shorten;
-use super::unit::{Entity, Slot, Target, Unit};
 use crate::node::OutputType;
 use crate::registry::Registry;
 use crate::value::{Accepts, Type};
@@ -72,7 +72,7 @@ pub(super) fn import_first(registry: &Registry, written: &str, taken: &[&str]) -
     Some(format!("write `imports: {{ \"{name}\": \"{path}\" }}` above, and `graph: \"{name}\"` here"))
 }
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// The help for a wire in `scope` that does not fit a port of a node of this kind. In order of preference: another
     /// output of its node; a kind that does the same with this type; a formula or a kind that converts it; kinds that
     /// make the wanted type.

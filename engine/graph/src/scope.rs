@@ -1,6 +1,7 @@
 //! Scopes: a graph file, or a use of a sub-graph, with the meanings of its names.
 use super::document::NodeDecl;
 use super::each;
+use super::linker::{Bound, Entity, Flat, Linker, Port, Scope, Slot};
 use super::params::Params;
 use super::part::{Entry, Shape, SyntaxValue};
 use super::ports::{self, Literal};
@@ -8,7 +9,6 @@ use super::read::{self, mismatch};
 use super::remedy;
 use super::report::Report;
 use super::subst::substitute;
-use super::unit::{Bound, Entity, Flat, Port, Scope, Slot, Unit};
 use crate::diagnostics::{Code, Span};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,7 +17,7 @@ use std::sync::Arc;
 /// Reading the documentation of all kinds takes as long as this many comparisons of names.
 const DOCUMENTATION: usize = 5_000;
 
-impl<'a> Unit<'a> {
+impl<'a> Linker<'a> {
     /// Sets `scope` as the subject of the following diagnostics.
     pub(super) fn enter(&mut self, scope: usize) {
         self.report.enter(self.first_instance + scope, self.scopes[scope].used);

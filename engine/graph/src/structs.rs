@@ -2,14 +2,14 @@
 //!
 //! A value connected to such a port becomes an ordinary slot of the node, with the port `layers.2.mask`; the struct
 //! receives the index of the slot.
+use super::linker::Linker;
 use super::part::{Entry, Shape, SyntaxValue};
 use super::read::shorten;
 use super::subst::{Substituted, substitute, substitute_with};
-use super::unit::Unit;
 use crate::diagnostics::Code;
 use crate::node::{ParamInfo, PortInfo, Role};
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// Reads a list of structs: the values of ports become slots of the node, and the slot numbers replace them in the
     /// list. `None` after an error.
     pub(super) fn read_structs(

@@ -1,6 +1,7 @@
 //! Instances of sub-graphs: the values that a `Use`, or each instance of an `Each`, gives to its graph.
 use super::defaults;
 use super::instance::Spread;
+use super::linker::{Bound, Flat, Linker, Port, Slot};
 use super::params::{Facts, Params};
 use super::part::{Entry, SyntaxValue};
 use super::ports::{self, Literal};
@@ -9,12 +10,11 @@ use super::remedy;
 use super::report::Report;
 use super::schema;
 use super::subst::substitute;
-use super::unit::{Bound, Flat, Port, Slot, Unit};
 use crate::diagnostics::Code;
 use crate::value::{Accepts, Type};
 use std::borrow::Cow;
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// Declares an instance of a sub-graph, for a `Use` or as one instance of an `Each`.
     pub(super) fn declare_use(
         &mut self,

@@ -1,15 +1,15 @@
 //! Links outputs for other programs: finds the nodes that they name.
+use super::linker::{Linker, Target};
 use super::output_decl::{MeshDecl, OutputDecl};
 use super::part::{Shape, SyntaxValue};
 use super::read::shorten;
 use super::remedy::write_luminance;
-use super::unit::{Target, Unit};
 use crate::diagnostics::Code;
 use crate::value::{Atlas, Carried, Type};
 use crate::{Export, ExportMesh};
 use petgraph::graph::NodeIndex;
 
-impl Unit<'_> {
+impl Linker<'_> {
     /// The export of an output of type `ty`, if any; reports errors.
     pub(super) fn export(&mut self, decl: &OutputDecl, from: &SyntaxValue, ty: Type) -> Result<Option<Export>, ()> {
         let Some(export) = &decl.export else { return Ok(None) };

@@ -218,7 +218,7 @@ impl<'a> Flat<'a> {
 }
 
 /// A graph with all its sub-graphs during linking.
-pub(super) struct Unit<'a> {
+pub(super) struct Linker<'a> {
     pub(super) registry: &'a Registry,
     pub(super) docs: &'a [Doc],
     /// The number of nodes of each document including its sub-graphs; `None` if it must not be used.
@@ -241,7 +241,7 @@ pub(super) struct Unit<'a> {
     /// Every `Each`, and the nodes that select among its instances.
     pub(super) choosers: Vec<Chooser>,
     pub(super) chosen: BTreeMap<(usize, String), usize>,
-    /// The index of the first scope among those of all units.
+    /// The index of the first scope among those of all linkers.
     pub(super) first_instance: usize,
     /// The defaults of the documents in use.
     pub(super) defaults: BTreeMap<usize, Params>,

@@ -20,5 +20,6 @@ mod repairs;
 mod saves;
 mod server;
 mod stage;
+mod view;
 mod watching;
 mod work;

@@ -69,19 +69,19 @@ test('a file of Bevy is left alone, and starts nothing', async () => {
 });
 
 test('a graph gets its language, and the server is started once', async () => {
-  const graph = document('/work/goat.ron', GRAPH);
+  const graph = document('/home/ada/goat.ron', GRAPH);
   const { listeners, messages } = await editor([graph]);
   assert.equal(graph.languageId, 'shibo');
   // The server cannot be started here, and the extension says so.
   const failures = () => messages.filter((text) => text.includes('`/nowhere/shibo lsp` cannot be started')).length;
   assert.equal(failures(), 1);
-  await listeners.open?.(document('/work/oak.ron', GRAPH));
+  await listeners.open?.(document('/home/ada/oak.ron', GRAPH));
   assert.equal(failures(), 1);
 });
 
 test('a new file becomes a graph while it is written', async () => {
   const { listeners } = await editor([]);
-  const fresh = document('/work/new.ron', '');
+  const fresh = document('/home/ada/new.ron', '');
   await listeners.open?.(fresh);
   assert.equal(fresh.languageId, 'plaintext');
   fresh.text = GRAPH;
@@ -91,7 +91,7 @@ test('a new file becomes a graph while it is written', async () => {
 });
 
 test('a language that the user chooses stays', async () => {
-  const graph = document('/work/goat.ron', GRAPH);
+  const graph = document('/home/ada/goat.ron', GRAPH);
   const { listeners } = await editor([graph]);
   graph.languageId = 'ron';
   await listeners.open?.(graph);

@@ -9,7 +9,7 @@ use std::fmt::Write;
 const HEAD: &str = "\
 # Nodes
 
-<!-- Made by `shibo nodes --format markdown`; change the doc comments in `nodes/` and run
+<!-- Made by `shibo nodes --format markdown`; change the doc comments in `nodes/`, or `engine/graph/src/schema.rs`, and run
      `BLESS=1 cargo test --release --test shipped docs`. -->
 
 Every kind of node, by family. Ports take the name of another node (`\"node\"`, or `\"node.port\"` for one of its further

@@ -1,5 +1,4 @@
-//! The manual of the kinds of nodes: for editors, for `shibo nodes` and for the node reference.
-
+//! The manual of nodes and of the other parts of graph files, for editors, `shibo nodes` and docs/nodes.md.
 pub mod doc;
 pub mod markdown;
 pub mod spelling;

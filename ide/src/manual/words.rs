@@ -65,10 +65,9 @@ fn params() -> String {
     let mut groups: Vec<(Vec<ParamType>, Vec<FieldDecl>)> = Vec::new();
     for ty in schema::PARAM_TYPES {
         let declared = schema::param(ty.name());
-        let same = |group: &&mut (Vec<ParamType>, Vec<FieldDecl>)| group.1.len() == declared.len();
-        match groups.iter_mut().find(same) {
-            Some(group) if names(&group.1) == names(&declared) => group.0.push(ty),
-            _ => groups.push((vec![ty], declared)),
+        match groups.iter_mut().find(|(_, same)| names(same) == names(&declared)) {
+            Some((types, _)) => types.push(ty),
+            None => groups.push((vec![ty], declared)),
         }
     }
     for (types, declared) in groups {

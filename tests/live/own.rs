@@ -162,7 +162,6 @@ fn own_panoramas_light_the_material() {
     let mut page = browser.open(&watch.url);
     page.size(640, 480, 0.5);
     page.wait("document.documentElement.dataset.final == 'true'");
-    let drawn = |page: &mut Page| page.eval(&format!("+{LIT}.dataset.drawn || 0")).as_f64().unwrap();
     drop_file(&mut page, "sky.exr", &panorama(128, 64));
     page.wait(&format!("{NOTICE} == 'sky.exr lights the material'"));
     page.wait(&format!("document.documentElement.dataset.view == 'lit' && {LIT}.dataset.drawn > 1"));
@@ -172,9 +171,7 @@ fn own_panoramas_light_the_material() {
     let [left, right] = redness(&mut page, LIT);
     assert!(left > 20.0 && right < left / 3.0, "{left} {right}");
     // It turns with the light.
-    let before = drawn(&mut page);
-    page.eval("(() => { const s = document.getElementById('light-light'); s.value = 180; s.oninput(); })()");
-    page.wait(&format!("{LIT}.dataset.drawn > {before}"));
+    page.redraw("const s = document.getElementById('light-light'); s.value = 180; s.oninput()");
     let [turned, other] = redness(&mut page, LIT);
     assert!(other > 20.0 && turned < other / 3.0, "{turned} {other}");
     // The backdrop shows it behind the shape.
@@ -182,9 +179,7 @@ fn own_panoramas_light_the_material() {
         "(() => {{ const c = {LIT}; const s = new OffscreenCanvas(c.width, c.height).getContext('2d'); s.drawImage(c, 0, 0); return [...s.getImageData(3, 3, 1, 1).data]; }})()"
     );
     assert_eq!(page.eval(&corner)[3], 0);
-    let before = drawn(&mut page);
-    page.eval("(() => { const b = document.getElementById('light-backdrop'); b.value = 4; b.onchange(); })()");
-    page.wait(&format!("{LIT}.dataset.drawn > {before}"));
+    page.redraw("const b = document.getElementById('light-backdrop'); b.value = 4; b.onchange()");
     let seen = page.eval(&corner);
     assert!(seen[3] == 255 && seen[2].as_u64() > seen[0].as_u64(), "{seen}");
     // An invalid file is reported and changes nothing.

@@ -30,11 +30,9 @@ fn open(browser: &Browser, watch: &Watch) -> Page {
 
 /// Sets a control of the panel, and waits for the next drawing.
 fn set(page: &mut Page, id: &str, value: u32, event: &str) {
-    let drawn = page.eval(&format!("+{LIT}.dataset.drawn")).as_f64().unwrap();
-    page.eval(&format!(
-        "(() => {{ const b = document.getElementById('{id}'); if (b.type == 'checkbox') b.checked = !!{value}; else b.value = {value}; b.{event}(); }})()"
+    page.redraw(&format!(
+        "const b = document.getElementById('{id}'); if (b.type == 'checkbox') b.checked = !!{value}; else b.value = {value}; b.{event}()"
     ));
-    page.wait(&format!("{LIT}.dataset.drawn > {drawn}"));
 }
 
 /// Quantised colours in the middle of the view, independent of the size of its pixels.

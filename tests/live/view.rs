@@ -32,15 +32,11 @@ fn the_lit_view_draws_the_material() {
     page.wait("document.getElementById('lit').dataset.drawn > 0");
     page.eval("document.getElementById('light-resolution').value = 512, document.getElementById('light-resolution').onchange()");
     for shape in ["sphere", "plane", "cylinder", "cube"] {
-        let drawn = page.eval("+document.getElementById('lit').dataset.drawn");
-        page.eval(&format!("document.querySelector('[data-shape={shape}]').click()"));
-        page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
+        page.redraw(&format!("document.querySelector('[data-shape={shape}]').click()"));
         let (count, differ) = colours(&mut page);
         assert!(count > 100 && differ, "{shape}: {count} colours");
     }
-    let drawn = page.eval("+document.getElementById('lit').dataset.drawn");
-    page.eval("document.querySelector('[data-relief=displacement]').click()");
-    page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
+    page.redraw("document.querySelector('[data-relief=displacement]').click()");
     assert!(colours(&mut page).0 > 100);
     // An edit of the file updates the textures.
     let generation = page.eval("document.getElementById('lit').dataset.generation");
@@ -164,11 +160,8 @@ fn charts_borders_and_directions_are_shown_on_the_mesh() {
     page.wait("document.getElementById('lit').dataset.quality >= 0.35");
     let without = colours(&mut page).0;
     // A click switches each mark on, and another click off.
-    let click = |page: &mut Page, name: &str| {
-        let drawn = page.eval("+document.getElementById('lit').dataset.drawn").as_f64().unwrap();
-        page.eval(&format!("document.querySelector('[data-mark={name}]').click()"));
-        page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
-    };
+    let click =
+        |page: &mut Page, name: &str| page.redraw(&format!("document.querySelector('[data-mark={name}]').click()"));
     let count = |page: &mut Page, test: &str| {
         let script = format!(
             "(() => {{ const c = document.getElementById('lit'); const s = new OffscreenCanvas(c.width, c.height).getContext('2d');

@@ -201,6 +201,14 @@ impl Page {
         );
     }
 
+    /// Runs a script that changes the 3-D view, and waits for a drawing that includes the change. The script that makes the change also
+    /// reads the number of drawings, so that a drawing that was due before does not count.
+    pub(crate) fn redraw(&mut self, change: &str) {
+        const DRAWN: &str = "(+document.getElementById('lit').dataset.drawn || 0)";
+        let before = self.eval(&format!("(() => {{ const n = {DRAWN}; {change}; return n; }})()"));
+        self.wait(&format!("{DRAWN} > {before}"));
+    }
+
     /// Sets the size of the window in CSS pixels, and the number of screen pixels for each.
     pub(crate) fn size(&mut self, width: u32, height: u32, scale: f64) {
         let metrics = json!({ "width": width, "height": height, "deviceScaleFactor": scale, "mobile": false });

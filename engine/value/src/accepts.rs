@@ -1,5 +1,5 @@
 //! Types that ports accept, and the conversions into them.
-use super::{Type, Value};
+use super::{Solid, Type, Value};
 use std::fmt;
 
 /// Types that a port accepts.
@@ -17,6 +17,8 @@ pub enum Accepts {
     Direction,
     /// Any solid.
     AnySolid,
+    /// One number on the canvas or in space: `Gray` or `Solid`.
+    Number,
 }
 
 impl From<Type> for Accepts {
@@ -28,7 +30,7 @@ impl From<Type> for Accepts {
 impl Accepts {
     /// All variants.
     pub fn all() -> impl Iterator<Item = Self> {
-        let several = [Self::Field, Self::EveryField, Self::AnyVector, Self::Direction, Self::AnySolid];
+        let several = [Self::Field, Self::EveryField, Self::AnyVector, Self::Direction, Self::AnySolid, Self::Number];
         Type::ALL.iter().copied().map(Self::One).chain(several)
     }
 
@@ -41,6 +43,7 @@ impl Accepts {
             Self::AnyVector => "AnyVector",
             Self::Direction => "Direction",
             Self::AnySolid => "AnySolid",
+            Self::Number => "Number",
         }
     }
 
@@ -54,7 +57,18 @@ impl Accepts {
         match self {
             Self::One(ty) => Some(ty),
             Self::Direction => Some(Type::Gray),
-            Self::Field | Self::EveryField | Self::AnyVector | Self::AnySolid => None,
+            Self::Field | Self::EveryField | Self::AnyVector | Self::AnySolid | Self::Number => None,
+        }
+    }
+
+    /// For a port that takes solids: the type of solid that a constant field of type `field` becomes there.
+    pub const fn solid_of(self, field: Type) -> Option<Type> {
+        match (self, field) {
+            (Self::One(ty @ (Type::Solid | Type::SolidColor | Type::SolidVector)), Type::Gray) => Some(ty),
+            (Self::One(ty @ (Type::SolidColor | Type::SolidVector)), Type::Rgb) => Some(ty),
+            (Self::AnySolid, Type::Gray) => Some(Type::Solid),
+            (Self::AnySolid, Type::Rgb) => Some(Type::SolidColor),
+            _ => None,
         }
     }
 
@@ -65,7 +79,7 @@ impl Accepts {
             Self::One(ty) => ty.fits(other),
             Self::Field => matches!(other, Self::Field | Self::EveryField),
             Self::AnyVector => matches!(other, Self::AnyVector | Self::EveryField),
-            Self::EveryField | Self::Direction | Self::AnySolid => self == other,
+            Self::EveryField | Self::Direction | Self::AnySolid | Self::Number => self == other,
         }
     }
 }
@@ -85,7 +99,8 @@ impl Type {
     /// `Gray`, `Rgb`, `Normal` and `Picture` (as `Gray` if the picture has one channel, else as `Rgb`); an `EveryField`
     /// port takes all these and every other field; an `AnyVector` port takes `Rgb`, `Normal`, `Vec2` and `Picture` (as
     /// `Rgb`); a `Direction` port takes `Gray` (degrees), `Vec2` (its angle) and `Picture`; an `AnySolid` port takes
-    /// every solid. Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields.
+    /// every solid; a `Number` port takes `Gray`, `Picture` (as its luminance) and `Solid`. Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields; in a port for
+    /// solids, a constant field becomes a solid ([`Accepts::solid_of`]).
     pub const fn fits(self, port: Accepts) -> bool {
         match port {
             Accepts::Field => matches!(self, Self::Gray | Self::Rgb | Self::Normal | Self::Picture),
@@ -93,6 +108,7 @@ impl Type {
             Accepts::AnyVector => matches!(self, Self::Rgb | Self::Normal | Self::Vec2 | Self::Picture),
             Accepts::Direction => matches!(self, Self::Gray | Self::Vec2 | Self::Picture),
             Accepts::AnySolid => self.is_solid(),
+            Accepts::Number => matches!(self, Self::Gray | Self::Picture | Self::Solid),
             Accepts::One(ty) => {
                 self as usize == ty as usize
                     || matches!(
@@ -108,16 +124,19 @@ impl Type {
 }
 
 impl Value {
-    /// Converts the value for a port, by the table of [`Type::fits`].
+    /// Converts the value for a port, by the tables of [`Type::fits`] and [`Accepts::solid_of`].
     pub fn convert(&self, port: impl Into<Accepts>) -> Option<Self> {
         let port = port.into();
+        if let (Self::Field(field), Some(ty)) = (self, port.solid_of(self.ty())) {
+            return field.as_constant().map(|values| Self::Solid(Solid::constant(ty, values)));
+        }
         if !self.ty().fits(port) {
             return None;
         }
         Some(match (self, port) {
             (Self::Field(field), Accepts::One(Type::Rgb | Type::Normal)) => Self::Field(field.to_rgb()),
             (Self::Field(field), Accepts::Direction) => Self::Field(field.to_angle()),
-            (Self::Picture(picture), Accepts::One(Type::Gray) | Accepts::Direction) => {
+            (Self::Picture(picture), Accepts::One(Type::Gray) | Accepts::Direction | Accepts::Number) => {
                 Self::Field(picture.gray.clone())
             }
             (Self::Picture(picture), Accepts::Field | Accepts::EveryField) if picture.is_gray => {

@@ -1,6 +1,7 @@
 //! Code of fields: the reads that it declares, and the tiles that it gets.
 use super::{Field, Grid, Listener, Stop, Tile, Window};
 use crate::diagnostics::Problem;
+use std::any::Any;
 use std::sync::Arc;
 
 /// The caching policy for a field's tiles.
@@ -160,5 +161,11 @@ pub trait FieldSource: Send + Sync {
     /// Its memory in bytes, without the objects that it shares.
     fn bytes(&self) -> usize {
         0
+    }
+
+    /// The code itself, for a reader that can compute the values together with its own. Only code that names the type can
+    /// read it.
+    fn for_reader(&self) -> Option<&dyn Any> {
+        None
     }
 }

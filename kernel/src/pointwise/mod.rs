@@ -9,5 +9,6 @@ pub mod gradient;
 pub mod histogram;
 pub mod math_ops;
 pub mod normal_scores;
+mod scalar;
 pub mod steps;
 pub mod tone;

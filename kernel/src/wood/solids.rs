@@ -227,13 +227,6 @@ pub fn neighbors(ids: &[f32], columns: usize, i: usize) -> [Option<[usize; 2]>; 
     [in_row(x, y).or_else(across), in_column(x, y).or_else(down)]
 }
 
-/// A solid that is the same everywhere.
-pub fn constant(value: f32) -> Solid {
-    Code::of_inputs(move |_, _, out| out.iter_mut().for_each(|plane| plane.fill(value)))
-        .with_exact(move |at, _| vec![f64::from(value); at.len()])
-        .solid(Type::Solid, Vec::new())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,64 +1,24 @@
 //! Compiles a tree to constants and steps.
 //!
-//! Vectors exist only here: every step is one operation on numbers, and an operation on vectors becomes several steps.
-//! Constant parts are computed at once, in double precision; repeated parts are computed once.
-use super::functions::{Function, Makes};
-use super::meanings;
-use super::parse::{NodeKind, Tree, parse};
-use super::random::seed_word;
-use super::{Fault, MOST_ERRORS, Meaning, Names, Op, Value, bad, shorten};
-use crate::diagnostics::{Code, suggest};
-use std::collections::HashMap;
+//! Calls of functions that expressions define are compiled in place: a list of frames, one for each call that is not
+//! complete, takes the place of recursion.
+use super::apply::{Maker, Place};
+use super::builder::Builder;
+use super::compiled::{self, Compiled};
+use super::functions::{COMPOSED, Makes};
+use super::program::MOST_STEPS;
+use super::resolve::Leaf;
+use super::term::{Sort, Term, no_words};
+use super::tree::{Callee, Node, NodeKind};
+use super::unit::{BUILT_IN, Loaded, Unit, load};
+use super::{Fault, Meaning, Names, Value, bad, shorten};
+use crate::diagnostics::Code;
 use std::ops::Range;
 
-/// A number: a constant, or the result of a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Scalar {
-    Known(f64),
-    Step(u32),
-}
-
-/// A step computed for every pixel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Step {
-    /// The value of a plane.
-    Plane(usize),
-    /// An operation.
-    Op(Op, [Scalar; 3]),
-}
-
-/// An expression with resolved names.
-#[derive(Debug)]
-pub struct Compiled {
-    /// The steps, each after its inputs.
-    pub(super) steps: Vec<Step>,
-    /// The components of the result.
-    pub(super) parts: Vec<Scalar>,
-    pub(super) seed: u32,
-    logical: bool,
-    word: Option<String>,
-}
-
-impl Compiled {
-    /// The number of components of its value.
-    pub fn components(&self) -> usize {
-        self.parts.len()
-    }
-
-    /// The value, if the whole expression is constant.
-    pub fn value(&self) -> Option<Value> {
-        if let Some(word) = &self.word {
-            return Some(Value::Word(word.clone()));
-        }
-        let known = |part: &Scalar| if let Scalar::Known(value) = part { Some(*value) } else { None };
-        let values: Vec<f64> = self.parts.iter().map(known).collect::<Option<_>>()?;
-        Some(match &values[..] {
-            [value] if self.logical => Value::Bool(*value != 0.0),
-            [value] => Value::Number(*value),
-            _ => Value::Vector(values),
-        })
-    }
-}
+/// The deepest nesting of calls of functions of the user.
+const MOST_CALLS: usize = 32;
+/// The most parts of bodies of functions that are compiled for one expression.
+const MOST_PARTS: usize = 16 * MOST_STEPS;
 
 /// The value of `text`, which must be constant; an empty list of faults if the value is unknown because of errors that
 /// were reported before.
@@ -67,7 +27,7 @@ impl Compiled {
 /// All faults of the text.
 pub fn evaluate(text: &str, names: &mut dyn Names) -> Result<Value, Vec<Fault>> {
     let value = compile(text, names)?.value();
-    let whole = |code, message| vec![Fault { code, range: 0..text.len(), message, help: None }];
+    let whole = |code, message: String| vec![Fault { code, ..bad(0..text.len(), message) }];
     let numbers = match &value {
         Some(Value::Number(number)) => std::slice::from_ref(number),
         Some(Value::Vector(numbers)) => numbers,
@@ -85,331 +45,200 @@ pub fn evaluate(text: &str, names: &mut dyn Names) -> Result<Value, Vec<Fault>> 
 /// # Errors
 /// All faults of the text; an empty list if something is unknown because of errors that were reported before.
 pub fn compile(text: &str, names: &mut dyn Names) -> Result<Compiled, Vec<Fault>> {
-    let tree = parse(text)?;
-    let is_random = |kind: &NodeKind<'_>| matches!(kind, NodeKind::Call(function, _) if function.is_random());
-    let random = tree.nodes.iter().any(|node| is_random(&node.kind));
-    let seed = if random { names.seed() } else { None };
-    let mut maker = Maker { text, steps: Vec::new(), made: HashMap::new(), seed };
-    let mut leaves = maker.look_up(&tree, names)?.into_iter();
-    let mut terms: Vec<Term> = Vec::new();
-    for node in &tree.nodes {
-        let taken = terms.split_off(terms.len().saturating_sub(node.kind.parts()));
+    let Loaded { units, faults, broken } = load(text, names);
+    if broken || !faults.is_empty() {
+        return Err(faults);
+    }
+    let seed = if units.iter().any(Unit::is_random) { names.seed() } else { None };
+    let maker = Maker { text: "", builder: Builder::default(), names, seed, outline: false };
+    run(&units, Vec::new(), maker).map_err(|fault| vec![fault])
+}
+
+/// A call that is not complete, or the whole expression.
+struct Frame<'u> {
+    unit: &'u Unit,
+    /// The next node, and the next name.
+    at: usize,
+    leaf: usize,
+    /// The values of parameters and local names.
+    locals: Vec<Term>,
+    /// The call in the text of the previous frame.
+    call: Place,
+}
+
+/// Compiles the first unit, whose parameters have these values.
+pub(super) fn run<'u>(units: &'u [Unit], params: Vec<Term>, maker: Maker<'u, '_>) -> Result<Compiled, Fault> {
+    let mut runner = Runner { units, frames: Vec::new(), terms: Vec::new(), parts: 0, maker };
+    match runner.run(params) {
+        Ok(term) => {
+            let sort = match term.sort {
+                Sort::Word { word, .. } => compiled::Sort::Word(word),
+                Sort::Logical => compiled::Sort::Logical,
+                Sort::Any => compiled::Sort::Any,
+                _ => compiled::Sort::Number,
+            };
+            Ok(Compiled::new(runner.maker.builder, &term.parts, sort))
+        }
+        Err(fault) => Err(runner.placed(fault)),
+    }
+}
+
+struct Runner<'u, 'n> {
+    units: &'u [Unit],
+    frames: Vec<Frame<'u>>,
+    /// The values that no part has taken yet.
+    terms: Vec<Term>,
+    /// The number of parts of bodies of functions that were compiled.
+    parts: usize,
+    maker: Maker<'u, 'n>,
+}
+
+impl<'u> Runner<'u, '_> {
+    fn run(&mut self, params: Vec<Term>) -> Result<Term, Fault> {
+        let units = self.units;
+        let Some(unit) = units.first() else { return Err(bad(0..0, "the expression is empty")) };
+        self.enter(unit, params, Place { range: 0..0, at: 0..0 });
+        loop {
+            let Some(frame) = self.frames.last_mut() else { return Err(bad(0..0, "the expression is empty")) };
+            self.maker.text = &frame.unit.text;
+            if let Some(node) = frame.unit.tree.nodes.get(frame.at) {
+                frame.at += 1;
+                let args = self.terms.split_off(self.terms.len().saturating_sub(node.kind.parts()));
+                self.node(node, args)?;
+                continue;
+            }
+            let Some(term) = self.terms.pop() else { return Err(bad(0..0, "the expression is empty")) };
+            if self.frames.len() == 1 {
+                if term.sort == Sort::Ids || matches!(term.sort, Sort::Bare { .. }) {
+                    return Err(term.no_number(self.maker.text));
+                }
+                return Ok(term);
+            }
+            let range = self.frames.pop().map_or(0..0, |frame| frame.call.range);
+            self.terms.push(Term { range, ..term });
+        }
+    }
+
+    fn enter(&mut self, unit: &'u Unit, locals: Vec<Term>, call: Place) {
+        self.frames.push(Frame { unit, at: 0, leaf: 0, locals, call });
+    }
+
+    /// Compiles a part of the current text from the values of its operands.
+    fn node(&mut self, node: &Node, args: Vec<Term>) -> Result<(), Fault> {
+        let range = node.range.clone();
+        if self.frames.len() > 1 {
+            self.parts += 1;
+            if self.parts > MOST_PARTS || self.maker.builder.len() > MOST_PARTS {
+                let message = format!("with its functions the formula has more than {MOST_STEPS} operations");
+                return Err(bad(range, message));
+            }
+        }
         let term = match node.kind {
-            NodeKind::Number(value) => Ok(Term::number(value, node.range.clone())),
-            NodeKind::Param(_) | NodeKind::Name(_) => leaves.next().ok_or_else(|| bad(node.range.clone(), "unknown")),
-            NodeKind::Unary(op) => maker.apply(op, taken, node.range.clone()),
-            NodeKind::Binary(op, swapped) => maker.binary(op, swapped, taken, node.range.clone()),
-            NodeKind::Call(function, _) => maker.call(function, taken, node.range.clone()),
-            NodeKind::Tuple(_) => maker.tuple(taken, node.range.clone()),
+            NodeKind::Number(value) => Term::number(value, range),
+            NodeKind::Color(color) => Term::color(color, range),
+            NodeKind::Param | NodeKind::Name => self.leaf(range)?,
+            NodeKind::Unary(op) => self.maker.apply(op, &args, &Place { at: range.clone(), range })?,
+            NodeKind::Binary { op, swapped, start, end } => {
+                self.maker.binary(op, swapped, args, &Place { at: start..end, range })?
+            }
+            NodeKind::Tuple(_) => self.maker.tuple(&args, range)?,
+            NodeKind::Letters { at } => {
+                let place = at - 1..range.end;
+                self.maker.letters(&args, at, range, place)?
+            }
+            NodeKind::Let { .. } => {
+                if let Some(frame) = self.frames.last_mut() {
+                    frame.locals.extend(args);
+                }
+                return Ok(());
+            }
+            NodeKind::Call { callee, name_end, .. } => {
+                let call = Place { at: range.start..name_end, range };
+                return self.call(callee, args, call);
+            }
         };
-        terms.push(term.map_err(|fault| vec![fault])?);
-    }
-    let Some(term) = terms.pop() else { return Err(vec![bad(0..text.len(), "the expression is empty")]) };
-    let (logical, word) = match term.sort {
-        Sort::Bare(_) => return Err(vec![maker.no_number(&term)]),
-        Sort::Word { word, .. } => (false, Some(word)),
-        sort => (sort == Sort::Logical, None),
-    };
-    Ok(Compiled { steps: maker.steps, parts: term.parts, seed: seed_word(maker.seed.unwrap_or(0)), logical, word })
-}
-
-/// The value of a part of the expression.
-#[derive(Clone, Debug)]
-struct Term {
-    parts: Vec<Scalar>,
-    sort: Sort,
-    range: Range<usize>,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-enum Sort {
-    Number,
-    /// True or false.
-    Logical,
-    /// The word of a choice that has these options.
-    Word {
-        word: String,
-        options: Vec<String>,
-    },
-    /// A name that could be a word; with the message and help to report if it is not one.
-    Bare(Option<(String, String)>),
-}
-
-impl Term {
-    fn number(value: f64, range: Range<usize>) -> Self {
-        Self { parts: vec![Scalar::Known(value)], sort: Sort::Number, range }
+        self.terms.push(term);
+        Ok(())
     }
 
-    fn is_word(&self) -> bool {
-        matches!(self.sort, Sort::Word { .. } | Sort::Bare(_))
-    }
-}
-
-type StepKey = (Op, [(bool, u64); 3]);
-
-struct Maker<'t> {
-    text: &'t str,
-    steps: Vec<Step>,
-    made: HashMap<StepKey, u32>,
-    seed: Option<u64>,
-}
-
-impl Maker<'_> {
-    /// Resolves the names, in the order of the tree; reports all wrong names.
-    fn look_up(&mut self, tree: &Tree<'_>, names: &mut dyn Names) -> Result<Vec<Term>, Vec<Fault>> {
-        let (mut terms, mut planes) = (Vec::new(), HashMap::new());
-        let (mut faults, mut broken) = (Vec::new(), false);
-        for node in &tree.nodes {
-            let meaning = match node.kind {
-                NodeKind::Param(name) => meanings::param(name, names),
-                NodeKind::Name(name) => meanings::name(name, names),
-                _ => continue,
-            };
-            let range = node.range.clone();
-            let mut plane = |plane: usize| {
-                let step = *planes.entry(plane).or_insert_with(|| {
-                    self.steps.push(Step::Plane(plane));
-                    self.steps.len() - 1
-                });
-                Scalar::Step(u32::try_from(step).unwrap_or(u32::MAX))
-            };
-            let (parts, sort) = match meaning {
-                None => (Vec::new(), Sort::Bare(names.instead(&self.text[range.clone()]))),
-                Some(Meaning::Known(Value::Number(value))) => (vec![Scalar::Known(value)], Sort::Number),
-                Some(Meaning::Known(Value::Bool(value))) => {
-                    (vec![Scalar::Known(f64::from(u8::from(value)))], Sort::Logical)
-                }
-                Some(Meaning::Known(Value::Vector(values))) => {
-                    (values.into_iter().map(Scalar::Known).collect(), Sort::Number)
-                }
-                Some(Meaning::Known(Value::Word(word))) => (Vec::new(), Sort::Word { word, options: Vec::new() }),
-                Some(Meaning::Choice(word, options)) => (Vec::new(), Sort::Word { word, options }),
-                Some(Meaning::Planes { first, count }) => {
-                    ((first..first + count).map(&mut plane).collect(), Sort::Number)
-                }
-                Some(Meaning::Wrong(code, message, help)) => {
-                    faults.push(Fault { code, range, message, help });
-                    if faults.len() == MOST_ERRORS {
-                        break;
-                    }
-                    continue;
-                }
-                Some(Meaning::Broken) => {
-                    broken = true;
-                    continue;
-                }
-            };
-            terms.push(Term { parts, sort, range });
-        }
-        if broken || !faults.is_empty() { Err(faults) } else { Ok(terms) }
-    }
-
-    /// The fault for a word where a number is needed.
-    fn no_number(&self, term: &Term) -> Fault {
-        let text = shorten(&self.text[term.range.clone()]);
-        match &term.sort {
-            Sort::Word { options, .. } => {
-                let option = options.first().map_or("Option", String::as_str);
-                let help = Some(format!("compare it with one of its options, `{text} == {option}`"));
-                Fault { help, ..bad(term.range.clone(), format!("`{text}` is a choice, not a number")) }
+    fn call(&mut self, callee: Callee, args: Vec<Term>, call: Place) -> Result<(), Fault> {
+        let (unit, params) = match callee {
+            Callee::BuiltIn(functions) => {
+                let Some(function) = functions.first() else { return Err(bad(call.at, "unknown")) };
+                let Makes::Composed(index) = function.makes else {
+                    let term = self.maker.call(function, args, &call)?;
+                    self.terms.push(term);
+                    return Ok(());
+                };
+                self.maker.takes(function, COMPOSED[index].params, &args, &call)?;
+                (&BUILT_IN[index], args.len())
             }
-            Sort::Bare(Some((message, help))) => {
-                Fault { help: Some(help.clone()), ..bad(term.range.clone(), message.clone()) }
-            }
-            _ => {
-                let message = format!("there is no name `{text}`; a parameter is written `${text}`");
-                bad(term.range.clone(), message)
-            }
-        }
-    }
-
-    fn binary(&mut self, op: Op, swapped: bool, mut terms: Vec<Term>, range: Range<usize>) -> Result<Term, Fault> {
-        if let ([left, right], Op::Equal | Op::NotEqual) = (&terms[..], op)
-            && (left.is_word() || right.is_word())
-        {
-            let same = self.same_word(left, right)?;
-            let value = f64::from(u8::from(same == (op == Op::Equal)));
-            return Ok(Term { sort: Sort::Logical, ..Term::number(value, range) });
-        }
-        if swapped {
-            terms.reverse();
-        }
-        self.apply(op, terms, range)
-    }
-
-    fn same_word(&self, left: &Term, right: &Term) -> Result<bool, Fault> {
-        let (choice, other) = if matches!(left.sort, Sort::Word { .. }) { (left, right) } else { (right, left) };
-        let Sort::Word { word, options } = &choice.sort else { return Err(self.no_number(left)) };
-        match &other.sort {
-            Sort::Word { word: other, .. } => Ok(word == other),
-            Sort::Bare(_) => {
-                let written = &self.text[other.range.clone()];
-                if options.iter().any(|option| option == written) || options.is_empty() {
-                    return Ok(word == written);
-                }
-                let of = shorten(&self.text[choice.range.clone()]);
-                let names: Vec<_> = options.iter().map(String::as_str).collect();
-                Err(Fault {
-                    code: Code::UnknownVariant,
-                    range: other.range.clone(),
-                    message: format!("`{of}` has no option `{}`", shorten(written)),
-                    help: Some(suggest(written, "option", &names)),
-                })
-            }
-            _ => Err(self.no_number(choice)),
-        }
-    }
-
-    fn call(&mut self, function: &Function, terms: Vec<Term>, range: Range<usize>) -> Result<Term, Fault> {
-        match function.makes {
-            Makes::Number(value) => Ok(Term::number(value, range)),
-            Makes::Bool(value) => Ok(Term { sort: Sort::Logical, ..Term::number(f64::from(u8::from(value)), range) }),
-            Makes::Op(Op::If) => self.choose(terms, range),
-            Makes::Op(op) => self.apply(op, terms, range),
-            Makes::Fold(op) => {
-                let mut terms = terms.into_iter();
-                let first = terms.next().unwrap_or_else(|| Term::number(0.0, range.clone()));
-                if first.is_word() {
-                    return Err(self.no_number(&first));
-                }
-                let sum = terms.try_fold(first, |sum, term| self.apply(op, vec![sum, term], range.clone()))?;
-                Ok(Term { range, sort: Sort::Number, ..sum })
-            }
-            Makes::Length => {
-                let parts = self.components(&terms)?;
-                let mut sum = None;
-                for part in parts {
-                    let square = self.make(Op::Multiply, &[part, part]);
-                    sum = Some(sum.map_or(square, |sum| self.make(Op::Add, &[sum, square])));
-                }
-                let parts = vec![self.make(Op::Sqrt, &[sum.unwrap_or(Scalar::Known(0.0))])];
-                Ok(Term { parts, sort: Sort::Number, range })
-            }
-            Makes::Hash => {
-                self.needs_seed(&range)?;
-                let mut hash = None;
-                for part in self.components(&terms)? {
-                    hash = Some(match hash {
-                        None => self.make(Op::Random, &[part]),
-                        Some(hash) => self.make(Op::Hash, &[hash, part]),
-                    });
-                }
-                Ok(Term { parts: hash.into_iter().collect(), sort: Sort::Number, range })
-            }
-        }
-    }
-
-    /// All components of several values.
-    fn components(&self, terms: &[Term]) -> Result<Vec<Scalar>, Fault> {
-        if let Some(word) = terms.iter().find(|term| term.is_word()) {
-            return Err(self.no_number(word));
-        }
-        Ok(terms.iter().flat_map(|term| term.parts.iter().copied()).collect())
-    }
-
-    fn tuple(&self, terms: Vec<Term>, range: Range<usize>) -> Result<Term, Fault> {
-        if let Some(vector) = terms.iter().find(|term| term.parts.len() > 1) {
-            let message = format!("a component is one number; this has {}", vector.parts.len());
-            return Err(bad(vector.range.clone(), message));
-        }
-        Ok(Term { parts: self.components(&terms)?, sort: Sort::Number, range })
-    }
-
-    /// `if(condition, a, b)`. A constant condition selects at compile time.
-    fn choose(&mut self, terms: Vec<Term>, range: Range<usize>) -> Result<Term, Fault> {
-        let [condition, yes, no] = &terms[..] else { return self.apply(Op::If, terms, range) };
-        let word = |term: &Term| match &term.sort {
-            Sort::Word { word, .. } => Some(word.clone()),
-            Sort::Bare(_) => Some(self.text[term.range.clone()].to_owned()),
-            _ => None,
+            Callee::User { unit, params } => (&self.units[unit], params),
         };
-        let known = match condition.parts[..] {
-            [Scalar::Known(value)] => Some(value != 0.0),
-            _ => None,
+        debug_assert_eq!(params, args.len());
+        no_words(&args, self.maker.text)?;
+        if self.frames.iter().any(|frame| std::ptr::eq(frame.unit, unit)) {
+            return Err(recursion(call.at, unit.name.as_deref().unwrap_or_default()));
+        }
+        if self.frames.len() > MOST_CALLS {
+            return Err(bad(call.at, format!("calls of functions nest deeper than {MOST_CALLS}")));
+        }
+        self.enter(unit, args, call);
+        Ok(())
+    }
+
+    /// The value of the next name in the tree.
+    fn leaf(&mut self, range: Range<usize>) -> Result<Term, Fault> {
+        let unknown = bad(range.clone(), "unknown");
+        let Some(frame) = self.frames.last_mut() else { return Err(unknown) };
+        let Some(leaf) = frame.unit.leaves.get(frame.leaf) else { return Err(unknown) };
+        frame.leaf += 1;
+        let (term, letters) = match leaf {
+            Leaf::Local(index, letters) => (frame.locals.get(*index).cloned(), *letters),
+            Leaf::Value(Meaning::Any { first }, Some(at)) => {
+                let letters = &self.maker.text[*at..range.end];
+                (Some(Term::of_any(*first, letters, &mut self.maker.builder, range.clone())), None)
+            }
+            Leaf::Value(meaning, letters) => (Term::of(meaning, &mut self.maker.builder, range.clone()), *letters),
+            Leaf::Bare(instead) => {
+                let word = self.maker.text[range.clone()].to_owned();
+                let sort = Sort::Bare { word, instead: instead.clone() };
+                (Some(Term { parts: Vec::new(), sort, range: range.clone() }), None)
+            }
         };
-        if let (Some(yes), Some(no), Some(known)) = (word(yes), word(no), known) {
-            let word = if known { yes } else { no };
-            return Ok(Term { parts: Vec::new(), sort: Sort::Word { word, options: Vec::new() }, range });
+        let term = Term { range: range.clone(), ..term.ok_or(unknown)? };
+        match letters {
+            Some(at) => self.maker.letters(&[term], at, range.clone(), range),
+            None => Ok(term),
         }
-        let sort = if yes.sort == Sort::Logical && no.sort == Sort::Logical { Sort::Logical } else { Sort::Number };
-        Ok(Term { sort, ..self.apply(Op::If, terms, range)? })
     }
 
-    /// Applies an operation component by component; a single number is used for all components.
-    fn apply(&mut self, op: Op, terms: Vec<Term>, range: Range<usize>) -> Result<Term, Fault> {
-        if let Some(word) = terms.iter().find(|term| term.is_word()) {
-            return Err(self.no_number(word));
+    /// The fault with its function. A fault in a function of the language is one of its call.
+    fn placed(&self, mut fault: Fault) -> Fault {
+        for (depth, frame) in self.frames.iter().enumerate().rev() {
+            if depth == 0 || frame.unit.name.is_some() {
+                fault.function.clone_from(&frame.unit.name);
+                break;
+            }
+            fault.range = frame.call.at.clone();
         }
-        if matches!(op, Op::Random | Op::Hash | Op::Noise) {
-            self.needs_seed(&range)?;
-        }
-        let count = terms.iter().map(|term| term.parts.len()).max().unwrap_or(1);
-        if let Some(other) = terms.iter().find(|term| ![1, count].contains(&term.parts.len())) {
-            let message = format!("{count} components and {} do not go together", other.parts.len());
-            return Err(bad(other.range.clone(), message));
-        }
-        let component = |maker: &mut Self, k: usize| {
-            let args: Vec<Scalar> = terms.iter().map(|term| term.parts[k.min(term.parts.len() - 1)]).collect();
-            maker.make(op, &args)
+        fault
+    }
+}
+
+/// The fault of a function that needs its own value.
+pub(super) fn recursion(range: Range<usize>, name: &str) -> Fault {
+    let help = Some("a function cannot call itself, nor through others".to_owned());
+    Fault { help, ..bad(range, format!("`{}` calls itself here", shorten(name))) }
+}
+
+impl Unit {
+    /// Returns true if it has random numbers that depend on the seed of the canvas.
+    fn is_random(&self) -> bool {
+        let random = |node: &Node| match node.kind {
+            NodeKind::Call { callee: Callee::BuiltIn(functions), .. } => functions.iter().any(|f| f.is_random()),
+            _ => false,
         };
-        let parts: Vec<Scalar> = (0..count).map(|k| component(self, k)).collect();
-        let sort = if op.is_logical() && count == 1 { Sort::Logical } else { Sort::Number };
-        Ok(Term { parts, sort, range })
-    }
-
-    fn needs_seed(&self, range: &Range<usize>) -> Result<(), Fault> {
-        let message = "random numbers come from the seed of the canvas, so the canvas cannot use them";
-        if self.seed.is_some() { Ok(()) } else { Err(bad(range.clone(), message)) }
-    }
-
-    /// The result of an operation on numbers: a constant or a step.
-    fn make(&mut self, op: Op, args: &[Scalar]) -> Scalar {
-        let mut all = [Scalar::Known(0.0); 3];
-        all[..args.len()].copy_from_slice(args);
-        match (op, all) {
-            (Op::If, [Scalar::Known(condition), yes, no]) => return if condition != 0.0 { yes } else { no },
-            (Op::Power, [base @ Scalar::Step(_), Scalar::Known(exponent), _]) => {
-                if let Some(part) = self.power(base, exponent) {
-                    return part;
-                }
-            }
-            _ => {}
-        }
-        let known = |part: &Scalar| if let Scalar::Known(value) = part { Some(*value) } else { None };
-        if let [Some(a), Some(b), Some(c)] = [known(&all[0]), known(&all[1]), known(&all[2])] {
-            return Scalar::Known(op.value([a, b, c], seed_word(self.seed.unwrap_or(0))));
-        }
-        let key = (
-            op,
-            all.map(|part| match part {
-                Scalar::Known(value) => (false, value.to_bits()),
-                Scalar::Step(step) => (true, u64::from(step)),
-            }),
-        );
-        let next = u32::try_from(self.steps.len()).unwrap_or(u32::MAX);
-        let step = *self.made.entry(key).or_insert(next);
-        if step == next {
-            self.steps.push(Step::Op(op, all));
-        }
-        Scalar::Step(step)
-    }
-
-    /// Replaces powers by products and square roots.
-    fn power(&mut self, base: Scalar, exponent: f64) -> Option<Scalar> {
-        let square = |maker: &mut Self, part: Scalar| maker.make(Op::Multiply, &[part, part]);
-        Some(match exponent {
-            0.5 => self.make(Op::Sqrt, &[base]),
-            1.0 => base,
-            2.0 => square(self, base),
-            3.0 => {
-                let two = square(self, base);
-                self.make(Op::Multiply, &[two, base])
-            }
-            4.0 => {
-                let two = square(self, base);
-                square(self, two)
-            }
-            _ => return None,
-        })
+        self.tree.nodes.iter().any(random)
     }
 }

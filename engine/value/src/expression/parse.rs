@@ -1,66 +1,22 @@
 //! Parses words into a tree.
 //!
-//! Precedence of operators, from loose to tight: `||`, `&&`, comparisons (which do not chain), `+ -`, `* / %`, a
+//! A text is a list of local definitions, `let name = …;`, and one expression. Precedence of operators, from loose to tight: `||`, `&&`, comparisons (which do not chain), `+ -`, `* / %`, a
 //! leading sign or `!`, `^`. All are left-associative except `^`. So `-2^2` is -4, `2^3^2` is 512 and `7 * 29 % 90` is
 //! 23.
 //!
 //! Incomplete parts are kept in a list, not on the program's stack. Any text is thus parsed in time proportional to its
 //! length, and no nesting can overflow the stack.
-use super::functions::{self, Function};
+use super::functions;
 use super::scan::{Kind, Word, scan};
+use super::tree::{Callee, Node, NodeKind, Tree};
 use super::{Fault, MOST_ERRORS, Op, bad};
-use crate::diagnostics::suggest;
 use std::ops::Range;
 
 /// The most brackets, signs and operators open at once.
 const MAX_DEPTH: usize = 256;
 
-/// An expression as a tree.
-#[derive(Debug, PartialEq)]
-pub(super) struct Tree<'t> {
-    /// Parts in postfix order: each after its operands, the whole expression last. They can be walked without
-    /// recursion.
-    pub(super) nodes: Vec<Node<'t>>,
-}
-
-/// A part of an expression.
-#[derive(Debug, PartialEq)]
-pub(super) struct Node<'t> {
-    pub(super) kind: NodeKind<'t>,
-    /// The bytes of the whole part in the text.
-    pub(super) range: Range<usize>,
-}
-
-/// Kind of a part. An operation takes its operands from the end of the preceding parts that no other part has taken.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum NodeKind<'t> {
-    /// A number.
-    Number(f64),
-    /// A parameter of that name.
-    Param(&'t str),
-    /// Another name.
-    Name(&'t str),
-    /// An operation on one part.
-    Unary(Op),
-    /// An operation on two parts; `true` swaps them, for operators such as `>` that mirror the operation.
-    Binary(Op, bool),
-    /// A function call with this many arguments.
-    Call(&'static Function, usize),
-    /// A vector of this many parts.
-    Tuple(usize),
-}
-
-impl NodeKind<'_> {
-    /// Number of operands.
-    pub(super) fn parts(self) -> usize {
-        match self {
-            Self::Number(_) | Self::Param(_) | Self::Name(_) => 0,
-            Self::Unary(_) => 1,
-            Self::Binary(..) => 2,
-            Self::Call(_, parts) | Self::Tuple(parts) => parts,
-        }
-    }
-}
+/// Words that cannot be local names.
+const RESERVED: [&str; 4] = ["let", "if", "true", "false"];
 
 /// An operator between two parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,54 +59,66 @@ enum Open {
     /// A leading sign or negation; no operation for a plus.
     Sign { start: usize, op: Option<Op> },
     /// An operator whose left side is complete.
-    Operator(Binary),
+    Operator(Binary, Range<usize>),
     /// A bracket, with the number of complete components.
     Bracket { start: usize, items: usize },
     /// A function's bracket, with the number of complete arguments.
-    Call { name: Range<usize>, function: &'static Function, args: usize },
+    Call { name: Range<usize>, callee: Callee, args: usize },
+    /// The definition of a local name.
+    Let { start: usize, name: Range<usize> },
 }
 
+/// Finds the functions of a text; an error is the advice for a function that does not exist.
+pub(super) type Find<'f> = &'f mut dyn FnMut(&str) -> Result<Callee, String>;
+
 /// Parses an expression. Reports all unknown functions at once, and any other error alone.
-pub(super) fn parse(text: &str) -> Result<Tree<'_>, Vec<Fault>> {
+pub(super) fn parse(text: &str, find: Find<'_>) -> Result<Tree, Vec<Fault>> {
     let words = scan(text).map_err(|error| vec![error])?;
-    let called = words.windows(2).filter(|pair| pair[1].kind == Kind::Open).map(|pair| &pair[0]);
-    let unknown: Vec<_> = called.filter_map(|word| unknown_function(text, word)).take(MOST_ERRORS).collect();
+    let (mut callees, mut unknown) = (vec![None; words.len()], Vec::new());
+    for (at, pair) in words.windows(2).enumerate() {
+        if (pair[0].kind, pair[1].kind) != (Kind::Name, Kind::Open) {
+            continue;
+        }
+        let name = &text[pair[0].range.clone()];
+        match find(name) {
+            Ok(callee) => callees[at] = Some(callee),
+            Err(help) => {
+                let message = format!("there is no function `{}`", super::shorten(name));
+                unknown.push(Fault { help: Some(help), ..bad(pair[0].range.clone(), message) });
+                if unknown.len() == MOST_ERRORS {
+                    break;
+                }
+            }
+        }
+    }
     if !unknown.is_empty() {
         return Err(unknown);
     }
-    let mut parser = Parser { text, words, at: 0, nodes: Vec::new(), done: Vec::new(), open: Vec::new() };
+    let mut parser = Parser { text, words, callees, at: 0, nodes: Vec::new(), done: Vec::new(), open: Vec::new() };
     parser.run().map_err(|error| vec![error])?;
     Ok(Tree { nodes: parser.nodes })
-}
-
-fn unknown_function(text: &str, word: &Word) -> Option<Fault> {
-    let name = &text[word.range.clone()];
-    if word.kind != Kind::Name || functions::find(name).is_some() {
-        return None;
-    }
-    let names: Vec<_> = functions::ALL.iter().map(|f| f.name).collect();
-    let help = functions::elsewhere(name).map_or_else(|| suggest(name, "function", &names), str::to_owned);
-    let message = format!("there is no function `{}`", super::shorten(name));
-    Some(Fault { help: Some(help), ..bad(word.range.clone(), message) })
 }
 
 struct Parser<'t> {
     text: &'t str,
     words: Vec<Word>,
+    /// The function that each word calls.
+    callees: Vec<Option<Callee>>,
     /// Index of the next word.
     at: usize,
-    nodes: Vec<Node<'t>>,
+    nodes: Vec<Node>,
     /// Ranges of the complete parts that no other part has taken yet.
     done: Vec<Range<usize>>,
     open: Vec<Open>,
 }
 
-impl<'t> Parser<'t> {
+impl Parser<'_> {
     fn run(&mut self) -> Result<(), Fault> {
         if self.words.is_empty() {
             return Err(bad(0..self.text.len(), "the expression is empty"));
         }
         loop {
+            self.definition()?;
             while !self.operand()? {}
             while !self.after_operand()? {
                 if self.at == self.words.len() {
@@ -166,12 +134,51 @@ impl<'t> Parser<'t> {
         Some((word.kind, word.range.clone()))
     }
 
+    /// The kind of the word `ahead` words after the next one.
+    fn kind(&self, ahead: usize) -> Option<Kind> {
+        self.words.get(self.at + ahead).map(|word| word.kind)
+    }
+
+    /// Returns true if a definition begins at the next word.
+    fn defines(&self) -> bool {
+        let word = self.words.get(self.at).map(|word| &self.text[word.range.clone()]);
+        word == Some("let") && !matches!(self.kind(1), None | Some(Kind::Operator(_) | Kind::Semicolon))
+    }
+
+    /// Reads the beginning of a definition, if there is one here.
+    fn definition(&mut self) -> Result<(), Fault> {
+        if !self.open.is_empty() || !self.defines() {
+            return Ok(());
+        }
+        let start = self.words[self.at].range.start;
+        self.at += 1;
+        let (kind, name) = self.next().ok_or_else(|| self.too_early())?;
+        let word = &self.text[name.clone()];
+        let help = Some("write `let name = …;`; a name has letters, digits and `_`".to_owned());
+        if kind != Kind::Name || word.contains('.') {
+            let message = format!("`{}` cannot be a local name", super::shorten(word));
+            return Err(Fault { help, ..bad(name, message) });
+        }
+        if RESERVED.contains(&word) {
+            return Err(Fault { help: None, ..bad(name, format!("`{word}` is a word of the language")) });
+        }
+        match self.next() {
+            Some((Kind::Assign, _)) => {
+                self.open.push(Open::Let { start, name });
+                Ok(())
+            }
+            Some((_, range)) => Err(Fault { help, ..bad(range, format!("`=` must stand after `let {word}`")) }),
+            None => Err(self.too_early()),
+        }
+    }
+
     /// Reads a word where a value must begin; returns true if the value is complete.
     fn operand(&mut self) -> Result<bool, Fault> {
         let Some((kind, range)) = self.next() else { return Err(self.too_early()) };
         match kind {
             Kind::Number(value) => self.push(NodeKind::Number(value), range),
-            Kind::Param => self.push(NodeKind::Param(&self.text[range.start + 1..range.end]), range),
+            Kind::Color(color) => self.push(NodeKind::Color(color), range),
+            Kind::Param => self.push(NodeKind::Param, range),
             Kind::Name => return self.name(range),
             Kind::Open => return self.wait(Open::Bracket { start: range.start, items: 0 }, range).map(|()| false),
             Kind::Operator("+") => {
@@ -179,7 +186,7 @@ impl<'t> Parser<'t> {
             }
             Kind::Operator("-") => return self.sign(Op::Negate, range),
             Kind::Not => return self.sign(Op::Not, range),
-            Kind::Close | Kind::Comma | Kind::Operator(_) => return Err(self.misplaced(range)),
+            _ => return Err(self.misplaced(kind, range)),
         }
         Ok(true)
     }
@@ -190,20 +197,22 @@ impl<'t> Parser<'t> {
 
     /// Reads a name, or the beginning of a call; returns true if it is complete.
     fn name(&mut self, name: Range<usize>) -> Result<bool, Fault> {
-        let text = &self.text[name.clone()];
-        let Some(function) = functions::find(text) else {
-            self.push(NodeKind::Name(text), name);
+        let Some(callee) = self.callees[self.at - 1] else {
+            if &self.text[name.clone()] == "let" && self.kind(0) == Some(Kind::Name) {
+                let help = Some("write local definitions before the formula, outside of brackets".to_owned());
+                return Err(Fault { help, ..bad(name, "`let` cannot stand here") });
+            }
+            self.push(NodeKind::Name, name);
             return Ok(true);
         };
-        let follows = |i: usize, kind: Kind| self.words.get(i).is_some_and(|word| word.kind == kind);
-        let (has_bracket, is_empty) = (follows(self.at, Kind::Open), follows(self.at + 1, Kind::Close));
-        if has_bracket && !is_empty {
-            self.at += 1;
-            return self.wait(Open::Call { name: name.clone(), function, args: 0 }, name).map(|()| false);
+        // The bracket.
+        self.at += 1;
+        if self.kind(0) != Some(Kind::Close) {
+            return self.wait(Open::Call { name: name.clone(), callee, args: 0 }, name).map(|()| false);
         }
-        let end = if has_bracket { self.words[self.at + 1].range.end } else { name.end };
-        self.at += if has_bracket { 2 } else { 0 };
-        self.call(function, 0, name, end).map(|()| true)
+        let end = self.words[self.at].range.end;
+        self.at += 1;
+        self.call(callee, 0, name, end).map(|()| true)
     }
 
     /// Reads a word after a complete value; returns true if another value must follow.
@@ -215,12 +224,12 @@ impl<'t> Parser<'t> {
                 // Powers are right-associative; comparisons do not chain.
                 let rightwards = operator.op == Op::Power || operator.binds == COMPARES;
                 self.complete(operator.binds + u8::from(rightwards));
-                let chained = matches!(self.open.last(), Some(Open::Operator(left)) if left.binds == COMPARES);
+                let chained = matches!(self.open.last(), Some(Open::Operator(left, _)) if left.binds == COMPARES);
                 if chained && operator.binds == COMPARES {
                     let help = Some("write `a < b && b < c`".to_owned());
                     return Err(Fault { help, ..bad(range, "comparisons do not chain") });
                 }
-                self.wait(Open::Operator(operator), range)?;
+                self.wait(Open::Operator(operator, range.clone()), range)?;
                 Ok(true)
             }
             Kind::Comma => {
@@ -228,7 +237,7 @@ impl<'t> Parser<'t> {
                 match self.open.last_mut() {
                     Some(Open::Call { args, .. }) => *args += 1,
                     Some(Open::Bracket { items, .. }) => *items += 1,
-                    _ => return Err(self.misplaced(range)),
+                    _ => return Err(self.misplaced(kind, range)),
                 }
                 Ok(true)
             }
@@ -237,18 +246,40 @@ impl<'t> Parser<'t> {
                 match self.open.pop() {
                     Some(Open::Bracket { start, items: 0 }) => self.widen(start..range.end),
                     Some(Open::Bracket { start, items }) => self.tuple(items + 1, start..range.end)?,
-                    Some(Open::Call { name, function, args }) => self.call(function, args + 1, name, range.end)?,
-                    _ => return Err(self.misplaced(range)),
+                    Some(Open::Call { name, callee, args }) => self.call(callee, args + 1, name, range.end)?,
+                    _ => return Err(self.misplaced(kind, range)),
                 }
                 Ok(false)
             }
-            _ => Err(self.misplaced(range)),
+            Kind::Letters => {
+                let start = self.done.last().map_or(range.start, |part| part.start);
+                self.make(NodeKind::Letters { at: range.start + 1 }, 1, start..range.end);
+                Ok(false)
+            }
+            Kind::Semicolon => {
+                self.complete(0);
+                let Some(Open::Let { start, name }) = self.open.pop() else {
+                    return Err(self.misplaced(kind, range));
+                };
+                self.make(NodeKind::Let { start: name.start, end: name.end }, 1, start..range.end);
+                self.done.pop();
+                Ok(true)
+            }
+            _ => Err(self.misplaced(kind, range)),
         }
     }
 
     fn end(&mut self) -> Result<(), Fault> {
         self.complete(0);
-        if self.open.is_empty() { Ok(()) } else { Err(self.too_early()) }
+        match self.open.last() {
+            None => Ok(()),
+            Some(Open::Let { name, .. }) => {
+                let name = super::shorten(&self.text[name.clone()]);
+                let help = format!("write `;` after the definition, then the formula that uses `{name}`");
+                Err(Fault { help: Some(help), ..self.too_early() })
+            }
+            _ => Err(self.too_early()),
+        }
     }
 
     /// Completes open signs and operators of at least this precedence, up to the last bracket.
@@ -262,9 +293,10 @@ impl<'t> Parser<'t> {
                         None => self.widen(range),
                     }
                 }
-                Some(Open::Operator(operator)) if operator.binds >= least => {
+                Some(Open::Operator(operator, at)) if operator.binds >= least => {
                     let [.., left, right] = &self.done[..] else { return };
-                    let (kind, range) = (NodeKind::Binary(operator.op, operator.swapped), left.start..right.end);
+                    let (Binary { op, swapped, .. }, range) = (*operator, left.start..right.end);
+                    let kind = NodeKind::Binary { op, swapped, start: at.start, end: at.end };
                     self.make(kind, 2, range);
                 }
                 _ => return,
@@ -273,12 +305,22 @@ impl<'t> Parser<'t> {
         }
     }
 
-    fn call(&mut self, function: &'static Function, args: usize, name: Range<usize>, end: usize) -> Result<(), Fault> {
-        if !function.args.contains(&args) {
-            let message = format!("`{}` takes {}; found {args}", function.name, function.takes());
+    fn call(&mut self, callee: Callee, args: usize, name: Range<usize>, end: usize) -> Result<(), Fault> {
+        let (callee, takes) = match callee {
+            Callee::BuiltIn(functions) => {
+                let found = functions.iter().position(|function| function.args.contains(&args));
+                (found.map(|at| Callee::BuiltIn(&functions[at..=at])), functions::takes(functions))
+            }
+            Callee::User { params, .. } => {
+                let takes = format!("{params} value{}", if params == 1 { "" } else { "s" });
+                ((params == args).then_some(callee), takes)
+            }
+        };
+        let Some(callee) = callee else {
+            let message = format!("`{}` takes {takes}; found {args}", super::shorten(&self.text[name.clone()]));
             return Err(bad(name, message));
-        }
-        self.make(NodeKind::Call(function, args), args, name.start..end);
+        };
+        self.make(NodeKind::Call { callee, args, name_end: name.end }, args, name.start..end);
         Ok(())
     }
 
@@ -291,12 +333,12 @@ impl<'t> Parser<'t> {
         Ok(())
     }
 
-    fn push(&mut self, kind: NodeKind<'t>, range: Range<usize>) {
+    fn push(&mut self, kind: NodeKind, range: Range<usize>) {
         self.make(kind, 0, range);
     }
 
     /// Adds a part with the last `parts` complete parts as operands.
-    fn make(&mut self, kind: NodeKind<'t>, parts: usize, range: Range<usize>) {
+    fn make(&mut self, kind: NodeKind, parts: usize, range: Range<usize>) {
         self.done.truncate(self.done.len() - parts);
         self.done.push(range.clone());
         self.nodes.push(Node { kind, range });
@@ -317,14 +359,26 @@ impl<'t> Parser<'t> {
         Ok(())
     }
 
-    fn misplaced(&self, range: Range<usize>) -> Fault {
+    fn misplaced(&self, kind: Kind, range: Range<usize>) -> Fault {
         let word = super::shorten(&self.text[range.clone()]);
-        bad(range, format!("`{word}` cannot stand here"))
+        let help = match kind {
+            Kind::Assign => Some("write `==` to compare, or `let name = …;` to define a name"),
+            Kind::Semicolon if self.at == self.words.len() => Some("the formula has no `;` at its end"),
+            Kind::Semicolon => Some("only a definition, `let name = …;`, ends with `;`"),
+            _ => None,
+        };
+        Fault { help: help.map(str::to_owned), ..bad(range, format!("`{word}` cannot stand here")) }
     }
 
     fn too_early(&self) -> Fault {
         let mut fault = bad(self.text.len()..self.text.len(), "the expression ends too early");
-        fault.help = Some("a value or a closing bracket is missing at the end".to_owned());
+        let defined = self.words.last().is_some_and(|word| word.kind == Kind::Semicolon);
+        let help = if defined {
+            "write the formula after the last `;`, or remove the definitions"
+        } else {
+            "a value or a closing bracket is missing at the end"
+        };
+        fault.help = Some(help.to_owned());
         fault
     }
 }

@@ -31,30 +31,94 @@ const fn unit(word: u32) -> f32 {
     (word >> 8).cast_signed() as f32 * (1.0 / 16_777_216.0)
 }
 
+/// The part of the seed of a step that [`seed_word`] made.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, reason = "a seed word has 32 bits")]
+const fn word(seed: u64) -> u32 {
+    seed as u32
+}
+
 /// A random number from `x`, 0 ≤ r < 1.
 #[inline(always)]
-pub const fn random(seed: u32, x: f32) -> f32 {
+pub const fn random(seed: u64, x: f32) -> f32 {
+    let seed = word(seed);
     unit(mix(mix(bits(x) ^ seed).wrapping_add(0x9e37_79b9)))
 }
 
 /// Combines the random number of the previous numbers, `before`, with one more number.
 #[inline(always)]
-pub const fn hash(seed: u32, before: f32, x: f32) -> f32 {
+pub const fn hash(seed: u64, before: f32, x: f32) -> f32 {
+    let seed = word(seed);
     unit(mix(mix(bits(before) ^ seed).wrapping_mul(0x85eb_ca6b) ^ bits(x)))
 }
 
 /// Gradient noise with cells of size 1, 0 ≤ n ≤ 1 with mean ½. Repeats after `period` cells; 0 means no period.
 #[inline(always)]
-pub fn noise(seed: u32, x: f32, y: f32, period: [f32; 2]) -> f32 {
+pub fn noise(seed: u64, x: f32, y: f32, period: [f32; 3]) -> f32 {
+    let seed = word(seed);
     let (cell, s) = (x.floor(), x - x.floor());
     let (row, t) = (y.floor(), y - y.floor());
     let [x0, x1] = [cell, cell + 1.0].map(|x| wrap(x, period[0]));
     let [y0, y1] = [row, row + 1.0].map(|y| wrap(y, period[1]));
-    let fade = |t: f32| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
     let (fx, fy) = (fade(s), fade(t));
     let above = mixed(slope(seed, x0, y0, s, t), slope(seed, x1, y0, s - 1.0, t), fx);
     let below = mixed(slope(seed, x0, y1, s, t - 1.0), slope(seed, x1, y1, s - 1.0, t - 1.0), fx);
     0.5 + 0.5 * mixed(above, below, fy)
+}
+
+/// The same in space (K. Perlin, "Improving noise", 2002). The gradients are the middles of the edges of a cube; the
+/// result is limited to 0..1.
+#[inline(always)]
+pub fn noise3(seed: u64, [x, y, z]: [f32; 3], period: [f32; 3]) -> f32 {
+    let seed = word(seed);
+    let (cell, row, layer) = (x.floor(), y.floor(), z.floor());
+    let [x0, x1] = [cell, cell + 1.0].map(|x| wrap(x, period[0]));
+    let [y0, y1] = [row, row + 1.0].map(|y| wrap(y, period[1]));
+    let [z0, z1] = [layer, layer + 1.0].map(|z| wrap(z, period[2]));
+    let (r, s, t) = (x - cell, y - row, z - layer);
+    let (fx, fy, fz) = (fade(r), fade(s), fade(t));
+    let line = |y, z, s, t| mixed(slope3(seed, [x0, y, z], [r, s, t]), slope3(seed, [x1, y, z], [r - 1.0, s, t]), fx);
+    let plane = |z, t| mixed(line(y0, z, s, t), line(y1, z, s - 1.0, t), fy);
+    let noise = 0.5 + 0.5 * mixed(plane(z0, t), plane(z1, t - 1.0), fz);
+    let noise = if noise < 1.0 { noise } else { 1.0 };
+    if noise > 0.0 { noise } else { 0.0 }
+}
+
+/// The polynomial of degree 5 whose first and second derivatives are 0 at 0 and 1.
+#[inline(always)]
+fn fade(t: f32) -> f32 {
+    t * t * t * (t * (t * 6.0 - 15.0) + 10.0)
+}
+
+/// Dot product of the gradient of a corner of a cell and the offset from the corner.
+#[inline(always)]
+fn slope3(seed: u32, corner: [f32; 3], [r, s, t]: [f32; 3]) -> f32 {
+    let [x, y, z] = corner.map(bits);
+    let word = mix(mix(x ^ seed).wrapping_mul(0x85eb_ca6b) ^ y.wrapping_mul(0xc2b2_ae35));
+    let edge = mix(word ^ z.wrapping_mul(0x27d4_eb2f)) >> 28;
+    let along = if edge < 8 { r } else { s };
+    let corner = if edge & 13 == 12 { r } else { t };
+    let across = if edge < 4 { s } else { corner };
+    (if edge & 1 == 0 { along } else { -along }) + if edge & 2 == 0 { across } else { -across }
+}
+
+/// The random number of a piece, 0 ≤ r < 1: the first number of the stream of splitmix64 for the piece, with random
+/// access. Numbers of pieces are whole.
+#[inline(always)]
+#[expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "pieces are whole; 53 bits fit")]
+pub fn of_piece(seed: u64, piece: f32) -> f32 {
+    const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;
+    let piece = (piece.round() as i64).cast_unsigned();
+    let key = finish(finish(seed ^ GOLDEN).wrapping_add(piece.wrapping_mul(GOLDEN)));
+    ((finish(key.wrapping_add(GOLDEN)) >> 11) as f64 * (1.0 / (1_u64 << 53) as f64)) as f32
+}
+
+/// The finaliser of splitmix64.
+#[inline(always)]
+const fn finish(mut x: u64) -> u64 {
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
 }
 
 #[inline(always)]

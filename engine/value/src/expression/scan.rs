@@ -1,5 +1,6 @@
 //! Splits an expression into words.
 use super::{Fault, bad};
+use crate::parse_color;
 use std::ops::Range;
 
 /// Kind of a word.
@@ -7,6 +8,8 @@ use std::ops::Range;
 pub(super) enum Kind {
     /// A number, with its value.
     Number(f64),
+    /// A colour, `#rrggbb`, scene-linear.
+    Color([f32; 3]),
     /// A parameter of the graph with its `$`, and perhaps a component: `$color.r`.
     Param,
     /// The name of a function, a constant or something else, including parts after dots.
@@ -19,6 +22,12 @@ pub(super) enum Kind {
     Comma,
     /// `!`
     Not,
+    /// `;`
+    Semicolon,
+    /// `=`
+    Assign,
+    /// Components after a bracket: `.y`, with the dot.
+    Letters,
     /// An operator between two values.
     Operator(&'static str),
 }
@@ -35,7 +44,13 @@ const OPERATORS: [&str; 14] = ["<=", ">=", "==", "!=", "&&", "||", "+", "-", "*"
 
 /// Splits a text into words.
 pub(super) fn scan(text: &str) -> Result<Vec<Word>, Fault> {
-    let mut words = Vec::new();
+    let (words, fault) = scan_all(text);
+    fault.map_or(Ok(words), Err)
+}
+
+/// The words of a text, without parts that have no meaning, and the fault of the first of these parts.
+pub(super) fn scan_all(text: &str) -> (Vec<Word>, Option<Fault>) {
+    let (mut words, mut fault) = (Vec::new(), None);
     let mut at = 0;
     while let Some(c) = text[at..].chars().next() {
         let rest = &text[at..];
@@ -46,35 +61,55 @@ pub(super) fn scan(text: &str) -> Result<Vec<Word>, Fault> {
                 continue;
             }
             '$' => (Kind::Param, 1 + name_len(&rest[1..])),
+            '.' if rest[1..].starts_with(is_first) => (Kind::Letters, 1 + run_len(&rest[1..])),
             '0'..='9' | '.' => {
                 let len = number_len(rest);
                 let Ok(value) = rest[..len].parse() else {
                     let word = super::shorten(&rest[..len]);
-                    return Err(bad(at..at + len, format!("`{word}` is not a number")));
+                    fault.get_or_insert_with(|| bad(at..at + len, format!("`{word}` is not a number")));
+                    at += len;
+                    continue;
                 };
                 (Kind::Number(value), len)
+            }
+            '#' => {
+                let len = 1 + run_len(&rest[1..]);
+                let Some(color) = parse_color(&rest[..len]) else {
+                    let word = super::shorten(&rest[..len]);
+                    let help = Some("write `#rgb` or `#rrggbb`".to_owned());
+                    let wrong = bad(at..at + len, format!("`{word}` is not a colour"));
+                    fault.get_or_insert_with(|| Fault { help, ..wrong });
+                    at += len;
+                    continue;
+                };
+                (Kind::Color(color), len)
             }
             c if is_word(c) => (Kind::Name, name_len(rest)),
             '(' => (Kind::Open, 1),
             ')' => (Kind::Close, 1),
             ',' => (Kind::Comma, 1),
+            ';' => (Kind::Semicolon, 1),
             _ => match operator {
                 Some(operator) => (Kind::Operator(operator), operator.len()),
                 None if c == '!' => (Kind::Not, 1),
-                None => return Err(unknown(c, at)),
+                None if c == '=' => (Kind::Assign, 1),
+                None => {
+                    fault.get_or_insert_with(|| unknown(c, at));
+                    at += c.len_utf8();
+                    continue;
+                }
             },
         };
         words.push(Word { kind, range: at..at + len });
         at += len;
     }
-    Ok(words)
+    (words, fault)
 }
 
 fn unknown(c: char, at: usize) -> Fault {
     let help = match c {
         '&' => Some("write `&&`"),
         '|' => Some("write `||`"),
-        '=' => Some("write `==` to compare"),
         '?' | ':' => Some("write `if(condition, a, b)`"),
         '[' | ']' | '{' | '}' => Some("brackets are round, `( )`"),
         '"' | '\'' => Some("write words of choices without quotes"),
@@ -88,15 +123,21 @@ fn is_word(c: char) -> bool {
     c == '_' || c.is_ascii_alphanumeric()
 }
 
+/// Returns true if a name, or a part of one, can begin with `c`.
+fn is_first(c: char) -> bool {
+    c == '_' || c.is_ascii_alphabetic()
+}
+
+/// The length of a run of letters, digits and underscores.
+fn run_len(text: &str) -> usize {
+    text.find(|c| !is_word(c)).unwrap_or(text.len())
+}
+
 /// The length of a name, including dot-separated parts.
 fn name_len(text: &str) -> usize {
-    let run = |from: usize| from + text[from..].find(|c| !is_word(c)).unwrap_or(text.len() - from);
-    let mut len = run(0);
-    while len > 0
-        && text[len..].starts_with('.')
-        && text[len + 1..].starts_with(|c: char| c == '_' || c.is_ascii_alphabetic())
-    {
-        len = run(len + 1);
+    let mut len = run_len(text);
+    while len > 0 && text[len..].starts_with('.') && text[len + 1..].starts_with(is_first) {
+        len += 1 + run_len(&text[len + 1..]);
     }
     len
 }

@@ -1,4 +1,10 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+mod data;
+mod functions;
+mod language;
+mod limits;
+mod world;
+
 use super::*;
 
 /// Test parameters and a canvas.
@@ -135,7 +141,7 @@ fn errors_have_places() {
         ("min(1,)", BadExpression, 6..7),
         ("(1, 2, 3, 4, 5)", BadExpression, 0..15),
         ("(1, (2, 3))", BadExpression, 4..10),
-        ("(1, 2) + (1, 2, 3)", BadExpression, 0..6),
+        ("(1, 2) + (1, 2, 3)", BadExpression, 7..8),
         ("1 < 2 < 3", BadExpression, 6..7),
         ("1 + $style", BadExpression, 4..10),
         ("$style == 3", BadExpression, 0..6),
@@ -186,7 +192,7 @@ fn limits_nesting_but_not_length() {
 
 #[test]
 fn records_ranges_of_parts() {
-    let tree = super::parse::parse("-(1 + $x) * max(2, 3)").unwrap();
+    let tree = super::unit::load("-(1 + $x) * max(2, 3)", &mut Known).units.remove(0).tree;
     let ranges: Vec<_> = tree.nodes.iter().map(|node| node.range.clone()).collect();
     assert_eq!(ranges, [2..3, 6..8, 2..8, 0..9, 16..17, 19..20, 12..21, 0..21]);
 }
@@ -258,7 +264,7 @@ fn run(program: &Program, plane: impl Fn(usize) -> f64) -> Vec<f64> {
     for instruction in &program.instructions {
         let args = instruction.args.map(|arg| registers[usize::from(arg)]);
         assert!(!instruction.args[..instruction.op.args()].contains(&instruction.to));
-        registers[usize::from(instruction.to)] = instruction.op.value(args, program.seed);
+        registers[usize::from(instruction.to)] = instruction.op.value(args, instruction.seed);
     }
     program.results.iter().map(|result| registers[usize::from(*result)]).collect()
 }

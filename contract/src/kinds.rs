@@ -80,7 +80,7 @@ fn stand_ins() -> &'static BTreeMap<Type, String> {
 pub fn stand_in(registry: &Arc<Registry>, port: Accepts) -> Result<(String, String), String> {
     let ty = match port {
         Accepts::One(ty) => ty,
-        Accepts::Field | Accepts::EveryField | Accepts::Direction => Type::Gray,
+        Accepts::Field | Accepts::EveryField | Accepts::Direction | Accepts::Number => Type::Gray,
         Accepts::AnyVector => Type::Rgb,
         Accepts::AnySolid => Type::Solid,
     };

@@ -29,6 +29,7 @@ mod conform;
 mod csv_points;
 mod degrees;
 mod distances;
+mod formulas;
 mod map;
 mod masked;
 mod measured;
@@ -41,7 +42,7 @@ mod torus;
 mod values;
 mod warped;
 
-use shibo_node::registry::{Family, Kind, Registry};
+use shibo_node::registry::{Family, Internal, Kind, Registry};
 
 /// All nodes, by family.
 pub fn families() -> Vec<Family> {
@@ -77,10 +78,14 @@ pub fn registry() -> Registry {
 /// All nodes, and families of other crates. Give the result a fingerprint of their code ([`Registry::with_code`]), so
 /// that a cache never supplies results of another version.
 pub fn registry_with(more: impl IntoIterator<Item = Family>) -> Registry {
-    let layout = (Kind::of::<space::Transform>(), Kind::of::<space::LaidMaterial>(), Kind::of::<space::LaidIds>());
-    let choice = (Kind::of::<combine::Choose>(), Kind::of::<combine::ChooseMaterial>());
     let registry = Registry::new(families().into_iter().chain(more))
-        .with_layout(layout.0, layout.1, layout.2)
-        .with_choice(choice.0, choice.1);
+        .with_internal(Internal::LayField, Kind::of::<space::Transform>())
+        .with_internal(Internal::LayMaterial, Kind::of::<space::LaidMaterial>())
+        .with_internal(Internal::LayIds, Kind::of::<space::LaidIds>())
+        .with_internal(Internal::ChooseField, Kind::of::<combine::Choose>())
+        .with_internal(Internal::ChooseMaterial, Kind::of::<combine::ChooseMaterial>())
+        .with_internal(Internal::Formula, Kind::of::<formulas::Formula>())
+        .with_internal(Internal::SolidFormula, Kind::of::<formulas::SolidFormula>())
+        .with_internal(Internal::Channel, Kind::of::<material::ChannelOf>());
     registry.with_gutters(mesh::filled).with_code(shibo_kernel::CODE).with_code(crate::CODE)
 }

@@ -13,6 +13,7 @@ use std::sync::Arc;
 pub(super) fn params(doc: &Doc, facts: Option<Facts>, report: &mut Report) -> Params {
     let mut params = Params::new(Arc::new(plain(doc, report)));
     params.facts = facts;
+    params.functions = doc.document.callable.clone();
     if has_derived(doc) {
         let mut silent = Report::default();
         let values = derive(doc, &mut params, if facts.is_some() { report } else { &mut silent });

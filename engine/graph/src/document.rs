@@ -1,7 +1,9 @@
 //! A graph file as written: its sections by name, each with its place. Names are not resolved yet.
 use super::exports;
+use super::formula_text::FormulaText;
+use super::functions::{self, FunctionDecl};
 use super::output_decl::OutputDecl;
-use super::params::{self, ParamDecl};
+use super::params::{self, Callable, ParamDecl};
 use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, choice, mismatch, shorten};
 use super::report::Report;
@@ -12,6 +14,7 @@ use crate::export::{TARGETS, target_named};
 use crate::picture::{Depth, Format};
 use crate::value::{Accepts, Type};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// A graph file as written.
 #[derive(Debug, Default)]
@@ -30,16 +33,23 @@ pub(super) struct Document {
     pub(super) nodes: Vec<NodeDecl>,
     /// `outputs`.
     pub(super) outputs: Vec<OutputDecl>,
+    /// `functions`, and for a local graph those of its file.
+    pub(super) functions: Vec<FunctionDecl>,
+    /// The functions that formulas in its parameters call.
+    pub(super) callable: Arc<Callable>,
+    /// `graphs`: names, and the graphs defined in the file; taken out once they have an index of their own.
+    pub(super) graphs: Vec<(Entry, Document)>,
     /// The place of `nodes`.
     pub(super) nodes_part: Option<SyntaxValue>,
-    import_names: Names,
+    /// The graphs that nodes may use: imports, then graphs of the file.
+    usable: Names,
     param_names: Names,
     input_names: Names,
     output_names: Names,
 }
 
 /// The index of each name in a list.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Names(BTreeMap<String, usize>);
 
 impl Names {
@@ -70,6 +80,8 @@ pub(super) struct NodeDecl {
     pub(super) kind: Option<SyntaxValue>,
     /// Its arguments; `None` after an error.
     pub(super) args: Option<Vec<Entry>>,
+    /// The text of a formula in place of a kind and its arguments.
+    pub(super) formula: Option<SyntaxValue>,
     /// References to its name mean this node; false for the second node of the same name.
     pub(super) named: bool,
 }
@@ -78,16 +90,38 @@ impl Document {
     /// Reads a document from the value of a whole text.
     pub(super) fn read(whole: &SyntaxValue, report: &mut Report) -> Self {
         let Some(fields) = read::fields(whole, "a graph file", schema::ROOT, report) else { return Self::default() };
-        if let Some(version) = read::get(&fields, "version") {
+        let mut document = Self::of_fields(whole, &fields, report);
+        let graphs = read::get(&fields, "graphs").map(|part| read::map(part, "graphs", report)).unwrap_or_default();
+        for entry in read::unique(graphs, "graph", report) {
+            read::check_name(&entry.key, &entry.name, "a graph", report);
+            if let Some(import) = document.imports.iter().find(|import| import.name == entry.name) {
+                let message = format!("`{}` is already the name of an import", shorten(&entry.name));
+                let error = entry.key.error(Code::DuplicateKey, message);
+                report
+                    .push(error.related(import.key.span(), "the import is here").help("give one of them another name"));
+                continue;
+            }
+            let what = format!("graph `{}`", shorten(&entry.name));
+            if let Some(fields) = read::fields(&entry.value, &what, schema::LOCAL, report) {
+                let local = Self::of_fields(&entry.value, &fields, report);
+                document.graphs.push((entry, local));
+            }
+        }
+        document
+    }
+
+    /// Reads the sections of a graph.
+    fn of_fields(whole: &SyntaxValue, fields: &[Entry], report: &mut Report) -> Self {
+        if let Some(version) = read::get(fields, "version") {
             check_version(version, report);
         }
         let section = |name: &str, report: &mut Report| {
-            read::get(&fields, name).map(|part| read::map(part, name, report)).unwrap_or_default()
+            read::get(fields, name).map(|part| read::map(part, name, report)).unwrap_or_default()
         };
         let unique = |name: &str, one: &str, report: &mut Report| read::unique(section(name, report), one, report);
         let mut document = Self {
-            canvas: read::get(&fields, "canvas").cloned(),
-            nodes_part: read::get(&fields, "nodes").cloned(),
+            canvas: read::get(fields, "canvas").cloned(),
+            nodes_part: read::get(fields, "nodes").cloned(),
             ..Self::default()
         };
         document.imports = unique("imports", "import", report);
@@ -105,7 +139,10 @@ impl Document {
         document.inputs = unique("inputs", "input", report).iter().map(|entry| input(entry, report)).collect();
         document.read_nodes(section("nodes", report), report);
         document.outputs = unique("outputs", "output", report).iter().map(|entry| output(entry, report)).collect();
-        document.import_names = Names::of(document.imports.iter().map(|entry| entry.name.as_str()));
+        for entry in section("functions", report) {
+            document.functions.extend(functions::declare(&entry, report));
+        }
+        document.usable = Names::of(document.imports.iter().map(|entry| entry.name.as_str()));
         document.param_names = Names::of(document.params.iter().map(|(entry, _)| entry.name.as_str()));
         document.input_names = Names::of(document.inputs.iter().map(|input| input.name.as_str()));
         document.output_names = Names::of(document.outputs.iter().map(|output| output.name.as_str()));
@@ -118,9 +155,26 @@ impl Document {
         document
     }
 
-    /// The index of the import of that name.
+    /// The index of the import or the local graph of that name.
     pub(super) fn import(&self, name: &str) -> Option<usize> {
-        self.import_names.0.get(name).copied()
+        self.usable.0.get(name).copied()
+    }
+
+    /// The names of imports and local graphs.
+    pub(super) fn usable(&self) -> impl Iterator<Item = &str> {
+        self.usable.0.keys().map(String::as_str)
+    }
+
+    /// Makes a local graph usable; `index` is its place after the imports.
+    pub(super) fn make_usable(&mut self, name: &str, index: usize) {
+        self.usable.0.insert(name.to_owned(), index);
+    }
+
+    /// Gives a local graph what its file has so far: graphs to use, and functions.
+    pub(super) fn inherit(&mut self, file: &Self) {
+        self.usable = file.usable.clone();
+        self.functions.clone_from(&file.functions);
+        self.callable = file.callable.clone();
     }
 
     /// The index of the input of that name.
@@ -171,11 +225,21 @@ fn check_version(part: &SyntaxValue, report: &mut Report) {
     }
 }
 
-/// A node, written as `Kind(field: value)`.
+/// A node, written as `Kind(field: value)` or as a formula.
 pub(super) fn node(entry: &Entry, named: bool, report: &mut Report) -> NodeDecl {
-    let mut decl = NodeDecl { name: entry.name.clone(), kind: None, args: None, named };
+    let mut decl = NodeDecl { name: entry.name.clone(), kind: None, args: None, formula: None, named };
+    if FormulaText::of(&entry.value).is_some() {
+        decl.formula = Some(entry.value.clone());
+        decl.args = Some(Vec::new());
+        return decl;
+    }
     let Some((kind, body)) = entry.value.head() else {
-        report.push(mismatch(&entry.value, &format!("node `{}`", entry.name), "a kind with its fields, `Kind(a: 1)`"));
+        let forms = "a kind with its fields, `Kind(a: 1)`, or a formula, `\"= a + b\"`";
+        let error = mismatch(&entry.value, &format!("node `{}`", entry.name), forms);
+        report.push(match entry.value.shape() {
+            Shape::Text(text) => error.help(format!("write `\"= {}\"` for the same value", shorten(&text))),
+            _ => error,
+        });
         return decl;
     };
     decl.args = match body.as_ref().map(SyntaxValue::shape) {

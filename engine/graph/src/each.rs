@@ -10,7 +10,7 @@ use crate::GraphUse;
 use crate::diagnostics::Code;
 use crate::expression::{Meaning, Value as Number};
 use crate::node::{Arg, DynNode};
-use crate::registry::Registry;
+use crate::registry::{Internal, Registry};
 use crate::value::{Accepts, Type};
 use petgraph::graph::NodeIndex;
 use std::borrow::Cow;
@@ -33,7 +33,8 @@ fn number_value(index: usize, kind: &SyntaxValue) -> ParamValue {
 pub(super) fn node(registry: &Registry, ty: Type, slots: usize) -> Option<(String, Arc<dyn DynNode>)> {
     let inputs = (1..u32::try_from(slots).ok()?).collect();
     let args = [("ids", Arg::Slot(0)), ("inputs", Arg::Slots(inputs))];
-    let (kind, built) = registry.choose(ty == Type::Material, &args)?;
+    let role = if ty == Type::Material { Internal::ChooseMaterial } else { Internal::ChooseField };
+    let (kind, built) = registry.internal(role, &args)?;
     Some((kind.to_owned(), built.ok()?))
 }
 

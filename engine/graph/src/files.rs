@@ -1,6 +1,8 @@
 //! Reads graph files and their imports.
 use super::document::Document;
+use super::functions::FunctionDecl;
 use super::imports;
+use super::params::Callable;
 use super::part::{Entry, Src};
 use super::read;
 use super::report::Report;
@@ -20,7 +22,7 @@ pub(super) struct Doc {
     pub(super) path: PathBuf,
     /// The content of the file.
     pub(super) document: Document,
-    /// For each import, the index of its file; `None` after an error.
+    /// For each import and each local graph, its index; `None` after an error.
     pub(super) imports: Vec<Option<usize>>,
     /// The text is a graph, possibly with a few mistakes.
     pub(super) readable: bool,
@@ -152,8 +154,29 @@ impl<'a> Files<'a> {
             let import = self.import(&doc, i, depth);
             doc.imports.push(import);
         }
+        doc.document.callable = Arc::new(self.callable(&doc));
+        // A local graph may use the imports of its file and the local graphs above it.
+        for (entry, mut document) in std::mem::take(&mut doc.document.graphs) {
+            document.inherit(&doc.document);
+            let (path, imports) = (doc.path.clone(), doc.imports.clone());
+            doc.document.make_usable(&entry.name, imports.len());
+            self.docs.push(Doc { path, document, imports, readable: true, sound: doc.sound });
+            doc.imports.push(Some(self.docs.len() - 1));
+        }
         self.docs.push(doc);
         self.docs.len() - 1
+    }
+
+    /// The functions of a graph, and those of its imports with the name of the import before them.
+    fn callable(&self, doc: &Doc) -> Callable {
+        let named = |decl: &FunctionDecl| (decl.function.name.clone(), decl.function.clone());
+        let own = doc.document.functions.iter().map(named);
+        let imported = doc.document.imports.iter().zip(&doc.imports).flat_map(|(entry, other)| {
+            let functions = other.and_then(|other| self.docs.get(other)).map(|other| &other.document.functions);
+            let named = functions.into_iter().flatten().map(named);
+            named.map(|(name, function)| (format!("{}.{name}", entry.name), function))
+        });
+        own.chain(imported).collect()
     }
 
     fn import(&mut self, doc: &Doc, index: usize, depth: usize) -> Option<usize> {

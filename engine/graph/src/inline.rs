@@ -9,17 +9,23 @@ use crate::value::Accepts;
 use std::borrow::Cow;
 
 impl Linker<'_> {
-    /// Returns true if a node is written at `part`.
-    pub(super) fn is_node(&self, part: &SyntaxValue) -> bool {
+    /// Returns true if a node or the formula of one is written at `part`.
+    pub(super) fn is_node(&mut self, scope: usize, part: &SyntaxValue) -> bool {
         match part.shape() {
             Shape::Call => true,
+            Shape::Text(_) => self.is_formula(scope, part),
             Shape::Word(word) => word == "Use" || self.registry.info(&word).is_some(),
             _ => false,
         }
     }
 
-    /// Adds the node written at `part`; nodes inside it are added later. `name` is its name in the scope.
+    /// Adds the node or formula written at `part`; nodes inside it are added later. `name` is its name in the scope.
     pub(super) fn add_inline(&mut self, scope: usize, name: &str, part: &SyntaxValue) {
+        if matches!(part.shape(), Shape::Text(_)) {
+            let entity = self.add_formula(scope, name, part);
+            self.inlines.insert((scope, part.span()), entity);
+            return;
+        }
         let entry = Entry { name: name.to_owned(), key: part.clone(), value: part.clone() };
         let decl = document::node(&entry, false, self.report);
         let entity = match &decl.args {

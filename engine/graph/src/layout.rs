@@ -7,7 +7,7 @@ use super::ron_text::number_text;
 use super::schema;
 use crate::diagnostics::Code;
 use crate::node::{Arg, DynNode};
-use crate::registry::Registry;
+use crate::registry::{Internal, Registry};
 use crate::value::{Canvas, Tiling, Type};
 use glam::DVec2;
 use std::sync::Arc;
@@ -92,7 +92,12 @@ impl Layout {
         if !same {
             args.push(("pivot", Arg::Ron(&middle)));
         }
-        let (kind, built) = registry.lay_out(ty, &args)?;
+        let role = match ty {
+            Type::Material => Internal::LayMaterial,
+            Type::Ids => Internal::LayIds,
+            _ => Internal::LayField,
+        };
+        let (kind, built) = registry.internal(role, &args)?;
         Some((kind.to_owned(), built.ok()?))
     }
 }

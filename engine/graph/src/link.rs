@@ -16,6 +16,7 @@ const SHOWN: usize = 8;
 impl Linker<'_> {
     /// Checks all declarations and builds the nodes.
     pub(super) fn link(&mut self) {
+        self.check_functions();
         let read = self.read_from(0);
         // The content of a picture file decides the types of its readers, and some nodes determine their own output
         // types, so these nodes are built first.
@@ -33,6 +34,8 @@ impl Linker<'_> {
         for &flat in &order {
             self.find_types(flat);
         }
+        self.choose_vectors();
+        self.find_inner_formulas();
         self.check_types();
         for flat in 0..self.flats.len() {
             self.enter(self.flats[flat].scope);
@@ -90,7 +93,7 @@ impl Linker<'_> {
     }
 
     /// The type of the value at a port that takes any field; `None` if an error hides it.
-    fn field_type(&self, target: &Target) -> Option<Type> {
+    pub(super) fn field_type(&self, target: &Target) -> Option<Type> {
         match (self.type_of(target)?, target) {
             (Type::Picture, Target::Out { flat, .. }) => {
                 self.flats[*flat].gray.map(|gray| if gray { Type::Gray } else { Type::Rgb })
@@ -101,6 +104,12 @@ impl Linker<'_> {
 
     /// Resolves the value of a sub-graph's input with a conversion.
     fn resolve_pass(&mut self, flat: usize) {
+        if self.flats[flat].resolved {
+            return;
+        }
+        if self.flats[flat].formula.is_some() {
+            return self.resolve_formula(flat);
+        }
         if let Some((chooser, output)) = self.flats[flat].chooses.clone() {
             return self.resolve_chosen(flat, chooser, &output);
         }
@@ -122,7 +131,9 @@ impl Linker<'_> {
         self.enter(0);
         for output in &docs[self.scopes[0].doc].document.outputs {
             if let Some((from, Shape::Text(name))) = output.from.as_ref().map(|from| (from, from.shape())) {
-                self.resolve(0, from, &name);
+                if let Target::Out { flat, .. } = self.resolve(0, from, &name).target {
+                    self.flats[flat].shown = true;
+                }
             }
         }
     }
@@ -207,6 +218,12 @@ impl Linker<'_> {
             if node.chooses.is_some() {
                 return self.find_chosen_type(flat);
             }
+            if node.formula.is_some() {
+                return self.type_formula(flat);
+            }
+            if let Some(channel) = node.channel {
+                return self.type_channel(flat, channel);
+            }
             let slot = node.slots.first();
             let ty = match (&node.layout, slot) {
                 (Some(_), Some(slot)) => self.field_type(&slot.target),
@@ -222,6 +239,11 @@ impl Linker<'_> {
         let outputs = info.outputs.iter().map(|output| match output.ty {
             OutputType::Fixed(ty) => Some(ty),
             OutputType::Told => told,
+            OutputType::ColorOf(ports) => {
+                let mut read = node.slots.iter().filter(|slot| ports.iter().any(|port| slot.port.is(port)));
+                let solid = read.any(|slot| self.type_of(&slot.target).is_some_and(Type::is_solid));
+                Some(if solid { Type::SolidColor } else { Type::Rgb })
+            }
             OutputType::SolidLike(ports) => {
                 let read = node.slots.iter().filter(|slot| ports.iter().any(|port| slot.port.is(port)));
                 let types: Vec<_> = read.map(|slot| self.type_of(&slot.target)).collect();
@@ -266,7 +288,9 @@ impl Linker<'_> {
             let kind = self.flats[flat].info.map(|info| info.kind.as_str());
             let check =
                 |slot| self.check_type(scope, slot, kind).or_else(|| self.check_movable(&slot.part, &slot.target));
-            let errors: Vec<_> = self.flats[flat].slots.iter().filter_map(check).collect();
+            // The types of a formula's values were checked when it was compiled.
+            let slots = self.flats[flat].slots.iter().filter(|_| self.flats[flat].formula.is_none());
+            let errors: Vec<_> = slots.filter_map(check).collect();
             if !errors.is_empty() {
                 self.enter(self.flats[flat].scope);
                 self.flats[flat].good = false;
@@ -286,6 +310,12 @@ impl Linker<'_> {
 
     fn build_pass(&mut self, flat: usize) {
         let node = &self.flats[flat];
+        if node.formula.is_some() {
+            return self.build_formula(flat);
+        }
+        if let Some(channel) = node.channel {
+            return self.build_channel(flat, channel);
+        }
         let Some(slot) = node.slots.first() else {
             self.flats[flat].node = convert::no_material();
             return;

@@ -1,5 +1,6 @@
 //! The data of a graph during linking: its scopes, nodes and slots.
 use super::files::{Doc, FileChecks};
+use super::formula_text::Formula;
 use super::layout::Layout;
 use super::params::Params;
 use super::part::{Entry, SyntaxValue};
@@ -7,7 +8,7 @@ use super::report::Report;
 use crate::diagnostics::Span;
 use crate::node::{DynNode, KindInfo};
 use crate::registry::Registry;
-use crate::value::{Accepts, Canvas, ChannelSet, Field, Type};
+use crate::value::{Accepts, Canvas, Channel, ChannelSet, Field, Type};
 use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -157,8 +158,8 @@ pub(super) struct Flat<'a> {
     pub(super) name: String,
     pub(super) kind: SyntaxValue,
     pub(super) kind_name: String,
-    /// `None` for nodes added by the graph itself: conversions at inputs, material inputs without a value (which have
-    /// no slot), and layouts of instances.
+    /// `None` for nodes added by the graph itself: formulas, channels, conversions at inputs, material inputs without a
+    /// value (which have no slot), and layouts of instances.
     pub(super) info: Option<&'a KindInfo>,
     pub(super) args: Cow<'a, [Entry]>,
     pub(super) slots: Vec<Slot>,
@@ -179,6 +180,14 @@ pub(super) struct Flat<'a> {
     pub(super) layout: Option<Layout>,
     /// The `Each` and the output, for a node that selects among instances.
     pub(super) chooses: Option<(usize, String)>,
+    /// The formula, for a node that computes one.
+    pub(super) formula: Option<Formula>,
+    /// The channel, for a node that takes one.
+    pub(super) channel: Option<Channel>,
+    /// True if the targets of its slots were set when it was added.
+    pub(super) resolved: bool,
+    /// True if an output of the graph reads it.
+    pub(super) shown: bool,
 }
 
 impl<'a> Flat<'a> {
@@ -207,6 +216,10 @@ impl<'a> Flat<'a> {
             channels: None,
             layout: None,
             chooses: None,
+            formula: None,
+            channel: None,
+            resolved: false,
+            shown: false,
         }
     }
 
@@ -238,6 +251,8 @@ pub(super) struct Linker<'a> {
     pub(super) checks: Vec<(usize, Slot)>,
     /// The layout nodes of outputs of instances.
     pub(super) laid: BTreeMap<(usize, String), usize>,
+    /// The nodes that take a channel or components of an output.
+    pub(super) selected: BTreeMap<(usize, usize, String), usize>,
     /// Every `Each`, and the nodes that select among its instances.
     pub(super) choosers: Vec<Chooser>,
     pub(super) chosen: BTreeMap<(usize, String), usize>,

@@ -153,6 +153,7 @@ fn linker<'a>(
         flats: Vec::new(),
         checks: Vec::new(),
         laid: BTreeMap::new(),
+        selected: BTreeMap::new(),
         choosers: Vec::new(),
         chosen: BTreeMap::new(),
         first_instance,

@@ -6,7 +6,7 @@ use super::report::Report;
 use super::ron_text::ron_string;
 use super::schema::{self, PARAM_TYPES};
 use crate::diagnostics::{Code, Span};
-use crate::expression::{Meaning, Value};
+use crate::expression::{Meaning, UserFunction, Value};
 use crate::node::{ParamType, parse_color};
 use crate::syntax::is_name;
 use crate::value::Canvas;
@@ -48,6 +48,9 @@ pub(super) struct ParamValue {
 /// Values by name; `None` for a faulty parameter.
 pub(super) type Values = BTreeMap<String, Option<ParamValue>>;
 
+/// Functions by name.
+pub(super) type Callable = BTreeMap<String, Arc<UserFunction>>;
+
 /// Facts of the canvas that expressions can use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Facts {
@@ -73,6 +76,8 @@ pub(super) struct Params {
     pub(super) late: BTreeSet<String>,
     /// The names of the nodes in the graph of the parameters.
     pub(super) nodes: Arc<BTreeSet<String>>,
+    /// The functions that formulas in parameters call: those of the graph, and `name.function` of its imports.
+    pub(super) functions: Arc<Callable>,
     /// True if a value was requested that is unknown until the canvas is known.
     pub(super) asked_early: Cell<bool>,
 }

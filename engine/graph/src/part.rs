@@ -79,6 +79,8 @@ pub(super) struct SyntaxValue {
     hi: usize,
     /// The index of its node; `None` for a single token.
     node: Option<usize>,
+    /// The bytes of a literal that errors refer to, if not all.
+    within: Option<(usize, usize)>,
 }
 
 /// A key and its value.
@@ -147,7 +149,7 @@ impl SyntaxValue {
             node = inner;
         }
         let tokens = node.token_range();
-        Self { src: src.clone(), lo: tokens.start, hi: tokens.end, node: Some(node.index()) }
+        Self { src: src.clone(), lo: tokens.start, hi: tokens.end, node: Some(node.index()), within: None }
     }
 
     fn node(&self) -> Option<Node<'_>> {
@@ -169,6 +171,9 @@ impl SyntaxValue {
 
     /// The place in the original text.
     pub(super) fn span(&self) -> Span {
+        if let Some((from, to)) = self.within {
+            return self.sub_span(from, to);
+        }
         match (self.tokens().first(), self.tokens().last()) {
             (Some(first), Some(last)) => self.src.span(first.start(), last.end()),
             _ => {
@@ -176,6 +181,11 @@ impl SyntaxValue {
                 self.src.span(at, at)
             }
         }
+    }
+
+    /// The same value, whose errors refer to bytes `from..to` of its text.
+    pub(super) fn at(&self, from: usize, to: usize) -> Self {
+        Self { within: Some((from, to)), ..self.clone() }
     }
 
     /// The place of bytes `from..to` of this value's text.
@@ -278,7 +288,7 @@ impl SyntaxValue {
     }
 
     fn token(&self, index: usize) -> SyntaxValue {
-        SyntaxValue { src: self.src.clone(), lo: index, hi: index + 1, node: None }
+        SyntaxValue { src: self.src.clone(), lo: index, hi: index + 1, node: None, within: None }
     }
 
     fn items(&self, node: Node<'_>) -> Vec<SyntaxValue> {

@@ -1,13 +1,12 @@
-//! Values at ports: references and literals, and the resolution of references.
+//! Values at ports: references and literals, and checks of their types and bounds.
 use super::color_names::color_meant;
-use super::linker::{Bound, Entity, Linker, Port, Slot, Target};
+use super::linker::{Linker, Port, Slot, Target};
 use super::part::{Shape, SyntaxValue};
 use super::read::{self, shorten};
 use super::subst::substitute;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
-use crate::node::{Output, PortInfo, parse_color};
+use crate::node::{PortInfo, parse_color};
 use crate::value::{Accepts, Field, Type};
-use std::collections::BTreeSet;
 
 /// The value written at a port.
 pub(super) enum Literal {
@@ -49,7 +48,11 @@ pub(super) fn literal(
         shape => return Err(wrong(shape.describe())),
     };
     let constant = match (accepts, values.len()) {
-        (Accepts::One(Type::Gray) | Accepts::Direction | Accepts::Field | Accepts::EveryField, 1) => Type::Gray,
+        (_, 1) if accepts.solid_of(Type::Gray).is_some() => Type::Gray,
+        (_, 3) if accepts.solid_of(Type::Rgb).is_some() => Type::Rgb,
+        (Accepts::One(Type::Gray) | Accepts::Number | Accepts::Direction | Accepts::Field | Accepts::EveryField, 1) => {
+            Type::Gray
+        }
         (Accepts::One(Type::Rgb), 1 | 3) | (Accepts::Field | Accepts::EveryField, 3) => Type::Rgb,
         (Accepts::One(Type::Vec2) | Accepts::EveryField, 2) => Type::Vec2,
         (Accepts::One(Type::Jacobian), 4) => Type::Jacobian,
@@ -78,6 +81,7 @@ fn narrow(value: f64) -> f32 {
 /// Returns true if a colour may be written in place of a wire.
 fn takes_colors(accepts: Accepts) -> bool {
     matches!(accepts, Accepts::One(Type::Rgb) | Accepts::Field | Accepts::EveryField)
+        || accepts.solid_of(Type::Rgb).is_some()
 }
 
 fn how_to_write(accepts: Accepts) -> &'static str {
@@ -88,187 +92,15 @@ fn how_to_write(accepts: Accepts) -> &'static str {
         }
         Accepts::Direction => "write degrees, or the name of a node that makes them or vectors",
         Accepts::One(Type::Vec2) => "write a pair of numbers, or the name of a node",
+        Accepts::One(Type::Solid) | Accepts::Number => "write a number, or the name of a node",
+        Accepts::One(Type::SolidColor) | Accepts::AnySolid => {
+            "write a number, a colour \"#rrggbb\" or (r, g, b), or the name of a node"
+        }
         _ => "write the name of a node, \"node\" or \"node.port\"",
     }
 }
 
-/// The resolved meaning of a reference.
-pub(super) struct Meaning {
-    pub(super) target: Target,
-    pub(super) declared: Option<Accepts>,
-}
-
 impl Linker<'_> {
-    /// Resolves `name`, written at `part` in `scope`. Errors of the name itself are reported here, others at their own
-    /// places.
-    pub(super) fn resolve(&mut self, scope: usize, part: &SyntaxValue, name: &str) -> Meaning {
-        let mut passed = Vec::new();
-        let target = self.follow((scope, part.clone(), name.to_owned()), &mut passed);
-        // Cache the targets of inputs, since many references may lead through the same inputs.
-        for (scope, input) in passed {
-            self.scopes[scope].resolved[input] = Some(target.clone());
-        }
-        let declared = match self.scopes[scope].names.get(name) {
-            Some(Entity::Input(index)) => self.docs[self.scopes[scope].doc].document.inputs[*index].ty,
-            _ => None,
-        };
-        Meaning { declared: declared.filter(|_| !matches!(target, Target::Broken)), target }
-    }
-
-    /// Follows names until it reaches a node or a literal; adds the inputs on the way to `passed`.
-    fn follow(&mut self, mut at: (usize, SyntaxValue, String), passed: &mut Vec<(usize, usize)>) -> Target {
-        let mut seen = BTreeSet::new();
-        loop {
-            let (scope, part, name) = &at;
-            let first = seen.is_empty();
-            let (node, port) = name.split_once('.').map_or((name.as_str(), None), |(node, port)| (node, Some(port)));
-            let inline = self.inlines.get(&(*scope, part.span())).copied();
-            let (port, named) = (port.filter(|_| inline.is_none()), self.scopes[*scope].names.get(node).copied());
-            let entity = inline.or(named);
-            if !seen.insert((*scope, name.clone())) {
-                let message = format!("`{}` leads back to itself", shorten(name));
-                self.report.push(part.error(Code::Cycle, message));
-                return Target::Broken;
-            }
-            let found = match entity {
-                None => Err(self.unknown_node(*scope, part, node)),
-                Some(Entity::Broken) => return Target::Broken,
-                Some(Entity::Node(flat)) => self.output_of(flat, part, node, port).map(|output| {
-                    let renamed =
-                        port.filter(|_| first).and_then(|port| self.renamed(flat, output, part, (node, port)));
-                    renamed.into_iter().for_each(|warning| self.report.push(warning));
-                    Next::Found(Target::Out { flat, output })
-                }),
-                Some(Entity::Use(child)) => match self.output_of_use(child, part, node, port) {
-                    Ok(Next::Go((inner, from, name))) => Ok(match self.laid_out(child, port, &from) {
-                        Some(flat) => Next::Found(Target::Out { flat, output: 0 }),
-                        None => Next::Go((inner, from, name)),
-                    }),
-                    other => other,
-                },
-                Some(Entity::Each(chooser)) => match self.choosers[chooser].children.first().copied() {
-                    // All instances have the same output names.
-                    Some(child) => {
-                        self.output_of_use(child, part, node, port).map(|_| match self.chosen(chooser, port) {
-                            Some(flat) => Next::Found(Target::Out { flat, output: 0 }),
-                            None => Next::Found(Target::Broken),
-                        })
-                    }
-                    None => return Target::Broken,
-                },
-                Some(Entity::Input(index)) => {
-                    let found = self.input_of(*scope, index, part, node, port);
-                    if found.is_ok() {
-                        passed.push((*scope, index));
-                    }
-                    found
-                }
-            };
-            match found {
-                Ok(Next::Found(target)) => return target,
-                Ok(Next::Go(next)) => at = next,
-                Err(error) => {
-                    if first {
-                        self.report.push(*error);
-                    }
-                    return Target::Broken;
-                }
-            }
-        }
-    }
-
-    fn unknown_node(&self, scope: usize, part: &SyntaxValue, node: &str) -> Box<Diagnostic> {
-        let names = self.scopes[scope].names.keys().map(String::as_str);
-        let error = part.error(Code::UnknownNode, format!("there is no node `{}`", shorten(node)));
-        Box::new(self.report.with_suggestion(error, node, "node", names))
-    }
-
-    fn output_of(
-        &self,
-        flat: usize,
-        part: &SyntaxValue,
-        node: &str,
-        port: Option<&str>,
-    ) -> Result<usize, Box<Diagnostic>> {
-        let outputs = self.flats[flat].info.map_or(&[][..], |info| info.outputs);
-        let Some(port) = port else { return Ok(0) };
-        Output::position(outputs, port).ok_or_else(|| {
-            let names = outputs.iter().map(|output| output.name);
-            self.unknown_port(part, node, port, names)
-        })
-    }
-
-    /// The warning for a reference to an old name of an output.
-    fn renamed(
-        &self,
-        flat: usize,
-        output: usize,
-        part: &SyntaxValue,
-        (node, port): (&str, &str),
-    ) -> Option<Diagnostic> {
-        let info = self.flats[flat].info?;
-        let now = info.outputs.get(output).map(|output| output.name).filter(|now| *now != port)?;
-        let message = format!("the output `{port}` of `{}` is called `{now}` now", info.kind);
-        let written = format!("write `\"{node}.{now}\"`");
-        Some(part.error(Code::Advice, message).help(written).as_warning())
-    }
-
-    fn output_of_use(
-        &self,
-        child: usize,
-        part: &SyntaxValue,
-        node: &str,
-        port: Option<&str>,
-    ) -> Result<Next, Box<Diagnostic>> {
-        let document = &self.docs[self.scopes[child].doc].document;
-        let found = match port {
-            Some(port) => document.output(port),
-            None => document.outputs.first(),
-        };
-        let output = found.ok_or_else(|| {
-            let names = document.outputs.iter().map(|output| output.name.as_str());
-            self.unknown_port(part, node, port.unwrap_or("…"), names)
-        })?;
-        Ok(match output.from.as_ref().map(|from| (from, from.shape())) {
-            Some((from, Shape::Text(name))) => Next::Go((child, from.clone(), name)),
-            _ => Next::Found(Target::Broken),
-        })
-    }
-
-    fn unknown_port<'n>(
-        &self,
-        part: &SyntaxValue,
-        node: &str,
-        port: &str,
-        names: impl IntoIterator<Item = &'n str>,
-    ) -> Box<Diagnostic> {
-        let message = format!("`{}` has no output `{}`", shorten(node), shorten(port));
-        Box::new(self.report.with_suggestion(part.error(Code::UnknownPort, message), port, "output", names))
-    }
-
-    fn input_of(
-        &self,
-        scope: usize,
-        index: usize,
-        part: &SyntaxValue,
-        node: &str,
-        port: Option<&str>,
-    ) -> Result<Next, Box<Diagnostic>> {
-        if let Some(port) = port {
-            let message = format!("`{node}` is an input of the graph; it has no output `{}`", shorten(port));
-            return Err(Box::new(part.error(Code::UnknownPort, message).help(format!("write \"{node}\""))));
-        }
-        if let Some(known) = &self.scopes[scope].resolved[index] {
-            return Ok(Next::Found(known.clone()));
-        }
-        Ok(match &self.scopes[scope].inputs[index] {
-            Bound::Constant(field, part) => Next::Found(Target::Constant(field.clone(), part.clone())),
-            Bound::Pass(flat) => Next::Found(Target::Out { flat: *flat, output: 0 }),
-            Bound::Wire { scope, part, name } => Next::Go((*scope, part.clone(), name.clone())),
-            Bound::Broken => Next::Found(Target::Broken),
-        })
-    }
-
     /// Reads the values at a port into slots; `None` after an error.
     pub(super) fn read_port(
         &mut self,
@@ -297,7 +129,7 @@ impl Linker<'_> {
                 Slot { port, wants, part, target, declared }
             };
             // Parameters inside an inline node are substituted when that node is read.
-            if self.is_node(&item) {
+            if self.is_node(scope, &item) {
                 let place = if port.list { format!("{name}.{index}") } else { name.to_owned() };
                 let inner = format!("{}.{place}", self.local_name(flat));
                 self.add_inline(scope, &inner, &item);
@@ -355,7 +187,8 @@ impl Linker<'_> {
     /// to a node.
     pub(super) fn check_type(&self, scope: usize, slot: &Slot, kind: Option<&str>) -> Option<Diagnostic> {
         let ty = slot.declared.or_else(|| self.type_of(&slot.target).map(Accepts::One))?;
-        if matches!(slot.target, Target::Broken) || ty.fits(slot.wants) {
+        let as_solid = || ty.only().and_then(|ty| slot.wants.solid_of(ty)).is_some() && self.is_constant(&slot.target);
+        if matches!(slot.target, Target::Broken) || ty.fits(slot.wants) || as_solid() {
             return None;
         }
         let written = shorten(slot.part.str());
@@ -401,9 +234,4 @@ impl Linker<'_> {
         self.flats[flat].good = false;
         errors.into_iter().for_each(|(place, error)| self.report.push_value(&place, error));
     }
-}
-
-enum Next {
-    Found(Target),
-    Go((usize, SyntaxValue, String)),
 }

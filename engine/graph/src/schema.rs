@@ -22,12 +22,35 @@ pub const ROOT: &[FieldDecl] = &[
         "The inputs of the graph when another one uses it: `\"field\": Gray(default: 0.5)`.",
         Takes::Value,
     ),
-    FieldDecl::new("nodes", "The nodes: `\"name\": Kind(port: \"node\", parameter: value)`.", Takes::Value),
+    FieldDecl::new(
+        "graphs",
+        "Graphs that the nodes of this file use, each with `inputs`, `params`, `nodes` and `outputs`.",
+        Takes::Value,
+    ),
+    FieldDecl::new(
+        "functions",
+        "Functions for formulas: `\"ridge(x, w)\": \"1 - smoothstep(0, w, abs(x))\"`.",
+        Takes::Value,
+    ),
+    FieldDecl::new(
+        "nodes",
+        "The nodes: `\"name\": Kind(port: \"node\", parameter: value)`, or a formula, `\"name\": \"= a + b\"`.",
+        Takes::Value,
+    ),
     FieldDecl::new(
         "outputs",
         "The pictures to render: `\"height\": \"node.port\"`, or a form such as `File`.",
         Takes::Value,
     ),
+];
+
+/// Fields of a graph that is defined in the file that uses it.
+pub const LOCAL: &[FieldDecl] = &[
+    FieldDecl::new("params", "Values that a `Use` may change.", Takes::Value),
+    FieldDecl::new("presets", "Named sets of values for the parameters.", Takes::Value),
+    FieldDecl::new("inputs", "The inputs that a `Use` gives values.", Takes::Value),
+    FieldDecl::new("nodes", "The nodes. They see the inputs and parameters of this graph only.", Takes::Value),
+    FieldDecl::new("outputs", "The values that a `Use` gives: `\"height\": \"node.port\"`.", Takes::Value),
 ];
 
 /// Fields of the canvas.

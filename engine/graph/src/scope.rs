@@ -1,6 +1,7 @@
 //! Scopes: a graph file, or a use of a sub-graph, with the meanings of its names.
 use super::document::NodeDecl;
 use super::each;
+use super::formula_text::FormulaText;
 use super::linker::{Bound, Entity, Flat, Linker, Port, Scope, Slot};
 use super::params::Params;
 use super::part::{Entry, Shape, SyntaxValue};
@@ -64,6 +65,11 @@ impl<'a> Linker<'a> {
                 self.scopes[scope].names.insert(decl.name.clone(), entity);
             }
         }
+        for output in &doc.document.outputs {
+            if let Some(from) = output.from.as_ref().filter(|from| FormulaText::of(from).is_some()) {
+                self.add_inline(scope, &format!("outputs.{}", output.name), from);
+            }
+        }
         let names: BTreeSet<String> = self.scopes[scope].names.keys().cloned().collect();
         self.scopes[scope].params.nodes = Arc::new(names);
     }
@@ -74,7 +80,7 @@ impl<'a> Linker<'a> {
         let input = &docs[self.scopes[scope].doc].document.inputs[index];
         let Some(ty) = input.ty else { return Some(Bound::Broken) };
         let default = input.default.as_ref()?;
-        if self.is_node(default) {
+        if self.is_node(scope, default) {
             let name = format!("{}.default", input.name);
             self.add_inline(scope, &name, default);
             self.checks.push((scope, Slot::unresolved(Port::Input(input.name.clone()), ty, default.clone())));
@@ -98,6 +104,9 @@ impl<'a> Linker<'a> {
     }
 
     pub(super) fn entity(&mut self, scope: usize, decl: &NodeDecl, args: Cow<'a, [Entry]>) -> Entity {
+        if let Some(formula) = &decl.formula {
+            return self.add_formula(scope, &decl.name, formula);
+        }
         let Some(kind) = &decl.kind else { return Entity::Broken };
         if kind.str() == "Use" {
             return self.declare_use(scope, &decl.name, kind, &args, None).map_or(Entity::Broken, Entity::Use);

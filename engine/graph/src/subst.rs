@@ -5,10 +5,12 @@ use super::read::shorten;
 use super::report::Report;
 use super::ron_text::{number_text, ron_string};
 use crate::diagnostics::{Code, Diagnostic, Span};
-use crate::expression::{self, Fault, Meaning, Names, Value};
+use crate::expression::{self, Fault, Meaning, Names, UserFunction, Value};
+use crate::node;
 use crate::syntax::TokenKind as Kind;
 use std::ops::Range;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// The most values that a problem of an expression refers to.
 const OTHERS: usize = 4;
@@ -63,7 +65,9 @@ pub(super) fn substitute_with(
 }
 
 fn drives(word: &str) -> bool {
-    word.starts_with("\"$") || word.starts_with("\"=")
+    // The text of a raw literal begins after `r`, hashes and the quote.
+    let inside = word.trim_start_matches('r').trim_start_matches('#').strip_prefix('"').unwrap_or_default();
+    inside.starts_with(['$', '='])
 }
 
 /// Returns true if a value contains a parameter or an expression.
@@ -166,11 +170,17 @@ fn too_early(name: &str) -> String {
 }
 
 /// The names in a parameter's expression.
-struct InParams<'p> {
+pub(super) struct InParams<'p> {
     params: &'p Params,
     report: &'p Report,
     /// The places of the outside values that were used.
     spans: Vec<Span>,
+}
+
+impl<'p> InParams<'p> {
+    pub(super) fn new(params: &'p Params, report: &'p Report) -> Self {
+        Self { params, report, spans: Vec::new() }
+    }
 }
 
 /// The canvas names that expressions in parameters can use.
@@ -220,9 +230,20 @@ impl Names for InParams<'_> {
 
     fn instead(&mut self, name: &str) -> Option<(String, String)> {
         let node = name.split('.').next().filter(|node| self.params.nodes.contains(*node))?;
-        let message = format!("`{}` is a node; an expression here is one number for the whole picture", shorten(node));
-        let help = format!("to compute with nodes write `Expression(a: \"{name}\", formula: \"…\")`");
-        Some((message, help))
+        let message = format!("`{}` is a node; a formula here is one value for the whole picture", shorten(node));
+        Some((message, "formulas of nodes stand in ports and in the place of nodes".to_owned()))
+    }
+
+    fn function(&mut self, name: &str) -> Option<Arc<UserFunction>> {
+        self.params.functions.get(name).cloned()
+    }
+
+    fn functions(&self) -> Vec<String> {
+        self.params.functions.keys().cloned().collect()
+    }
+
+    fn in_function(&mut self, name: &str) -> Option<Meaning> {
+        self.name(name)
     }
 
     fn seed(&mut self) -> Option<u64> {
@@ -231,7 +252,14 @@ impl Names for InParams<'_> {
         }
         self.params.facts.map(|facts| facts.seed)
     }
+
+    fn seed_of(&mut self, seed: u64) -> Option<u64> {
+        Some(node::seed_of(self.seed()?, PER_PIECE, seed))
+    }
 }
+
+/// The kind whose numbers `random(i, seed)` gives.
+const PER_PIECE: &str = "RegionRandom";
 
 /// The value of an expression and its origin.
 fn compute(
@@ -240,12 +268,13 @@ fn compute(
     params: &Params,
     report: &Report,
 ) -> Result<(Value, PieceOrigin), Vec<Diagnostic>> {
-    let mut names = InParams { params, report, spans: Vec::new() };
+    let mut names = InParams::new(params, report);
     let value = expression::evaluate(expression, &mut names);
     // In a plain literal, byte positions are shifted by the quote and the equals sign.
     let plain = word.str().len() == expression.len() + 3;
     let place = |fault: Fault| {
-        let inside = (plain && fault.range != (0..expression.len())).then_some((2, &fault.range));
+        let whole = fault.function.is_some() || fault.range == (0..expression.len());
+        let inside = (plain && !whole).then_some((2, &fault.range));
         located(word, &fault, inside)
     };
     let value = value.map_err(|faults| faults.into_iter().map(place).collect::<Vec<_>>())?;
@@ -253,7 +282,7 @@ fn compute(
 }
 
 /// A fault of an expression at its exact place if known, else at `word`.
-fn located(word: &SyntaxValue, fault: &Fault, inside: Option<(usize, &Range<usize>)>) -> Diagnostic {
+pub(super) fn located(word: &SyntaxValue, fault: &Fault, inside: Option<(usize, &Range<usize>)>) -> Diagnostic {
     let mut error = word.error(fault.code, fault.message.clone());
     error.help.clone_from(&fault.help);
     if let Some((offset, range)) = inside {
@@ -280,7 +309,7 @@ pub(super) fn formula(part: &SyntaxValue, params: &Params, report: &mut Report) 
     while let Some(at) = literal[rest..].find('$').map(|at| rest + at) {
         let end = literal[at + 1..].find(|c| !is_name(c)).map_or(literal.len(), |len| at + 1 + len);
         made.run(&literal[rest..at], PieceOrigin { span: part.sub_span(rest, at), copied: true, ..own(part) });
-        let mut names = InParams { params, report, spans: Vec::new() };
+        let mut names = InParams::new(params, report);
         match expression::evaluate(&literal[at..end], &mut names) {
             Ok(value) => {
                 let text = value_text(&value);

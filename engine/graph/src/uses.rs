@@ -40,8 +40,8 @@ impl Linker<'_> {
         let docs = self.docs;
         let outer = &docs[self.scopes[scope].doc];
         let Some(index) = outer.document.import(&import) else {
-            let names: Vec<&str> = outer.document.imports.iter().map(|entry| entry.name.as_str()).collect();
-            let message = format!("there is no import `{}`", read::shorten(&import));
+            let names: Vec<&str> = outer.document.usable().collect();
+            let message = format!("there is no import or local graph `{}`", read::shorten(&import));
             let error = graph.error(Code::UnknownVariant, message);
             match remedy::import_first(self.registry, &import, &names) {
                 Some(help) => self.report.push(error.help(help)),
@@ -119,7 +119,7 @@ impl Linker<'_> {
 
     fn bind(&mut self, scope: usize, child: usize, entry: &Entry, ty: Accepts) -> Bound {
         let port = Port::Input(entry.name.clone());
-        let (part, name) = if self.is_node(&entry.value) {
+        let (part, name) = if self.is_node(scope, &entry.value) {
             let name = format!("{}.{}", self.name_of_use(scope, child), entry.name);
             self.add_inline(scope, &name, &entry.value);
             (entry.value.clone(), name)

@@ -73,10 +73,7 @@ impl Context<'_> {
 
     /// The seed for random numbers, derived from the canvas' seed, the kind and the node's `seed` parameter.
     pub fn seed(&self, seed: u64) -> u64 {
-        let key = Key::of("seed", &[&self.canvas.seed().to_le_bytes(), self.kind.as_bytes(), &seed.to_le_bytes()]);
-        let mut word = [0; 8];
-        word.copy_from_slice(&key.as_bytes()[..8]);
-        u64::from_le_bytes(word)
+        seed_of(self.canvas.seed(), self.kind, seed)
     }
 
     /// Gives a key to a solid that several outputs of the node share but that is not an output itself. So its cuts can
@@ -126,6 +123,14 @@ impl Context<'_> {
     pub fn check(&self) -> Result<(), Stop> {
         self.evaluator.check()
     }
+}
+
+/// The seed for random numbers of a node: of the canvas' seed, the kind and the node's `seed` parameter.
+pub fn seed_of(canvas: u64, kind: &str, seed: u64) -> u64 {
+    let key = Key::of("seed", &[&canvas.to_le_bytes(), kind.as_bytes(), &seed.to_le_bytes()]);
+    let mut word = [0; 8];
+    word.copy_from_slice(&key.as_bytes()[..8]);
+    u64::from_le_bytes(word)
 }
 
 /// The constant field for the default number of a port.

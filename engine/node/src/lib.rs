@@ -48,16 +48,17 @@ mod written;
 pub(crate) use build::Functions;
 pub use build::{Arg, BuildError, Built, DynNode, build, ron_options};
 pub use channels::{MaterialInputs, TakenChannel};
-pub use context::{Call, Context, Outputs};
+pub use context::{Call, Context, Outputs, seed_of};
 pub use facts::CanvasFacts;
 pub use info::{Bounds, Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use param_type::ParamType;
-pub use params::{Color, FilePath, Formula, Linear, Range, Xy, parse_color};
+pub use params::{Color, FilePath, Formula, Linear, Range, Xy};
 pub use port::{
-    AnyField, AnySolid, AnyVector, Direction, EveryField, Gray, IdsField, In, JacobianField, NormalField, PortType,
-    Rgb, SolidColor, SolidNumber, SolidVector, Vec2Field,
+    AnyField, AnySolid, AnyVector, Anywhere, Direction, EveryField, Gray, IdsField, In, JacobianField, NormalField,
+    Number, PortType, Rgb, SolidColor, SolidNumber, SolidVector, Vec2Field,
 };
 pub use shibo_macros::{choice, node};
+pub use shibo_value::parse_color;
 pub use spelling::spell_number;
 pub use written::ParamForm;
 
@@ -107,6 +108,8 @@ pub enum OutputType {
     Like(&'static [&'static str]),
     /// Computed by the node from the types at its ports, see [`Node::type_of_output`].
     Told,
+    /// A colour: `SolidColor` if there is a solid at one of these ports, else `Rgb`.
+    ColorOf(&'static [&'static str]),
     /// The widest type of the solids at these ports: the first type that is not `Solid`, else `Solid`.
     SolidLike(&'static [&'static str]),
 }
@@ -140,6 +143,11 @@ impl Output {
     /// An output whose type the node computes.
     pub const fn told(name: &'static str, doc: &'static str) -> Self {
         Self { name, ty: OutputType::Told, unit: None, former: None, doc }
+    }
+
+    /// An output that is a colour, on the canvas or in space as the values at these ports.
+    pub const fn color_of(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
+        Self { name, ty: OutputType::ColorOf(ports), unit: None, former: None, doc }
     }
 
     /// An output that is a solid of the type of the solids at these ports.

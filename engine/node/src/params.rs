@@ -134,20 +134,6 @@ impl Color {
     }
 }
 
-/// Reads `#rgb` or `#rrggbb`.
-pub fn parse_color(text: &str) -> Option<[f32; 3]> {
-    let digits = text.strip_prefix('#')?;
-    if !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
-        return None;
-    }
-    let byte = |i: usize| match digits.len() {
-        3 => u8::from_str_radix(&digits[i..=i], 16).ok().map(|d| d * 17),
-        6 => u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).ok(),
-        _ => None,
-    };
-    Some(Color::srgb([byte(0)?, byte(1)?, byte(2)?]).0)
-}
-
 struct ColorVisitor;
 
 impl<'de> Visitor<'de> for ColorVisitor {
@@ -158,7 +144,9 @@ impl<'de> Visitor<'de> for ColorVisitor {
     }
 
     fn visit_str<E: Error>(self, v: &str) -> Result<Color, E> {
-        parse_color(v).map(Color).ok_or_else(|| E::custom(format!("`{v}` is not a colour; write \"#rrggbb\"")))
+        crate::value::parse_color(v)
+            .map(Color)
+            .ok_or_else(|| E::custom(format!("`{v}` is not a colour; write \"#rrggbb\"")))
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Color, A::Error> {

@@ -91,6 +91,31 @@ solid_ports! {
     AnySolid = Accepts::AnySolid,
 }
 
+/// A value on the canvas or in space.
+#[derive(Clone, Debug)]
+pub enum Anywhere {
+    /// A field.
+    Field(Field),
+    /// A solid.
+    Solid(Solid),
+}
+
+/// A port for one number on the canvas or in space; accepts a constant number too.
+#[derive(Clone, Copy, Debug)]
+pub struct Number;
+
+impl PortType for Number {
+    const ACCEPTS: Accepts = Accepts::Number;
+    type Got = Anywhere;
+    fn take(value: Value) -> Option<Anywhere> {
+        match value {
+            Value::Field(field) => Some(Anywhere::Field(field)),
+            Value::Solid(solid) => Some(Anywhere::Solid(solid)),
+            _ => None,
+        }
+    }
+}
+
 /// A port. In a node struct, `In<T>` must be connected unless its default is a [`constant`](Self::constant),
 /// `Option<In<T>>` is optional, and `Vec<In<T>>` takes a list.
 #[derive(Debug)]

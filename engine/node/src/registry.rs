@@ -1,5 +1,5 @@
 //! The registry of node kinds.
-use crate::value::{Atlas, Field, Key, Type};
+use crate::value::{Atlas, Field, Key};
 use crate::{Arg, Built, Functions, KindInfo, Node};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -58,13 +58,35 @@ pub struct Registry {
     order: Vec<String>,
     entries: BTreeMap<String, Entry>,
     code: Key,
-    /// Kinds that lay out the fields, materials and ids of instances.
-    layout: Option<[Kind; 3]>,
-    /// Kinds that choose among the fields and the materials of several instances.
-    choice: Option<[Kind; 2]>,
+    /// The kinds that only the engine adds to graphs.
+    internal: BTreeMap<Internal, Kind>,
     /// The function that fills the texels around the charts of an atlas.
     gutters: Option<Gutters>,
     library: Option<Arc<dyn Library>>,
+}
+
+/// The role of a kind that graph files do not name: the engine adds its nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Internal {
+    /// Lays out the fields of an instance. The three kinds that lay out have a port `input` and the parameters `scale`,
+    /// `angle`, `offset` and `pivot`.
+    LayField,
+    /// Lays out the materials of an instance.
+    LayMaterial,
+    /// Lays out the ids of an instance.
+    LayIds,
+    /// Chooses among the fields of several instances. The two kinds that choose have the ports `ids` and `inputs`, a
+    /// list.
+    ChooseField,
+    /// Chooses among the materials of several instances.
+    ChooseMaterial,
+    /// Computes a formula of fields, with a port `inputs`, a list, and the parameters `program`, the text of a compiled
+    /// expression, and `inner`, true if one formula alone reads it.
+    Formula,
+    /// Computes a formula of solids, with the same fields.
+    SolidFormula,
+    /// Takes a channel of a material, with a port `material` and the parameter `channel`.
+    Channel,
 }
 
 /// Fills the texels around the charts of an atlas, so that texture filters read no foreign values there.
@@ -77,8 +99,7 @@ impl Default for Registry {
             order: Vec::new(),
             entries: BTreeMap::new(),
             code: Key::of("code", &[shibo_value::CODE.as_bytes(), crate::CODE.as_bytes()]),
-            layout: None,
-            choice: None,
+            internal: BTreeMap::new(),
             gutters: None,
             library: None,
         }
@@ -107,19 +128,10 @@ impl Registry {
         self
     }
 
-    /// Adds the kinds that lay out fields, materials and ids of instances. All have a port `input` and the parameters
-    /// `scale`, `angle`, `offset` and `pivot`.
+    /// Adds a kind that only the engine adds to graphs.
     #[must_use]
-    pub fn with_layout(mut self, field: Kind, material: Kind, ids: Kind) -> Self {
-        self.layout = Some([field, material, ids]);
-        self
-    }
-
-    /// Adds the kinds that choose among fields and materials of several instances. Both have the ports `ids` and
-    /// `inputs`, a list.
-    #[must_use]
-    pub fn with_choice(mut self, field: Kind, material: Kind) -> Self {
-        self.choice = Some([field, material]);
+    pub fn with_internal(mut self, role: Internal, kind: Kind) -> Self {
+        self.internal.insert(role, kind);
         self
     }
 
@@ -147,28 +159,9 @@ impl Registry {
         self.library.as_deref()
     }
 
-    /// Builds the node that lays out a value of a type; returns its kind too.
-    pub fn lay_out(&self, ty: Type, args: &[(&str, Arg<'_>)]) -> Option<(&str, Built)> {
-        let [field, material, ids] = self.layout.as_ref()?;
-        let kind = match ty {
-            Type::Material => material,
-            Type::Ids => ids,
-            _ => field,
-        };
-        Some((&kind.name, (kind.functions.build)(args)))
-    }
-
-    /// Builds the node that chooses among fields, or among materials; returns its kind too.
-    pub fn choose(&self, material: bool, args: &[(&str, Arg<'_>)]) -> Option<(&str, Built)> {
-        Self::one_of(self.choice.as_ref()?, material, args)
-    }
-
-    fn one_of<'k>(
-        [field, of_material]: &'k [Kind; 2],
-        material: bool,
-        args: &[(&str, Arg<'_>)],
-    ) -> Option<(&'k str, Built)> {
-        let kind = if material { of_material } else { field };
+    /// Builds a node of a kind that only the engine adds to graphs; returns its kind too. `None` if there is none.
+    pub fn internal(&self, role: Internal, args: &[(&str, Arg<'_>)]) -> Option<(&str, Built)> {
+        let kind = self.internal.get(&role)?;
         Some((&kind.name, (kind.functions.build)(args)))
     }
 

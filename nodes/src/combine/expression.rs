@@ -114,8 +114,9 @@ impl Node for Expression {
 
     fn advice(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         let Ok(compiled) = self.outline(canvas.size_mm(), canvas.seed()) else { return Vec::new() };
-        let Ok(program) = compiled.program(&growth(canvas.size_mm()), [false; 2]) else { return Vec::new() };
-        let is_read = |index: usize| program.planes.iter().any(|plane| *plane == PLACES.len() + 4 * index);
+        let planes = compiled.planes();
+        let channels = |index: usize| PLACES.len() + 4 * index..PLACES.len() + 4 * (index + 1);
+        let is_read = |index: usize| planes.iter().any(|plane| channels(index).contains(plane));
         let idle =
             PORTS.iter().zip(self.ports()).enumerate().filter(|(index, (_, port))| port.is_some() && !is_read(*index));
         idle.map(|(_, (name, _))| Problem::new(Code::Advice, format!("the formula does not use `{name}`")).at(*name))

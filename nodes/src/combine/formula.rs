@@ -43,7 +43,7 @@ impl InFormula {
                     Some(format!("write `{name}: \"node\"` beside the formula")),
                 )
             }
-            Port::Something => Meaning::Planes { first, count: 1 },
+            Port::Something => Meaning::Any { first },
             Port::Field(count) => Meaning::Planes { first, count: *count },
             Port::Constant(values) => Meaning::Known(match values[..] {
                 [value] => Value::Number(value),
@@ -67,13 +67,7 @@ impl Names for InFormula {
             let facts = [self.size.x, self.size.y, self.canvas_seed as f64];
             return Some(Meaning::Known(Value::Number(facts[fact])));
         }
-        // The components of an unknown input are not known: accept any.
-        let whole = name.split_once('.').map(|(whole, _)| whole);
-        let unknown = |index: usize| self.ports[index] == Port::Something;
-        match whole.filter(|whole| PORTS.iter().position(|port| port == whole).is_some_and(unknown)) {
-            Some(whole) => self.port(whole),
-            None => self.port(name),
-        }
+        self.port(name)
     }
 
     fn all(&self) -> Vec<String> {

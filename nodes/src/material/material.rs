@@ -2,13 +2,14 @@
 //!
 //! Channels as in the glTF and OpenPBR models. Nothing is computed here. Cost: none.
 use super::channels::with_channels;
-use shibo_node::{CanvasFacts, Context, Fact, MaterialInputs, Node, Output, Outputs};
+use shibo_node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, Output, Outputs};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{self as value, ChannelSet, Stop, Type};
 
 with_channels! {
     /// Combines channels to a material, which is written as one file per channel. Channels that are not connected are
-    /// left out. A normal is not made from the height automatically: connect `HeightToNormal`.
+    /// left out, or taken from the material `from`. A normal is not made from the height automatically: connect
+    /// `HeightToNormal`.
     ///
     /// ```ron
     /// "cells":   Worley(size: 4),
@@ -19,9 +20,15 @@ with_channels! {
     /// "example": Relief(material: "leather", strength: 0.4),
     /// ```
     ///
-    /// Elsewhere: Substance Designer *Output*, *Base Material*; Blender *Principled BSDF*, *Material Output*; Material
-    /// Maker *Static PBR Material*; Unreal *Make Material Attributes*.
-    pub struct Material {}
+    /// `Material(from: "leather", coat: 1)` is `leather` with another coat; all other channels stay.
+    ///
+    /// Elsewhere: Substance Designer *Output*, *Base Material*, *Material Override*; Blender *Principled BSDF*,
+    /// *Material Output*; Material Maker *Static PBR Material*; Unreal *Make Material Attributes*, *Set Material
+    /// Attributes*.
+    pub struct Material {
+        /// A material whose channels are kept where no other is given.
+        from: Option<In<value::Material>>,
+    }
 }
 
 impl Node for Material {
@@ -32,16 +39,23 @@ impl Node for Material {
         if self.connected() != ChannelSet::NONE {
             return Vec::new();
         }
-        let problem = Problem::new(Code::Advice, "no channel is connected; the material is empty");
+        let message = match &self.from {
+            Some(_) => "no channel is given; the material stays as it is",
+            None => "no channel is connected; the material is empty",
+        };
+        let problem = Problem::new(Code::Advice, message);
         vec![problem.help("write for example `base_color: \"#7a4526\", roughness: 0.5`")]
     }
 
-    fn channels(&self, _inputs: &MaterialInputs<'_>) -> ChannelSet {
-        self.connected()
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        inputs.at("from").union(self.connected())
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        Ok(Outputs::one(value::Material::new(self.given(cx)?)))
+        let (old, new) = (cx.get_opt(&self.from)?, self.given(cx)?);
+        let old = old.iter().flat_map(|old| old.channels().iter().cloned());
+        // If a channel is given twice, the first one is kept.
+        Ok(Outputs::one(value::Material::new(new.into_iter().chain(old))))
     }
 }
 
@@ -51,7 +65,7 @@ mod tests {
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, lumps, outputs, port};
     use shibo_node::KindInfo;
-    use shibo_value::{Channel, Value};
+    use shibo_value::{Channel, Field, Value};
 
     #[test]
     fn holds_what_is_connected() {
@@ -67,9 +81,28 @@ mod tests {
     }
 
     #[test]
+    fn replaces_and_adds_channels() {
+        let old = value::Material::new([
+            (Channel::Roughness, Field::constant(Type::Gray, &[0.9])),
+            (Channel::Height, lumps()),
+        ]);
+        let node = Material {
+            from: Some(port(0)),
+            roughness: Some(In::constant(0.25)),
+            coat: Some(In::constant(1.0)),
+            ..Material::default()
+        };
+        let made = outputs(&node, &[old.into()], &canvas()).unwrap();
+        let Some(Value::Material(new)) = made.take("material", true) else { panic!("no material") };
+        let found: Vec<_> = new.channels().iter().map(|(c, field)| (*c, field.as_constant().map(|v| v[0]))).collect();
+        assert_eq!(found, [(Channel::Roughness, Some(0.25)), (Channel::Height, None), (Channel::Coat, Some(1.0))]);
+    }
+
+    #[test]
     fn has_a_port_for_every_channel() {
         let info = KindInfo::of::<Material>("Material");
-        let ports: Vec<_> = info.ports().map(|(field, port)| (field.name.clone(), port.ty)).collect();
+        let ports = info.ports().filter(|(field, _)| field.name != "from");
+        let ports: Vec<_> = ports.map(|(field, port)| (field.name.clone(), port.ty)).collect();
         let channels: Vec<_> = Channel::ALL.iter().map(|c| (c.name().to_owned(), c.ty().into())).collect();
         assert_eq!(ports, channels);
     }

@@ -1,6 +1,7 @@
 //! Materials: named channels of a surface.
 mod adjust_material;
 mod blend_materials;
+mod channel_of;
 mod channels;
 mod dirt;
 mod edge_wear;
@@ -16,6 +17,7 @@ mod worn;
 
 pub use adjust_material::AdjustMaterial;
 pub use blend_materials::BlendMaterials;
+pub use channel_of::ChannelOf;
 pub use dirt::Dirt;
 pub use edge_wear::EdgeWear;
 pub use layer_materials::{Layer, LayerMaterials};

@@ -5,9 +5,10 @@
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::tone::{self as kernel, Interpolation};
-use shibo_node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, Output, Outputs, choice, node};
+use shibo_kernel::wood::solids::Code as SolidCode;
+use shibo_node::{Anywhere, CanvasFacts, Color, Context, Fact, In, Node, Number, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{Field, Halo, Stop, Tile, Type};
+use shibo_value::{Field, Halo, Stop, Tile, Type, Value};
 
 /// Colour space in which colours are mixed.
 #[choice]
@@ -19,7 +20,7 @@ pub enum MixSpace {
     Linear,
 }
 
-/// Colours a field: each number becomes the colour of a ramp at that number.
+/// Colours a field or a solid: each number becomes the colour of a ramp at that number.
 ///
 /// ```ron
 /// "clouds": Fractal(size: 14, kind: Ridged),
@@ -27,12 +28,18 @@ pub enum MixSpace {
 /// "example": GradientMap(input: "wide", stops: [(0.0, "#1d1430"), (0.45, "#8a3b4a"), (0.75, "#e08a4a"), (1.0, "#fff1c9")]),
 /// ```
 ///
+/// ```ron
+/// "clouds": SolidNoise(size: 14, octaves: 5),
+/// "stone": GradientMap(input: "clouds", stops: [(0.2, "#3a2f2a"), (0.5, "#b9a58c"), (0.8, "#f2e9d8")]),
+/// "cut": CutPlane(solid: "stone"),
+/// ```
+///
 /// Elsewhere: Blender *ColorRamp*; Substance Designer *Gradient Map*; Houdini *Ramp*; Material Maker *Colorize*;
 /// Photoshop *Gradient Map*.
 #[node]
 pub struct GradientMap {
     /// The numbers to colour.
-    pub input: In<Gray>,
+    pub input: In<Number>,
     /// Stops of the ramp, `[(0.0, "#rrggbb"), …]`, ascending; 1 to 64 stops. Two stops at the same place make a hard
     /// edge. Before the first and after the last stop the colour is constant.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
@@ -50,7 +57,7 @@ pub struct GradientMap {
 const MOST: usize = 64;
 
 impl Node for GradientMap {
-    const OUTPUTS: &'static [Output] = &[Output::new("color", Type::Rgb, "The colours, scene-linear.")];
+    const OUTPUTS: &'static [Output] = &[Output::color_of("color", &["input"], "The colours, scene-linear.")];
     const FACTS: &'static [Fact] = &[];
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
@@ -72,11 +79,23 @@ impl Node for GradientMap {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let stops: Vec<_> = self.stops.iter().map(|(at, color)| (narrow(*at), color.0)).collect();
         let ramp = kernel::Gradient::new(&stops, self.interpolation, self.space == MixSpace::Oklab);
-        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
-            ramp.apply(input.plane(0), planes3(out));
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(Type::Rgb, [cx.get(&self.input)?], Halo::NONE, fill)))
+        Ok(Outputs::one(match cx.get(&self.input)? {
+            Anywhere::Field(input) => {
+                let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
+                    ramp.apply(input.plane(0), planes3(out));
+                    Ok(())
+                };
+                Value::Field(Field::map(Type::Rgb, [input], Halo::NONE, fill))
+            }
+            Anywhere::Solid(input) => {
+                let code = SolidCode::of_inputs(move |_, inputs, out| {
+                    if let [r, g, b] = out {
+                        ramp.apply(inputs[0].plane(0), [&mut **r, &mut **g, &mut **b]);
+                    }
+                });
+                Value::Solid(code.solid(Type::SolidColor, vec![input]))
+            }
+        }))
     }
 }
 

@@ -8,7 +8,7 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::wood::branch::{Power, blend, blend_all};
 use shibo_kernel::wood::knots::{self, Knot, KnotStyle};
-use shibo_kernel::wood::solids::{Code, constant, places};
+use shibo_kernel::wood::solids::{Code, places};
 use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidNumber, choice, node};
 use shibo_value::diagnostics::{Code as ErrorCode, Problem};
 use shibo_value::{Skeleton, Solid, Stop, Type};
@@ -153,7 +153,9 @@ impl Node for BlendTimes {
         let times = cx.get_all(&self.times)?;
         if self.origin == Origin::Tree {
             let share = Self::share(times.clone());
-            return Ok(Outputs::one(self.tree(times)).with("knots", share).with("bark", constant(0.0)));
+            return Ok(Outputs::one(self.tree(times))
+                .with("knots", share)
+                .with("bark", Solid::constant(Type::Solid, &[0.0])));
         }
         let trunk = if times.len() == 1 { times[0].clone() } else { self.tree(times) };
         let Some(skeleton) = cx.get_opt(&self.skeleton)? else {

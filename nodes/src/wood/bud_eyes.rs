@@ -9,7 +9,7 @@ use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::Noise3;
-use shibo_kernel::wood::solids::{Code, constant, places};
+use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::{Places, Trunk};
 use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidNumber, node};
 use shibo_value::{Skeleton, Solid, Stop, Type};
@@ -154,7 +154,7 @@ impl Node for BudEyes {
             density: narrow(self.density),
         };
         let depth = narrow(self.depth);
-        let crowd = cx.get_opt(&self.crowd)?.unwrap_or_else(|| constant(1.0));
+        let crowd = cx.get_opt(&self.crowd)?.unwrap_or_else(|| Solid::constant(Type::Solid, &[1.0]));
         let code = Code::of_place(move |patch, inputs, out| {
             if let [time, eyes] = out {
                 let read = [inputs[0].plane(0), inputs[1].plane(0)];

@@ -1,10 +1,10 @@
 //! [`MixSolids`]: mixes two solids. Cost: about 1 ns a point.
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::wood::solids::{Code, constant};
+use shibo_kernel::wood::solids::Code;
 use shibo_node::{AnySolid, Context, Fact, In, Node, Output, Outputs, SolidNumber, node};
 use shibo_value::diagnostics::{Code as ErrorCode, Problem};
-use shibo_value::{Solid, Stop};
+use shibo_value::{Solid, Stop, Type};
 
 /// Mixes two solids: `a` where `mask` is 0, `b` where it is 1.
 ///
@@ -42,7 +42,7 @@ impl Node for MixSolids {
             let message = format!("a is {} and b is {}; they must be of the same type", a.ty(), b.ty());
             return Err(Problem::new(ErrorCode::TypeMismatch, message).at("b").into());
         }
-        let mask = cx.get_opt(&self.mask)?.unwrap_or_else(|| constant(narrow(self.amount)));
+        let mask = cx.get_opt(&self.mask)?.unwrap_or_else(|| Solid::constant(Type::Solid, &[narrow(self.amount)]));
         let code = Code::of_inputs(|_, inputs, out| {
             for (c, plane) in out.iter_mut().enumerate() {
                 let (a, b, m) = (inputs[0].plane(c), inputs[1].plane(c), inputs[2].plane(0));

@@ -1,7 +1,7 @@
 //! [`SolidMath`]: arithmetic with solids. Cost: about 1 ns a point.
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::wood::solids::{Code, constant};
+use shibo_kernel::wood::solids::Code;
 use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidNumber, choice, node};
 use shibo_value::{Solid, Stop, Type};
 
@@ -135,7 +135,7 @@ impl Node for SolidMath {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let or = |port: &Option<In<SolidNumber>>, value: f64| {
-            Ok::<Solid, Stop>(cx.get_opt(port)?.unwrap_or_else(|| constant(narrow(value))))
+            Ok::<Solid, Stop>(cx.get_opt(port)?.unwrap_or_else(|| Solid::constant(Type::Solid, &[narrow(value)])))
         };
         let inputs = vec![cx.get(&self.a)?, or(&self.b, self.b_value)?, or(&self.c, self.c_value)?];
         let operation = self.operation;

@@ -331,8 +331,8 @@ impl<'a> Lexer<'a> {
     fn character(&mut self) -> TokenKind {
         let start = self.at;
         let line = self.rest();
-        // RON also allows the unescaped quote: `'''`.
-        let from = if line.starts_with("'''") { 2 } else { 1 };
+        // RON also allows an unescaped quote, `'''`, and an unescaped newline.
+        let from = if line.starts_with("'''") || line.starts_with("'\n'") { 2 } else { 1 };
         let mut escaped = false;
         let close = line[from..].char_indices().take(LONGEST_QUOTE).find(|&(_, c)| {
             let ends = (c == '\'' && !escaped) || c == '\n';

@@ -199,6 +199,7 @@ fn ron_agrees_on_forms_of_values() {
     assert_eq!(compare(GRAPH), Ok(true));
     for good in [
         "1",
+        "'\n'",
         "(1,)",
         "( )",
         "()",

@@ -1,10 +1,10 @@
 //! Nodes without function that have every kind of port and parameter.
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_node::registry::{Family, Kind, Registry};
+use shibo_node::registry::{Family, Internal, Kind, Registry};
 use shibo_node::{
-    AnyField, CanvasFacts, Color, Context, EveryField, FilePath, Formula, Gray, In, Linear, MaterialInputs, Node,
-    Output, Outputs, Range, Rgb, TakenChannel, Vec2Field, Xy,
+    AnyField, AnySolid, CanvasFacts, Color, Context, EveryField, FilePath, Formula, Gray, In, Linear, MaterialInputs,
+    Node, Output, Outputs, Range, Rgb, TakenChannel, Vec2Field, Xy,
 };
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Channel, ChannelSet, Lattice, Material, Points, Stop, Tiling, Type};
@@ -199,6 +199,68 @@ impl Default for Mix {
     }
 }
 node!(Mix, [Output::like("value", &["a", "b"], "Both.")]);
+
+/// A vector.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Flow {}
+node!(Flow, [Output::new("vector", Type::Vec2, "V.")]);
+
+/// A solid of numbers.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Grain {}
+node!(Grain, [Output::new("solid", Type::Solid, "S.")]);
+
+/// A solid of colours.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Dye {}
+node!(Dye, [Output::new("solid", Type::SolidColor, "S.")]);
+
+/// A cut through a solid.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Slice {
+    /// Solid.
+    pub(crate) solid: In<AnySolid>,
+}
+node!(Slice, [Output::like("value", &["solid"], "Cut.")]);
+
+/// Pieces.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Pieces {}
+node!(Pieces, [Output::new("mask", Type::Gray, "M."), Output::new("ids", Type::Ids, "I.")]);
+
+/// Computes a program.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct Program {
+    /// Fields.
+    pub(crate) inputs: Vec<In<EveryField>>,
+    /// Program.
+    pub(crate) program: String,
+    /// Inner.
+    pub(crate) inner: bool,
+}
+node!(Program, [Output::told("value", "The result.")]);
+
+/// Computes a program of solids.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct SolidProgram {
+    /// Solids.
+    pub(crate) inputs: Vec<In<AnySolid>>,
+    /// Program.
+    pub(crate) program: String,
+    /// Inner.
+    pub(crate) inner: bool,
+}
+node!(
+    SolidProgram,
+    [Output::told("value", "The result."), Output::new("vector", Type::SolidVector, "The result as a vector.")]
+);
 
 /// A list.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
@@ -457,6 +519,11 @@ pub(crate) fn registry() -> Registry {
         Kind::of::<Connect>(),
         Kind::of::<Springs>(),
         Kind::of::<Mix>(),
+        Kind::of::<Flow>(),
+        Kind::of::<Grain>(),
+        Kind::of::<Dye>(),
+        Kind::of::<Slice>(),
+        Kind::of::<Pieces>(),
         Kind::of::<Sum>(),
         Kind::of::<Compute>(),
         Kind::of::<Warp>(),
@@ -469,4 +536,7 @@ pub(crate) fn registry() -> Registry {
         Kind::of::<Take>(),
     ];
     Registry::new([Family { name: "Test", doc: "For tests.", kinds }])
+        .with_internal(Internal::Formula, Kind::of::<Program>())
+        .with_internal(Internal::SolidFormula, Kind::of::<SolidProgram>())
+        .with_internal(Internal::Channel, Kind::of::<Take>())
 }

@@ -1,0 +1,181 @@
+//! [`Formula`]: a formula of fields and of the position on the canvas.
+//!
+//! Inputs that are numbers are constants of the program, and fields that the result does not need are not computed. Cost:
+//! O(pixels), 0.1 to 0.2 ns for each operation, 1 to 4 ns for angles, powers, logarithms and noise.
+use super::{fused, not_finite, program};
+use glam::DVec2;
+use shibo_kernel::pointwise::expression as kernel;
+use shibo_node::{CanvasFacts, Context, EveryField, Fact, In, Node, Output, Outputs, node};
+use shibo_value::diagnostics::Problem;
+use shibo_value::expression::{Fault, PlaneOf, Program};
+use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
+use std::any::Any;
+
+/// Computes a formula for every pixel.
+#[node]
+pub(crate) struct Formula {
+    /// The fields that it reads.
+    pub inputs: Vec<In<EveryField>>,
+    /// The program.
+    pub program: String,
+    /// True if one formula alone reads the result, which does not change its values.
+    #[serde(skip_serializing)]
+    pub inner: bool,
+}
+
+/// Increase of each position from one repeat of the canvas to the next.
+fn growth(size: DVec2) -> [[f64; 2]; 4] {
+    [[size.x, 0.0], [0.0, size.y], [1.0, 0.0], [0.0, 1.0]]
+}
+
+/// The type of a field of so many components.
+fn type_of(components: usize) -> Type {
+    match components {
+        1 => Type::Gray,
+        2 => Type::Vec2,
+        3 => Type::Rgb,
+        _ => Type::Jacobian,
+    }
+}
+
+impl Node for Formula {
+    const OUTPUTS: &'static [Output] = &[Output::told("result", "The value of the formula.")];
+    const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
+
+    fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
+        let repeats = program(&self.program).map(|program| program.repeats(&growth(canvas.size_mm())));
+        let [x, y] = repeats.unwrap_or([true; 2]);
+        canvas.tile().and(Tiling { x, y })
+    }
+
+    fn type_of_output(&self, _inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>> {
+        program(&self.program).map(|program| type_of(program.components())).map_err(|problem| vec![problem])
+    }
+
+    fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
+        let fields = cx.get_all(&self.inputs)?;
+        let formula = fused::Formula::fused(program(&self.program)?, &fields, self.inner, formula_of, same);
+        Ok(Outputs::one(field(formula, cx.size_mm(), cx.tiling())?))
+    }
+}
+
+/// The formula that computes a field, if one does.
+fn formula_of(field: &Field) -> Option<&fused::Formula<Field>> {
+    field.source().for_reader()?.downcast_ref::<Source>().map(|source| &source.formula)
+}
+
+/// Returns true if two fields have the same values because they have the same key.
+fn same(a: &Field, b: &Field) -> bool {
+    a.key().is_some() && a.key() == b.key()
+}
+
+/// The field of a formula on a canvas of this size, which tiles as `tile` and the fields that it reads do.
+fn field(formula: fused::Formula<Field>, size: DVec2, mut tile: Tiling) -> Result<Field, Stop> {
+    let fields = &formula.inputs;
+    let compiled = formula.program.known(&|plane| match PlaneOf::number(plane) {
+        PlaneOf::Channel { input, channel } => {
+            fields.get(input)?.as_constant()?.get(channel).map(|value| f64::from(*value))
+        }
+        PlaneOf::Place(_) => None,
+    });
+    let ty = type_of(compiled.components());
+    let [x, y] = compiled.repeats(&growth(size));
+    let problem = |fault: Fault| Problem::new(fault.code, fault.message);
+    let program = compiled.program(&growth(size), [tile.x, tile.y]).map_err(problem)?;
+    if program.planes.is_empty() {
+        let mut values = vec![[0.0]; program.results.len()];
+        let mut out: Vec<&mut [f32]> = values.iter_mut().map(|value| value.as_mut_slice()).collect();
+        kernel::run(&program, &[], &mut out);
+        return Ok(Field::constant(ty, &values.concat()));
+    }
+    tile = tile.and(Tiling { x, y });
+    let mut read: Vec<usize> = Vec::new();
+    let mut planes = Vec::new();
+    for &plane in &program.planes {
+        planes.push(match PlaneOf::number(plane) {
+            PlaneOf::Place(place @ (0 | 1)) => Plane::Place(place, 1.0),
+            PlaneOf::Place(place) => Plane::Place(place % 2, size[place % 2]),
+            PlaneOf::Channel { input, channel } => {
+                let known = read.iter().position(|known| *known == input);
+                let index = known.unwrap_or_else(|| {
+                    read.push(input);
+                    read.len() - 1
+                });
+                Plane::Channel(index, channel)
+            }
+        });
+    }
+    let fields: Vec<Field> = read.into_iter().filter_map(|input| fields.get(input).cloned()).collect();
+    tile = fields.iter().fold(tile, |tile, field| tile.and(field.tiling()));
+    Ok(Field::new(ty, tile, Source { formula, program, planes, fields }))
+}
+
+/// Where the values of a plane come from.
+#[derive(Clone, Copy, Debug)]
+enum Plane {
+    /// The position: along which axis, and how many mm are 1.
+    Place(usize, f64),
+    /// A channel of one of the fields.
+    Channel(usize, usize),
+}
+
+struct Source {
+    formula: fused::Formula<Field>,
+    program: Program,
+    planes: Vec<Plane>,
+    /// The fields that the program reads.
+    fields: Vec<Field>,
+}
+
+impl FieldSource for Source {
+    fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
+        self.fields.iter().map(|field| Read::new(field, grid, window)).collect()
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "fields hold f32")]
+    fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
+        let (grid, window, width) = (out.grid, out.window, out.width());
+        let place = |axis: usize, unit: f64| {
+            let at = |i: usize| {
+                let i = i32::try_from(i).unwrap_or(i32::MAX);
+                (grid.center(window.x + i, window.y + i)[axis] / unit) as f32
+            };
+            match axis {
+                0 => (0..width).map(at).collect::<Vec<_>>().repeat(out.height()),
+                _ => (0..out.height()).flat_map(|row| std::iter::repeat_n(at(row), width)).collect(),
+            }
+        };
+        let made: Vec<Vec<f32>> = self
+            .planes
+            .iter()
+            .map(|plane| match plane {
+                Plane::Place(axis, unit) => place(*axis, *unit),
+                Plane::Channel(..) => Vec::new(),
+            })
+            .collect();
+        let planes: Vec<&[f32]> = self
+            .planes
+            .iter()
+            .zip(&made)
+            .map(|(plane, made)| match plane {
+                Plane::Place(..) => made.as_slice(),
+                Plane::Channel(field, channel) => given.tile(*field).plane(*channel),
+            })
+            .collect();
+        let bad = kernel::run(&self.program, &planes, &mut out.planes_mut());
+        if let Some(pixel) = bad {
+            let [x, y] = [pixel % width, pixel / width].map(|i| i32::try_from(i).unwrap_or(0));
+            let at = grid.center(window.x + x, window.y + y);
+            given.warn(not_finite(&format!("x = {:.3}, y = {:.3}", at.x, at.y)));
+        }
+        Ok(())
+    }
+
+    fn cost(&self) -> Cost {
+        Cost::Pointwise
+    }
+
+    fn for_reader(&self) -> Option<&dyn Any> {
+        Some(self)
+    }
+}

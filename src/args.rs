@@ -1,5 +1,5 @@
 //! The command line.
-use crate::{cache, check, completions, dump, fmt, graph, job, lsp, new, nodes, pack, parts, render, watch};
+use crate::{cache, check, completions, dump, fmt, graph, job, lsp, migrate, new, nodes, pack, parts, render, watch};
 use clap::{Args, Parser, Subcommand};
 use shibo_picture::PartOf;
 use shibo_value::Resolution;
@@ -45,6 +45,8 @@ pub(crate) enum Command {
     Check(check::CheckArgs),
     /// Lay out graph files.
     Fmt(fmt::FmtArgs),
+    /// Rewrite graph files that use kinds of nodes that are gone.
+    Migrate(migrate::MigrateArgs),
     /// List the kinds of nodes, show the manual of one, or search them.
     Nodes(nodes::NodesArgs),
     /// Print what a node makes, as JSON.

@@ -16,10 +16,12 @@ mod environment;
 mod find;
 mod fmt;
 mod graph;
+mod graph_files;
 mod interrupt;
 mod job;
 mod library;
 mod lsp;
+mod migrate;
 mod new;
 mod nodes;
 mod open;
@@ -77,6 +79,7 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::Job(args) => job::run(&args, terminal),
         Command::Check(args) => check::run(&args, terminal),
         Command::Fmt(args) => fmt::run(&args, terminal),
+        Command::Migrate(args) => migrate::run(&args, terminal),
         Command::Nodes(args) => nodes::run(&args, terminal),
         Command::Dump(args) => dump::run(&args, terminal),
         Command::New(args) => new::run(&args, terminal),

@@ -74,7 +74,14 @@ pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
 /// Returns whether a port takes only wires, of one type without literals.
 pub(crate) fn only_wires(port: &PortInfo) -> bool {
     use shibo_value::{Accepts, Type};
-    !matches!(port.ty, Accepts::One(Type::Gray | Type::Rgb) | Accepts::Field | Accepts::EveryField | Accepts::Direction)
+    !matches!(
+        port.ty,
+        Accepts::One(Type::Gray | Type::Rgb)
+            | Accepts::Number
+            | Accepts::Field
+            | Accepts::EveryField
+            | Accepts::Direction
+    )
 }
 
 /// Returns whether a manual marks its subject as deprecated.

@@ -201,8 +201,11 @@ fn function(cx: Cx<'_>, value: &Value, text: &str, at: usize) -> Option<Hover> {
     let end = offset + raw.get(offset..)?.find(|c: char| !part(c)).unwrap_or(raw.len() - offset);
     let word = raw.get(start..end)?;
     let range = value.range.start + start..value.range.start + end;
-    if let Some(known) = described().iter().find(|one| one.name == word) {
-        return Some(Hover { range, markdown: format!("`{}`\n\n{}", known.call, known.doc) });
+    // Functions of one name differ in the number of values.
+    let known = described().iter().filter(|one| one.name == word);
+    let known: Vec<String> = known.map(|one| format!("`{}`\n\n{}", one.call, one.doc)).collect();
+    if !known.is_empty() {
+        return Some(Hover { range, markdown: known.join("\n\n") });
     }
     if word.starts_with('$') || !text.starts_with('=') {
         return None;

@@ -19,6 +19,7 @@ pub mod hover;
 pub mod inlay;
 pub mod lens;
 pub mod manual;
+pub mod migrate;
 mod names;
 pub mod navigate;
 pub mod rename;

@@ -136,6 +136,10 @@ impl<'a> Types<'a> {
         match ty {
             OutputType::Fixed(ty) => Some(Accepts::One(ty)),
             OutputType::Told => None,
+            OutputType::ColorOf(ports) => {
+                let solid = ports.iter().flat_map(|port| at(port)).flatten().any(|ty| ty.fits(Accepts::AnySolid));
+                Some(Accepts::One(if solid { Type::SolidColor } else { Type::Rgb }))
+            }
             OutputType::Like(ports) => {
                 // If one of them is unknown, so is the widest type.
                 let found: Option<Vec<Accepts>> = ports.iter().flat_map(|port| at(port)).collect();
@@ -174,7 +178,7 @@ fn widest(found: &[Accepts], info: &KindInfo, ports: &[&str]) -> Option<Accepts>
         rank = rank.max(match ty {
             Accepts::One(Type::Normal) => 2,
             Accepts::One(Type::Rgb | Type::Picture | Type::SolidColor | Type::SolidVector) => 1,
-            Accepts::One(Type::Gray | Type::Solid) | Accepts::Direction => 0,
+            Accepts::One(Type::Gray | Type::Solid) | Accepts::Direction | Accepts::Number => 0,
             other => return Some(*other),
         });
     }

@@ -80,6 +80,7 @@ fn output_type(output: &Output) -> &'static str {
     match output.ty {
         OutputType::Fixed(ty) => ty.name(),
         OutputType::Like(_) => "Field",
+        OutputType::ColorOf(_) => "Rgb",
         OutputType::Told => "EveryField",
         OutputType::SolidLike(_) => "AnySolid",
     }

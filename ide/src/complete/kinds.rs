@@ -90,6 +90,7 @@ fn main_fits(info: &KindInfo, port: Accepts) -> bool {
         Some(OutputType::Fixed(ty)) => ty.fits(port),
         Some(OutputType::Like(_)) => Type::Gray.fits(port) || Type::Rgb.fits(port) || Type::Normal.fits(port),
         Some(OutputType::SolidLike(_)) => Type::Solid.fits(port) || Type::SolidColor.fits(port),
+        Some(OutputType::ColorOf(_)) => Type::Rgb.fits(port) || Type::SolidColor.fits(port),
         Some(OutputType::Told) => true,
         None => false,
     }

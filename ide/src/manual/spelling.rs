@@ -11,6 +11,7 @@ pub fn output(output: &Output, name: impl Fn(&str) -> String) -> String {
     let ty = match output.ty {
         OutputType::Fixed(ty) => ty.name().to_owned(),
         OutputType::Told => "as the node says".to_owned(),
+        OutputType::ColorOf(_) => "Rgb or SolidColor".to_owned(),
         OutputType::Like(ports) | OutputType::SolidLike(ports) => {
             format!("as {}", ports.iter().map(|port| name(port)).collect::<Vec<_>>().join(", "))
         }

@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Folder of the graphs.
-pub(super) fn graphs() -> PathBuf {
+pub(crate) fn graphs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace").join("graphs")
 }
 
 /// Registry with all nodes and the graphs of the library.
-pub(super) fn registry() -> Registry {
+pub(crate) fn registry() -> Registry {
     shibo_library::registry(std::env::temp_dir().join("shibo-library"))
 }
 

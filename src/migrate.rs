@@ -1,0 +1,87 @@
+//! `shibo migrate`: rewrites graph files from kinds of nodes that are gone.
+use crate::graph_files::{Rewritten, files, read, show_errors, text, written};
+use crate::quit::Quit;
+use crate::terminal::Terminal;
+use crate::{library, report};
+use clap::Args;
+use shibo_ide::migrate::{Change, migrate};
+use shibo_node::registry::Registry;
+use shibo_value::diagnostics::{Code, Diagnostic, SourceMap, Span};
+use std::path::{Path, PathBuf};
+
+const EXAMPLES: &str = "\
+Examples:
+  shibo migrate calf.ron               replace `Math`, `Expression` and others by formulas
+  shibo migrate --dry-run calf.ron     print the new text, and change nothing
+  shibo migrate --check graphs         only list the files that would change; exit code 1 if there are any
+
+Chains of nodes become one formula, and a formula with one reader is written where it is read. Comments stay above what
+they describe, and nothing else moves. Pictures stay the same, except where a warning says otherwise. A file with a
+syntax error is reported, and left alone.";
+
+/// Rewrite graph files that use kinds of nodes that are gone.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct MigrateArgs {
+    /// Graph files, or folders of them.
+    #[arg(value_name = "GRAPH", required = true)]
+    graphs: Vec<PathBuf>,
+    /// Change nothing; print the new texts of the files that would change.
+    #[arg(long, conflicts_with = "check")]
+    dry_run: bool,
+    /// Change nothing; print the files that would change.
+    #[arg(long)]
+    check: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &MigrateArgs, terminal: &Terminal) -> Result<(), Quit> {
+    let registry = library::registry();
+    let (mut good, mut listed, mut texts) = (true, String::new(), Vec::new());
+    for path in files(&args.graphs)? {
+        match read(&path).map_err(Quit::failed).and_then(|bytes| rewrite(&path, bytes, &registry, terminal)) {
+            Ok(text) if text.before == text.after => {}
+            Ok(_) if args.check => listed += &format!("{}\n", path.display()),
+            Ok(text) if args.dry_run => texts.push((path, text.after)),
+            Ok(text) => good &= written(&path, &text, ("rewrote", "rewrite it"), terminal),
+            // The remaining files are rewritten nevertheless.
+            Err(quit) => {
+                quit.code(terminal);
+                good = false;
+            }
+        }
+    }
+    let several = texts.len() > 1;
+    for (path, text) in texts {
+        // A comment, so that each text stays a valid graph.
+        listed += &if several { format!("// {}\n{text}", path.display()) } else { text };
+    }
+    terminal.data(&listed)?;
+    if good && (listed.is_empty() || args.dry_run) { Ok(()) } else { Err(Quit::Shown) }
+}
+
+/// Rewrites the text of a file; shows syntax errors, and warnings.
+fn rewrite(path: &Path, bytes: Vec<u8>, registry: &Registry, terminal: &Terminal) -> Result<Rewritten, Quit> {
+    let before = text(path, bytes)?;
+    match migrate(&before, registry) {
+        Ok(migration) => {
+            show_warnings(path, &before, &migration.warnings, terminal);
+            Ok(Rewritten { before, after: migration.text })
+        }
+        Err(errors) => {
+            show_errors(path, before, &errors, terminal);
+            Err(Quit::Shown)
+        }
+    }
+}
+
+fn show_warnings(path: &Path, text: &str, warnings: &[Change], terminal: &Terminal) {
+    let mut sources = SourceMap::default();
+    let file = sources.add(path, text.to_owned());
+    let located = |warning: &Change| {
+        let span = Span { file, start: warning.range.start, end: warning.range.end };
+        Diagnostic::new(Code::Advice, span, warning.message.clone()).as_warning()
+    };
+    let warnings: Vec<_> = warnings.iter().map(located).collect();
+    report::show(terminal, &warnings, &sources);
+}

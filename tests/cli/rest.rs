@@ -67,7 +67,7 @@ fn the_cache_is_counted_and_emptied() {
 fn the_command_explains_itself() {
     let desk = Desk::new();
     assert!(desk.shibo("--version").expect(0).stdout.starts_with("shibo 0."));
-    for command in ["render", "check", "fmt", "nodes", "dump", "new", "graph", "cache", "completions"] {
+    for command in ["render", "check", "fmt", "migrate", "nodes", "dump", "new", "graph", "cache", "completions"] {
         let ran = desk.run([command, "--help"]).expect(0);
         assert!(ran.stderr.is_empty() && ran.stdout.contains("Usage: shibo"), "{command}");
     }

@@ -14,8 +14,9 @@ use shibo_graph::{LoadOptions, Loaded, load_text};
 use shibo_picture::{header_bytes, join, read_bytes};
 use shibo_value::Value;
 use shibo_value::diagnostics::Diagnostic;
-use shibo_value::expression::{self, Meaning, Names};
+use shibo_value::expression::{self, Compiled, Meaning, Names, UserFunction};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 fn root(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
@@ -81,12 +82,14 @@ impl Names for Any {
         match name {
             "u" => Some(Meaning::Planes { first: 0, count: 1 }),
             "v" => Some(Meaning::Planes { first: 1, count: 3 }),
+            "w" => Some(Meaning::Any { first: 4 }),
+            "ids" => Some(Meaning::Ids { plane: 8 }),
             _ => None,
         }
     }
 
     fn all(&self) -> Vec<String> {
-        vec!["u".into(), "v".into()]
+        vec!["u".into(), "v".into(), "w".into(), "ids".into()]
     }
 
     fn has_words(&self) -> bool {
@@ -95,6 +98,22 @@ impl Names for Any {
 
     fn seed(&mut self) -> Option<u64> {
         Some(7)
+    }
+
+    fn seed_of(&mut self, seed: u64) -> Option<u64> {
+        Some(seed)
+    }
+
+    fn function(&mut self, name: &str) -> Option<Arc<UserFunction>> {
+        let function = |params: &[&str], body: &str| {
+            let params = params.iter().map(|param| (*param).to_owned()).collect();
+            Some(Arc::new(UserFunction { name: name.to_owned(), params, body: body.to_owned() }))
+        };
+        match name {
+            "f" => function(&["x", "w"], "let y = x * w; g(y) + y.x"),
+            "g" => function(&["x"], "luminance(x) + random(x)"),
+            _ => None,
+        }
     }
 }
 
@@ -107,14 +126,26 @@ fn compiles_damaged_expressions() {
         "$c == Off ? random(1) : noise(u * 9, v.y) + fract(sin(360 * u))",
         "max(abs(-1), sqrt(2), pow(2, 0.5), atan(1, 2), min(1, 2)) / 0",
         "$b.y + length($b) + dot(v, $b)",
+        "let p = v.bgr * w.x; let q = f(p, 2); q + random(ids, 3 + 1) * f(w, u)",
+        "rotate((u, 2), 30).yx + from_oklab(oklab(v)).rg * (ids == 4)",
     ];
     let seeds: Vec<Vec<u8>> = seeds.iter().map(|text| text.as_bytes().to_vec()).collect();
     fuzz("expressions", &seeds, 30_000, |input| {
         let text = String::from_utf8_lossy(input);
-        for faults in [expression::compile(&text, &mut Any).err(), expression::evaluate(&text, &mut Any).err()] {
+        expression::names_in(&text);
+        let compiled = expression::compile(&text, &mut Any);
+        if let Ok(compiled) = &compiled
+            && compiled.components() > 0
+        {
+            let text = compiled.encode();
+            assert_eq!(Compiled::decode(&text).map(|decoded| decoded.encode()), Some(text));
+        }
+        for faults in [compiled.err(), expression::evaluate(&text, &mut Any).err()] {
             for fault in faults.into_iter().flatten() {
                 plain(&fault.message);
-                assert!(text.get(fault.range.clone()).is_some(), "{:?} of {text:?}", fault.range);
+                fault.help.as_deref().into_iter().for_each(plain);
+                let inside = fault.function.is_some() || text.get(fault.range.clone()).is_some();
+                assert!(inside, "{:?} of {text:?}", fault.range);
             }
         }
     });

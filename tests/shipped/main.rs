@@ -4,6 +4,7 @@
 #[path = "../support/bless.rs"]
 mod bless;
 mod docs;
+mod formulas;
 #[path = "../support/golden.rs"]
 mod golden;
 mod graphs;

@@ -45,7 +45,7 @@ pub(crate) enum Command {
     Check(check::CheckArgs),
     /// Lay out graph files.
     Fmt(fmt::FmtArgs),
-    /// Rewrite graph files that use kinds of nodes that are gone.
+    /// Rewrite graph files that use kinds of nodes that formulas replace.
     Migrate(migrate::MigrateArgs),
     /// List the kinds of nodes, show the manual of one, or search them.
     Nodes(nodes::NodesArgs),

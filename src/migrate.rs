@@ -1,4 +1,4 @@
-//! `shibo migrate`: rewrites graph files from kinds of nodes that are gone.
+//! `shibo migrate`: rewrites graph files from kinds of nodes that formulas replace.
 use crate::graph_files::{Rewritten, files, read, show_errors, text, written};
 use crate::quit::Quit;
 use crate::terminal::Terminal;
@@ -19,7 +19,7 @@ Chains of nodes become one formula, and a formula with one reader is written whe
 they describe, and nothing else moves. Pictures stay the same, except where a warning says otherwise. A file with a
 syntax error is reported, and left alone.";
 
-/// Rewrite graph files that use kinds of nodes that are gone.
+/// Rewrite graph files that use kinds of nodes that formulas replace.
 #[derive(Args, Debug)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct MigrateArgs {

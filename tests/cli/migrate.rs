@@ -1,4 +1,4 @@
-//! `shibo migrate`: graph files with kinds of nodes that are gone.
+//! `shibo migrate`: graph files with kinds of nodes that formulas replace.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;

@@ -16,6 +16,7 @@ use shibo_ide::{Cx, Section, Workspace, diagnose};
 use shibo_node::registry::Registry;
 use shibo_value::Resolution;
 use shibo_value::diagnostics::{Code, Diagnostic, FileId, SourceMap, Span, to_json};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -86,7 +87,7 @@ fn check(path: &Path, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Qu
     let mut diagnostics = loaded.diagnostics;
     if let Some(graph) = &loaded.graph {
         diagnostics.extend(graph.advice());
-        diagnostics.extend(unused(&loaded.sources, registry));
+        diagnostics.extend(advice(&loaded.sources, registry));
         diagnostics.extend(graph.too_large(u64::from(args.engine.memory) << 20));
         if args.verify {
             diagnostics.extend(verify(graph, args, terminal)?);
@@ -95,21 +96,28 @@ fn check(path: &Path, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Qu
     Ok(Found { diagnostics, sources: loaded.sources })
 }
 
-/// Nodes that no output needs, as in editors.
-fn unused(sources: &SourceMap, registry: Arc<Registry>) -> Vec<Diagnostic> {
+/// Nodes that no output needs, and names that hide others in formulas, as in editors.
+fn advice(sources: &SourceMap, registry: Arc<Registry>) -> Vec<Diagnostic> {
     let Some(source) = sources.sources().first() else { return Vec::new() };
     let mut workspace =
         Workspace::new(registry, Vec::new()).with_import_paths(crate::environment::import_paths().to_vec());
     let file = workspace.open(&source.path, source.text.clone());
-    let entries = file.entries(Section::Nodes);
-    let warning = |index: usize| {
-        let key = entries[index].key.as_ref()?;
-        let span = Span { file: FileId(0), start: key.range.start, end: key.range.end };
-        let message = format!("no output needs `{}`", key.name);
-        let help = format!("leave it out, or call it `_{}` if it shall stay", key.name);
-        Some(Diagnostic::new(Code::Advice, span, message).help(help).as_warning())
-    };
-    diagnose::unused(Cx { world: &workspace, file: &file }).into_iter().filter_map(warning).collect()
+    let at = |range: &Range<usize>| Span { file: FileId(0), start: range.start, end: range.end };
+    let mut found = Vec::new();
+    for graph in file.scopes() {
+        let cx = Cx { world: &workspace, file: &graph };
+        let entries = graph.entries(Section::Nodes);
+        for key in diagnose::unused(cx).into_iter().filter_map(|index| entries[index].key.as_ref()) {
+            let message = format!("no output needs `{}`", key.name);
+            let help = format!("leave it out, or call it `_{}` if it shall stay", key.name);
+            found.push(Diagnostic::new(Code::Advice, at(&key.range), message).help(help).as_warning());
+        }
+        for (range, message) in diagnose::hiding(cx) {
+            let warning = Diagnostic::new(Code::Advice, at(&range), message).help("give it another name");
+            found.push(warning.as_warning());
+        }
+    }
+    found
 }
 
 /// Finds nodes whose result differs the second time. Only this step starts threads and opens caches.

@@ -13,9 +13,13 @@ pub type Swatch = (Range<usize>, [f32; 3]);
 
 /// All colours of a file.
 pub fn swatches(cx: Cx<'_>) -> Vec<Swatch> {
-    let mut colors = Colors { cx, found: Vec::new() };
-    walk(cx, &mut colors);
-    colors.found
+    let mut found = Vec::new();
+    for file in cx.file.scopes() {
+        let mut colors = Colors { cx: cx.with(&file), found: Vec::new() };
+        walk(colors.cx, &mut colors);
+        found.extend(colors.found);
+    }
+    found
 }
 
 /// Formats a colour in the notation used at `range`.

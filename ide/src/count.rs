@@ -13,10 +13,10 @@ impl Habits {
     /// Collects the statistics of some graphs.
     pub fn of<'f>(registry: &Registry, files: impl IntoIterator<Item = &'f File>) -> Self {
         let mut habits = Self::default();
-        for file in files {
+        for file in files.into_iter().flat_map(File::scopes) {
             let alone = Alone(registry, Self::default());
-            let mut counter = Counter { cx: Cx { world: &alone, file }, habits: &mut habits, name: None };
-            walk(Cx { world: &alone, file }, &mut counter);
+            let cx = Cx { world: &alone, file: &file };
+            walk(cx, &mut Counter { cx, habits: &mut habits, name: None });
         }
         habits
     }

@@ -1,4 +1,5 @@
 //! Diagnostics of a graph: errors, warnings and hints.
+use super::capture;
 use super::docs;
 use super::expect::Expect;
 use super::file::Section;
@@ -63,9 +64,18 @@ pub fn by_file(diagnostics: &[Diagnostic], sources: &SourceMap) -> BTreeMap<Path
     found
 }
 
-/// Hints: nodes that no output needs, and uses of deprecated things.
+/// Nodes that no output needs, names that hide others in formulas, and uses of deprecated things.
 pub fn hints(cx: Cx<'_>) -> Vec<Finding> {
+    cx.file.scopes().flat_map(|file| hints_of(cx.with(&file))).collect()
+}
+
+/// Hints of one graph of a file.
+fn hints_of(cx: Cx<'_>) -> Vec<Finding> {
     let mut hints = Vec::new();
+    for (range, message) in hiding(cx) {
+        let help = Some("give it another name".to_owned());
+        hints.push(Finding { severity: Severity::Warning, help, ..hint(range, "advice", message) });
+    }
     let entries = cx.file.entries(Section::Nodes);
     for index in unused(cx) {
         let Some(name) = entries[index].name() else { continue };
@@ -76,6 +86,11 @@ pub fn hints(cx: Cx<'_>) -> Vec<Finding> {
     walk(cx, &mut old);
     hints.extend(old.hints);
     hints
+}
+
+/// Nodes and inputs that hide the position, the canvas or a constant in a formula: the bytes of the name, and a message.
+pub fn hiding(cx: Cx<'_>) -> Vec<(Range<usize>, String)> {
+    capture::hiding(cx)
 }
 
 fn hint(range: Range<usize>, code: &str, message: String) -> Finding {
@@ -91,8 +106,8 @@ fn hint(range: Range<usize>, code: &str, message: String) -> Finding {
     }
 }
 
-/// Entries of `nodes` that no output needs; none if the file has no outputs. Nodes whose name begins with `_` are
-/// exempt.
+/// Entries of `nodes` that no output needs; none if the graph has no outputs. A file does not include its local graphs.
+/// Nodes whose name begins with `_` are exempt.
 pub fn unused(cx: Cx<'_>) -> Vec<usize> {
     let entries = cx.file.entries(Section::Nodes);
     if cx.file.entries(Section::Outputs).is_empty() {

@@ -1,10 +1,12 @@
 //! Values of parameters and expressions in a file, using the defaults of its parameters.
 use super::file::Section;
+use super::functions;
 use super::view::{Shape, Value as Written};
 use super::world::Cx;
 use shibo_node::{parse_color, spell_number};
-use shibo_value::expression::{self, Meaning, Names, Value};
+use shibo_value::expression::{self, Meaning, Names, UserFunction, Value};
 use std::cell::Cell;
+use std::sync::Arc;
 
 /// Maximum depth of defaults that refer to other parameters.
 const DEEPEST: u32 = 16;
@@ -131,6 +133,14 @@ impl Names for InFile<'_, '_> {
 
     fn has_words(&self) -> bool {
         true
+    }
+
+    fn function(&mut self, name: &str) -> Option<Arc<UserFunction>> {
+        functions::find(self.cx, name)?.compiled().map(Arc::new)
+    }
+
+    fn in_function(&mut self, name: &str) -> Option<Meaning> {
+        self.name(name)
     }
 
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a seed is a whole number")]

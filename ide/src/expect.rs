@@ -12,6 +12,8 @@ use shibo_value::Accepts;
 pub(crate) enum Expect<'a> {
     /// The whole file.
     Root,
+    /// A local graph.
+    Local,
     /// A section.
     Section(Section),
     /// An entry of a section.
@@ -56,6 +58,7 @@ impl<'a> Expect<'a> {
         };
         match self {
             Self::Entry(Section::Presets, name) if word.is_empty() => Self::Entry(Section::Presets, name),
+            Self::Entry(Section::Graphs, _) if word.is_empty() => Self::Local,
             Self::Entry(Section::Params, _) => Self::Param(word, None),
             Self::Entry(Section::Inputs, _) => Self::Input(word, None),
             Self::Entry(Section::Outputs, _) => Self::File(word, None),
@@ -73,6 +76,10 @@ impl<'a> Expect<'a> {
         match (self, name) {
             (Self::Root, Some("canvas")) => Self::Canvas(None),
             (Self::Root, Some(name)) => {
+                let section = Section::ALL.into_iter().find(|section| section.key() == name);
+                section.map_or(Self::Any, Self::Section)
+            }
+            (Self::Local, Some(name)) if schema::LOCAL.iter().any(|field| field.name == name) => {
                 let section = Section::ALL.into_iter().find(|section| section.key() == name);
                 section.map_or(Self::Any, Self::Section)
             }
@@ -106,6 +113,7 @@ impl<'a> Expect<'a> {
     fn declared(self) -> (Vec<FieldDecl>, Option<&'a str>) {
         match self {
             Self::Root => (schema::ROOT.to_vec(), None),
+            Self::Local => (schema::LOCAL.to_vec(), None),
             Self::Canvas(name) => (schema::CANVAS.to_vec(), name),
             Self::Layout(name) => (schema::LAYOUT.to_vec(), name),
             Self::Use(_, each, name) => (schema::instance(each), name),

@@ -5,11 +5,20 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// The name of a function in its head, `name(a, b)`.
+pub(crate) fn head_name(head: &str) -> &str {
+    head.split('(').next().unwrap_or_default().trim()
+}
+
 /// A section of a graph file that declares names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Section {
     /// `imports`
     Imports,
+    /// `graphs`
+    Graphs,
+    /// `functions`
+    Functions,
     /// `params`
     Params,
     /// `presets`
@@ -24,12 +33,23 @@ pub enum Section {
 
 impl Section {
     /// All sections.
-    pub const ALL: [Self; 6] = [Self::Imports, Self::Params, Self::Presets, Self::Inputs, Self::Nodes, Self::Outputs];
+    pub const ALL: [Self; 8] = [
+        Self::Imports,
+        Self::Graphs,
+        Self::Functions,
+        Self::Params,
+        Self::Presets,
+        Self::Inputs,
+        Self::Nodes,
+        Self::Outputs,
+    ];
 
     /// Key of the section in the file.
     pub const fn key(self) -> &'static str {
         match self {
             Self::Imports => "imports",
+            Self::Graphs => "graphs",
+            Self::Functions => "functions",
             Self::Params => "params",
             Self::Presets => "presets",
             Self::Inputs => "inputs",
@@ -39,43 +59,132 @@ impl Section {
     }
 }
 
-/// A graph file.
-#[derive(Debug)]
+/// A graph: a file, or a local graph of a file, which is treated like a file with the same text.
+#[derive(Clone, Debug)]
 pub struct File {
     /// Path of the file.
     pub path: PathBuf,
     /// Text of the file.
     pub text: Arc<str>,
     /// Syntax tree, with comments.
-    pub tree: Tree,
+    pub tree: Arc<Tree>,
     /// The text as a value.
-    pub root: Option<Value>,
-    /// Index of each name in its section; the first of equal names.
-    names: HashMap<Section, HashMap<String, usize>>,
+    root: Option<Arc<Value>>,
+    /// The graphs in the file: the file itself, then its local graphs.
+    scopes: Arc<Vec<Scope>>,
+    /// Index of this graph.
+    scope: usize,
+}
+
+/// Index of each name in its section; the first of equal names.
+type Names = HashMap<Section, HashMap<String, usize>>;
+
+/// A graph in a file.
+#[derive(Debug, Default)]
+struct Scope {
+    /// Its name and the index of its entry in `graphs`; `None` for the file itself.
+    local: Option<(String, usize)>,
+    names: Names,
 }
 
 impl File {
     /// Parses a text.
     pub fn new(path: impl Into<PathBuf>, text: impl Into<Arc<str>>) -> Self {
         let text = text.into();
-        let tree = Tree::parse(text.clone());
-        let root = view::read(&tree);
-        let mut file = Self { path: path.into(), text, tree, root, names: HashMap::new() };
-        for section in Section::ALL {
-            let mut names = HashMap::new();
-            for (index, item) in file.entries(section).iter().enumerate() {
-                if let Some(name) = item.name() {
-                    names.entry(name.to_owned()).or_insert(index);
-                }
-            }
-            file.names.insert(section, names);
-        }
+        let tree = Arc::new(Tree::parse(text.clone()));
+        let root = view::read(&tree).map(Arc::new);
+        let mut file = Self { path: path.into(), text, tree, root, scopes: Arc::default(), scope: 0 };
+        let local = |(index, item): (usize, &Item)| {
+            let name = item.name()?.to_owned();
+            Some(Scope { local: Some((name, index)), names: Names::new() })
+        };
+        let whole = file.body().and_then(|body| body.value(Section::Graphs.key())?.body());
+        let locals = whole.map_or(&[][..], |body| &body.items).iter().enumerate().filter_map(local);
+        file.scopes = Arc::new(std::iter::once(Scope::default()).chain(locals).collect());
+        let names: Vec<Names> = file.scopes().map(|scope| scope.index()).collect();
+        let locals = file.scopes.iter().map(|scope| scope.local.clone());
+        let scopes = locals.zip(names).map(|(local, names)| Scope { local, names }).collect();
+        file.scopes = Arc::new(scopes);
         file
     }
 
-    /// The outermost brackets.
+    fn index(&self) -> Names {
+        let of = |section: Section| {
+            let mut names = HashMap::new();
+            for (index, item) in self.entries(section).iter().enumerate() {
+                let name = item.name().map(|name| if section == Section::Functions { head_name(name) } else { name });
+                if let Some(name) = name {
+                    names.entry(name.to_owned()).or_insert(index);
+                }
+            }
+            (section, names)
+        };
+        Section::ALL.into_iter().map(of).collect()
+    }
+
+    /// The whole file.
+    #[must_use]
+    pub fn whole(&self) -> Self {
+        Self { scope: 0, ..self.clone() }
+    }
+
+    /// The graphs in the file: the file itself, then its local graphs.
+    pub fn scopes(&self) -> impl Iterator<Item = Self> + '_ {
+        (0..self.scopes.len()).map(|scope| Self { scope, ..self.clone() })
+    }
+
+    /// The local graph of this name, if this graph may use it: a local graph uses only those before it.
+    pub fn local(&self, name: &str) -> Option<Self> {
+        self.locals().find(|local| local.local_name() == Some(name))
+    }
+
+    /// The local graphs that this graph may use.
+    pub fn locals(&self) -> impl Iterator<Item = Self> + '_ {
+        let end = if self.scope == 0 { self.scopes.len() } else { self.scope };
+        (1..end).map(|scope| Self { scope, ..self.clone() })
+    }
+
+    /// The innermost graph at a position.
+    #[must_use]
+    pub fn scope_at(&self, at: usize) -> Self {
+        let around = |file: &Self| {
+            let inside = file.value().and_then(Value::body).map(Body::inside);
+            inside.is_some_and(|inside| inside.start <= at && at <= inside.end)
+        };
+        self.scopes().skip(1).find(around).unwrap_or_else(|| self.whole())
+    }
+
+    /// Name of a local graph; `None` for a whole file.
+    pub fn local_name(&self) -> Option<&str> {
+        let (name, _) = self.scopes.get(self.scope)?.local.as_ref()?;
+        Some(name)
+    }
+
+    /// True if both are the same graph of the same file.
+    pub fn is_same(&self, other: &Self) -> bool {
+        self.path == other.path && self.scope == other.scope
+    }
+
+    /// The value of this graph: the whole text, or the entry of a local graph.
+    pub fn value(&self) -> Option<&Value> {
+        let root = self.root.as_deref()?;
+        match self.scopes.get(self.scope).and_then(|scope| scope.local.as_ref()) {
+            Some((_, item)) => root.body()?.value(Section::Graphs.key())?.body()?.items.get(*item)?.value.as_ref(),
+            None => Some(root),
+        }
+    }
+
+    /// The outermost brackets of this graph.
     pub fn body(&self) -> Option<&Body> {
-        self.root.as_ref()?.body()
+        self.value()?.body()
+    }
+
+    /// The brackets that have a section: local graphs share the imports, functions and graphs of their file.
+    pub fn home(&self, section: Section) -> Option<&Body> {
+        if matches!(section, Section::Imports | Section::Functions | Section::Graphs) {
+            return self.root.as_deref()?.body();
+        }
+        self.body()
     }
 
     /// Returns whether the top level has `nodes`, which makes it a graph.
@@ -85,7 +194,7 @@ impl File {
 
     /// Brackets of a section.
     pub fn section(&self, section: Section) -> Option<&Body> {
-        self.body()?.value(section.key())?.body()
+        self.home(section)?.value(section.key())?.body()
     }
 
     /// Entries of a section.
@@ -93,9 +202,11 @@ impl File {
         self.section(section).map_or(&[], |body| &body.items)
     }
 
-    /// Index of a name in its section.
+    /// Index of a name in its section; for a function, of its name without brackets.
     pub fn position(&self, section: Section, name: &str) -> Option<usize> {
-        self.names.get(&section)?.get(name).copied()
+        let shared = matches!(section, Section::Imports | Section::Functions | Section::Graphs);
+        let scope = self.scopes.get(if shared { 0 } else { self.scope })?;
+        scope.names.get(&section)?.get(name).copied()
     }
 
     /// Entry of a name in a section.
@@ -103,7 +214,7 @@ impl File {
         self.entries(section).get(self.position(section, name)?)
     }
 
-    /// Names of a section.
+    /// Names of a section; functions with their brackets.
     pub fn names(&self, section: Section) -> impl Iterator<Item = &str> {
         self.entries(section).iter().filter_map(Item::name)
     }

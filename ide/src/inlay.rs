@@ -2,6 +2,7 @@
 use super::evaluate;
 use super::expect::Expect;
 use super::file::Section;
+use super::formula::{FormulaText, Role};
 use super::types::Types;
 use super::view::{Item, Shape, Value};
 use super::walk::{Visit, walk};
@@ -9,6 +10,7 @@ use super::world::Cx;
 use serde::Deserialize;
 use shibo_node::ParamType;
 use shibo_value::Accepts;
+use shibo_value::expression::Value as Known;
 use std::ops::Range;
 
 /// Kinds of hints to show.
@@ -42,9 +44,14 @@ pub struct Inlay {
 
 /// Hints for a part of a file.
 pub fn inlays(cx: Cx<'_>, part: &Range<usize>, shown: InlayKinds) -> Vec<Inlay> {
-    let mut found = Found { cx, types: Types::new(cx), part: part.clone(), shown, inlays: Vec::new() };
-    walk(cx, &mut found);
-    found.inlays
+    let mut inlays = Vec::new();
+    for file in cx.file.scopes() {
+        let cx = cx.with(&file);
+        let mut found = Found { cx, types: Types::new(cx), part: part.clone(), shown, inlays: Vec::new() };
+        walk(cx, &mut found);
+        inlays.extend(found.inlays);
+    }
+    inlays
 }
 
 struct Found<'a> {
@@ -96,6 +103,7 @@ impl<'a> Visit<'a> for Found<'a> {
                 } else if !formula
                     && !matches!(expect, Expect::Note)
                     && let Some(known) = evaluate::value(self.cx, text)
+                    && (!matches!(known, Known::Word(_)) || !is_point(self.cx, expect, value))
                 {
                     self.push(value.range.end, format!(" = {}{unit}", evaluate::spell(&known)), false);
                 }
@@ -103,6 +111,11 @@ impl<'a> Visit<'a> for Found<'a> {
             _ => {}
         }
     }
+}
+
+/// Returns whether a formula may read nodes, so that a word in it is no option.
+fn is_point(cx: Cx<'_>, expect: Expect<'_>, value: &Value) -> bool {
+    FormulaText::of(cx, expect, value).is_some_and(|text| text.role == Role::Point)
 }
 
 /// Default of the parameter in a text, if the default is a text such as a colour.

@@ -25,7 +25,7 @@ pub struct Lens {
     pub name: String,
 }
 
-/// The lenses of a file.
+/// The lenses of a file. Nodes of local graphs have none, because the page shows them where they are used.
 pub fn lenses(cx: Cx<'_>) -> Vec<Lens> {
     let of = |section: Section, acts: &'static [Act]| {
         cx.file.entries(section).iter().filter_map(|item| item.key.as_ref()).flat_map(move |key| {
@@ -42,7 +42,7 @@ pub fn node_at(cx: Cx<'_>, at: usize) -> Option<String> {
         (Section::Outputs, item) => {
             let value = item.value.as_ref()?;
             let from = value.text().or_else(|| cx.file.text_of(value, "from"))?;
-            from.split('.').next().map(str::to_owned)
+            from.split('.').next().filter(|name| !name.starts_with('=')).map(str::to_owned)
         }
         _ => None,
     }

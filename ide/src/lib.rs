@@ -5,6 +5,7 @@
 //! evaluates a picture, reads the environment or knows a protocol.
 #![allow(clippy::disallowed_methods, reason = "no picture that is written is made here")]
 pub mod actions;
+mod capture;
 pub mod colors;
 mod complete;
 mod count;
@@ -14,6 +15,8 @@ mod evaluate;
 mod expect;
 mod file;
 pub mod format;
+mod formula;
+mod functions;
 mod habits;
 pub mod hover;
 pub mod inlay;
@@ -22,6 +25,7 @@ pub mod manual;
 pub mod migrate;
 mod names;
 pub mod navigate;
+mod paths;
 pub mod rename;
 mod signature;
 pub mod structure;

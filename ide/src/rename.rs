@@ -1,12 +1,13 @@
-//! Renames nodes, parameters, inputs, outputs, imports and presets at all their uses.
+//! Renames nodes, parameters, inputs, outputs, imports, presets, functions and local names at all their uses.
+use super::capture;
 use super::file::{File, Section};
+use super::functions;
 use super::names::{Occurrence, Symbol, quote};
 use super::navigate::{Thing, everywhere, thing};
 use super::world::Cx;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 /// Replacement of a range of text.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,24 +27,24 @@ pub fn sort(edits: &mut [Edit]) {
 pub type Edits = BTreeMap<PathBuf, Vec<Edit>>;
 
 /// Range and name of the symbol that can be renamed at a position.
-pub fn prepare(cx: Cx<'_>, file: &Arc<File>, at: usize) -> Result<(Range<usize>, String), String> {
+pub fn prepare(cx: Cx<'_>, file: &File, at: usize) -> Result<(Range<usize>, String), String> {
     let Some((found, thing)) = thing(cx, file, at) else {
         return Err("there is no name of a node, parameter, input, output, preset or import here".to_owned());
     };
-    check_place(&thing)?;
+    check_place(cx, &thing)?;
     let name = name_of(&thing.symbol).to_owned();
     Ok((found.range, name))
 }
 
 /// Edits that rename the symbol at a position everywhere.
-pub fn rename(cx: Cx<'_>, file: &Arc<File>, at: usize, name: &str) -> Result<Edits, String> {
+pub fn rename(cx: Cx<'_>, file: &File, at: usize, name: &str) -> Result<Edits, String> {
     prepare(cx, file, at)?;
     let Some((_, thing)) = thing(cx, file, at) else { return Ok(Edits::new()) };
     check_name(&thing, name)?;
     if name_of(&thing.symbol) == name {
         return Ok(Edits::new());
     }
-    if let Some(clash) = clash(&thing, name) {
+    if let Some(clash) = clash(&thing, name).or_else(|| capture::captured(cx, &thing, name)) {
         return Err(clash);
     }
     let mut edits = Edits::new();
@@ -59,7 +60,7 @@ pub fn rename(cx: Cx<'_>, file: &Arc<File>, at: usize, name: &str) -> Result<Edi
     }
     for ((path, _), places) in escaped {
         let Some((range, says)) = places.first().map(|first| first.literal.clone()) else { continue };
-        let mut says = says;
+        let mut says = says.to_string();
         places.iter().rev().for_each(|place| says.replace_range(place.within.clone(), name));
         edits.entry(path).or_default().push(Edit { range, text: quote(&says) });
     }
@@ -72,6 +73,10 @@ fn name_of(symbol: &Symbol) -> &str {
         Symbol::Node(name)
         | Symbol::Param(name)
         | Symbol::Import(name)
+        | Symbol::Function(name)
+        | Symbol::Local(_, name)
+        | Symbol::GivenFunction(_, name)
+        | Symbol::Part(name)
         | Symbol::Output(name)
         | Symbol::Preset(name)
         | Symbol::Port(_, name)
@@ -83,12 +88,12 @@ fn name_of(symbol: &Symbol) -> &str {
 }
 
 /// Rejects symbols of library graphs, which are read-only, and names without a declaration.
-fn check_place(thing: &Thing) -> Result<(), String> {
+fn check_place(cx: Cx<'_>, thing: &Thing) -> Result<(), String> {
     let name = name_of(&thing.symbol);
     if thing.file.path.to_string_lossy().starts_with("shibo:") {
         return Err(format!("`{name}` belongs to a graph that comes with the program, which cannot be changed"));
     }
-    if super::navigate::declaration(thing).is_none() {
+    if super::navigate::declaration(cx, thing).is_none() {
         return Err(format!("`{name}` is not declared in `{}`", thing.file.path.display()));
     }
     Ok(())
@@ -113,7 +118,11 @@ fn clash(thing: &Thing, name: &str) -> Option<String> {
         }
         Symbol::Node(_) => &[(Section::Nodes, "a node"), (Section::Inputs, "an input")],
         Symbol::Param(_) => &[(Section::Params, "a parameter"), (Section::Inputs, "an input")],
-        Symbol::Import(_) => &[(Section::Imports, "an import")],
+        Symbol::Import(_) => &[(Section::Imports, "an import"), (Section::Graphs, "a graph")],
+        Symbol::Function(_) if functions::is_of_language(name) => {
+            return Some(format!("`{name}` is a function of the language"));
+        }
+        Symbol::Function(_) => &[(Section::Functions, "a function")],
         Symbol::Output(_) => &[(Section::Outputs, "an output")],
         Symbol::Preset(_) => &[(Section::Presets, "a preset")],
         _ => &[],

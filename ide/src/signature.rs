@@ -1,8 +1,10 @@
-//! Signature help: the fields of the node at the cursor.
+//! Signature help: the values of the function at the cursor, or the fields of the node there.
 use super::docs;
 use super::expect::Expect;
+use super::formula::FormulaText;
+use super::functions::{self, Head};
 use super::names::quote;
-use super::walk::trail;
+use super::walk::{Spot, Trail, trail};
 use super::world::Cx;
 use std::ops::Range;
 
@@ -21,7 +23,12 @@ pub struct Signature {
 
 /// Signature of the brackets around a position.
 pub fn signature(cx: Cx<'_>, at: usize) -> Option<Signature> {
+    let file = cx.file.scope_at(at);
+    let cx = cx.with(&file);
     let trail = trail(cx, at);
+    if let Some(call) = call(cx, &trail, at) {
+        return Some(call);
+    }
     let level = trail.levels.iter().rev().find(|level| !describe(level.inside).is_empty())?;
     let fields = describe(level.inside);
     let word = level.value.word().map(|word| cx.file.at(&word)).unwrap_or_default();
@@ -52,6 +59,31 @@ pub fn signature(cx: Cx<'_>, at: usize) -> Option<Signature> {
     let free = || fields.iter().position(|(field, ..)| level.body.get(field).is_none());
     let doc = docs::first_sentence(word, cx.kind(word));
     Some(Signature { label, doc, fields: places, active: active.or_else(free) })
+}
+
+/// Signature of the function in a formula whose brackets contain a position.
+fn call(cx: Cx<'_>, trail: &Trail<'_>, at: usize) -> Option<Signature> {
+    let Spot::Value(expect, value) = trail.spot else { return None };
+    let text = FormulaText::of(cx, expect, value)?;
+    let formula = text.parse();
+    let call = formula.call_at(text.offset(at)?)?;
+    let functions = functions::called(cx, formula.at(&call.name));
+    let endless = |head: &Head, call: &str| head.params.last().is_some_and(|last| &call[last.clone()] == "…");
+    let takes = |call: &str, values: usize| {
+        let head = Head::of(call);
+        head.params.len() >= values || endless(&head, call)
+    };
+    // Functions of one name differ in the number of values.
+    let found = functions.iter().find(|one| takes(&one.call, call.argument + 1)).or(functions.last())?;
+    let head = Head::of(&found.call);
+    let last = head.params.len().checked_sub(1)?;
+    let active = if endless(&head, &found.call) { Some(call.argument.min(last)) } else { Some(call.argument) };
+    Some(Signature {
+        label: found.call.clone(),
+        doc: found.doc.clone(),
+        active: active.filter(|index| *index <= last),
+        fields: head.params.into_iter().map(|range| (range, String::new())).collect(),
+    })
 }
 
 /// Names, types and manuals of the fields of brackets.

@@ -1,8 +1,10 @@
 //! Structure of a file: outline, folding ranges, selection ranges, and links.
-use super::file::Section;
+use super::expect::Expect;
+use super::file::{File, Section};
+use super::formula::FormulaText;
 use super::names::{Symbol, occurrences};
 use super::types::Types;
-use super::view::{Item, Value};
+use super::view::{Item, Value, plain};
 use super::walk::trail;
 use super::world::{Cx, is_use};
 use shibo_value::Accepts;
@@ -30,6 +32,21 @@ pub struct Entry {
 
 /// The outline of a file.
 pub fn outline(cx: Cx<'_>) -> Vec<Entry> {
+    let file = cx.file.whole();
+    let locals: Vec<File> = file.scopes().skip(1).collect();
+    let mut all = sections(cx.with(&file));
+    if let Some(graphs) = all.iter_mut().find(|entry| entry.name == Section::Graphs.key()) {
+        // A local graph has sections of its own.
+        for entry in &mut graphs.children {
+            let own = |local: &&File| local.value().is_some_and(|value| entry.range.end == value.range.end);
+            entry.children = locals.iter().find(own).map_or(Vec::new(), |local| sections(cx.with(local)));
+        }
+    }
+    all
+}
+
+/// The sections of a graph with their entries.
+fn sections(cx: Cx<'_>) -> Vec<Entry> {
     let types = Types::new(cx);
     let Some(body) = cx.file.body() else { return Vec::new() };
     let entry = |item: &Item| {
@@ -61,7 +78,8 @@ fn child(cx: Cx<'_>, types: &Types<'_>, section: Section, item: &Item) -> Option
     let detail = match section {
         Section::Nodes => {
             let ty = types.ports(&key.name).first().and_then(|port| port.ty);
-            ty.map_or(head.to_owned(), |ty| format!("{head} → {}", Accepts::name(ty)))
+            let what = if head.is_empty() { "formula" } else { head };
+            ty.map_or(what.to_owned(), |ty| format!("{what} → {}", Accepts::name(ty)))
         }
         Section::Params | Section::Inputs => head.to_owned(),
         _ => {
@@ -84,12 +102,15 @@ fn child(cx: Cx<'_>, types: &Types<'_>, section: Section, item: &Item) -> Option
 pub fn folds(cx: Cx<'_>) -> Vec<(Range<usize>, bool)> {
     let text = &cx.file.text;
     let mut folds = Vec::new();
-    if let Some(root) = &cx.file.root {
+    let whole = cx.file.whole();
+    if let Some(root) = whole.value() {
         brackets(text, root, &mut folds);
     }
     comments(cx, &mut folds);
-    if let Some(nodes) = cx.file.section(Section::Nodes) {
-        groups(text, &nodes.inside(), &nodes.items, &mut folds);
+    for file in whole.scopes() {
+        if let Some(nodes) = file.section(Section::Nodes) {
+            groups(text, &nodes.inside(), &nodes.items, &mut folds);
+        }
     }
     folds.sort_by_key(|(range, _)| (range.start, range.end));
     folds.dedup();
@@ -167,16 +188,23 @@ pub fn selections(cx: Cx<'_>, at: usize) -> Vec<Range<usize>> {
         let start = before.trim_end_matches(part).len();
         found.push(start..at + after.find(|c: char| !part(c)).unwrap_or(after.len()));
     }
-    let trail = trail(cx, at);
-    if let super::walk::Spot::Value(_, value) = trail.spot {
+    let file = cx.file.whole();
+    let inner = file.scope_at(at);
+    // A position in a local graph has the brackets of the graph around it, and those of the file around these.
+    let trail = trail(cx.with(&inner), at);
+    if let super::walk::Spot::Value(expect, value) = trail.spot {
+        found.extend(parts(cx.with(&inner), expect, value, at));
         // A text that is still being typed has no closing quote.
         let inner = value.range.start + 1..value.range.end.saturating_sub(1);
-        if value.text().is_some() && text.get(inner.clone()).is_some() {
-            found.push(inner);
+        if let Some(says) = value.text() {
+            let inner = plain(text, &value.range, says).unwrap_or(inner);
+            found.extend(Some(inner).filter(|inner| text.get(inner.clone()).is_some()));
         }
         found.push(value.range.clone());
     }
-    for level in trail.levels.iter().rev() {
+    let outer = super::walk::trail(cx.with(&file), at);
+    let around = outer.levels.iter().filter(|_| inner.local_name().is_some());
+    for level in trail.levels.iter().rev().chain(around.rev()) {
         if let Some(item) = level.item {
             found.extend(item.key.as_ref().filter(|key| at <= key.range.end).map(|key| key.range.clone()));
             found.push(item.range.clone());
@@ -198,6 +226,15 @@ pub fn selections(cx: Cx<'_>, at: usize) -> Vec<Range<usize>> {
     nested
 }
 
+/// Ranges of the parts of a formula around a position.
+fn parts<'a>(cx: Cx<'a>, expect: Expect<'a>, value: &'a Value, at: usize) -> Vec<Range<usize>> {
+    let Some(text) = FormulaText::of(cx, expect, value) else { return Vec::new() };
+    let Some(offset) = text.offset(at) else { return Vec::new() };
+    let formula = text.parse();
+    let around = formula.parts().iter().filter(|part| part.range.start <= offset && offset <= part.range.end);
+    around.filter_map(|part| text.in_file(&part.range)).collect()
+}
+
 /// Links from file paths to their files.
 pub fn links(cx: Cx<'_>) -> Vec<(Range<usize>, PathBuf)> {
     let target = |symbol: &Symbol| match symbol {
@@ -205,6 +242,7 @@ pub fn links(cx: Cx<'_>) -> Vec<(Range<usize>, PathBuf)> {
         Symbol::File(name) => Some(cx.file.folder().join(name)).filter(|path| path.is_file()),
         _ => None,
     };
-    let found = occurrences(cx).into_iter().filter_map(|one| Some((one.range.clone(), target(&one.symbol)?)));
+    let all: Vec<_> = cx.file.scopes().flat_map(|file| occurrences(cx.with(&file))).collect();
+    let found = all.into_iter().filter_map(|one| Some((one.range.clone(), target(&one.symbol)?)));
     found.filter(|(_, path)| !path.to_string_lossy().starts_with("shibo:")).collect()
 }

@@ -1,5 +1,5 @@
 //! Values of a graph file with their ranges, for any text; each syntax error affects the smallest possible part.
-use shibo_graph::syntax::{MAX_NESTING, Node, NodeKind, Tree, number};
+use shibo_graph::syntax::{MAX_NESTING, Node, NodeKind, Tree, formula, number};
 use std::ops::Range;
 
 /// A value and its range.
@@ -135,7 +135,10 @@ fn value(node: Node<'_>, depth: usize) -> Option<Value> {
     let mut range = node.range();
     let shape = match node.kind() {
         NodeKind::Text => {
-            let quoted = || node.text().trim_matches('"').to_owned();
+            let quoted = || {
+                let inside = formula::content(node.text()).map(|range| &node.text()[range]);
+                inside.unwrap_or_else(|| node.text().trim_matches('"')).to_owned()
+            };
             Shape::Text(node.string().unwrap_or_else(quoted))
         }
         NodeKind::Number => number(node.text()).map_or(Shape::Other, Shape::Number),
@@ -200,6 +203,7 @@ fn item(node: Node<'_>, depth: usize, items: &mut Vec<Item>) {
 
 /// Range of a text's content between its quotes, if it has no escapes.
 pub(crate) fn plain(text: &str, range: &Range<usize>, says: &str) -> Option<Range<usize>> {
-    let inside = range.start + 1..range.start + 1 + says.len();
-    (text[range.start..].starts_with('"') && text.get(inside.clone()) == Some(says)).then_some(inside)
+    let inside = formula::content(text.get(range.clone())?)?;
+    let inside = range.start + inside.start..range.start + inside.end;
+    (text.get(inside.clone()) == Some(says)).then_some(inside)
 }

@@ -13,15 +13,28 @@ pub(crate) trait Visit<'a> {
     fn value(&mut self, expect: Expect<'a>, value: &'a Value);
 }
 
-/// Visits all keys and values of a file, in the order of the text.
+/// Visits all keys and values of a graph, in the order of the text. A file does not include its local graphs.
 pub(crate) fn walk<'a>(cx: Cx<'a>, visit: &mut dyn Visit<'a>) {
-    if let Some(root) = &cx.file.root {
-        value(cx, Expect::Root, root, visit);
+    let Some(root) = cx.file.value() else { return };
+    if cx.file.local_name().is_none() {
+        visit.value(Expect::Root, root);
     }
+    inner(cx, start(cx), root, visit);
+}
+
+/// Expectation for the value of a graph.
+fn start<'a>(cx: Cx<'a>) -> Expect<'a> {
+    cx.file.local_name().map_or(Expect::Root, |name| Expect::Entry(Section::Graphs, name))
 }
 
 fn value<'a>(cx: Cx<'a>, expect: Expect<'a>, value: &'a Value, visit: &mut dyn Visit<'a>) {
     visit.value(expect, value);
+    if !matches!(expect, Expect::Entry(Section::Graphs, _)) {
+        inner(cx, expect, value, visit);
+    }
+}
+
+fn inner<'a>(cx: Cx<'a>, expect: Expect<'a>, value: &'a Value, visit: &mut dyn Visit<'a>) {
     let Some(body) = value.body() else { return };
     let inside = expect.inside(value, cx);
     for item in &body.items {
@@ -88,11 +101,11 @@ impl<'a> Trail<'a> {
     }
 }
 
-/// Locates a position of a file.
+/// Locates a position of a graph.
 pub(crate) fn trail<'a>(cx: Cx<'a>, at: usize) -> Trail<'a> {
     let mut trail = Trail { levels: Vec::new(), spot: Spot::Between };
-    let Some(root) = &cx.file.root else { return trail };
-    let (mut expect, mut value) = (Expect::Root, root);
+    let Some(root) = cx.file.value() else { return trail };
+    let (mut expect, mut value) = (start(cx), root);
     loop {
         let within = value.body().filter(|body| {
             let inside = body.inside();

@@ -37,6 +37,14 @@ pub struct Cx<'a> {
 }
 
 impl<'a> Cx<'a> {
+    /// Another file in the same world.
+    pub fn with<'b>(self, file: &'b File) -> Cx<'b>
+    where
+        'a: 'b,
+    {
+        Cx { world: self.world, file }
+    }
+
     /// The node kinds.
     pub fn registry(self) -> &'a Registry {
         self.world.registry()
@@ -53,9 +61,12 @@ impl<'a> Cx<'a> {
         self.world.import(&self.file.path, item.value.as_ref()?.text()?)
     }
 
-    /// The graph of an import.
+    /// The graph of an import, or the local graph of that name.
     pub fn imported(self, name: &str) -> Option<Arc<File>> {
-        self.world.file(&self.import_path(name)?)
+        match self.import_path(name) {
+            Some(path) => self.world.file(&path),
+            None => self.file.local(name).map(Arc::new),
+        }
     }
 
     /// The graph of the entry `node`, if that is a `Use` or an `Each`.

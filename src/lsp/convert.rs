@@ -71,6 +71,11 @@ fn token_type(token: Token) -> SemanticTokenType {
         Token::Choice => SemanticTokenType::ENUM_MEMBER,
         Token::Function => SemanticTokenType::MACRO,
         Token::Unit => SemanticTokenType::COMMENT,
+        Token::Number => SemanticTokenType::NUMBER,
+        Token::Operator => SemanticTokenType::OPERATOR,
+        Token::Local => SemanticTokenType::PARAMETER,
+        Token::Place => SemanticTokenType::ENUM_MEMBER,
+        Token::Keyword => SemanticTokenType::KEYWORD,
     }
 }
 
@@ -185,6 +190,8 @@ pub(super) fn symbol_kind(entry: &Entry) -> SymbolKind {
         Some(Section::Presets) => SymbolKind::ENUM_MEMBER,
         Some(Section::Inputs) => SymbolKind::INTERFACE,
         Some(Section::Imports) => SymbolKind::PACKAGE,
+        Some(Section::Graphs) => SymbolKind::MODULE,
+        Some(Section::Functions) => SymbolKind::METHOD,
         Some(Section::Outputs) => SymbolKind::EVENT,
     }
 }

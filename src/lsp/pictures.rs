@@ -220,6 +220,11 @@ impl Pictures for View<'_> {
         self.painter.ask(Wish { subject, text: Some(file.text.clone()), open })
     }
 
+    fn node_in(&self, path: &Path, text: &str, node: &str) -> Option<Evaluated> {
+        let subject = Subject::Node(path.to_owned(), node.to_owned());
+        self.painter.ask(Wish { subject, text: Some(text.into()), open: self.workspace.texts() })
+    }
+
     fn file(&self, path: &Path) -> Option<String> {
         let time = fs::metadata(path).and_then(|metadata| metadata.modified()).ok();
         self.painter.ask(Wish::new(Subject::File(path.to_owned(), time)))?.picture

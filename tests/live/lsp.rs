@@ -172,6 +172,41 @@ fn hovers_show_manual_values_and_pictures() {
 }
 
 #[test]
+fn formulas_have_tokens_and_pictures_of_their_parts() {
+    let text = GRAPH.replace(
+        "  },\n  outputs",
+        "    \"sum\": r#\"= let s = 2 * noise;\n      s + soft\"#,\n    \"last\": \"= 0.5 * noise + u\",\n  },\n  outputs",
+    );
+    let (_folder, path, mut client) = with(&text);
+    let (place, _) = cursor(&text.replacen("noise + u", "noise |+ u", 1));
+    let mut hover = || {
+        let answer = client.at("textDocument/hover", &path, place);
+        answer["contents"]["value"].as_str().unwrap_or_default().to_owned()
+    };
+    assert!(hover().starts_with("`0.5 * noise + u`: `Gray`"), "{}", hover());
+    let shown = (0..200).any(|_| {
+        std::thread::sleep(std::time::Duration::from_millis(50));
+        hover().contains(".png)")
+    });
+    assert!(shown, "{}", hover());
+    let asked = json!({ "textDocument": { "uri": uri(&path) } });
+    let tokens = client.ask("textDocument/semanticTokens/full", &asked);
+    let data = tokens["result"]["data"].as_array().unwrap();
+    // The line after a line break inside of a raw text has tokens, too.
+    let (line, _) = cursor(&text.replacen("s + soft", "|s + soft", 1)).0;
+    let mut at = 0;
+    let lines: Vec<u64> = data
+        .chunks(5)
+        .map(|token| {
+            at += token[0].as_u64().unwrap();
+            at
+        })
+        .collect();
+    assert_eq!(lines.iter().filter(|found| **found == line as u64).count(), 3, "{lines:?}");
+    client.stop();
+}
+
+#[test]
 fn nodes_are_renamed_in_all_files() {
     let (_folder, path, mut client) = with(GRAPH);
     let outer = path.with_file_name("outer.ron");

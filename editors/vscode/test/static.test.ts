@@ -38,7 +38,14 @@ test('the grammar colours a graph', async () => {
   assert.match(scope('  "a": Perlin(size: 3), // end', '3'), /^constant\.numeric/);
   assert.match(scope('  "a": Perlin(size: 3), // end', '// end'), /^comment/);
   assert.match(scope('  "a": Blur(radius: "= $pitch * 2")', '$pitch'), /^variable\.other\.constant/);
+  const formula = '  "a": r#"= let f = lines.ridge(u, 2) * point.x"#,';
+  assert.match(scope(formula, 'let'), /^keyword\.control/);
+  assert.match(scope(formula, 'lines.ridge'), /^support\.function/);
+  assert.match(scope(formula, 'u, 2'), /^support\.variable/);
+  assert.match(scope(formula, 'point.x'), /^support\.variable/);
+  assert.match(scope(formula, '* point'), /^keyword\.operator/);
   assert.match(scope('  nodes: {', 'nodes'), /^keyword/);
+  assert.match(scope('  functions: {', 'functions'), /^keyword/);
   // Every shipped graph ends outside of strings and comments.
   const graphs = resolve(home, '../../graphs');
   for (const name of readdirSync(graphs).filter((file) => file.endsWith('.ron'))) {

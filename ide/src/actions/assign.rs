@@ -56,7 +56,8 @@ pub fn add_preset(cx: Cx<'_>, name: &str, values: &[(String, String)]) -> Result
 
 /// Turns the literal at a position into a parameter; `None` if there is no literal.
 pub fn promote(cx: Cx<'_>, at: usize) -> Option<Vec<Edit>> {
-    refactor::name_literal(cx, at).and_then(|action| action.edits.into_values().next())
+    let file = cx.file.scope_at(at);
+    refactor::name_literal(cx.with(&file), at).and_then(|action| action.edits.into_values().next())
 }
 
 /// Formats a value in the notation of the text that it replaces.

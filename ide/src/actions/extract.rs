@@ -1,6 +1,8 @@
 //! Moves the selected nodes into a new graph file, and uses that graph in their place.
 use super::super::file::Section;
-use super::super::names::{Symbol, occurrences};
+use super::super::formula::{formulas, local_names};
+use super::super::functions::called_by;
+use super::super::names::{Reference, Symbol, occurrences, references};
 use super::super::rename::{Edit, sort};
 use super::super::types::Types;
 use super::super::view::Item;
@@ -41,6 +43,9 @@ pub(super) fn extract(cx: Cx<'_>, selected: &Range<usize>) -> Option<Action> {
     let name = plan.name(last);
     let path = cx.file.folder().join(format!("{name}.ron"));
     let node = free_name(cx.file, &NAMES, &format!("{name}_part"));
+    if formulas(cx).iter().any(|(_, formula)| local_names(formula).any(|local| local == node)) {
+        return None;
+    }
     let mut edits = plan.edits(&name, &node);
     sort(&mut edits);
     let title = format!("Extract {} nodes to the sub-graph `{name}.ron`", plan.moved.len());
@@ -60,7 +65,18 @@ impl<'a> Plan<'a> {
         let body = cx.file.section(Section::Nodes)?;
         let uses_import =
             plan.moved.iter().any(|index| cx.file.head(&body.items[*index]).is_some_and(super::super::world::is_use));
-        (!uses_import && plan.moved.len() < body.items.len()).then_some(plan)
+        let calls_import = occurrences(cx)
+            .iter()
+            .any(|one| matches!(one.symbol, Symbol::GivenFunction(..)) && plan.inside(one.range.start));
+        (!uses_import && !calls_import && !plan.is_hidden() && plan.moved.len() < body.items.len()).then_some(plan)
+    }
+
+    /// Returns whether a local name of a moved formula hides a new input, or a formula has escapes.
+    fn is_hidden(&self) -> bool {
+        formulas(self.cx).iter().any(|(text, formula)| {
+            let hides = local_names(formula).any(|local| self.inputs.values().any(|(new, _)| new == local));
+            text.place.is_none() || (hides && self.inside(text.literal.start))
+        })
     }
 
     fn inside(&self, at: usize) -> bool {
@@ -74,27 +90,24 @@ impl<'a> Plan<'a> {
         let types = Types::new(self.cx);
         (self.inputs, self.params, self.outputs) = Default::default();
         for found in occurrences(self.cx).into_iter().filter(|found| !found.declares) {
-            let inside = self.inside(found.range.start);
-            match &found.symbol {
-                Symbol::Param(name) if inside => drop(self.params.insert(name.clone())),
-                Symbol::Node(name) => {
-                    let index = self.cx.file.position(Section::Nodes, name);
-                    let moves = index.is_some_and(|index| self.moved.contains(&index));
-                    let says = found.literal.1.clone();
-                    match (inside, moves) {
-                        (true, false) => {
-                            let ty = types.of(&says);
-                            let Some(ty) = ty.filter(|ty| default(*ty).is_some()) else { return Some(index) };
-                            let input = self.input_name(&says);
-                            self.inputs.insert(says, (input, ty));
-                        }
-                        (false, true) => {
-                            // Not `node_port`, which may be the file name of a channel.
-                            let output = says.split_once('.').map(|(node, port)| format!("{port}_of_{node}"));
-                            self.outputs.insert(says.clone(), output.unwrap_or(says));
-                        }
-                        _ => {}
-                    }
+            if let (Symbol::Param(name), true) = (&found.symbol, self.inside(found.range.start)) {
+                self.params.insert(name.clone());
+            }
+        }
+        for Reference { node, says, range, .. } in references(self.cx) {
+            let index = self.cx.file.position(Section::Nodes, &node);
+            let moves = index.is_some_and(|index| self.moved.contains(&index));
+            match (self.inside(range.start), moves) {
+                (true, false) => {
+                    let ty = types.of(&says);
+                    let Some(ty) = ty.filter(|ty| default(*ty).is_some()) else { return Some(index) };
+                    let input = self.input_name(&says);
+                    self.inputs.insert(says, (input, ty));
+                }
+                (false, true) => {
+                    // Not `node_port`, which may be the file name of a channel.
+                    let output = says.split_once('.').map(|(node, port)| format!("{port}_of_{node}"));
+                    self.outputs.insert(says.clone(), output.unwrap_or(says));
                 }
                 _ => {}
             }
@@ -151,6 +164,14 @@ impl<'a> Plan<'a> {
             }
             out.push_str("  },\n");
         }
+        let functions = self.functions();
+        if !functions.is_empty() {
+            out.push_str("\n  functions: {\n");
+            for text in functions {
+                let _ = writeln!(out, "    {text},");
+            }
+            out.push_str("  },\n");
+        }
         out.push_str("\n  nodes: {\n");
         let items = file.entries(Section::Nodes);
         for index in &self.moved {
@@ -184,15 +205,27 @@ impl<'a> Plan<'a> {
             .collect()
     }
 
+    /// Declarations of the functions that moved entries call.
+    fn functions(&self) -> Vec<&'a str> {
+        let file = self.cx.file;
+        let found = occurrences(self.cx).into_iter().filter(|found| self.inside(found.range.start));
+        let names = found.filter_map(|found| match found.symbol {
+            Symbol::Function(name) => Some(name),
+            _ => None,
+        });
+        let all = called_by(self.cx, names.collect());
+        let entries = file.entries(Section::Functions).iter().enumerate();
+        entries.filter(|(index, _)| all.contains(index)).map(|(_, item)| file.at(&item.range)).collect()
+    }
+
     /// Text of a moved entry with references replaced by inputs.
     fn rewritten(&self, range: &Range<usize>) -> String {
         let mut edits = Vec::new();
-        for found in occurrences(self.cx).into_iter().filter(|found| !found.declares) {
-            let (literal, says) = &found.literal;
-            let input = self.inputs.get(says).filter(|_| matches!(found.symbol, Symbol::Node(_)));
-            if let Some((input, _)) = input.filter(|_| range.start <= literal.start && literal.end <= range.end) {
-                let range = literal.start - range.start..literal.end - range.start;
-                edits.push(Edit { range, text: format!("\"{input}\"") });
+        for found in references(self.cx) {
+            let input = self.inputs.get(&found.says).filter(|_| range.contains(&found.range.start));
+            if let Some((input, _)) = input {
+                let (place, text) = found.replaced(input);
+                edits.push(Edit { range: place.start - range.start..place.end - range.start, text });
             }
         }
         super::apply(self.cx.file.at(range), &edits)
@@ -216,10 +249,10 @@ impl<'a> Plan<'a> {
                 remove(file, body, item)
             });
         }
-        for found in occurrences(self.cx).into_iter().filter(|f| !f.declares && !self.inside(f.range.start)) {
-            let (literal, says) = &found.literal;
-            if let (Symbol::Node(_), Some(output)) = (&found.symbol, self.outputs.get(says)) {
-                edits.push(Edit { range: literal.clone(), text: format!("\"{node}.{output}\"") });
+        for found in references(self.cx).into_iter().filter(|found| !self.inside(found.range.start)) {
+            if let Some(output) = self.outputs.get(&found.says) {
+                let (range, text) = found.replaced(&format!("{node}.{output}"));
+                edits.push(Edit { range, text });
             }
         }
         edits

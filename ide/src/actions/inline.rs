@@ -1,6 +1,7 @@
 //! Replaces a `Use` by the nodes of its sub-graph.
 use super::super::file::{File, Section};
-use super::super::names::{Symbol, occurrences, quote};
+use super::super::formula::{Role, formulas, literal, local_names, put};
+use super::super::names::{Symbol, occurrences, params_in, quote, references};
 use super::super::rename::{Edit, sort};
 use super::super::view::{Shape, Value};
 use super::super::walk::trail;
@@ -8,15 +9,26 @@ use super::super::world::Cx;
 use super::insert::{add_to, free_name};
 use super::refactor::is_literal;
 use super::{Action, ActionKind, apply};
-use std::collections::BTreeMap;
+use shibo_graph::syntax::formula::{Formula, WordKind, begins};
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 /// Replacement of a parameter of the sub-graph.
 enum Becomes {
-    /// Text for the whole value, and the text for use in an expression, if there is one.
+    /// Text for the whole value, and the text for use in a formula, if there is one.
     Text(String, Option<String>),
     /// A parameter of the outer graph.
     Param(String),
+}
+
+/// A value in the outer graph.
+enum Term {
+    /// A path.
+    Path(String),
+    /// A formula without its equals sign.
+    Formula(String),
+    /// Another literal, such as a colour.
+    Literal(String),
 }
 
 /// Returns the action if the `Use` at a position can be inlined.
@@ -32,9 +44,11 @@ pub(super) fn inline(cx: Cx<'_>, at: usize) -> Option<Action> {
     let plain = args.items.iter().all(|arg| matches!(arg.name(), Some("graph" | "with" | "note")));
     let import = cx.file.text_of(value, "graph")?;
     let inner = cx.imported(import)?;
-    let reads_files =
-        occurrences(Cx { world: cx.world, file: &inner }).iter().any(|o| matches!(o.symbol, Symbol::File(_)));
-    if !plain || reads_files || !inner.entries(Section::Imports).is_empty() {
+    // A local graph shares the imports, graphs and functions of its file.
+    let is_local = inner.local_name().is_some();
+    let shares = |section: Section| is_local || inner.entries(section).is_empty();
+    let reads_files = occurrences(cx.with(&inner)).iter().any(|o| matches!(o.symbol, Symbol::File(_)));
+    if !plain || (reads_files && !is_local) || !shares(Section::Imports) || !shares(Section::Graphs) {
         return None;
     }
     let given: BTreeMap<&str, &Value> = args
@@ -42,11 +56,12 @@ pub(super) fn inline(cx: Cx<'_>, at: usize) -> Option<Action> {
         .and_then(Value::body)
         .map(|body| body.items.iter().filter_map(|i| Some((i.name()?, i.value.as_ref()?))).collect())
         .unwrap_or_default();
-    let job = Job { cx, name, inner: &inner, given };
+    let prefix = if is_local { String::new() } else { format!("{import}.") };
+    let job = Job { cx, name, inner: &inner, given, prefix };
     let (params, mut edits) = job.params();
     let nodes = job.nodes(&params)?;
     edits.push(Edit { range: item.range.clone(), text: nodes });
-    edits.extend(job.readers());
+    edits.extend(job.readers(&params)?);
     sort(&mut edits);
     let title = format!("Put the nodes of `{import}` in the place of `{name}`");
     Some(Action::new(title, ActionKind::Inline, cx.file, edits))
@@ -57,11 +72,15 @@ struct Job<'a, 'f> {
     name: &'a str,
     inner: &'f File,
     given: BTreeMap<&'a str, &'a Value>,
+    /// Text before the names of the sub-graph's functions.
+    prefix: String,
 }
+
+type Params = BTreeMap<String, Becomes>;
 
 impl Job<'_, '_> {
     fn inner(&self) -> Cx<'_> {
-        Cx { world: self.cx.world, file: self.inner }
+        self.cx.with(self.inner)
     }
 
     /// Name of a sub-graph node in the outer graph.
@@ -70,7 +89,7 @@ impl Job<'_, '_> {
     }
 
     /// Replacements of the parameters, and edits that declare new parameters.
-    fn params(&self) -> (BTreeMap<String, Becomes>, Vec<Edit>) {
+    fn params(&self) -> (Params, Vec<Edit>) {
         let mut params = BTreeMap::new();
         let mut declared = Vec::new();
         for item in self.inner.entries(Section::Params) {
@@ -101,7 +120,7 @@ impl Job<'_, '_> {
             .into_iter()
             .map(|(item, new, text, follows)| {
                 let default = match follows {
-                    Some(Shape::Text(says)) => self.with_params(&says, &params),
+                    Some(Shape::Text(says)) => self.with_params(&says, &params).unwrap_or(text),
                     _ => text,
                 };
                 let within = |range: &Range<usize>| range.start - item.range.start..range.end - item.range.start;
@@ -127,71 +146,128 @@ impl Job<'_, '_> {
         (params, edits)
     }
 
-    /// Returns whether a per-pixel formula reads a parameter. An expression in a formula would be evaluated again, with
-    /// another precision.
-    fn in_formula(&self, name: &str) -> bool {
-        occurrences(self.inner()).iter().any(|found| {
-            matches!(&found.symbol, Symbol::Param(param) if param == name) && !found.literal.1.starts_with(['$', '='])
-        })
-    }
-
     /// Text of the nodes with new names, and with parameters and inputs replaced by values.
-    fn nodes(&self, params: &BTreeMap<String, Becomes>) -> Option<String> {
+    fn nodes(&self, params: &Params) -> Option<String> {
         let body = self.inner.section(Section::Nodes)?;
         let (first, last) = (body.items.first()?, body.items.last()?);
         let whole = first.range.start..last.range.end;
         let mut edits: BTreeMap<usize, Edit> = BTreeMap::new();
+        let mut add = |place: &Range<usize>, text: String| {
+            let range = place.start - whole.start..place.end - whole.start;
+            edits.insert(range.start, Edit { range, text });
+        };
+        let inside = |place: &Range<usize>| whole.start <= place.start && place.end <= whole.end;
+        let formulas = formulas(self.inner());
+        for (text, _) in formulas.iter().filter(|(text, _)| inside(&text.literal) && text.role != Role::OfNode) {
+            let formula = self.translated(text.says(), text.role, params)?;
+            match &text.place {
+                Some(_) => add(&text.in_file(&(0..text.says().len()))?, formula),
+                None => add(&text.literal, quote(&format!("={formula}"))),
+            }
+        }
+        let translated = formulas.iter().filter(|(text, _)| text.role != Role::OfNode);
+        let translated: BTreeSet<usize> = translated.map(|(text, _)| text.literal.start).collect();
         for found in occurrences(self.inner()) {
             let (literal, says) = &found.literal;
-            if !(whole.start <= literal.start && literal.end <= whole.end) {
+            if !inside(literal) || translated.contains(&literal.start) {
                 continue;
             }
-            let at = literal.start - whole.start..literal.end - whole.start;
             let text = match &found.symbol {
                 Symbol::Node(name) if found.declares => quote(&self.node(name)),
-                Symbol::Node(name) => self.reference(name, says)?,
-                Symbol::Param(_) => self.with_params(says, params),
+                Symbol::Node(name) => wire(&self.term(name, params)?, &says[found.within.end..])?,
+                Symbol::Param(_) => self.with_params(says, params)?,
                 _ => continue,
             };
-            edits.insert(at.start, Edit { range: at, text });
+            add(literal, text);
         }
         let text = apply(self.inner.at(&whole), &edits.into_values().collect::<Vec<_>>());
         // Formulas in node parameters are handled like expressions.
         (!text.contains("\"$$")).then_some(text)
     }
 
-    /// Translates a reference of the sub-graph, to a node or to the argument of an input.
-    fn reference(&self, name: &str, says: &str) -> Option<String> {
+    /// The value of a node or an input of the sub-graph, in the outer graph.
+    fn term(&self, name: &str, params: &Params) -> Option<Term> {
         if self.inner.entry(Section::Nodes, name).is_some() {
-            return Some(quote(&says.replacen(name, &self.node(name), 1)));
+            return Some(Term::Path(self.node(name)));
         }
-        let value = self.given.get(name).copied().map(|value| (value, self.cx.file));
+        if let Some(value) = self.given.get(name) {
+            return Some(term_of(self.cx.file, value));
+        }
         let item = self.inner.entry(Section::Inputs, name)?;
-        let default = item.value.as_ref().and_then(|v| v.body()?.value("default")).map(|value| (value, self.inner));
-        let (value, file) = value.or(default)?;
-        match (&value.shape, std::ptr::eq(file, self.inner)) {
+        let default = item.value.as_ref()?.body()?.value("default")?;
+        match term_of(self.inner, default) {
             // The default of the input is a node of the sub-graph.
-            (Shape::Text(says), true) if !says.starts_with(['#', '$', '=']) => {
-                let node = says.split('.').next()?;
-                Some(quote(&says.replacen(node, &self.node(node), 1)))
+            Term::Path(path) => {
+                let end = path.find('.').unwrap_or(path.len());
+                self.inner.entry(Section::Nodes, &path[..end])?;
+                Some(Term::Path(format!("{}{}", self.node(&path[..end]), &path[end..])))
             }
-            (Shape::Call { .. }, true) => None,
-            _ => Some(file.at(&value.range).to_owned()),
+            Term::Formula(formula) => Some(Term::Formula(self.translated(&formula, Role::Point, params)?)),
+            Term::Literal(_) if matches!(default.shape, Shape::Call { .. }) => None,
+            Term::Literal(text) if text.contains('$') => {
+                Some(Term::Literal(self.with_params(default.text()?, params)?))
+            }
+            literal => Some(literal),
         }
     }
 
+    /// A formula of the sub-graph as one of the outer graph.
+    fn translated(&self, says: &str, role: Role<'_>, params: &Params) -> Option<String> {
+        let formula = Formula::parse(says);
+        let (mut out, mut definitions) = (says.to_owned(), String::new());
+        for (index, word) in formula.words().iter().enumerate().rev() {
+            let text = formula.word(index);
+            let first = text.split('.').next()?;
+            let is_value = [Section::Nodes, Section::Inputs].iter().any(|s| self.inner.entry(*s, first).is_some());
+            let free = word.kind == WordKind::Name && formula.local(first, word.range.start).is_none();
+            let new = match word.kind {
+                WordKind::Param => {
+                    let becomes = match params.get(&first[1..]) {
+                        Some(Becomes::Text(_, Some(text))) if text.starts_with('-') => format!("({text})"),
+                        Some(Becomes::Text(_, Some(text))) => text.clone(),
+                        Some(Becomes::Text(_, None)) => return None,
+                        Some(Becomes::Param(new)) => format!("${new}"),
+                        None => continue,
+                    };
+                    format!("{becomes}{}", &text[first.len()..])
+                }
+                WordKind::Name if formula.is_call(index) => {
+                    let own = self.inner.position(Section::Functions, text).is_some();
+                    format!("{}{text}", if own { self.prefix.as_str() } else { "" })
+                }
+                WordKind::Name if free && is_value && role == Role::Point => {
+                    let (before, new) = inside(&formula, index, first.len(), &self.term(first, params)?)?;
+                    // A value that is read twice needs its definitions once.
+                    if !definitions.contains(&before) {
+                        definitions.insert_str(0, &before);
+                    }
+                    new
+                }
+                _ => continue,
+            };
+            out.replace_range(word.range.clone(), &new);
+        }
+        if !definitions.is_empty() {
+            let blank = out.len() - out.trim_start().len();
+            out.insert_str(blank, &definitions);
+        }
+        Some(out)
+    }
+
     /// Replaces the parameters in a text by values.
-    fn with_params(&self, says: &str, params: &BTreeMap<String, Becomes>) -> String {
-        if let Some(name) = says.strip_prefix('$')
-            && let Some(becomes) = params.get(name)
-        {
-            return match becomes {
+    fn with_params(&self, says: &str, params: &Params) -> Option<String> {
+        if let Some(becomes) = says.strip_prefix('$').and_then(|name| params.get(name)) {
+            return Some(match becomes {
                 Becomes::Text(text, _) => text.clone(),
                 Becomes::Param(new) => format!("\"${new}\""),
-            };
+            });
+        }
+        if let Some(begin) = begins(says) {
+            let formula = self.translated(&says[begin..], Role::Value, params)?;
+            return Some(quote(&format!("={formula}")));
         }
         let mut out = says.to_owned();
-        for range in super::super::names::params_in(says).into_iter().rev() {
+        for range in params_in(says).into_iter().rev() {
             let text = match params.get(&says[range.clone()]) {
                 Some(Becomes::Text(_, Some(text))) => text.clone(),
                 Some(Becomes::Param(new)) => format!("${new}"),
@@ -199,29 +275,107 @@ impl Job<'_, '_> {
             };
             out.replace_range(range.start - 1..range.end, &text);
         }
-        quote(&out)
+        Some(quote(&out))
     }
 
-    /// Redirects readers of the outputs of the `Use` to the nodes.
-    fn readers(&self) -> Vec<Edit> {
+    /// Returns whether a per-pixel formula of a node reads a parameter. An expression in it would be evaluated again, with
+    /// another precision.
+    fn in_formula(&self, name: &str) -> bool {
+        occurrences(self.inner()).iter().any(|found| {
+            matches!(&found.symbol, Symbol::Param(param) if param == name) && !found.literal.1.starts_with(['$', '='])
+        })
+    }
+
+    /// The value of an output of the `Use`.
+    fn output(&self, name: Option<&str>, params: &Params) -> Option<Term> {
+        let item = match name {
+            Some(name) => self.inner.entry(Section::Outputs, name),
+            None => self.inner.entries(Section::Outputs).first(),
+        };
+        let value = item?.value.as_ref()?;
+        let from = value.text().or_else(|| self.inner.text_of(value, "from"))?;
+        if let Some(begin) = begins(from) {
+            return Some(Term::Formula(self.translated(&from[begin..], Role::Point, params)?));
+        }
+        let end = from.find('.').unwrap_or(from.len());
+        match self.term(&from[..end], params)? {
+            Term::Path(path) => Some(Term::Path(format!("{path}{}", &from[end..]))),
+            term if end == from.len() => Some(term),
+            _ => None,
+        }
+    }
+
+    /// Redirects readers of the outputs of the `Use` to the nodes. `None` if one of them cannot read the value.
+    fn readers(&self, params: &Params) -> Option<Vec<Edit>> {
+        let formulas = formulas(self.cx);
         let mut edits = Vec::new();
-        for found in occurrences(self.cx).into_iter().filter(|found| !found.declares) {
+        for found in references(self.cx).into_iter().filter(|found| found.node == self.name) {
             let (literal, says) = &found.literal;
-            let Symbol::Node(name) = &found.symbol else { continue };
-            if name != self.name {
-                continue;
-            }
-            let output = says.split_once('.').map(|(_, output)| output);
-            let item = match output {
-                Some(output) => self.inner.entry(Section::Outputs, output),
-                None => self.inner.entries(Section::Outputs).first(),
-            };
-            let value = item.and_then(|item| item.value.as_ref());
-            let from = value.and_then(|v| v.text().or_else(|| self.inner.text_of(v, "from")));
-            if let Some(text) = from.and_then(|from| self.reference(from.split('.').next()?, from)) {
-                edits.push(Edit { range: literal.clone(), text });
+            let term = self.output(found.says.split_once('.').map(|(_, output)| output), params)?;
+            match formulas.iter().find(|(text, _)| text.literal == *literal) {
+                Some((text, formula)) => {
+                    let word = formula.word_at(text.offset(found.range.start)?)?;
+                    let (before, new) = inside(formula, word, found.within.len(), &term)?;
+                    let start = text.in_file(&formula.words().first()?.range)?.start;
+                    edits.push(Edit { range: text.in_file(&formula.words()[word].range)?, text: new });
+                    let before = Edit { range: start..start, text: before };
+                    if !before.text.is_empty() && !edits.contains(&before) {
+                        edits.push(before);
+                    }
+                }
+                None => {
+                    let text = wire(&term, &says[found.within.end..])?;
+                    edits.push(Edit { range: literal.clone(), text });
+                }
             }
         }
-        edits
+        Some(edits)
+    }
+}
+
+/// The value that is written in a file.
+fn term_of(file: &File, value: &Value) -> Term {
+    match &value.shape {
+        Shape::Text(says) if !says.starts_with(['#', '$', '=']) => Term::Path(says.clone()),
+        Shape::Text(says) => match begins(says) {
+            Some(begin) => Term::Formula(says[begin..].trim().to_owned()),
+            None => Term::Literal(file.at(&value.range).to_owned()),
+        },
+        _ => Term::Literal(file.at(&value.range).to_owned()),
+    }
+}
+
+/// The literal of a wire that takes a value, or the part of it after `rest`.
+fn wire(term: &Term, rest: &str) -> Option<String> {
+    match term {
+        Term::Path(path) => Some(quote(&format!("{path}{rest}"))),
+        Term::Formula(formula) if rest.is_empty() => Some(literal(formula)),
+        Term::Formula(formula) => {
+            let hole = format!("hole{rest}");
+            let put = put(&Formula::parse(&hole), 0, "hole".len(), formula)?;
+            Some(literal(&format!("{}{}", put.definitions, put.text)))
+        }
+        Term::Literal(text) => rest.is_empty().then(|| text.clone()),
+    }
+}
+
+/// The text for a word of a formula whose first `base` bytes mean a value, and definitions for the beginning.
+fn inside(outer: &Formula, word: usize, base: usize, term: &Term) -> Option<(String, String)> {
+    let says = outer.word(word);
+    match term {
+        Term::Path(path) => {
+            let first = path.split('.').next()?;
+            let hidden = local_names(outer).any(|local| local == first);
+            (!hidden).then(|| (String::new(), format!("{path}{}", &says[base..])))
+        }
+        Term::Formula(inner) | Term::Literal(inner) => {
+            let inner = inner
+                .strip_prefix("\"$")
+                .and_then(|name| name.strip_suffix('"'))
+                .map(|name| format!("${name}"))
+                .unwrap_or_else(|| inner.clone());
+            let put = put(outer, word, base, &inner)?;
+            Some((put.definitions, put.text))
+        }
     }
 }

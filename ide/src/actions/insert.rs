@@ -50,7 +50,7 @@ pub(super) fn add_to(file: &File, section: Section, entry: &str) -> Vec<Edit> {
     if let Some(body) = file.section(section) {
         return append(file, body, entry);
     }
-    let Some(nodes) = file.body().and_then(|body| body.get(Section::Nodes.key())) else { return Vec::new() };
+    let Some(nodes) = file.home(section).and_then(|body| body.get(Section::Nodes.key())) else { return Vec::new() };
     let at = nodes.range.start;
     let deep = indent(&file.text, at);
     let text = if section == Section::Imports {
@@ -59,6 +59,19 @@ pub(super) fn add_to(file: &File, section: Section, entry: &str) -> Vec<Edit> {
         format!("{}: {{\n{deep}  {entry},\n{deep}}},\n{deep}", section.key())
     };
     vec![Edit { range: at..at, text }]
+}
+
+/// Adds an entry above another one and the comment of that.
+pub(super) fn put_above(file: &File, item: &Item, entry: &str) -> Edit {
+    let text = &file.text;
+    let line = text[..item.range.start].rfind('\n').map_or(0, |at| at + 1);
+    let deep = indent(text, item.range.start);
+    if text[line..item.range.start].trim().is_empty() {
+        let above = text[..line].lines().rev().take_while(|line| line.trim_start().starts_with("//"));
+        let start = above.last().map_or(line, |first| first.as_ptr() as usize - text.as_ptr() as usize);
+        return Edit { range: start..start, text: format!("{deep}{entry},\n") };
+    }
+    Edit { range: item.range.start..item.range.start, text: format!("{entry}, ") }
 }
 
 /// Removes an item with its comma, and with its line if the line has nothing else.

@@ -2,6 +2,7 @@
 mod assign;
 mod extract;
 mod fixes;
+mod formula;
 mod inline;
 mod insert;
 mod refactor;
@@ -54,12 +55,16 @@ impl Action {
 
 /// Actions for a selection and the findings in it.
 pub fn actions(cx: Cx<'_>, selected: &Range<usize>, findings: &[Finding]) -> Vec<Action> {
-    let mut found = fixes::fixes(cx, findings);
     let at = selected.start;
+    let file = cx.file.scope_at(at);
+    let cx = cx.with(&file);
+    let mut found = fixes::fixes(cx, findings);
     found.extend(fixes::missing_ports(cx, at, findings));
     found.extend(refactor::name_literal(cx, at));
     found.extend(refactor::relative_path(cx, at));
     found.extend(extract::extract(cx, selected));
+    found.extend(formula::name_part(cx, selected));
+    found.extend(formula::put_in_place(cx, at));
     found.extend(inline::inline(cx, at));
     found.extend(refactor::remove_unused(cx, findings));
     found.extend(refactor::sort_presets(cx, at));

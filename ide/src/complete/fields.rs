@@ -21,6 +21,10 @@ impl<'a> Ask<'a> {
                 let free = params.filter(|name| body.get(name).is_none() || named).enumerate();
                 free.map(|(i, name)| self.key(name, Sort::Param, "a parameter", named, i as f64)).collect()
             }
+            Expect::Section(Section::Functions) if !named && !self.quoted => {
+                let offer = self.offer("name(x)", Sort::Function, "a new function", Topic::Text(String::new()), 0.0);
+                vec![Completion { insert: "\"${1:name}(${2:x})\": \"$0\"".to_owned(), snippet: true, ..offer }]
+            }
             Expect::Section(Section::Outputs) => {
                 let new = ["material", "lit", "height", "color", "normal", "mask"];
                 let free = new.iter().filter(|name| body.get(name).is_none()).enumerate();

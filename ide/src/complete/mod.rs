@@ -1,4 +1,5 @@
 //! Completion at a position, best first.
+mod behind;
 mod fields;
 mod formula;
 mod kinds;
@@ -8,12 +9,14 @@ mod values;
 
 use super::docs;
 use super::expect::Expect;
+use super::formula::FormulaText;
 use super::hover::{Pictures, node_text};
 use super::types::Types;
 use super::view::{Shape, Value};
 use super::walk::{Spot, Trail, trail};
 use super::world::Cx;
 use serde::{Deserialize, Serialize};
+use shibo_graph::syntax::formula::content;
 use std::ops::Range;
 
 /// Maximum number of completions.
@@ -100,6 +103,8 @@ pub fn complete(cx: Cx<'_>, at: usize) -> Vec<Completion> {
     if cx.file.tree.is_comment(at) {
         return Vec::new();
     }
+    let file = cx.file.scope_at(at);
+    let cx = cx.with(&file);
     let trail = trail(cx, at);
     let mut ask = Ask { cx, types: Types::new(cx), trail, at, replace: at..at, quoted: false };
     let found = ask.dispatch();
@@ -198,13 +203,13 @@ impl<'a> Ask<'a> {
     /// Completes between quotes.
     fn in_text(&mut self, expect: Expect<'a>, value: &'a Value) -> Vec<Completion> {
         let text = &self.cx.file.text;
-        let start = value.range.start + 1;
-        if !text[value.range.start..].starts_with('"') || self.at < start {
-            return Vec::new();
-        }
-        let closed = value.range.len() > 1 && text[..value.range.end].ends_with('"');
-        let end = if closed { value.range.end - 1 } else { value.range.end };
-        if self.at > end {
+        let literal = self.cx.file.at(&value.range);
+        let closed = literal.len() > 1 && literal.ends_with('"');
+        // A text with escapes.
+        let whole = || literal.starts_with('"').then(|| 1..literal.len() - usize::from(closed));
+        let Some(inside) = content(literal).or_else(whole) else { return Vec::new() };
+        let (start, end) = (value.range.start + inside.start, value.range.start + inside.end);
+        if self.at < start || self.at > end {
             return Vec::new();
         }
         self.quoted = true;
@@ -217,7 +222,10 @@ impl<'a> Ask<'a> {
                 return self.keys(level.inside, level.body, false);
             }
         }
-        self.text(expect, typed, start..end)
+        match FormulaText::of(self.cx, expect, value) {
+            Some(formula) => self.formula(expect, &formula),
+            None => self.text(expect, typed, start..end),
+        }
     }
 
     /// End of the word at the cursor, at most `end`.

@@ -9,6 +9,9 @@ use super::{Ask, Completion, Sort, Topic};
 use shibo_value::Accepts;
 use std::collections::{HashMap, HashSet};
 
+/// Penalty for a value of a type.
+pub(super) type Fits<'f> = &'f dyn Fn(Option<Accepts>) -> f64;
+
 /// References between the nodes of a file.
 struct Wires {
     /// Number of references to each node and output.
@@ -26,7 +29,7 @@ struct Wires {
 
 impl<'a> Ask<'a> {
     /// Nodes and outputs that can be referenced here; those of a fitting type come first.
-    pub(super) fn references(&self, expect: Expect<'a>, fits: Option<Accepts>) -> Vec<Completion> {
+    pub(super) fn references(&self, expect: Expect<'a>, fits: Fits<'_>) -> Vec<Completion> {
         let port_name = self.port_name(expect);
         let wires = self.wires(port_name);
         let file = self.cx.file;
@@ -82,13 +85,7 @@ impl<'a> Ask<'a> {
     }
 
     fn fitness(&self, name: &str, port: &Port, index: usize, usage: &Usage<'_>) -> f64 {
-        let mut score = match (port.ty, usage.fits) {
-            (_, None) => 0.0,
-            (Some(ty), Some(fits)) if ty == fits => 0.0,
-            (Some(ty), Some(fits)) if ty.fits(fits) => 0.3,
-            (None, Some(_)) => 1.5,
-            _ => 1000.0,
-        };
+        let mut score = (usage.fits)(port.ty);
         let key = (name.to_owned(), port.name.clone());
         let of_port = usage.wires.ports.get(&key).copied().unwrap_or_default();
         let of_node = usage.wires.nodes.get(name).copied().unwrap_or_default();
@@ -126,8 +123,10 @@ impl<'a> Ask<'a> {
     /// Output names of the references that the node at the cursor has already.
     fn siblings(&self) -> Vec<&'a str> {
         let items = self.trail.node().map_or(&[][..], |level| &level.body.items[..]);
-        let text =
-            |item: &'a super::super::view::Item| item.value.as_ref()?.text()?.split_once('.').map(|(_, port)| port);
+        let text = |item: &'a super::super::view::Item| {
+            let text = item.value.as_ref()?.text().filter(|text| !text.starts_with('='))?;
+            text.split_once('.').map(|(_, port)| port)
+        };
         items.iter().filter(|item| self.at < item.range.start || item.range.end < self.at).filter_map(text).collect()
     }
 
@@ -150,14 +149,16 @@ impl<'a> Ask<'a> {
         };
         let mut readers: HashMap<String, Vec<usize>> = HashMap::new();
         for found in occurrences(self.cx).into_iter().filter(|o| !o.declares) {
-            if found.literal.0.start <= self.at && self.at <= found.literal.0.end {
+            // Of a formula, other names count.
+            let here = if found.literal.1.starts_with('=') { &found.range } else { &found.literal.0 };
+            if here.start <= self.at && self.at <= here.end {
                 continue;
             }
             match found.symbol {
                 Symbol::Node(name) => {
                     let reader = entry_at(found.range.start);
                     if self.is_field(found.literal.0.start, field) {
-                        *wires.alike.entry(found.literal.1.clone()).or_default() += 1;
+                        *wires.alike.entry(found.literal.1.to_string()).or_default() += 1;
                     }
                     if reader.is_some() && reader == me {
                         wires.own.insert(name.clone());
@@ -185,7 +186,7 @@ impl<'a> Ask<'a> {
 /// Data for scoring an output.
 struct Usage<'u> {
     wires: &'u Wires,
-    fits: Option<Accepts>,
+    fits: Fits<'u>,
     owner: Option<(&'u str, &'u str)>,
     kind: &'u str,
     port_name: &'u str,

@@ -19,7 +19,7 @@ impl<'a> Ask<'a> {
             found.extend(self.kinds(expect).into_iter().map(|c| Completion { score: c.score + 20.0, ..c }));
         }
         if let Some(fits) = expect.reference(self.cx) {
-            found.extend(self.references(expect, fits));
+            found.extend(self.references(expect, &|ty| fitness(ty, fits)));
         }
         match expect {
             Expect::Entry(Section::Params, _) => found.extend(PARAM_TYPES.map(|ty| self.declaration(ty.name()))),
@@ -45,10 +45,6 @@ impl<'a> Ask<'a> {
 
     /// Completes between quotes: `typed` is the text before the cursor, `inside` the range of the whole text.
     pub(super) fn text(&mut self, expect: Expect<'a>, typed: &str, inside: Range<usize>) -> Vec<Completion> {
-        let formula = matches!(expect, Expect::Value(_, param) if param.ty == ParamType::Formula);
-        if (typed.starts_with('=') || formula) && !matches!(expect, Expect::Note) {
-            return self.formula(expect, formula, inside);
-        }
         self.replace = inside.start..self.word_end(inside.end);
         match expect {
             Expect::Note => return Vec::new(),
@@ -66,7 +62,11 @@ impl<'a> Ask<'a> {
         }
         let mut found = self.named(expect).unwrap_or_default();
         if let Some(fits) = expect.reference(self.cx) {
-            found.extend(self.references(expect, fits));
+            let fits = |ty| fitness(ty, fits);
+            found.extend(self.references(expect, &fits));
+            if let Some((base, _)) = typed.rsplit_once('.') {
+                found.extend(self.behind(base, &fits));
+            }
         }
         if takes_color(expect) {
             found.extend(self.colors_used());
@@ -84,7 +84,9 @@ impl<'a> Ask<'a> {
                     let uses = |v: &&Value| self.cx.file.text_of(v, "graph") == Some(name);
                     used.iter().filter_map(|item| item.value.as_ref()).filter(uses).count()
                 };
+                let locals = self.cx.file.locals().filter_map(|local| local.local_name().map(str::to_owned));
                 let mut names: Vec<String> = self.cx.file.names(Section::Imports).map(str::to_owned).collect();
+                names.extend(locals);
                 names.sort_by_key(|name| count(name));
                 names
             }
@@ -105,12 +107,20 @@ impl<'a> Ask<'a> {
 
     /// Parameters of the graph as `$name`; those of a matching type and name come first.
     pub(super) fn params(&self, expect: Expect<'a>) -> Vec<Completion> {
-        let Some(fits) = param_types(expect, self) else { return Vec::new() };
+        let mut found = Vec::new();
+        let point = match expect {
+            Expect::Port(_, port, _) => !super::super::docs::only_wires(port),
+            Expect::Entry(section, _) => section == Section::Nodes,
+            _ => false,
+        };
+        if point && !self.quoted {
+            found.push(self.any_formula("a formula", 40.0));
+        }
+        let Some(fits) = param_types(expect, self) else { return found };
         let file = self.cx.file;
         let field = self.port_name(expect);
         let habits = self.cx.world.habits();
         let alike = self.alike(field);
-        let mut found = Vec::new();
         for (i, item) in file.entries(Section::Params).iter().enumerate() {
             let Some(name) = item.name() else { continue };
             let head = file.head(item).unwrap_or_default();
@@ -131,14 +141,19 @@ impl<'a> Ask<'a> {
             found.push(self.offer_text(&label, Sort::Param, head, Topic::Text(doc.to_owned()), score));
         }
         if matches!(expect, Expect::Value(..) | Expect::With(..)) && !self.quoted && !found.is_empty() {
-            let offer = self.offer("= …", Sort::Value, "an expression", Topic::Text(String::new()), 9.0);
-            found.push(Completion { insert: "\"= $0\"".to_owned(), snippet: true, ..offer });
+            found.push(self.any_formula("an expression", 9.0));
         }
         if self.trail.levels.iter().any(|level| matches!(level.inside, Expect::Use(_, true, _))) {
             let doc = "The number of the instance, from 0.".to_owned();
             found.push(self.offer_text("$index", Sort::Param, "Integer", Topic::Text(doc), 3.0));
         }
         found
+    }
+
+    /// The quotes of a formula.
+    fn any_formula(&self, what: &str, score: f64) -> Completion {
+        let offer = self.offer("= …", Sort::Value, what, Topic::Text(String::new()), score);
+        Completion { insert: "\"= $0\"".to_owned(), snippet: true, ..offer }
     }
 
     /// Texts of fields of this name elsewhere in the file, with counts.
@@ -235,6 +250,17 @@ impl<'a> Ask<'a> {
         let word = written.starts_with(|c: char| c.is_ascii_alphabetic());
         (plain && !word && !self.quoted)
             .then(|| self.offer(written, Sort::Value, "the default", Topic::Text(String::new()), 15.0))
+    }
+}
+
+/// Penalty for a value of a type where another one is wanted, or any type.
+fn fitness(ty: Option<Accepts>, wanted: Option<Accepts>) -> f64 {
+    match (ty, wanted) {
+        (_, None) => 0.0,
+        (Some(ty), Some(wanted)) if ty == wanted => 0.0,
+        (Some(ty), Some(wanted)) if ty.fits(wanted) => 0.3,
+        (None, Some(_)) => 1.5,
+        _ => 1000.0,
     }
 }
 

@@ -148,7 +148,7 @@ fn renames_in_escapes_and_expressions() {
     let node = renamed(text.find("\"a\"").unwrap() + 1, "grain");
     assert!(node.contains("\"grain\": Perlin") && node.contains("input: \"grain\""), "{node}");
     let param = renamed(text.find("$p").unwrap() + 1, "size");
-    assert!(param.contains("= $size + 2 * $size") && param.contains("radius: \"$size\""), "{param}");
+    assert!(param.contains("= $size + 2 * $size") && param.contains("radius: r\"$size\""), "{param}");
     assert!(param.starts_with("(params: { \"size\""), "{param}");
     assert!(rename(cx, &file, text.find("$p").unwrap() + 1, "1p").is_err());
     assert!(rename(cx, &file, text.find("\"a\"").unwrap() + 1, "b").unwrap_err().contains("already"));

@@ -15,7 +15,7 @@ const EDITS: usize = 10_000;
 /// Number of edits after which a graph is restored or another one is taken.
 const ROW: usize = 40;
 
-struct NoPictures;
+pub(super) struct NoPictures;
 
 impl Pictures for NoPictures {
     fn kind(&self, _kind: &str) -> Option<String> {
@@ -23,6 +23,10 @@ impl Pictures for NoPictures {
     }
 
     fn node(&self, _path: &Path, _node: &str) -> Option<Evaluated> {
+        None
+    }
+
+    fn node_in(&self, _path: &Path, _text: &str, _node: &str) -> Option<Evaluated> {
         None
     }
 
@@ -44,7 +48,7 @@ impl Random {
 }
 
 fn edit(text: &mut String, random: &mut Random) -> usize {
-    const PIECES: [&str; 22] = [
+    const PIECES: [&str; 30] = [
         "\"",
         "(",
         ")",
@@ -67,6 +71,14 @@ fn edit(text: &mut String, random: &mut Random) -> usize {
         "\"a\": ",
         "\\",
         "Use(graph: \"wrinkles\", with: { ",
+        "\"= ",
+        "r#\"= let a = ",
+        "\"#",
+        "; ",
+        "clamp(",
+        "graphs: { \"g\": (nodes: { ",
+        "functions: { \"f(a, b)\": \"",
+        ".height",
     ];
     let mut at = random.below(text.len() + 1);
     while !text.is_char_boundary(at) {

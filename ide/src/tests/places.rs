@@ -1,8 +1,8 @@
 //! Outlines, folds, selections and hints.
 use super::super::{
-    Cx, File, Section, Workspace, World, complete, diagnose, inlay, lens, navigate, signature, structure, tokens,
+    Cx, Section, Workspace, World, complete, diagnose, inlay, lens, navigate, signature, structure, tokens,
 };
-use super::{graphs, shipped};
+use super::{graphs, shipped, with};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_node::registry::{Family, Kind, Registry};
@@ -28,12 +28,6 @@ const TEXT: &str = "// One.
   outputs: { \"o\": \"b\" },
 )
 ";
-
-fn with<T>(text: &str, ask: impl FnOnce(Cx<'_>, &Arc<File>) -> T) -> T {
-    let mut workspace = Workspace::new(Arc::new(super::registry()), Vec::new());
-    let file = workspace.open(Path::new("/nowhere/a.ron"), text);
-    ask(Cx { world: &workspace, file: &file }, &file)
-}
 
 #[test]
 fn finds_outline_folds_and_selections() {

@@ -3,11 +3,13 @@
 //! Tokens and comments are kept, in their order; only blanks, and commas before closing brackets, change. A bracket is
 //! written in one line if it fits, otherwise with one item per line. List sections of a graph always have one entry per
 //! line. Lists of numbers, such as tables of points, keep their rows. A comment on its own line stays there, and a
-//! comment at the end of a line stays at the end.
+//! comment at the end of a line stays at the end. Formulas are laid out by `formula::layout`.
 use super::fault::SyntaxError;
+use super::formula::layout::{self, Laid};
 use super::lex::{Token, TokenKind};
 use super::nodes::NodeKind;
 use super::tree::{Node, Tree};
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// The maximum line length, including the comma.
@@ -95,6 +97,8 @@ struct Layout<'t> {
     widths: Vec<(usize, usize)>,
     /// The brackets that always have one item per line.
     forced: Vec<usize>,
+    /// The formulas, by their token.
+    formulas: BTreeMap<usize, Laid>,
     frames: Vec<Frame>,
     out: String,
     /// The start of the current line in `out`.
@@ -115,6 +119,7 @@ impl<'t> Layout<'t> {
             newline: if text.contains("\r\n") { "\r\n" } else { "\n" },
             widths: Vec::with_capacity(tree.tokens().len() + 1),
             forced: forced(tree),
+            formulas: layout::formulas(tree),
             frames: Vec::new(),
             out: String::with_capacity(text.len() + text.len() / 8),
             line: 0,
@@ -169,10 +174,14 @@ impl<'t> Layout<'t> {
                 breaks += usize::from(!self.is_inline(place, &gap));
                 comment += 1;
             }
+            let (own, tall) = match self.formulas.get(&i) {
+                Some(formula) => (formula.width, formula.is_tall),
+                None => (self.word(i).chars().count(), self.word(i).contains('\n')),
+            };
             if !self.is_last_comma(i) {
-                width += usize::from(self.flat(i) == Space::One) + self.word(i).chars().count();
+                width += usize::from(self.flat(i) == Space::One) + own;
             }
-            breaks += usize::from(self.word(i).contains('\n') || forced.binary_search(&i).is_ok());
+            breaks += usize::from(tall || forced.binary_search(&i).is_ok());
             debug_assert!(token.end() >= gap.end);
         }
         self.widths.push((width, breaks));
@@ -240,7 +249,7 @@ impl<'t> Layout<'t> {
             self.gap_before(i, space);
             let start = self.out.len();
             if !dropped {
-                self.out.push_str(self.word(i));
+                self.push_word(i);
                 self.line = self.out[start..].rfind('\n').map_or(self.line, |at| start + at + 1);
             }
             self.places.push(start..self.out.len());
@@ -263,6 +272,19 @@ impl<'t> Layout<'t> {
         let solid = self.out.trim_end_matches([' ', '\r', '\n']).len();
         self.out.truncate(solid);
         self.out.push_str(self.newline);
+    }
+
+    /// Writes a token. The further lines of a formula are indented like the inside of its line.
+    fn push_word(&mut self, token: usize) {
+        match self.formulas.get(&token) {
+            Some(formula) => {
+                let line = &self.out[self.line..];
+                let indent = line.len() - line.trim_start_matches(' ').len() + INDENT;
+                let literal = formula.literal(line.chars().count(), indent, WIDTH, self.newline);
+                self.out.push_str(&literal);
+            }
+            None => self.out.push_str(self.word(token)),
+        }
     }
 
     /// Writes the attributes unchanged, one per line; returns the number of their tokens.

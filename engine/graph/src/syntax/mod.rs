@@ -59,6 +59,7 @@ mod fault;
 mod format;
 #[cfg(test)]
 mod format_tests;
+pub mod formula;
 mod lex;
 mod literal;
 mod nodes;

@@ -1,17 +1,20 @@
 //! Information about the place under the cursor.
+mod formula;
+
 use super::docs;
 use super::evaluate;
 use super::expect::Expect;
 use super::file::Section;
+use super::formula::FormulaText;
+use super::functions;
 use super::names::{self, Symbol};
 use super::types::Types;
 use super::view::{Shape, Value};
 use super::walk::{Spot, trail};
 use super::world::{Cx, is_use};
-use shibo_node::{ParamType, parse_color};
+use shibo_node::parse_color;
 use shibo_picture::{SampleKind, header};
-use shibo_value::Accepts;
-use shibo_value::expression::described;
+use shibo_value::{Accepts, Channel};
 use std::fmt::Write;
 use std::ops::Range;
 use std::path::Path;
@@ -42,12 +45,17 @@ pub trait Pictures {
     /// Preview and statistics of a node of a file.
     fn node(&self, path: &Path, node: &str) -> Option<Evaluated>;
 
+    /// The same for a node of a changed text of a file.
+    fn node_in(&self, path: &Path, text: &str, node: &str) -> Option<Evaluated>;
+
     /// Address of a thumbnail of a picture file.
     fn file(&self, path: &Path) -> Option<String>;
 }
 
 /// Hover text for a position.
 pub fn hover(cx: Cx<'_>, at: usize, pictures: &dyn Pictures) -> Option<Hover> {
+    let file = cx.file.scope_at(at);
+    let cx = cx.with(&file);
     let trail = trail(cx, at);
     let level = trail.last()?;
     match trail.spot {
@@ -62,7 +70,10 @@ pub fn hover(cx: Cx<'_>, at: usize, pictures: &dyn Pictures) -> Option<Hover> {
                 return Some(Hover { range: word, markdown });
             }
             match &value.shape {
-                Shape::Text(text) => in_text(cx, expect, value, text, at, pictures),
+                Shape::Text(text) => match FormulaText::of(cx, expect, value) {
+                    Some(text) => formula::hover(cx, expect, &text, at, pictures),
+                    None => in_text(cx, value, text, at, pictures),
+                },
                 Shape::Number(_) => number_text(expect).map(|markdown| Hover { range: value.range.clone(), markdown }),
                 _ => None,
             }
@@ -87,14 +98,22 @@ fn key_text(cx: Cx<'_>, inside: Expect<'_>, name: &str, pictures: &dyn Pictures)
             let value = cx.file.entry(Section::Outputs, name)?.value.as_ref()?;
             let from = value.text().or_else(|| cx.file.text_of(value, "from"))?;
             let (node, port) = from.split_once('.').map_or((from, None), |(n, p)| (n, Some(p)));
-            Some(format!("output **{name}**\n\n{}", node_text(cx, node, port, pictures)?))
+            let Some(text) = node_text(cx, node, port, pictures) else {
+                let ty = Types::new(cx).of_text(from).map_or("?", Accepts::name);
+                return Some(format!("output **{name}**: `{ty}`"));
+            };
+            Some(format!("output **{name}**\n\n{text}"))
         }
         Expect::With(import, None) => {
             let file = cx.imported(import)?;
             let inner = Cx { world: cx.world, file: &file };
             param_text(inner, name).or_else(|| node_text(inner, name, None, pictures))
         }
-        Expect::Section(Section::Imports) => graph_text(cx, name),
+        Expect::Section(Section::Imports | Section::Graphs) => graph_text(cx, name),
+        Expect::Section(Section::Functions) => {
+            let found = functions::find(cx, super::file::head_name(name))?;
+            Some(function_text(&found))
+        }
         _ => None,
     }
 }
@@ -131,35 +150,28 @@ fn number_text(expect: Expect<'_>) -> Option<String> {
 }
 
 /// Hover text for a place between quotes.
-fn in_text(
-    cx: Cx<'_>,
-    expect: Expect<'_>,
-    value: &Value,
-    text: &str,
-    at: usize,
-    pictures: &dyn Pictures,
-) -> Option<Hover> {
-    let whole = |markdown| Some(Hover { range: value.range.clone(), markdown });
+fn in_text(cx: Cx<'_>, value: &Value, text: &str, at: usize, pictures: &dyn Pictures) -> Option<Hover> {
     if text.starts_with('#') && parse_color(text).is_some() {
         let [r, g, b] = parse_color(text)?;
-        return whole(format!("`{text}` is ({r:.4}, {g:.4}, {b:.4}), scene-linear"));
+        let markdown = format!("`{text}` is ({r:.4}, {g:.4}, {b:.4}), scene-linear");
+        return Some(Hover { range: value.range.clone(), markdown });
     }
-    if let Some(hover) = function(cx, value, text, at) {
-        return Some(hover);
-    }
+    named(cx, at, pictures)
+}
+
+/// Hover text for the name at a position.
+fn named(cx: Cx<'_>, at: usize, pictures: &dyn Pictures) -> Option<Hover> {
     let found = names::at(cx, at)?;
-    let range = found.range.clone();
     let markdown = match &found.symbol {
         Symbol::Node(name) => {
-            let port = text.split_once('.').filter(|(node, _)| node == name).map(|(_, port)| port);
+            let after = found.literal.1.get(found.within.end..).and_then(|rest| rest.strip_prefix('.'));
+            let port = after.and_then(|after| after.split(|c: char| c != '_' && !c.is_ascii_alphanumeric()).next());
+            let port = port.filter(|port| Types::new(cx).ports(name).iter().any(|known| known.is_called(port)));
             node_text(cx, name, port, pictures)?
         }
         Symbol::Port(node, port) => node_text(cx, node, Some(port), pictures)?,
-        Symbol::Param(name) => {
-            let shown = param_text(cx, name)?;
-            let of = if text.starts_with('=') { result(cx, expect, text) } else { String::new() };
-            format!("{shown}{of}")
-        }
+        Symbol::Part(path) => part_text(cx, path),
+        Symbol::Param(name) => param_text(cx, name)?,
         Symbol::Import(name) => graph_text(cx, name)?,
         Symbol::Graph(path) => {
             let found = cx.world.import(&cx.file.path, path)?;
@@ -174,44 +186,24 @@ fn in_text(
         }
         _ => return None,
     };
-    Some(Hover { range, markdown })
+    Some(Hover { range: found.range, markdown })
 }
 
-/// Value of an expression with its unit.
-fn result(cx: Cx<'_>, expect: Expect<'_>, text: &str) -> String {
-    let unit = match expect {
-        Expect::Value(_, param) => param.bounds.unit.as_deref().map_or(String::new(), |unit| format!(" {unit}")),
-        _ => String::new(),
-    };
-    evaluate::value(cx, text).map_or(String::new(), |v| format!("\n\n`{text}` is **{}{unit}**", evaluate::spell(&v)))
+/// Text for a channel or components of a value.
+fn part_text(cx: Cx<'_>, path: &str) -> String {
+    let ty = Types::new(cx).of(path).map_or("?", Accepts::name);
+    let channel = path.rsplit('.').next().and_then(Channel::from_name);
+    let default = channel.map_or(String::new(), |channel| {
+        format!("\n\nThe channel of the material; {} where the material has none.", channel.default_text())
+    });
+    format!("**{path}**: `{ty}`{default}")
 }
 
-/// Text for a function of an expression, or for the whole expression outside its names.
-fn function(cx: Cx<'_>, value: &Value, text: &str, at: usize) -> Option<Hover> {
-    let trail = trail(cx, at);
-    let Spot::Value(expect, _) = trail.spot else { return None };
-    let formula = matches!(expect, Expect::Value(_, param) if param.ty == ParamType::Formula);
-    if !(formula || text.starts_with('=')) {
-        return None;
-    }
-    let raw = cx.file.at(&value.range);
-    let offset = at.checked_sub(value.range.start)?;
-    let part = |c: char| c == '_' || c == '$' || c.is_ascii_alphanumeric();
-    let start = raw.get(..offset)?.rfind(|c: char| !part(c)).map_or(0, |i| i + 1);
-    let end = offset + raw.get(offset..)?.find(|c: char| !part(c)).unwrap_or(raw.len() - offset);
-    let word = raw.get(start..end)?;
-    let range = value.range.start + start..value.range.start + end;
-    // Functions of one name differ in the number of values.
-    let known = described().iter().filter(|one| one.name == word);
-    let known: Vec<String> = known.map(|one| format!("`{}`\n\n{}", one.call, one.doc)).collect();
-    if !known.is_empty() {
-        return Some(Hover { range, markdown: known.join("\n\n") });
-    }
-    if word.starts_with('$') || !text.starts_with('=') {
-        return None;
-    }
-    let shown = result(cx, expect, text);
-    (!shown.is_empty()).then(|| Hover { range: value.range.clone(), markdown: shown.trim().to_owned() })
+/// Text for a function.
+fn function_text(function: &functions::Function) -> String {
+    let body = function.compiled().map_or(String::new(), |of| format!("\n\n```\n{}\n```", of.body.trim()));
+    let doc = if function.doc.is_empty() { String::new() } else { format!("\n\n{}", function.doc) };
+    format!("`{}`{doc}{body}", function.call)
 }
 
 /// Text for a node or an input.
@@ -223,14 +215,18 @@ pub fn node_text(cx: Cx<'_>, name: &str, port: Option<&str>, pictures: &dyn Pict
         return Some(format!("input **{name}**: `{ty}`\n\n{doc}"));
     }
     let item = cx.file.entry(Section::Nodes, name)?;
+    let formula = item.value.as_ref().and_then(Value::text);
     let kind = cx.file.head(item).unwrap_or("?");
     let ports = types.ports(name);
     let mut text = String::new();
     let shown = port.map_or_else(|| ports.first(), |port| ports.iter().find(|p| p.is_called(port)));
     let ty = shown.and_then(|p| p.ty).map_or("?", Accepts::name);
     let dot = port.map_or(String::new(), |port| format!(".{port}"));
-    let _ = writeln!(text, "**{name}{dot}**: `{ty}`, by `{kind}`");
-    if let Some(port) = shown.filter(|port| !port.doc.is_empty()) {
+    let _ = match formula {
+        Some(formula) => writeln!(text, "**{name}**: `{ty}`\n\n```\n{formula}\n```"),
+        None => writeln!(text, "**{name}{dot}**: `{ty}`, by `{kind}`"),
+    };
+    if let Some(port) = shown.filter(|port| !port.doc.is_empty() && formula.is_none()) {
         let unit = port.unit.map_or(String::new(), |unit| format!(" In {unit}."));
         let _ = writeln!(text, "\n{}{unit}", port.doc);
     }
@@ -238,7 +234,10 @@ pub fn node_text(cx: Cx<'_>, name: &str, port: Option<&str>, pictures: &dyn Pict
         let list = ports.iter().map(|p| format!("`.{}` {}", p.name, p.ty.map_or("?", Accepts::name)));
         let _ = writeln!(text, "\nOutputs: {}", list.collect::<Vec<_>>().join(", "));
     }
-    if let Some(known) = pictures.node(&cx.file.path, &format!("{name}{dot}")) {
+    // Nodes of a local graph have pictures only where the graph is used.
+    let is_whole = cx.file.local_name().is_none();
+    let known = is_whole.then(|| pictures.node(&cx.file.path, &format!("{name}{dot}"))).flatten();
+    if let Some(known) = known {
         if !known.about.is_empty() {
             let _ = writeln!(text, "\n{}", known.about);
         }
@@ -249,6 +248,7 @@ pub fn node_text(cx: Cx<'_>, name: &str, port: Option<&str>, pictures: &dyn Pict
     let import = item.value.as_ref().filter(|_| is_use(kind)).and_then(|v| cx.file.text_of(v, "graph"));
     match import.and_then(|import| graph_text(cx, import)) {
         Some(graph) => drop(writeln!(text, "\n---\n{graph}")),
+        None if formula.is_some() => {}
         None => drop(writeln!(text, "\n{}", docs::first_sentence(kind, cx.kind(kind)))),
     }
     Some(text)
@@ -275,10 +275,15 @@ fn param_text(cx: Cx<'_>, name: &str) -> Option<String> {
 
 /// Text for the graph of an import.
 fn graph_text(cx: Cx<'_>, import: &str) -> Option<String> {
-    let path = cx.import_path(import)?;
-    let file = cx.world.file(&path)?;
+    let file = cx.imported(import)?;
     let list = |section: Section| file.names(section).map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    let mut text = format!("import **{import}**: `{}`\n\n{}", path.display(), comment(&file.text));
+    let mut text = match cx.import_path(import) {
+        Some(path) => format!("import **{import}**: `{}`\n\n{}", path.display(), comment(&file.text)),
+        None => {
+            let item = cx.file.entry(Section::Graphs, import)?;
+            format!("local graph **{import}**\n\n{}", functions::comment_above(&cx.file.whole(), item))
+        }
+    };
     for (section, what) in [
         (Section::Inputs, "Inputs"),
         (Section::Params, "Parameters"),

@@ -90,7 +90,7 @@ const DEAR: [&str; 1] = ["SimulateSprings"];
 const EDITS: [(&str, &str, &str); 5] = [
     ("drag: 6", "drag: 5", "moved"),
     ("\"= $pitch * 0.45\")", "\"= $pitch * 0.5\")", "strokes"),
-    ("\"= $pitch * 0.07\"", "\"= $pitch * 0.08\"", "height"),
+    ("0.07 * $pitch * dome", "0.08 * $pitch * dome", "height"),
     ("strength: 2", "strength: 3", "ao"),
     ("HeightToNormal(input: \"height\")", "HeightToNormal(input: \"height\", strength: 1.5)", "normal"),
 ];

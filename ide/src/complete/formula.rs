@@ -23,7 +23,7 @@ struct Place<'f, 'a> {
     types: Vec<Inferred>,
 }
 
-/// What fits at a position.
+/// The values that fit at a position.
 #[derive(Default)]
 struct Wanted {
     /// Number of components that a value must have if it has several.
@@ -200,7 +200,7 @@ impl<'a> Ask<'a> {
         Completion { insert, snippet: takes, ..offer }
     }
 
-    /// What fits at a position: by the operator or function there, the other values, and the port.
+    /// The values that fit at a position: by the operator or function there, the other values, and the port.
     fn wanted(&self, expect: Expect<'a>, place: &Place<'_, 'a>) -> Wanted {
         let formula = &place.formula;
         let parts = formula.parts();

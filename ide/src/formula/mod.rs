@@ -15,7 +15,7 @@ use shibo_graph::syntax::formula::{Formula, WordKind, begins};
 use shibo_node::ParamType;
 use std::ops::Range;
 
-/// What a formula is for.
+/// The use of a formula.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role<'a> {
     /// It is computed for every point, and may read nodes.
@@ -39,7 +39,7 @@ pub(crate) struct FormulaText<'a> {
     pub literal: Range<usize>,
     /// Place of the content in the file; `None` for a literal with escapes.
     pub place: Option<Range<usize>>,
-    /// What it is for.
+    /// Its use.
     pub role: Role<'a>,
 }
 

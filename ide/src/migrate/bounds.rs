@@ -6,7 +6,7 @@ use super::fold::{Fold, fold};
 use super::formula::Formula;
 use super::words::{Base, Name, Word};
 
-/// What is known about a value.
+/// The known facts about a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Bounds {
     /// No component is less.
@@ -35,7 +35,7 @@ impl Bounds {
         self.finite && self.lo >= 0.0 && self.hi <= 1.0
     }
 
-    /// The bounds where the value is read: what is not finite counts as 0 there.
+    /// The bounds where the value is read. A number that is not finite counts as 0 there.
     pub(super) fn read(self) -> Self {
         if self.finite { self } else { Self { lo: self.lo.min(0.0), hi: self.hi.max(0.0), finite: true, ..self } }
     }

@@ -3,7 +3,7 @@ use super::scope::Scope;
 use shibo_graph::syntax::{Node, NodeKind};
 use std::ops::Range;
 
-/// What stands around an entry.
+/// The texts around an entry.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Surroundings {
     /// A comment of its own lines stands directly above.

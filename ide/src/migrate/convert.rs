@@ -175,7 +175,7 @@ impl<'t> Call<'_, '_, 't> {
         }
     }
 
-    /// The formula of an `Expression`, with what is connected in place of its names.
+    /// The formula of an `Expression`, with the connected values in place of its names.
     fn expression(&mut self) -> Result<Formula, Problem> {
         let Some(value) = self.field("formula") else { return self.fail("`formula` is not given") };
         let wrong = || Problem::new(value.range(), "`formula` is not a text");

@@ -20,7 +20,7 @@ pub(super) trait Fold {
     fn part(&mut self, value: Self::Value, path: &str) -> Self::Value;
 }
 
-/// What waits for its right end.
+/// A part that waits for its right end.
 enum Open<'w> {
     Sign(char),
     Operator(&'static str),

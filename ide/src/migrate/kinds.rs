@@ -42,7 +42,7 @@ pub(super) enum Ty {
     Unknown,
 }
 
-/// What a kind becomes.
+/// The replacement of a kind.
 #[derive(Debug)]
 pub(super) enum Rewrite {
     /// A formula for each option of the field `operation`; the first option is its default.

@@ -86,8 +86,8 @@ fn pieces(formula: &Formula, name_of: &dyn Fn(&Name) -> String) -> Vec<Piece> {
     pieces
 }
 
-/// The piece before which a line breaks that begins with the piece at `first` and has room for those before `fitting`:
-/// the least nested one, then the loosest, then the last. No line should be short.
+/// The piece before which a line breaks. The line begins with the piece at `first` and has room for the pieces before
+/// `fitting`. Prefers the least nested piece, then the loosest, then the last. No line should be short.
 fn break_before(pieces: &[Piece], first: usize, fitting: usize, room: usize) -> usize {
     let mut width = 0;
     let mut best: Option<(bool, (usize, u8), usize)> = None;

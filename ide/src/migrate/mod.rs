@@ -40,9 +40,9 @@ use std::ops::Range;
 pub struct Migration {
     /// The new text.
     pub text: String,
-    /// What was rewritten, with its place in the old text.
+    /// A rewritten part, with its place in the old text.
     pub changes: Vec<Change>,
-    /// What was not rewritten, or has another result than before.
+    /// A part that was not rewritten, or that has another result than before.
     pub warnings: Vec<Change>,
 }
 
@@ -88,7 +88,7 @@ pub fn migrate(text: &str, registry: &Registry) -> Result<Migration, Vec<SyntaxE
     Ok(migration)
 }
 
-/// What a node that is replaced becomes, as it stands in a file: a formula in quotes, or another node. `None` if the
+/// The replacement of a node, as it stands in a file: a formula in quotes, or another node. `None` if the
 /// kind is not replaced, or if the node cannot be rewritten.
 pub fn rewrite_of(node: Node<'_>, registry: &Registry) -> Option<String> {
     single::replacement(node, registry)

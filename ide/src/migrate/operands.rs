@@ -84,7 +84,7 @@ impl<'s, 't> Converter<'s, 't> {
 
 /// A node while it is converted.
 pub(super) struct Call<'c, 's, 't> {
-    /// What is known of the other nodes.
+    /// The known facts about the other nodes.
     pub(super) maker: &'c Converter<'s, 't>,
     pub(super) old: &'c Old<'t>,
     /// Nodes in place that get entries.
@@ -205,8 +205,7 @@ impl<'t> Call<'_, '_, 't> {
         Problem::new(if plain { start..end } else { range }, fault.message.clone())
     }
 
-    /// A formula with the meanings that its names have in an old text: no name is that of a node. `port` returns what is
-    /// connected to a name.
+    /// A formula with the meanings that its names have in an old text: no name is that of a node. `port` returns the value that is connected to a name.
     pub(super) fn names(
         &self,
         formula: &Formula,

@@ -41,7 +41,7 @@ pub(super) struct Wire {
     pub(super) entry: Option<usize>,
 }
 
-/// What a place may have in place of the name of a node.
+/// The values that a place may have instead of the name of a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Holds {
     /// A formula.
@@ -61,7 +61,7 @@ pub(super) struct Places<'t> {
     pub(super) wires: Vec<Wire>,
 }
 
-/// What is expected at a value.
+/// The value that is expected at a place.
 #[derive(Clone, Copy)]
 enum Context<'r> {
     /// The value of an entry of `nodes`, by its index.

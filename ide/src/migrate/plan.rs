@@ -66,7 +66,7 @@ pub(super) struct Place {
     pub(super) range: Range<usize>,
     /// The formula; a name if it is a wire.
     pub(super) formula: Formula,
-    /// What it may have.
+    /// The values that it may have.
     pub(super) holds: Holds,
     /// Index of the entry of `nodes` that contains it.
     pub(super) entry: Option<usize>,
@@ -303,7 +303,7 @@ impl<'s, 't> Plan<'s, 't> {
         }
         self.set(holder, put);
         self.values[index].gone = true;
-        // What the value has read is read by the holder now.
+        // The holder now reads the inputs of the value.
         let read: Vec<usize> = self.values[index].formula.names().filter_map(value_of).collect();
         for inner in read {
             for user in &mut self.values[inner].users {

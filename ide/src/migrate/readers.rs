@@ -1,4 +1,4 @@
-//! Finds what reads each value, and the order in which values depend on each other.
+//! Finds the readers of each value, and an order in which each value follows its inputs.
 use super::plan::{Holder, Plan, Value, value_of};
 use super::words::Base;
 use std::collections::HashMap;

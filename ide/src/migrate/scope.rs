@@ -164,7 +164,7 @@ impl<'t> Scope<'t> {
     }
 }
 
-/// The type of an output, or what it depends on.
+/// The type of an output, or the ports that it depends on.
 enum Found {
     Type(Type),
     /// The widest type of some values, and the widest one of literals.

@@ -12,7 +12,7 @@ use super::write::kind_edits;
 use shibo_graph::syntax::{Node, NodeKind};
 use shibo_node::registry::Registry;
 
-/// What a node becomes; see [`rewrite_of`](super::rewrite_of).
+/// The replacement of a node; see [`rewrite_of`](super::rewrite_of).
 pub(super) fn replacement(node: Node<'_>, registry: &Registry) -> Option<String> {
     let tree = node.tree();
     // No names: the graph around the node is not read.

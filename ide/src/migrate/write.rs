@@ -37,8 +37,8 @@ impl Writer<'_, '_> {
         values.is_some_and(|values| values.iter().all(|value| self.plan.values[*value].gone))
     }
 
-    /// A comment describes the lines below it. If the entry below a comment becomes a part of the next one that stays, the
-    /// comment stands above that one.
+    /// A comment describes the lines below it. If the entry below a comment becomes a part of a later entry,
+    /// the comment stands above the later one.
     pub(super) fn join_comments(&mut self) {
         for entry in (0..self.scope.entries.len()).rev() {
             let around = &self.around[entry];

@@ -201,8 +201,8 @@ impl Page {
         );
     }
 
-    /// Runs a script that changes the 3-D view, and waits for a drawing that includes the change. The script that makes the change also
-    /// reads the number of drawings, so that a drawing that was due before does not count.
+    /// Runs a script that changes the 3-D view, and waits for a drawing that includes the change. The script also reads the number of
+    /// drawings in the same step, so a drawing that was due before does not count.
     pub(crate) fn redraw(&mut self, change: &str) {
         const DRAWN: &str = "(+document.getElementById('lit').dataset.drawn || 0)";
         let before = self.eval(&format!("(() => {{ const n = {DRAWN}; {change}; return n; }})()"));

@@ -1,4 +1,4 @@
-//! What is written where it is read, and what keeps a node.
+//! Values that are written where they are read, and values that keep a node.
 use super::{graph, lines, migrated};
 
 fn nodes(text: &str, outputs: &str) -> String {

@@ -49,7 +49,7 @@ fn lines(nodes: &str, outputs: &str) -> (String, String) {
     (nodes.to_owned(), outputs.to_owned())
 }
 
-/// What an output that reads a node becomes.
+/// The new text of an output that reads a node.
 fn output(node: &str) -> String {
     lines(&format!("    \"r\": {node},\n"), "\"o\": \"r\"").1
 }

@@ -74,7 +74,7 @@ const MISTAKES: [(&str, &str, &str); 27] = [
     ("form: Box", "form: Square", "choices: `Circle`"),
     ("size: 76", "size: \"76mm\"", "write `76`, without quotes and unit"),
     ("size: 76", "size: 76mm", "write numbers without a unit"),
-    ("size: 76", "size: \"= panel * 2\"", "write `Expression(a: \"panel\""),
+    ("size: 76", "size: \"= panel * 2\"", "formulas of nodes stand in ports"),
     ("size: 76", "size: \"= 2 * (3\"", "a closing bracket is missing"),
     ("radius: 14),", "radius: 14,", "close the bracket before it"),
     (r#"a: "panel.distance", amount"#, "a: panel.distance, amount", "in quotes"),

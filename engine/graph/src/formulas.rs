@@ -177,14 +177,8 @@ impl Linker<'_> {
             let numbers: Vec<f64> = numbers.iter().copied().map(f64::from).collect();
             (Meaning::Known(if let [one] = numbers[..] { Value::Number(one) } else { Value::Vector(numbers) }), None)
         };
-        match &slot.target {
-            Target::Constant(field, _) => return field.as_constant().map_or((Meaning::Any { first }, None), constant),
-            Target::Broken => return (Meaning::Any { first }, None),
-            Target::Out { flat, .. } => {
-                if let Some(values) = self.constant_formula(*flat) {
-                    return constant(&values);
-                }
-            }
+        if let Some(values) = self.constant_at(&slot.target) {
+            return constant(&values);
         }
         let Some(ty) = self.field_type(&slot.target) else { return (Meaning::Any { first }, None) };
         let planes = |count, domain| (Meaning::Planes { first, count }, Some(domain));
@@ -207,13 +201,37 @@ impl Linker<'_> {
         }
     }
 
+    /// The values of a literal, or of a formula of constants, also where inputs of graphs pass them on.
+    fn constant_at(&self, target: &Target) -> Option<Vec<f32>> {
+        let (mut target, mut spread, mut passed) = (target, false, 0);
+        let mut values = loop {
+            // Inputs that lead back to themselves have been reported.
+            passed += 1;
+            match target {
+                _ if passed > self.flats.len() => return None,
+                Target::Constant(field, _) => break field.as_constant()?.to_vec(),
+                Target::Broken => return None,
+                Target::Out { flat, .. } => {
+                    let node = &self.flats[*flat];
+                    if node.formula.is_some() {
+                        break self.constant_formula(*flat)?;
+                    }
+                    let passes = node.info.is_none() && node.layout.is_none() && node.chooses.is_none();
+                    let slot = node.slots.first().filter(|_| passes && node.channel.is_none())?;
+                    spread |= slot.wants == Accepts::One(Type::Rgb);
+                    target = &slot.target;
+                }
+            }
+        };
+        if let (true, [one]) = (spread, &values[..]) {
+            values = vec![*one; 3];
+        }
+        Some(values)
+    }
+
     /// Returns true for a literal and for a formula of constants.
     pub(super) fn is_constant(&self, target: &Target) -> bool {
-        match target {
-            Target::Constant(..) => true,
-            Target::Out { flat, .. } => self.constant_formula(*flat).is_some(),
-            Target::Broken => false,
-        }
+        self.constant_at(target).is_some()
     }
 
     /// The value of a formula of constants.

@@ -95,11 +95,18 @@ struct Share {
     first: usize,
 }
 
-/// Rank of the wanted text among the offers after `typed` letters.
+/// Rank of the wanted text among the offers after `typed` letters; channels and components are offered behind their dot.
 fn place(workspace: &mut Workspace, file: &File, hole: &Hole, typed: usize) -> Option<usize> {
-    let letters: String = hole.wanted.chars().take(typed).collect();
+    let dot = hole.wanted.rfind('.').filter(|_| hole.class == "reference");
+    let letters = |count: usize| hole.wanted.chars().take(count).collect::<String>();
+    let found = place_after(workspace, file, hole, &letters(typed));
+    found.or_else(|| place_after(workspace, file, hole, &hole.wanted[..=dot?]))
+}
+
+/// Rank of the wanted text among the offers behind these letters.
+fn place_after(workspace: &mut Workspace, file: &File, hole: &Hole, letters: &str) -> Option<usize> {
     let mut text = file.text.to_string();
-    text.replace_range(hole.cut.clone(), &letters);
+    text.replace_range(hole.cut.clone(), letters);
     // A field is deleted with its value, but the quote before its name stays.
     let quote = hole.class == "field" && file.text[..hole.cut.start].ends_with('"');
     let at = hole.cut.start + letters.len();

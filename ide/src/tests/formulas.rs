@@ -84,7 +84,6 @@ fn offers_fitting_names_first() {
         (r#""last": "= |""#, "color", "clamp"),
         (r#""last": "= swirl + |""#, "cells", "color"),
         (r#""last": "= color * |""#, "waves", "swirl"),
-        (r#""last": "= luminance(|)""#, "color", "swirl"),
         (r#""last": "= random(|)""#, "cells.ids", "dots"),
         (r#""last": Blur(input: "= |")"#, "waves", "dots"),
         (r#""last": "= let far = 1; |""#, "far", "waves"),

@@ -50,7 +50,7 @@ fn offers_the_names_of_a_local_graph() {
         assert!(!has(own.0, own.1, name), "{name}");
     }
     let outer = ("= fine.relief + more.sum", "= |");
-    assert!(has(outer.0, outer.1, "fine.relief") && !has(outer.0, outer.1, "ground"));
+    assert!(has(outer.0, outer.1, "fine") && !has(outer.0, outer.1, "ground"));
     assert!(!has(outer.0, outer.1, "$depth"));
     assert!(has("graph: \"both\"", "graph: \"|\"", "both") && has("graph: \"both\"", "graph: \"|\"", "layer"));
     // A local graph uses only those before it.

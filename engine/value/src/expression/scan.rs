@@ -78,7 +78,7 @@ pub(super) fn scan_all(text: &str) -> (Vec<Word>, Option<Fault>) {
                     let word = super::shorten(&rest[..len]);
                     let help = Some("write `#rgb` or `#rrggbb`".to_owned());
                     let wrong = bad(at..at + len, format!("`{word}` is not a colour"));
-                    fault.get_or_insert_with(|| Fault { help, ..wrong });
+                    fault.get_or_insert(Fault { help, ..wrong });
                     at += len;
                     continue;
                 };

@@ -294,10 +294,10 @@ impl Names<'_> {
                     self.add(Symbol::Param(first[1..].to_owned()), false, literal, base.start + 1..base.end);
                 }
                 WordKind::Name if formula.is_call(index) => self.call(literal, &within),
+                // The word of the part is `let` itself.
+                WordKind::Name if part.is_some_and(|part| part.kind == PartKind::Let && part.word == Some(index)) => {}
                 WordKind::Name if part.is_some_and(|part| part.kind == PartKind::Let) => {
-                    if part.is_some_and(|part| part.word != Some(index)) {
-                        self.add(local(says), true, literal, within);
-                    }
+                    self.add(local(says), true, literal, within);
                 }
                 WordKind::Name if formula.local(first, word.range.start).is_some() || values.contains(&first) => {
                     self.add(local(first), false, literal, base);

@@ -45,6 +45,9 @@ impl Port {
 /// A graph: the path of its file, and its name if it is a local graph.
 type GraphId = (PathBuf, Option<String>);
 
+/// A function and the types of its values.
+type Call = (String, Vec<Inferred>);
+
 /// Types of a graph, cached.
 pub(crate) struct Types<'a> {
     cx: Cx<'a>,
@@ -53,7 +56,7 @@ pub(crate) struct Types<'a> {
     /// Outputs of the graphs that it uses, directly or not. An entry is empty while it is computed.
     graphs: Rc<RefCell<HashMap<GraphId, Arc<Vec<Port>>>>>,
     /// Numbers of components of calls: by the function and the types of its values.
-    calls: RefCell<HashMap<(String, Vec<Inferred>), Option<usize>>>,
+    calls: RefCell<HashMap<Call, Option<usize>>>,
 }
 
 impl<'a> Types<'a> {

@@ -130,10 +130,10 @@ impl Linker<'_> {
         let docs = self.docs;
         self.enter(0);
         for output in &docs[self.scopes[0].doc].document.outputs {
-            if let Some((from, Shape::Text(name))) = output.from.as_ref().map(|from| (from, from.shape())) {
-                if let Target::Out { flat, .. } = self.resolve(0, from, &name).target {
-                    self.flats[flat].shown = true;
-                }
+            if let Some((from, Shape::Text(name))) = output.from.as_ref().map(|from| (from, from.shape()))
+                && let Target::Out { flat, .. } = self.resolve(0, from, &name).target
+            {
+                self.flats[flat].shown = true;
             }
         }
     }

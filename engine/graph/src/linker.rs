@@ -91,6 +91,7 @@ pub(super) struct Scope {
 
 /// The resolved value of a slot.
 #[derive(Clone)]
+#[expect(clippy::large_enum_variant, reason = "literals are rare, and a box for each would only move them")]
 pub(super) enum Target {
     /// An output of a node.
     Out { flat: usize, output: usize },

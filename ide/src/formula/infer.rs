@@ -78,7 +78,7 @@ impl Inferred {
 
     /// The type of components `letters` of this value.
     pub(crate) fn components(self, letters: &str) -> Self {
-        let good = letters.split('.').all(|part| are_components(part));
+        let good = letters.split('.').all(are_components);
         let last = letters.rsplit('.').next().unwrap_or_default();
         match self {
             Self::Numbers(4, space) if good => Self::Numbers(1, space),

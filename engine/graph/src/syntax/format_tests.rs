@@ -175,28 +175,3 @@ const PARTS: [&str; 22] = [
     "// f\n\n",
     "[// g\n],",
 ];
-
-#[test]
-fn tmp_print_changes() {
-    let mut dirs = vec![std::path::PathBuf::from("../../graphs"), "../../examples".into(), "../../docs".into()];
-    while let Some(dir) = dirs.pop() {
-        for entry in std::fs::read_dir(dir).unwrap().flatten() {
-            let path = entry.path();
-            if path.is_dir() {
-                dirs.push(path);
-                continue;
-            }
-            if path.extension().is_some_and(|e| e == "ron") {
-                let text = std::fs::read_to_string(&path).unwrap();
-                if let Ok(out) = format(&text) {
-                    if out != text {
-                        println!("{}", path.display());
-                        std::fs::write("/tmp/fmt_new.ron", &out).unwrap();
-                        let o = std::process::Command::new("diff").arg(&path).arg("/tmp/fmt_new.ron").output().unwrap();
-                        println!("{}", String::from_utf8_lossy(&o.stdout));
-                    }
-                }
-            }
-        }
-    }
-}

@@ -222,7 +222,7 @@ fn breaks_long_formulas_at_their_loosest_operators() {
     assert!(formatted(short).contains("\"a\": \"= x + y\","));
     let crlf = formatted(&bowl.replace('\n', "\r\n"));
     assert_eq!(crlf, expected.replace('\n', "\r\n"));
-    let long = format!("({})", vec!["clamp(waves_of_the_sea, 0, 1)"; 12].join(", "));
+    let long = format!("({})", ["clamp(waves_of_the_sea, 0, 1)"; 12].join(", "));
     let out = formatted(&text.replace(relief, &long));
     assert!(out.lines().all(|line| line.len() <= 120), "{out}");
 }

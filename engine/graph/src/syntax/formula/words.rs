@@ -44,7 +44,7 @@ pub struct Word {
 /// Longer operators first, so that the longest match wins.
 const OPERATORS: [&str; 14] = ["<=", ">=", "==", "!=", "&&", "||", "+", "-", "*", "/", "%", "^", "<", ">"];
 
-/// How tightly an operator binds; higher numbers bind tighter. A sign binds by [`SIGN`].
+/// How tightly an operator binds; higher numbers bind tighter. A sign binds by `SIGN`.
 pub fn binding(operator: &str) -> u8 {
     match operator {
         "||" => 1,

@@ -243,7 +243,7 @@ pub fn is_finite_at_all_sizes(registry: &Arc<Registry>, info: &KindInfo) -> Resu
 /// # Errors
 /// Returns the fault in words.
 pub fn has_announced_channels(registry: &Arc<Registry>, info: &KindInfo) -> Result<(), String> {
-    if info.outputs.iter().all(|output| output.ty != OutputType::Fixed(Type::Material)) {
+    if info.outputs.iter().all(|output| !output.ty.is_material()) {
         return Ok(());
     }
     let optional = info.ports().filter(|(_, port)| !port.required && !port.list);

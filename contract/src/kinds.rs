@@ -81,8 +81,10 @@ pub fn stand_in(registry: &Arc<Registry>, port: Accepts) -> Result<(String, Stri
     let ty = match port {
         Accepts::One(ty) => ty,
         Accepts::Field | Accepts::EveryField | Accepts::Direction | Accepts::Number => Type::Gray,
+        Accepts::Color => Type::Rgb,
+        Accepts::AnyMaterial => Type::Material,
         Accepts::AnyVector => Type::Rgb,
-        Accepts::AnySolid => Type::Solid,
+        Accepts::AnySolid | Accepts::InSpace => Type::Solid,
     };
     match stand_ins().get(&ty) {
         Some(known) => Ok((known.clone(), String::new())),
@@ -94,7 +96,9 @@ pub fn stand_in(registry: &Arc<Registry>, port: Accepts) -> Result<(String, Stri
 pub fn made(registry: &Arc<Registry>, ty: Type) -> Result<(String, String), String> {
     let mut infos = registry.kinds().filter_map(|kind| registry.info(kind));
     let makes = |info: &&KindInfo| {
-        info.outputs[0].ty == OutputType::Fixed(ty) && info.ports().all(|(_, port)| port.ty != Accepts::One(ty))
+        let main = info.outputs[0].ty;
+        let makes = main == OutputType::Fixed(ty) || (ty == Type::Material && main.is_material());
+        makes && info.ports().all(|(_, port)| port.ty != Accepts::One(ty))
     };
     let info = infos.find(makes).ok_or_else(|| format!("no kind makes {ty} of something else"))?;
     let (args, nodes) = arguments(registry, info, None)?;

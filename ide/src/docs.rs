@@ -78,6 +78,7 @@ pub(crate) fn only_wires(port: &PortInfo) -> bool {
         port.ty,
         Accepts::One(Type::Gray | Type::Rgb)
             | Accepts::Number
+            | Accepts::Color
             | Accepts::Field
             | Accepts::EveryField
             | Accepts::Direction

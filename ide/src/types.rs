@@ -74,8 +74,11 @@ impl<'a> Types<'a> {
             None => ports.first()?.ty,
         };
         if let Some(channel) = path.channel.and_then(|channel| Channel::from_name(&text[channel])) {
-            let is_material = ty.is_none_or(|ty| ty == Accepts::One(Type::Material));
-            ty = is_material.then(|| channel.ty().into());
+            ty = match ty {
+                None | Some(Accepts::One(Type::Material) | Accepts::AnyMaterial) => Some(channel.ty().into()),
+                Some(Accepts::One(Type::SolidMaterial)) => Some(channel.solid_type().into()),
+                Some(_) => None,
+            };
         }
         match path.components {
             Some(letters) => Inferred::of(ty?).components(&text[letters]).ty(),
@@ -183,7 +186,7 @@ impl<'a> Types<'a> {
         found
     }
 
-    fn of_output(&self, info: &KindInfo, ty: OutputType, body: Option<&'a Body>) -> Option<Accepts> {
+    fn of_output(&self, info: &KindInfo, of: OutputType, body: Option<&'a Body>) -> Option<Accepts> {
         let at = |port: &str| -> Vec<Option<Accepts>> {
             let value = body.and_then(|body| body.value(port));
             let several = value.and_then(Value::body).filter(|body| body.bracket == b'[');
@@ -192,12 +195,17 @@ impl<'a> Types<'a> {
                 None => value.map(|value| self.of_value(value)).into_iter().collect(),
             }
         };
-        match ty {
+        match of {
             OutputType::Fixed(ty) => Some(Accepts::One(ty)),
             OutputType::Told => None,
-            OutputType::ColorOf(ports) => {
-                let solid = ports.iter().flat_map(|port| at(port)).flatten().any(|ty| ty.fits(Accepts::AnySolid));
-                Some(Accepts::One(if solid { Type::SolidColor } else { Type::Rgb }))
+            OutputType::ColorOf(ports) | OutputType::NumberOf(ports) | OutputType::MaterialOf(ports) => {
+                let solid = ports.iter().flat_map(|port| at(port)).flatten().any(|ty| ty.fits(Accepts::InSpace));
+                let [canvas, space] = match of {
+                    OutputType::ColorOf(_) => [Type::Rgb, Type::SolidColor],
+                    OutputType::NumberOf(_) => [Type::Gray, Type::Solid],
+                    _ => [Type::Material, Type::SolidMaterial],
+                };
+                Some(Accepts::One(if solid { space } else { canvas }))
             }
             OutputType::Like(ports) => {
                 // If one of them is unknown, so is the widest type.
@@ -337,6 +345,7 @@ fn widest(found: &[Accepts], info: &KindInfo, ports: &[&str]) -> Option<Accepts>
     let mut rank = 0;
     for ty in found {
         rank = rank.max(match ty {
+            Accepts::One(Type::SolidMaterial) => return Some(Accepts::One(Type::Material)),
             Accepts::One(Type::Normal) => 2,
             Accepts::One(Type::Rgb | Type::Picture | Type::SolidColor | Type::SolidVector) => 1,
             Accepts::One(Type::Gray | Type::Solid) | Accepts::Direction | Accepts::Number => 0,

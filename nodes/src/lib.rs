@@ -22,6 +22,7 @@ pub mod synthesis;
 pub mod tone;
 pub mod wood;
 
+mod anywhere;
 mod bounds;
 mod chosen;
 #[cfg(test)]

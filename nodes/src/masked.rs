@@ -2,14 +2,15 @@
 //! there.
 use shibo_kernel::ground::tile::channel;
 use shibo_kernel::surface::layers::bounds;
-use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
+use shibo_kernel::wood::solids::Code;
+use shibo_value::{Cost, Field, FieldSource, Given, Grid, Planes, Read, Solid, Stop, Tile, Tiling, Type, Window};
 
-/// The tiles of one side of a blend.
-pub(crate) type SideTiles<'a> = &'a [&'a Tile];
+/// The values of one side of a blend, value by value.
+pub(crate) type Side<'a> = &'a [Planes<'a>];
 
-/// Fills the tile from the weights, the base and the top. Where the weight is 0 or 1, the result must have exactly the
+/// Fills the planes from the weights, the base and the top. Where the weight is 0 or 1, the result must have exactly the
 /// bits of the side that shows, as if the other side did not exist.
-pub(crate) type Mix = Box<dyn Fn(&mut Tile, &[f32], SideTiles<'_>, SideTiles<'_>) + Send + Sync>;
+pub(crate) type Mix = Box<dyn Fn(&mut [&mut [f32]], &[f32], Side<'_>, Side<'_>) + Send + Sync>;
 
 /// Two sides, mixed by a weight from 0 (the base) to 1 (the top).
 pub(crate) struct Masked {
@@ -62,7 +63,10 @@ impl FieldSource for Masked {
         match (self.shown(weight), self.covering) {
             ((_, false), _) => copy(out, base[0], |value| value),
             ((false, _), Some(shift)) => copy(out, top[0], |value| value + shift),
-            _ => (self.mix)(out, weight.plane(0), base, top),
+            _ => {
+                let [base, top] = [base, top].map(|side| side.iter().map(|tile| planes(tile)).collect::<Vec<_>>());
+                (self.mix)(&mut out.planes_mut(), weight.plane(0), &base, &top);
+            }
         }
         Ok(())
     }
@@ -70,6 +74,27 @@ impl FieldSource for Masked {
     fn cost(&self) -> Cost {
         Cost::Pointwise
     }
+}
+
+fn planes(tile: &Tile) -> Planes<'_> {
+    Planes::new(tile.data(), tile.window.len())
+}
+
+/// A channel of one side; the only channel if there is just one.
+pub(crate) fn plane<'a>(side: &Planes<'a>, channel: usize) -> &'a [f32] {
+    side.plane(channel.min(side.channels() - 1))
+}
+
+/// The mix of solids by a solid weight.
+pub(crate) fn mixed_solids(ty: Type, weight: &Solid, base: Vec<Solid>, top: Vec<Solid>, mix: Mix) -> Solid {
+    let below = base.len();
+    let code = Code::of_inputs(move |_, inputs, out| {
+        if let Some((weight, sides)) = inputs.split_first() {
+            let (base, top) = sides.split_at(below);
+            mix(out, weight.plane(0), base, top);
+        }
+    });
+    code.solid(ty, [vec![weight.clone()], base, top].concat())
 }
 
 fn copy(out: &mut Tile, from: &Tile, change: impl Fn(f32) -> f32) {

@@ -81,6 +81,8 @@ fn output_type(output: &Output) -> &'static str {
         OutputType::Fixed(ty) => ty.name(),
         OutputType::Like(_) => "Field",
         OutputType::ColorOf(_) => "Rgb",
+        OutputType::NumberOf(_) => "Gray",
+        OutputType::MaterialOf(_) => "AnyMaterial",
         OutputType::Told => "EveryField",
         OutputType::SolidLike(_) => "AnySolid",
     }

@@ -3,7 +3,7 @@ use super::linker::{Bound, Entity, Linker, Slot, Target};
 use super::part::{Shape, SyntaxValue};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::node::{MaterialInputs, TakenChannel};
-use crate::value::{Accepts, ChannelSet, Type};
+use crate::value::{Accepts, Channel, ChannelSet, Type};
 
 impl Linker<'_> {
     /// Finds the channels of all materials, in the given order, and warns about nodes that use a missing channel.
@@ -25,24 +25,31 @@ impl Linker<'_> {
     fn channels_of(&self, flat: usize) -> Option<ChannelSet> {
         let node = &self.flats[flat];
         let mut inputs = Vec::new();
-        for slot in node.slots.iter().filter(|slot| slot.wants == Accepts::One(Type::Material)) {
+        for slot in node.slots.iter().filter(|slot| takes_materials(slot.wants)) {
             inputs.push((slot.port.name(), self.channels_at(slot)?));
         }
-        node.node.as_ref().map(|node| node.channels(&MaterialInputs::new(&inputs)))
+        let channels = node.node.as_ref()?.channels(&MaterialInputs::new(&inputs));
+        // Nodes make normals from heights on the canvas only.
+        let normal: ChannelSet = [Channel::Normal].into_iter().collect();
+        let had = inputs.iter().any(|(_, channels)| channels.has(Channel::Normal));
+        let in_space = node.outputs.first() == Some(&Some(Type::SolidMaterial));
+        Some(if in_space && !had { channels.without(normal) } else { channels })
     }
 
     /// Returns true if a node makes or reads a material that is not given.
     fn is_open(&self, flat: usize, open: &[bool]) -> bool {
         let node = &self.flats[flat];
         let reads = |slot: &Slot| matches!(slot.target, Target::Out { flat, .. } if open[flat]);
-        let mut materials = node.slots.iter().filter(|slot| slot.wants == Accepts::One(Type::Material));
+        let mut materials = node.slots.iter().filter(|slot| takes_materials(slot.wants));
         (node.info.is_none() && node.slots.is_empty()) || materials.any(reads)
     }
 
     fn channels_at(&self, slot: &Slot) -> Option<ChannelSet> {
         match slot.target {
             Target::Out { flat, .. } => self.flats[flat].channels,
-            Target::Constant(..) | Target::Broken => None,
+            // A number or a colour in place of a material in space.
+            Target::Constant(..) => Some(ChannelSet::NONE),
+            Target::Broken => None,
         }
     }
 
@@ -89,6 +96,11 @@ impl Linker<'_> {
             }
         }
     }
+}
+
+/// Returns true if a port takes materials.
+fn takes_materials(port: Accepts) -> bool {
+    Type::Material.fits(port) || Type::SolidMaterial.fits(port)
 }
 
 fn explain(mut warning: Diagnostic, default: &str, channels: ChannelSet) -> Diagnostic {

@@ -190,7 +190,7 @@ impl Linker<'_> {
             Type::Ids => (Meaning::Ids { plane: first }, Some(Domain::Canvas)),
             Type::Solid => planes(1, Domain::Space),
             Type::SolidColor | Type::SolidVector => planes(3, Domain::Space),
-            Type::Material => {
+            Type::Material | Type::SolidMaterial => {
                 let message = format!("`{}` is a material; a formula computes with its channels", shorten(path));
                 (Meaning::Wrong(Code::TypeMismatch, message, Some(format!("write `{}.height`", shorten(path)))), None)
             }

@@ -55,6 +55,7 @@ mod ron_text;
 mod room;
 pub mod schema;
 mod scope;
+mod spaces;
 mod spared;
 mod storage;
 mod structs;

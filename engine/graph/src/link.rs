@@ -240,14 +240,19 @@ impl Linker<'_> {
             OutputType::Fixed(ty) => Some(ty),
             OutputType::Told => told,
             OutputType::ColorOf(ports) => {
-                let mut read = node.slots.iter().filter(|slot| ports.iter().any(|port| slot.port.is(port)));
-                let solid = read.any(|slot| self.type_of(&slot.target).is_some_and(Type::is_solid));
-                Some(if solid { Type::SolidColor } else { Type::Rgb })
+                Some(if self.reads_space(flat, ports) { Type::SolidColor } else { Type::Rgb })
+            }
+            OutputType::NumberOf(ports) => Some(if self.reads_space(flat, ports) { Type::Solid } else { Type::Gray }),
+            OutputType::MaterialOf(ports) => {
+                Some(if self.reads_space(flat, ports) { Type::SolidMaterial } else { Type::Material })
             }
             OutputType::SolidLike(ports) => {
                 let read = node.slots.iter().filter(|slot| ports.iter().any(|port| slot.port.is(port)));
                 let types: Vec<_> = read.map(|slot| self.type_of(&slot.target)).collect();
-                let wide = types.iter().flatten().find(|ty| matches!(ty, Type::SolidColor | Type::SolidVector));
+                let wide = types
+                    .iter()
+                    .flatten()
+                    .find(|ty| matches!(ty, Type::SolidColor | Type::SolidVector | Type::SolidMaterial));
                 match (wide, types.contains(&None) || (!node.good && types.is_empty())) {
                     (Some(ty), _) => Some(*ty),
                     (None, true) => None,
@@ -260,6 +265,9 @@ impl Linker<'_> {
                 let wide = types.iter().any(|ty| matches!(ty, Some(Type::Rgb | Type::SolidColor | Type::SolidVector)));
                 // A port value with an error could have any of these types.
                 let unknown = types.contains(&None) || (!node.good && types.is_empty());
+                if types.contains(&Some(Type::SolidMaterial)) {
+                    return Some(Type::Material);
+                }
                 match (types.contains(&Some(Type::Normal)), wide, unknown) {
                     (true, ..) => Some(Type::Normal),
                     (false, true, _) => Some(Type::Rgb),
@@ -290,7 +298,10 @@ impl Linker<'_> {
                 |slot| self.check_type(scope, slot, kind).or_else(|| self.check_movable(&slot.part, &slot.target));
             // The types of a formula's values were checked when it was compiled.
             let slots = self.flats[flat].slots.iter().filter(|_| self.flats[flat].formula.is_none());
-            let errors: Vec<_> = slots.filter_map(check).collect();
+            let mut errors: Vec<_> = slots.filter_map(check).collect();
+            if errors.is_empty() {
+                errors = self.mixed_spaces(flat);
+            }
             if !errors.is_empty() {
                 self.enter(self.flats[flat].scope);
                 self.flats[flat].good = false;

@@ -32,7 +32,7 @@ impl Linker<'_> {
                 continue;
             }
             // Solids are outputs for graphs that import this one.
-            if rendered && ty.is_solid() {
+            if rendered && ty.is_in_space() {
                 continue;
             }
             if rendered && ty.renders().is_none() {

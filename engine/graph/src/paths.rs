@@ -51,7 +51,7 @@ impl Linker<'_> {
         self.selected(scope, target, part, channel.name(), |_, flat| {
             flat.kind_name = KIND.to_owned();
             flat.channel = Some(channel);
-            (PORT, Accepts::One(Type::Material))
+            (PORT, Accepts::AnyMaterial)
         })
     }
 
@@ -108,7 +108,7 @@ impl Linker<'_> {
         let node = &self.flats[flat];
         let slot = &node.slots[0];
         let ty = self.type_of(&slot.target);
-        if let Some(ty) = ty.filter(|ty| *ty != Type::Material) {
+        if let Some(ty) = ty.filter(|ty| !ty.is_material()) {
             let local = self.local_name(flat);
             let path = local.rsplit_once(':').map_or(local.as_str(), |(path, _)| path);
             let message = format!("`{}` is {ty}; only a material has the channel `{}`", shorten(path), channel.name());
@@ -118,7 +118,8 @@ impl Linker<'_> {
             self.flats[flat].slots[0].wants = Accepts::One(ty);
             self.report.push(error);
         }
-        self.flats[flat].outputs = vec![Some(channel.ty())];
+        let in_space = ty == Some(Type::SolidMaterial);
+        self.flats[flat].outputs = vec![Some(if in_space { channel.solid_type() } else { channel.ty() })];
     }
 
     /// Builds the node that takes a channel.

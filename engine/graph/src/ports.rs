@@ -53,7 +53,7 @@ pub(super) fn literal(
         (Accepts::One(Type::Gray) | Accepts::Number | Accepts::Direction | Accepts::Field | Accepts::EveryField, 1) => {
             Type::Gray
         }
-        (Accepts::One(Type::Rgb), 1 | 3) | (Accepts::Field | Accepts::EveryField, 3) => Type::Rgb,
+        (Accepts::One(Type::Rgb) | Accepts::Color, 1 | 3) | (Accepts::Field | Accepts::EveryField, 3) => Type::Rgb,
         (Accepts::One(Type::Vec2) | Accepts::EveryField, 2) => Type::Vec2,
         (Accepts::One(Type::Jacobian), 4) => Type::Jacobian,
         (_, 1) => return Err(wrong("a number")),
@@ -80,20 +80,20 @@ fn narrow(value: f64) -> f32 {
 
 /// Returns true if a colour may be written in place of a wire.
 fn takes_colors(accepts: Accepts) -> bool {
-    matches!(accepts, Accepts::One(Type::Rgb) | Accepts::Field | Accepts::EveryField)
+    matches!(accepts, Accepts::One(Type::Rgb) | Accepts::Color | Accepts::Field | Accepts::EveryField)
         || accepts.solid_of(Type::Rgb).is_some()
 }
 
 fn how_to_write(accepts: Accepts) -> &'static str {
     match accepts {
         Accepts::One(Type::Gray) => "write a number, or the name of a node, \"node\" or \"node.port\"",
-        Accepts::One(Type::Rgb) | Accepts::Field | Accepts::EveryField => {
+        Accepts::One(Type::Rgb) | Accepts::Color | Accepts::Field | Accepts::EveryField => {
             "write a number, a colour \"#rrggbb\" or (r, g, b), or the name of a node"
         }
         Accepts::Direction => "write degrees, or the name of a node that makes them or vectors",
         Accepts::One(Type::Vec2) => "write a pair of numbers, or the name of a node",
         Accepts::One(Type::Solid) | Accepts::Number => "write a number, or the name of a node",
-        Accepts::One(Type::SolidColor) | Accepts::AnySolid => {
+        Accepts::One(Type::SolidColor) | Accepts::AnySolid | Accepts::InSpace => {
             "write a number, a colour \"#rrggbb\" or (r, g, b), or the name of a node"
         }
         _ => "write the name of a node, \"node\" or \"node.port\"",

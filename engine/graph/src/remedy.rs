@@ -183,7 +183,13 @@ impl Linker<'_> {
 
     fn makes(&self, kind: &str, wants: Accepts) -> bool {
         let main = self.registry.info(kind).and_then(|info| info.outputs.first());
-        main.is_some_and(|output| matches!(output.ty, OutputType::Fixed(ty) if wants == Accepts::One(ty)))
+        main.is_some_and(|output| match output.ty {
+            OutputType::Fixed(ty) => wants == Accepts::One(ty),
+            OutputType::MaterialOf(_) => {
+                matches!(wants, Accepts::One(Type::Material | Type::SolidMaterial) | Accepts::AnyMaterial)
+            }
+            _ => false,
+        })
     }
 }
 

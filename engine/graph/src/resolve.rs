@@ -192,7 +192,7 @@ impl Linker<'_> {
             }
             Some(Entity::Node(flat)) => {
                 let main = self.flats[flat].info.and_then(|info| info.outputs.first());
-                main.is_some_and(|output| output.ty == OutputType::Fixed(Type::Material))
+                main.is_some_and(|output| output.ty.is_material())
             }
             _ => false,
         };

@@ -54,8 +54,9 @@ pub use info::{Bounds, Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use param_type::ParamType;
 pub use params::{Color, FilePath, Formula, Linear, Range, Xy};
 pub use port::{
-    AnyField, AnySolid, AnyVector, Anywhere, Direction, EveryField, Gray, IdsField, In, JacobianField, NormalField,
-    Number, PortType, Rgb, SolidColor, SolidNumber, SolidVector, Vec2Field,
+    AnyColor, AnyField, AnyMaterial, AnySolid, AnyVector, Anywhere, Direction, EveryField, Gray, IdsField, In, InSpace,
+    JacobianField, MaterialAnywhere, NormalField, Number, PortType, Rgb, SolidColor, SolidNumber, SolidOrMaterial,
+    SolidVector, Vec2Field,
 };
 pub use shibo_macros::{choice, node};
 pub use shibo_value::parse_color;
@@ -104,7 +105,7 @@ pub enum OutputType {
     /// A fixed type.
     Fixed(Type),
     /// The widest of the types at these ports: `Normal` if any is, else `Rgb` if any is (or a picture), else `Gray`.
-    /// For solids, the type of the field of a cut: `Rgb` for colours and vectors.
+    /// For solids, the type of the field of a cut: `Rgb` for colours and vectors. `Material` for a material of solids.
     Like(&'static [&'static str]),
     /// Computed by the node from the types at its ports, see [`Node::type_of_output`].
     Told,
@@ -112,6 +113,18 @@ pub enum OutputType {
     ColorOf(&'static [&'static str]),
     /// The widest type of the solids at these ports: the first type that is not `Solid`, else `Solid`.
     SolidLike(&'static [&'static str]),
+    /// `Solid` if there is a solid or a material of solids at one of these ports, else `Gray`.
+    NumberOf(&'static [&'static str]),
+    /// `SolidMaterial` if there is a solid or a material of solids at one of these ports, else `Material`. Constants
+    /// combine with solids; other fields do not.
+    MaterialOf(&'static [&'static str]),
+}
+
+impl OutputType {
+    /// True if its values may be materials of this kind: all of them (`MaterialOf`), or those of a fixed type.
+    pub fn is_material(&self) -> bool {
+        matches!(self, Self::MaterialOf(_)) || matches!(self, Self::Fixed(ty) if ty.is_material())
+    }
 }
 
 /// An output of a node; the first of a node's outputs is its main one.
@@ -153,6 +166,16 @@ impl Output {
     /// An output that is a solid of the type of the solids at these ports.
     pub const fn solid_like(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
         Self { name, ty: OutputType::SolidLike(ports), unit: None, former: None, doc }
+    }
+
+    /// An output that is a number, on the canvas or in space as the values at these ports.
+    pub const fn number_of(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
+        Self { name, ty: OutputType::NumberOf(ports), unit: None, former: None, doc }
+    }
+
+    /// An output that is a material, on the canvas or in space as the values at these ports.
+    pub const fn material_of(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
+        Self { name, ty: OutputType::MaterialOf(ports), unit: None, former: None, doc }
     }
 
     /// Sets the unit.

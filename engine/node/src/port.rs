@@ -1,5 +1,5 @@
 //! Ports: the fields of a node struct that accept wires.
-use crate::value::{Accepts, Carried, Field, Solid, Type, Value};
+use crate::value::{Accepts, Carried, Field, Material, Solid, SolidMaterial, Type, Value};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::borrow::Cow;
@@ -100,20 +100,71 @@ pub enum Anywhere {
     Solid(Solid),
 }
 
-/// A port for one number on the canvas or in space; accepts a constant number too.
-#[derive(Clone, Copy, Debug)]
-pub struct Number;
+impl From<Field> for Anywhere {
+    fn from(field: Field) -> Self {
+        Self::Field(field)
+    }
+}
 
-impl PortType for Number {
-    const ACCEPTS: Accepts = Accepts::Number;
-    type Got = Anywhere;
-    fn take(value: Value) -> Option<Anywhere> {
-        match value {
-            Value::Field(field) => Some(Anywhere::Field(field)),
-            Value::Solid(solid) => Some(Anywhere::Solid(solid)),
-            _ => None,
+/// A material on the canvas or in space.
+#[derive(Clone, Debug)]
+pub enum MaterialAnywhere {
+    /// A material of fields.
+    Canvas(Arc<Material>),
+    /// A material of solids.
+    Space(Arc<SolidMaterial>),
+}
+
+/// A solid, or a material of solids.
+#[derive(Clone, Debug)]
+pub enum SolidOrMaterial {
+    /// A solid.
+    Solid(Solid),
+    /// A material of solids.
+    Material(Arc<SolidMaterial>),
+}
+
+impl SolidOrMaterial {
+    /// The value with each solid changed.
+    pub fn map(&self, change: impl Fn(&Solid) -> Solid) -> Value {
+        match self {
+            Self::Solid(solid) => change(solid).into(),
+            Self::Material(material) => {
+                let channels = material.channels().iter().map(|(channel, solid)| (*channel, change(solid)));
+                SolidMaterial::new(channels).into()
+            }
         }
     }
+}
+
+macro_rules! ports_of_two {
+    ($($(#[$doc:meta])* $name:ident = $accepts:expr => $got:ident { $($from:ident $to:ident)* },)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub struct $name;
+
+        impl PortType for $name {
+            const ACCEPTS: Accepts = $accepts;
+            type Got = $got;
+            fn take(value: Value) -> Option<$got> {
+                match value {
+                    $(Value::$from(value) => Some($got::$to(value)),)*
+                    _ => None,
+                }
+            }
+        }
+    )*};
+}
+
+ports_of_two! {
+    /// A port for one number on the canvas or in space; accepts a constant number too.
+    Number = Accepts::Number => Anywhere { Field Field Solid Solid },
+    /// A port for a colour on the canvas or in space; accepts a constant number or colour too.
+    AnyColor = Accepts::Color => Anywhere { Field Field Solid Solid },
+    /// A port for a material on the canvas or in space.
+    AnyMaterial = Accepts::AnyMaterial => MaterialAnywhere { Material Canvas SolidMaterial Space },
+    /// A port for any solid, or a material of solids.
+    InSpace = Accepts::InSpace => SolidOrMaterial { Solid Solid SolidMaterial Material },
 }
 
 /// A port. In a node struct, `In<T>` must be connected unless its default is a [`constant`](Self::constant),

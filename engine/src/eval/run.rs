@@ -11,7 +11,9 @@ use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::graph::{Graph, GraphNode, GraphOutput, Input};
 use crate::node::{Call, Outputs};
 use crate::picture::contained;
-use crate::value::{Blocks, Cuts, Field, Grid, Key, Material, PictureFields, Piece, Stop, Tile, Value, Window};
+use crate::value::{
+    Blocks, Cuts, Field, Grid, Key, Material, PictureFields, Piece, SolidMaterial, Stop, Tile, Value, Window,
+};
 use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
 use std::collections::{BTreeSet, HashMap};
@@ -362,6 +364,14 @@ fn keyed(value: &Value, key: Key) -> Value {
             material.channels().iter().map(|(channel, field)| (*channel, part(field, channel.name()))),
         ))),
         Value::Solid(solid) => Value::Solid(solid.clone().keyed(key)),
+        Value::SolidMaterial(material) => {
+            let channels = material.channels().iter().map(|(channel, solid)| {
+                let part = Key::of("part", &[key.as_bytes(), channel.name().as_bytes()]);
+                let solid = if solid.key().is_some() { solid.clone() } else { solid.clone().keyed(part).owned_by(key) };
+                (*channel, solid)
+            });
+            Value::SolidMaterial(Arc::new(SolidMaterial::new(channels)))
+        }
         value => value.clone(),
     }
 }

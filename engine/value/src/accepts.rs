@@ -19,6 +19,12 @@ pub enum Accepts {
     AnySolid,
     /// One number on the canvas or in space: `Gray` or `Solid`.
     Number,
+    /// A colour on the canvas or in space: `Rgb` or `SolidColor`.
+    Color,
+    /// A material on the canvas or in space.
+    AnyMaterial,
+    /// Anything in space: a solid, or a material of solids.
+    InSpace,
 }
 
 impl From<Type> for Accepts {
@@ -30,7 +36,17 @@ impl From<Type> for Accepts {
 impl Accepts {
     /// All variants.
     pub fn all() -> impl Iterator<Item = Self> {
-        let several = [Self::Field, Self::EveryField, Self::AnyVector, Self::Direction, Self::AnySolid, Self::Number];
+        let several = [
+            Self::Field,
+            Self::EveryField,
+            Self::AnyVector,
+            Self::Direction,
+            Self::AnySolid,
+            Self::Number,
+            Self::Color,
+            Self::AnyMaterial,
+            Self::InSpace,
+        ];
         Type::ALL.iter().copied().map(Self::One).chain(several)
     }
 
@@ -44,6 +60,9 @@ impl Accepts {
             Self::Direction => "Direction",
             Self::AnySolid => "AnySolid",
             Self::Number => "Number",
+            Self::Color => "Color",
+            Self::AnyMaterial => "AnyMaterial",
+            Self::InSpace => "InSpace",
         }
     }
 
@@ -57,7 +76,14 @@ impl Accepts {
         match self {
             Self::One(ty) => Some(ty),
             Self::Direction => Some(Type::Gray),
-            Self::Field | Self::EveryField | Self::AnyVector | Self::AnySolid | Self::Number => None,
+            Self::Field
+            | Self::EveryField
+            | Self::AnyVector
+            | Self::AnySolid
+            | Self::Number
+            | Self::Color
+            | Self::AnyMaterial
+            | Self::InSpace => None,
         }
     }
 
@@ -66,8 +92,8 @@ impl Accepts {
         match (self, field) {
             (Self::One(ty @ (Type::Solid | Type::SolidColor | Type::SolidVector)), Type::Gray) => Some(ty),
             (Self::One(ty @ (Type::SolidColor | Type::SolidVector)), Type::Rgb) => Some(ty),
-            (Self::AnySolid, Type::Gray) => Some(Type::Solid),
-            (Self::AnySolid, Type::Rgb) => Some(Type::SolidColor),
+            (Self::AnySolid | Self::InSpace, Type::Gray) => Some(Type::Solid),
+            (Self::AnySolid | Self::InSpace, Type::Rgb) => Some(Type::SolidColor),
             _ => None,
         }
     }
@@ -79,7 +105,10 @@ impl Accepts {
             Self::One(ty) => ty.fits(other),
             Self::Field => matches!(other, Self::Field | Self::EveryField),
             Self::AnyVector => matches!(other, Self::AnyVector | Self::EveryField),
-            Self::EveryField | Self::Direction | Self::AnySolid | Self::Number => self == other,
+            Self::AnySolid => matches!(other, Self::AnySolid | Self::InSpace),
+            Self::EveryField | Self::Direction | Self::Number | Self::Color | Self::AnyMaterial | Self::InSpace => {
+                self == other
+            }
         }
     }
 }
@@ -99,7 +128,9 @@ impl Type {
     /// `Gray`, `Rgb`, `Normal` and `Picture` (as `Gray` if the picture has one channel, else as `Rgb`); an `EveryField`
     /// port takes all these and every other field; an `AnyVector` port takes `Rgb`, `Normal`, `Vec2` and `Picture` (as
     /// `Rgb`); a `Direction` port takes `Gray` (degrees), `Vec2` (its angle) and `Picture`; an `AnySolid` port takes
-    /// every solid; a `Number` port takes `Gray`, `Picture` (as its luminance) and `Solid`. Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields; in a port for
+    /// every solid; a `Number` port takes `Gray`, `Picture` (as its luminance) and `Solid`; a `Color` port takes what
+    /// an `Rgb` port takes (as `Rgb`) and `SolidColor`; an `AnyMaterial` port takes both kinds of materials; an
+    /// `InSpace` port takes every solid and `SolidMaterial`. Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields; in a port for
     /// solids, a constant field becomes a solid ([`Accepts::solid_of`]).
     pub const fn fits(self, port: Accepts) -> bool {
         match port {
@@ -109,6 +140,11 @@ impl Type {
             Accepts::Direction => matches!(self, Self::Gray | Self::Vec2 | Self::Picture),
             Accepts::AnySolid => self.is_solid(),
             Accepts::Number => matches!(self, Self::Gray | Self::Picture | Self::Solid),
+            Accepts::Color => {
+                matches!(self, Self::Gray | Self::Rgb | Self::Normal | Self::Picture | Self::SolidColor)
+            }
+            Accepts::AnyMaterial => self.is_material(),
+            Accepts::InSpace => self.is_in_space(),
             Accepts::One(ty) => {
                 self as usize == ty as usize
                     || matches!(
@@ -134,7 +170,9 @@ impl Value {
             return None;
         }
         Some(match (self, port) {
-            (Self::Field(field), Accepts::One(Type::Rgb | Type::Normal)) => Self::Field(field.to_rgb()),
+            (Self::Field(field), Accepts::One(Type::Rgb | Type::Normal) | Accepts::Color) => {
+                Self::Field(field.to_rgb())
+            }
             (Self::Field(field), Accepts::Direction) => Self::Field(field.to_angle()),
             (Self::Picture(picture), Accepts::One(Type::Gray) | Accepts::Direction | Accepts::Number) => {
                 Self::Field(picture.gray.clone())
@@ -144,7 +182,11 @@ impl Value {
             }
             (
                 Self::Picture(picture),
-                Accepts::One(Type::Rgb | Type::Normal) | Accepts::Field | Accepts::EveryField | Accepts::AnyVector,
+                Accepts::One(Type::Rgb | Type::Normal)
+                | Accepts::Color
+                | Accepts::Field
+                | Accepts::EveryField
+                | Accepts::AnyVector,
             ) => Self::Field(picture.rgb.clone()),
             (value, _) => value.clone(),
         })

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 /// Returns true for types whose values are data that [`encode`] can serialize.
 pub const fn is_data(ty: Type) -> bool {
-    !ty.is_field() && !ty.is_solid() && !matches!(ty, Type::Picture | Type::Material)
+    !ty.is_field() && !ty.is_in_space() && !matches!(ty, Type::Picture | Type::Material)
 }
 
 /// The version of the encoding; it must change when the fields of any object do.
@@ -16,7 +16,11 @@ macro_rules! codec {
         pub fn encode(value: &Value) -> Option<Vec<u8>> {
             match value {
                 $(Value::$name(object) => named(Type::$name, object),)*
-                Value::Field(_) | Value::Picture(_) | Value::Material(_) | Value::Solid(_) => None,
+                Value::Field(_)
+                | Value::Picture(_)
+                | Value::Material(_)
+                | Value::Solid(_)
+                | Value::SolidMaterial(_) => None,
             }
         }
 

@@ -56,7 +56,10 @@ pub struct ObjectData(Value);
 impl Value {
     /// The data of an object; `None` for values that must be evaluated first.
     pub fn data(&self) -> Option<ObjectData> {
-        let evaluated = matches!(self, Self::Field(_) | Self::Picture(_) | Self::Material(_) | Self::Solid(_));
+        let evaluated = matches!(
+            self,
+            Self::Field(_) | Self::Picture(_) | Self::Material(_) | Self::Solid(_) | Self::SolidMaterial(_)
+        );
         (!evaluated).then(|| ObjectData(self.clone()))
     }
 }

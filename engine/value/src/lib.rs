@@ -82,7 +82,7 @@ pub use frames::Frames;
 pub use indirection::{IndirectionLevel, IndirectionMap, Jump, Jump8, Parent};
 pub use key::Key;
 pub use lattice::{GridLinks, Lattice};
-pub use material::{Channel, ChannelSet, Material};
+pub use material::{Channel, ChannelSet, ChannelValue, Channels, Material, SolidMaterial};
 pub use mesh::Mesh;
 pub use nearest::Nearest;
 pub use object::{Carried, Object, Renders};
@@ -160,6 +160,8 @@ macro_rules! values {
             Solid(Solid),
             /// A material.
             Material(Arc<Material>),
+            /// A material in space.
+            SolidMaterial(Arc<SolidMaterial>),
             $(#[doc = $doc] $name(Arc<$name>),)*
         }
 
@@ -171,6 +173,7 @@ macro_rules! values {
                     Self::Picture(_) => Type::Picture,
                     Self::Solid(solid) => solid.ty(),
                     Self::Material(_) => Type::Material,
+                    Self::SolidMaterial(_) => Type::SolidMaterial,
                     $(Self::$name(_) => Type::$name,)*
                 }
             }
@@ -182,6 +185,7 @@ macro_rules! values {
                     Self::Picture(picture) => picture.rgb.source().bytes() + size_of::<PictureFields>(),
                     Self::Solid(solid) => solid.bytes(),
                     Self::Material(material) => material.channels().len() * size_of::<Field>(),
+                    Self::SolidMaterial(material) => material.channels().iter().map(|(_, solid)| solid.bytes()).sum(),
                     $(Self::$name(object) => object.bytes(),)*
                 }
             }
@@ -189,7 +193,9 @@ macro_rules! values {
             /// A handle that tells whether an object is still alive; `None` for values that are evaluated later.
             pub fn handle(&self) -> Option<Handle> {
                 match self {
-                    Self::Field(_) | Self::Picture(_) | Self::Solid(_) | Self::Material(_) => None,
+                    Self::Field(_) | Self::Picture(_) | Self::Solid(_) | Self::Material(_) | Self::SolidMaterial(_) => {
+                        None
+                    }
                     $(Self::$name(object) => Some(Arc::downgrade(object) as Handle),)*
                 }
             }

@@ -1,8 +1,8 @@
-//! Materials: named channels of a surface.
+//! Materials: named channels of a surface, on the canvas or in space.
 //!
 //! The channels of a material are known without evaluating it ([`ChannelSet`], which every node derives from its
 //! inputs). A missing channel has the value [`Channel::default_values`] everywhere.
-use super::{Field, Type};
+use super::{Field, Solid, Type};
 use serde::{Deserialize, Serialize};
 
 macro_rules! channels {
@@ -77,6 +77,15 @@ impl Channel {
         Self::ALL.iter().copied().find(|c| c.name() == name)
     }
 
+    /// Type of its solid, in a material in space.
+    pub const fn solid_type(self) -> Type {
+        match self.ty() {
+            Type::Rgb => Type::SolidColor,
+            Type::Normal => Type::SolidVector,
+            _ => Type::Solid,
+        }
+    }
+
     /// [`default_values`](Self::default_values) as a field.
     pub fn default_field(self) -> Field {
         Field::constant(self.ty(), self.default_values())
@@ -113,6 +122,12 @@ impl ChannelSet {
         Self(self.0 | other.0)
     }
 
+    /// The channels that are not in another set.
+    #[must_use]
+    pub const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
     /// The channels, in the order of [`Channel::ALL`].
     pub fn iter(self) -> impl Iterator<Item = Channel> {
         Channel::ALL.iter().copied().filter(move |channel| self.has(*channel))
@@ -125,15 +140,45 @@ impl FromIterator<Channel> for ChannelSet {
     }
 }
 
-/// A material: fields of the channels that it has, in the order of [`Channel::ALL`].
-#[derive(Clone, Debug, Default)]
-pub struct Material {
-    channels: Vec<(Channel, Field)>,
+/// A value of a channel: a field, or a solid.
+pub trait ChannelValue: Clone {
+    /// The value of a channel that a material lacks.
+    fn default_of(channel: Channel) -> Self;
 }
 
-impl Material {
-    /// A material of these channels.
-    pub fn new(channels: impl IntoIterator<Item = (Channel, Field)>) -> Self {
+impl ChannelValue for Field {
+    fn default_of(channel: Channel) -> Self {
+        channel.default_field()
+    }
+}
+
+impl ChannelValue for Solid {
+    fn default_of(channel: Channel) -> Self {
+        Self::constant(channel.solid_type(), channel.default_values())
+    }
+}
+
+/// The channels that a material has, in the order of [`Channel::ALL`].
+#[derive(Clone, Debug)]
+pub struct Channels<T> {
+    channels: Vec<(Channel, T)>,
+}
+
+/// A material on the canvas: its channels are fields.
+pub type Material = Channels<Field>;
+
+/// A material in space: its channels are solids. A cut through it is a [`Material`].
+pub type SolidMaterial = Channels<Solid>;
+
+impl<T> Default for Channels<T> {
+    fn default() -> Self {
+        Self { channels: Vec::new() }
+    }
+}
+
+impl<T: ChannelValue> Channels<T> {
+    /// A material of these channels. If a channel is given twice, the first value is kept.
+    pub fn new(channels: impl IntoIterator<Item = (Channel, T)>) -> Self {
         let mut channels: Vec<_> = channels.into_iter().collect();
         channels.sort_by_key(|c| c.0);
         channels.dedup_by_key(|c| c.0);
@@ -141,18 +186,32 @@ impl Material {
     }
 
     /// The channels.
-    pub fn channels(&self) -> &[(Channel, Field)] {
+    pub fn channels(&self) -> &[(Channel, T)] {
         &self.channels
     }
 
-    /// The field of a channel, if the material has it.
-    pub fn get(&self, channel: Channel) -> Option<&Field> {
+    /// The value of a channel, if the material has it.
+    pub fn get(&self, channel: Channel) -> Option<&T> {
         self.channels.iter().find(|c| c.0 == channel).map(|c| &c.1)
     }
 
-    /// The field of a channel, or its default.
-    pub fn or_default(&self, channel: Channel) -> Field {
-        self.get(channel).cloned().unwrap_or_else(|| channel.default_field())
+    /// The value of a channel, or its default.
+    pub fn or_default(&self, channel: Channel) -> T {
+        self.get(channel).cloned().unwrap_or_else(|| T::default_of(channel))
+    }
+}
+
+impl Material {
+    /// The same material in space, if all channels are constant; else the first channel that is not.
+    ///
+    /// # Errors
+    /// A channel that is not constant.
+    pub fn in_space(&self) -> Result<SolidMaterial, Channel> {
+        let solid = |(channel, field): &(Channel, Field)| {
+            let values = field.as_constant().ok_or(*channel)?;
+            Ok((*channel, Solid::constant(channel.solid_type(), values)))
+        };
+        self.channels.iter().map(solid).collect::<Result<Vec<_>, _>>().map(SolidMaterial::new)
     }
 }
 
@@ -168,6 +227,20 @@ mod tests {
         }
         assert_eq!(Channel::Normal.default_text(), "(0.5, 0.5, 1)");
         assert_eq!(Channel::Ao.default_text(), "1");
+    }
+
+    #[test]
+    fn constant_materials_exist_in_space() {
+        let constant = Material::new([(Channel::Roughness, Field::constant(Type::Gray, &[0.25]))]);
+        let solid = constant.in_space().unwrap();
+        let at = |channel| solid.or_default(channel).at(&[glam::DVec3::ONE]);
+        assert_eq!((at(Channel::Roughness), at(Channel::Coat)), (vec![0.25], vec![0.0]));
+        assert_eq!(at(Channel::Normal), [0.5, 0.5, 1.0]);
+        for channel in Channel::ALL {
+            assert_eq!(solid.or_default(*channel).ty(), channel.solid_type());
+        }
+        let field = Field::generate(Type::Gray, crate::Tiling::BOTH, |_, _| Ok(()));
+        assert_eq!(Material::new([(Channel::Height, field)]).in_space().unwrap_err(), Channel::Height);
     }
 
     #[test]

@@ -1,5 +1,5 @@
 //! The interface between object types and the engine and commands.
-use super::{Field, Material, Segments, Sketch, Type, Value, objects};
+use super::{Field, Material, Segments, Sketch, SolidMaterial, Type, Value, objects};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
@@ -46,20 +46,26 @@ pub trait Carried: Send + Sync + Sized + 'static {
     fn unwrap(value: Value) -> Option<Arc<Self>>;
 }
 
-impl Carried for Material {
-    const TYPE: Type = Type::Material;
+macro_rules! materials {
+    ($($name:ident)*) => {$(
+        impl Carried for $name {
+            const TYPE: Type = Type::$name;
 
-    fn wrap(material: Arc<Self>) -> Value {
-        Value::Material(material)
-    }
+            fn wrap(material: Arc<Self>) -> Value {
+                Value::$name(material)
+            }
 
-    fn unwrap(value: Value) -> Option<Arc<Self>> {
-        match value {
-            Value::Material(material) => Some(material),
-            _ => None,
+            fn unwrap(value: Value) -> Option<Arc<Self>> {
+                match value {
+                    Value::$name(material) => Some(material),
+                    _ => None,
+                }
+            }
         }
-    }
+    )*};
 }
+
+materials! { Material SolidMaterial }
 
 impl<T: Carried> From<T> for Value {
     fn from(object: T) -> Self {
@@ -107,7 +113,7 @@ macro_rules! renders {
                     }
                     Self::Picture => Some(Renders::Field(Self::Rgb)),
                     Self::Material => Some(Renders::Channels),
-                    Self::Solid | Self::SolidColor | Self::SolidVector => None,
+                    Self::Solid | Self::SolidColor | Self::SolidVector | Self::SolidMaterial => None,
                     $(Self::$name => <super::$name as Object>::RENDERS,)*
                 }
             }

@@ -37,6 +37,7 @@ super::objects! { types! {
     SolidColor  "#9a6a3f" "Scene-linear colour at every point in space.",
     SolidVector "#9a6a3f" "A vector at every point in space.",
     Material    "#c03a6b" "Named channels of a surface.",
+    SolidMaterial "#c03a6b" "Named channels at every point in space.",
 } }
 
 impl Type {
@@ -53,6 +54,16 @@ impl Type {
     /// True if it is a function of a point in space.
     pub const fn is_solid(self) -> bool {
         matches!(self, Self::Solid | Self::SolidColor | Self::SolidVector)
+    }
+
+    /// True for materials, on the canvas or in space.
+    pub const fn is_material(self) -> bool {
+        matches!(self, Self::Material | Self::SolidMaterial)
+    }
+
+    /// True if it is evaluated at points in space.
+    pub const fn is_in_space(self) -> bool {
+        self.is_solid() || matches!(self, Self::SolidMaterial)
     }
 
     /// Number of channels of a field or a solid; 0 for any other type.

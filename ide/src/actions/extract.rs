@@ -265,7 +265,7 @@ fn default(ty: Accepts) -> Option<&'static str> {
         Accepts::One(Type::Gray) | Accepts::Number | Accepts::Field | Accepts::EveryField | Accepts::Direction => {
             Some("default: 0.5")
         }
-        Accepts::One(Type::Rgb) => Some("default: \"#808080\""),
+        Accepts::One(Type::Rgb) | Accepts::Color => Some("default: \"#808080\""),
         Accepts::One(Type::Material) => Some(""),
         _ => None,
     }

@@ -27,7 +27,9 @@ impl Ask<'_> {
             }
         }
         match self.types.of(base) {
-            Some(Accepts::One(Type::Material)) => found.extend(self.channels(base, fits)),
+            Some(Accepts::One(Type::Material | Type::SolidMaterial) | Accepts::AnyMaterial) => {
+                found.extend(self.channels(base, fits))
+            }
             Some(ty) => found.extend(self.components(base, ty.into(), 1.0)),
             None => {}
         }

@@ -278,7 +278,7 @@ fn penalty(of: Inferred, wanted: &Wanted) -> f64 {
         Inferred::Ids if wanted.ids => -1.0,
         Inferred::Ids => 20.0,
         // Its channels are numbers.
-        Inferred::Object(Accepts::One(Type::Material)) => 30.0,
+        Inferred::Object(Accepts::One(Type::Material | Type::SolidMaterial) | Accepts::AnyMaterial) => 30.0,
         Inferred::Object(_) => 1000.0,
         Inferred::Unknown | Inferred::Word => 1.5,
     }

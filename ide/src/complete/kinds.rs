@@ -91,6 +91,8 @@ fn main_fits(info: &KindInfo, port: Accepts) -> bool {
         Some(OutputType::Like(_)) => Type::Gray.fits(port) || Type::Rgb.fits(port) || Type::Normal.fits(port),
         Some(OutputType::SolidLike(_)) => Type::Solid.fits(port) || Type::SolidColor.fits(port),
         Some(OutputType::ColorOf(_)) => Type::Rgb.fits(port) || Type::SolidColor.fits(port),
+        Some(OutputType::NumberOf(_)) => Type::Gray.fits(port) || Type::Solid.fits(port),
+        Some(OutputType::MaterialOf(_)) => Type::Material.fits(port) || Type::SolidMaterial.fits(port),
         Some(OutputType::Told) => true,
         None => false,
     }

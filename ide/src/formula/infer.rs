@@ -40,8 +40,11 @@ impl Inferred {
             Accepts::One(ty) if ty.is_field() => Self::Numbers(ty.channels(), Space::Canvas),
             Accepts::One(ty) if ty.is_solid() => Self::Numbers(ty.channels(), Space::Solid),
             Accepts::One(Type::Picture) | Accepts::Field | Accepts::EveryField => Self::Unknown,
-            Accepts::AnyVector | Accepts::Direction | Accepts::AnySolid | Accepts::Number => Self::Unknown,
-            ty @ Accepts::One(_) => Self::Object(ty),
+            Accepts::AnyVector | Accepts::Direction | Accepts::AnySolid | Accepts::Number | Accepts::Color => {
+                Self::Unknown
+            }
+            Accepts::InSpace => Self::Unknown,
+            ty @ (Accepts::One(_) | Accepts::AnyMaterial) => Self::Object(ty),
         }
     }
 

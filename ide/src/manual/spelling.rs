@@ -12,6 +12,8 @@ pub fn output(output: &Output, name: impl Fn(&str) -> String) -> String {
         OutputType::Fixed(ty) => ty.name().to_owned(),
         OutputType::Told => "as the node says".to_owned(),
         OutputType::ColorOf(_) => "Rgb or SolidColor".to_owned(),
+        OutputType::NumberOf(_) => "Gray or Solid".to_owned(),
+        OutputType::MaterialOf(_) => "Material or SolidMaterial".to_owned(),
         OutputType::Like(ports) | OutputType::SolidLike(ports) => {
             format!("as {}", ports.iter().map(|port| name(port)).collect::<Vec<_>>().join(", "))
         }

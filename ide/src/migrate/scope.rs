@@ -142,7 +142,8 @@ impl<'t> Scope<'t> {
                 match outputs.get(output.map_or(Some(0), |output| Output::position(outputs, output))?)?.ty {
                     OutputType::Fixed(ty) => Ty::Fixed(ty),
                     OutputType::Like(ports) | OutputType::SolidLike(ports) => Ty::Like(ports),
-                    OutputType::Told | OutputType::ColorOf(_) => Ty::Unknown,
+                    OutputType::Told | OutputType::ColorOf(_) | OutputType::NumberOf(_) => Ty::Unknown,
+                    OutputType::MaterialOf(_) => Ty::Fixed(Type::Material),
                 }
             }
         };

@@ -4,7 +4,7 @@
 //! [`kernel::blend`](shibo_kernel::pointwise::blend). Unlike there, colours are blended scene-linear and results are
 //! not clamped to 0..1. Cost: O(pixels), bound by memory; a layer that a mask hides in a whole tile is not computed
 //! there.
-use crate::masked::{Masked, Mix};
+use crate::masked::{self, Masked, Mix};
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::tile::{channel, widest};
 use shibo_kernel::pointwise::blend::{self as kernel, BlendMode};
@@ -58,7 +58,12 @@ impl Layers {
     /// `top` over `base` through a mask. A window in which only one of them shows computes only that one.
     fn masked(self, mask: Field, base: Field, top: Field, ty: Type) -> Field {
         let covering = (self.mode == BlendMode::Normal && self.opacity == 1.0).then_some(0.0);
-        let mix: Mix = Box::new(move |out, mask, base, top| self.fill(out, base[0], top[0], Some(mask)));
+        let mix: Mix = Box::new(move |out, mask, base, top| {
+            for (k, out) in out.iter_mut().enumerate() {
+                let (base, top) = (masked::plane(&base[0], k), masked::plane(&top[0], k));
+                kernel::blend(self.mode, base, top, Some(mask), self.opacity, out);
+            }
+        });
         Masked { weight: mask, base: vec![base], top: vec![top], covering, mix }.field(ty)
     }
 }

@@ -2,8 +2,12 @@
 //!
 //! If a number chooses, the input is passed on unchanged, with its cache key. If a field chooses, a tile reads of each
 //! input only the part that shows in it. Cost: none, or a copy.
+use crate::anywhere::is_in_space;
 use crate::chosen::Chosen;
-use shibo_node::{CanvasFacts, Context, EveryField, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, node};
+use shibo_node::{
+    AnyMaterial, CanvasFacts, Context, EveryField, Fact, Gray, In, MaterialAnywhere, MaterialInputs, Node, Output,
+    Outputs, node,
+};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Channel, ChannelSet, Field, Material, Stop, Type, Value};
 use std::collections::BTreeSet;
@@ -38,7 +42,8 @@ pub struct Switch {
 /// Passes on one of several materials, chosen by a number or, pixel by pixel, by a field.
 ///
 /// Materials that are not chosen cost nothing. If a number chooses, the result has the channels of the chosen material.
-/// If a field chooses, it has the channels of all of them, with defaults where a material lacks one. Edges are hard;
+/// If a field chooses, it has the channels of all of them, with defaults where a material lacks one. Materials in space
+/// are chosen by a number. Edges are hard;
 /// use `BlendMaterials` for soft ones.
 ///
 /// ```ron
@@ -54,7 +59,7 @@ pub struct Switch {
 #[node]
 pub struct SwitchMaterial {
     /// Materials to choose from.
-    pub inputs: Vec<In<Material>>,
+    pub inputs: Vec<In<AnyMaterial>>,
     /// The number of the material at every place, rounded: 0 is the first one. Numbers below 0 choose the first
     /// material and numbers that are too large the last. If `by` is given, `which` has no effect.
     pub by: Option<In<Gray>>,
@@ -143,7 +148,7 @@ impl Node for Switch {
 }
 
 impl Node for SwitchMaterial {
-    const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "The chosen material.")];
+    const OUTPUTS: &'static [Output] = &[Output::material_of("material", &["inputs"], "The chosen material.")];
     const FACTS: &'static [Fact] = &[];
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
@@ -172,8 +177,22 @@ impl Node for SwitchMaterial {
             let Some(chosen) = materials.get(self.which as usize) else {
                 return Err(Problem::new(Code::OutOfRange, "there is no such input").at("which").into());
             };
-            return Ok(Outputs::one(Value::Material(chosen.clone())));
+            return Ok(match chosen {
+                MaterialAnywhere::Canvas(chosen) => Outputs::one(chosen.clone()),
+                MaterialAnywhere::Space(chosen) => Outputs::one(chosen.clone()),
+            });
         };
+        if materials.iter().any(is_in_space) {
+            let message = "`by` chooses at places of the canvas; these materials are in space";
+            let help = "cut them first, or choose one by `which`";
+            return Err(Problem::new(Code::TypeMismatch, message).at("by").help(help).into());
+        }
+        let materials: Vec<_> = materials
+            .iter()
+            .filter_map(
+                |material| if let MaterialAnywhere::Canvas(material) = material { Some(material) } else { None },
+            )
+            .collect();
         let all: BTreeSet<Channel> = materials.iter().flat_map(|m| m.channels().iter().map(|(c, _)| *c)).collect();
         let channels = all.into_iter().map(|channel| {
             let count = materials.len();

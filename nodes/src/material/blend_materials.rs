@@ -4,10 +4,12 @@
 //! times the opacity, `c` being the contrast. Colours are mixed scene-linear, normals by their slopes or by
 //! reorientation (C. Barré-Brisebois and S. Hill, *Blending in Detail*, 2012), anisotropy by twice its angle. Cost:
 //! O(pixels), bound by memory; a tile in which only one layer shows does not compute the other.
-use super::layers::{BlendBy, BlendNormals, Over};
+use super::layers::{BlendBy, BlendNormals, Over, layered};
 use shibo_kernel::surface::layers::HeightMode;
-use shibo_node::{Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, node};
-use shibo_value::{ChannelSet, Material, Stop, Type};
+use shibo_node::{
+    AnyMaterial, Anywhere, Context, Fact, In, MaterialAnywhere, MaterialInputs, Node, Number, Output, Outputs, node,
+};
+use shibo_value::{ChannelSet, Stop};
 
 /// Lays one material over another, all channels at once.
 ///
@@ -21,6 +23,9 @@ use shibo_value::{ChannelSet, Material, Stop, Type};
 /// `opacity` is applied last, to the weight. `offset` moves the top layer up, both for the choice by height and in the
 /// result. By default normals are made from the blended height, so that the step from one layer to the other has an
 /// edge that catches light.
+///
+/// Materials in space are blended in space, by a mask in space: stain that follows the rings, another wood in the knots.
+/// A material of constants, such as paint, goes with both.
 ///
 /// ```ron
 /// "cells":   Worley(size: 7),
@@ -39,17 +44,17 @@ use shibo_value::{ChannelSet, Material, Stop, Type};
 #[node]
 pub struct BlendMaterials {
     /// The layer below.
-    pub base: In<Material>,
+    pub base: In<AnyMaterial>,
     /// The layer above.
-    pub top: In<Material>,
+    pub top: In<AnyMaterial>,
     /// Where the layer above shows, 0..1; values are clamped to that range. If not given: everywhere, or, with `by:
     /// Height`, where it is higher.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-    pub mask: Option<In<Gray>>,
+    pub mask: Option<In<Number>>,
     /// Opacity of the layer above, 0..1.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     #[default(In::constant(1.0))]
-    pub opacity: In<Gray>,
+    pub opacity: In<Number>,
     /// How to decide which layer shows.
     pub by: BlendBy,
     /// With `by: Height`: the difference of heights over which one layer blends into the other; 0 is a sharp edge.
@@ -76,10 +81,13 @@ impl BlendMaterials {
     }
 }
 
+/// The ports whose values are all on the canvas or all in space.
+const PORTS: &[&str] = &["base", "top", "mask", "opacity"];
+
 impl Node for BlendMaterials {
     const OUTPUTS: &'static [Output] = &[
-        Output::new("material", Type::Material, "The blend, with the channels of both."),
-        Output::new("weight", Type::Gray, "How much of the layer above shows, 0..1."),
+        Output::material_of("material", PORTS, "The blend, with the channels of both."),
+        Output::number_of("weight", PORTS, "How much of the layer above shows, 0..1."),
     ];
     const VERSION: u32 = 2;
     const FACTS: &'static [Fact] = &[];
@@ -90,11 +98,17 @@ impl Node for BlendMaterials {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (base, top) = (cx.get(&self.base)?, cx.get(&self.top)?);
-        let over = self.over();
-        let weight = over.weight(cx.get_opt(&self.mask)?, &cx.get(&self.opacity)?, &base, &top);
-        let weight = cx.shared_field("weight", weight);
-        let blend = over.blend(cx, "blend", &base, &top, &weight);
-        Ok(Outputs::one(blend).with("weight", weight))
+        let [mask, opacity] = [cx.get_opt(&self.mask)?, Some(cx.get(&self.opacity)?)];
+        let names = ["base", "top", "mask", "opacity"].map(str::to_owned);
+        let (blend, weight) = layered(cx, &self.over(), ["blend", "weight"], [base, top], [mask, opacity], &names)?;
+        let blend = match blend {
+            MaterialAnywhere::Canvas(blend) => Outputs::one(blend),
+            MaterialAnywhere::Space(blend) => Outputs::one(blend),
+        };
+        Ok(match weight {
+            Anywhere::Field(weight) => blend.with("weight", weight),
+            Anywhere::Solid(weight) => blend.with("weight", weight),
+        })
     }
 }
 
@@ -102,7 +116,7 @@ impl Node for BlendMaterials {
 mod tests {
     use super::*;
     use crate::testing::{canvas, lumps, outputs, port, raster};
-    use shibo_value::{Channel, Field, Value};
+    use shibo_value::{Channel, Field, Material, Type, Value};
 
     fn number(value: f32) -> Field {
         Field::constant(Type::Gray, &[value])

@@ -1,12 +1,12 @@
 //! [`ChannelOf`]: the node of `"material.channel"`. Cost: none.
-use shibo_node::{Context, Fact, In, Node, Output, Outputs, TakenChannel, node};
-use shibo_value::{Channel, Material, Stop};
+use shibo_node::{AnyMaterial, Context, Fact, In, MaterialAnywhere, Node, Output, Outputs, TakenChannel, node};
+use shibo_value::{Channel, Stop};
 
 /// Takes a channel of a material, or the default of the channel if the material lacks it.
 #[node]
 pub struct ChannelOf {
     /// The material.
-    pub material: In<Material>,
+    pub material: In<AnyMaterial>,
     /// The channel.
     #[default(Channel::Height)]
     pub channel: Channel,
@@ -21,6 +21,9 @@ impl Node for ChannelOf {
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        Ok(Outputs::one(cx.get(&self.material)?.or_default(self.channel)))
+        Ok(match cx.get(&self.material)? {
+            MaterialAnywhere::Canvas(material) => Outputs::one(material.or_default(self.channel)),
+            MaterialAnywhere::Space(material) => Outputs::one(material.or_default(self.channel)),
+        })
     }
 }

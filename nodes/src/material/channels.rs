@@ -12,55 +12,55 @@ macro_rules! with_channels {
             @table [$(#[$meta])*] $name [$($(#[$own_meta])* $own: $own_type,)*]
             /// Diffuse or metal colour, scene-linear.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-            base_color: Rgb = BaseColor,
+            base_color: AnyColor = BaseColor,
             /// Roughness, 0 (mirror) to 1.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-            roughness: Gray = Roughness,
+            roughness: Number = Roughness,
             /// 0 for dielectrics, 1 for metals.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-            metallic: Gray = Metallic,
+            metallic: Number = Metallic,
             /// Tangent-space normal.
             normal: NormalField = Normal,
             /// Height in mm.
             #[schemars(extend("unit" = "mm"))]
-            height: Gray = Height,
+            height: Number = Height,
             /// Ambient occlusion: 1 is open, 0 is fully occluded.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-            ao: Gray = Ao,
+            ao: Number = Ao,
             /// Opacity, 0..1.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-            opacity: Gray = Opacity,
+            opacity: Number = Opacity,
             /// Sheen, 0..1.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-            sheen: Gray = Sheen,
+            sheen: Number = Sheen,
             /// Clear coat, 0..1.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-            coat: Gray = Coat,
+            coat: Number = Coat,
             /// Anisotropy, 0..1.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-            anisotropy: Gray = Anisotropy,
+            anisotropy: Number = Anisotropy,
             /// Direction of brush lines or fibres in degrees, from +x towards +y on the canvas, where y points down: 0
             /// is along x, 90 along y. Highlights are narrow along it and wide across it. Adding 180° changes nothing.
             /// Exports convert the angle for each program.
             #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
-            anisotropy_angle: Gray = AnisotropyAngle,
+            anisotropy_angle: Number = AnisotropyAngle,
             /// Roughness of the clear coat, 0..1.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-            coat_roughness: Gray = CoatRoughness,
+            coat_roughness: Number = CoatRoughness,
             /// Normal of the clear coat; if not given, the coat is flat.
             coat_normal: NormalField = CoatNormal,
             /// Light that the surface emits, scene-linear.
             #[schemars(extend("minimum" = 0.0))]
-            emission: Rgb = Emission,
+            emission: AnyColor = Emission,
             /// Index of refraction.
             #[schemars(extend("minimum" = 1.0, "maximum" = 5.0))]
-            ior: Gray = Ior,
+            ior: Number = Ior,
             /// Strength of the reflections of a dielectric, 0..1.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-            specular: Gray = Specular,
+            specular: Number = Specular,
             /// Share of light that is scattered below the surface, 0..1.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-            subsurface: Gray = Subsurface,
+            subsurface: Number = Subsurface,
         }
     };
     (
@@ -81,13 +81,16 @@ macro_rules! with_channels {
                 all.into_iter().filter_map(|(channel, connected)| connected.then_some(channel)).collect()
             }
 
-            /// The fields of the connected channels.
+            /// The ports whose values are all on the canvas or all in space.
+            const PORTS: &'static [&'static str] = &[$(stringify!($own),)* $(stringify!($field),)*];
+
+            /// The values of the connected channels.
             fn given(
                 &self,
                 cx: &shibo_node::Context<'_>,
-            ) -> Result<Vec<(shibo_value::Channel, shibo_value::Field)>, shibo_value::Stop> {
-                let all = [$((shibo_value::Channel::$channel, cx.get_opt(&self.$field)?),)*];
-                Ok(all.into_iter().filter_map(|(channel, field)| Some((channel, field?))).collect())
+            ) -> Result<Vec<(shibo_value::Channel, shibo_node::Anywhere)>, shibo_value::Stop> {
+                let all = [$((shibo_value::Channel::$channel, cx.get_opt(&self.$field)?.map(Into::into)),)*];
+                Ok(all.into_iter().filter_map(|(channel, value)| Some((channel, value?))).collect())
             }
         }
     };

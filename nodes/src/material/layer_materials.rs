@@ -1,14 +1,17 @@
 //! [`LayerMaterials`]: any number of materials, one over the other.
 //!
 //! The same result as nested [`BlendMaterials`](super::BlendMaterials). Cost: O(pixels) for each layer that shows.
-use super::layers::{BlendBy, BlendNormals, Over};
+use super::layers::{BlendBy, BlendNormals, Over, layered};
 use shibo_kernel::surface::layers::HeightMode;
-use shibo_node::{CanvasFacts, Context, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, node};
+use shibo_node::{
+    AnyMaterial, CanvasFacts, Context, Fact, In, MaterialAnywhere, MaterialInputs, Node, Number, Output, Outputs, node,
+};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{ChannelSet, Material, Stop, Type};
+use shibo_value::{ChannelSet, Material, Stop};
 
 /// Lays materials over each other, the lowest first. Each layer is blended over all layers before it, with the
 /// parameters of `BlendMaterials`; the first layer needs only its material.
+/// Layers are all on the canvas or all in space; a layer of constants goes with both.
 ///
 /// ```ron
 /// "cells":   Worley(size: 7),
@@ -42,14 +45,14 @@ pub struct LayerMaterials {
 #[node]
 pub struct Layer {
     /// The material.
-    pub material: In<Material>,
+    pub material: In<AnyMaterial>,
     /// Where the layer shows, 0..1. If not given: everywhere, or, with `by: Height`, where it is higher.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-    pub mask: Option<In<Gray>>,
+    pub mask: Option<In<Number>>,
     /// Opacity of the layer, 0..1.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     #[default(In::constant(1.0))]
-    pub opacity: In<Gray>,
+    pub opacity: In<Number>,
     /// How to decide whether the layer shows.
     pub by: BlendBy,
     /// With `by: Height`: the difference of heights over which the layer blends into the layers below; 0 is a sharp
@@ -79,7 +82,7 @@ impl Layer {
 
 impl Node for LayerMaterials {
     const OUTPUTS: &'static [Output] =
-        &[Output::new("material", Type::Material, "All layers, with the channels of all.")];
+        &[Output::material_of("material", &["layers"], "All layers, with the channels of all.")];
     const VERSION: u32 = 2;
     const FACTS: &'static [Fact] = &[];
 
@@ -100,14 +103,20 @@ impl Node for LayerMaterials {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let mut layers = self.layers.iter().enumerate();
         let Some((_, first)) = layers.next() else { return Ok(Outputs::one(Material::default())) };
-        let mut all = (*cx.get(&first.material)?).clone();
+        let mut all = cx.get(&first.material)?;
         for (number, layer) in layers {
-            let (top, over) = (cx.get(&layer.material)?, layer.over());
-            let weight = over.weight(cx.get_opt(&layer.mask)?, &cx.get(&layer.opacity)?, &all, &top);
-            let weight = cx.shared_field(&format!("weight {number}"), weight);
-            all = over.blend(cx, &format!("layer {number}"), &all, &top, &weight);
+            let top = cx.get(&layer.material)?;
+            let names = [format!("layer {number}"), format!("weight {number}")];
+            let numbers = [cx.get_opt(&layer.mask)?, Some(cx.get(&layer.opacity)?)];
+            let port = |name: &str| format!("layers.{}.{name}", number + 1);
+            let ports = ["1.material", "material", "mask", "opacity"].map(port);
+            let names = names.each_ref().map(String::as_str);
+            (all, _) = layered(cx, &layer.over(), names, [all, top], numbers, &ports)?;
         }
-        Ok(Outputs::one(all))
+        Ok(match all {
+            MaterialAnywhere::Canvas(all) => Outputs::one(all),
+            MaterialAnywhere::Space(all) => Outputs::one(all),
+        })
     }
 }
 
@@ -116,7 +125,7 @@ mod tests {
     use super::*;
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, outputs, port, raster};
-    use shibo_value::{Channel, Field, Value};
+    use shibo_value::{Channel, Field, Type, Value};
 
     #[test]
     fn later_layers_lie_over_earlier_ones() {

@@ -3,16 +3,19 @@
 //!
 //! The weight is a field of its own that all channels read. A window in which the weight is 0 or 1 everywhere reads
 //! only the side that shows (see [`Masked`]).
-use crate::masked::{Masked, Mix, SideTiles};
+use crate::anywhere::{field, is_solid, solid, solids};
+use crate::masked::{Masked, Mix, Side, mixed_solids};
 use crate::normals::normals;
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::ground::tile;
-use shibo_kernel::surface::layers::{self as kernel, ByHeight, Grain, HeightMode, Planes};
-use shibo_node::{Context, choice};
+use shibo_kernel::surface::layers::{self as kernel, ByHeight, Grain, HeightMode};
+use shibo_kernel::wood::solids::Code;
+use shibo_node::{Anywhere, Context, MaterialAnywhere, choice};
 use shibo_value::{
-    Channel, ChannelSet, Cost, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window,
+    Channel, ChannelSet, ChannelValue, Channels, Cost, Field, FieldSource, Given, Grid, Material, Read, Solid,
+    SolidMaterial, Stop, Tile, Tiling, Type, Window,
 };
+use std::sync::Arc;
 
 /// How to decide which layer shows.
 #[choice]
@@ -58,18 +61,77 @@ impl Over {
         if normal { both.union([Channel::Normal].into_iter().collect()) } else { both }
     }
 
-    /// The weight of the top layer, as a field that all channels share.
-    pub(super) fn weight(&self, mask: Option<Field>, opacity: &Field, base: &Material, top: &Material) -> Field {
-        let opaque = opacity.as_constant().map(|value| saturate(value.first().copied().unwrap_or(1.0)));
-        let heights = (self.by == BlendBy::Height).then(|| {
-            let by =
-                ByHeight { contrast: narrow(self.contrast), offset: narrow(self.offset), range: narrow(self.range) };
-            (by, [base.or_default(Channel::Height), top.or_default(Channel::Height)])
+    /// `top` over `base` where `weight` is 1.
+    pub(super) fn blend<T: Layered>(
+        &self,
+        cx: &Context<'_>,
+        name: &str,
+        [base, top]: [&Channels<T>; 2],
+        weight: &T,
+    ) -> Channels<T> {
+        let given = |channel| base.get(channel).is_some() || top.get(channel).is_some();
+        let masked = |channel: Channel, covering: Option<f32>, beside: &[Channel], mix: Mix| {
+            let of = |side: &Channels<T>| [&[channel], beside].concat().iter().map(|c| side.or_default(*c)).collect();
+            T::mixed(channel, weight, [of(base), of(top)], covering, mix)
+        };
+        let offset = narrow(self.offset);
+        let height = given(Channel::Height).then(|| {
+            let how = self.height;
+            let covers = (how == HeightMode::Replace).then_some(offset);
+            let mix: Mix = Box::new(move |out, weight, base, top| {
+                kernel::mix_heights(how, offset, weight, base[0].plane(0), top[0].plane(0), &mut *out[0]);
+            });
+            masked(Channel::Height, covers, &[], mix).shared(cx, &format!("{name} height"))
         });
-        let unmasked = if heights.is_some() { 0.5 } else { 1.0 };
-        let mask = mask.unwrap_or_else(|| Field::constant(Type::Gray, &[unmasked]));
+        let adds = height.is_some() && self.height == HeightMode::Add;
+        let made = height.as_ref().filter(|_| self.normals == BlendNormals::FromHeight).and_then(T::normals_of);
+        let channel = |channel: Channel| match channel {
+            Channel::Height => height.clone(),
+            Channel::Normal if made.is_some() => made.clone(),
+            _ if !given(channel) => None,
+            Channel::Normal if self.normals == BlendNormals::Detail => {
+                Some(masked(channel, None, &[], normal(kernel::detail_normals)))
+            }
+            Channel::Normal | Channel::CoatNormal => Some(masked(channel, Some(0.0), &[], normal(kernel::mix_normals))),
+            Channel::Ao if adds => Some(masked(channel, None, &[], Box::new(occlusion))),
+            Channel::Anisotropy => Some(masked(channel, Some(0.0), &[Channel::AnisotropyAngle], Box::new(strength))),
+            Channel::AnisotropyAngle => Some(masked(channel, Some(0.0), &[Channel::Anisotropy], Box::new(angle))),
+            _ => Some(masked(channel, Some(0.0), &[], Box::new(values))),
+        };
+        Channels::new(Channel::ALL.iter().filter_map(|c| Some((*c, channel(*c)?))))
+    }
+
+    fn by_height(&self) -> ByHeight {
+        ByHeight { contrast: narrow(self.contrast), offset: narrow(self.offset), range: narrow(self.range) }
+    }
+
+    /// The mask of a layer without one.
+    fn unmasked(&self) -> f32 {
+        if self.by == BlendBy::Height { 0.5 } else { 1.0 }
+    }
+}
+
+/// Values that layers are made of: fields or solids.
+pub(super) trait Layered: ChannelValue {
+    /// The weight of the top layer, which all channels share.
+    fn weight(over: &Over, mask: Option<Self>, opacity: &Self, sides: [&Channels<Self>; 2]) -> Self;
+    /// A channel of the base and the top, mixed by the weight; see [`Masked`].
+    fn mixed(channel: Channel, weight: &Self, sides: [Vec<Self>; 2], covering: Option<f32>, mix: Mix) -> Self;
+    /// The normals of a height; a height in space has none.
+    fn normals_of(height: &Self) -> Option<Self>;
+    /// Gives it a key, since several outputs share it.
+    fn shared(self, cx: &Context<'_>, name: &str) -> Self;
+}
+
+impl Layered for Field {
+    fn weight(over: &Over, mask: Option<Self>, opacity: &Self, [base, top]: [&Material; 2]) -> Self {
+        let opaque = opacity.as_constant().map(|value| saturate(value.first().copied().unwrap_or(1.0)));
+        let heights = (over.by == BlendBy::Height)
+            .then(|| (over.by_height(), [base.or_default(Channel::Height), top.or_default(Channel::Height)]));
+        let mask = mask.unwrap_or_else(|| Self::constant(Type::Gray, &[over.unmasked()]));
         if let (None, Some(mask), Some(opacity)) = (&heights, mask.as_constant(), opaque) {
-            return Field::constant(Type::Gray, &[saturate(mask.first().copied().unwrap_or(unmasked)) * opacity]);
+            let mask = mask.first().copied().unwrap_or_else(|| over.unmasked());
+            return Self::constant(Type::Gray, &[saturate(mask) * opacity]);
         }
         let opacity = match opaque {
             Some(value) => Opacity::Number(value),
@@ -78,79 +140,106 @@ impl Over {
         Weight { mask, opacity, heights }.field()
     }
 
-    /// `top` over `base` where `weight` is 1.
-    pub(super) fn blend(
-        &self,
-        cx: &Context<'_>,
-        name: &str,
-        base: &Material,
-        top: &Material,
-        weight: &Field,
-    ) -> Material {
-        let given = |channel| base.get(channel).is_some() || top.get(channel).is_some();
-        let masked = |channel: Channel, covers: Option<f32>, beside: &[Channel], mix: Mix| {
-            let of =
-                |material: &Material| [&[channel], beside].concat().iter().map(|c| material.or_default(*c)).collect();
-            Masked { weight: weight.clone(), base: of(base), top: of(top), covering: covers, mix }.field(channel.ty())
-        };
-        let offset = narrow(self.offset);
-        let height = given(Channel::Height).then(|| {
-            let how = self.height;
-            let covers = (how == HeightMode::Replace).then_some(offset);
-            let mix: Mix = Box::new(move |out, weight, base, top| {
-                kernel::mix_heights(how, offset, weight, base[0].plane(0), top[0].plane(0), out.data_mut());
-            });
-            cx.shared_field(&format!("{name} height"), masked(Channel::Height, covers, &[], mix))
-        });
-        let adds = height.is_some() && self.height == HeightMode::Add;
-        let channel = |channel: Channel| match channel {
-            Channel::Height => height.clone(),
-            Channel::Normal => match &height {
-                Some(height) if self.normals == BlendNormals::FromHeight => Some(normals(height)),
-                _ if !given(channel) => None,
-                _ if self.normals == BlendNormals::Detail => {
-                    Some(masked(channel, None, &[], normal(kernel::detail_normals)))
-                }
-                _ => Some(masked(channel, Some(0.0), &[], normal(kernel::mix_normals))),
-            },
-            _ if !given(channel) => None,
-            Channel::CoatNormal => Some(masked(channel, Some(0.0), &[], normal(kernel::mix_normals))),
-            Channel::Ao if adds => Some(masked(channel, None, &[], Box::new(occlusion))),
-            Channel::Anisotropy => Some(masked(channel, Some(0.0), &[Channel::AnisotropyAngle], Box::new(strength))),
-            Channel::AnisotropyAngle => Some(masked(channel, Some(0.0), &[Channel::Anisotropy], Box::new(angle))),
-            _ => Some(masked(channel, Some(0.0), &[], Box::new(values))),
-        };
-        Material::new(Channel::ALL.iter().filter_map(|c| Some((*c, channel(*c)?))))
+    fn mixed(channel: Channel, weight: &Self, [base, top]: [Vec<Self>; 2], covering: Option<f32>, mix: Mix) -> Self {
+        Masked { weight: weight.clone(), base, top, covering, mix }.field(channel.ty())
+    }
+
+    fn normals_of(height: &Self) -> Option<Self> {
+        Some(normals(height))
+    }
+
+    fn shared(self, cx: &Context<'_>, name: &str) -> Self {
+        cx.shared_field(name, self)
     }
 }
 
-fn normal(mix: fn(&[f32], Planes<'_>, Planes<'_>, [&mut [f32]; 3])) -> Mix {
+impl Layered for Solid {
+    fn weight(over: &Over, mask: Option<Self>, opacity: &Self, sides: [&SolidMaterial; 2]) -> Self {
+        let heights = (over.by == BlendBy::Height).then(|| over.by_height());
+        let mut inputs = vec![mask.unwrap_or_else(|| Self::constant(Type::Solid, &[over.unmasked()])), opacity.clone()];
+        if heights.is_some() {
+            inputs.extend(sides.map(|side| side.or_default(Channel::Height)));
+        }
+        let code = Code::of_inputs(move |_, inputs, out| {
+            let (mask, out) = (inputs[0].plane(0), &mut *out[0]);
+            match &heights {
+                Some(by) => by.weights(mask, inputs[2].plane(0), inputs[3].plane(0), out),
+                None => out.iter_mut().zip(mask).for_each(|(out, mask)| *out = saturate(*mask)),
+            }
+            out.iter_mut().zip(inputs[1].plane(0)).for_each(|(out, opacity)| *out *= saturate(*opacity));
+        });
+        code.solid(Type::Solid, inputs)
+    }
+
+    fn mixed(channel: Channel, weight: &Self, [base, top]: [Vec<Self>; 2], _: Option<f32>, mix: Mix) -> Self {
+        mixed_solids(channel.solid_type(), weight, base, top, mix)
+    }
+
+    fn normals_of(_height: &Self) -> Option<Self> {
+        None
+    }
+
+    fn shared(self, cx: &Context<'_>, name: &str) -> Self {
+        cx.shared(name, self)
+    }
+}
+
+/// The layer `top` over `base`, and its weight. All values are on the canvas, or all in space. `ports` are the names of
+/// the base, the top, the mask and the opacity, for errors.
+pub(super) fn layered(
+    cx: &Context<'_>,
+    over: &Over,
+    [name, weight_name]: [&str; 2],
+    [base, top]: [MaterialAnywhere; 2],
+    [mask, opacity]: [Option<Anywhere>; 2],
+    ports: &[String; 4],
+) -> Result<(MaterialAnywhere, Anywhere), Stop> {
+    let opacity = opacity.unwrap_or_else(|| Anywhere::Field(Field::constant(Type::Gray, &[1.0])));
+    if let (MaterialAnywhere::Canvas(base), MaterialAnywhere::Canvas(top)) = (&base, &top)
+        && !mask.iter().chain([&opacity]).any(is_solid)
+    {
+        let mask = mask.map(|mask| field(mask, &ports[2])).transpose()?;
+        let weight = Field::weight(over, mask, &field(opacity, &ports[3])?, [base, top]).shared(cx, weight_name);
+        let blend = over.blend(cx, name, [base, top], &weight);
+        return Ok((MaterialAnywhere::Canvas(Arc::new(blend)), Anywhere::Field(weight)));
+    }
+    let (base, top) = (solids(&base, &ports[0])?, solids(&top, &ports[1])?);
+    let mask = mask.map(|mask| solid(mask, Type::Solid, &ports[2])).transpose()?;
+    let opacity = solid(opacity, Type::Solid, &ports[3])?;
+    let weight = Solid::weight(over, mask, &opacity, [&base, &top]).shared(cx, weight_name);
+    let blend = over.blend(cx, name, [&*base, &*top], &weight);
+    Ok((MaterialAnywhere::Space(Arc::new(blend)), Anywhere::Solid(weight)))
+}
+
+fn normal(mix: fn(&[f32], kernel::Planes<'_>, kernel::Planes<'_>, [&mut [f32]; 3])) -> Mix {
     Box::new(move |out, weight, base, top| {
         let (base, top) = ([0, 1, 2].map(|k| base[0].plane(k)), [0, 1, 2].map(|k| top[0].plane(k)));
-        mix(weight, base, top, tile::planes3(out));
+        if let [x, y, z] = out {
+            mix(weight, base, top, [&mut **x, &mut **y, &mut **z]);
+        }
     })
 }
 
-fn values(out: &mut Tile, weight: &[f32], base: SideTiles<'_>, top: SideTiles<'_>) {
-    for (k, plane) in out.planes_mut().into_iter().enumerate() {
+fn values(out: &mut [&mut [f32]], weight: &[f32], base: Side<'_>, top: Side<'_>) {
+    for (k, plane) in out.iter_mut().enumerate() {
         kernel::mix_values(weight, base[0].plane(k), top[0].plane(k), plane);
     }
 }
 
-fn occlusion(out: &mut Tile, weight: &[f32], base: SideTiles<'_>, top: SideTiles<'_>) {
-    kernel::multiply(weight, base[0].plane(0), top[0].plane(0), out.data_mut());
+fn occlusion(out: &mut [&mut [f32]], weight: &[f32], base: Side<'_>, top: Side<'_>) {
+    kernel::multiply(weight, base[0].plane(0), top[0].plane(0), &mut *out[0]);
 }
 
-fn strength(out: &mut Tile, weight: &[f32], base: SideTiles<'_>, top: SideTiles<'_>) {
+fn strength(out: &mut [&mut [f32]], weight: &[f32], base: Side<'_>, top: Side<'_>) {
     let base = Grain { strength: base[0].plane(0), angle: base[1].plane(0) };
     let top = Grain { strength: top[0].plane(0), angle: top[1].plane(0) };
-    kernel::mix_grain(false, weight, base, top, out.data_mut());
+    kernel::mix_grain(false, weight, base, top, &mut *out[0]);
 }
 
-fn angle(out: &mut Tile, weight: &[f32], base: SideTiles<'_>, top: SideTiles<'_>) {
+fn angle(out: &mut [&mut [f32]], weight: &[f32], base: Side<'_>, top: Side<'_>) {
     let base = Grain { angle: base[0].plane(0), strength: base[1].plane(0) };
     let top = Grain { angle: top[0].plane(0), strength: top[1].plane(0) };
-    kernel::mix_grain(true, weight, base, top, out.data_mut());
+    kernel::mix_grain(true, weight, base, top, &mut *out[0]);
 }
 
 enum Opacity {

@@ -2,9 +2,12 @@
 //!
 //! Channels as in the glTF and OpenPBR models. Nothing is computed here. Cost: none.
 use super::channels::with_channels;
-use shibo_node::{CanvasFacts, Context, Fact, In, MaterialInputs, Node, Output, Outputs};
+use crate::anywhere::{field, is_in_space, is_solid, solid, solids};
+use shibo_node::{
+    AnyMaterial, CanvasFacts, Context, Fact, In, MaterialAnywhere, MaterialInputs, Node, Output, Outputs,
+};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{self as value, ChannelSet, Stop, Type};
+use shibo_value::{self as value, ChannelSet, SolidMaterial, Stop};
 
 with_channels! {
     /// Combines channels to a material, which is written as one file per channel. Channels that are not connected are
@@ -22,17 +25,22 @@ with_channels! {
     ///
     /// `Material(from: "leather", coat: 1)` is `leather` with another coat; all other channels stay.
     ///
+    /// A material of solids is a material in space, a `SolidMaterial`: a wood. `CutPlane`, `CutSurface`, `Board` and
+    /// `BakeSolid` cut it with all its channels, and make normals from the height of the cut. Constants, such as
+    /// `roughness: 0.4`, go with fields and with solids; fields and solids do not go together.
+    ///
     /// Elsewhere: Substance Designer *Output*, *Base Material*, *Material Override*; Blender *Principled BSDF*,
     /// *Material Output*; Material Maker *Static PBR Material*; Unreal *Make Material Attributes*, *Set Material
     /// Attributes*.
     pub struct Material {
         /// A material whose channels are kept where no other is given.
-        from: Option<In<value::Material>>,
+        from: Option<In<AnyMaterial>>,
     }
 }
 
 impl Node for Material {
-    const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "The channels that are connected.")];
+    const OUTPUTS: &'static [Output] =
+        &[Output::material_of("material", Self::PORTS, "The channels that are connected.")];
     const FACTS: &'static [Fact] = &[];
 
     fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
@@ -53,9 +61,24 @@ impl Node for Material {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (old, new) = (cx.get_opt(&self.from)?, self.given(cx)?);
+        if !old.as_ref().is_some_and(is_in_space) && !new.iter().any(|(_, value)| is_solid(value)) {
+            let new: Vec<_> = new
+                .into_iter()
+                .map(|(channel, value)| Ok((channel, field(value, channel.name())?)))
+                .collect::<Result<_, Stop>>()?;
+            let old = old.iter().flat_map(|old| match old {
+                MaterialAnywhere::Canvas(old) => old.channels().to_vec(),
+                MaterialAnywhere::Space(_) => Vec::new(),
+            });
+            return Ok(Outputs::one(value::Material::new(new.into_iter().chain(old))));
+        }
+        let new: Vec<_> = new
+            .into_iter()
+            .map(|(channel, value)| Ok((channel, solid(value, channel.solid_type(), channel.name())?)))
+            .collect::<Result<_, Stop>>()?;
+        let old = old.map(|old| solids(&old, "from")).transpose()?;
         let old = old.iter().flat_map(|old| old.channels().iter().cloned());
-        // If a channel is given twice, the first one is kept.
-        Ok(Outputs::one(value::Material::new(new.into_iter().chain(old))))
+        Ok(Outputs::one(SolidMaterial::new(new.into_iter().chain(old))))
     }
 }
 

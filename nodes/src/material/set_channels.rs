@@ -44,6 +44,10 @@ impl Node for SetChannels {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (old, new) = (cx.get(&self.material)?, self.given(cx)?);
         // If a channel is given twice, the first one is kept.
+        let new: Vec<_> = new
+            .into_iter()
+            .map(|(channel, value)| Ok((channel, crate::anywhere::field(value, channel.name())?)))
+            .collect::<Result<_, Stop>>()?;
         Ok(Outputs::one(value::Material::new(new.into_iter().chain(old.channels().iter().cloned()))))
     }
 }

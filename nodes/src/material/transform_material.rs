@@ -47,12 +47,20 @@ pub struct TransformMaterial {
     /// True to scale heights with the features, by the mean of both scales: slopes then stay the same. If false,
     /// heights stay, and larger features are flatter.
     pub scale_height: bool,
+    /// True to mirror the features left to right, and top to bottom, before they are rotated.
+    pub mirror: (bool, bool),
 }
 
 impl TransformMaterial {
     fn placement(&self) -> Placement {
-        let Self { offset, angle, scale, pivot, .. } = *self;
-        Placement { offset, angle, scale, pivot }
+        let Self { offset, angle, pivot, .. } = *self;
+        Placement { offset, angle, scale: self.signed_scale(), pivot }
+    }
+
+    /// The scale, below 0 in a direction that is mirrored.
+    fn signed_scale(&self) -> Xy {
+        let sign = |mirrored: bool| if mirrored { -1.0 } else { 1.0 };
+        Xy::new(sign(self.mirror.0) * self.scale.x, sign(self.mirror.1) * self.scale.y)
     }
 
     fn channel(&self, channel: Channel, field: &Field, cx: &Context<'_>) -> Field {
@@ -64,9 +72,14 @@ impl TransformMaterial {
         };
         match channel {
             Channel::Height if height != 1.0 => change(&place(field), |value, by| value * by, height),
+            // A mirrored direction runs the other way; fibres have no front, so both ways of mirroring agree.
+            Channel::AnisotropyAngle if self.mirror.0 != self.mirror.1 => {
+                change(&place(field), |value, by| by - value, self.angle)
+            }
             Channel::AnisotropyAngle if self.angle != 0.0 => change(&place(field), |value, by| value + by, self.angle),
             Channel::Normal | Channel::CoatNormal => {
-                let by = [narrow(height / self.scale.x), narrow(height / self.scale.y)];
+                let scale = self.signed_scale();
+                let by = [narrow(height / scale.x), narrow(height / scale.y)];
                 if by == [1.0, 1.0] {
                     return place(field);
                 }
@@ -140,6 +153,31 @@ mod tests {
         // As steep as before if the height grows too.
         let n = normal(&made(&TransformMaterial { scale_height: true, ..node }, material));
         assert!((n[1] / n[2] + 1.0).abs() < 1e-5, "{n:?}");
+    }
+
+    #[test]
+    fn mirrors_slopes_and_directions() {
+        let slope = Field::constant(Type::Normal, &[0.8, 0.5, 0.9]);
+        let angle = Field::constant(Type::Gray, &[10.0]);
+        let material =
+            Material::new([(Channel::Normal, slope), (Channel::AnisotropyAngle, angle), (Channel::Height, lumps())]);
+        let node = TransformMaterial { material: port(0), mirror: (true, false), ..TransformMaterial::default() };
+        let mirrored = made(&node, material.clone());
+        let first = |channel| {
+            let tile = raster(mirrored.get(channel).unwrap(), &canvas());
+            (0..tile.channels()).map(|k| tile.plane(k)[0]).collect::<Vec<_>>()
+        };
+        let normal = first(Channel::Normal);
+        assert!(normal[0] < 0.5 && (normal[1] - 0.5).abs() < 1e-6, "{normal:?}");
+        assert_eq!(first(Channel::AnisotropyAngle), [-10.0]);
+        let (before, after) = (raster(&lumps(), &canvas()), raster(mirrored.get(Channel::Height).unwrap(), &canvas()));
+        for y in 0..before.height() {
+            let backwards: Vec<f32> = after.row(0, y).iter().rev().copied().collect();
+            assert_eq!(before.row(0, y), backwards);
+        }
+        // Twice mirrored is as before.
+        let again = made(&node, mirrored);
+        assert_eq!(raster(again.get(Channel::Height).unwrap(), &canvas()).data(), before.data());
     }
 
     #[test]

@@ -114,7 +114,7 @@ fn cover(cx: &Context<'_>, base: &Material, top: &Material, weight: &Field) -> M
     let form = |channel: &Channel| matches!(channel, Channel::Height | Channel::Normal);
     let flat =
         |material: &Material| Material::new(material.channels().iter().filter(|(channel, _)| !form(channel)).cloned());
-    let blend = over.blend(cx, "cover", &flat(base), &flat(top), weight);
+    let blend = over.blend(cx, "cover", [&flat(base), &flat(top)], weight);
     let kept = base.channels().iter().filter(|(channel, _)| form(channel));
     Material::new(blend.channels().iter().chain(kept).cloned())
 }

@@ -4,15 +4,18 @@
 //! point for each pixel. Beyond the source: footprints that do not depend on the layout of the charts (row B30), and
 //! parts cut from other places of the tree. Cost: that of the solid; about three times as much in `Space`.
 use super::bake_parts::Parts;
+use crate::on_atlas::normals;
+use crate::wood::{shown, shown_channels};
 use glam::DVec3;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::mesh::bake;
 use shibo_kernel::mesh::fields;
 use shibo_kernel::mesh::motion::{RigidMotion, Scatter, motions};
-use shibo_node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs, choice, node};
+use shibo_kernel::surface::normal::{NormalSpec, SlopeFilter};
+use shibo_node::{CanvasFacts, Context, Fact, In, InSpace, MaterialInputs, Node, Output, Outputs, choice, node};
 use shibo_value::{
-    Atlas, Cut, Field, FieldSource, Given, Grid, PieceMap, Read, Solid, Stop, Tile, Tiling, Type, Window,
+    Atlas, ChannelSet, Cut, Field, FieldSource, Given, Grid, PieceMap, Read, Solid, Stop, Tile, Tiling, Type, Window,
 };
 use std::sync::Arc;
 
@@ -78,8 +81,8 @@ pub enum AlignParts {
 pub struct BakeSolid {
     /// The atlas.
     pub atlas: In<Atlas>,
-    /// The solid from which the mesh is cut.
-    pub solid: In<AnySolid>,
+    /// The solid, or the material of solids, from which the mesh is cut.
+    pub solid: In<InSpace>,
     /// Definition of the width of a texel.
     pub footprint: Footprint,
     /// The pieces that are each cut from another place.
@@ -176,7 +179,7 @@ fn width(scale: f64, grid: &Grid) -> f64 {
 }
 
 /// A solid at the texels of an atlas, each computed on its own.
-struct InSpace {
+struct TexelsInSpace {
     solid: Solid,
     place: Field,
     texels: Field,
@@ -186,7 +189,7 @@ struct InSpace {
 /// Number of texels computed at a time.
 const AT_ONCE: usize = 8192;
 
-impl FieldSource for InSpace {
+impl FieldSource for TexelsInSpace {
     fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
         [&self.place, &self.texels].map(|field| Read::new(field, grid, window)).into()
     }
@@ -216,15 +219,29 @@ impl Node for BakeSolid {
         Tiling::NONE
     }
 
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        shown_channels(inputs.at("solid"))
+    }
+
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (atlas, solid, seed) = (cx.get(&self.atlas)?, cx.get(&self.solid)?, cx.seed(self.seed));
         let place = self.places(&atlas, seed);
+        let normals = |height: &Field| {
+            let (step, slope) = ([1.0; 2], SlopeFilter::default());
+            let spec = NormalSpec { step, strength: 1.0, y_up: true, encode: true, slope };
+            normals(height.clone(), atlas.clone(), spec)
+        };
         if self.footprint != Footprint::Space {
-            return Ok(Outputs::one(cx.cut(&solid, &self.cut(&atlas, place, seed))));
+            let cut = self.cut(&atlas, place, seed);
+            return Ok(Outputs::one(shown(&solid, |solid| cx.cut(solid, &cut), normals)));
         }
-        let ty = solid.field_type();
-        let source = InSpace { solid, place, texels: fields::texels(&atlas), scale: atlas.scale() };
-        Ok(Outputs::one(Field::new(ty, Tiling::NONE, source).overwriting()))
+        let texels = fields::texels(&atlas);
+        let baked = |solid: &Solid| {
+            let (place, texels) = (place.clone(), texels.clone());
+            let source = TexelsInSpace { solid: solid.clone(), place, texels, scale: atlas.scale() };
+            Field::new(solid.field_type(), Tiling::NONE, source).overwriting()
+        };
+        Ok(Outputs::one(shown(&solid, baked, normals)))
     }
 }
 

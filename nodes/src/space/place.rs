@@ -3,13 +3,13 @@
 //! The field is placed in the middle of the canvas and moved from there; where the canvas tiles, parts that cross an
 //! edge enter on the other side. Hidden parts of the base and of the input are not computed. Cost: that of the input on
 //! another grid, and a blend at the border.
-use crate::masked::{Masked, Mix};
+use crate::masked::{self, Masked, Mix};
 use crate::moved::Placement;
 use crate::torus::Torus;
 use glam::DVec2;
 use shibo_kernel::ground::math::lerp;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::ground::tile::{channel, widest};
+use shibo_kernel::ground::tile::widest;
 use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Stop, Tiling, Type};
@@ -118,8 +118,8 @@ impl Node for Place {
         let placed = still.place(&input, canvas);
         let placed = if placed.as_constant().is_some() { placed } else { moved(placed) };
         let mix: Mix = Box::new(|out, weight, base, top| {
-            for (k, plane) in out.planes_mut().into_iter().enumerate() {
-                let sides = channel(base[0], k).iter().zip(channel(top[0], k));
+            for (k, plane) in out.iter_mut().enumerate() {
+                let sides = masked::plane(&base[0], k).iter().zip(masked::plane(&top[0], k));
                 for ((out, weight), (base, top)) in plane.iter_mut().zip(weight).zip(sides) {
                     *out = if *weight == 1.0 { *top } else { lerp(*base, *top, *weight) };
                 }

@@ -3,13 +3,14 @@
 //! Source: Momoi & Takatera 2014, §2.1 and §4.1 (rows B26, B28, B29): boards for buildings, cut from anywhere in the
 //! tree. Cost: a cut for each output that is used.
 use super::cut_plane::PlaneInSolid;
+use super::shown::{shown_by, shown_channels};
 use super::trees::{Triple, vector};
 use crate::degrees::about;
 use glam::DVec3;
-use shibo_node::{AnySolid, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
-use shibo_value::{Stop, Tiling};
+use shibo_node::{CanvasFacts, Context, Fact, In, InSpace, MaterialInputs, Node, Output, Outputs, node};
+use shibo_value::{ChannelSet, Stop, Tiling};
 
-/// Cuts a board out of a solid: all six faces, which agree on their edges.
+/// Cuts a board out of a solid, or of a material of solids: all six faces, which agree on their edges.
 ///
 /// Before the rotation, its length runs along the trunk (z), its width along x and its thickness along y. Each output
 /// shows one face over the whole canvas, with the length to the right. Ends show the width to the right and the
@@ -28,8 +29,8 @@ use shibo_value::{Stop, Tiling};
 /// Elsewhere: Blender *Texture Coordinate* (Object); Houdini *Attribute from Volume*.
 #[node]
 pub struct Board {
-    /// Solid to cut.
-    pub solid: In<AnySolid>,
+    /// Solid, or material of solids, to cut.
+    pub solid: In<InSpace>,
     /// Length, width and thickness.
     #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e6, "unit" = "mm"))]
     #[default((600.0, 120.0, 25.0))]
@@ -80,10 +81,14 @@ impl Node for Board {
         Tiling::NONE
     }
 
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        shown_channels(inputs.at("solid"))
+    }
+
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (solid, size) = (cx.get(&self.solid)?, cx.size_mm());
         let [face, back, side, other_side, end, other_end] =
-            self.planes().map(|plane| cx.cut(&solid, &plane.cut(size)));
+            self.planes().map(|plane| shown_by(cx, &solid, &plane.cut(size)));
         Ok(Outputs::one(face)
             .with("back", back)
             .with("side", side)

@@ -4,18 +4,23 @@
 //! another place, see [`kernel::pieces`](shibo_kernel::wood::pieces). Cost: that of the solid plus about 1 ns a pixel,
 //! with pieces about 3 ns.
 use super::cut_pieces::CutPieces;
+use super::shown::{shown_by, shown_channels, with_normals};
 use super::trees::{Triple, vector};
 use crate::chosen::Chosen;
 use crate::degrees::about;
+use crate::normals::normals;
 use glam::DVec3;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::wood::pieces::{Scatter, WoodPiece};
 use shibo_node::{
-    AnySolid, CanvasFacts, Context, Fact, Gray, IdsField, In, Node, Output, Outputs, Vec2Field, choice, node,
+    CanvasFacts, Context, Fact, Gray, IdsField, In, InSpace, MaterialInputs, Node, Output, Outputs, SolidOrMaterial,
+    Vec2Field, choice, node,
 };
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{Cut, Field, Key, Stop, Tile, Tiling, Type};
+use shibo_value::{Channel, ChannelSet, Cut, Field, Key, Solid, SolidMaterial, Stop, Tile, Tiling, Type, Value};
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
 /// Ways of cutting a board from a trunk that stands on the z axis.
 #[choice]
@@ -35,12 +40,15 @@ pub enum Sawing {
 
 /// Cuts a solid with a plane: the canvas shows P = origin + (x / width) · u + (y / height) · v.
 ///
+/// A material of solids, as `Material` makes of a wood, is cut with all its channels: colours, roughness, height, fibres.
+/// Unless it has a normal of its own, the cut gets the normal of its height.
+///
 /// With `local` and `ids`, which `Brick`, `Hex`, `FloodFill` and other nodes give, the node cuts **pieces**: boards,
 /// blocks, veneers. Each piece is cut from another place of the tree. Its middle lies within `spread` of `origin`, or,
 /// with a preset, of the point given by `distance`, `offset` and `height`; `local.x` runs along u, or along the board.
 /// `turn` and `flip` turn each piece separately. Cuts with the same pieces and the same `seed` agree with each other.
 /// If pieces are rotated on the canvas, connect their `angle` too. With `others` every piece is cut from one of several
-/// trees.
+/// trees. `mirror` turns pieces over like the pages of a book (book-matching).
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-2000, 2000), count: 21, wander: 9),
@@ -57,13 +65,13 @@ pub enum Sawing {
 /// Elsewhere: Houdini *Attribute from Map* on fractured pieces; Blender *Mapping* by a random number of each island.
 #[node]
 pub struct CutPlane {
-    /// Solid to cut.
-    pub solid: In<AnySolid>,
+    /// Solid, or material of solids, to cut.
+    pub solid: In<InSpace>,
     /// For pieces: more trees. Each piece is cut from `solid` or one of these, chosen at random with equal chances;
     /// parts that do not show are not computed. Cuts with the same number of trees in the same order agree with each
     /// other.
     #[schemars(extend("optional" = true))]
-    pub others: Vec<In<AnySolid>>,
+    pub others: Vec<In<InSpace>>,
     /// Way of cutting the board from the trunk.
     #[default(Sawing::Given)]
     pub preset: Sawing,
@@ -110,6 +118,10 @@ pub struct CutPlane {
     pub turn: (f64, f64),
     /// For pieces: true to turn half of them, at random, end for end.
     pub flip: bool,
+    /// What is mirrored, where a component is above ½: the cut left to right (x) and top to bottom (y). For pieces: each
+    /// piece along it (x) and across it (y), about its middle; one value for the whole piece, as in `"= (0, floor(x /
+    /// 90) % 2)"`.
+    pub mirror: Option<In<Vec2Field>>,
     /// For pieces: another seed cuts them from other places.
     pub seed: u64,
 }
@@ -123,6 +135,24 @@ pub(super) struct PlaneInSolid {
 }
 
 impl PlaneInSolid {
+    /// The plane seen in a mirror, where a component of `mirror` is above ½.
+    fn mirrored(self, mirror: Option<&Field>) -> Result<Self, Stop> {
+        let Some(mirror) = mirror else { return Ok(self) };
+        let Some(&[x, y]) = mirror.as_constant() else {
+            let message = "`mirror` differs from place to place, but the cut has no pieces";
+            let help = "write `mirror: (1, 0)`, or connect `local` and `ids`";
+            return Err(Problem::new(Code::BadValue, message).at("mirror").help(help).into());
+        };
+        let Self { mut origin, mut u, mut v } = self;
+        if x > 0.5 {
+            (origin, u) = (origin + u, -u);
+        }
+        if y > 0.5 {
+            (origin, v) = (origin + v, -v);
+        }
+        Ok(Self { origin, u, v })
+    }
+
     /// The cut of this plane on a canvas of `size` mm.
     pub(super) fn cut(self, size: glam::DVec2) -> Cut {
         let Self { origin, u, v } = self;
@@ -235,9 +265,38 @@ impl CutPlane {
     }
 }
 
+/// The solids, or the materials, that pieces are cut from.
+enum Trees<'a> {
+    Solids(Vec<&'a Solid>),
+    Materials(Vec<&'a Arc<SolidMaterial>>),
+}
+
+fn trees_of(trees: &[SolidOrMaterial]) -> Result<Trees<'_>, Stop> {
+    let solids: Vec<_> = trees
+        .iter()
+        .filter_map(|tree| if let SolidOrMaterial::Solid(solid) = tree { Some(solid) } else { None })
+        .collect();
+    let materials: Vec<_> = trees
+        .iter()
+        .filter_map(|tree| if let SolidOrMaterial::Material(material) = tree { Some(material) } else { None })
+        .collect();
+    match (solids.is_empty(), materials.is_empty()) {
+        (_, true) => Ok(Trees::Solids(solids)),
+        (true, _) => Ok(Trees::Materials(materials)),
+        _ => {
+            let message = "`solid` and `others` are solids and materials; they must all be solids, or all materials";
+            Err(Problem::new(Code::TypeMismatch, message).at("others").into())
+        }
+    }
+}
+
 impl Node for CutPlane {
     const OUTPUTS: &'static [Output] = &[
-        Output::like("value", &["solid", "others"], "What the plane shows of the solid."),
+        Output::like(
+            "value",
+            &["solid", "others"],
+            "What the plane shows: of a solid a field, of a material all channels.",
+        ),
         Output::new("place", Type::Rgb, "Where the middle of the piece was cut: x, y and z.").in_unit("mm"),
         Output::new(
             "turned",
@@ -281,27 +340,47 @@ impl Node for CutPlane {
         if self.ids.is_some() { Tiling::BOTH } else { Tiling::NONE }
     }
 
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        shown_channels(inputs.at("solid").union(inputs.at("others")))
+    }
+
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let (size, solid) = (cx.size_mm(), cx.get(&self.solid)?);
+        let (size, solid, mirror) = (cx.size_mm(), cx.get(&self.solid)?, cx.get_opt(&self.mirror)?);
         if let (Some(local), Some(ids)) = (cx.get_opt(&self.local)?, cx.get_opt(&self.ids)?) {
             let scatter = self.scatter(size, Hash::new(cx.seed(self.seed)));
-            let pieces = CutPieces { local, ids, angle: cx.get_opt(&self.angle)?, scatter };
+            let pieces = CutPieces { local, ids, angle: cx.get_opt(&self.angle)?, mirror, scatter };
             let place = pieces.each(|piece, _| piece.middle.to_array());
             let turned = pieces.each(|_, turned| *turned);
             let count = 1 + self.others.len();
             let cut = pieces.cut();
-            let mut shown = vec![cx.cut(&solid, &cut)];
-            shown.extend(cx.get_all(&self.others)?.iter().map(|other| cx.cut(other, &cut)));
-            if shown.iter().any(|field| field.ty() == Type::Rgb) {
-                shown.iter_mut().for_each(|field| *field = field.to_rgb());
-            }
-            let value = Chosen::field(&pieces.ids, shown, move |id| scatter.tree(id, count));
+            let trees = [vec![solid], cx.get_all(&self.others)?].concat();
+            let one_of = |solids: Vec<&Solid>| {
+                let mut shown: Vec<Field> = solids.into_iter().map(|solid| cx.cut(solid, &cut)).collect();
+                if shown.iter().any(|field| field.ty() == Type::Rgb) {
+                    shown.iter_mut().for_each(|field| *field = field.to_rgb());
+                }
+                Chosen::field(&pieces.ids, shown, move |id| scatter.tree(id, count))
+            };
+            let value = match trees_of(&trees)? {
+                Trees::Solids(solids) => Value::Field(one_of(solids)),
+                Trees::Materials(materials) => {
+                    let all = |material: &&Arc<SolidMaterial>| material.channels().to_vec();
+                    let channels: BTreeSet<Channel> =
+                        materials.iter().flat_map(all).map(|(channel, _)| channel).collect();
+                    let shown = channels.into_iter().map(|channel| {
+                        let solids: Vec<Solid> =
+                            materials.iter().map(|material| material.or_default(channel)).collect();
+                        (channel, one_of(solids.iter().collect()))
+                    });
+                    with_normals(shown.collect(), normals).into()
+                }
+            };
             let tree = pieces.tree(count);
             return Ok(Outputs::one(value).with("place", place).with("turned", turned).with("tree", tree));
         }
-        let plane = self.plane(size);
+        let plane = self.plane(size).mirrored(mirror.as_ref())?;
         let middle = (plane.origin + 0.5 * (plane.u + plane.v)).to_array().map(single);
-        Ok(Outputs::one(cx.cut(&solid, &plane.cut(size)))
+        Ok(Outputs::one(shown_by(cx, &solid, &plane.cut(size)))
             .with("place", Field::constant(Type::Rgb, &middle))
             .with("turned", Field::constant(Type::Rgb, &[0.0; 3]))
             .with("tree", Field::constant(Type::Gray, &[0.0])))

@@ -2,13 +2,16 @@
 //!
 //! Source: Momoi & Takatera 2014, §4.1, §4.2 (rows B25, B27, B29): a parametric surface (u, v), read from a file or
 //! given, sampled evenly in u and v. Cost: that of the solid plus about 30 ns a pixel.
+use super::shown::{shown_by, shown_channels};
 use super::trees::{Triple, vector};
 use crate::csv_points::FARTHEST;
 use glam::{DVec2, DVec3};
 use shibo_kernel::wood::surface;
-use shibo_node::{AnySolid, CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs, choice, node};
+use shibo_node::{
+    CanvasFacts, Context, Fact, FilePath, In, InSpace, MaterialInputs, Node, Output, Outputs, choice, node,
+};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{Cut, Field, Key, Stop, Tile, Tiling, Type};
+use shibo_value::{ChannelSet, Cut, Field, Key, Stop, Tile, Tiling, Type};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -26,7 +29,7 @@ pub enum SurfaceShape {
     Points,
 }
 
-/// Cuts a solid along a curved surface; the canvas shows it unrolled, u to the right and v down, 0 to 1.
+/// Cuts a solid, or a material of solids, along a curved surface; the canvas shows it unrolled, u to the right and v down, 0 to 1.
 ///
 /// To move or turn the surface in the tree, place the solid by `PlaceInTree` first.
 ///
@@ -43,8 +46,8 @@ pub enum SurfaceShape {
 /// Elsewhere: Blender *Texture Coordinate* (Object); Houdini *Attribute from Volume*.
 #[node]
 pub struct CutSurface {
-    /// Solid to cut.
-    pub solid: In<AnySolid>,
+    /// Solid, or material of solids, to cut.
+    pub solid: In<InSpace>,
     /// The surface.
     #[default(SurfaceShape::Cylinder)]
     pub shape: SurfaceShape,
@@ -184,6 +187,10 @@ impl Node for CutSurface {
         Tiling { x: round, y: false }
     }
 
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        shown_channels(inputs.at("solid"))
+    }
+
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let size = cx.size_mm();
         let (surface, bytes) = self.surface(cx)?;
@@ -217,6 +224,6 @@ impl Node for CutSurface {
         let spacing = move |grid: &shibo_value::Grid| (stretch * grid.step).max_element();
         // Every solid that is cut reads the points, so they get a cache key.
         let place = place.keyed(Key::of("surface points", &[key.as_bytes()]));
-        Ok(Outputs::one(cx.cut(&cx.get(&self.solid)?, &Cut::new(key, place, spacing))))
+        Ok(Outputs::one(shown_by(cx, &cx.get(&self.solid)?, &Cut::new(key, place, spacing))))
     }
 }

@@ -6,10 +6,10 @@ use super::trees::{Triple, vector};
 use crate::degrees::about;
 use glam::DVec3;
 use shibo_kernel::wood::solids::Code;
-use shibo_node::{AnySolid, Context, Fact, In, Node, Output, Outputs, node};
-use shibo_value::{Stop, Type};
+use shibo_node::{Context, Fact, In, InSpace, MaterialInputs, Node, Output, Outputs, node};
+use shibo_value::{ChannelSet, Stop, Type};
 
-/// Places an object in a solid: the result is the solid in the coordinates of the object.
+/// Places an object in a solid, or in a material of solids: the result is the solid in the coordinates of the object.
 ///
 /// At a point P of the object the solid is evaluated at position + R · (P · scale), where R rotates about x, then y,
 /// then z.
@@ -27,8 +27,8 @@ use shibo_value::{Stop, Type};
 /// Elsewhere: Blender *Mapping*; Houdini *Transform*.
 #[node]
 pub struct PlaceInTree {
-    /// The solid, in the coordinates of the tree.
-    pub solid: In<AnySolid>,
+    /// The solid, or the material of solids, in the coordinates of the tree.
+    pub solid: In<InSpace>,
     /// Position of the object's origin in the tree.
     #[schemars(extend("minimum" = -1e7, "maximum" = 1e7, "unit" = "mm"))]
     pub position: Triple,
@@ -45,6 +45,10 @@ impl Node for PlaceInTree {
     const OUTPUTS: &'static [Output] =
         &[Output::solid_like("solid", &["solid"], "The solid in the coordinates of the object.")];
     const FACTS: &'static [Fact] = &[];
+
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        inputs.at("solid")
+    }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let solid = cx.get(&self.solid)?;
@@ -65,6 +69,6 @@ impl Node for PlaceInTree {
         });
         let place = code.solid(Type::SolidVector, Vec::new());
         let place = cx.shared("place", place);
-        Ok(Outputs::one(solid.moved(place, level)))
+        Ok(Outputs::one(solid.map(|solid| solid.moved(place.clone(), level))))
     }
 }

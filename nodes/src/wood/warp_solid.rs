@@ -7,10 +7,10 @@ use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::simd::dispatch;
 use shibo_kernel::noise::noise3::{DEVIATION, Noise3};
 use shibo_kernel::wood::solids::Code;
-use shibo_node::{AnySolid, Context, Fact, In, Node, Output, Outputs, node};
-use shibo_value::{Stop, Type};
+use shibo_node::{Context, Fact, In, InSpace, MaterialInputs, Node, Output, Outputs, node};
+use shibo_value::{ChannelSet, Stop, Type};
 
-/// Warps a solid by noise.
+/// Warps a solid, or a material of solids, by noise.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
@@ -25,8 +25,8 @@ use shibo_value::{Stop, Type};
 /// Elsewhere: Houdini *Volume Deform*.
 #[node]
 pub struct WarpSolid {
-    /// Solid to warp.
-    pub solid: In<AnySolid>,
+    /// Solid, or material of solids, to warp.
+    pub solid: In<InSpace>,
     /// Displacement of points: the standard deviation in each direction.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
     #[default(2.0)]
@@ -59,6 +59,10 @@ impl Node for WarpSolid {
         (self.amount == 0.0).then_some("solid")
     }
 
+    fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
+        inputs.at("solid")
+    }
+
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let solid = cx.get(&self.solid)?;
         let hash = Hash::new(cx.seed(self.seed));
@@ -88,6 +92,6 @@ impl Node for WarpSolid {
         });
         let place = code.solid(Type::SolidVector, Vec::new());
         let place = cx.shared("place", place);
-        Ok(Outputs::one(solid.moved(place, false)))
+        Ok(Outputs::one(solid.map(|solid| solid.moved(place.clone(), false))))
     }
 }

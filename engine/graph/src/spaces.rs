@@ -1,0 +1,78 @@
+//! Nodes that work on the canvas and in space: the types of their outputs, and errors at values that do not go together.
+use super::linker::{Linker, Slot, Target};
+use super::read::shorten;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::node::OutputType;
+use crate::value::Type;
+
+impl Linker<'_> {
+    /// Returns true if a solid or a material of solids is at one of these ports of a node.
+    pub(super) fn reads_space(&self, flat: usize, ports: &[&str]) -> bool {
+        self.flats[flat].slots.iter().filter(|slot| is_at(slot, ports)).any(|slot| self.is_in_space(slot))
+    }
+
+    fn is_in_space(&self, slot: &Slot) -> bool {
+        self.type_of(&slot.target).is_some_and(Type::is_in_space)
+    }
+
+    /// Returns true for constants, and for materials that are made of constants only.
+    fn is_constant_everywhere(&self, target: &Target) -> bool {
+        let (mut open, mut seen) = (vec![target], 0);
+        while let Some(target) = open.pop() {
+            if self.is_constant(target) {
+                continue;
+            }
+            let Target::Out { flat, output } = target else { return false };
+            let node = &self.flats[*flat];
+            // Inputs that lead back to themselves have been reported.
+            seen += 1;
+            let makes = match node.info {
+                Some(info) => {
+                    info.outputs.get(*output).is_some_and(|output| matches!(output.ty, OutputType::MaterialOf(_)))
+                }
+                None => self.type_of(target).is_some_and(Type::is_material) && node.channel.is_none(),
+            };
+            if !makes || seen > self.flats.len() {
+                return false;
+            }
+            open.extend(node.slots.iter().map(|slot| &slot.target));
+        }
+        true
+    }
+
+    /// Errors at the values of a node that are on the canvas, if other values are in space.
+    pub(super) fn mixed_spaces(&self, flat: usize) -> Vec<Diagnostic> {
+        let node = &self.flats[flat];
+        let outputs = node.info.iter().flat_map(|info| info.outputs);
+        let Some(ports) = outputs.map(|output| output.ty).find_map(|ty| match ty {
+            OutputType::MaterialOf(ports) | OutputType::NumberOf(ports) => Some(ports),
+            _ => None,
+        }) else {
+            return Vec::new();
+        };
+        let slots = || node.slots.iter().filter(|slot| is_at(slot, ports));
+        let Some(solid) = slots().find(|slot| self.is_in_space(slot)) else { return Vec::new() };
+        let on_canvas = |slot: &&Slot| {
+            let ty = self.type_of(&slot.target);
+            ty.is_some_and(|ty| !ty.is_in_space()) && !self.is_constant_everywhere(&slot.target)
+        };
+        let error = |slot: &Slot| {
+            let is = match self.type_of(&slot.target) {
+                Some(Type::Material) => "a material on the canvas".to_owned(),
+                Some(ty) => format!("a field ({ty})"),
+                None => "a field".to_owned(),
+            };
+            let message = format!("{} is {is}, but {} is in space; they do not go together", slot.port, solid.port);
+            let help = format!("cut {} first: `CutPlane(solid: {})`", solid.port, shorten(solid.part.str()));
+            let error = slot.part.error(Code::TypeMismatch, message).help(help);
+            error.related(solid.part.span(), "this value is a function of a point in space")
+        };
+        slots().filter(on_canvas).map(error).collect()
+    }
+}
+
+/// Returns true if a slot belongs to one of these ports, also as a part of a list of structs: `layers.2.mask`.
+fn is_at(slot: &Slot, ports: &[&str]) -> bool {
+    let name = slot.port.name();
+    ports.iter().any(|port| name == *port || name.split_once('.').is_some_and(|(list, _)| list == *port))
+}

@@ -82,6 +82,7 @@ pub fn stand_in(registry: &Arc<Registry>, port: Accepts) -> Result<(String, Stri
         Accepts::One(ty) => ty,
         Accepts::Field | Accepts::EveryField | Accepts::Direction | Accepts::Number => Type::Gray,
         Accepts::Color => Type::Rgb,
+        Accepts::AnyNormal => Type::Normal,
         Accepts::AnyMaterial => Type::Material,
         Accepts::AnyVector => Type::Rgb,
         Accepts::AnySolid | Accepts::InSpace => Type::Solid,

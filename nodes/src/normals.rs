@@ -1,7 +1,8 @@
-//! Normals of a height, for nodes that make the height of a material.
+//! Normals of heights, and of detail on them, for nodes that make the height of a material.
 use shibo_kernel::ground::tile;
+use shibo_kernel::surface::combine_normals::{NormalBlend, combine};
 use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
-use shibo_value::{Field, Halo, Type};
+use shibo_value::{Field, Halo, Tile, Type};
 
 /// Normals of a height in mm, with the defaults of `HeightToNormal`.
 pub(crate) fn normals(height: &Field) -> Field {
@@ -11,4 +12,14 @@ pub(crate) fn normals(height: &Field) -> Field {
         normal::normal(&tile::view(height, 0), out.window, &spec, tile::planes3(out));
         Ok(())
     })
+}
+
+/// One normal on another, see [`BlendNormals`](crate::surface::BlendNormals).
+pub(crate) fn blended(mode: NormalBlend, [base, detail, strength]: [Field; 3]) -> Field {
+    let fill = move |out: &mut Tile, [base, detail, strength]: [&Tile; 3]| {
+        let [base, detail] = [base, detail].map(|tile| [0, 1, 2].map(|k| tile.plane(k)));
+        combine(mode, base, detail, strength.plane(0), tile::planes3(out));
+        Ok(())
+    };
+    Field::map(Type::Normal, [base, detail, strength], Halo::NONE, fill)
 }

@@ -44,6 +44,7 @@ mod render;
 mod rest;
 mod rows;
 mod shared;
+mod solid_materials;
 mod structure;
 mod support;
 mod sweep;

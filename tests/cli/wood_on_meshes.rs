@@ -35,7 +35,7 @@ const WOOD: &str = r##"
     "fiber": FiberSpace(time: "grown", skeleton: "tree", elongation_speed: 210, thickening_speed: 3.4, wander: 3),
     "year": ColorPattern(stops: [(0, "#75543b"), (.10, "#7a583e"), (.4, "#795840"), (.78, "#6e4e37"), (.93, "#62442f"), (.975, "#5c3f2b"), (1, "#6e4e37")]),
     "rings": RingColor(time: "time", pattern: "year", fiber: "fiber", late_variation: 0.9, phase_variation: 0.25, feather: 0.09),
-    "placed_walnut": PlaceInTree(solid: "walnut.solid", position: (0, 60, 1200), turn: (8, 20, 0)),
+    "placed_walnut": PlaceInTree(solid: "walnut.wood.base_color", position: (0, 60, 1200), turn: (8, 20, 0)),
     "placed_rings": PlaceInTree(solid: "rings", position: (0, 60, 1200), turn: (8, 20, 0)),
     "placed_time": PlaceInTree(solid: "time", position: (0, 60, 1200), turn: (8, 20, 0)),
 "##;

@@ -4,8 +4,8 @@ use super::part::{Shape, SyntaxValue};
 use super::paths::Rest;
 use super::read::shorten;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::node::{Output, OutputType};
-use crate::value::{Accepts, Channel, Type};
+use crate::node::Output;
+use crate::value::{Accepts, Channel};
 use std::collections::BTreeSet;
 
 /// The resolved meaning of a reference.

@@ -54,9 +54,9 @@ pub use info::{Bounds, Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use param_type::ParamType;
 pub use params::{Color, FilePath, Formula, Linear, Range, Xy};
 pub use port::{
-    AnyColor, AnyField, AnyMaterial, AnySolid, AnyVector, Anywhere, Direction, EveryField, Gray, IdsField, In, InSpace,
-    JacobianField, MaterialAnywhere, NormalField, Number, PortType, Rgb, SolidColor, SolidNumber, SolidOrMaterial,
-    SolidVector, Vec2Field,
+    AnyColor, AnyField, AnyMaterial, AnyNormal, AnySolid, AnyVector, Anywhere, Direction, EveryField, Gray, IdsField,
+    In, InSpace, JacobianField, MaterialAnywhere, NormalField, Number, PortType, Rgb, SolidColor, SolidNumber,
+    SolidOrMaterial, SolidVector, Vec2Field,
 };
 pub use shibo_macros::{choice, node};
 pub use shibo_value::parse_color;

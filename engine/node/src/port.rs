@@ -100,12 +100,6 @@ pub enum Anywhere {
     Solid(Solid),
 }
 
-impl From<Field> for Anywhere {
-    fn from(field: Field) -> Self {
-        Self::Field(field)
-    }
-}
-
 /// A material on the canvas or in space.
 #[derive(Clone, Debug)]
 pub enum MaterialAnywhere {
@@ -161,6 +155,8 @@ ports_of_two! {
     Number = Accepts::Number => Anywhere { Field Field Solid Solid },
     /// A port for a colour on the canvas or in space; accepts a constant number or colour too.
     AnyColor = Accepts::Color => Anywhere { Field Field Solid Solid },
+    /// A port for a normal on the canvas, or a solid of normals relative to the cut, as `FiberShading` gives.
+    AnyNormal = Accepts::AnyNormal => Anywhere { Field Field Solid Solid },
     /// A port for a material on the canvas or in space.
     AnyMaterial = Accepts::AnyMaterial => MaterialAnywhere { Material Canvas SolidMaterial Space },
     /// A port for any solid, or a material of solids.

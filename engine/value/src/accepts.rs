@@ -21,6 +21,8 @@ pub enum Accepts {
     Number,
     /// A colour on the canvas or in space: `Rgb` or `SolidColor`.
     Color,
+    /// A normal on the canvas, or for cuts of a solid: `Normal` or `SolidVector`.
+    AnyNormal,
     /// A material on the canvas or in space.
     AnyMaterial,
     /// Anything in space: a solid, or a material of solids.
@@ -44,6 +46,7 @@ impl Accepts {
             Self::AnySolid,
             Self::Number,
             Self::Color,
+            Self::AnyNormal,
             Self::AnyMaterial,
             Self::InSpace,
         ];
@@ -61,6 +64,7 @@ impl Accepts {
             Self::AnySolid => "AnySolid",
             Self::Number => "Number",
             Self::Color => "Color",
+            Self::AnyNormal => "AnyNormal",
             Self::AnyMaterial => "AnyMaterial",
             Self::InSpace => "InSpace",
         }
@@ -82,6 +86,7 @@ impl Accepts {
             | Self::AnySolid
             | Self::Number
             | Self::Color
+            | Self::AnyNormal
             | Self::AnyMaterial
             | Self::InSpace => None,
         }
@@ -106,9 +111,13 @@ impl Accepts {
             Self::Field => matches!(other, Self::Field | Self::EveryField),
             Self::AnyVector => matches!(other, Self::AnyVector | Self::EveryField),
             Self::AnySolid => matches!(other, Self::AnySolid | Self::InSpace),
-            Self::EveryField | Self::Direction | Self::Number | Self::Color | Self::AnyMaterial | Self::InSpace => {
-                self == other
-            }
+            Self::EveryField
+            | Self::Direction
+            | Self::Number
+            | Self::Color
+            | Self::AnyNormal
+            | Self::AnyMaterial
+            | Self::InSpace => self == other,
         }
     }
 }
@@ -129,7 +138,8 @@ impl Type {
     /// port takes all these and every other field; an `AnyVector` port takes `Rgb`, `Normal`, `Vec2` and `Picture` (as
     /// `Rgb`); a `Direction` port takes `Gray` (degrees), `Vec2` (its angle) and `Picture`; an `AnySolid` port takes
     /// every solid; a `Number` port takes `Gray`, `Picture` (as its luminance) and `Solid`; a `Color` port takes what
-    /// an `Rgb` port takes (as `Rgb`) and `SolidColor`; an `AnyMaterial` port takes both kinds of materials; an
+    /// an `Rgb` port takes (as `Rgb`), `SolidColor`, and `Solid` as grey; an `AnyNormal` port takes what a `Normal` port takes and
+    /// `SolidVector`; an `AnyMaterial` port takes both kinds of materials; an
     /// `InSpace` port takes every solid and `SolidMaterial`. Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields; in a port for
     /// solids, a constant field becomes a solid ([`Accepts::solid_of`]).
     pub const fn fits(self, port: Accepts) -> bool {
@@ -141,8 +151,9 @@ impl Type {
             Accepts::AnySolid => self.is_solid(),
             Accepts::Number => matches!(self, Self::Gray | Self::Picture | Self::Solid),
             Accepts::Color => {
-                matches!(self, Self::Gray | Self::Rgb | Self::Normal | Self::Picture | Self::SolidColor)
+                matches!(self, Self::Gray | Self::Rgb | Self::Normal | Self::Picture | Self::Solid | Self::SolidColor)
             }
+            Accepts::AnyNormal => matches!(self, Self::Rgb | Self::Normal | Self::Picture | Self::SolidVector),
             Accepts::AnyMaterial => self.is_material(),
             Accepts::InSpace => self.is_in_space(),
             Accepts::One(ty) => {
@@ -170,10 +181,11 @@ impl Value {
             return None;
         }
         Some(match (self, port) {
-            (Self::Field(field), Accepts::One(Type::Rgb | Type::Normal) | Accepts::Color) => {
+            (Self::Field(field), Accepts::One(Type::Rgb | Type::Normal) | Accepts::Color | Accepts::AnyNormal) => {
                 Self::Field(field.to_rgb())
             }
             (Self::Field(field), Accepts::Direction) => Self::Field(field.to_angle()),
+            (Self::Solid(solid), Accepts::Color) => Self::Solid(solid.to_color()),
             (Self::Picture(picture), Accepts::One(Type::Gray) | Accepts::Direction | Accepts::Number) => {
                 Self::Field(picture.gray.clone())
             }
@@ -184,6 +196,7 @@ impl Value {
                 Self::Picture(picture),
                 Accepts::One(Type::Rgb | Type::Normal)
                 | Accepts::Color
+                | Accepts::AnyNormal
                 | Accepts::Field
                 | Accepts::EveryField
                 | Accepts::AnyVector,

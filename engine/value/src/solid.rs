@@ -221,6 +221,19 @@ impl Solid {
         Self::of(ty, channels.len(), Body::Channels { of: self.clone(), channels })
     }
 
+    /// The solid as a colour: a number becomes grey.
+    #[must_use]
+    pub fn to_color(&self) -> Self {
+        if self.channels != 1 {
+            return self.clone();
+        }
+        let grey = self.pick(Type::SolidColor, &[0, 0, 0]);
+        match self.key {
+            Some(key) => Self { owner: self.owner, ..grey.keyed(Key::of("grey solid", &[key.as_bytes()])) },
+            None => grey,
+        }
+    }
+
     /// Attaches a note for the nodes that read the solid: facts besides its values. Only code that names the type of
     /// the note can read it.
     #[must_use]

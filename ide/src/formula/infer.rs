@@ -43,7 +43,7 @@ impl Inferred {
             Accepts::AnyVector | Accepts::Direction | Accepts::AnySolid | Accepts::Number | Accepts::Color => {
                 Self::Unknown
             }
-            Accepts::InSpace => Self::Unknown,
+            Accepts::InSpace | Accepts::AnyNormal => Self::Unknown,
             ty @ (Accepts::One(_) | Accepts::AnyMaterial) => Self::Object(ty),
         }
     }

@@ -19,8 +19,9 @@ macro_rules! with_channels {
             /// 0 for dielectrics, 1 for metals.
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             metallic: Number = Metallic,
-            /// Tangent-space normal.
-            normal: NormalField = Normal,
+            /// Tangent-space normal. In space: relative to the cut, as `FiberShading` gives it; cuts lay it over the normal
+            /// of the height.
+            normal: AnyNormal = Normal,
             /// Height in mm.
             #[schemars(extend("unit" = "mm"))]
             height: Number = Height,
@@ -48,7 +49,7 @@ macro_rules! with_channels {
             #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
             coat_roughness: Number = CoatRoughness,
             /// Normal of the clear coat; if not given, the coat is flat.
-            coat_normal: NormalField = CoatNormal,
+            coat_normal: AnyNormal = CoatNormal,
             /// Light that the surface emits, scene-linear.
             #[schemars(extend("minimum" = 0.0))]
             emission: AnyColor = Emission,
@@ -89,7 +90,7 @@ macro_rules! with_channels {
                 &self,
                 cx: &shibo_node::Context<'_>,
             ) -> Result<Vec<(shibo_value::Channel, shibo_node::Anywhere)>, shibo_value::Stop> {
-                let all = [$((shibo_value::Channel::$channel, cx.get_opt(&self.$field)?.map(Into::into)),)*];
+                let all = [$((shibo_value::Channel::$channel, cx.get_opt(&self.$field)?),)*];
                 Ok(all.into_iter().filter_map(|(channel, value)| Some((channel, value?))).collect())
             }
         }

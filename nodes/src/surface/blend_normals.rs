@@ -2,10 +2,10 @@
 //!
 //! Source: C. Barré-Brisebois, S. Hill, "Blending in detail" (2012); see
 //! [`kernel::combine_normals`](shibo_kernel::surface::combine_normals). Cost: O(pixels), bound by memory.
-use shibo_kernel::ground::tile::planes3;
-use shibo_kernel::surface::combine_normals::{self as kernel, NormalBlend};
+use crate::normals::blended;
+use shibo_kernel::surface::combine_normals::NormalBlend;
 use shibo_node::{Context, Fact, Gray, In, Node, NormalField, Output, Outputs, node};
-use shibo_value::{Field, Halo, Stop, Tile, Type};
+use shibo_value::{Stop, Type};
 
 /// Lays one normal map over another, so that the detail follows the shape below.
 ///
@@ -42,13 +42,7 @@ impl Node for BlendNormals {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let inputs = [cx.get(&self.base)?, cx.get(&self.detail)?, cx.get(&self.strength)?];
-        let mode = self.mode;
-        let fill = move |out: &mut Tile, [base, detail, strength]: [&Tile; 3]| {
-            let [base, detail] = [base, detail].map(|tile| [0, 1, 2].map(|k| tile.plane(k)));
-            kernel::combine(mode, base, detail, strength.plane(0), planes3(out));
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(Type::Normal, inputs, Halo::NONE, fill)))
+        Ok(Outputs::one(blended(self.mode, inputs)))
     }
 }
 
@@ -56,7 +50,7 @@ impl Node for BlendNormals {
 mod tests {
     use super::*;
     use crate::testing::{check_field, field, lumps, port, render};
-    use shibo_value::Value;
+    use shibo_value::{Field, Value};
 
     fn node(mode: NormalBlend) -> BlendNormals {
         BlendNormals { base: port(0), detail: port(1), strength: port(2), mode }

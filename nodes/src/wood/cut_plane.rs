@@ -41,7 +41,7 @@ pub enum Sawing {
 /// Cuts a solid with a plane: the canvas shows P = origin + (x / width) · u + (y / height) · v.
 ///
 /// A material of solids, as `Material` makes of a wood, is cut with all its channels: colours, roughness, height, fibres.
-/// Unless it has a normal of its own, the cut gets the normal of its height.
+/// The cut gets the normal of its height; a normal of the material, such as the tilt of fibres, lies on it as detail.
 ///
 /// With `local` and `ids`, which `Brick`, `Hex`, `FloodFill` and other nodes give, the node cuts **pieces**: boards,
 /// blocks, veneers. Each piece is cut from another place of the tree. Its middle lies within `spread` of `origin`, or,

@@ -1,10 +1,11 @@
 //! Cuts through solids and through materials of solids.
-use crate::normals::normals;
+use crate::normals::{blended, normals};
+use shibo_kernel::surface::combine_normals::NormalBlend;
 use shibo_node::{Context, SolidOrMaterial};
-use shibo_value::{Channel, ChannelSet, Cut, Field, Material, Solid, Value};
+use shibo_value::{Channel, ChannelSet, Cut, Field, Material, Solid, Type, Value};
 
 /// What a cut shows: a field of a solid, or a material with the channels of a material of solids. If the material has a
-/// height but no normal, the cut gets the normal of its height.
+/// height, the cut gets the normal of its height; a normal of the material's own lies over it as detail.
 pub(crate) fn shown(
     solid: &SolidOrMaterial,
     cut: impl Fn(&Solid) -> Field,
@@ -24,14 +25,16 @@ pub(crate) fn shown_by(cx: &Context<'_>, solid: &SolidOrMaterial, cut: &Cut) -> 
     shown(solid, |solid| cx.cut(solid, cut), normals)
 }
 
-/// A material of these channels, with the normal of its height if it has none of its own.
-pub(crate) fn with_normals(mut channels: Vec<(Channel, Field)>, normals: impl Fn(&Field) -> Field) -> Material {
-    let has = |wanted: Channel| channels.iter().find(|(channel, _)| *channel == wanted);
-    if let (None, Some((_, height))) = (has(Channel::Normal), has(Channel::Height)) {
-        let normal = normals(height);
-        channels.push((Channel::Normal, normal));
-    }
-    Material::new(channels)
+/// A material of these channels, with the normal of its height below its own.
+pub(crate) fn with_normals(channels: Vec<(Channel, Field)>, normals: impl Fn(&Field) -> Field) -> Material {
+    let material = Material::new(channels);
+    let Some(height) = material.get(Channel::Height) else { return material };
+    let of_height = normals(height);
+    let normal = match material.get(Channel::Normal) {
+        Some(own) => blended(NormalBlend::default(), [of_height, own.clone(), Field::constant(Type::Gray, &[1.0])]),
+        None => of_height,
+    };
+    Material::new([(Channel::Normal, normal)].into_iter().chain(material.channels().iter().cloned()))
 }
 
 /// The channels of a cut through a material of solids with these channels.

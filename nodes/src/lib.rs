@@ -37,6 +37,7 @@ mod measured;
 mod moved;
 mod normals;
 mod on_atlas;
+mod shown;
 #[cfg(test)]
 mod testing;
 mod torus;

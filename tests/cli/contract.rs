@@ -22,8 +22,8 @@ use std::sync::Arc;
 #[test]
 fn every_type_can_be_made() {
     let registry = Arc::new(shibo_nodes::registry());
-    // A `Picture` comes from a file, and regions are never a main output.
-    for ty in Type::ALL.iter().filter(|ty| ![Type::Picture, Type::Ids].contains(ty)) {
+    // A `Picture` comes from a file, regions are never a main output, and a `SolidMaterial` is a `Material` of solids.
+    for ty in Type::ALL.iter().filter(|ty| ![Type::Picture, Type::Ids, Type::SolidMaterial].contains(ty)) {
         let (name, nodes) = made(&registry, *ty).unwrap();
         let graph = load(&registry, &format!("{STAND_INS} {nodes}"), UVec2::splat(8)).unwrap();
         let node = graph.nodes.node_weights().find(|node| format!("\"{}\"", node.name) == name).unwrap();

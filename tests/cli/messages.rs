@@ -63,8 +63,8 @@ fn tells_the_ranges_of_ports_in_the_manual() {
     let port = |name: &str| ports.iter().find(|port| port["name"] == name).unwrap();
     assert_eq!(port("roughness")["range"], serde_json::json!([0.0, 1.0]));
     assert_eq!((&port("height")["range"], &port("height")["unit"]), (&Json::Null, &"mm".into()));
-    assert!(desk.shibo("nodes Material").expect(0).stdout.contains("Gray, optional, 0 to 1"));
-    assert!(desk.shibo("nodes Material --format markdown").expect(0).stdout.contains("| Gray, optional, 0 to 1 |"));
+    assert!(desk.shibo("nodes Material").expect(0).stdout.contains("Number, optional, 0 to 1"));
+    assert!(desk.shibo("nodes Material --format markdown").expect(0).stdout.contains("| Number, optional, 0 to 1 |"));
 }
 
 #[test]

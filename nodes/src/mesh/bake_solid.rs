@@ -5,7 +5,7 @@
 //! parts cut from other places of the tree. Cost: that of the solid; about three times as much in `Space`.
 use super::bake_parts::Parts;
 use crate::on_atlas::normals;
-use crate::wood::{shown, shown_channels};
+use crate::shown::{shown, shown_channels};
 use glam::DVec3;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;

@@ -3,9 +3,9 @@
 //! Source: Momoi & Takatera 2014, §2.1 and §4.1 (rows B26, B28, B29): boards for buildings, cut from anywhere in the
 //! tree. Cost: a cut for each output that is used.
 use super::cut_plane::PlaneInSolid;
-use super::shown::{shown_by, shown_channels};
 use super::trees::{Triple, vector};
 use crate::degrees::about;
+use crate::shown::{shown_by, shown_channels};
 use glam::DVec3;
 use shibo_node::{CanvasFacts, Context, Fact, In, InSpace, MaterialInputs, Node, Output, Outputs, node};
 use shibo_value::{ChannelSet, Stop, Tiling};

@@ -4,11 +4,11 @@
 //! another place, see [`kernel::pieces`](shibo_kernel::wood::pieces). Cost: that of the solid plus about 1 ns a pixel,
 //! with pieces about 3 ns.
 use super::cut_pieces::CutPieces;
-use super::shown::{shown_by, shown_channels, with_normals};
 use super::trees::{Triple, vector};
 use crate::chosen::Chosen;
 use crate::degrees::about;
 use crate::normals::normals;
+use crate::shown::{shown_by, shown_channels, with_normals};
 use glam::DVec3;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::simd::dispatch;
@@ -118,7 +118,7 @@ pub struct CutPlane {
     pub turn: (f64, f64),
     /// For pieces: true to turn half of them, at random, end for end.
     pub flip: bool,
-    /// What is mirrored, where a component is above ½: the cut left to right (x) and top to bottom (y). For pieces: each
+    /// A component above ½ mirrors the cut: x left to right, y top to bottom. For pieces: it mirrors each
     /// piece along it (x) and across it (y), about its middle; one value for the whole piece, as in `"= (0, floor(x /
     /// 90) % 2)"`.
     pub mirror: Option<In<Vec2Field>>,

@@ -2,9 +2,9 @@
 //!
 //! Source: Momoi & Takatera 2014, §4.1, §4.2 (rows B25, B27, B29): a parametric surface (u, v), read from a file or
 //! given, sampled evenly in u and v. Cost: that of the solid plus about 30 ns a pixel.
-use super::shown::{shown_by, shown_channels};
 use super::trees::{Triple, vector};
 use crate::csv_points::FARTHEST;
+use crate::shown::{shown_by, shown_channels};
 use glam::{DVec2, DVec3};
 use shibo_kernel::wood::surface;
 use shibo_node::{

@@ -1,10 +1,11 @@
 //! Formats graph files in the one standard layout.
 //!
 //! Tokens and comments are kept, in their order; only blanks, and commas before closing brackets, change. A bracket is
-//! written in one line if it fits, otherwise with one item per line. List sections of a graph always have one entry per
-//! line. Lists of numbers, such as tables of points, keep their rows. A comment on its own line stays there, and a
-//! comment at the end of a line stays at the end. Formulas are laid out by `formula::layout`.
+//! written in one line if it fits; otherwise `fill` decides how its items fill several lines. List sections of a graph
+//! always have one entry per line. Lists of numbers, such as tables of points, keep their rows. A comment on its own
+//! line stays there, and a comment at the end of a line stays at the end. Formulas are laid out by `formula::layout`.
 use super::fault::SyntaxError;
+use super::fill::{Blocks, Form, Items};
 use super::formula::layout::{self, Laid};
 use super::lex::{Token, TokenKind};
 use super::nodes::NodeKind;
@@ -16,6 +17,8 @@ use std::ops::Range;
 const WIDTH: usize = 120;
 /// Indentation of the items of a bracket.
 const INDENT: usize = 2;
+/// Items of a block that are at most this long share a line.
+const SHORT: usize = 60;
 /// The sections of a graph with one entry per line.
 const LISTS: [&str; 4] = ["params", "presets", "inputs", "nodes"];
 
@@ -63,12 +66,12 @@ fn sound(text: &str) -> Result<Tree, Vec<SyntaxError>> {
 
 /// A bracket being written.
 struct Frame {
-    /// True if each item has its own line.
-    broken: bool,
-    /// True if it contains only numbers, whose rows are kept.
-    table: bool,
+    form: Form,
     /// Indentation of the line in which it was opened.
     indent: usize,
+    /// The first tokens of the item before and of the current item.
+    before: usize,
+    item: usize,
 }
 
 /// White space before a token.
@@ -92,11 +95,11 @@ struct Layout<'t> {
     /// The first comment that is not written yet.
     comment: usize,
     newline: &'static str,
-    /// For each token, the width of all text before it on one line, and the number of tokens and comments before it
-    /// that need a line break.
-    widths: Vec<(usize, usize)>,
+    items: Items<'t>,
     /// The brackets that always have one item per line.
     forced: Vec<usize>,
+    /// The brackets that are written as blocks if they do not fit into a line.
+    blocks: Blocks,
     /// The formulas, by their token.
     formulas: BTreeMap<usize, Laid>,
     frames: Vec<Frame>,
@@ -117,8 +120,9 @@ impl<'t> Layout<'t> {
             comments: tree.comments().collect(),
             comment: 0,
             newline: if text.contains("\r\n") { "\r\n" } else { "\n" },
-            widths: Vec::with_capacity(tree.tokens().len() + 1),
+            items: Items::new(tree.tokens()),
             forced: forced(tree),
+            blocks: Blocks::default(),
             formulas: layout::formulas(tree),
             frames: Vec::new(),
             out: String::with_capacity(text.len() + text.len() / 8),
@@ -126,6 +130,8 @@ impl<'t> Layout<'t> {
             places: Vec::with_capacity(tree.tokens().len()),
         };
         layout.measure();
+        let formula = |token: usize| layout.formulas.get(&token).map(|formula| (formula.width, formula.is_tall));
+        layout.blocks = Blocks::of(layout.text, layout.tokens, &layout.comments, formula);
         layout.write();
         layout
     }
@@ -158,16 +164,16 @@ impl<'t> Layout<'t> {
         }
     }
 
-    /// Returns true if a token is a comma that is left out on one line.
-    fn is_last_comma(&self, token: usize) -> bool {
-        self.kind(token) == Some(TokenKind::Comma) && self.kind(token + 1) == Some(TokenKind::Close)
+    /// The forms of the brackets around the current place, the inner ones first.
+    fn forms(&self) -> impl Iterator<Item = Form> + use<'_> {
+        self.frames.iter().rev().map(|frame| frame.form)
     }
 
     fn measure(&mut self) {
         let (mut width, mut breaks, mut comment) = (0, 0, 0);
         let forced = std::mem::take(&mut self.forced);
         for (i, token) in self.tokens.iter().enumerate() {
-            self.widths.push((width, breaks));
+            self.items.widths.push((width, breaks));
             let gap = self.gap(i);
             while let Some(place) = self.comments.get(comment).filter(|place| place.end <= gap.end) {
                 width += self.text[place.clone()].chars().count() + 1;
@@ -178,13 +184,13 @@ impl<'t> Layout<'t> {
                 Some(formula) => (formula.width, formula.is_tall),
                 None => (self.word(i).chars().count(), self.word(i).contains('\n')),
             };
-            if !self.is_last_comma(i) {
+            if !self.items.is_last_comma(i) {
                 width += usize::from(self.flat(i) == Space::One) + own;
             }
             breaks += usize::from(tall || forced.binary_search(&i).is_ok());
             debug_assert!(token.end() >= gap.end);
         }
-        self.widths.push((width, breaks));
+        self.items.widths.push((width, breaks));
         self.forced = forced;
     }
 
@@ -196,15 +202,38 @@ impl<'t> Layout<'t> {
 
     /// Returns true if a bracket is written with one item per line when it begins at the end of `out`.
     fn is_broken(&self, open: usize, close: usize) -> bool {
-        let ((start, before), (end, after)) = (self.widths[open], self.widths[close + 1]);
+        let ((start, before), (_, after)) = (self.items.widths[open], self.items.widths[close + 1]);
+        let end = self.items.widths[self.items.end_of_closers(close + 1, self.forms())].0;
         // Comments before the bracket are not inside it.
-        let inside = self.widths[open + 1].1 - before;
+        let inside = self.items.widths[open + 1].1 - before;
         let own = usize::from(self.forced.binary_search(&open).is_ok());
         let breaks = after - before - (inside - own);
         let column = self.out[self.line..].chars().count();
         let comma = usize::from(!self.frames.is_empty());
-        let space = self.widths[open + 1].0 - start;
+        let space = self.items.widths[open + 1].0 - start;
         breaks > 0 || column + (end - start) - space + 1 + comma > WIDTH
+    }
+
+    /// The form of a bracket that begins at the end of `out`.
+    fn form(&self, open: usize, close: usize) -> Form {
+        if !self.is_broken(open, close) {
+            Form::Line
+        } else if self.is_table(open, close) {
+            Form::Rows
+        } else if self.forced.binary_search(&open).is_ok() || self.blocks.is_list(open) {
+            Form::List
+        } else if self.blocks.has(open) || !self.begins_behind(open) {
+            Form::Block
+        } else {
+            Form::Fill
+        }
+    }
+
+    /// Returns true if the first item of a bracket, or its beginning, fits behind the bracket.
+    fn begins_behind(&self, open: usize) -> bool {
+        let column = self.out[self.line..].chars().count() + self.word(open).len();
+        // Reserve room for brackets that close behind the item.
+        column + self.items.width(open + 1, self.items.beginning(open + 1, WIDTH / 2)) + 2 < WIDTH
     }
 
     /// Returns true if a list contains only numbers and brackets with numbers.
@@ -215,36 +244,59 @@ impl<'t> Layout<'t> {
     }
 
     fn comments_within(&self, open: usize, close: usize) -> usize {
-        let place = |at: usize| self.comments.partition_point(|comment| comment.start < at);
-        place(self.tokens[close].start()) - place(self.tokens[open].start())
+        self.comments_between(self.tokens[open].start(), self.tokens[close].start())
     }
 
-    /// Returns true if an item of a table fits into the line.
-    fn fits(&self, token: usize) -> bool {
-        let mut depth = 0_usize;
-        let end = (token..self.tokens.len()).find(|&i| match self.kind(i) {
-            Some(TokenKind::Open) => {
-                depth += 1;
-                false
-            }
-            Some(TokenKind::Close) if depth > 0 => {
-                depth -= 1;
-                false
-            }
-            Some(TokenKind::Close | TokenKind::Comma) => depth == 0,
-            _ => false,
-        });
-        let end = end.unwrap_or(self.tokens.len());
-        let column = self.out[self.line..].chars().count();
+    /// Number of comments that begin in a range of the text.
+    fn comments_between(&self, from: usize, to: usize) -> usize {
+        let place = |at: usize| self.comments.partition_point(|comment| comment.start < at);
+        place(to).saturating_sub(place(from))
+    }
+
+    /// Returns true if an item fits into a line that has `column` characters, with the brackets that close behind it.
+    fn fits_at(&self, token: usize, column: usize) -> bool {
+        let end = self.items.end_of_closers(self.items.end(token), self.forms());
         // Reserve room for the comma.
-        column + (self.widths[end].0 - self.widths[token].0) < WIDTH
+        column + self.items.width(token, end) < WIDTH
+    }
+
+    /// Returns true if an item fits into the current line.
+    fn fits(&self, token: usize) -> bool {
+        self.fits_at(token, self.out[self.line..].chars().count())
+    }
+
+    /// The white space before an item that fills lines with the items around it.
+    fn fill(&self, token: usize, indent: usize) -> Space {
+        let line = Space::Line { indent, spaced: false };
+        if self.fits(token) {
+            return Space::One;
+        }
+        // A bracket that is longer than a line begins where its first item fits.
+        let column = self.out[self.line..].chars().count();
+        let begins = column + self.items.width(token, self.items.beginning(token, WIDTH / 2)) < WIDTH;
+        if begins && !self.fits_at(token, indent) { Space::One } else { line }
+    }
+
+    /// The white space before an item of a block. Short items share a line.
+    fn in_block(&self, token: usize, before: usize, indent: usize) -> Space {
+        let line = Space::Line { indent, spaced: true };
+        let end = self.items.end(token);
+        // The end of the item's line in the text.
+        let last = self.tokens.get(end).map_or(self.text.len(), |token| token.end());
+        let behind = self.text[last..].find('\n').map_or(self.text.len(), |at| last + at);
+        let commented = self.comments_between(self.tokens[before].start(), behind) > 0;
+        let blank = self.text[self.gap(token)].matches('\n').count() > 1;
+        let short = |from: usize, to: usize| self.items.width(from, to) <= SHORT && !self.blocks.within(from, to);
+        let shares = !blank && !commented && short(token, end) && short(before, token - 1);
+        if shares && self.fits(token) { Space::One } else { line }
     }
 
     fn write(&mut self) {
         let pairs = super::brackets::Pairs::of(self.text, self.tokens);
         let attributes = self.attributes();
         for i in attributes..self.tokens.len() {
-            let dropped = self.is_last_comma(i) && self.frames.last().is_some_and(|frame| !frame.broken);
+            let dropped =
+                self.items.is_last_comma(i) && self.frames.last().is_some_and(|frame| !frame.form.ends_with_comma());
             let space = self.space(i, attributes);
             self.gap_before(i, space);
             let start = self.out.len();
@@ -256,14 +308,18 @@ impl<'t> Layout<'t> {
             match self.kind(i) {
                 Some(TokenKind::Open) => {
                     self.out.truncate(start);
-                    let broken = pairs.partner(i).is_some_and(|close| self.is_broken(i, close));
+                    let form = pairs.partner(i).map_or(Form::Line, |close| self.form(i, close));
                     self.out.push_str(self.word(i));
                     let line = &self.out[self.line..];
                     let indent = line.len() - line.trim_start_matches(' ').len();
-                    let table = pairs.partner(i).is_some_and(|close| broken && self.is_table(i, close));
-                    self.frames.push(Frame { broken, table, indent });
+                    self.frames.push(Frame { form, indent, before: i + 1, item: i + 1 });
                 }
                 Some(TokenKind::Close) => drop(self.frames.pop()),
+                Some(TokenKind::Comma) => {
+                    if let Some(frame) = self.frames.last_mut() {
+                        (frame.before, frame.item) = (frame.item, i + 1);
+                    }
+                }
                 _ => {}
             }
         }
@@ -310,14 +366,22 @@ impl<'t> Layout<'t> {
         let line = |indent: usize, spaced: bool| Space::Line { indent, spaced };
         match (before, self.frames.last()) {
             (None, _) => line(0, true),
-            (Some(TokenKind::Open), Some(frame)) if frame.broken => {
+            (Some(TokenKind::Open), Some(frame)) if frame.form.is_block() => {
                 let closes = self.kind(token) == Some(TokenKind::Close);
                 line(frame.indent + if closes { 0 } else { INDENT }, false)
             }
-            (_, Some(frame)) if frame.broken && self.kind(token) == Some(TokenKind::Close) => line(frame.indent, false),
-            (Some(TokenKind::Comma), Some(frame)) if frame.broken => {
-                let same_row = frame.table && !self.text[self.gap(token)].contains('\n') && self.fits(token);
-                if same_row { Space::One } else { line(frame.indent + INDENT, true) }
+            (_, Some(frame)) if frame.form.is_block() && self.kind(token) == Some(TokenKind::Close) => {
+                line(frame.indent, false)
+            }
+            (Some(TokenKind::Comma), Some(frame)) if self.kind(token) != Some(TokenKind::Close) => {
+                let indent = frame.indent + INDENT;
+                match frame.form {
+                    Form::Line => self.flat(token),
+                    Form::Fill => self.fill(token, indent),
+                    Form::Rows if !self.text[self.gap(token)].contains('\n') && self.fits(token) => Space::One,
+                    Form::Rows | Form::List => line(indent, true),
+                    Form::Block => self.in_block(token, frame.before, indent),
+                }
             }
             _ => self.flat(token),
         }
@@ -333,7 +397,7 @@ impl<'t> Layout<'t> {
             self.out.push(',');
         }
         // Comments are indented like the items of the bracket; inside an item, one level more.
-        let items = self.frames.last().map_or(0, |frame| frame.indent + if frame.broken { INDENT } else { 0 });
+        let items = self.frames.last().map_or(0, |frame| frame.indent + if frame.form.is_block() { INDENT } else { 0 });
         let inner = if in_lines || self.frames.is_empty() { items } else { items + INDENT };
         let mut end = gap.start;
         let mut last = None;

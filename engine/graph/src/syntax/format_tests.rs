@@ -62,12 +62,8 @@ outputs:{"o":"a",},
     // second
     "a": Kind(),
     "b": Kind(a: 1, b: [1, 2]), // behind
-    "c": Kind(
-      text: "a long text that takes very much room in the line, so that it does not fit",
-      other: [1, 2, 3],
-      more: (0.5, 0.25, 1),
-      last: Kind(),
-    ),
+    "c": Kind(text: "a long text that takes very much room in the line, so that it does not fit", other: [1, 2, 3],
+      more: (0.5, 0.25, 1), last: Kind()),
     // last
   },
   outputs: { "o": "a" },
@@ -77,6 +73,40 @@ outputs:{"o":"a",},
     assert_eq!(formatted(text), wanted);
     let crlf = text.replace('\n', "\r\n");
     assert_eq!(formatted(&crlf), wanted.replace('\n', "\r\n"));
+}
+
+#[test]
+fn short_items_fill_lines() {
+    let text = r##"(
+  nodes: {
+    // The last item is longer than a line.
+    "a": Use(graph: "boards", with: { "local": "blocks.local", "ids": "blocks.ids", "angle": "blocks.angle", "tone": 1,
+      "cut": EndGrain, "distance": 0, "spread": 50 }),
+    // A long formula makes a block. Short items beside it share a line.
+    "b": Material(
+      base_color: "= min(1.1 * $tone * light.color * $stain, 1) + 0.5 * mix(light.color, rings, 0.5)",
+      roughness: 0.5, anisotropy: "light.anisotropy", anisotropy_angle: "light.angle",
+    ),
+    // So does a comment.
+    "c": Material(
+      roughness: 0.5, height: 0,
+      // The sheen of silk.
+      sheen: 1,
+    ),
+    // Structs have a line each.
+    "d": LayerMaterials(layers: [
+      (material: "one.material"),
+      (material: "two.material", mask: "= step(1.5, number)"),
+      (material: "three.material", mask: "= step(2.5, number)"),
+    ]),
+    "e": ColorPattern(contrast: 0.8, stops: [(0, "#75543b"), (.10, "#7a583e"), (.4, "#795840"), (.78, "#6e4e37"),
+      (.93, "#62442f"), (.975, "#5c3f2b"), (1, "#6e4e37")]),
+  },
+)
+"##;
+    assert_eq!(formatted(text), text);
+    // The line breaks of the author do not matter.
+    assert_eq!(formatted(&text.replace(",\n      ", ", ")).lines().count(), text.lines().count());
 }
 
 #[test]

@@ -56,6 +56,7 @@
 //! limited.
 mod brackets;
 mod fault;
+mod fill;
 mod format;
 #[cfg(test)]
 mod format_tests;

@@ -48,15 +48,15 @@ fn graph(nodes: usize, branches: usize, straight: bool, cut: Cut) -> String {
     let time = match (straight, branches) {
         (true, 0) => r#"StraightTime(curve: "nodes")"#,
         (true, _) => r#"StraightTime(curve: "nodes", branches: "tree")"#,
-        (false, 0) => r#"TrunkTime(skeleton: "trunk")"#,
+        (false, 0) => r#"TrunkTime(tree: "trunk")"#,
         (false, _) => r#"BlendTimes(times: ["t1", "t2"])"#,
     };
     let branches = match branches {
         0 => String::new(),
         _ => format!(
             r#""tree": Branches(skeleton: "trunk", branches: [{list}]),
-            "t1": TrunkTime(skeleton: "tree"),
-            "t2": BranchTime(skeleton: "tree"),"#
+            "t1": TrunkTime(tree: "tree"),
+            "t2": BranchTime(tree: "tree"),"#
         ),
     };
     format!(

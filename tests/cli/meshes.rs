@@ -40,7 +40,7 @@ fn thin_rings_on_a_surface_are_told() {
                 r#"(version: 1, canvas: (size_mm: 100, resolution: 128, tile: None), nodes: {{
   "curve": TrunkNodes(height: (-200, 200), count: 5),
   "tree": FitSkeleton(curve: "curve"),
-  "time": TrunkTime(skeleton: "tree"),
+  "time": TrunkTime(tree: "tree"),
   "year": ColorPattern(),
   "wood": RingColor(time: "time", pattern: "year"),
   "placed": PlaceInTree(solid: "wood", position: (0, 50, 0)),

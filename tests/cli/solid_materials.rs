@@ -7,9 +7,9 @@ use crate::support::{Desk, number};
 const TREE: &str = r##"
     "pith": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
     "trunk": FitSkeleton(curve: "pith"),
-    "time": TrunkTime(skeleton: "trunk"),
+    "time": TrunkTime(tree: "trunk"),
     "rings": RingColor(time: "time", pattern: ColorPattern()),
-    "fiber": FiberSpace(time: "time", skeleton: "trunk", curl: 0.4, curl_length: 9),
+    "fiber": FiberSpace(time: "time", tree: "trunk", curl: 0.4, curl_length: 9),
     "light": FiberShading(color: "rings", direction: "fiber.direction"),
     "knots": SolidNoise(size: 6),
     "wood": Material(

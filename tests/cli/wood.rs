@@ -45,7 +45,7 @@ fn dumped_times_and_skeletons_are_those_of_the_vectors() {
         let graph = format!(
             "(canvas: (size_mm: 10, tile: None), nodes: {{ \"nodes\": TrunkNodes(nodes: [{}]), \
              \"raw\": FitSkeleton(curve: \"nodes\", scheme: {scheme}), \"tree\": EqualizeHeight(skeleton: \"raw\"), \
-             \"time\": TrunkTime(skeleton: \"raw\", elongation_speed: 2, thickening_speed: 0.5) }})",
+             \"time\": TrunkTime(tree: Tree(skeleton: \"raw\", elongation_speed: 2, thickening_speed: 0.5)) }})",
             points(&skeleton["nodes"])
         );
         desk.write("a.ron", graph);
@@ -88,9 +88,9 @@ fn dumped_branches_and_baselines_are_those_of_the_vectors() {
         let graph = format!(
             "(canvas: (size_mm: 10, tile: None), nodes: {{ \"nodes\": TrunkNodes(nodes: [{}]), \
              \"raw\": FitSkeleton(curve: \"nodes\"), \"tree\": Branches(skeleton: \"raw\", branches: [{}]), \
-             \"t1\": TrunkTime(skeleton: \"tree\", elongation_speed: 2, thickening_speed: 0.5), \
-             \"t2\": BranchTime(skeleton: \"tree\", elongation_speed: 2), \
-             \"first\": BranchTime(skeleton: \"tree\", elongation_speed: 2, branch: 0), \
+             \"t1\": TrunkTime(tree: Tree(skeleton: \"tree\", elongation_speed: 2, thickening_speed: 0.5)), \
+             \"t2\": BranchTime(tree: Tree(skeleton: \"tree\", elongation_speed: 2)), \
+             \"first\": BranchTime(tree: Tree(skeleton: \"tree\", elongation_speed: 2), branch: 0), \
              \"time\": BlendTimes(times: [\"t1\", \"t2\"]), \"least\": BlendTimes(times: [\"t1\", \"t2\"], k: inf) }})",
             points(&named(&case["skeleton"])["nodes"]),
             list.join(", ")
@@ -141,7 +141,7 @@ fn colours_are_looked_up_by_number() {
         // On the pith, time depends on z only.
         let graph = format!(
             "(canvas: (size_mm: 10, tile: None), nodes: {{ \"nodes\": TrunkNodes(nodes: [(0, 0, -10), (0, 0, 50)]), \
-             \"tree\": FitSkeleton(curve: \"nodes\"), \"time\": TrunkTime(skeleton: \"tree\", elongation_speed: 1), \
+             \"tree\": FitSkeleton(curve: \"nodes\"), \"time\": TrunkTime(tree: Tree(skeleton: \"tree\", elongation_speed: 1)), \
              \"rings\": ColorPattern(stops: [{}], entries: {n}), \
              \"wood\": RingColor(time: \"time\", pattern: \"rings\", filter: None, interpolate: {interpolate}) }})",
             stops.join(", ")
@@ -254,8 +254,8 @@ fn thin_rings_do_not_alias_on_a_small_board() {
             "{} \"out\": CutPlane(solid: \"wood\", preset: EndGrain, distance: 10, height: 1200),",
             format_args!(
                 r##""pith": TrunkNodes(height: (0, 4000), count: 21, wander: 2.5), "tree": FitSkeleton(curve: "pith"),
-                "even": TrunkTime(skeleton: "tree", elongation_speed: 420, thickening_speed: 1.15),
-                "time": VaryGrowth(time: "even", skeleton: "tree", series: Generated, sigma: 0.24, eccentricity: 0.05),
+                "even": TrunkTime(tree: Tree(skeleton: "tree", elongation_speed: 420, thickening_speed: 1.15)),
+                "time": VaryGrowth(time: "even", tree: "tree", series: Generated, sigma: 0.24, eccentricity: 0.05),
                 "year": ColorPattern(stops: [(0, "#f0d8b0"), (0.6, "#edd0a2"), (0.82, "#e0b580"), (0.95, "#c99058"), (1, "#e3c192")]),
                 "wood": RingColor(time: "time", pattern: "year", late_variation: 0.35, filter: {filter}),"##
             )
@@ -301,7 +301,7 @@ fn curved_time_is_continuous_where_the_straight_one_jumps() {
             largest
         })
     };
-    let curved = steps(r#""time": TrunkTime(skeleton: "tree", elongation_speed: 40, thickening_speed: 3),"#);
+    let curved = steps(r#""time": TrunkTime(tree: Tree(skeleton: "tree", elongation_speed: 40, thickening_speed: 3)),"#);
     let straight = steps(r#""time": StraightTime(curve: "nodes", elongation_speed: 40, thickening_speed: 3),"#);
     assert!(curved[1] / curved[0] < 0.6 && curved[2] / curved[1] < 0.6, "{curved:?}");
     assert!(straight[2] / straight[0] > 0.8, "{straight:?}");

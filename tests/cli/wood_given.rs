@@ -30,7 +30,7 @@ fn given_control_points_are_taken_as_they_are() {
 fn placed_solids_are_those_of_the_tree() {
     let desk = Desk::new();
     let tree = "\"n\": TrunkNodes(nodes: [(0, 0, 0), (2, 1, 50), (0, 0, 100)]), \"s\": FitSkeleton(curve: \"n\"), \
-                \"t\": TrunkTime(skeleton: \"s\"),";
+                \"t\": TrunkTime(tree: \"s\"),";
     // A turn by 90° about z takes x to y.
     let placed = "\"p\": PlaceInTree(solid: \"t\", position: (3, 4, 50), turn: (0, 0, 90), scale: 2),";
     let cut = "\"cut\": CutPlane(solid: \"p\", origin: (1, 0, 5), u: (10, 0, 0), v: (0, 0, 10)),";
@@ -63,7 +63,7 @@ fn surface_from_file_equals_plane() {
     }
     desk.write("grid.csv", rows);
     let nodes = "\"n\": TrunkNodes(nodes: [(0, 0, 0), (2, 1, 50), (0, 0, 100)]), \"s\": FitSkeleton(curve: \"n\"), \
-                 \"t\": TrunkTime(skeleton: \"s\"), \
+                 \"t\": TrunkTime(tree: \"s\"), \
                  \"file\": CutSurface(solid: \"t\", shape: Points, file: \"grid.csv\"), \
                  \"plane\": CutPlane(solid: \"t\", origin: (1, 0, 5), u: (20, 0, 0), v: (0, 3, 30)),";
     desk.write("a.ron", format!("(canvas: (size_mm: 10, resolution: 16, tile: None), nodes: {{ {nodes} }})"));
@@ -130,7 +130,7 @@ fn the_earlier_method_has_branches_too() {
     let nodes = "\"n\": TrunkNodes(nodes: [(0, 0, 0), (2, 1, 50), (0, 0, 100)]), \"s\": FitSkeleton(curve: \"n\"), \
                  \"b\": Branches(skeleton: \"s\", branches: [(height: 40, direction: (1, 0, 0.5), thickening_speed: 0.5)]), \
                  \"plain\": StraightTime(curve: \"n\"), \"both\": StraightTime(curve: \"n\", branches: \"b\"), \
-                 \"branch\": BranchTime(skeleton: \"b\"),";
+                 \"branch\": BranchTime(tree: \"b\"),";
     desk.write("a.ron", format!("(canvas: (size_mm: 10, tile: None), nodes: {{ {nodes} }})"));
     desk.write("at.csv", "30,2,55\n-30,0,30\n");
     let (plain, both, branch) = (dump(&desk, "plain"), dump(&desk, "both"), dump(&desk, "branch"));
@@ -148,7 +148,7 @@ fn refuses_invalid_wood_parameters() {
     desk.write("short.csv", "0,0,0\n1,0\n");
     desk.write("huge.csv", "0,0,0\n1,0,0\n\n0,1,0\n1e308,1,0\n");
     desk.write("falls.csv", "0,0,0\n1,0,5\n0,0,4\n");
-    let tree = r#""n": TrunkNodes(nodes: [(0, 0, 0), (2, 1, 50), (0, 0, 100)]), "s": FitSkeleton(curve: "n"), "t": TrunkTime(skeleton: "s"),"#;
+    let tree = r#""n": TrunkNodes(nodes: [(0, 0, 0), (2, 1, 50), (0, 0, 100)]), "s": FitSkeleton(curve: "n"), "t": TrunkTime(tree: "s"),"#;
     let cases = [
         (r#""a": TrunkNodes(nodes: [(0, 0, 0), (1, 0, 5), (0, 0, 4)]),"#, "bad-value", "node 2 is at height `4`"),
         (r#""a": TrunkNodes(nodes: [(0, 0, 0), (1, 0, 5), (0, 0, 5)]),"#, "bad-value", "node 2 is at height `5`"),
@@ -159,7 +159,7 @@ fn refuses_invalid_wood_parameters() {
             "does not rise at node 0",
         ),
         (
-            r#""n": TrunkNodes(nodes: [(0, 0, 0), (1, 0, 1), (0, 0, 8), (0, 0, 9)]), "f": FitSkeleton(curve: "n"), "a": TrunkTime(skeleton: "f"),"#,
+            r#""n": TrunkNodes(nodes: [(0, 0, 0), (1, 0, 1), (0, 0, 8), (0, 0, 9)]), "f": FitSkeleton(curve: "n"), "a": TrunkTime(tree: "f"),"#,
             "bad-value",
             "does not rise at node",
         ),
@@ -185,11 +185,11 @@ fn refuses_invalid_wood_parameters() {
             "bad-value",
             "points nowhere",
         ),
-        (r#""a": BranchTime(skeleton: "s", branch: 3),"#, "out-of-range", "numbered from 0"),
-        (r#""a": TrunkTime(skeleton: "s", thickening_speed: 0),"#, "out-of-range", "greater than 0"),
-        (r#""a": TrunkTime(skeleton: "s", elongation_speed: -1),"#, "out-of-range", "greater than 0"),
+        (r#""a": BranchTime(tree: "s", branch: 3),"#, "out-of-range", "numbered from 0"),
+        (r#""a": TrunkTime(tree: Tree(skeleton: "s", thickening_speed: 0)),"#, "out-of-range", "greater than 0"),
+        (r#""a": TrunkTime(tree: Tree(skeleton: "s", elongation_speed: -1)),"#, "out-of-range", "greater than 0"),
         (r#""a": BlendTimes(times: []),"#, "missing-input", "needs `times`"),
-        (r#""a": BlendTimes(times: ["t"], origin: Branch),"#, "bad-value", "needs `skeleton`"),
+        (r#""a": BlendTimes(times: ["t"], origin: Branch),"#, "bad-value", "needs `tree`"),
         (r#""a": ColorPattern(stops: []),"#, "bad-value", "at least one stop"),
         (r##""a": ColorPattern(stops: [(0.5, "#fff"), (0.2, "#000")]),"##, "bad-value", "must not lie before"),
         (
@@ -233,15 +233,15 @@ fn refuses_invalid_wood_parameters() {
 #[test]
 fn whorls_can_be_joined_by_the_minimum() {
     let desk = Desk::new();
-    let each: String = (0..6).map(|n| format!("\"b{n}\": BranchTime(skeleton: \"tree\", branch: {n}),")).collect();
+    let each: String = (0..6).map(|n| format!("\"b{n}\": BranchTime(tree: \"tree\", branch: {n}),")).collect();
     desk.write(
         "a.ron",
         format!(
             "(canvas: (size_mm: 10, tile: None), nodes: {{ \"n\": TrunkNodes(nodes: [(0, 0, 0), (2, 1, 300), (0, 0, 900)]), \
-             \"trunk\": FitSkeleton(curve: \"n\"), \"t\": TrunkTime(skeleton: \"tree\"), {each} \
+             \"trunk\": FitSkeleton(curve: \"n\"), \"t\": TrunkTime(tree: \"tree\"), {each} \
              \"tree\": Branches(skeleton: \"trunk\", whorl_spacing: 200, per_whorl: 3), \
-             \"all\": BranchTime(skeleton: \"tree\", k: inf), \"min\": BlendTimes(times: [\"t\", \"all\"], k: inf), \
-             \"all4\": BranchTime(skeleton: \"tree\", k: 4), \"plain\": BranchTime(skeleton: \"tree\") }})"
+             \"all\": BranchTime(tree: \"tree\", k: inf), \"min\": BlendTimes(times: [\"t\", \"all\"], k: inf), \
+             \"all4\": BranchTime(tree: \"tree\", k: 4), \"plain\": BranchTime(tree: \"tree\") }})"
         ),
     );
     let tree = desk.shibo("dump a.ron tree").expect(0).json();
@@ -273,8 +273,8 @@ fn warns_of_skeleton_without_branches() {
     desk.write(
         "a.ron",
         "(canvas: (size_mm: 10, tile: None), nodes: { \"n\": TrunkNodes(),\n\"s\": FitSkeleton(curve: \"n\"),\n\
-         \"b\": BranchTime(skeleton: \"s\"),\n\"c\": CutPlane(solid: \"t\"), \"t\": BlendTimes(times: [\"x\", \"b\"]), \
-         \"x\": TrunkTime(skeleton: \"s\") }, outputs: { \"o\": \"c\" })",
+         \"b\": BranchTime(tree: \"s\"),\n\"c\": CutPlane(solid: \"t\"), \"t\": BlendTimes(times: [\"x\", \"b\"]), \
+         \"x\": TrunkTime(tree: \"s\") }, outputs: { \"o\": \"c\" })",
     );
     let ran = desk.shibo("render a.ron --resolution 32 --no-cache").expect(0);
     assert!(ran.stderr.contains("a.ron:3:27") && ran.stderr.contains("has no branches"), "{}", ran.stderr);

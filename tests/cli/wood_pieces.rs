@@ -13,12 +13,12 @@ use std::path::Path;
 const FLOOR: &str = r#"
     "nodes": TrunkNodes(height: (-600, 600), count: 9, wander: 6),
     "tree": FitSkeleton(curve: "nodes"),
-    "time": TrunkTime(skeleton: "tree", thickening_speed: 0.9),
+    "time": TrunkTime(tree: Tree(skeleton: "tree", thickening_speed: 0.9)),
     "rings": ColorPattern(),
-    "fiber": FiberSpace(time: "time", skeleton: "tree", curl: 0.3, thickening_speed: 0.9),
+    "fiber": FiberSpace(time: "time", tree: Tree(skeleton: "tree", thickening_speed: 0.9), curl: 0.3),
     "colored": RingColor(time: "time", pattern: "rings", fiber: "fiber"),
-    "rays": WoodRays(color: "colored", fiber: "fiber", skeleton: "tree"),
-    "pores": WoodPores(color: "rays", fiber: "fiber", time: "time", thickening_speed: 0.9),
+    "rays": WoodRays(color: "colored", fiber: "fiber", tree: "tree"),
+    "pores": WoodPores(color: "rays", fiber: "fiber", time: "time", tree: Tree(skeleton: "tree", thickening_speed: 0.9)),
     "light": FiberShading(color: "pores", direction: "fiber.direction", figure: 0.8),
     "floor": Brick(layout: Herringbone, size: (23.0, 11.3), gap: 0.4, angle: ANGLE),
 "#;

@@ -29,9 +29,9 @@ const fn case(name: &'static str, size: u32, resolution: u32, questions: u64, no
 const POINTS: &str = "\"p\": RandomPoints(count: 300000),";
 const NET: &str = "\"f\": Fractal(size: 9), \"p\": PoissonPoints(pitch: 0.8), \"l\": ConnectNeighbors(points: \"p\"),";
 const TREE: &str = "\"pith\": TrunkNodes(height: (0, 4000), count: 21, wander: 7), \"trunk\": FitSkeleton(curve: \"pith\"), \
-    \"tree\": Branches(skeleton: \"trunk\", whorl_spacing: 300), \"even\": TrunkTime(skeleton: \"tree\"), \
-    \"shape\": VaryGrowth(time: \"even\", skeleton: \"tree\"), \"grown\": BlendTimes(times: [\"shape\"], skeleton: \"tree\", origin: Branch), \
-    \"time\": VaryGrowth(time: \"grown\", series: Generated), \"fiber\": FiberSpace(time: \"grown\", skeleton: \"tree\"), \
+    \"tree\": Branches(skeleton: \"trunk\", whorl_spacing: 300), \"even\": TrunkTime(tree: \"tree\"), \
+    \"shape\": VaryGrowth(time: \"even\", tree: \"tree\"), \"grown\": BlendTimes(times: [\"shape\"], tree: \"tree\", origin: Branch), \
+    \"time\": VaryGrowth(time: \"grown\", series: Generated), \"fiber\": FiberSpace(time: \"grown\", tree: \"tree\"), \
     \"year\": ColorPattern(), \"color\": RingColor(time: \"time\", pattern: \"year\", fiber: \"fiber\"),";
 const SAMPLE: &str = "\"cells\": Worley(size: 4), \"c\": GradientMap(input: \"cells\", stops: [(0, \"#140d08\"), (1, \"#c4a884\")]), \
     \"x\": Exemplar(input: \"c\", size: (256, 256), size_mm: 30),";

@@ -1,5 +1,5 @@
 //! Types that ports accept, and the conversions into them.
-use super::{Solid, Type, Value};
+use super::{Solid, Tree, Type, Value};
 use std::fmt;
 
 /// Types that a port accepts.
@@ -133,7 +133,8 @@ impl Type {
     /// conversion.
     ///
     /// A type goes into itself; `Gray` → `Rgb` is grey; `Picture` → `Gray` is its only channel or its luminance,
-    /// `Picture` → `Rgb` its colour; `Normal` ↔ `Rgb` and `Picture` → `Normal` keep the numbers; a `Field` port takes
+    /// `Picture` → `Rgb` its colour; a `Skeleton` goes into a port for a `Tree` as a
+    /// tree with the usual speeds; `Normal` ↔ `Rgb` and `Picture` → `Normal` keep the numbers; a `Field` port takes
     /// `Gray`, `Rgb`, `Normal` and `Picture` (as `Gray` if the picture has one channel, else as `Rgb`); an `EveryField`
     /// port takes all these and every other field; an `AnyVector` port takes `Rgb`, `Normal`, `Vec2` and `Picture` (as
     /// `Rgb`); a `Direction` port takes `Gray` (degrees), `Vec2` (its angle) and `Picture`; an `AnySolid` port takes
@@ -164,6 +165,7 @@ impl Type {
                             | (Self::Rgb, Self::Normal)
                             | (Self::Normal, Self::Rgb)
                             | (Self::Picture, Self::Gray | Self::Rgb | Self::Normal)
+                            | (Self::Skeleton, Self::Tree)
                     )
             }
         }
@@ -185,6 +187,7 @@ impl Value {
                 Self::Field(field.to_rgb())
             }
             (Self::Field(field), Accepts::Direction) => Self::Field(field.to_angle()),
+            (Self::Skeleton(skeleton), Accepts::One(Type::Tree)) => Tree::from((**skeleton).clone()).into(),
             (Self::Solid(solid), Accepts::Color) => Self::Solid(solid.to_color()),
             (Self::Picture(picture), Accepts::One(Type::Gray) | Accepts::Direction | Accepts::Number) => {
                 Self::Field(picture.gray.clone())

@@ -53,6 +53,7 @@ mod stop;
 mod surface;
 mod surface_net;
 mod tile;
+mod tree;
 mod ty;
 
 pub mod clock;
@@ -98,6 +99,7 @@ pub use stop::Stop;
 pub use surface::{Seam, Surface};
 pub use surface_net::SurfaceNet;
 pub use tile::Tile;
+pub use tree::Tree;
 pub use ty::Type;
 
 use std::any::Any;
@@ -119,6 +121,7 @@ macro_rules! objects {
             Path         "#8a6d3b" "Lines and curves on the canvas.",
             Curve        "#6b4a2b" "Points of a line in space.",
             Skeleton     "#6b4a2b" "The line along which a trunk grew, and its branches.",
+            Tree         "#6b4a2b" "A trunk and its branches, and how fast they grew.",
             ColorPattern "#d0a21d" "The colours of wood through the year.",
             Mesh         "#4b6f9e" "A surface of triangles in space.",
             Atlas        "#4b6f9e" "A mesh laid out on the canvas.",

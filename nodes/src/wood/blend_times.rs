@@ -11,7 +11,7 @@ use shibo_kernel::wood::knots::{self, Knot, KnotStyle};
 use shibo_kernel::wood::solids::{Code, places};
 use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidNumber, choice, node};
 use shibo_value::diagnostics::{Code as ErrorCode, Problem};
-use shibo_value::{Skeleton, Solid, Stop, Type};
+use shibo_value::{Solid, Stop, Tree, Type};
 
 /// Start of the times that are blended.
 #[choice]
@@ -19,14 +19,14 @@ pub enum Origin {
     /// From the tree's first year, as in the source: T = (Σ T^-k)^(-1/k) of all `times`.
     #[default]
     Tree,
-    /// From the birth of each branch of `skeleton`: rings are disturbed only near a knot, and are never torn.
+    /// From the birth of each branch of `tree`: rings are disturbed only near a knot, and are never torn.
     Branch,
 }
 
 /// Blends growth times: the rings of the trunk run smoothly around and into the rings of branches.
 ///
 /// With `origin: Tree`, connect the times of trunk and branches. With `origin: Branch`, connect the trunk's time and
-/// the `skeleton`; the times of its branches are then computed here. Branches may die, and outputs give masks of knots
+/// the `tree`; the times of its branches are then computed here. Branches may die, and outputs give masks of knots
 /// and bark.
 ///
 /// ```ron
@@ -36,8 +36,8 @@ pub enum Origin {
 ///     (height: -10, direction: (0.2, 1, 0.7), thickening_speed: 0.42),
 ///     (height: 12, direction: (-0.35, 1, 0.4), thickening_speed: 0.36, dead_from: 9),
 /// ]),
-/// "t1": TrunkTime(skeleton: "tree"),
-/// "time": BlendTimes(times: ["t1"], skeleton: "tree", origin: Branch),
+/// "t1": TrunkTime(tree: "tree"),
+/// "time": BlendTimes(times: ["t1"], tree: "tree", origin: Branch),
 /// "rings": ColorPattern(),
 /// "wood": RingColor(time: "time", pattern: "rings", knots: "time.knots", bark: "time.bark"),
 /// "example": CutPlane(solid: "wood", preset: FlatSawn, distance: 40, height: 10),
@@ -46,8 +46,8 @@ pub enum Origin {
 pub struct BlendTimes {
     /// The times; the trunk's time comes first.
     pub times: Vec<In<SolidNumber>>,
-    /// The trunk with its branches, for `origin: Branch`.
-    pub skeleton: Option<In<Skeleton>>,
+    /// The tree with its branches, for `origin: Branch`.
+    pub tree: Option<In<Tree>>,
     /// Start of the times that are blended.
     #[default(Origin::Tree)]
     pub origin: Origin,
@@ -55,17 +55,6 @@ pub struct BlendTimes {
     /// `Tree` and 4 for `Branch`.
     #[schemars(extend("exclusiveMinimum" = 0.5, "infinite" = true))]
     pub k: Option<f64>,
-    /// With `Branch`: growth of the tree in length, as in `TrunkTime`.
-    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
-    #[default(230.0)]
-    pub elongation_speed: f64,
-    /// With `Branch`: growth of the trunk in radius, as in `TrunkTime`.
-    #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
-    #[default(2.6)]
-    pub thickening_speed: f64,
-    /// Height at which the tree starts to grow, as in `TrunkTime`.
-    #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
-    pub ground: f64,
     /// Depth, in years, of the dip of rings towards a dead stub.
     #[schemars(range(min = 0, max = 3), extend("unit" = "years"))]
     #[default(0.9)]
@@ -115,13 +104,13 @@ impl BlendTimes {
         .solid(Type::Solid, times)
     }
 
-    fn knots(&self, skeleton: &Skeleton, hash: Hash) -> Vec<Knot> {
+    fn knots(tree: &Tree, hash: Hash) -> Vec<Knot> {
         let knot = |(i, b): (usize, &shibo_value::Branch)| {
-            let birth = (b.start.z - self.ground) / self.elongation_speed;
+            let birth = (b.start.z - tree.ground) / tree.elongation_speed;
             let life = (b.dead_from - birth).min(b.lifetime).max(0.0);
             Knot::new(b.start, b.direction, b.length, birth, life, b.thickening, hash.with(i as u64))
         };
-        skeleton.branches.iter().enumerate().map(knot).collect()
+        tree.skeleton.branches.iter().enumerate().map(knot).collect()
     }
 }
 
@@ -136,14 +125,14 @@ impl Node for BlendTimes {
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         let bad = |message: &str, field: &str| vec![Problem::new(ErrorCode::BadValue, message).at(field)];
-        match (self.times.is_empty(), self.origin, &self.skeleton) {
+        match (self.times.is_empty(), self.origin, &self.tree) {
             (true, ..) => bad("times is empty; connect at least the trunk's time", "times"),
             (_, Origin::Branch, None) => {
-                bad("origin is `Branch`, which needs `skeleton`: the trunk with its branches", "origin")
+                bad("origin is `Branch`, which needs `tree`: the trunk with its branches", "origin")
             }
             (_, Origin::Tree, Some(_)) => bad(
-                "skeleton is not used with `origin: Tree`; connect a `BranchTime` to `times`, or use `origin: Branch`",
-                "skeleton",
+                "tree is not used with `origin: Tree`; connect a `BranchTime` to `times`, or use `origin: Branch`",
+                "tree",
             ),
             _ => Vec::new(),
         }
@@ -158,15 +147,15 @@ impl Node for BlendTimes {
                 .with("bark", Solid::constant(Type::Solid, &[0.0])));
         }
         let trunk = if times.len() == 1 { times[0].clone() } else { self.tree(times) };
-        let Some(skeleton) = cx.get_opt(&self.skeleton)? else {
-            return Err(Problem::new(ErrorCode::MissingInput, "skeleton is not connected").at("skeleton").into());
+        let Some(tree) = cx.get_opt(&self.tree)? else {
+            return Err(Problem::new(ErrorCode::MissingInput, "tree is not connected").at("tree").into());
         };
-        even(&skeleton, "skeleton")?;
-        let knots = self.knots(&skeleton, Hash::new(cx.seed(self.seed)));
+        even(&tree.skeleton, "tree")?;
+        let knots = Self::knots(&tree, Hash::new(cx.seed(self.seed)));
         let k = self.k.unwrap_or(4.0);
         let style = KnotStyle {
-            elongation: narrow(self.elongation_speed),
-            thickening: narrow(self.thickening_speed),
+            elongation: narrow(tree.elongation_speed),
+            thickening: narrow(tree.thickening_speed),
             power: narrow(k.min(64.0)),
             dip: narrow(self.dip),
             bark: narrow(self.bark),

@@ -19,7 +19,7 @@ use shibo_value::{ChannelSet, Stop, Tiling};
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
 /// "tree": FitSkeleton(curve: "nodes"),
-/// "time": TrunkTime(skeleton: "tree"),
+/// "time": TrunkTime(tree: "tree"),
 /// "rings": ColorPattern(),
 /// "wood": RingColor(time: "time", pattern: "rings"),
 /// "board": Board(solid: "wood", size: (120, 60, 20), middle: (0, 45, 0)),

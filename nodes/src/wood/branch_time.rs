@@ -8,35 +8,29 @@ use shibo_kernel::wood::solids::{Code, columns, places};
 use shibo_kernel::wood::trunk::Places;
 use shibo_node::{Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code as ErrorCode, Problem};
-use shibo_value::{Skeleton, Stop, Type};
+use shibo_value::{Stop, Tree, Type};
 
 /// The time at which branches reached each point: T2 of the source, counted from the tree's first year. The time is
 /// infinite behind the plane through a branch's start.
 ///
-/// The time is that of all branches of the skeleton together, or of one of them. Blend it with the trunk's time. The
+/// The time is that of all branches of the tree together, or of one of them. Blend it with the trunk's time. The
 /// method is that of the source. For branches that die, use `BlendTimes` with `origin: Branch` instead.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(nodes: [(0, 0, -40), (2, 0, 20), (0, 0, 90)]),
 /// "trunk": FitSkeleton(curve: "nodes"),
-/// "tree": Branches(skeleton: "trunk", branches: [(height: 0, direction: (1, 0, 0.7), thickening_speed: 0.5)]),
-/// "t1": TrunkTime(skeleton: "tree", elongation_speed: 40, thickening_speed: 2),
-/// "t2": BranchTime(skeleton: "tree", elongation_speed: 40),
+/// "branched": Branches(skeleton: "trunk", branches: [(height: 0, direction: (1, 0, 0.7), thickening_speed: 0.5)]),
+/// "tree": Tree(skeleton: "branched", elongation_speed: 40, thickening_speed: 2),
+/// "t1": TrunkTime(tree: "tree"),
+/// "t2": BranchTime(tree: "tree"),
 /// "time": BlendTimes(times: ["t1", "t2"]),
 /// "years": SolidMath(operation: Fraction, a: "time"),
 /// "example": CutPlane(solid: "years", origin: (-10, 0, 35), v: (0, 0, -40)),
 /// ```
 #[node]
 pub struct BranchTime {
-    /// The trunk with its branches.
-    pub skeleton: In<Skeleton>,
-    /// Growth of trunk and branches in length.
-    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
-    #[default(230.0)]
-    pub elongation_speed: f64,
-    /// Height at which the trunk starts to grow.
-    #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
-    pub ground: f64,
+    /// The tree with its branches.
+    pub tree: In<Tree>,
     /// Number of the only branch to use, from 0: first the branches listed in `Branches`, then those of whorls from
     /// below. All branches if not given.
     #[schemars(range(min = 0, max = 1000))]
@@ -71,17 +65,17 @@ impl Node for BranchTime {
     const FACTS: &'static [Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let skeleton = cx.get(&self.skeleton)?;
-        if skeleton.branches.is_empty() && self.branch.is_none() {
-            let message = "the skeleton has no branches: this time is infinite everywhere";
+        let tree = cx.get(&self.tree)?;
+        if tree.skeleton.branches.is_empty() && self.branch.is_none() {
+            let message = "the tree has no branches: this time is infinite everywhere";
             let help = "connect a `Branches`, or leave this node out";
-            cx.evaluator.warn(Problem::new(ErrorCode::Advice, message).at("skeleton").help(help));
+            cx.evaluator.warn(Problem::new(ErrorCode::Advice, message).at("tree").help(help));
         }
-        let mut single: Vec<Axis<f32>> = axes(&skeleton, self.elongation_speed, self.ground);
-        let mut double: Vec<Axis<f64>> = axes(&skeleton, self.elongation_speed, self.ground);
+        let mut single: Vec<Axis<f32>> = axes(&tree.skeleton, tree.elongation_speed, tree.ground);
+        let mut double: Vec<Axis<f64>> = axes(&tree.skeleton, tree.elongation_speed, tree.ground);
         if let Some(n) = self.branch.map(|n| n as usize) {
             if n >= single.len() {
-                let message = format!("branch is `{n}`; the skeleton has {} branches, numbered from 0", single.len());
+                let message = format!("branch is `{n}`; the tree has {} branches, numbered from 0", single.len());
                 return Err(Problem::new(ErrorCode::OutOfRange, message).at("branch").into());
             }
             (single, double) = (vec![single[n]], vec![double[n]]);

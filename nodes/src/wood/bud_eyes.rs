@@ -12,7 +12,7 @@ use shibo_kernel::noise::noise3::Noise3;
 use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::{Places, Trunk};
 use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidNumber, node};
-use shibo_value::{Skeleton, Solid, Stop, Type};
+use shibo_value::{Solid, Stop, Tree, Type};
 
 /// Adds buds that never grew into branches: rings bend around each of them, and a flat cut shows eyes.
 ///
@@ -21,10 +21,10 @@ use shibo_value::{Skeleton, Solid, Stop, Type};
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 7),
-/// "tree": FitSkeleton(curve: "nodes"),
-/// "even": TrunkTime(skeleton: "tree", elongation_speed: 200, thickening_speed: 1.7),
+/// "tree": Tree(skeleton: FitSkeleton(curve: "nodes"), elongation_speed: 200, thickening_speed: 1.7),
+/// "even": TrunkTime(tree: "tree"),
 /// "warped": WarpSolid(solid: "even", amount: 4, size: 46, octaves: 3, stretch: (1, 1, 1.5)),
-/// "eyes": BudEyes(time: "warped", skeleton: "tree"),
+/// "eyes": BudEyes(time: "warped", tree: "tree"),
 /// "rings": ColorPattern(stops: [(0, "#bc8350"), (0.4, "#b67a48"), (0.8, "#a1663a"), (0.95, "#8e542e"), (1, "#a76c40")]),
 /// "wood": RingColor(time: "eyes", pattern: "rings", knots: "eyes.eyes", knot_color: "#6a3a20"),
 /// "example": CutPlane(solid: "wood", preset: FlatSawn, distance: 70),
@@ -33,8 +33,8 @@ use shibo_value::{Skeleton, Solid, Stop, Type};
 pub struct BudEyes {
     /// The growth time before `VaryGrowth` with a `series`.
     pub time: In<SolidNumber>,
-    /// The trunk; buds run outwards from its pith. The z axis if not given.
-    pub skeleton: Option<In<Skeleton>>,
+    /// The tree; buds run outwards from its pith. The z axis if not given.
+    pub tree: Option<In<Tree>>,
     /// Distance between buds at `radius`.
     #[schemars(range(min = 0.5, max = 1000), extend("unit" = "mm"))]
     #[default(11.0)]
@@ -143,8 +143,8 @@ impl Node for BudEyes {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let time = cx.get(&self.time)?;
-        let trunk = match cx.get_opt(&self.skeleton)? {
-            Some(skeleton) => Trunk::<f32>::new(&even(&skeleton, "skeleton")?),
+        let trunk = match cx.get_opt(&self.tree)? {
+            Some(tree) => Trunk::<f32>::new(&even(&tree.skeleton, "tree")?),
             None => Trunk::new(&[]),
         };
         let buds = Buds {

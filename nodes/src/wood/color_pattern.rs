@@ -30,8 +30,8 @@ pub enum Years {
 /// ```ron
 /// "rings": ColorPattern(stops: [(0, "#c18659"), (0.6, "#bf8356"), (0.88, "#b47648"), (0.97, "#a66a40"), (1, "#b87d51")]),
 /// "nodes": TrunkNodes(height: (-400, 400), count: 5, wander: 8),
-/// "tree": FitSkeleton(curve: "nodes"),
-/// "time": TrunkTime(skeleton: "tree", thickening_speed: 4),
+/// "tree": Tree(skeleton: FitSkeleton(curve: "nodes"), thickening_speed: 4),
+/// "time": TrunkTime(tree: "tree"),
 /// "wood": RingColor(time: "time", pattern: "rings"),
 /// "example": CutPlane(solid: "wood", preset: FlatSawn, distance: 9),
 /// ```

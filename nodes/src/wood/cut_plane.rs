@@ -53,7 +53,7 @@ pub enum Sawing {
 /// ```ron
 /// "nodes": TrunkNodes(height: (-2000, 2000), count: 21, wander: 9),
 /// "tree": FitSkeleton(curve: "nodes"),
-/// "time": TrunkTime(skeleton: "tree"),
+/// "time": TrunkTime(tree: "tree"),
 /// "rings": ColorPattern(),
 /// "wood": RingColor(time: "time", pattern: "rings"),
 /// "floor": Brick(layout: Herringbone, size: (19.8, 3.8), gap: 0.2),

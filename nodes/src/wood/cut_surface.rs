@@ -36,7 +36,7 @@ pub enum SurfaceShape {
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
 /// "tree": FitSkeleton(curve: "nodes"),
-/// "time": TrunkTime(skeleton: "tree"),
+/// "time": TrunkTime(tree: "tree"),
 /// "rings": ColorPattern(),
 /// "wood": RingColor(time: "time", pattern: "rings"),
 /// "placed": PlaceInTree(solid: "wood", position: (0, 30, 0), turn: (90, 0, 0)),

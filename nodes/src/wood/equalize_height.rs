@@ -16,8 +16,9 @@ use shibo_value::{Skeleton, Stop, Type};
 /// ```ron
 /// "nodes": TrunkNodes(nodes: [(0, 0, -20), (6, 2, 10), (-8, 0, 40), (4, 0, 70)]),
 /// "raw": FitSkeleton(curve: "nodes"),
-/// "tree": EqualizeHeight(skeleton: "raw"),
-/// "time": TrunkTime(skeleton: "tree", thickening_speed: 4),
+/// "trunk": EqualizeHeight(skeleton: "raw"),
+/// "tree": Tree(skeleton: "trunk", thickening_speed: 4),
+/// "time": TrunkTime(tree: "tree"),
 /// "rings": ColorPattern(),
 /// "wood": RingColor(time: "time", pattern: "rings"),
 /// "example": CutPlane(solid: "wood", origin: (-20, 0, 40), v: (0, 0, -40)),

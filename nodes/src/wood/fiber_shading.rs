@@ -16,10 +16,10 @@ use shibo_value::{Solid, Stop, Type};
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
 /// "tree": FitSkeleton(curve: "nodes"),
-/// "time": TrunkTime(skeleton: "tree"),
+/// "time": TrunkTime(tree: "tree"),
 /// "rings": ColorPattern(stops: [(0, "#e6cda6"), (0.6, "#e3c89f"), (0.9, "#dabb8e"), (0.98, "#c8a273"), (1, "#dec297")]),
 /// "wood": RingColor(time: "time", pattern: "rings"),
-/// "fiber": FiberSpace(time: "time", skeleton: "tree", curl: 0.36, curl_length: 9.5),
+/// "fiber": FiberSpace(time: "time", tree: "tree", curl: 0.36, curl_length: 9.5),
 /// "maple": FiberShading(color: "wood", direction: "fiber.direction", figure: 0.9),
 /// "example": CutPlane(solid: "maple", preset: FlatSawn, distance: 30),
 /// ```

@@ -8,19 +8,19 @@ use shibo_kernel::wood::fiber::{FiberStyle, Fibers, Obstacle};
 use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::Trunk;
 use shibo_node::{Context, Fact, In, Node, Output, Outputs, SolidNumber, node};
-use shibo_value::{Skeleton, Stop, Type};
+use shibo_value::{Stop, Tree, Type};
 use std::sync::Arc;
 
 /// Coordinates along the fibres, for drawing streaks, pores and rays; and the direction of the fibres.
 ///
 /// Connect the time before `VaryGrowth` with a `series`. Fibres wander, spiral, curl and flow around the branches of
-/// the skeleton.
+/// the tree.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
 /// "tree": FitSkeleton(curve: "nodes"),
-/// "time": TrunkTime(skeleton: "tree"),
-/// "fiber": FiberSpace(time: "time", skeleton: "tree", curl: 0.4, curl_length: 9),
+/// "time": TrunkTime(tree: "tree"),
+/// "fiber": FiberSpace(time: "time", tree: "tree", curl: 0.4, curl_length: 9),
 /// "streaks": SolidNoise(place: "fiber", size: 0.6, octaves: 2, stretch: (1, 1, 60)),
 /// "example": CutPlane(solid: "streaks", preset: FlatSawn, distance: 30),
 /// ```
@@ -28,19 +28,8 @@ use std::sync::Arc;
 pub struct FiberSpace {
     /// The growth time, including branches, before `VaryGrowth` with a `series`.
     pub time: In<SolidNumber>,
-    /// The trunk with its branches.
-    pub skeleton: In<Skeleton>,
-    /// Growth of the tree in length, as in `TrunkTime`.
-    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
-    #[default(230.0)]
-    pub elongation_speed: f64,
-    /// Growth of the tree in radius, as in `TrunkTime`.
-    #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
-    #[default(2.6)]
-    pub thickening_speed: f64,
-    /// Height at which the tree starts to grow, as in `TrunkTime`.
-    #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
-    pub ground: f64,
+    /// The tree with its branches.
+    pub tree: In<Tree>,
     /// Strength of the wander of fibres; 1 is natural.
     #[schemars(range(min = 0, max = 10))]
     #[default(1.0)]
@@ -80,13 +69,13 @@ impl Node for FiberSpace {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let time = cx.get(&self.time)?;
-        let skeleton = cx.get(&self.skeleton)?;
-        let trunk = Arc::new(Trunk::<f32>::new(&even(&skeleton, "skeleton")?));
+        let tree = cx.get(&self.tree)?;
+        let trunk = Arc::new(Trunk::<f32>::new(&even(&tree.skeleton, "tree")?));
         let tangent = |degrees: f64| narrow(libm::tan(degrees.to_radians()));
         let style = FiberStyle {
-            elongation: narrow(self.elongation_speed),
-            thickening: narrow(self.thickening_speed),
-            ground: narrow(self.ground),
+            elongation: narrow(tree.elongation_speed),
+            thickening: narrow(tree.thickening_speed),
+            ground: narrow(tree.ground),
             wander: narrow(self.wander),
             spiral: tangent(self.spiral),
             curl: narrow(self.curl),
@@ -96,9 +85,9 @@ impl Node for FiberSpace {
             interlock_pitch: narrow(self.interlock_pitch),
         };
         let obstacle = |b: &shibo_value::Branch| {
-            Obstacle::new(b.start, b.direction, b.length, b.thickening / self.thickening_speed)
+            Obstacle::new(b.start, b.direction, b.length, b.thickening / tree.thickening_speed)
         };
-        let obstacles = skeleton.branches.iter().map(obstacle).collect();
+        let obstacles = tree.skeleton.branches.iter().map(obstacle).collect();
         let fibers = Arc::new(Fibers::new(style, obstacles, Hash::new(cx.seed(self.seed))));
         let (f, t) = (fibers.clone(), trunk.clone());
         let place = Code::of_place(move |patch, inputs, out| {

@@ -18,10 +18,10 @@ use shibo_value::{Patch, Planes, Solid, Stop, Type};
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
 /// "tree": FitSkeleton(curve: "nodes"),
-/// "time": TrunkTime(skeleton: "tree"),
+/// "time": TrunkTime(tree: "tree"),
 /// "rings": ColorPattern(stops: [(0, "#75543b"), (0.4, "#795840"), (0.93, "#62442f"), (1, "#6e4e37")]),
 /// "wood": RingColor(time: "time", pattern: "rings"),
-/// "fiber": FiberSpace(time: "time", skeleton: "tree"),
+/// "fiber": FiberSpace(time: "time", tree: "tree"),
 /// "streaked": FiberStreaks(color: "wood", fiber: "fiber", fine: 0.1, coarse: 0.1, streak: 0.55, streak_color: "#4a3226"),
 /// "example": CutPlane(solid: "streaked", preset: FlatSawn, distance: 30),
 /// ```

@@ -24,8 +24,9 @@ pub enum Scheme {
 ///
 /// ```ron
 /// "nodes": TrunkNodes(nodes: [(0, 0, -20), (6, 2, 10), (-8, 0, 40), (4, 0, 70)]),
-/// "tree": FitSkeleton(curve: "nodes", scheme: Local),
-/// "time": TrunkTime(skeleton: "tree", thickening_speed: 4),
+/// "trunk": FitSkeleton(curve: "nodes", scheme: Local),
+/// "tree": Tree(skeleton: "trunk", thickening_speed: 4),
+/// "time": TrunkTime(tree: "tree"),
 /// "rings": ColorPattern(),
 /// "wood": RingColor(time: "time", pattern: "rings"),
 /// "example": CutPlane(solid: "wood", origin: (-20, 0, 40), v: (0, 0, -40)),

@@ -22,6 +22,7 @@ mod ring_color;
 mod solid_math;
 mod solid_noise;
 mod straight_time;
+mod tree;
 mod trees;
 mod trunk_nodes;
 mod trunk_time;
@@ -50,6 +51,7 @@ pub use ring_color::{RingColor, RingFilter};
 pub use solid_math::{SolidMath, SolidOperation};
 pub use solid_noise::SolidNoise;
 pub use straight_time::StraightTime;
+pub use tree::Tree;
 pub use trunk_nodes::TrunkNodes;
 pub use trunk_time::TrunkTime;
 pub use vary_growth::{Series, VaryGrowth};
@@ -69,6 +71,7 @@ pub fn family() -> Family {
             Kind::of::<FitSkeleton>(),
             Kind::of::<EqualizeHeight>(),
             Kind::of::<Branches>(),
+            Kind::of::<Tree>(),
             Kind::of::<TrunkTime>(),
             Kind::of::<BranchTime>(),
             Kind::of::<BlendTimes>(),

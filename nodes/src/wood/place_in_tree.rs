@@ -17,7 +17,7 @@ use shibo_value::{ChannelSet, Stop, Type};
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
 /// "tree": FitSkeleton(curve: "nodes"),
-/// "time": TrunkTime(skeleton: "tree"),
+/// "time": TrunkTime(tree: "tree"),
 /// "rings": ColorPattern(),
 /// "wood": RingColor(time: "time", pattern: "rings"),
 /// "placed": PlaceInTree(solid: "wood", position: (0, 20, 0), turn: (35, 0, 20)),

@@ -34,8 +34,8 @@ pub enum RingFilter {
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
 /// "tree": FitSkeleton(curve: "nodes"),
-/// "even": TrunkTime(skeleton: "tree", age_boost: 0.6),
-/// "shape": VaryGrowth(time: "even", skeleton: "tree", eccentricity: 0.1, waves: [(2.2, 45, 520), (0.55, 12, 150)]),
+/// "even": TrunkTime(tree: "tree", age_boost: 0.6),
+/// "shape": VaryGrowth(time: "even", tree: "tree", eccentricity: 0.1, waves: [(2.2, 45, 520), (0.55, 12, 150)]),
 /// "time": VaryGrowth(time: "shape", series: Generated),
 /// "rings": ColorPattern(),
 /// "wood": RingColor(time: "time", pattern: "rings", late_variation: 0.3, phase_variation: 0.25, feather: 0.04),

@@ -21,7 +21,7 @@ use shibo_value::{Curve, Stop, Type};
 /// ```ron
 /// "nodes": TrunkNodes(height: (-200, 400), count: 9, wander: 6),
 /// "tree": FitSkeleton(curve: "nodes"),
-/// "time": TrunkTime(skeleton: "tree"),
+/// "time": TrunkTime(tree: "tree"),
 /// "example": CutPlane(solid: "time", preset: FlatSawn, distance: 5, height: 60),
 /// ```
 ///

@@ -6,7 +6,7 @@ use super::trees::even;
 use shibo_kernel::wood::solids::{Code, columns, places};
 use shibo_kernel::wood::trunk::{Growth, Trunk};
 use shibo_node::{Context, Fact, In, Node, Output, Outputs, node};
-use shibo_value::{Skeleton, Stop, Type};
+use shibo_value::{Stop, Tree, Type};
 use std::sync::Arc;
 
 /// The time at which a growing trunk reached each point: T = z / elongation + d / thickening, where d is the horizontal
@@ -14,26 +14,15 @@ use std::sync::Arc;
 ///
 /// ```ron
 /// "nodes": TrunkNodes(nodes: [(0, 0, -20), (6, 2, 10), (-8, 0, 40), (4, 0, 70)]),
-/// "tree": FitSkeleton(curve: "nodes"),
-/// "time": TrunkTime(skeleton: "tree", elongation_speed: 40, thickening_speed: 2),
+/// "tree": Tree(skeleton: FitSkeleton(curve: "nodes"), elongation_speed: 40, thickening_speed: 2),
+/// "time": TrunkTime(tree: "tree"),
 /// "years": SolidMath(operation: Fraction, a: "time"),
 /// "example": CutPlane(solid: "years", origin: (-20, 0, 40), v: (0, 0, -40)),
 /// ```
 #[node]
 pub struct TrunkTime {
-    /// The trunk. Its control points are spaced evenly in height first, as by `EqualizeHeight`.
-    pub skeleton: In<Skeleton>,
-    /// Growth of the trunk in height.
-    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
-    #[default(230.0)]
-    pub elongation_speed: f64,
-    /// Growth of the trunk in radius: the width of a year's ring.
-    #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
-    #[default(2.6)]
-    pub thickening_speed: f64,
-    /// Height at which the trunk starts to grow.
-    #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
-    pub ground: f64,
+    /// The tree.
+    pub tree: In<Tree>,
     /// Additional growth in radius while the trunk is thin: 0 in the source, about 0.6 in nature.
     #[schemars(range(min = 0, max = 100))]
     pub age_boost: f64,
@@ -51,12 +40,12 @@ impl Node for TrunkTime {
     const FACTS: &'static [Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let skeleton = cx.get(&self.skeleton)?;
-        let controls = even(&skeleton, "skeleton")?;
+        let tree = cx.get(&self.tree)?;
+        let controls = even(&tree.skeleton, "tree")?;
         let growth = Growth {
-            elongation: self.elongation_speed,
-            thickening: self.thickening_speed,
-            ground: self.ground,
+            elongation: tree.elongation_speed,
+            thickening: tree.thickening_speed,
+            ground: tree.ground,
             boost: self.age_boost,
             fade: self.age_fade,
         };

@@ -16,7 +16,7 @@ use shibo_kernel::wood::vary::{Shape, WAVES, Wave, reserve};
 use shibo_kernel::wood::years::{Calendar, series};
 use shibo_node::{CanvasFacts, Context, Fact, In, Node, Output, Outputs, SolidNumber, node};
 use shibo_value::diagnostics::{Code as ErrorCode, Problem};
-use shibo_value::{ColorPattern, Curve, Skeleton, Solid, Stop, Type};
+use shibo_value::{ColorPattern, Curve, Solid, Stop, Tree, Type};
 use std::sync::Arc;
 
 /// The widths of years.
@@ -41,8 +41,8 @@ pub enum Series {
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
 /// "tree": FitSkeleton(curve: "nodes"),
-/// "even": TrunkTime(skeleton: "tree"),
-/// "shape": VaryGrowth(time: "even", skeleton: "tree", eccentricity: 0.1, waves: [(2.2, 45, 520), (0.55, 12, 150)]),
+/// "even": TrunkTime(tree: "tree"),
+/// "shape": VaryGrowth(time: "even", tree: "tree", eccentricity: 0.1, waves: [(2.2, 45, 520), (0.55, 12, 150)]),
 /// "time": VaryGrowth(time: "shape", series: Generated),
 /// "rings": ColorPattern(),
 /// "wood": RingColor(time: "time", pattern: "rings"),
@@ -52,8 +52,8 @@ pub enum Series {
 pub struct VaryGrowth {
     /// The time of even growth.
     pub time: In<SolidNumber>,
-    /// The trunk around which the shape varies; by default the z axis.
-    pub skeleton: Option<In<Skeleton>>,
+    /// The tree around whose trunk the shape varies; by default the z axis.
+    pub tree: Option<In<Tree>>,
     /// The pattern whose widths of years `series: FromPattern` uses.
     pub pattern: Option<In<ColorPattern>>,
     /// The widths of years.
@@ -113,8 +113,8 @@ impl VaryGrowth {
         if self.eccentricity == 0.0 && self.waves.is_empty() {
             return Ok(time.clone());
         }
-        let trunk = match cx.get_opt(&self.skeleton)? {
-            Some(skeleton) => Trunk::<f32>::new(&even(&skeleton, "skeleton")?),
+        let trunk = match cx.get_opt(&self.tree)? {
+            Some(tree) => Trunk::<f32>::new(&even(&tree.skeleton, "tree")?),
             None => Trunk::new(&[]),
         };
         let shape = Shape::new(self.eccentricity, &self.waves(), hash.with(2));

@@ -15,7 +15,7 @@ use shibo_value::{ChannelSet, Stop, Type};
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
 /// "tree": FitSkeleton(curve: "nodes"),
-/// "time": TrunkTime(skeleton: "tree"),
+/// "time": TrunkTime(tree: "tree"),
 /// "warped": WarpSolid(solid: "time", amount: 7, size: 30, octaves: 3, stretch: (1, 1, 1.5)),
 /// "rings": ColorPattern(stops: [(0, "#bc8350"), (0.4, "#b67a48"), (0.8, "#a1663a"), (0.95, "#8e542e"), (1, "#a76c40")]),
 /// "wood": RingColor(time: "warped", pattern: "rings"),

@@ -9,7 +9,7 @@ use shibo_kernel::wood::pores::{PoreStyle, Pores};
 use shibo_kernel::wood::solids::{Code, spans};
 use shibo_kernel::wood::years::Calendar;
 use shibo_node::{Color, Context, Fact, In, Linear, Node, Output, Outputs, SolidColor, SolidNumber, SolidVector, node};
-use shibo_value::{Curve, Solid, Stop, Type};
+use shibo_value::{Solid, Stop, Tree, Type};
 
 /// Draws the pores of wood: dark dashes along the grain, dots on end grain, most of them in early wood.
 ///
@@ -18,12 +18,12 @@ use shibo_value::{Curve, Solid, Stop, Type};
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
-/// "tree": FitSkeleton(curve: "nodes"),
-/// "time": TrunkTime(skeleton: "tree", elongation_speed: 260, thickening_speed: 2.3),
+/// "tree": Tree(skeleton: FitSkeleton(curve: "nodes"), elongation_speed: 260, thickening_speed: 2.3),
+/// "time": TrunkTime(tree: "tree"),
 /// "rings": ColorPattern(stops: [(0, "#b58e60"), (0.34, "#c9a577"), (0.7, "#c4a070"), (1, "#b08859")]),
 /// "wood": RingColor(time: "time", pattern: "rings"),
-/// "fiber": FiberSpace(time: "time", skeleton: "tree", elongation_speed: 260, thickening_speed: 2.3),
-/// "oak": WoodPores(color: "wood", fiber: "fiber", time: "time", elongation_speed: 260, thickening_speed: 2.3),
+/// "fiber": FiberSpace(time: "time", tree: "tree"),
+/// "oak": WoodPores(color: "wood", fiber: "fiber", time: "time", tree: "tree"),
 /// "example": CutPlane(solid: "oak", preset: FlatSawn, distance: 40),
 /// ```
 #[node]
@@ -32,21 +32,10 @@ pub struct WoodPores {
     pub color: In<SolidColor>,
     /// Coordinates along the fibres: the output `place` of `FiberSpace`.
     pub fiber: In<SolidVector>,
-    /// The growth time, after `VaryGrowth` with a `series`.
+    /// The growth time, after `VaryGrowth` with a `series`, which gives the year in which pores grew.
     pub time: In<SolidNumber>,
-    /// The calendar of `VaryGrowth`, which gives the year in which pores grew.
-    pub calendar: Option<In<Curve>>,
-    /// Growth of the tree in length, as in `TrunkTime`.
-    #[schemars(range(max = 1e5), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
-    #[default(230.0)]
-    pub elongation_speed: f64,
-    /// Growth of the tree in radius, as in `TrunkTime`.
-    #[schemars(range(max = 1e3), extend("exclusiveMinimum" = 0.0, "unit" = "mm/year"))]
-    #[default(2.6)]
-    pub thickening_speed: f64,
-    /// Height at which the tree starts to grow, as in `TrunkTime`.
-    #[schemars(range(min = -1e5, max = 1e5), extend("unit" = "mm"))]
-    pub ground: f64,
+    /// The tree, for its growth; the usual speeds if not given.
+    pub tree: Option<In<Tree>>,
     /// The distance between pores across the grain; at least 1.7 times the largest radius.
     #[schemars(range(min = 0.01, max = 100), extend("unit" = "mm"))]
     #[default(0.36)]
@@ -85,7 +74,11 @@ pub struct WoodPores {
 }
 
 impl WoodPores {
-    fn pores(&self, calendar: Option<&Curve>, hash: Hash) -> Pores {
+    fn pores(&self, tree: Option<&Tree>, calendar: Option<Calendar>, hash: Hash) -> Pores {
+        let speeds = tree.map_or([Tree::ELONGATION, Tree::THICKENING, 0.0], |tree| {
+            [tree.elongation_speed, tree.thickening_speed, tree.ground]
+        });
+        let [elongation, thickening, ground] = speeds.map(narrow);
         let style = PoreStyle {
             cell: narrow(self.cell),
             length: narrow(self.length),
@@ -93,11 +86,10 @@ impl WoodPores {
             density: [narrow(self.density.at0), narrow(self.density.at1)],
             early: narrow(self.early),
             groups: narrow(self.groups),
-            elongation: narrow(self.elongation_speed),
-            thickening: narrow(self.thickening_speed),
-            ground: narrow(self.ground),
+            elongation,
+            thickening,
+            ground,
         };
-        let calendar = calendar.and_then(|curve| Calendar::through(&curve.points));
         Pores::new(style, calendar, hash)
     }
 }
@@ -113,9 +105,10 @@ impl Node for WoodPores {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (color, fiber, time) = (cx.get(&self.color)?, cx.get(&self.fiber)?, cx.get(&self.time)?);
-        let calendar = cx.get_opt(&self.calendar)?;
-        let mut pores = self.pores(calendar.as_deref(), Hash::new(cx.seed(self.seed)));
+        let tree = cx.get_opt(&self.tree)?;
         let even = ByCalendar::of(&time).map(|(even, calendar)| (even.clone(), calendar));
+        let calendar = even.as_ref().map(|(_, calendar)| calendar.clone());
+        let mut pores = self.pores(tree.as_deref(), calendar, Hash::new(cx.seed(self.seed)));
         let time = even.filter(|(_, calendar)| pores.by_even_time(calendar)).map_or(time, |(even, _)| even);
         let code = Code::of_inputs(move |patch, inputs, out| {
             let [x, y, z] = [0, 1, 2].map(|c| inputs[0].plane(c));

@@ -11,19 +11,19 @@ use shibo_kernel::wood::rays::{RayStyle, Rays};
 use shibo_kernel::wood::solids::{Code, places};
 use shibo_kernel::wood::trunk::Trunk;
 use shibo_node::{Color, Context, Fact, In, Node, Output, Outputs, SolidColor, SolidVector, node};
-use shibo_value::{Skeleton, Solid, Stop, Type};
+use shibo_value::{Solid, Stop, Tree, Type};
 
 /// Draws rays: thin sheets from the pith outwards, which look different on each cut: flecks on a quarter cut, lines on
 /// end grain, spindles on a flat cut.
 ///
 /// ```ron
 /// "nodes": TrunkNodes(height: (-600, 600), count: 7, wander: 9),
-/// "tree": FitSkeleton(curve: "nodes"),
-/// "time": TrunkTime(skeleton: "tree", elongation_speed: 260, thickening_speed: 2.3),
+/// "tree": Tree(skeleton: FitSkeleton(curve: "nodes"), elongation_speed: 260, thickening_speed: 2.3),
+/// "time": TrunkTime(tree: "tree"),
 /// "rings": ColorPattern(stops: [(0, "#b58e60"), (0.34, "#c9a577"), (0.7, "#c4a070"), (1, "#b08859")]),
 /// "wood": RingColor(time: "time", pattern: "rings"),
-/// "fiber": FiberSpace(time: "time", skeleton: "tree", elongation_speed: 260, thickening_speed: 2.3),
-/// "oak": WoodRays(color: "wood", fiber: "fiber", skeleton: "tree"),
+/// "fiber": FiberSpace(time: "time", tree: "tree"),
+/// "oak": WoodRays(color: "wood", fiber: "fiber", tree: "tree"),
 /// "example": CutPlane(solid: "oak", preset: QuarterSawn, distance: 25, offset: 1),
 /// ```
 #[node]
@@ -32,8 +32,8 @@ pub struct WoodRays {
     pub color: In<SolidColor>,
     /// Coordinates along the fibres: the output `place` of `FiberSpace`.
     pub fiber: In<SolidVector>,
-    /// The trunk; rays start from its pith. The z axis if not given.
-    pub skeleton: Option<In<Skeleton>>,
+    /// The tree; rays start from its pith. The z axis if not given.
+    pub tree: Option<In<Tree>>,
     /// Distance between rays around the stem.
     #[schemars(range(min = 0.05, max = 100), extend("unit" = "mm"))]
     #[default(1.7)]
@@ -92,8 +92,8 @@ impl Node for WoodRays {
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (color, fiber) = (cx.get(&self.color)?, cx.get(&self.fiber)?);
-        let trunk = match cx.get_opt(&self.skeleton)? {
-            Some(skeleton) => Trunk::<f32>::new(&even(&skeleton, "skeleton")?),
+        let trunk = match cx.get_opt(&self.tree)? {
+            Some(tree) => Trunk::<f32>::new(&even(&tree.skeleton, "tree")?),
             None => Trunk::new(&[]),
         };
         let style = RayStyle {

@@ -301,7 +301,8 @@ fn curved_time_is_continuous_where_the_straight_one_jumps() {
             largest
         })
     };
-    let curved = steps(r#""time": TrunkTime(tree: Tree(skeleton: "tree", elongation_speed: 40, thickening_speed: 3)),"#);
+    let curved =
+        steps(r#""time": TrunkTime(tree: Tree(skeleton: "tree", elongation_speed: 40, thickening_speed: 3)),"#);
     let straight = steps(r#""time": StraightTime(curve: "nodes", elongation_speed: 40, thickening_speed: 3),"#);
     assert!(curved[1] / curved[0] < 0.6 && curved[2] / curved[1] < 0.6, "{curved:?}");
     assert!(straight[2] / straight[0] > 0.8, "{straight:?}");

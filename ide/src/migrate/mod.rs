@@ -1,9 +1,9 @@
-//! Rewrites graph files from kinds that are replaced to formulas and to other kinds.
+//! Rewrites graph files from kinds and arguments that are replaced to formulas and to other kinds.
 //!
 //! The rewriting is from text to text: what does not change stays byte for byte. `kinds` is the table of the kinds and
 //! of the formulas that they become, so a later change of a kind is a row there. `words`, `formula`, `fold`, `terms` and
 //! `bounds` compute with formulas. `scope`, `places` and `comments` read a graph. `operands`, `numbers` and `convert`
-//! make the formula of a node. `readers` and `plan` decide which formulas are written where they are read. `graph`,
+//! make the formula of a node. `trees` rewrites the nodes of trees. `readers` and `plan` decide which formulas are written where they are read. `graph`,
 //! `write`, `edits` and `layout` write the result.
 //!
 //! A formula keeps the order of the operations of the nodes, so that pictures keep their bits. A node becomes a part of
@@ -28,6 +28,7 @@ mod single;
 mod terms;
 #[cfg(test)]
 mod tests;
+mod trees;
 mod words;
 mod write;
 
@@ -76,11 +77,20 @@ pub fn migrate(text: &str, registry: &Registry) -> Result<Migration, Vec<SyntaxE
         migration.warnings.extend(rewritten.warnings);
         all.extend(rewritten.edits);
     }
-    if all.is_empty() {
+    all.sort();
+    let mut rewritten = all.apply(text, 0..text.len());
+    // Trees are rewritten in the new text; their messages name places of the old one.
+    let trees = trees::rewrite(&tree);
+    migration.changes.extend(trees.changes);
+    migration.warnings.extend(trees.warnings);
+    if !trees.edits.is_empty() {
+        let mut edits = trees::rewrite(&Tree::parse(&*rewritten)).edits;
+        edits.sort();
+        rewritten = edits.apply(&rewritten, 0..rewritten.len());
+    }
+    if rewritten == text {
         return Ok(migration);
     }
-    all.sort();
-    let rewritten = all.apply(text, 0..text.len());
     let laid_out = syntax::format(text).is_ok_and(|formatted| formatted == text);
     migration.text = if laid_out { syntax::format(&rewritten).unwrap_or(rewritten) } else { rewritten };
     migration.changes.sort_by_key(|change| change.range.start);

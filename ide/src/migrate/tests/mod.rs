@@ -4,6 +4,7 @@ mod formulas;
 mod hostile;
 mod joining;
 mod operations;
+mod values;
 
 use super::{Migration, migrate};
 use crate::tests::registry;

@@ -23,7 +23,7 @@ use shibo_value::{Skeleton, Stop, Type};
 /// "t1": TrunkTime(skeleton: "tree", elongation_speed: 40, thickening_speed: 2),
 /// "t2": BranchTime(skeleton: "tree", elongation_speed: 40),
 /// "time": BlendTimes(times: ["t1", "t2"]),
-/// "years": SolidMath(operation: Fraction, a: "time"),
+/// "years": "= fract(time)",
 /// "example": CutPlane(solid: "years", origin: (-10, 0, 35), v: (0, 0, -40)),
 /// ```
 #[node]

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// The maximum line length, including the comma.
-const WIDTH: usize = 120;
+pub(super) const WIDTH: usize = 120;
 /// Indentation of the items of a bracket.
 const INDENT: usize = 2;
 /// The sections of a graph with one entry per line.

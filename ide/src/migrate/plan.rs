@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 /// The longest line.
-pub(super) const WIDTH: usize = 120;
+const WIDTH: usize = 120;
 /// The longest formula that others become a part of.
 const LONGEST: usize = 110;
 /// The most operations of a formula that others become a part of.

@@ -42,7 +42,7 @@ fn report(what: &str, taken: Taken) {
 fn chain() -> String {
     let mut nodes = String::from("\"n0\": Perlin(size: 5),\n");
     for i in 1..60 {
-        let _ = writeln!(nodes, "\"n{i}\": Math(operation: MultiplyAdd, a: \"n{}\", b: 0.9, c: 0.05),", i - 1);
+        let _ = writeln!(nodes, "\"n{i}\": \"= 0.9 * n{} + 0.05\",", i - 1);
     }
     format!("(nodes: {{\n{nodes}}}, outputs: {{ \"n\": \"n59\" }})")
 }

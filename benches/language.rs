@@ -22,10 +22,7 @@ fn graph(nodes: usize) -> String {
         let _ =
             writeln!(text, "    \"noise_{i}\": Fractal(size: \"= $pitch * {}\", octaves: 3, seed: {i}),", i % 9 + 1);
         let _ = writeln!(text, "    \"soft_{i}\": Blur(input: \"noise_{i}\", radius: \"= $pitch * 0.2\"),");
-        let _ = writeln!(
-            text,
-            "    \"height_{i}\": Math(operation: MultiplyAdd, a: \"soft_{i}\", b: 0.4, c: \"{before}\"),"
-        );
+        let _ = writeln!(text, "    \"height_{i}\": \"= {before} + 0.4 * soft_{i}\",");
         before = format!("height_{i}");
     }
     let _ = write!(text, "  }},\n  outputs: {{ \"height\": \"{before}\" }},\n)\n");

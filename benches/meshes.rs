@@ -82,7 +82,7 @@ fn main() {
     // measured by whole commands; their picture is constant and takes next to nothing to write.
     let places = graph(
         "\"baked\": BakePosition(atlas: \"atlas\"),
-         \"flat\": Expression(a: \"baked\", formula: \"step(-100000, a.r + a.g + a.b)\")",
+         \"flat\": \"= step(-100000, baked.r + baked.g + baked.b)\"",
         "flat",
     );
     let seconds = least(|| render(dir, &places, 4096).0) - least(|| render(dir, &places, 256).0);

@@ -59,8 +59,8 @@ fn parts(dir: &Path, graph: &str, (size, count): (u32, u32)) {
 
 /// The height of calf as tiled EXR with levels.
 const HEIGHT: &str = r#"( version: 1, canvas: (size_mm: 60, resolution: 4096, tile: Both, seed: 7), imports: { "calf": "shibo:calf" },
-  nodes: { "calf": Use(graph: "calf"), "height": MaterialChannel(material: "calf", channel: Height) },
-  outputs: { "height": File(from: "height.value", format: Exr, mip: true) } )"#;
+  nodes: { "calf": Use(graph: "calf"), "height": "= calf.height" },
+  outputs: { "height": File(from: "height", format: Exr, mip: true) } )"#;
 
 fn height(dir: &Path, sizes: &[u32]) {
     std::fs::write(dir.join("height.ron"), HEIGHT).expect("the folder can be written");

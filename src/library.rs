@@ -1,5 +1,6 @@
 //! The registry of this process: the kinds of nodes, and the graphs that can be imported by name.
 use crate::environment;
+use shibo_ide::migrate;
 use shibo_node::registry::Registry;
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -16,5 +17,6 @@ pub(crate) fn set(make: fn(PathBuf) -> Registry) {
 
 /// Registry with all nodes and the graphs of the library.
 pub(crate) fn registry() -> Registry {
-    MAKE.get_or_init(|| shibo_library::registry)(environment::library_dir())
+    let registry = MAKE.get_or_init(|| shibo_library::registry)(environment::library_dir());
+    registry.with_successor(migrate::successor)
 }

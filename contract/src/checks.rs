@@ -5,7 +5,7 @@ use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Keys, Silent};
 use shibo_engine::session::Failure;
 use shibo_node::registry::Registry;
-use shibo_node::{KindInfo, OutputType, ParamType, Role};
+use shibo_node::{KindInfo, ParamType, Role};
 use shibo_value::{ChannelSet, Given, Read, Tile, Type, Value, Window};
 use std::collections::BTreeSet;
 use std::sync::Arc;

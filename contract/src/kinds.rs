@@ -36,7 +36,7 @@ pub const STAND_INS: &str = r##"
     "gray": Perlin(size: 5),
     "rgb": GradientMap(input: "gray", stops: [(0.0, "#102030"), (1.0, "#f0c080")]),
     "normal": HeightToNormal(input: "gray"),
-    "vector": MakeVector(x: "gray", y: 0.5),
+    "vector": "= (gray, 0.5)",
     "cells": Worley(size: 5),
     "points": PoissonPoints(pitch: 3),
     "lattice": ConnectNeighbors(points: "points"),
@@ -113,7 +113,6 @@ pub fn needed(kind: &str) -> Option<(&'static str, String)> {
         "Path" => Some(("points", "[(-2, 3), (6, 11), (14, 3)]".into())),
         "Relief" => Some(("height", "\"gray\"".into())),
         "Material" => Some(("base_color", "\"rgb\"".into())),
-        "Expression" => Some(("formula", "\"random(floor(x)) + noise(u * 4, y) + v\"".into())),
         "LayerMaterials" => {
             Some(("layers", "[(material: \"material\"), (material: \"material\", mask: \"gray\", by: Height)]".into()))
         }

@@ -69,6 +69,22 @@ pub fn families() -> Vec<Family> {
     ]
 }
 
+/// Kinds of earlier versions. Formulas replace them, except that `SetChannels` is `Material` with `from`, and
+/// `ColorSolid` is `GradientMap`. `shibo migrate` has a table of them (`ide/src/migrate/kinds.rs`).
+const RETIRED: [&str; 11] = [
+    "ColorSolid",
+    "Constant",
+    "Expression",
+    "MakeVector",
+    "MaterialChannel",
+    "Math",
+    "MixSolids",
+    "PackChannels",
+    "SetChannels",
+    "SolidMath",
+    "SplitChannels",
+];
+
 /// The fingerprint of this crate's code and of the libraries that it uses.
 pub const CODE: &str = env!("CODE_FINGERPRINT");
 
@@ -89,5 +105,5 @@ pub fn registry_with(more: impl IntoIterator<Item = Family>) -> Registry {
         .with_internal(Internal::Formula, Kind::of::<formulas::Formula>())
         .with_internal(Internal::SolidFormula, Kind::of::<formulas::SolidFormula>())
         .with_internal(Internal::Channel, Kind::of::<material::ChannelOf>());
-    registry.with_gutters(mesh::filled).with_code(shibo_kernel::CODE).with_code(crate::CODE)
+    registry.with_gutters(mesh::filled).with_retired(&RETIRED).with_code(shibo_kernel::CODE).with_code(crate::CODE)
 }

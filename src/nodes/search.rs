@@ -102,14 +102,13 @@ mod tests {
     }
 
     /// Stages of the methods for leather, wood and synthesis, which no other program has as nodes.
-    const WITHOUT: [&str; 35] = [
+    const WITHOUT: [&str; 34] = [
         "AppearanceSpace",
         "BlendTimes",
         "BranchTime",
         "BudEyes",
         "CandidateSets",
         "ColorPattern",
-        "ColorSolid",
         "CoordsFromField",
         "CorrectCoords",
         "DefineMass",

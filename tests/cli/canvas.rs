@@ -43,7 +43,7 @@ fn a_pair_is_taken_literally_with_a_warning() {
 #[test]
 fn a_node_that_breaks_the_tiling_is_shown_once_in_few_lines() {
     let desk = Desk::new();
-    let nodes: String = (0..4).map(|i| format!("    \"a{i}\": Math(a: \"ramp\", b: 0),\n\n\n")).collect();
+    let nodes: String = (0..4).map(|i| format!("    \"a{i}\": \"= ramp\",\n\n\n")).collect();
     let outputs: String = (0..4).map(|i| format!("    \"o{i}\": \"a{i}\",\n\n")).collect();
     desk.write(
         "a.ron",

@@ -18,10 +18,10 @@ const PART: &str = r##"(
     "bumps": Perlin(size: "$size"),
     "scattered": PoissonPoints(pitch: 2),
     "dots": Dots(points: "scattered", diameter: 2),
-    "number": Constant(value: "$gap"),
+    "number": "= $gap",
     "normal": HeightToNormal(input: "bumps"),
     "surface": Material(base_color: "#806040", height: "bumps", normal: "normal"),
-    "given": Math(operation: Add, a: "mask", b: 0),
+    "given": "= mask",
   },
   outputs: { "bumps": "bumps", "dots": "dots", "number": "number", "material": "surface", "points": "scattered", "given": "given" },
 )"##;
@@ -161,13 +161,13 @@ fn set_reaches_into_nested_instances() {
 fn an_instance_is_laid_out_as_transform_does() {
     let nodes = r#""a": Use(graph: "part", canvas: (angle: 90, scale: 0.5, offset: (3, 1))), "b": Use(graph: "part"),
         "moved": Transform(input: "b.bumps", angle: 90, scale: 0.5, offset: (3, 1)),
-        "n": MaterialChannel(material: "a.material", channel: Normal), "n0": HeightToNormal(input: "b.bumps"),
+        "n": "= a.material.normal", "n0": HeightToNormal(input: "b.bumps"),
         "moved_n": Transform(input: "n0", angle: 90, scale: 0.5, offset: (3, 1)),
-        "h": MaterialChannel(material: "a.material", channel: Height), "same": Use(graph: "part", canvas: ())"#;
+        "h": "= a.material.height", "same": Use(graph: "part", canvas: ())"#;
     let desk = desk("tile: Both, seed: 1", nodes, r#""a": "a.material", "b": "a.bumps""#);
     assert_eq!(values(&desk, "a.bumps", &[]), values(&desk, "moved", &[]));
     assert_eq!(values(&desk, "h", &[]), values(&desk, "moved", &[]));
-    assert_eq!(values(&desk, "n.rgb", &[]), values(&desk, "moved_n", &[]));
+    assert_eq!(values(&desk, "n", &[]), values(&desk, "moved_n", &[]));
     assert_eq!(values(&desk, "same.bumps", &[]), values(&desk, "b.bumps", &[]));
     let warnings = desk.shibo("check main.ron --format json").expect(0).json()["warnings"].clone();
     // The nodes for comparison are no outputs.
@@ -197,7 +197,7 @@ fn transforms_ids_of_instances() {
     desk.write("points.ron", bricks.replace("nodes: {", &format!("nodes: {{ {random},")));
     let nodes = r#""a": Use(graph: "points", canvas: (angle: 90, offset: (3, 1))), "b": Use(graph: "points"),
         "of_moved": RegionRandom(ids: "a.ids"), "moved": Transform(input: "b.own", angle: 90, offset: (3, 1)),
-        "chosen": Each(graph: "part", over: 3, ids: "a.cells"), "shown": Math(operation: Add, a: "chosen.bumps", b: 0)"#;
+        "chosen": Each(graph: "part", over: 3, ids: "a.cells"), "shown": "= chosen.bumps""#;
     main(&desk, "main.ron", "tile: Both", nodes, r#""of": "of_moved", "shown": "shown""#);
     // A quarter turn maps pixels to pixels: values by transformed id equal transformed values.
     let (numbers, colors) = (values(&desk, "of_moved", &[]), values(&desk, "moved", &[]));
@@ -293,9 +293,9 @@ fn passes_materials_to_sub_graphs() {
           inputs: { "ground": Material(doc: "Below"), "top": Material(default: "own") },
           nodes: {
             "own": Material(base_color: "#ff0000", roughness: 0.25),
-            "g": MaterialChannel(material: "ground", channel: Roughness),
-            "t": MaterialChannel(material: "top", channel: Roughness),
-            "mixed": Math(operation: Add, a: "g", b: "t"),
+            "g": "= ground.roughness",
+            "t": "= top.roughness",
+            "mixed": "= g + t",
             "made": Material(base_color: "#000000", roughness: "mixed"),
           },
           outputs: { "material": "made", "ground": "ground", "top": "top", "mixed": "mixed" })"##,
@@ -425,7 +425,7 @@ fn each_piece_shows_one_of_several_instances() {
     const OUTPUTS: &str = r#""m": "four.material", "d": "four.dots", "b": "four.bumps", "n": "four.number", "o": "one.bumps", "s": "seeded.bumps""#;
     let nodes = r#""cells": Worley(size: 4), "four": Each(graph: "part", over: 4, ids: "cells.ids", with: { "gap": "= 1 + $index" }),
         "one": Each(graph: "part", over: 1, ids: "cells.ids"), "seeded": Each(graph: "part", over: "= 2 + 2", seed: 9, ids: "cells.ids"),
-        "i0": Use(graph: "part", seed: 0), "c": MaterialChannel(material: "four.material", channel: Height)"#;
+        "i0": Use(graph: "part", seed: 0), "c": "= four.material.height""#;
     let desk = desk("tile: Both, seed: 1", nodes, OUTPUTS);
     let fine = |node: &str| values(&desk, node, &["--resolution", "64"]);
     let (ids, gaps) = (fine("cells.ids"), fine("four.number"));

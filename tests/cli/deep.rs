@@ -4,11 +4,16 @@ use std::fmt::Write;
 
 const COUNT: usize = 20_000;
 
-/// A chain of nodes: `first`, then `COUNT` times `next`, in which `IN` is the node before.
+/// A chain of nodes: `first`, then `COUNT` times `next`, in which `IN` is a wire from the node before, and `BEFORE` its name.
 fn chain(first: &str, next: &str, last: &str) -> String {
     let mut nodes = format!("\"n0\": {first},\n");
     for i in 1..COUNT {
-        writeln!(nodes, "\"n{i}\": {},", next.replace("IN", &format!("\"n{}\"", i - 1))).unwrap();
+        writeln!(
+            nodes,
+            "\"n{i}\": {},",
+            next.replace("IN", &format!("\"n{}\"", i - 1)).replace("BEFORE", &format!("n{}", i - 1))
+        )
+        .unwrap();
     }
     let last = last.replace("IN", &format!("\"n{}\"", COUNT - 1));
     format!(
@@ -19,17 +24,14 @@ fn chain(first: &str, next: &str, last: &str) -> String {
 #[test]
 fn chains_of_every_kind_are_evaluated() {
     let desk = Desk::new();
-    let fields = chain("Perlin(size: 4)", "Math(operation: Add, a: IN, b: 0.00001)", "Remap(input: IN)");
+    let fields = chain("Perlin(size: 4)", "Invert(input: IN)", "Remap(input: IN)");
     let moved = chain("Perlin(size: 4)", "Warp(input: IN, x: \"n0\", amount: 0.001)", "Remap(input: IN)");
     // Repeated cubic interpolation at the same places amplifies values.
     let bent = chain("Perlin(size: 4)", "Warp(input: IN, amount: 0.4)", "Remap(input: IN)");
-    let formulas = chain("Perlin(size: 4)", "Expression(a: IN, formula: \"a * 1.0001\")", "Remap(input: IN)");
-    let solids = chain("SolidNoise(size: 3)", "SolidMath(operation: Max, a: IN, b: \"n0\")", "CutPlane(solid: IN)");
-    let materials = chain(
-        "Material(roughness: 0.5)",
-        "BlendMaterials(base: IN, top: \"n0\", mask: 0.5)",
-        "SetChannels(material: IN)",
-    );
+    let formulas = chain("Perlin(size: 4)", "\"= BEFORE * 1.0001\"", "Remap(input: IN)");
+    let solids = chain("SolidNoise(size: 3)", "\"= max(BEFORE, n0)\"", "CutPlane(solid: IN)");
+    let materials =
+        chain("Material(roughness: 0.5)", "BlendMaterials(base: IN, top: \"n0\", mask: 0.5)", "Material(from: IN)");
     for (name, text) in [
         ("fields", fields),
         ("moved", moved),
@@ -61,14 +63,13 @@ fn wide_nodes_and_files_are_evaluated_or_refused() {
     desk.write("points.ron", format!("{head} \"p\": PointList(points: [{points}]), \"d\": Dots(points: \"p\", diameter: 0.2) }}, outputs: {{ \"d\": \"d\" }})"));
     desk.shibo("render points.ron -o points --no-cache --quiet").expect(0);
     let mut wide = format!("{head} \"n0\": Perlin(size: 3),");
-    (1..COUNT).for_each(|i| write!(wide, "\"n{i}\": Math(operation: Add, a: \"n0\", b: 0.{i}),").unwrap());
+    (1..COUNT).for_each(|i| write!(wide, "\"n{i}\": \"= n0 + 0.{i}\",").unwrap());
     let outputs: String = (0..COUNT).map(|i| format!("\"o{i}\": \"n{i}\",")).collect();
     desk.write("wide.ron", format!("{wide} }}, outputs: {{ {outputs} }})"));
     desk.shibo("check wide.ron").expect(0);
     desk.shibo("render wide.ron --output o19999 -o wide --no-cache --quiet").expect(0);
     let brackets = format!("\"n\": Perlin(size: \"= {}1\")", "(".repeat(COUNT));
-    let fields =
-        format!("\"p\": Perlin(size: 2), \"n\": Expression(a: \"p\", formula: \"{}\")", vec!["a"; COUNT].join("+"));
+    let fields = format!("\"p\": Perlin(size: 2), \"n\": \"= {}\"", vec!["p"; COUNT].join("+"));
     for nodes in [brackets, fields] {
         desk.write("formula.ron", format!("{head} {nodes} }}, outputs: {{ \"n\": \"n\" }})"));
         let refused = desk.shibo("check formula.ron").expect(1);

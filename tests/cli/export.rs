@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 pub(crate) const GRAPH: &str = r##"(
   canvas: (size_mm: (60, 30), resolution: (64, 32), tile: TILE, seed: 3),
   nodes: {
-    "height": Expression(formula: "2 * exp(-((x - 30) * (x - 30) + (y - 15) * (y - 15)) / 40)"),
+    "height": "= 2 * exp(-((x - 30) * (x - 30) + (y - 15) * (y - 15)) / 40)",
     "rough": Remap(input: "height", from: (0, 2), to: (0.25, 0.75)),
     "metal": Remap(input: "height", from: (0, 2), to: (1, 0)),
     "normal": HeightToNormal(input: "height"),

@@ -11,7 +11,7 @@ use std::f32::consts::FRAC_PI_2;
 const GRAPH: &str = r#"(
   canvas: (size_mm: (60, 4), resolution: (60, 4), tile: None),
   nodes: {
-    "angle": Expression(formula: "3 * x - 90"),
+    "angle": "= 3 * x - 90",
     "m": Material(metallic: 1, ANISOTROPY),
   },
   outputs: {

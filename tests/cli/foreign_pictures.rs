@@ -100,7 +100,7 @@ fn pictures_state_the_size_of_their_pixels() {
     // Results are also kept by the size of the pixels.
     let size = |mm: u32| {
         let graph = format!(
-            "(version: 1, canvas: (size_mm: {mm}, resolution: 64, tile: None), nodes: {{ \"n\": Constant(color: \"#808080\") }}, outputs: {{ \"n\": \"n\" }})"
+            "(version: 1, canvas: (size_mm: {mm}, resolution: 64, tile: None), nodes: {{ \"n\": \"= 0.5\" }}, outputs: {{ \"n\": \"n\" }})"
         );
         desk.write("b.ron", graph);
         desk.shibo("render b.ron").expect(0);

@@ -53,7 +53,7 @@ fn skips_heights_where_mask_is_opaque_or_empty() {
         \"y\": Perlin(size: 4), \"b\": Blur(input: \"y\", radius: 0.05), \
         \"m\": Material(height: \"a\", roughness: 0.2), \"n\": Material(height: \"b\", roughness: 0.9), \
         \"w\": BlendMaterials(base: \"m\", top: \"n\", mask: \"half\", by: Height), \
-        \"it\": MaterialChannel(material: \"w\", channel: Roughness)";
+        \"it\": \"= w.roughness\"";
     let computed = tiles(nodes, "it", &["a", "b"]);
     assert!(computed.iter().sum::<u64>() <= 8, "{computed:?}");
 }
@@ -64,6 +64,6 @@ fn ground_under_opaque_stamps_is_not_computed() {
     let nodes = "\"x\": Perlin(size: 3), \"a\": Blur(input: \"x\", radius: 0.05), \
         \"m\": Material(roughness: 0.2), \"n\": Material(roughness: \"a\"), \"p\": PointList(points: [(32, 32)]), \
         \"w\": ScatterMaterial(material: \"m\", ground: \"n\", points: \"p\", size: 40, heights: Over), \
-        \"it\": MaterialChannel(material: \"w\", channel: Roughness)";
+        \"it\": \"= w.roughness\"";
     assert_eq!(tiles(nodes, "it", &["a"]), [12]);
 }

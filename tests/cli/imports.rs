@@ -3,7 +3,7 @@
 use crate::support::{Desk, finish, number};
 
 const PART: &str = r#"(version: 1, params: { "size": Number(default: 1, range: (0, 9)) },
-  nodes: { "number": Constant(value: "$size") }, outputs: { "number": "number" })"#;
+  nodes: { "number": "= $size" }, outputs: { "number": "number" })"#;
 
 #[test]
 fn uses_nearest_settings_file_above() {

@@ -48,7 +48,7 @@ fn downstream(graph: &Graph, name: &str) -> BTreeSet<String> {
 
 /// Computed nodes without the pointwise kinds, which are cheaper to recompute than to keep.
 fn dear(stats: &[NodeStats]) -> BTreeSet<String> {
-    const POINTWISE: [&str; 4] = ["Math", "GradientMap", "Pillow", "AmbientOcclusion"];
+    const POINTWISE: [&str; 4] = ["Formula", "GradientMap", "Pillow", "AmbientOcclusion"];
     let dear = stats.iter().filter(|n| n.state == NodeState::Computed && !POINTWISE.contains(&n.kind.as_str()));
     dear.map(|n| n.name.clone()).collect()
 }
@@ -65,10 +65,10 @@ fn skips_unselected_switch_inputs() {
         "hide": Material(height: "grooves"),
         "board": Material(height: "noise"),
         "one": SwitchMaterial(inputs: ["hide", "board"], which: "$which"),
-        "height": MaterialChannel(material: "one", channel: Height),
-        "both": Math(operation: Add, a: "chosen", b: "height"),
+        "height": "= one.height",
+        "both": "= chosen + height",
         "none": Switch(inputs: ["grooves", 0.5], which: "$which"),
-        "result": Math(operation: Add, a: "both", b: "none"),
+        "result": "= both + none",
     }, outputs: { "result": "result" })"#;
     let out = tempfile::tempdir().unwrap();
     let run = |which: &str| {

@@ -39,7 +39,7 @@ const GRAPH: &str = r#"(
   nodes: {
     "ground": Fractal(size: 5, octaves: 8), "exemplar": Exemplar(input: "ground", size: (96, 96)),
     "coords": Synthesize(exemplar: "exemplar", size: (700, 700)), "shown": SampleExemplar(coords: "coords", input: "ground"),
-    "fine": Fractal(size: 2, octaves: 8), "both": Math(operation: Add, a: "shown", b: "fine"),
+    "fine": Fractal(size: 2, octaves: 8), "both": "= shown + fine",
     "grey": Remap(input: "both", from: (0, 2), to: (0, 1), clamp: true),
   },
   outputs: { "grey": File(from: "grey", format: Tiff) },

@@ -46,7 +46,7 @@ fn refuses_numbers_out_of_channel_range() {
         ],
     );
     tells(
-        r#""m": Material(height: 0), "n": SetChannels(material: "m", base_color: (0.5, 1.5, 0), anisotropy_angle: 400)"#,
+        r#""m": Material(height: 0), "n": Material(from: "m", base_color: (0.5, 1.5, 0), anisotropy_angle: 400)"#,
         &[(77, "out-of-range", "base_color is `1.5`", ""), (104, "out-of-range", "between -360 and 360 °", "")],
     );
     tells(
@@ -75,8 +75,7 @@ fn names_the_kinds_that_take_a_material() {
         assert!(found.len() == 1 && found[0].1 == "type-mismatch" && found[0].3.contains(help), "{found:#?}");
     };
     takes(r#"Blend(base: "m", top: 0.5)"#, "`BlendMaterials` does that with Material");
-    takes(r#"Math(a: "m")"#, r#"write `MaterialChannel(material: "m")` here"#);
-    takes(r#"Mirror(input: "m")"#, r#"write `MaterialChannel(material: "m")` here"#);
+    takes(r#"Mirror(input: "m")"#, r#"write `"m.height"` for one of its channels"#);
     takes(r#"Transform(input: "m")"#, "`TransformMaterial` does that with Material");
 }
 
@@ -140,8 +139,8 @@ fn tells_colours_in_the_notation_of_graphs() {
         &[(27, "unknown-node", "there is no node `red`, and colours have no names", r##"write `"#ff0000"`"##)],
     );
     tells(
-        r#""n": Constant(color: "0xff0000")"#,
-        &[(22, "type-mismatch", "color must be a colour", r##"write `"#ff0000"`"##)],
+        r#""m": Material(roughness: 0.5), "n": AdjustMaterial(material: "m", tint: "0xff0000")"#,
+        &[(73, "type-mismatch", "tint must be a colour", r##"write `"#ff0000"`"##)],
     );
 }
 

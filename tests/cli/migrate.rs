@@ -38,6 +38,16 @@ fn rewrites_files_in_place() {
 }
 
 #[test]
+fn errors_tell_what_replaces_old_kinds() {
+    let desk = Desk::new();
+    desk.write("old.ron", BEFORE);
+    let ran = desk.shibo("check old.ron").expect(1);
+    let told = ["`Math` is no longer a kind of node", "write `\"= 0.5 * a\"` instead", "write `\"= h1 + 1\"` instead"];
+    assert!(told.iter().all(|text| ran.stderr.contains(text)), "{}", ran.stderr);
+    assert!(ran.stderr.matches("error[").count() == 2 && ran.stderr.contains("shibo migrate FILE"), "{}", ran.stderr);
+}
+
+#[test]
 fn names_files_of_several_new_texts() {
     let desk = Desk::new();
     desk.write("one.ron", BEFORE);

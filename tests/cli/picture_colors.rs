@@ -140,11 +140,11 @@ fn reads_back_written_colours() {
     desk.write(
         "b.ron",
         r#"(canvas: (size_mm: 4, resolution: 4),
-            nodes: { "it": Constant(color: (0.5, 0.25, 0.1)) },
+            nodes: { "it": "= (0.5, 0.25, 0.1)" },
             outputs: {
-              "png16": File(from: "it.color", format: Png, depth: U16), "png8": File(from: "it.color", format: Png, depth: U8),
-              "tif16": File(from: "it.color", format: Tiff, depth: U16), "tif8": File(from: "it.color", format: Tiff, depth: U8),
-              "aces": File(from: "it.color", format: Exr, depth: F32, color_space: AcesCg),
+              "png16": File(from: "it", format: Png, depth: U16), "png8": File(from: "it", format: Png, depth: U8),
+              "tif16": File(from: "it", format: Tiff, depth: U16), "tif8": File(from: "it", format: Tiff, depth: U8),
+              "aces": File(from: "it", format: Exr, depth: F32, color_space: AcesCg),
             })"#,
     );
     desk.shibo("render b.ron -o made").expect(0);

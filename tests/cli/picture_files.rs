@@ -93,7 +93,7 @@ const MATERIAL: &str = r#"(
   nodes: {
     "bumps": Perlin(size: 5),
     "m": Material(height: "bumps"),
-    "open": MaterialChannel(material: "m", channel: Ao),
+    "open": "= m.ao",
   },
   outputs: { "m": "m", "open": "open" },
 )"#;

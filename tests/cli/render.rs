@@ -34,8 +34,8 @@ fn only_unreachable_nodes_are_unused() {
     desk.write(
         "u.ron",
         "(canvas: (size_mm: 8, resolution: 32), imports: { \"part\": \"part.ron\" },
-          nodes: { \"u\": Use(graph: \"part\"), \"spare\": Perlin(size: 1), \"one\": Constant(value: 1),
-                   \"set\": SetChannels(material: \"u.m\", roughness: \"one\") },
+          nodes: { \"u\": Use(graph: \"part\"), \"spare\": Perlin(size: 1), \"one\": \"= 1\",
+                   \"set\": Material(from: \"u.m\", roughness: \"one\") },
           outputs: { \"o\": \"set\" })",
     );
     for _ in 0..2 {

@@ -13,8 +13,8 @@ pub(crate) const WIDE: &str = r#"(
     "noise": Perlin(size: 9),
     "soft": Blur(input: "noise", radius: 1.5),
     "softer": Blur(input: "soft", radius: 1.5),
-    "both": Math(operation: Add, a: "noise", b: "softer"),
-    "edges": Math(operation: Subtract, a: "soft", b: "softer"),
+    "both": "= noise + softer",
+    "edges": "= soft - softer",
   },
   outputs: { "bumps": "both", "mask": "edges" },
 )"#;

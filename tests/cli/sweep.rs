@@ -51,7 +51,7 @@ fn a_sheet_of_two_names_is_a_matrix() {
     desk.write(
         "a.ron",
         "(version: 1, canvas: (size_mm: 8, resolution: 8), params: { \"r\": Number(default: 0), \"g\": Number(default: 0) },
-          nodes: { \"c\": PackChannels(r: \"$r\", g: \"$g\", b: 0) }, outputs: { \"c\": \"c\" })",
+          nodes: { \"c\": \"= ($r, $g, 0)\" }, outputs: { \"c\": \"c\" })",
     );
     desk.shibo("render a.ron --sweep r=0..1/2 --sweep g=0..1/3 --sheet sheet.png").expect(0);
     let (width, pixels) = samples(&desk.path("out/sheet.png"));

@@ -236,7 +236,7 @@ fn output_follows_guide() {
     let nodes = r#"    "halves": Gradient(repeat: Mirror, times: 2),
     "which": Remap(input: "halves", from: (0.45, 0.55), clamp: true),
     "noise": Fractal(size: 3),
-    "ground": Math(operation: MultiplyAdd, a: "which", b: 0.3, c: "noise"),
+    "ground": "= noise + 0.3 * which",
     "exemplar": Exemplar(input: "ground", guide: "which", size: (64, 64)),
     "rows": Gradient(angle: 90, repeat: Mirror, times: 2),
     "wanted": Remap(input: "rows", from: (0.45, 0.55), clamp: true),

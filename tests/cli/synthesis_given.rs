@@ -112,7 +112,7 @@ fn coordinates_go_to_a_file_and_come_back() {
     "exemplar": Exemplar(input: "ground.border", size: (40, 30)),
     "u": Image(path: "out.exr", size_mm: (64, 48), layer: "X", color_space: Raw),
     "v": Image(path: "out.exr", size_mm: (64, 48), layer: "Y", color_space: Raw),
-    "both": MakeVector(x: "u", y: "v"),
+    "both": "= (u, v)",
     "coords": CoordsFromField(input: "both", exemplar: "exemplar", size: (64, 48)),
     "shares": CoordsToField(coords: "coords", unit: Share),
     "again": CoordsFromField(input: "shares", exemplar: "exemplar", size: (64, 48), unit: Share),"#;
@@ -150,7 +150,7 @@ fn coordinate_files_state_exemplar_size() {
     let wrong = desk.shibo("render b.ron -o . --no-cache").expect(1).stderr;
     assert!(wrong.contains("in an exemplar of `40x30` pixels; this one has `30x40`"), "{wrong}");
 
-    let both = r#"    "coords": CoordsFromField(input: MakeVector(x: "ground", y: "ground"), file: "out.exr", exemplar: "exemplar"),"#;
+    let both = r#"    "coords": CoordsFromField(input: "= (ground, ground)", file: "out.exr", exemplar: "exemplar"),"#;
     desk.write("b.ron", graph(canvas, &of("(40, 30)", both), r#""coords""#));
     assert!(desk.shibo("check b.ron").expect(1).stderr.contains("both `input` and `file` are given"));
     let neither = r#"    "coords": CoordsFromField(exemplar: "exemplar"),"#;

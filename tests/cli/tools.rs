@@ -6,7 +6,7 @@ use crate::support::Desk;
 
 const PART: &str = r#"(version: 1, canvas: (size_mm: 16, resolution: 16),
   inputs: { "at": Gray(default: 0.5) },
-  nodes: { "noise": Perlin(size: 4), "sum": Math(operation: Add, a: "noise", b: "at") },
+  nodes: { "noise": Perlin(size: 4), "sum": "= noise + at" },
   outputs: { "sum": "sum", "noise": "noise" })"#;
 
 const MAIN: &str = r#"(version: 1, canvas: (size_mm: 16, resolution: 16), imports: { "part": "lib/part" },
@@ -16,7 +16,7 @@ const MAIN: &str = r#"(version: 1, canvas: (size_mm: 16, resolution: 16), import
     "waves": Perlin(size: "$size"), "left": Use(graph: "part", with: { "at": "waves" }),
     "right": Use(graph: "part", seed: 3, with: { "at": "left.noise" }),
     "points": PoissonPoints(pitch: 4),
-    "out": Math(operation: MultiplyAdd, a: "right", b: "$tone", c: "left.noise"),
+    "out": "= left.noise + $tone * right",
     "surface": Material(base_color: "out"),
   },
   outputs: { "m": "surface", "out": "out" })"#;
@@ -113,7 +113,7 @@ fn boxes_that_feed_each_other_are_opened() {
     desk.write(
         "main.ron",
         r#"(version: 1, imports: { "part": "lib/part.ron" }, nodes: {
-          "left": Use(graph: "part", with: { "at": "half" }), "half": Math(operation: Multiply, a: "left.noise", b: 0.5) },
+          "left": Use(graph: "part", with: { "at": "half" }), "half": "= 0.5 * left.noise" },
           outputs: { "out": "left" })"#,
     );
     let dot = desk.shibo("graph main.ron --format dot").expect(0).stdout;
@@ -246,7 +246,6 @@ fn nodes_are_found_by_words() {
         ("ColorRamp", "GradientMap"),
         ("color ramp", "GradientMap"),
         ("Poisson Disk", "PoissonPoints"),
-        ("pixel processor", "Math"),
         ("node group", "Use"),
         ("for-each", "Each"),
         ("drawwrinkle", "DrawWrinkles"),

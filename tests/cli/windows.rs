@@ -134,16 +134,9 @@ fn node_times_sum_to_at_most_process_time() {
             r#""p{k}": PoissonPoints(pitch: 1.2, seed: {k}), "l{k}": ConnectNeighbors(points: "p{k}"), "d{k}": DefineSprings(lattice: "l{k}", field: "s", stiffness: (1, 10)), "m{k}": SimulateSprings(springs: "d{k}", step: 0.1, steps: 300, drag: 4, boundary: Periodic), "w{k}": PlaceWrinkles(lattice: "m{k}"), "x{k}": DrawWrinkles(segments: "w{k}", width: (0.5, 1)),"#
         )
     };
-    let sum: String =
-        (1..8).map(|k| format!(r#""y{k}": Math(operation: Add, a: "x{k}.mask", b: "y{}"),"#, k - 1)).collect();
+    let sum: String = (1..8).map(|k| format!(r#""y{k}": "= x{k}.mask + y{}","#, k - 1)).collect();
     let all: String = (0..8).map(one).collect();
-    desk.write(
-        "a.ron",
-        graph(
-            "tile: Both",
-            &format!(r#"{all} "y0": Math(operation: Add, a: "x0.mask", b: 0), {sum} "a": Remap(input: "y7")"#),
-        ),
-    );
+    desk.write("a.ron", graph("tile: Both", &format!(r#"{all} "y0": "= x0.mask", {sum} "a": Remap(input: "y7")"#)));
     let stats = desk.shibo("render a.ron -o out --no-cache --quiet --stats json --threads 8").expect(0).json();
     let nodes = stats["nodes"].as_array().unwrap();
     let sum: f64 = nodes.iter().map(|node| node["seconds"].as_f64().unwrap()).sum();

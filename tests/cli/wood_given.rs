@@ -192,11 +192,7 @@ fn refuses_invalid_wood_parameters() {
         (r#""a": BlendTimes(times: ["t"], origin: Branch),"#, "bad-value", "needs `tree`"),
         (r#""a": ColorPattern(stops: []),"#, "bad-value", "at least one stop"),
         (r##""a": ColorPattern(stops: [(0.5, "#fff"), (0.2, "#000")]),"##, "bad-value", "must not lie before"),
-        (
-            r##""p": Constant(color: "#888"), "a": ColorPattern(image: "p.color"),"##,
-            "bad-value",
-            "all is of one colour",
-        ),
+        (r##""p": "= #888", "a": ColorPattern(image: "p"),"##, "bad-value", "all is of one colour"),
         (
             r##""p": Perlin(), "q": GradientMap(input: "p"), "a": ColorPattern(image: "q", line: ((5, 5), (500, 5))),"##,
             "bad-value",

@@ -159,7 +159,7 @@ fn each_piece_shows_one_tree() {
     let session = session();
     // Three different trees, cut one by one and together.
     let trees = ["light.color", "half", "plain"];
-    let more = "\"half\": MixSolids(a: \"light.color\", b: \"colored\"), \"plain\": SolidNoise(size: 7),";
+    let more = "\"half\": \"= mix(light.color, colored, 0.5)\", \"plain\": SolidNoise(size: 7),";
     let cut = |name: &str, solids: &str| {
         format!(
             "\"{name}\": CutPlane({solids}, preset: FlatSawn, distance: 22, local: \"floor.local\", ids: \"floor.ids\", \

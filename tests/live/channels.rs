@@ -13,7 +13,7 @@ const LIT: &str = "document.getElementById('lit')";
 fn graph(channels: &str) -> String {
     format!(
         "(version: 1, canvas: (size_mm: 100, resolution: 32, tile: None),
-           nodes: {{ \"slope\": Expression(formula: \"0.3 * x\"), \"leaning\": HeightToNormal(input: \"slope\"),
+           nodes: {{ \"slope\": \"= 0.3 * x\", \"leaning\": HeightToNormal(input: \"slope\"),
                      \"final\": Material({channels}) }},
            outputs: {{ \"final\": \"final\" }})"
     )

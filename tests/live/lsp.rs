@@ -136,7 +136,7 @@ fn completion_works_in_broken_lines() {
         ("\"soft\": Blu|", "Blur"),
         ("\"soft\": Blur(inp|", "input"),
         ("\"soft\": Blur(input: \"noise\", radius: \"$|", "$size"),
-        ("\"soft\": Math(operation: |", "Multiply"),
+        ("\"soft\": Blend(mode: |", "Multiply"),
         ("\"soft\": Blur(input: \"noise\", radius: \"= cla|", "clamp"),
     ];
     for (version, (line, wanted)) in (2..).zip(cases) {

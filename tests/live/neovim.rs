@@ -10,7 +10,7 @@ const A: &str = "(
     \"noise\": Perlim( size:4 ),
     \"points\": PoissonPoints(pitch: 2),
     \"dots\": Dots(points: \"\", diameter: 1),
-    \"both\": Math(operation: Max, a: \"noise\", b: \"dots\"),
+    \"both\": \"= max(noise, dots)\",
   },
   outputs: { \"height\": \"both\" },
 )

@@ -103,7 +103,7 @@ fn thumbnails_equal_reduced_picture() {
         "(version: 1, canvas: (size_mm: 64, resolution: 2048), nodes: {
            \"points\": GridPoints(pitch: 2), \"dots\": Dots(points: \"points\", diameter: 0.4),
            \"noise\": Perlin(size: 0.3), \"thin\": Threshold(input: \"noise\", level: 0.6, softness: 0.0),
-           \"both\": Math(operation: Max, a: \"dots\", b: \"thin\") },
+           \"both\": \"= max(dots, thin)\" },
          outputs: { \"both\": \"both\" })",
     );
     let watch = Watch::start(&place.graph, &[]);

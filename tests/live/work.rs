@@ -31,8 +31,8 @@ fn odd() -> String {
      \"depth\":   Number(default: 1.0, range: (0, 4), unit: \"mm\", doc: \"Depth\"), // keep me\r\n    \
      \"tint\": Color(default: (0.1, 0.2, 0.3), doc: \"Tint\"),\r\n    \"seed\": Integer(default: 1, range: (0, 99), doc: \"Seed\"),\r\n  },\r\n  \
      presets: { \"deep\": { \"depth\": 3.0 } },\r\n  nodes: {\r\n    \"noise\": Perlin(size: 2, seed: \"$seed\"), /* and me */\r\n    \
-     \"height\": Remap(input: \"noise\", from: (0, 1), to: (-1, \"$depth\")),\r\n    \"tinted\": Constant(color: \"$tint\"),\r\n  },\r\n  \
-     outputs: { \"height\": \"height\", \"tinted\": \"tinted.color\" },\r\n)\r\n"
+     \"height\": Remap(input: \"noise\", from: (0, 1), to: (-1, \"$depth\")),\r\n    \"tinted\": \"= $tint\",\r\n  },\r\n  \
+     outputs: { \"height\": \"height\", \"tinted\": \"tinted\" },\r\n)\r\n"
         .to_owned()
 }
 

@@ -33,8 +33,11 @@ impl Linker<'_> {
     /// A grey field of a packed picture.
     fn packed(&mut self, kind: &str, part: &SyntaxValue) -> Result<(NodeIndex, usize), ()> {
         let help = |ty| match ty {
-            Type::Rgb => format!("{} as a node of its own, and name that", write_luminance(&shorten(part.str()))),
-            _ => "take it apart with `SplitChannels`, or use an output that is Gray".to_owned(),
+            Type::Rgb => write_luminance(&shorten(part.str().trim_matches('"'))),
+            Type::Vec2 | Type::Normal => {
+                format!("write `\"{}.x\"` for a component", shorten(part.str().trim_matches('"')))
+            }
+            _ => "use an output that is Gray".to_owned(),
         };
         self.node_of(part, Type::Gray, &format!("`{kind}` takes fields of one number each"), help)
     }

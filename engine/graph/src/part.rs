@@ -194,6 +194,14 @@ impl SyntaxValue {
         self.src.span(start + from, start + to)
     }
 
+    /// The text of the node whose kind this word is, with its fields.
+    pub(super) fn call(&self) -> &str {
+        match self.tokens().first() {
+            Some(word) => self.src.tree.covering(word.start()..word.end()).text(),
+            None => "",
+        }
+    }
+
     /// The file of the text.
     pub(super) fn file(&self) -> FileId {
         self.src.file

@@ -1,8 +1,9 @@
 //! Remedies for refused values that need more than the nearest name.
 use super::imports;
 use super::linker::{Entity, Linker, Slot, Target};
-use super::part::Shape;
+use super::part::{Shape, SyntaxValue};
 use super::read::shorten;
+use crate::diagnostics::{Code, Diagnostic};
 use crate::node::OutputType;
 use crate::registry::Registry;
 use crate::value::{Accepts, Type};
@@ -12,13 +13,25 @@ const ELSEWHERE: &str = "Elsewhere:";
 /// The most kinds that a message lists.
 const LISTED: usize = 3;
 
-/// The node kind that computes a formula.
-const FORMULA: &str = "Expression";
+/// The longest successor of a node that a message shows.
+const SHOWN: usize = 200;
+/// The longest node whose successor is computed for a message.
+const READ: usize = 10_000;
 
 /// The help for converting a colour to luminance, with the weights that convert pictures to `Gray`.
-pub(super) fn write_luminance(written: &str) -> String {
-    let formula = "0.2126 * a.r + 0.7152 * a.g + 0.0722 * a.b";
-    format!("for its luminance (Rec. 709) write `{FORMULA}(a: {written}, formula: \"{formula}\")`")
+pub(super) fn write_luminance(path: &str) -> String {
+    format!("for its luminance (Rec. 709) write `\"= luminance({path})\"`")
+}
+
+/// The error for a kind of earlier versions. `may_read` allows work for its help.
+pub(super) fn retired(registry: &Registry, kind: &SyntaxValue, may_read: bool) -> Diagnostic {
+    let call = kind.call();
+    let successor = if may_read && call.len() <= READ { registry.successor(call) } else { None };
+    let help = match successor.filter(|new| new.len() <= SHOWN && !new.contains('\n')) {
+        Some(new) => format!("write `{new}` instead, or run: shibo migrate FILE"),
+        None => "to replace it, run: shibo migrate FILE".to_owned(),
+    };
+    kind.error(Code::UnknownKind, format!("`{}` is no longer a kind of node", kind.str())).help(help)
 }
 
 /// The kind that `word` means: its name in another program, or its words in another order.
@@ -81,7 +94,9 @@ impl Linker<'_> {
             return Some(help);
         }
         let same = kind.and_then(|kind| self.same_for(kind, ty));
-        match (same, self.luminance(slot, ty).or_else(|| self.converters(slot, ty))) {
+        let conversion =
+            || self.luminance(slot, ty).or_else(|| self.channel(slot, ty)).or_else(|| self.converters(slot, ty));
+        match (same, conversion()) {
             (Some(same), Some(help)) => Some(format!("{same}; {help}")),
             (same, help) => same.or(help).or_else(|| self.makers(slot.wants)),
         }
@@ -90,10 +105,23 @@ impl Linker<'_> {
     /// The help for converting a colour to a number: by its luminance, as for pictures.
     fn luminance(&self, slot: &Slot, ty: Accepts) -> Option<String> {
         let asked = (ty, slot.wants) == (Accepts::One(Type::Rgb), Accepts::One(Type::Gray));
-        (asked && self.registry.info(FORMULA).is_some()).then(|| match slot.part.shape() {
-            Shape::Text(_) => format!("{} here", write_luminance(&shorten(slot.part.str()))),
-            _ => write_luminance("…"),
+        asked.then(|| match slot.part.shape() {
+            Shape::Text(path) => format!("{} here", write_luminance(&shorten(&path))),
+            _ => format!("give it a name; {}", write_luminance("name")),
         })
+    }
+
+    /// The help for taking a channel of a material.
+    fn channel(&self, slot: &Slot, ty: Accepts) -> Option<String> {
+        let Shape::Text(path) = slot.part.shape() else { return None };
+        let channel = match slot.wants {
+            Accepts::One(Type::Rgb) => "base_color",
+            Accepts::One(Type::Normal) => "normal",
+            wants if Type::Gray.fits(wants) => "height",
+            _ => return None,
+        };
+        let asked = ty == Accepts::One(Type::Material);
+        asked.then(|| format!("write `\"{}.{channel}\"` for one of its channels", shorten(&path)))
     }
 
     /// The kind that does the same with values of this type: `BlendMaterials` for a material connected to `Blend`.

@@ -114,6 +114,11 @@ impl<'a> Linker<'a> {
         if kind.str() == each::KIND {
             return self.declare_each(scope, &decl.name, kind, &args).unwrap_or(Entity::Broken);
         }
+        if self.registry.is_retired(kind.str()) {
+            let may_read = self.report.may_compare(DOCUMENTATION);
+            self.report.push(remedy::retired(self.registry, kind, may_read));
+            return Entity::Broken;
+        }
         let Some(info) = self.registry.info(kind.str()) else {
             let kinds = self.registry.kinds().chain(["Use", each::KIND]);
             let message = format!("there is no node kind `{}`", read::shorten(kind.str()));

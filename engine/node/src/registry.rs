@@ -63,7 +63,13 @@ pub struct Registry {
     /// The function that fills the texels around the charts of an atlas.
     gutters: Option<Gutters>,
     library: Option<Arc<dyn Library>>,
+    retired: &'static [&'static str],
+    successor: Option<Successor>,
 }
+
+/// Writes what replaces a node of a retired kind, given the text of the node: a formula in quotes, or another node.
+/// `None` if the node cannot be replaced.
+pub type Successor = fn(&str, &Registry) -> Option<String>;
 
 /// The role of a kind that graph files do not name: the engine adds its nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -102,6 +108,8 @@ impl Default for Registry {
             internal: BTreeMap::new(),
             gutters: None,
             library: None,
+            retired: &[],
+            successor: None,
         }
     }
 }
@@ -157,6 +165,35 @@ impl Registry {
     /// The graphs that can be imported by name.
     pub fn library(&self) -> Option<&dyn Library> {
         self.library.as_deref()
+    }
+
+    /// Names kinds that graph files had in earlier versions. Errors about them tell what replaces them.
+    #[must_use]
+    pub fn with_retired(mut self, kinds: &'static [&'static str]) -> Self {
+        self.retired = kinds;
+        self
+    }
+
+    /// Sets what writes the successors of nodes of retired kinds.
+    #[must_use]
+    pub fn with_successor(mut self, successor: Successor) -> Self {
+        self.successor = Some(successor);
+        self
+    }
+
+    /// The kinds that graph files had in earlier versions.
+    pub fn retired(&self) -> &'static [&'static str] {
+        self.retired
+    }
+
+    /// True for a kind that graph files had in earlier versions, and that no family has now.
+    pub fn is_retired(&self, kind: &str) -> bool {
+        self.retired.contains(&kind) && !self.entries.contains_key(kind)
+    }
+
+    /// What replaces a node of a retired kind, given the text of the node. `None` if nothing is known.
+    pub fn successor(&self, node: &str) -> Option<String> {
+        self.successor?(node, self)
     }
 
     /// Builds a node of a kind that only the engine adds to graphs; returns its kind too. `None` if there is none.

@@ -6,6 +6,7 @@ mod formula;
 mod inline;
 mod insert;
 mod refactor;
+mod retired;
 
 pub use assign::{add_preset, alike, assign, promote};
 
@@ -59,6 +60,7 @@ pub fn actions(cx: Cx<'_>, selected: &Range<usize>, findings: &[Finding]) -> Vec
     let file = cx.file.scope_at(at);
     let cx = cx.with(&file);
     let mut found = fixes::fixes(cx, findings);
+    found.extend(retired::replace(cx, findings));
     found.extend(fixes::missing_ports(cx, at, findings));
     found.extend(refactor::name_literal(cx, at));
     found.extend(refactor::relative_path(cx, at));

@@ -3,6 +3,7 @@
 //! The kinds themselves may be gone, so the table has all that is known about them: their fields, their outputs, and
 //! what each becomes. A rewrite is a formula whose names are the operands. Two functions exist only here: `positive(x)`
 //! is `max(x, 0)` and `saturated(x)` is `clamp(x, 0, 1)`; where `x` cannot be outside, the limit is left out.
+use shibo_node::registry::Registry;
 use shibo_value::Type;
 
 /// A kind that is replaced.
@@ -224,9 +225,9 @@ static REMOVED: [Removed; 11] = [
     },
 ];
 
-/// The entry of a kind.
-pub(super) fn removed(kind: &str) -> Option<&'static Removed> {
-    REMOVED.iter().find(|removed| removed.kind == kind)
+/// The entry of a kind; `None` if graphs may use it, for example because a pack has a kind of this name.
+pub(super) fn removed(kind: &str, registry: &Registry) -> Option<&'static Removed> {
+    REMOVED.iter().find(|removed| removed.kind == kind && registry.info(kind).is_none())
 }
 
 impl Removed {
@@ -249,6 +250,15 @@ mod tests {
     use super::super::formula::Formula;
     use super::super::words::Base;
     use super::*;
+
+    #[test]
+    fn lists_all_retired_kinds() {
+        let mut kinds = REMOVED.each_ref().map(|removed| removed.kind);
+        kinds.sort_unstable();
+        let registry = crate::tests::registry();
+        assert_eq!(kinds, registry.retired());
+        assert!(kinds.iter().all(|kind| removed(kind, &registry).is_some() && registry.is_retired(kind)));
+    }
 
     #[test]
     fn formulas_name_only_operands() {

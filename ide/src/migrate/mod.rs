@@ -3,8 +3,8 @@
 //! The rewriting is from text to text: what does not change stays byte for byte. `kinds` is the table of the kinds and
 //! of the formulas that they become, so a later change of a kind is a row there. `words`, `formula`, `fold`, `terms` and
 //! `bounds` compute with formulas. `scope`, `places` and `comments` read a graph. `operands`, `numbers` and `convert`
-//! make the formula of a node. `trees` rewrites the nodes of trees. `readers` and `plan` decide which formulas are written where they are read. `graph`,
-//! `write`, `edits` and `layout` write the result.
+//! make the formula of a node. `trees` rewrites the nodes of trees. `readers` and `plan` decide which formulas are
+//! written where they are read. `graph`, `write` and `edits` write the result.
 //!
 //! A formula keeps the order of the operations of the nodes, so that pictures keep their bits. A node becomes a part of
 //! the only formula that reads it if its result is always finite (a result that is not counts as 0 at its node), if it
@@ -17,7 +17,6 @@ mod fold;
 mod formula;
 mod graph;
 mod kinds;
-mod layout;
 mod numbers;
 mod operands;
 mod places;
@@ -96,6 +95,12 @@ pub fn migrate(text: &str, registry: &Registry) -> Result<Migration, Vec<SyntaxE
     migration.changes.sort_by_key(|change| change.range.start);
     migration.warnings.sort_by_key(|warning| warning.range.start);
     Ok(migration)
+}
+
+/// The replacement of a node, given its text; see [`rewrite_of`].
+pub fn successor(node: &str, registry: &Registry) -> Option<String> {
+    let tree = Tree::parse(node);
+    if tree.errors().is_empty() { rewrite_of(tree.value()?, registry) } else { None }
 }
 
 /// The replacement of a node, as it stands in a file: a formula in quotes, or another node. `None` if the

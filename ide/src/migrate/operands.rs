@@ -174,7 +174,7 @@ impl<'t> Call<'_, '_, 't> {
         Formula::of(Word::Name(Name { base: Base::New(name), rest: String::new() }))
     }
 
-    fn text(&self, value: Node<'t>, text: &str) -> Result<Formula, Problem> {
+    fn text(&mut self, value: Node<'t>, text: &str) -> Result<Formula, Problem> {
         if let Some(formula) = formula_of(text) {
             let read = Formula::read(formula).map_err(|fault| self.in_text(value, &fault, 1))?;
             let named = self.names(&read, value, &mut |_| Ok(None))?;
@@ -207,12 +207,12 @@ impl<'t> Call<'_, '_, 't> {
 
     /// A formula with the meanings that its names have in an old text: no name is that of a node. `port` returns the value that is connected to a name.
     pub(super) fn names(
-        &self,
+        &mut self,
         formula: &Formula,
         value: Node<'t>,
         port: &mut dyn FnMut(&str) -> Result<Option<Formula>, Problem>,
     ) -> Result<Formula, Problem> {
-        let mut failed = None;
+        let (mut failed, mut hidden) = (None, None);
         let scope = self.maker.scope;
         let named = formula.replaced(&mut |name| {
             let Base::Text(text) = &name.base else { return None };
@@ -230,7 +230,14 @@ impl<'t> Call<'_, '_, 't> {
                 return None;
             }
             // A node has the name of something else.
-            let other = |text: &str| Formula::read(text).ok();
+            let mut other = |text: &str| {
+                hidden.get_or_insert_with(|| {
+                    format!(
+                        "the node `{first}` hides `{first}` of formulas, so it is `{text}`, perhaps rounded differently"
+                    )
+                });
+                Formula::read(text).ok()
+            };
             match first {
                 "pi" => other("3.141592653589793"),
                 "x" if !scope.has("u") && !scope.has("canvas") => other("u * canvas.width"),
@@ -245,6 +252,7 @@ impl<'t> Call<'_, '_, 't> {
                 _ => None,
             }
         });
+        self.warnings.extend(hidden.map(|message| Problem::new(value.range(), message)));
         failed.map_or(Ok(named), Err)
     }
 

@@ -133,7 +133,7 @@ impl<'t, 'r> Finder<'_, 't, 'r> {
     fn call(&mut self, value: Node<'t>, context: Context<'r>, entry: Option<usize>) {
         let (Some(kind), Some(body)) = (value.name(), value.body()) else { return };
         let takes_nodes = !matches!(context, Context::Output);
-        if let Some(removed) = removed(kind).filter(|_| takes_nodes) {
+        if let Some(removed) = removed(kind, self.registry).filter(|_| takes_nodes) {
             let spot = match context {
                 Context::Entry(index) => Spot::Entry(index),
                 Context::Operand if removed.is_formula() => Spot::Operand,

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 /// The longest line.
-pub(super) const WIDTH: usize = 120;
+const WIDTH: usize = 120;
 /// The longest formula that others become a part of.
 const LONGEST: usize = 110;
 /// The most operations of a formula that others become a part of.
@@ -174,7 +174,10 @@ impl<'s, 't> Plan<'s, 't> {
         self.measure();
         for holder in all {
             self.limit(holder);
-            self.put_values(holder);
+            // A name that stands for another one reads nothing any more.
+            if !matches!(holder, Holder::Value(index) if self.values[index].gone) {
+                self.put_values(holder);
+            }
             if let Holder::Value(index) = holder {
                 self.values[index].bounds = self.bounds_of(&self.values[index].formula);
             }

@@ -100,7 +100,7 @@ impl<'t> Scope<'t> {
             return Some(Vec::new());
         }
         let kind = self.kind_of(name)?;
-        if let Some(removed) = removed(kind) {
+        if let Some(removed) = removed(kind, registry) {
             return Some(removed.outputs.iter().map(|(name, _)| *name).collect());
         }
         Some(registry.info(kind)?.outputs.iter().map(|output| output.name).collect())
@@ -135,7 +135,7 @@ impl<'t> Scope<'t> {
 
     fn output_type(&self, value: Node<'t>, output: Option<&str>, registry: &Registry) -> Option<Found> {
         let kind = value.name()?;
-        let ty = match removed(kind) {
+        let ty = match removed(kind, registry) {
             Some(removed) => removed_type(removed, output)?,
             None => {
                 let outputs = registry.info(kind)?.outputs;

@@ -21,7 +21,7 @@ pub(super) fn replacement(node: Node<'_>, registry: &Registry) -> Option<String>
     let calls: Vec<Node<'_>> = node.descendants().filter(|inner| inner.kind() == NodeKind::Call).collect();
     let mut edits = Edits::default();
     for inner in calls.into_iter().rev() {
-        let Some(removed) = inner.name().and_then(removed) else { continue };
+        let Some(removed) = inner.name().and_then(|kind| removed(kind, registry)) else { continue };
         let old = Old { node: inner, removed, spot: Spot::Operand, entry: None };
         if convert(&mut converter, &old).is_err() {
             return None;
@@ -31,7 +31,7 @@ pub(super) fn replacement(node: Node<'_>, registry: &Registry) -> Option<String>
             None => kind_edits(&old, &mut edits),
         }
     }
-    node.name().and_then(removed)?;
+    removed(node.name()?, registry)?;
     edits.sort();
     Some(edits.apply(tree.text(), node.range()))
 }

@@ -4,12 +4,12 @@ use super::comments::{Surroundings, lines_of};
 use super::edits::{Edits, column, line_start, removals, with_line};
 use super::formula::Formula;
 use super::kinds::Rewrite;
-use super::layout;
 use super::operands::Converter;
 use super::places::{Old, Places, Spot};
-use super::plan::{Plan, Value, WIDTH};
+use super::plan::{Plan, Value};
 use super::scope::Scope;
 use shibo_graph::syntax::Node;
+use shibo_graph::syntax::formula::literal;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
@@ -97,7 +97,7 @@ impl Writer<'_, '_> {
                 continue;
             }
             let mut new = self.plan.place_text(&place.formula, place.holds);
-            if new.starts_with("\"=") && column(text, place.range.start) + new.chars().count() > WIDTH {
+            if new.starts_with("\"=") {
                 let indent = text[place.line..].len() - text[place.line..].trim_start_matches(' ').len();
                 new = self.laid_out(&place.formula, column(text, place.range.start), indent);
             }
@@ -172,20 +172,13 @@ impl Writer<'_, '_> {
 
     /// An entry with a formula.
     fn entry_text(&self, value: &Value, indent: usize) -> String {
-        let formula = self.plan.text(&value.formula);
         let column = indent + value.name.chars().count() + "\"\": ".len();
-        // Quotes, the equals sign and the comma.
-        if column + formula.chars().count() + "\"= \",".len() <= WIDTH {
-            return format!("\"{}\": \"= {formula}\"", value.name);
-        }
         format!("\"{}\": {}", value.name, self.laid_out(&value.formula, column, indent))
     }
 
-    /// A formula in several lines, as a raw text.
+    /// A formula, in several lines if it is long.
     fn laid_out(&self, formula: &Formula, column: usize, indent: usize) -> String {
-        let (start, room) = (column + "r#\"= ".len(), WIDTH - "\"#,".len());
-        let lines = layout::lines(formula, &|name| self.plan.spell(name), (start, indent + 2, room));
-        if lines.contains('\n') { format!("r#\"= {lines}\"#") } else { format!("\"= {lines}\"") }
+        literal(&format!("= {}", self.plan.text(formula)), column, indent + 2)
     }
 
     fn message(&self, old: &Old<'_>) -> String {

@@ -1,6 +1,6 @@
 //! Renames and code actions: the resulting text, and that its meaning stays the same.
 use super::super::actions::{Action, actions, apply};
-use super::super::diagnose::hints;
+use super::super::diagnose::{by_file, hints};
 use super::super::rename::rename;
 use super::super::{Cx, Workspace};
 use super::graphs;
@@ -52,6 +52,35 @@ fn applies_each_code_action() {
         after(text, "Remove all 2"),
         "(\n  nodes: {\n    // One.\n    \"a\": Perlin(),\n  },\n  outputs: { \"o\": \"a\" },\n)"
     );
+}
+
+#[test]
+fn replaces_kinds_of_earlier_versions() {
+    let text = "(nodes: { \"n\": Perlin(), \"h\": Math(operation: Multiply, a: \"n\", b: 0.5), \"e\": Emboss(input: \"h\"), \
+                \"m\": SetChannels(material: \"o\", height: \"e\"), \"o\": Material(roughness: 0.5) }, outputs: { \"o\": \"m\" })";
+    let path = Path::new("/nowhere/a.ron");
+    let loaded = load_text(path, text, &super::registry(), &LoadOptions::default());
+    let found = by_file(&loaded.diagnostics, &loaded.sources).remove(path).unwrap();
+    let helps: Vec<_> = found.iter().map(|finding| finding.help.as_deref().unwrap_or_default()).collect();
+    assert_eq!(
+        helps,
+        [
+            "write `\"= 0.5 * n\"` instead, or run: shibo migrate FILE",
+            "write `Material(from: \"o\", height: \"e\")` instead, or run: shibo migrate FILE",
+        ]
+    );
+    let mut workspace = workspace();
+    let file = workspace.open(path, text);
+    let offered = actions(Cx { world: &workspace, file: &file }, &(0..0), &found);
+    let of = |title: &str| offered.iter().find(|action| action.title == title).unwrap_or_else(|| panic!("{offered:?}"));
+    let one = of("Replace `Math` by a formula");
+    assert_eq!(one.mends, Some(0));
+    let old = "Math(operation: Multiply, a: \"n\", b: 0.5)";
+    assert_eq!(apply(text, &one.edits[path]), text.replace(old, "\"= 0.5 * n\""));
+    let new = text.replace("SetChannels(material:", "Material(from:");
+    assert_eq!(apply(text, &of("Replace `SetChannels` by `Material`").edits[path]), new);
+    let all = apply(text, &of("Replace all old kinds in the file").edits[path]);
+    assert_eq!(all, new.replace(&format!("\"h\": {old}, "), "").replace("input: \"h\"", "input: \"= 0.5 * n\""));
 }
 
 /// Keys of the outputs of a graph, which identify its pictures.
@@ -120,7 +149,7 @@ fn inlining_keeps_pictures() {
 fn inlining_keeps_dependent_defaults() {
     let folder = tempfile::tempdir().unwrap();
     let inner = r#"(params: { "grain": Integer(default: 3), "other": Integer(default: "$grain"), "far": Integer(default: "= $grain + $other") },
- nodes: { "a": Perlin(seed: "$other"), "b": Perlin(seed: "$far"), "sum": Math(a: "a", b: "b") }, outputs: { "o": "sum" })"#;
+ nodes: { "a": Perlin(seed: "$other"), "b": Perlin(seed: "$far"), "sum": "= a + b" }, outputs: { "o": "sum" })"#;
     std::fs::write(folder.path().join("inner.ron"), inner).unwrap();
     let text = r#"(imports: { "inner": "inner.ron" }, nodes: { "u": Use(graph: "inner", with: { "grain": 5 }), "w": Use(graph: "inner") },
  outputs: { "o": "u.o", "p": "w.o" })"#;

@@ -193,7 +193,7 @@ fn offers_fitting_completions() {
     assert_eq!(first("\"b\": Dots(points: |"), Some("dots".into()));
     assert_eq!(first("\"b\": Dots(poi|"), Some("points".into()));
     assert_eq!(first("\"b\": Dot|"), Some("Dots".into()));
-    assert!(has("\"b\": Math(operation: |) })", "MultiplyAdd"));
+    assert!(has("\"b\": Blend(mode: |) })", "Multiply"));
     assert!(has("\"b\": Worley(size: 2), \"c\": Blur(input: \"b.|\") })", "b.f2"));
     assert!(has("\"b\": Perlin(size: \"= sm|\") })", "smoothstep"));
     assert!(!has("\"b\": Perlin(size: 2), // Per|\n })", "Perlin"));

@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use super::super::blend::{BlendMode, blend};
 use super::super::color::{ColorSpace, convert};
-use super::super::math_ops::{Operand, Operation, math};
 use super::run;
 use crate::ground::hash::Hash;
 use crate::ground::number::narrow;
@@ -114,28 +113,6 @@ fn blends_as_the_node_does() {
         let mut expected = vec![0.0; planes[6].len()];
         blend(mode, &planes[6], &planes[7], None, 1.0, &mut expected);
         assert_eq!(bits(&formula(&format!("{name}(s, t)"), &planes)[0]), bits(&expected), "{name}");
-    }
-}
-
-#[test]
-fn computes_as_the_node_math_does() {
-    let planes = pairs();
-    for (text, operation) in [
-        ("smooth_min(s, t, 0.4)", Operation::SmoothMin),
-        ("smooth_max(s, t, 0.4)", Operation::SmoothMax),
-        ("snap(s, t)", Operation::Snap),
-        ("t * triangle(s / (2 * t))", Operation::PingPong),
-        ("log2(max(s, 1.1754944e-38))", Operation::Log2),
-        ("length(s, t)", Operation::Hypot),
-        ("floor(s + 0.5)", Operation::Round),
-        ("sqrt(max(s, 0))", Operation::Sqrt),
-        ("pow(max(s, 0), t)", Operation::Power),
-        ("s % t", Operation::Modulo),
-        ("smoothstep(t, 0.4, s)", Operation::Smoothstep),
-    ] {
-        let mut expected = vec![0.0; planes[6].len()];
-        math(operation, [Operand::Plane(&planes[6]), Operand::Plane(&planes[7]), Operand::Value(0.4)], &mut expected);
-        assert_eq!(bits(&formula(text, &planes)[0]), bits(&expected), "{text}");
     }
 }
 

@@ -1,4 +1,4 @@
-//! Point-wise operations: arithmetic, blending, tones, colours, histograms, and ramps, which depend only on the
+//! Point-wise operations: formulas, blending, tones, colours, histograms, and ramps, which depend only on the
 //! position.
 
 pub mod blend;
@@ -7,7 +7,6 @@ pub mod curve;
 pub mod expression;
 pub mod gradient;
 pub mod histogram;
-pub mod math_ops;
 pub mod normal_scores;
 mod scalar;
 pub mod steps;

@@ -82,9 +82,19 @@ fn formulas_tell_where_they_tile() {
         ("x", [false, true]),
         ("v * 2", [true, false]),
         ("sin(360 * 3 * u) * cos(-720 * v + 20)", [true, true]),
+        ("sin(100 * u)", [false, true]),
+        ("sin(x * 360 / 8)", [true, true]),
+        ("abs(sin(180 * u))", [false, true]),
         ("fract(4 * u + 1.5) + x % 8", [true, true]),
+        ("x % 8 < y % 16", [true, true]),
+        ("x % 7", [false, true]),
+        ("(floor(u * 8) + floor(v * 8)) % 2", [true, true]),
+        ("random(floor(u * 8))", [false, true]),
+        ("random(floor(u * 8) % 8)", [true, true]),
+        ("if(u < 2, 1, 2)", [false, true]),
         ("noise(8 * u, 8 * v)", [true, true]),
         ("noise(x / 5, y / 4)", [false, true]),
+        ("noise(x / 4, y / 4) + noise(4 * u + 4 * v, 4 * v - 4 * u)", [true, true]),
     ] {
         assert_eq!(tiling(text), expected, "{text}");
         result(text, &[], false);

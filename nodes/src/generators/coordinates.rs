@@ -12,7 +12,7 @@ use shibo_value::{Field, Stop, Tiling, Type};
 ///
 /// ```ron
 /// "at": Coordinates(),
-/// "example": Expression(a: "at.radius", b: "at.angle", formula: "0.5 + 0.5 * sin(90 * a + 3 * b)"),
+/// "example": "= 0.5 + 0.5 * sin(90 * at.radius + 3 * at.angle)",
 /// ```
 ///
 /// Elsewhere: Blender *Texture Coordinate*, Material Maker *UV*, Substance Designer `$pos`, Unreal *TexCoord*,

@@ -1,5 +1,4 @@
 //! Generators: fields made from parameters alone.
-mod constant;
 mod coordinates;
 mod curl;
 mod fractal;
@@ -13,7 +12,6 @@ mod value_noise;
 mod white_noise;
 mod worley;
 
-pub use constant::Constant;
 pub use coordinates::Coordinates;
 pub use curl::Curl;
 pub use fractal::Fractal;
@@ -34,7 +32,6 @@ pub fn family() -> Family {
         name: "Generators",
         doc: "Fields made from nothing but parameters; periodic on a canvas that tiles, with lengths in mm.",
         kinds: vec![
-            Kind::of::<Constant>(),
             Kind::of::<Gradient>(),
             Kind::of::<Perlin>(),
             Kind::of::<Simplex>(),

@@ -30,7 +30,7 @@ use shibo_value::{ChannelSet, Stop};
 /// ```ron
 /// "cells":   Worley(size: 7),
 /// "flat":    Remap(input: "cells.border", from: (0, 2), to: (0, 1), clamp: true),
-/// "bump":    Math(operation: Smoothstep, a: "flat", b: 0, c: 1),
+/// "bump":    "= smoothstep(0, 1, flat)",
 /// "stone":   Material(base_color: "#8a8276", roughness: 0.75, height: "bump"),
 /// "grain":   Fractal(size: 1.5),
 /// "sand_h":  Remap(input: "grain", from: (0, 1), to: (0, 0.12)),

@@ -9,8 +9,6 @@ mod layer_materials;
 mod layers;
 #[expect(clippy::module_inception, reason = "a file is named after its node")]
 mod material;
-mod material_channel;
-mod set_channels;
 mod transform_material;
 mod warp_material;
 mod worn;
@@ -23,8 +21,6 @@ pub use edge_wear::EdgeWear;
 pub use layer_materials::{Layer, LayerMaterials};
 pub use layers::{BlendBy, BlendNormals};
 pub use material::Material;
-pub use material_channel::MaterialChannel;
-pub use set_channels::SetChannels;
 pub use transform_material::TransformMaterial;
 pub use warp_material::WarpMaterial;
 
@@ -37,8 +33,6 @@ pub fn family() -> Family {
         doc: "Named channels of a surface, put together and taken apart.",
         kinds: vec![
             Kind::of::<Material>(),
-            Kind::of::<MaterialChannel>(),
-            Kind::of::<SetChannels>(),
             Kind::of::<AdjustMaterial>(),
             Kind::of::<BlendMaterials>(),
             Kind::of::<LayerMaterials>(),

@@ -30,10 +30,8 @@ const MOST_CANVASES: f64 = 64.0;
 ///
 /// ```ron
 /// "curve": Path(points: [(0, 20), (10, 14), (20, 20), (30, 26), (40, 20)], smooth: true, reach: 9),
-/// "rope": Expression(
-///   a: "curve.across", b: "curve.along", formula: "sqrt(max(0, 9 - a * a)) + 0.5 * abs(sin(45 * (b + a)))",
-/// ),
-/// "cut": Expression(a: "rope", b: "curve.distance", formula: "a * step(b, 3)"),
+/// "rope": "= sqrt(max(0, 9 - curve.across * curve.across)) + 0.5 * abs(sin(45 * (curve.along + curve.across)))",
+/// "cut": "= rope * step(curve.distance, 3)",
 /// "example": Relief(height: "cut", strength: 0.6),
 /// ```
 ///

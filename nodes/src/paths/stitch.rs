@@ -30,7 +30,7 @@ const MOST_STITCHES: f64 = 1e6;
 /// ```ron
 /// "seam": Path(d: "M 0 20 C 13 8 27 32 40 20"),
 /// "sewn": Stitch(path: "seam", pitch: 8.5, width: 2.2, tilt: -9, twist: 6.5, pull: 0.6, spread: 7),
-/// "ground": Expression(a: "sewn.pull", b: "sewn.holes", formula: "-a - 1.5 * b"),
+/// "ground": "= -sewn.pull - 1.5 * sewn.holes",
 /// "height": Blend(base: "ground", top: "sewn", mask: "sewn.mask"),
 /// "color": Blend(base: "#6b3f22", top: "#d9c9a6", mask: "sewn.mask"),
 /// "example": Relief(height: "height", base_color: "color"),

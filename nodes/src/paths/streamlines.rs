@@ -27,7 +27,7 @@ const TRIES: f64 = 3.0;
 /// "angles": Remap(input: "noise", to: (-120, 120)),
 /// "lines": Streamlines(direction: "angles", spacing: 1.6, length: 60),
 /// "lying": Path(outline: "lines", reach: 1),
-/// "height": Expression(a: "lying.distance", formula: "smoothstep(0.7, 0, a) * 0.8"),
+/// "height": "= smoothstep(0.7, 0, lying.distance) * 0.8",
 /// "example": Relief(height: "height"),
 /// ```
 ///

@@ -22,7 +22,7 @@ use shibo_value::{Field, FieldSource, Given, Grid, Pictures, Read, Resolution, S
 /// "pieces": Threshold(input: "cells.border", level: 0.35),
 /// "found": FloodFill(mask: "pieces"),
 /// "tone": RegionRandom(ids: "found", range: (0.2, 1)),
-/// "example": Math(operation: Multiply, a: "tone", b: "pieces"),
+/// "example": "= tone * pieces",
 /// ```
 ///
 /// Elsewhere: Substance Designer *Flood Fill*; Material Maker *Fill*; Houdini *Connectivity*.

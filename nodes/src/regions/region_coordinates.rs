@@ -30,7 +30,7 @@ pub enum PieceAxis {
 /// ```ron
 /// "cells": Worley(size: 7),
 /// "own": RegionCoordinates(ids: "cells.ids", axis: Length),
-/// "example": Expression(a: "own.local", formula: "0.5 + 0.5 * sin(180 * a.x) * cos(60 * a.y)"),
+/// "example": "= 0.5 + 0.5 * sin(180 * own.local.x) * cos(60 * own.local.y)",
 /// ```
 ///
 /// Elsewhere: Substance Designer *Flood Fill to Position*, *Flood Fill to BBox Size*, *Flood Fill Mapper*; Material

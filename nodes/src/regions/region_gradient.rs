@@ -17,7 +17,7 @@ use shibo_value::{Stop, Type};
 /// ```ron
 /// "floor": Brick(size: (9.6, 4.6), gap: 0.4),
 /// "slope": RegionGradient(ids: "floor.ids"),
-/// "tilted": Math(operation: MultiplyAdd, a: "slope", b: 1.5, c: "floor"),
+/// "tilted": "= floor + 1.5 * slope",
 /// "example": Relief(height: "tilted"),
 /// ```
 ///

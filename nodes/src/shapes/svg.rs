@@ -35,7 +35,7 @@ pub enum Fit {
 /// ```ron
 /// "drawing": Svg(path: "leaf.svg", size_mm: 34),
 /// "rest": Invert(input: "drawing.alpha"),
-/// "example": Math(operation: MultiplyAdd, a: "rest", b: 0.75, c: "drawing"),
+/// "example": "= drawing + 0.75 * rest",
 /// ```
 ///
 /// Elsewhere: Substance Designer *SVG*; Blender *Import SVG*.

@@ -28,7 +28,7 @@ pub enum PolarMode {
 /// ```ron
 /// "petals": Gradient(times: 12, repeat: Mirror),
 /// "ends": Gradient(angle: 90),
-/// "shape": Expression(a: "petals", b: "ends", formula: "smoothstep(0.1, -0.1, b - 0.35 - 0.5 * a)"),
+/// "shape": "= smoothstep(0.1, -0.1, ends - 0.35 - 0.5 * petals)",
 /// "example": Polar(input: "shape"),
 /// ```
 ///

@@ -13,7 +13,7 @@ use shibo_value::{Field, Stop, Tiling};
 /// ```ron
 /// "at": Coordinates(),
 /// "fade": Remap(input: "at.radius", from: (28, 10), clamp: true),
-/// "rings": Expression(a: "at.radius", b: "fade", formula: "b * (0.5 + 0.5 * sin(60 * a))"),
+/// "rings": "= fade * (0.5 + 0.5 * sin(60 * at.radius))",
 /// "tiles": Wrap(input: "rings"),
 /// "example": Transform(input: "tiles", offset: (20, 14)),
 /// ```

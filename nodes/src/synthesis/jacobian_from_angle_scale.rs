@@ -13,7 +13,7 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// "exemplar": Exemplar(input: "stripes", size: (64, 64), periodic: Yes),
 /// "stripes": Worley(size: 4),
 /// "jacobian": JacobianFromAngleScale(angle: "angle", scale: 1.4, stretch: 1.8),
-/// "angle": Math(operation: Multiply, a: "input", b: 90),
+/// "angle": "= 90 * input",
 /// "coords": Synthesize(exemplar: "exemplar", jacobian: "jacobian", size: (200, 200)),
 /// "example": SampleExemplar(coords: "coords", input: "stripes", jacobian: "jacobian"),
 /// ```

@@ -11,13 +11,13 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 /// Converts colours between colour spaces: to change only lightness or hue, or to make colours from numbers.
 ///
 /// The three channels of the result are the components of the colour space in its own units, in the order of its name.
-/// Split them with `SplitChannels`, change them, combine them with `PackChannels` and convert them back. Oklab colours
-/// outside of the range of real colours, with a channel below 0, are clamped to 0.
+/// Formulas take them apart (`lch.r`, `lch.g`, `lch.b`), change them and put them together, `"= (l, c, h)"`; a second node
+/// converts them back. Oklab colours outside of the range of real colours, with a channel below 0, are clamped to 0.
 ///
 /// ```ron
 /// "noise": Fractal(size: 12, seed: 1),
 /// "hue": Remap(input: "noise", from: (0.2, 0.8), to: (0, 360)),
-/// "lch": PackChannels(r: 0.75, g: 0.12, b: "hue"),
+/// "lch": "= (0.75, 0.12, hue)",
 /// "example": ConvertColor(input: "lch", from: Oklch, to: Linear),
 /// ```
 ///

@@ -24,7 +24,7 @@ use shibo_value::{Stop, Tree, Type};
 /// "t1": TrunkTime(tree: "tree"),
 /// "t2": BranchTime(tree: "tree"),
 /// "time": BlendTimes(times: ["t1", "t2"]),
-/// "years": SolidMath(operation: Fraction, a: "time"),
+/// "years": "= fract(time)",
 /// "example": CutPlane(solid: "years", origin: (-10, 0, 35), v: (0, 0, -40)),
 /// ```
 #[node]

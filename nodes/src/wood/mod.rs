@@ -6,7 +6,6 @@ mod branches;
 mod bud_eyes;
 mod by_calendar;
 mod color_pattern;
-mod color_solid;
 mod cut_pieces;
 mod cut_plane;
 mod cut_surface;
@@ -16,10 +15,8 @@ mod fiber_space;
 mod fiber_streaks;
 mod fit_skeleton;
 mod frames;
-mod mix_solids;
 mod place_in_tree;
 mod ring_color;
-mod solid_math;
 mod solid_noise;
 mod straight_time;
 mod tree;
@@ -37,7 +34,6 @@ pub use branch_time::BranchTime;
 pub use branches::{BranchSpec, Branches};
 pub use bud_eyes::BudEyes;
 pub use color_pattern::{ColorPattern, Years};
-pub use color_solid::ColorSolid;
 pub use cut_plane::{CutPlane, Sawing};
 pub use cut_surface::{CutSurface, SurfaceShape};
 pub use equalize_height::EqualizeHeight;
@@ -45,10 +41,8 @@ pub use fiber_shading::FiberShading;
 pub use fiber_space::FiberSpace;
 pub use fiber_streaks::FiberStreaks;
 pub use fit_skeleton::{FitSkeleton, Scheme};
-pub use mix_solids::MixSolids;
 pub use place_in_tree::PlaceInTree;
 pub use ring_color::{RingColor, RingFilter};
-pub use solid_math::{SolidMath, SolidOperation};
 pub use solid_noise::SolidNoise;
 pub use straight_time::StraightTime;
 pub use tree::Tree;
@@ -91,9 +85,6 @@ pub fn family() -> Family {
             Kind::of::<WarpSolid>(),
             Kind::of::<BudEyes>(),
             Kind::of::<SolidNoise>(),
-            Kind::of::<SolidMath>(),
-            Kind::of::<MixSolids>(),
-            Kind::of::<ColorSolid>(),
         ],
     }
 }

@@ -18,7 +18,7 @@ use shibo_value::{Curve, Skeleton, Stop, Type};
 /// ```ron
 /// "nodes": TrunkNodes(nodes: [(0, 0, -20), (6, 2, 10), (-8, 0, 40), (4, 0, 70)]),
 /// "time": StraightTime(curve: "nodes", elongation_speed: 40, thickening_speed: 2),
-/// "years": SolidMath(operation: Fraction, a: "time"),
+/// "years": "= fract(time)",
 /// "example": CutPlane(solid: "years", origin: (-20, 0, 40), v: (0, 0, -40)),
 /// ```
 #[node]

@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// "nodes": TrunkNodes(nodes: [(0, 0, -20), (6, 2, 10), (-8, 0, 40), (4, 0, 70)]),
 /// "tree": Tree(skeleton: FitSkeleton(curve: "nodes"), elongation_speed: 40, thickening_speed: 2),
 /// "time": TrunkTime(tree: "tree"),
-/// "years": SolidMath(operation: Fraction, a: "time"),
+/// "years": "= fract(time)",
 /// "example": CutPlane(solid: "years", origin: (-20, 0, 40), v: (0, 0, -40)),
 /// ```
 #[node]

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// The maximum line length, including the comma.
-const WIDTH: usize = 120;
+pub(super) const WIDTH: usize = 120;
 /// Indentation of the items of a bracket.
 const INDENT: usize = 2;
 /// Items of a block that are at most this long share a line.

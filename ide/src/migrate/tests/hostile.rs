@@ -5,10 +5,16 @@ use shibo_graph::syntax::Tree;
 use std::time::Instant;
 
 /// A small generator of pseudo-random numbers.
-struct Random(u64);
+pub(super) struct Random(u64);
 
 impl Random {
-    fn below(&mut self, most: usize) -> usize {
+    /// A generator with a seed.
+    pub(super) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// A number below `most`.
+    pub(super) fn below(&mut self, most: usize) -> usize {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         usize::try_from(self.0 >> 33).unwrap_or(0) % most
     }
@@ -63,7 +69,7 @@ const PIECES: [&str; 44] = [
 
 #[test]
 fn any_text_is_survived() {
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     for _ in 0..3000 {
         let mut text = String::new();
         for _ in 0..random.below(60) {

@@ -5,6 +5,7 @@ mod hostile;
 mod joining;
 mod operations;
 mod trees;
+mod values;
 
 use super::{Migration, migrate};
 use crate::tests::registry;

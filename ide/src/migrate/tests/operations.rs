@@ -252,6 +252,7 @@ fn avoids_names_that_nodes_hide() {
     let of = |node: &str, formula: &str| {
         let nodes = format!("    \"{node}\": Perlin(),\n    \"r\": Expression(formula: \"{formula}\"),\n");
         let migration = migrated(&super::graph(&nodes, "\"o\": \"r\""));
+        assert_eq!(migration.warnings.len(), 1, "{formula}");
         let outputs = migration.text.split("outputs: { ").nth(1).unwrap_or_default().to_owned();
         outputs.split(" }").next().unwrap_or_default().to_owned()
     };

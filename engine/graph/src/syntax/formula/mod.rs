@@ -13,6 +13,13 @@ mod words;
 pub use parts::{Formula, LocalName, OpenCall, Part, PartKind};
 pub use words::{Word, WordKind, binding, words};
 
+/// A formula with its equals sign as a literal, laid out as `format` does it: in a line that has `column` characters before
+/// it and a comma after it, and whose other lines begin with `indent` spaces.
+pub fn literal(formula: &str, column: usize, indent: usize) -> String {
+    let plain = format!("\"{formula}\"");
+    layout::Laid::of(&plain, false).map_or(plain, |laid| laid.literal(column, indent, super::format::WIDTH, "\n"))
+}
+
 /// The content of a string literal that holds a formula, by its bytes in the literal; `None` for a literal with escapes.
 pub fn content(literal: &str) -> Option<std::ops::Range<usize>> {
     let hashes = literal.strip_prefix('r').map(|rest| rest.len() - rest.trim_start_matches('#').len());

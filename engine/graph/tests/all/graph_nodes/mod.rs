@@ -535,7 +535,11 @@ pub(crate) fn registry() -> Registry {
         Kind::of::<Stack>(),
         Kind::of::<Take>(),
     ];
+    // Nodes of the kind `Twice` become formulas if they have an input.
+    let successor = |node: &str, _: &Registry| Some(format!("\"= 2 * {}\"", node.split('"').nth(1)?));
     Registry::new([Family { name: "Test", doc: "For tests.", kinds }])
+        .with_retired(&["Bands", "Twice"])
+        .with_successor(successor)
         .with_internal(Internal::Formula, Kind::of::<Program>())
         .with_internal(Internal::SolidFormula, Kind::of::<SolidProgram>())
         .with_internal(Internal::Channel, Kind::of::<Take>())

@@ -57,7 +57,8 @@ impl Linker<'_> {
             let (name, default) = (taken.channel.name(), taken.channel.default_text());
             let warning = match self.given_by_use(node.scope, &slot.part) {
                 Some((scope, given)) => {
-                    let message = format!("this material has no channel `{name}`, which `{}` takes", node.name);
+                    let taker = if node.info.is_some() { format!("`{}`", node.name) } else { "a path".to_owned() };
+                    let message = format!("this material has no channel `{name}`, which {taker} takes");
                     let warning = given.error(Code::Advice, message).related(asked.span(), "it is taken here");
                     (scope, warning)
                 }
@@ -78,8 +79,14 @@ impl Linker<'_> {
     fn given_by_use(&self, scope: usize, part: &SyntaxValue) -> Option<(usize, SyntaxValue)> {
         let (mut scope, mut part, mut given) = (scope, part.clone(), None);
         loop {
-            let Shape::Text(name) = part.shape() else { return given };
-            let Some(Entity::Input(index)) = self.scopes[scope].names.get(&name) else { return given };
+            // A path may stand in a formula.
+            let path = match (part.within(), part.shape()) {
+                (Some(path), _) => path.to_owned(),
+                (None, Shape::Text(path)) => path,
+                _ => return given,
+            };
+            let name = path.split('.').next().unwrap_or_default();
+            let Some(Entity::Input(index)) = self.scopes[scope].names.get(name) else { return given };
             match &self.scopes[scope].inputs[*index] {
                 Bound::Wire { scope: outer, part: wire, .. } if *outer != scope => {
                     (scope, part) = (*outer, wire.clone());

@@ -194,6 +194,11 @@ impl SyntaxValue {
         self.src.span(start + from, start + to)
     }
 
+    /// The bytes that errors refer to, if these are only a part of the value.
+    pub(super) fn within(&self) -> Option<&str> {
+        self.within.and_then(|(from, to)| self.str().get(from..to))
+    }
+
     /// The text of the node whose kind this word is, with its fields.
     pub(super) fn call(&self) -> &str {
         match self.tokens().first() {

@@ -184,7 +184,23 @@ impl Linker<'_> {
         (node, after): (&str, &str),
         names: &[String],
     ) -> Box<Diagnostic> {
-        let first = after.split('.').next().unwrap_or(after);
+        let (first, then) = after.split_once('.').map_or((after, None), |(first, then)| (first, Some(then)));
+        let is_output = match entity {
+            Some(Entity::Node(flat)) => {
+                Output::position(self.flats[flat].info.map_or(&[][..], |info| info.outputs), first).is_some()
+            }
+            _ => names.iter().any(|name| name == first),
+        };
+        if let Some(then) = then.filter(|_| is_output) {
+            let message = format!("`{}.{first}` has no channel and no components `{}`", shorten(node), shorten(then));
+            let channels = Channel::ALL.iter().map(|channel| channel.name());
+            return Box::new(self.report.with_suggestion(
+                part.error(Code::UnknownPort, message),
+                then,
+                "channel",
+                channels,
+            ));
+        }
         let material = match entity {
             Some(Entity::Input(_)) => {
                 let message = format!("`{node}` is an input of the graph; it has no output `{}`", shorten(after));

@@ -67,7 +67,7 @@ pub struct Registry {
     successor: Option<Successor>,
 }
 
-/// Writes what replaces a node of a retired kind, given the text of the node: a formula in quotes, or another node.
+/// Writes the successor of a node of a retired kind, given the text of the node: a formula in quotes, or another node.
 /// `None` if the node cannot be replaced.
 pub type Successor = fn(&str, &Registry) -> Option<String>;
 
@@ -191,7 +191,7 @@ impl Registry {
         self.retired.contains(&kind) && !self.entries.contains_key(kind)
     }
 
-    /// What replaces a node of a retired kind, given the text of the node. `None` if nothing is known.
+    /// The successor of a node of a retired kind, given the text of the node. `None` if it is not known.
     pub fn successor(&self, node: &str) -> Option<String> {
         self.successor?(node, self)
     }

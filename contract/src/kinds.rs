@@ -36,7 +36,7 @@ pub const STAND_INS: &str = r##"
     "gray": Perlin(size: 5),
     "rgb": GradientMap(input: "gray", stops: [(0.0, "#102030"), (1.0, "#f0c080")]),
     "normal": HeightToNormal(input: "gray"),
-    "vector": "= (gray, 0.5)",
+    "vector": VectorField(input: "gray"),
     "cells": Worley(size: 5),
     "points": PoissonPoints(pitch: 3),
     "lattice": ConnectNeighbors(points: "points"),

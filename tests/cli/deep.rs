@@ -69,7 +69,7 @@ fn wide_nodes_and_files_are_evaluated_or_refused() {
     desk.shibo("check wide.ron").expect(0);
     desk.shibo("render wide.ron --output o19999 -o wide --no-cache --quiet").expect(0);
     let brackets = format!("\"n\": Perlin(size: \"= {}1\")", "(".repeat(COUNT));
-    let fields = format!("\"p\": Perlin(size: 2), \"n\": \"= {}\"", vec!["p"; COUNT].join("+"));
+    let fields = format!("\"p\": Perlin(size: 2), \"n\": \"= {}\"", vec!["p"; 3 * COUNT].join("+"));
     for nodes in [brackets, fields] {
         desk.write("formula.ron", format!("{head} {nodes} }}, outputs: {{ \"n\": \"n\" }})"));
         let refused = desk.shibo("check formula.ron").expect(1);

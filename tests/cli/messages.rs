@@ -47,7 +47,7 @@ fn refuses_numbers_out_of_channel_range() {
     );
     tells(
         r#""m": Material(height: 0), "n": Material(from: "m", base_color: (0.5, 1.5, 0), anisotropy_angle: 400)"#,
-        &[(77, "out-of-range", "base_color is `1.5`", ""), (104, "out-of-range", "between -360 and 360 °", "")],
+        &[(70, "out-of-range", "base_color is `1.5`", ""), (97, "out-of-range", "between -360 and 360 °", "")],
     );
     tells(
         r##""n": Blend(base: 3, top: "#fff", opacity: 2, mask: 1)"##,

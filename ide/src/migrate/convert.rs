@@ -59,9 +59,8 @@ impl<'t> Call<'_, '_, 't> {
     }
 
     fn check_fields(&self) -> Result<(), Problem> {
-        let Some(body) = self.old.node.body() else { return self.fail("its brackets are missing") };
         let removed = self.removed();
-        for child in body.children() {
+        for child in self.old.node.body().into_iter().flat_map(Node::children) {
             let key = child.key_text().unwrap_or_default();
             let known = removed.operands.iter().any(|operand| operand.fields.contains(&key.as_str()));
             if !(known || removed.fields.contains(&key.as_str()) || key == "note") {

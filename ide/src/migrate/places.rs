@@ -96,6 +96,14 @@ pub(super) fn places<'t>(scope: &Scope<'t>, registry: &Registry) -> Places<'t> {
     finder.found
 }
 
+fn spot(context: Context<'_>, removed: &Removed) -> Spot {
+    match context {
+        Context::Entry(index) => Spot::Entry(index),
+        Context::Operand if removed.is_formula() => Spot::Operand,
+        _ => Spot::Place,
+    }
+}
+
 struct Finder<'s, 't, 'r> {
     scope: &'s Scope<'t>,
     registry: &'r Registry,
@@ -109,6 +117,12 @@ impl<'t, 'r> Finder<'_, 't, 'r> {
         while let Some((value, context)) = self.waiting.pop() {
             match value.kind() {
                 NodeKind::Call => self.call(value, context, entry),
+                // A kind without brackets.
+                NodeKind::Word if matches!(context, Context::Entry(_) | Context::Port) => {
+                    if let Some(removed) = value.name().and_then(|kind| removed(kind, self.registry)) {
+                        self.found.old.push(Old { node: value, removed, spot: spot(context, removed), entry });
+                    }
+                }
                 NodeKind::Text => self.text(value, context, entry),
                 NodeKind::List => {
                     let items = value.children();
@@ -134,12 +148,7 @@ impl<'t, 'r> Finder<'_, 't, 'r> {
         let (Some(kind), Some(body)) = (value.name(), value.body()) else { return };
         let takes_nodes = !matches!(context, Context::Output);
         if let Some(removed) = removed(kind, self.registry).filter(|_| takes_nodes) {
-            let spot = match context {
-                Context::Entry(index) => Spot::Entry(index),
-                Context::Operand if removed.is_formula() => Spot::Operand,
-                _ => Spot::Place,
-            };
-            self.found.old.push(Old { node: value, removed, spot, entry });
+            self.found.old.push(Old { node: value, removed, spot: spot(context, removed), entry });
             let inside = if removed.is_formula() { Context::Operand } else { Context::Port };
             for field in body.entries() {
                 // The stops of a ramp are no wires.

@@ -18,7 +18,9 @@ pub(super) fn replacement(node: Node<'_>, registry: &Registry) -> Option<String>
     // No names: the graph around the node is not read.
     let scope = Scope::new(node);
     let mut converter = Converter::new(&scope, registry);
-    let calls: Vec<Node<'_>> = node.descendants().filter(|inner| inner.kind() == NodeKind::Call).collect();
+    // A kind may have no brackets.
+    let is_node = |inner: &Node<'_>| inner.kind() == NodeKind::Call || inner.index() == node.index();
+    let calls: Vec<Node<'_>> = node.descendants().filter(is_node).collect();
     let mut edits = Edits::default();
     for inner in calls.into_iter().rev() {
         let Some(removed) = inner.name().and_then(|kind| removed(kind, registry)) else { continue };

@@ -1,13 +1,14 @@
 //! Whole files: what stays, and how the result is laid out.
-use super::{graph, kinds, migrated};
+use super::{graph, kinds, migrated, output};
+use crate::migrate::kinds::REMOVED;
 use crate::migrate::{migrate, rewrite_of};
-use crate::tests::graphs;
 use shibo_graph::syntax::{NodeKind, Tree, format};
 use std::fs;
 use std::path::PathBuf;
 
 fn shipped() -> Vec<(PathBuf, String)> {
-    let folders = [graphs(), graphs().join("lib")];
+    let graphs = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../graphs"));
+    let folders = [graphs.join("lib"), graphs];
     let files = folders.iter().flat_map(|folder| fs::read_dir(folder).expect("a folder"));
     let paths =
         files.map(|file| file.expect("a file").path()).filter(|path| path.extension().is_some_and(|e| e == "ron"));
@@ -37,6 +38,14 @@ fn shipped_graphs_have_no_old_kinds_left() {
             |text: &str| Tree::parse(text).comments().map(|range| text[range].to_owned()).collect::<Vec<_>>();
         assert_eq!(comments(&migration.text), comments(&text), "{name} keeps its comments");
     }
+}
+
+#[test]
+fn table_has_all_retired_kinds() {
+    let mut table = REMOVED.each_ref().map(|removed| removed.kind);
+    table.sort_unstable();
+    assert_eq!(table, kinds().retired());
+    assert!(table.iter().all(|kind| kinds().is_retired(kind)));
 }
 
 #[test]
@@ -98,6 +107,8 @@ fn single_nodes_have_a_replacement() {
         of("SetChannels(material: \"m\", height: Math(a: \"n\", b: 1))"),
         some("Material(from: \"m\", height: \"= n + 1\")")
     );
+    assert_eq!(of("Constant"), some("\"= 0.5\""));
+    assert_eq!(output("Constant"), "\"o\": \"= 0.5\"");
     assert_eq!(of("Math(b: 2)"), None);
     assert_eq!(of("Perlin(size: 2)"), None);
 }

@@ -7,14 +7,13 @@ mod operations;
 mod values;
 
 use super::{Migration, migrate};
-use crate::tests::registry;
 use shibo_node::registry::Registry;
 use std::sync::OnceLock;
 
 /// The kinds, read once.
 fn kinds() -> &'static Registry {
     static KINDS: OnceLock<Registry> = OnceLock::new();
-    KINDS.get_or_init(registry)
+    KINDS.get_or_init(|| shibo_library::registry(std::env::temp_dir().join("shibo-library")))
 }
 
 fn migrated(text: &str) -> Migration {

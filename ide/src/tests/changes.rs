@@ -80,7 +80,8 @@ fn replaces_kinds_of_earlier_versions() {
     let new = text.replace("SetChannels(material:", "Material(from:");
     assert_eq!(apply(text, &of("Replace `SetChannels` by `Material`").edits[path]), new);
     let all = apply(text, &of("Replace all old kinds in the file").edits[path]);
-    assert_eq!(all, new.replace(&format!("\"h\": {old}, "), "").replace("input: \"h\"", "input: \"= 0.5 * n\""));
+    // The line is too long for a formula in the place where it is read.
+    assert_eq!(all, new.replace(old, "\"= 0.5 * n\""));
 }
 
 /// Keys of the outputs of a graph, which identify its pictures.

@@ -4,7 +4,7 @@ use shibo_kernel::surface::combine_normals::NormalBlend;
 use shibo_node::{Context, SolidOrMaterial};
 use shibo_value::{Channel, ChannelSet, Cut, Field, Material, Solid, Type, Value};
 
-/// What a cut shows: a field of a solid, or a material with the channels of a material of solids. If the material has a
+/// Cuts a solid or a material of solids: gives a field of a solid, or a material with the channels of a material of solids. If the material has a
 /// height, the cut gets the normal of its height; a normal of the material's own lies over it as detail.
 pub(crate) fn shown(
     solid: &SolidOrMaterial,
@@ -20,7 +20,7 @@ pub(crate) fn shown(
     }
 }
 
-/// What a cut on a flat canvas shows.
+/// Cuts a solid or a material of solids for a flat canvas.
 pub(crate) fn shown_by(cx: &Context<'_>, solid: &SolidOrMaterial, cut: &Cut) -> Value {
     shown(solid, |solid| cx.cut(solid, cut), normals)
 }

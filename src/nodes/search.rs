@@ -131,6 +131,7 @@ mod tests {
         "PlaceWrinkles",
         "StartCoords",
         "StraightTime",
+        "Tree",
         "TrunkTime",
         "UpsampleCoords",
         "VaryGrowth",

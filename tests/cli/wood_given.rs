@@ -273,5 +273,5 @@ fn warns_of_skeleton_without_branches() {
          \"x\": TrunkTime(tree: \"s\") }, outputs: { \"o\": \"c\" })",
     );
     let ran = desk.shibo("render a.ron --resolution 32 --no-cache").expect(0);
-    assert!(ran.stderr.contains("a.ron:3:27") && ran.stderr.contains("has no branches"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("a.ron:3:23") && ran.stderr.contains("has no branches"), "{}", ran.stderr);
 }

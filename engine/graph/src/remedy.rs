@@ -130,12 +130,10 @@ impl Linker<'_> {
         let does = |other: &&str| {
             let Some(info) = self.registry.info(other) else { return false };
             let named = *other != kind && own.iter().all(|word| words(other).contains(word));
-            named
-                && info
-                    .outputs
-                    .iter()
-                    .any(|output| matches!(output.ty, OutputType::Fixed(made) if Accepts::One(made) == wanted))
-                && info.ports().any(|(_, port)| port.ty == wanted)
+            let makes = info.outputs.iter().any(|output| makes(output.ty, wanted));
+            let material = wanted == Accepts::One(Type::Material);
+            let takes = |port: Accepts| port == wanted || (material && port == Accepts::AnyMaterial);
+            named && makes && info.ports().any(|(_, port)| takes(port.ty))
         };
         let other = self.registry.kinds().find(does)?;
         Some(format!("`{other}` does that with {ty}"))
@@ -211,13 +209,18 @@ impl Linker<'_> {
 
     fn makes(&self, kind: &str, wants: Accepts) -> bool {
         let main = self.registry.info(kind).and_then(|info| info.outputs.first());
-        main.is_some_and(|output| match output.ty {
-            OutputType::Fixed(ty) => wants == Accepts::One(ty),
-            OutputType::MaterialOf(_) => {
-                matches!(wants, Accepts::One(Type::Material | Type::SolidMaterial) | Accepts::AnyMaterial)
-            }
-            _ => false,
-        })
+        main.is_some_and(|output| makes(output.ty, wants))
+    }
+}
+
+/// Returns true if an output of this type can be connected to a port that takes one type, or any material.
+fn makes(output: OutputType, wants: Accepts) -> bool {
+    match output {
+        OutputType::Fixed(ty) => wants == Accepts::One(ty),
+        OutputType::MaterialOf(_) => {
+            matches!(wants, Accepts::One(Type::Material | Type::SolidMaterial) | Accepts::AnyMaterial)
+        }
+        _ => false,
     }
 }
 

@@ -281,9 +281,15 @@ impl<'t> Layout<'t> {
     fn in_block(&self, token: usize, before: usize, indent: usize) -> Space {
         let line = Space::Line { indent, spaced: true };
         let end = self.items.end(token);
-        // The end of the item's line in the text.
-        let last = self.tokens.get(end).map_or(self.text.len(), |token| token.end());
-        let behind = self.text[last..].find('\n').map_or(self.text.len(), |at| last + at);
+        // Comments behind the item, and behind its comma in the same line.
+        let start = |token: usize| self.tokens.get(token).map_or(self.text.len(), |token| token.start());
+        let behind = match self.kind(end) {
+            Some(TokenKind::Comma) => {
+                let (last, next) = (start(end), start(end + 1));
+                self.text[last..next].find('\n').map_or(next, |at| last + at)
+            }
+            _ => start(end),
+        };
         let commented = self.comments_between(self.tokens[before].start(), behind) > 0;
         let blank = self.text[self.gap(token)].matches('\n').count() > 1;
         let short = |from: usize, to: usize| self.items.width(from, to) <= SHORT && !self.blocks.within(from, to);

@@ -44,6 +44,8 @@ mod torus;
 mod values;
 mod warped;
 
+pub use shown::cut_material;
+
 use shibo_node::registry::{Family, Internal, Kind, Registry};
 
 /// All nodes, by family.

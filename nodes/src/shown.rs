@@ -2,7 +2,7 @@
 use crate::normals::{blended, normals};
 use shibo_kernel::surface::combine_normals::NormalBlend;
 use shibo_node::{Context, SolidOrMaterial};
-use shibo_value::{Channel, ChannelSet, Cut, Field, Material, Solid, Type, Value};
+use shibo_value::{Channel, ChannelSet, Cut, Field, Material, Solid, SolidMaterial, Type, Value};
 
 /// Cuts a solid or a material of solids: gives a field of a solid, or a material with the channels of a material of solids. If the material has a
 /// height, the cut gets the normal of its height; a normal of the material's own lies over it as detail.
@@ -18,6 +18,12 @@ pub(crate) fn shown(
             with_normals(channels.collect(), normals).into()
         }
     }
+}
+
+/// The material on the canvas that a cut through a material of solids shows, with the normal of its height.
+pub fn cut_material(material: &SolidMaterial, cut: &Cut) -> Material {
+    let channels = material.channels().iter().map(|(channel, solid)| (*channel, solid.cut(cut)));
+    with_normals(channels.collect(), normals)
 }
 
 /// Cuts a solid or a material of solids for a flat canvas.

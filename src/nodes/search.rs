@@ -102,7 +102,7 @@ mod tests {
     }
 
     /// Stages of the methods for leather, wood and synthesis, which no other program has as nodes.
-    const WITHOUT: [&str; 34] = [
+    const WITHOUT: [&str; 35] = [
         "AppearanceSpace",
         "BlendTimes",
         "BranchTime",

@@ -4,7 +4,7 @@ use petgraph::Direction;
 use petgraph::graph::NodeIndex;
 use shibo_engine::session::{Failure, Look};
 use shibo_graph::{Graph, Input};
-use shibo_value::{Cut, Field, Grid, Key, Pixels, Solid, Tile, Tiling, Type, Value, Window};
+use shibo_value::{Channel, Cut, Field, Grid, Key, Pixels, Solid, Tile, Tiling, Type, Value, Window};
 use std::collections::{HashSet, VecDeque};
 
 /// Returns the picture, thinned out if a side exceeds `longest`.
@@ -24,21 +24,30 @@ pub(super) fn tile(pixels: &Pixels, longest: u32) -> Tile {
     tile
 }
 
-/// Returns the field that shows a solid: a cut that the graph makes of this solid or of one derived from it, or else an
+/// Returns the field that shows a solid, or a channel of a material of solids: a cut that the graph makes of this solid or of one derived from it, or else an
 /// upright plane through the pith.
-pub(super) fn cut(look: &Look<'_>, graph: &Graph, at: (NodeIndex, usize), solid: &Solid) -> Result<Field, Failure> {
-    if let Some(by) = cutter(graph, at.0)
-        && let Some(Value::Field(field)) = look.through(at, by)?
-    {
+pub(super) fn cut(
+    look: &Look<'_>,
+    graph: &Graph,
+    at: (NodeIndex, usize),
+    (solid, channel): (&Solid, Option<Channel>),
+) -> Result<Field, Failure> {
+    let shown = cutter(graph, at.0).map(|by| look.through(at, by)).transpose()?.flatten();
+    let field = match (shown, channel) {
+        (Some(Value::Field(field)), _) => Some(field),
+        (Some(Value::Material(material)), Some(channel)) => material.get(channel).cloned(),
+        _ => None,
+    };
+    if let Some(field) = field {
         return Ok(field);
     }
     Ok(solid.cut(&upright(graph.canvas.size_mm)))
 }
 
-/// Finds the nearest downstream node that makes a field from a solid, and its slot for the solid.
+/// Finds the nearest downstream node that cuts a solid or a material of solids, and its slot for it.
 fn cutter(graph: &Graph, from: NodeIndex) -> Option<(NodeIndex, usize)> {
     let reads_solid = |input: &Input| match input {
-        Input::Wire { node, output } => graph.nodes[*node].outputs.get(*output).is_some_and(|ty| ty.is_solid()),
+        Input::Wire { node, output } => graph.nodes[*node].outputs.get(*output).is_some_and(|ty| ty.is_in_space()),
         Input::Constant(_) => false,
     };
     let mut queue = VecDeque::from([from]);
@@ -46,7 +55,7 @@ fn cutter(graph: &Graph, from: NodeIndex) -> Option<(NodeIndex, usize)> {
     while let Some(index) = queue.pop_front() {
         let node = &graph.nodes[index];
         if index != from
-            && node.outputs.first().is_some_and(|ty| ty.is_field())
+            && node.outputs.first().is_some_and(|ty| ty.is_field() || *ty == Type::Material)
             && let Some(slot) = node.inputs.iter().position(reads_solid)
         {
             return Some((index, slot));

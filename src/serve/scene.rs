@@ -223,8 +223,15 @@ impl Scene {
                 Some(Preview::Field(field, manner))
             }
             Value::Picture(picture) => Some(Preview::Field(picture.rgb.clone(), DisplayStyle::of(&picture.rgb))),
+            Value::SolidMaterial(material) => {
+                let channel = target.channel.or_else(|| material.channels().first().map(|c| c.0));
+                let Some((channel, solid)) = channel.and_then(|c| Some((c, material.get(c)?))) else { return Ok(None) };
+                let field = previews::cut(look, &self.graph, (target.node, target.output), (solid, Some(channel)))?;
+                let ty = field.ty();
+                Some(Preview::Field(field, DisplayStyle { unit: unit_of(channel), ty, holes: true }))
+            }
             Value::Solid(solid) => {
-                let field = previews::cut(look, &self.graph, (target.node, target.output), &solid)?;
+                let field = previews::cut(look, &self.graph, (target.node, target.output), (&solid, None))?;
                 let ty = if solid.ty() == Type::SolidVector { Type::Vec2 } else { field.ty() };
                 Some(Preview::Field(field, DisplayStyle { unit: self.unit(target), ty, holes: true }))
             }

@@ -14,6 +14,7 @@ use petgraph::graph::NodeIndex;
 use serde::Deserialize;
 use shibo_engine::session::{Failure, Look};
 use shibo_graph::Input;
+use shibo_nodes::cut_material;
 use shibo_value::{Channel, Cut, Field, Grid, Key, PictureFields, Solid, Tile, Tiling, Type, Value, Window};
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::f64::consts::{PI, TAU};
@@ -155,19 +156,19 @@ pub(super) async fn wear(State(app): State<App>, query: Query2<Worn>) -> Result<
     Ok((head, bytes).into_response())
 }
 
-/// A node that cuts a solid, and its slot for the solid.
+/// A node that cuts a solid or a material of solids, and its slot for it.
 type Cutter = (NodeIndex, usize);
 
-/// Upstream nodes that make a picture of a solid, the nearest first.
+/// Upstream nodes that cut a solid or a material of solids, the nearest first.
 fn cutters(scene: &Scene, from: NodeIndex) -> Vec<Cutter> {
     let nodes = &scene.graph.nodes;
     let solid = |input: &Input| match input {
-        Input::Wire { node, output } => nodes[*node].outputs.get(*output).is_some_and(|ty| ty.is_solid()),
+        Input::Wire { node, output } => nodes[*node].outputs.get(*output).is_some_and(|ty| ty.is_in_space()),
         Input::Constant(_) => false,
     };
     let slot = |index: NodeIndex| {
         let node = &nodes[index];
-        let drawn = node.outputs.first().is_some_and(|ty| ty.is_field());
+        let drawn = node.outputs.first().is_some_and(|ty| ty.is_field() || *ty == Type::Material);
         node.inputs.iter().position(solid).filter(|_| drawn).map(|slot| (index, slot))
     };
     upstream(scene, from).into_iter().filter_map(slot).collect()
@@ -215,9 +216,12 @@ fn worn(look: &Look<'_>, scene: &Scene, target: &Target, shape: Shape, side: u32
         let mut others = HashMap::new();
         for (index, slot) in cutters {
             let Input::Wire { node, output } = scene.graph.nodes[index].inputs[slot] else { continue };
-            if let Some(Value::Solid(solid)) = look.value(node, output)? {
-                others.insert((index, 0), Value::Field(solid.cut(&cut)));
-            }
+            let shown = match look.value(node, output)? {
+                Some(Value::Solid(solid)) => Value::Field(solid.cut(&cut)),
+                Some(Value::SolidMaterial(material)) => cut_material(&material, &cut).into(),
+                _ => continue,
+            };
+            others.insert((index, 0), shown);
         }
         let keys = |node, output| scene.keys.output(node, output);
         let at = (target.node, target.output);

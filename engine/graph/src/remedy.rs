@@ -104,7 +104,8 @@ impl Linker<'_> {
 
     /// The help for converting a colour to a number: by its luminance, as for pictures.
     fn luminance(&self, slot: &Slot, ty: Accepts) -> Option<String> {
-        let asked = (ty, slot.wants) == (Accepts::One(Type::Rgb), Accepts::One(Type::Gray));
+        let number = matches!(slot.wants, Accepts::One(Type::Gray) | Accepts::Number);
+        let asked = number && ty == Accepts::One(Type::Rgb);
         asked.then(|| match slot.part.shape() {
             Shape::Text(path) => format!("{} here", write_luminance(&shorten(&path))),
             _ => format!("give it a name; {}", write_luminance("name")),
@@ -115,8 +116,8 @@ impl Linker<'_> {
     fn channel(&self, slot: &Slot, ty: Accepts) -> Option<String> {
         let Shape::Text(path) = slot.part.shape() else { return None };
         let channel = match slot.wants {
-            Accepts::One(Type::Rgb) => "base_color",
-            Accepts::One(Type::Normal) => "normal",
+            Accepts::One(Type::Rgb) | Accepts::Color => "base_color",
+            Accepts::One(Type::Normal) | Accepts::AnyNormal => "normal",
             wants if Type::Gray.fits(wants) => "height",
             _ => return None,
         };

@@ -10,7 +10,7 @@ use super::part::SyntaxValue;
 use super::read::shorten;
 use super::subst::{InParams, located};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::expression::{self, Compiled, FIRST_INPUT, Fault, Meaning, ON_CANVAS, PLACES, PlaneOf, Value};
+use crate::expression::{self, Compiled, FIRST_INPUT, Fault, MOST_STEPS, Meaning, ON_CANVAS, PLACES, PlaneOf, Value};
 use crate::node::Arg;
 use crate::registry::Internal;
 use crate::value::{Accepts, Type};
@@ -352,7 +352,12 @@ impl Linker<'_> {
             }
             PlaneOf::Place(_) => plane,
         };
-        let Some(program) = program.fuse(&|_| None, &|_, plane| place(plane)) else { return };
+        let Some(program) = program.fuse(&|_| None, &|_, plane| place(plane)) else {
+            let message = format!("the formula has more than {MOST_STEPS} operations");
+            let error = node.kind.error(Code::BadExpression, message);
+            self.report.push(error.help("compute parts of it in nodes of their own"));
+            return;
+        };
         let text = super::ron_text::ron_string(&program.encode());
         let slots = (0_u32..).zip(&used).map(|(slot, _)| slot).collect();
         let inner = if inner { "true" } else { "false" };

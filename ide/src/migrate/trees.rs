@@ -134,10 +134,10 @@ impl Trees {
     /// Puts a tree in the place of the old arguments.
     fn replace(&mut self, text: &str, node: &Old<'_>, tree: Option<&str>) {
         let mut dropped = node.dropped.iter();
-        if let Some(tree) = tree {
-            if let Some(entry) = node.skeleton.or_else(|| dropped.next().copied()) {
-                self.edits.replace(entry.range(), format!("tree: {tree}"));
-            }
+        if let Some(tree) = tree
+            && let Some(entry) = node.skeleton.or_else(|| dropped.next().copied())
+        {
+            self.edits.replace(entry.range(), format!("tree: {tree}"));
         }
         for entry in dropped {
             self.edits.replace(with_line(text, entry.range()), "");

@@ -1,7 +1,7 @@
 //! How the items of a bracket that does not fit into a line fill several lines.
 //!
 //! Short items fill lines. The first one stands behind the opening bracket, and the closing bracket behind the last one.
-//! A bracket with a comment, an empty line or a long formula inside is a block instead: its items begin on a new line,
+//! A bracket with a comment or a long formula inside is a block instead: its items begin on a new line,
 //! the closing bracket has a line of its own, and each long item has one, too. So has each item of a list of structs.
 use super::brackets::Pairs;
 use super::lex::{Token, TokenKind};
@@ -61,8 +61,6 @@ impl Blocks {
         let (mut found, mut stack) = (Self::default(), Vec::<usize>::new());
         let mut comment = 0;
         for (i, token) in tokens.iter().enumerate() {
-            let start = i.checked_sub(1).map_or(0, |before| tokens[before].end());
-            let gap = &text[start..token.start()];
             let commented = comments.get(comment).is_some_and(|place| place.end <= token.start());
             while comments.get(comment).is_some_and(|place| place.end <= token.start()) {
                 comment += 1;
@@ -71,8 +69,7 @@ impl Blocks {
             if width > LONG || tall {
                 found.long.push(i);
             }
-            let blank = gap.matches('\n').count() > 1 && token.kind() != TokenKind::Close;
-            if commented || blank || width > LONG || tall {
+            if commented || width > LONG || tall {
                 // All brackets around it are blocks; the outer ones of a block are blocks already.
                 for open in stack.iter().rev() {
                     if found.open.insert(*open, false).is_some() {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
 Examples:
-  shibo migrate calf.ron               replace `Math`, `Expression` and others by formulas
+  shibo migrate calf.ron               replace `Math` and others by formulas, and parts of trees by `Tree`
   shibo migrate --dry-run calf.ron     print the new text, and change nothing
   shibo migrate --check graphs         only list the files that would change; exit code 1 if there are any
 

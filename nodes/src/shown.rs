@@ -13,16 +13,21 @@ pub(crate) fn shown(
 ) -> Value {
     match solid {
         SolidOrMaterial::Solid(solid) => cut(solid).into(),
-        SolidOrMaterial::Material(material) => {
-            let channels = material.channels().iter().map(|(channel, solid)| (*channel, cut(solid)));
-            with_normals(channels.collect(), normals).into()
-        }
+        SolidOrMaterial::Material(material) => shown_material(material, cut, normals).into(),
     }
 }
 
 /// The material on the canvas that a cut through a material of solids shows, with the normal of its height.
 pub fn cut_material(material: &SolidMaterial, cut: &Cut) -> Material {
-    let channels = material.channels().iter().map(|(channel, solid)| (*channel, solid.cut(cut)));
+    shown_material(material, |solid| solid.cut(cut), normals)
+}
+
+fn shown_material(
+    material: &SolidMaterial,
+    cut: impl Fn(&Solid) -> Field,
+    normals: impl Fn(&Field) -> Field,
+) -> Material {
+    let channels = material.channels().iter().map(|(channel, solid)| (*channel, cut(solid)));
     with_normals(channels.collect(), normals)
 }
 

@@ -109,6 +109,24 @@ pub enum MaterialAnywhere {
     Space(Arc<SolidMaterial>),
 }
 
+impl From<Anywhere> for Value {
+    fn from(value: Anywhere) -> Self {
+        match value {
+            Anywhere::Field(field) => field.into(),
+            Anywhere::Solid(solid) => solid.into(),
+        }
+    }
+}
+
+impl From<MaterialAnywhere> for Value {
+    fn from(material: MaterialAnywhere) -> Self {
+        match material {
+            MaterialAnywhere::Canvas(material) => material.into(),
+            MaterialAnywhere::Space(material) => material.into(),
+        }
+    }
+}
+
 /// A solid, or a material of solids.
 #[derive(Clone, Debug)]
 pub enum SolidOrMaterial {

@@ -177,10 +177,7 @@ impl Node for SwitchMaterial {
             let Some(chosen) = materials.get(self.which as usize) else {
                 return Err(Problem::new(Code::OutOfRange, "there is no such input").at("which").into());
             };
-            return Ok(match chosen {
-                MaterialAnywhere::Canvas(chosen) => Outputs::one(chosen.clone()),
-                MaterialAnywhere::Space(chosen) => Outputs::one(chosen.clone()),
-            });
+            return Ok(Outputs::one(chosen.clone()));
         };
         if materials.iter().any(is_in_space) {
             let message = "`by` chooses at places of the canvas; these materials are in space";

@@ -6,9 +6,7 @@
 //! O(pixels), bound by memory; a tile in which only one layer shows does not compute the other.
 use super::layers::{BlendBy, BlendNormals, Over, layered};
 use shibo_kernel::surface::layers::HeightMode;
-use shibo_node::{
-    AnyMaterial, Anywhere, Context, Fact, In, MaterialAnywhere, MaterialInputs, Node, Number, Output, Outputs, node,
-};
+use shibo_node::{AnyMaterial, Context, Fact, In, MaterialInputs, Node, Number, Output, Outputs, node};
 use shibo_value::{ChannelSet, Stop};
 
 /// Lays one material over another, all channels at once.
@@ -101,14 +99,7 @@ impl Node for BlendMaterials {
         let [mask, opacity] = [cx.get_opt(&self.mask)?, Some(cx.get(&self.opacity)?)];
         let names = ["base", "top", "mask", "opacity"].map(str::to_owned);
         let (blend, weight) = layered(cx, &self.over(), ["blend", "weight"], [base, top], [mask, opacity], &names)?;
-        let blend = match blend {
-            MaterialAnywhere::Canvas(blend) => Outputs::one(blend),
-            MaterialAnywhere::Space(blend) => Outputs::one(blend),
-        };
-        Ok(match weight {
-            Anywhere::Field(weight) => blend.with("weight", weight),
-            Anywhere::Solid(weight) => blend.with("weight", weight),
-        })
+        Ok(Outputs::one(blend).with("weight", weight))
     }
 }
 

@@ -3,9 +3,7 @@
 //! The same result as nested [`BlendMaterials`](super::BlendMaterials). Cost: O(pixels) for each layer that shows.
 use super::layers::{BlendBy, BlendNormals, Over, layered};
 use shibo_kernel::surface::layers::HeightMode;
-use shibo_node::{
-    AnyMaterial, CanvasFacts, Context, Fact, In, MaterialAnywhere, MaterialInputs, Node, Number, Output, Outputs, node,
-};
+use shibo_node::{AnyMaterial, CanvasFacts, Context, Fact, In, MaterialInputs, Node, Number, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{ChannelSet, Material, Stop};
 
@@ -113,10 +111,7 @@ impl Node for LayerMaterials {
             let names = names.each_ref().map(String::as_str);
             (all, _) = layered(cx, &layer.over(), names, [all, top], numbers, &ports)?;
         }
-        Ok(match all {
-            MaterialAnywhere::Canvas(all) => Outputs::one(all),
-            MaterialAnywhere::Space(all) => Outputs::one(all),
-        })
+        Ok(Outputs::one(all))
     }
 }
 

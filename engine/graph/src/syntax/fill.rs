@@ -1,8 +1,8 @@
 //! How the items of a bracket that does not fit into a line fill several lines.
 //!
 //! Short items fill lines. The first one stands behind the opening bracket, and the closing bracket behind the last one.
-//! A bracket with a comment or a long formula inside is a block instead: its items begin on a new line,
-//! the closing bracket has a line of its own, and each long item has one, too. So has each item of a list of structs.
+//! A bracket with a comment or a long formula inside is a block instead: its items begin on a new line, the closing
+//! bracket has a line of its own, and each long item has one, too. Each item of a list of structs has a line of its own.
 use super::brackets::Pairs;
 use super::lex::{Token, TokenKind};
 use std::collections::BTreeMap;

@@ -5,7 +5,7 @@ use shibo_kernel::surface::layers::bounds;
 use shibo_kernel::wood::solids::Code;
 use shibo_value::{Cost, Field, FieldSource, Given, Grid, Planes, Read, Solid, Stop, Tile, Tiling, Type, Window};
 
-/// The values of one side of a blend: those of a channel, then those of the channels that it depends on.
+/// The values of one side of a blend: those of a channel, and of the channels beside it.
 pub(crate) type Side<'a> = &'a [Planes<'a>];
 
 /// Fills the planes from the weights, the base and the top. Where the weight is 0 or 1, the result must have exactly the

@@ -31,6 +31,7 @@ assets! {
     "measure.js" "text/javascript; charset=utf-8",
     "net.js" "text/javascript; charset=utf-8",
     "nodes.js" "text/javascript; charset=utf-8",
+    "numbers.js" "text/javascript; charset=utf-8",
     "objects.js" "text/javascript; charset=utf-8",
     "params.js" "text/javascript; charset=utf-8",
     "picture.js" "text/javascript; charset=utf-8",

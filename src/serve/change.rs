@@ -1,7 +1,8 @@
 //! Changes of the graph file that a page requests. Each change names the content it is based on and is refused if the
 //! file has another content by now. Everything outside the changed ranges, comments and line endings included, stays as
-//! it is.
+//! it is; a file in the usual layout keeps that layout.
 use super::app::{ApiError, App, aside};
+use super::numbers;
 use super::scene::{is_own, lock};
 use super::stage::{Stage, Values};
 use super::texts::sha256;
@@ -13,6 +14,7 @@ use serde::Deserialize;
 use serde_json::{Value as Data, json};
 use shibo_graph as graph;
 use shibo_ide::actions::{add_preset, alike, apply, assign, promote};
+use shibo_ide::format::keep_layout;
 use shibo_ide::rename::Edit;
 use shibo_ide::{Cx, Workspace};
 use std::fs;
@@ -40,6 +42,8 @@ enum Change {
     Promote { node: String, field: String },
     /// Sets a constant of a node.
     Field { node: String, field: String, value: String },
+    /// Sets a number of a formula: in a field of a node, or in the node itself without a name.
+    Number { node: String, field: String, index: usize, value: String },
     /// Restores an earlier content, named by its hash.
     Restore { to: String },
 }
@@ -117,22 +121,38 @@ fn edited(stage: &Stage, base: &str, before: &str, change: &Change) -> Result<St
             let text = alike(cx, &range, value);
             Ok(vec![Edit { range, text }])
         }
+        Change::Number { node, field, index, value } => {
+            let literal = place(stage, base, node, field)?;
+            let found = before.get(literal.clone()).and_then(|text| numbers::places(text).into_iter().nth(*index));
+            match found.filter(|_| numbers::is_plain(value)) {
+                Some(found) => {
+                    let range = literal.start + found.start..literal.start + found.end;
+                    let text = alike(cx, &range, value);
+                    Ok(vec![Edit { range, text }])
+                }
+                None => Err(format!("`{value}` cannot replace number {index} of the formula of `{node}`")),
+            }
+        }
         Change::Restore { .. } => Ok(Vec::new()),
     };
     let edits = edits.map_err(ApiError::Failed)?;
     // Inserted lines use the line ending of the file.
     let ends = |edit: Edit| Edit { text: edit.text.replace('\n', "\r\n"), ..edit };
     let edits: Vec<Edit> = if before.contains("\r\n") { edits.into_iter().map(ends).collect() } else { edits };
-    Ok(apply(before, &edits))
+    Ok(keep_layout(before, apply(before, &edits)))
 }
 
-/// Byte range of the value of a node's field in the graph file.
+/// Byte range of the value of a node's field in the graph file; of a node that is a formula, without a name.
 fn place(stage: &Stage, base: &str, node: &str, field: &str) -> Result<Range<usize>, ApiError> {
     let scene = stage.scene().filter(|scene| scene.sha256 == base);
     let scene = scene.ok_or_else(|| ApiError::Conflict("the file is being read; try again in a moment".to_owned()))?;
     let target = scene.target(&format!("@{node}")).ok_or(ApiError::Unknown)?;
     let fields = &scene.graph.nodes[target.node].fields;
-    let span = fields.iter().find(|(name, _)| name == field).map(|(_, span)| *span).ok_or(ApiError::Unknown)?;
+    let span = match field {
+        "" => Some(scene.graph.nodes[target.node].span),
+        _ => fields.iter().find(|(name, _)| name == field).map(|(_, span)| *span),
+    };
+    let span = span.ok_or(ApiError::Unknown)?;
     if !is_own(&scene, span) {
         return Err(ApiError::Failed(format!("`{node}` belongs to another file")));
     }

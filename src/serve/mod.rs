@@ -22,6 +22,7 @@ mod levels;
 mod map;
 mod marks;
 mod mesh;
+mod numbers;
 mod object;
 mod paint;
 mod panorama;

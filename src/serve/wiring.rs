@@ -1,4 +1,5 @@
-//! Source text of a node and its constants.
+//! Source text of a node, its constants, and its formulas.
+use super::numbers;
 use super::scene::{Scene, is_own};
 use serde_json::{Value as Json, json};
 use shibo_graph::GraphNode;
@@ -22,7 +23,8 @@ pub(super) fn text(node: &GraphNode, sources: &SourceMap) -> String {
     if shown.len() > TEXT { node.kind.clone() } else { shown.to_owned() }
 }
 
-/// Fields of a node written in the graph file itself: the text, and the description of the parameter.
+/// Fields of a node written in the graph file itself: the text, and the description of the parameter. A formula with
+/// numbers is cut at these; that of a node that is a formula itself has no name.
 pub(super) fn constants(scene: &Scene, node: &GraphNode, registry: &Registry) -> Json {
     let info = registry.info(&node.kind);
     let field = |(name, span): &(String, Span)| {
@@ -42,7 +44,14 @@ pub(super) fn constants(scene: &Scene, node: &GraphNode, registry: &Registry) ->
             about["choices"] =
                 choices.iter().filter(|choice| !choice.has_arguments).map(|choice| choice.name.as_str()).collect();
         }
-        (text.len() <= FIELD).then_some(about)
+        let formula = numbers::pieces(text).filter(|_| text.len() <= TEXT);
+        let shown = formula.is_some() || text.len() <= FIELD;
+        about["formula"] = json!(formula);
+        shown.then_some(about)
     };
-    node.fields.iter().filter_map(field).collect()
+    let own = is_own(scene, node.span).then(|| scene.graph.sources.text(node.span.file)).unwrap_or_default();
+    let own = own.get(node.span.start..node.span.end).filter(|text| text.len() <= TEXT);
+    let own =
+        own.and_then(|text| Some(json!({ "name": "", "text": text, "doc": "", "formula": numbers::pieces(text)? })));
+    own.into_iter().chain(node.fields.iter().filter_map(field)).collect()
 }

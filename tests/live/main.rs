@@ -6,6 +6,7 @@ mod channels;
 #[path = "../fuzz/damage.rs"]
 mod damage;
 mod editor;
+mod formulas;
 mod language;
 #[path = "../support/long_work.rs"]
 mod long_work;

@@ -1,6 +1,7 @@
 // @ts-check
 // Information about the selected node, and its constants.
 import { $, element } from './dom.js';
+import { formula } from './numbers.js';
 
 /** @type {(tag: keyof HTMLElementTagNameMap, className: string, content?: string) => HTMLElement} */
 const text = (tag, className, content = '') => element(tag, { className, textContent: content });
@@ -45,11 +46,17 @@ export function inspect(about, { node, stat, target, onport, onclose, onjump, on
   box.replaceChildren(...parts);
 }
 
-// A number, switch, choice or colour in the node's text: edited in place, or turned into a parameter.
+// A number, switch, choice or colour in the node's text: edited in place, or turned into a parameter. The numbers of a
+// formula are dragged in its text.
 /** @param {string} node @param {Constant} field @param {(change: unknown, label: string) => void} onchange */
 function constant(node, field, onchange) {
   const { name, text: written } = field;
   const id = `field-${name}`;
+  if (field.formula) {
+    const made = formula(name || node, field.formula, (index, value) => onchange({ number: { node, field: name, index, value } }, `${node}: ${name} ${value}`.replace('  ', ' ')));
+    const label = element('div', { className: 'head', textContent: name.replaceAll('_', ' '), title: field.doc });
+    return element('div', { className: 'param constant', dataset: { field: name } }, ...(name ? [label] : []), made);
+  }
   const number = /^-?[\d._]+(e-?\d+)?$/i.test(written);
   const color = /^"#[0-9a-f]{6}"$/i.test(written);
   const bool = written === 'true' || written === 'false';

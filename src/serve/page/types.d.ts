@@ -108,8 +108,8 @@ interface Sketch {
   lines?: [number, number, number, number, number?][] | null;
 }
 
-/** A constant in the text of a node. */
-interface Constant { name: string; text: string; choices?: string[] | null; whole?: boolean; min?: number | null; max?: number | null; unit?: string | null; doc: string }
+/** A constant in the text of a node, or a formula with numbers: every second one of its pieces. A node that is a formula has no name for it. */
+interface Constant { name: string; text: string; formula?: string[] | null; choices?: string[] | null; whole?: boolean; min?: number | null; max?: number | null; unit?: string | null; doc: string }
 
 /** The server's description of a target. */
 interface About {

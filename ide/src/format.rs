@@ -9,6 +9,22 @@ pub fn format_all(text: &str) -> Option<Vec<Edit>> {
     Some(change(text, &(0..text.len()), &formatted).into_iter().collect())
 }
 
+/// Lays out a changed text if the text before the change was laid out; other texts stay as they are.
+pub fn keep_layout(before: &str, after: String) -> String {
+    if is_laid_out(before) { syntax::format(&after).unwrap_or(after) } else { after }
+}
+
+/// Edits that give a laid-out text the layout again after other edits; `None` if these edits keep it already.
+pub(crate) fn settled(text: &str, edited: &str) -> Option<Edit> {
+    let formatted = syntax::format(edited).ok().filter(|formatted| formatted != edited)?;
+    change(text, &(0..text.len()), &formatted)
+}
+
+/// Returns true if a text is in the usual layout.
+pub(crate) fn is_laid_out(text: &str) -> bool {
+    syntax::format(text).is_ok_and(|formatted| formatted == text)
+}
+
 /// Edits that format a part of a text, and lines that must change with it.
 pub fn format_part(text: &str, part: Range<usize>) -> Option<Vec<Edit>> {
     let formatted = syntax::format_range(text, part).ok()?;
@@ -45,6 +61,19 @@ pub(crate) fn change(text: &str, range: &Range<usize>, new: &str) -> Option<Edit
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn keeps_the_layout_of_laid_out_texts() {
+        let text = "(\n  nodes: {\n    \"a\": Perlin(size: 4),\n  },\n)\n";
+        let wide = |text: &str| text.replace("size: 4", &format!("note: \"{}\", size: 4", "x".repeat(100)));
+        let laid = keep_layout(text, wide(text));
+        assert_eq!(laid, syntax::format(&wide(text)).unwrap());
+        assert!(laid.lines().count() > text.lines().count(), "{laid}");
+        let loose = text.replace(": 4", ":4");
+        assert_eq!(keep_layout(&loose, wide(text)), wide(text));
+        let broken = "(\n  nodes: {".to_owned();
+        assert_eq!(keep_layout(text, broken.clone()), broken);
+    }
 
     #[test]
     fn changes_only_differing_lines() {

@@ -27,15 +27,16 @@ fn after_comma(text: &str, from: usize, end: usize) -> Option<usize> {
     }
 }
 
-/// Adds an entry after the last one in brackets.
+/// Adds an entry after the last one in brackets. It has a line of its own if the last one has.
 pub(super) fn append(file: &File, body: &Body, entry: &str) -> Vec<Edit> {
     let text = &file.text;
     let inside = body.inside();
-    let wide = text[inside.clone()].contains('\n');
+    let begins_line = |at: usize| text[..at].trim_end_matches([' ', '\t']).ends_with('\n');
     let Some(last) = body.items.last() else {
         let blank = if body.bracket == b'{' { " " } else { "" };
         return vec![Edit { range: inside, text: format!("{blank}{entry}{blank}") }];
     };
+    let wide = begins_line(last.range.start) && begins_line(inside.end);
     let deep = indent(text, last.range.start).to_owned();
     match (after_comma(text, last.range.end, inside.end), wide) {
         (Some(comma), true) => vec![Edit { range: comma..comma, text: format!("\n{deep}{entry},") }],

@@ -12,10 +12,14 @@ pub use assign::{add_preset, alike, assign, promote};
 
 use super::diagnose::Finding;
 use super::file::File;
+use super::format::{is_laid_out, settled};
 use super::rename::{Edit, Edits, sort};
 use super::world::Cx;
 use std::ops::Range;
 use std::path::PathBuf;
+
+/// The largest text in bytes whose layout actions keep; larger ones would delay the editor.
+const LARGEST_LAID_OUT: usize = 200_000;
 
 /// Kind of an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +74,28 @@ pub fn actions(cx: Cx<'_>, selected: &Range<usize>, findings: &[Finding]) -> Vec
     found.extend(inline::inline(cx, at));
     found.extend(refactor::remove_unused(cx, findings));
     found.extend(refactor::sort_presets(cx, at));
+    keep_layout(&file, &mut found);
     found
+}
+
+/// Lays out what actions write, if the file is laid out.
+fn keep_layout(file: &File, actions: &mut [Action]) {
+    if actions.is_empty() || file.text.len() > LARGEST_LAID_OUT || !is_laid_out(&file.text) {
+        return;
+    }
+    for action in actions {
+        if let Some(edits) = action.edits.get_mut(&file.path) {
+            let edited = apply(&file.text, edits);
+            if let Some(edit) = settled(&file.text, &edited) {
+                *edits = vec![edit];
+            }
+        }
+        for (_, text) in &mut action.creates {
+            if let Ok(formatted) = shibo_graph::syntax::format(text) {
+                *text = formatted;
+            }
+        }
+    }
 }
 
 /// Applies edits that do not overlap to a text.

@@ -57,7 +57,12 @@ pub(super) fn inline(cx: Cx<'_>, at: usize) -> Option<Action> {
         .map(|body| body.items.iter().filter_map(|i| Some((i.name()?, i.value.as_ref()?))).collect())
         .unwrap_or_default();
     let prefix = if is_local { String::new() } else { format!("{import}.") };
-    let job = Job { cx, name, inner: &inner, given, prefix };
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for found in references(cx.with(&inner)) {
+        *counts.entry(found.node).or_default() += 1;
+    }
+    let shared = counts.into_iter().filter(|(_, count)| *count > 1).map(|(name, _)| name).collect();
+    let job = Job { cx, name, inner: &inner, given, prefix, shared };
     let (params, mut edits) = job.params();
     let nodes = job.nodes(&params)?;
     edits.push(Edit { range: item.range.clone(), text: nodes });
@@ -74,6 +79,8 @@ struct Job<'a, 'f> {
     given: BTreeMap<&'a str, &'a Value>,
     /// Text before the names of the sub-graph's functions.
     prefix: String,
+    /// Inputs of the sub-graph with several readers.
+    shared: BTreeSet<String>,
 }
 
 type Params = BTreeMap<String, Becomes>;
@@ -180,9 +187,30 @@ impl Job<'_, '_> {
             };
             add(literal, text);
         }
-        let text = apply(self.inner.at(&whole), &edits.into_values().collect::<Vec<_>>());
+        let nodes = apply(self.inner.at(&whole), &edits.into_values().collect::<Vec<_>>());
+        let text = self.shared_nodes(params)? + &nodes;
         // Formulas in node parameters are handled like expressions.
         (!text.contains("\"$$")).then_some(text)
+    }
+
+    /// Nodes for formulas that are given to an input with several readers.
+    fn shared_nodes(&self, params: &Params) -> Option<String> {
+        let item = self.cx.file.entry(Section::Nodes, self.name)?;
+        let deep = super::insert::indent(&self.cx.file.text, item.range.start);
+        let mut text = String::new();
+        for input in self.inner.entries(Section::Inputs) {
+            let name = input.name().filter(|name| self.shared.contains(*name));
+            let default = || input.value.as_ref()?.body()?.value("default").map(|value| term_of(self.inner, value));
+            let given = name.and_then(|name| self.given.get(name)).map(|value| term_of(self.cx.file, value));
+            let formula = match (name, given, default()) {
+                (Some(_), Some(Term::Formula(formula)), _) => formula,
+                (Some(_), None, Some(Term::Formula(formula))) => self.translated(&formula, Role::Point, params)?,
+                _ => continue,
+            };
+            let node = quote(&self.node(input.name().unwrap_or_default()));
+            text.push_str(&format!("{node}: {},\n{deep}", literal(formula.trim())));
+        }
+        Some(text)
     }
 
     /// The value of a node or an input of the sub-graph, in the outer graph.
@@ -190,8 +218,10 @@ impl Job<'_, '_> {
         if self.inner.entry(Section::Nodes, name).is_some() {
             return Some(Term::Path(self.node(name)));
         }
+        let shared = self.shared.contains(name);
         if let Some(value) = self.given.get(name) {
-            return Some(term_of(self.cx.file, value));
+            let term = term_of(self.cx.file, value);
+            return Some(if shared && matches!(term, Term::Formula(_)) { Term::Path(self.node(name)) } else { term });
         }
         let item = self.inner.entry(Section::Inputs, name)?;
         let default = item.value.as_ref()?.body()?.value("default")?;
@@ -202,6 +232,7 @@ impl Job<'_, '_> {
                 self.inner.entry(Section::Nodes, &path[..end])?;
                 Some(Term::Path(format!("{}{}", self.node(&path[..end]), &path[end..])))
             }
+            Term::Formula(_) if shared => Some(Term::Path(self.node(name))),
             Term::Formula(formula) => Some(Term::Formula(self.translated(&formula, Role::Point, params)?)),
             Term::Literal(_) if matches!(default.shape, Shape::Call { .. }) => None,
             Term::Literal(text) if text.contains('$') => {

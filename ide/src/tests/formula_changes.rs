@@ -264,6 +264,8 @@ fn inlines_values_into_formulas() {
 )
 "#;
     let changed = after(text, "Put the nodes").unwrap();
-    assert!(changed.contains("\"l_n\": \"= (a + 1) ^ 2 * (-2) + l_own * 2\""), "{changed}");
-    assert!(changed.contains("\"m\": \"= 2 * (l_n + (a + 1))\"") && changed.contains("\"q\": \"l_n\""), "{changed}");
+    // The formula that is given to `f` has several readers.
+    assert!(changed.contains("\"l_f\": \"= a + 1\",\n    \"l_own\""), "{changed}");
+    assert!(changed.contains("\"l_n\": \"= l_f ^ 2 * (-2) + l_own * 2\""), "{changed}");
+    assert!(changed.contains("\"m\": \"= 2 * (l_n + l_f)\"") && changed.contains("\"q\": \"l_n\""), "{changed}");
 }

@@ -1,10 +1,12 @@
 //! Collects the statistics of graphs.
 use super::expect::Expect;
 use super::file::{File, Section};
-use super::habits::{Habits, signature, source, stem};
+use super::formula::{FormulaText, Role, manual};
+use super::habits::{Habits, class, signature, source, stem};
 use super::view::{Item, Shape, Value};
 use super::walk::{Visit, walk};
 use super::world::{Cx, World};
+use shibo_graph::syntax::formula::{Formula, WordKind};
 use shibo_node::registry::Registry;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -35,6 +37,9 @@ impl<'a> Visit<'a> for Counter<'a, '_> {
     }
 
     fn value(&mut self, expect: Expect<'a>, value: &'a Value) {
+        if let Some(text) = FormulaText::of(self.cx, expect, value) {
+            return self.formula(&text);
+        }
         let Shape::Call { word, body } = &value.shape else { return };
         if !expect.takes_nodes() {
             return;
@@ -69,6 +74,51 @@ impl<'a> Visit<'a> for Counter<'a, '_> {
                 _ => {}
             }
         }
+    }
+}
+
+impl Counter<'_, '_> {
+    /// Counts the words of a formula.
+    fn formula(&mut self, text: &FormulaText<'_>) {
+        let role = match text.role {
+            Role::Point => "point",
+            Role::Value => "value",
+            Role::Function(_) | Role::OfNode => return,
+        };
+        let formula = text.parse();
+        for (index, word) in formula.words().iter().enumerate() {
+            let says = formula.word(index);
+            let first = says.split('.').next().unwrap_or_default();
+            let class = match word.kind {
+                WordKind::Param => class::PARAM,
+                WordKind::Name if formula.is_call(index) => class::FUNCTION,
+                WordKind::Name if formula.local(first, word.range.start).is_some() => continue,
+                WordKind::Name if manual(says).is_some() || says == "pi" => class::PLACE,
+                WordKind::Name => class::NODE,
+                _ => continue,
+            };
+            let before = before(&formula, index);
+            self.habits.add(&["word", role, before, class]);
+            self.habits.add(&["words", role, before]);
+            if class != class::NODE {
+                self.habits.add(&["after", before, says]);
+            }
+            if matches!(class, class::FUNCTION | class::PLACE) {
+                self.habits.add(&["called", says]);
+                self.habits.add(&["calls"]);
+            }
+        }
+    }
+}
+
+/// The word before another one in the counts of formulas.
+pub(crate) fn before(formula: &Formula, index: usize) -> &str {
+    match index.checked_sub(1) {
+        None => "=",
+        Some(before) if formula.words()[before].kind == WordKind::Open && before > 0 && formula.is_call(before - 1) => {
+            formula.word(before - 1)
+        }
+        Some(before) => formula.word(before),
     }
 }
 

@@ -46,10 +46,35 @@ impl Habits {
         self.get(&["source", kind, port, from])
     }
 
+    /// Penalty for a word of this class after another word of a formula; smaller for frequent ones.
+    pub(crate) fn word(&self, point: bool, before: &str, class: &str) -> f64 {
+        let role = if point { "point" } else { "value" };
+        let count = self.get(&["word", role, before, class]);
+        -1.2 * ((count + 1.0) / (self.get(&["words", role, before]) + 6.0)).ln()
+    }
+
+    /// Penalty for a function or a position in formulas; smaller for frequent ones.
+    pub(crate) fn name(&self, name: &str) -> f64 {
+        -1.2 * ((self.get(&["called", name]) + 0.5) / (self.get(&["calls"]) + 20.0)).ln()
+    }
+
+    /// Bonus for a parameter, a function or a position after another word of a formula.
+    pub(crate) fn after(&self, before: &str, name: &str) -> f64 {
+        0.7 * (1.0 + self.get(&["after", before, name])).ln()
+    }
+
     /// Frequency with which a parameter of this name is used for a field.
     pub fn param(&self, field: &str, name: &str) -> f64 {
         self.get(&["param", field, name])
     }
+}
+
+/// Class of a word in the counts of formulas.
+pub(crate) mod class {
+    pub(crate) const FUNCTION: &str = "function";
+    pub(crate) const NODE: &str = "node";
+    pub(crate) const PARAM: &str = "param";
+    pub(crate) const PLACE: &str = "place";
 }
 
 /// Last word of a name, without a number.

@@ -37,7 +37,7 @@ impl Ask<'_> {
     }
 
     /// Channels of a material.
-    fn channels(&self, base: &str, fits: Fits<'_>) -> Vec<Completion> {
+    pub(super) fn channels(&self, base: &str, fits: Fits<'_>) -> Vec<Completion> {
         let offer = |(index, channel): (usize, &Channel)| {
             let doc = format!("The channel; {} where the material has none.", channel.default_text());
             let score = fits(Some(channel.ty().into())) + 0.5 + 0.05 * index as f64;

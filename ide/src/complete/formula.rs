@@ -1,13 +1,18 @@
 //! Completion in formulas: nodes, local names, positions, functions and parameters.
+use super::super::count::before;
 use super::super::expect::Expect;
 use super::super::file::Section;
 use super::super::formula::{CANVAS, FormulaText, Inferred, PLACES, Role, Space};
 use super::super::functions::{self, Function, Head};
+use super::super::habits::class;
+use super::super::names::{Symbol, occurrences};
 use super::{Ask, Completion, Sort, Topic};
 use shibo_graph::syntax::formula::{Formula, PartKind, WordKind};
 use shibo_value::{Accepts, Type};
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
+/// Penalty for single numbers, and for what may be one, where several components are wanted.
+const APART: f64 = 6.0;
 /// Score of names that the formula itself defines.
 const LOCAL: f64 = -9.0;
 
@@ -30,6 +35,8 @@ struct Wanted {
     count: Option<usize>,
     /// A single number is wanted.
     single: bool,
+    /// Several components are wanted.
+    several: bool,
     /// The space of the other values.
     space: Option<Space>,
     /// Numbers of pieces are allowed.
@@ -123,31 +130,50 @@ impl<'a> Ask<'a> {
     fn names(&mut self, expect: Expect<'a>, place: &Place<'_, 'a>) -> Vec<Completion> {
         let role = place.text.role;
         let wanted = self.wanted(expect, place);
+        let habits = self.cx.world.habits();
+        let index =
+            place.word.or_else(|| place.formula.word_before(place.offset).map(|before| before + 1)).unwrap_or(0);
+        let before = before(&place.formula, index);
+        let usual = |class: &str| habits.word(role == Role::Point, before, class);
         let mut found = self.own_names(place, &wanted);
         if let Role::Point | Role::Value | Role::OfNode = role {
-            for mut one in self.params(Expect::Canvas(Some(""))) {
-                let color = role == Role::Point && one.detail == "Color";
-                one.score -= if color { 7.0 } else { 1.0 };
-                found.push(one);
-            }
+            let params = self.params_of_formula(role, usual(class::PARAM));
+            let apart = |one: &Completion| if wanted.several && one.detail != "Color" { APART } else { 0.0 };
+            found.extend(params.into_iter().map(|one| {
+                let score = one.score + apart(&one) - habits.after(before, &one.label);
+                Completion { score, ..one }
+            }));
         }
         if role == Role::Point {
-            found.extend(self.references(expect, &|ty| fitness(ty, &wanted)));
+            let nodes = self.references(expect, &|ty| fitness(ty, &wanted)).into_iter();
+            found.extend(nodes.map(|one| Completion { score: one.score + usual(class::NODE), ..one }));
         }
+        // Values that fit come first where colours or vectors are wanted.
+        let apart = if wanted.several { APART } else { 0.0 };
         let mut seen = HashSet::new();
         let language = functions::of_language().filter(|one| seen.insert(one.name.clone()));
-        found.extend(language.map(|function| self.function(&function, 6.0)));
+        let constant = |function: &Function| !function.call.ends_with(')');
+        found.extend(language.map(|function| {
+            let class = if constant(&function) { class::PLACE } else { class::FUNCTION };
+            let usual = usual(class) + habits.name(&function.name) - habits.after(before, &function.name);
+            self.function(&function, usual + apart)
+        }));
         if role != Role::OfNode {
-            found.extend(functions::of_graphs(self.cx).iter().map(|function| self.function(function, 4.0)));
+            found.extend(
+                functions::of_graphs(self.cx).iter().map(|one| self.function(one, usual(class::FUNCTION) + 3.0)),
+            );
         }
         let name =
             |name: &str, doc: &str, score| self.offer(name, Sort::Value, doc, Topic::Text(doc.to_owned()), score);
-        found.extend(CANVAS.map(|(fact, doc)| name(fact, doc, 7.0)));
+        let known = |(place, doc): (&str, &str)| {
+            name(place, doc, usual(class::PLACE) + habits.name(place) - habits.after(before, place) + apart)
+        };
+        found.extend(CANVAS.map(known));
         match role {
-            Role::Point => found.extend(PLACES.map(|(place, doc)| name(place, doc, 5.0))),
+            Role::Point => found.extend(PLACES.map(known)),
             Role::OfNode => {
                 let places = PLACES.iter().filter(|(place, _)| !place.contains('.'));
-                found.extend(places.map(|(place, doc)| name(place, doc, 5.0)));
+                found.extend(places.map(|place| known(*place)));
                 let ports = self.trail.node().map_or(&[][..], |level| &level.body.items[..]);
                 let ports = ports.iter().filter_map(|item| item.name()).filter(|name| name.len() == 1);
                 found.extend(ports.map(|port| name(port, "a field of this node", 1.0)));
@@ -158,6 +184,24 @@ impl<'a> Ask<'a> {
                 }
             }
             Role::Function(_) => {}
+        }
+        found
+    }
+
+    /// Parameters; those that are read elsewhere come later.
+    fn params_of_formula(&self, role: Role<'_>, usual: f64) -> Vec<Completion> {
+        let mut uses: HashMap<String, usize> = HashMap::new();
+        for one in occurrences(self.cx).into_iter().filter(|one| !one.declares) {
+            let here = one.range.start <= self.at && self.at <= one.range.end;
+            if let (Symbol::Param(name), false) = (one.symbol, here) {
+                *uses.entry(name).or_default() += 1;
+            }
+        }
+        let mut found = self.params(Expect::Canvas(Some("")));
+        for one in &mut found {
+            let color = role == Role::Point && one.detail == "Color";
+            let used = uses.get(one.label.trim_start_matches('$')).copied().unwrap_or_default();
+            one.score += usual - if color { 6.0 } else { 0.0 } + if used > 0 { 1.5 } else { 0.0 };
         }
         found
     }
@@ -212,7 +256,11 @@ impl<'a> Ask<'a> {
         let others = parts.iter().zip(&place.types).enumerate().filter(|(index, _)| Some(*index) != own);
         wanted.space = others.filter_map(|(_, (_, of))| of.space()).filter(|space| *space != Space::Constant).max();
         let Some((own, parent)) = own.and_then(|own| Some((own, parts[own].parent?))) else {
-            return self.by_port(expect, wanted);
+            // The brackets of a call may be empty.
+            return match formula.call_at(place.offset).filter(|_| own.is_none()) {
+                Some(call) => self.by_call(formula.at(&call.name), call.argument, None, wanted),
+                None => self.by_port(expect, wanted),
+            };
         };
         let operands = formula.operands(parent);
         let word = parts[parent].word.map_or("", |word| formula.word(word));
@@ -226,21 +274,28 @@ impl<'a> Ask<'a> {
                 if outermost { self.by_port(expect, wanted) } else { wanted }
             }
             PartKind::Call => {
-                wanted.ids = matches!(word, "random" | "hash");
                 let index = operands.iter().position(|operand| *operand == own).unwrap_or(0);
-                let call = functions::called(self.cx, word).into_iter().next().map(|one| one.call).unwrap_or_default();
-                let name = Head::of(&call).params.get(index).map(|range| call[range.clone()].to_owned());
-                // The manual calls colours `c` and vectors `v`.
-                wanted.count = match name.as_deref() {
-                    Some("c") => Some(3),
-                    Some("v") => Some(2),
-                    _ => siblings().filter_map(|sibling| place.types[*sibling].count()).max(),
-                };
-                wanted
+                let others = siblings().filter_map(|sibling| place.types[*sibling].count()).max();
+                self.by_call(word, index, others, wanted)
             }
             PartKind::Vector => Wanted { single: true, ..wanted },
             _ => wanted,
         }
+    }
+
+    /// Adds what a function takes as its value `index`. Its other values have at most `others` components.
+    fn by_call(&self, function: &str, index: usize, others: Option<usize>, wanted: Wanted) -> Wanted {
+        let call = functions::called(self.cx, function).into_iter().next().map(|one| one.call).unwrap_or_default();
+        let name = Head::of(&call).params.get(index).map(|range| &call[range.clone()]);
+        // The manual calls colours `c` and vectors `v` if they are the first value.
+        let (count, several) = match (function, index, name) {
+            ("cross", ..) | (_, 0, Some("c")) => (Some(3), true),
+            ("rotate", 0, _) => (Some(2), true),
+            ("dot", ..) => (others.filter(|count| *count > 1), true),
+            (_, 0, Some("v")) => (None, true),
+            _ => (others, false),
+        };
+        Wanted { count, several, ids: matches!(function, "random" | "hash"), ..wanted }
     }
 
     /// Options of a part that is the parameter of a choice.
@@ -273,7 +328,11 @@ fn penalty(of: Inferred, wanted: &Wanted) -> f64 {
             let other = several && wanted.count.is_some_and(|wanted| wanted > 1 && wanted != count);
             let apart = space != Space::Constant && wanted.space.is_some_and(|wanted| wanted != space);
             let many = several && wanted.single;
-            f64::from(u8::from(other)) * 6.0 + f64::from(u8::from(apart)) * 8.0 + f64::from(u8::from(many)) * 2.0
+            let few = !several && wanted.several;
+            f64::from(u8::from(other)) * 6.0
+                + f64::from(u8::from(apart)) * 8.0
+                + f64::from(u8::from(many)) * 2.0
+                + f64::from(u8::from(few)) * APART
         }
         Inferred::Ids if wanted.ids => -1.0,
         Inferred::Ids => 20.0,

@@ -1,13 +1,17 @@
 //! Completion of nodes and their outputs.
 use super::super::expect::Expect;
 use super::super::file::Section;
+use super::super::formula::Inferred;
 use super::super::names::{Symbol, occurrences};
 use super::super::types::Port;
 use super::super::world::is_use;
 use super::kinds::source_of;
 use super::{Ask, Completion, Sort, Topic};
-use shibo_value::Accepts;
+use shibo_value::{Accepts, Type};
 use std::collections::{HashMap, HashSet};
+
+/// Least penalty for a value of a type that cannot be used.
+const MISFIT: f64 = 20.0;
 
 /// Penalty for a value of a type.
 pub(super) type Fits<'f> = &'f dyn Fn(Option<Accepts>) -> f64;
@@ -50,20 +54,18 @@ impl<'a> Ask<'a> {
             for (i, port) in self.types.ports(name).iter().enumerate() {
                 let forms = forms(name, port, i, self.types.ports(name).len());
                 let usage = Usage { wires: &wires, fits, owner, kind, port_name, me, siblings: &siblings };
-                for (plain, label) in forms {
-                    let mut score = base + self.fitness(name, port, i, &usage);
+                let fitness = base + self.fitness(name, port, i, &usage);
+                let last = forms.len() - 1;
+                for (at, (plain, label)) in forms.into_iter().enumerate() {
                     // References usually name the output of a sub-graph, but not the output of a node.
-                    score += if i == 0 && plain == is_use(kind) { 0.7 } else { 0.0 };
+                    let score = fitness + if i == 0 && plain == is_use(kind) { 0.7 } else { 0.0 };
                     let unit = port.unit.map_or(String::new(), |unit| format!(" {unit}"));
                     let ty = port.ty.map_or("?", Accepts::name);
-                    let offer = self.offer_text(
-                        &label,
-                        Sort::Node,
-                        &format!("{ty}{unit}, {kind}"),
-                        Topic::Node(name.to_owned()),
-                        score,
-                    );
-                    found.push(offer);
+                    let topic = Topic::Node(name.to_owned());
+                    if at == if is_use(kind) { last } else { 0 } {
+                        found.extend(self.parts(&label, port.ty, base, &usage));
+                    }
+                    found.push(self.offer_text(&label, Sort::Node, &format!("{ty}{unit}, {kind}"), topic, score));
                 }
             }
             if self.types.ports(name).is_empty() {
@@ -72,6 +74,22 @@ impl<'a> Ask<'a> {
             }
         }
         found
+    }
+
+    /// Channels of a material that does not fit itself, or components of a value; these last if the value fits.
+    fn parts(&self, label: &str, ty: Option<Accepts>, base: f64, usage: &Usage<'_>) -> Vec<Completion> {
+        let Some(ty) = ty else { return Vec::new() };
+        let fits = (usage.fits)(Some(ty)) < MISFIT;
+        let found = match ty {
+            Accepts::One(Type::Material) if !fits => self.channels(label, usage.fits),
+            ty if (usage.fits)(Inferred::of(ty).components("x").ty()) < MISFIT => {
+                self.components(label, ty.into(), if fits { 12.0 } else { 2.0 })
+            }
+            _ => Vec::new(),
+        };
+        let like = |one: &Completion| if one.label.rsplit('.').next() == Some(usage.port_name) { 5.0 } else { 0.0 };
+        let found = found.into_iter().map(|one| Completion { score: one.score + base + 3.0 - like(&one), ..one });
+        found.filter(|one| one.score < MISFIT + base.abs()).collect()
     }
 
     /// Name of the port, input or output that gets a value here.

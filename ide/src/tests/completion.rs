@@ -1,11 +1,13 @@
 //! Completion: deletes each reference, kind, field and choice of the shipped graphs and checks that it is offered.
 use super::super::expect::Expect;
 use super::super::file::Section;
+use super::super::formula::{FormulaText, Role};
 use super::super::names::{Symbol, occurrences};
 use super::super::view::{Item, Shape, Value};
 use super::super::walk::{Visit, walk};
 use super::super::{Cx, File, Workspace, complete};
 use super::{graphs, habits_without, offered};
+use shibo_graph::syntax::formula::{PartKind, WordKind};
 use shibo_node::ParamType;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -31,6 +33,24 @@ struct Holes<'a> {
 impl Holes<'_> {
     fn push(&mut self, class: &'static str, cut: Range<usize>, wanted: &str) {
         self.found.push(Hole { class, cut, wanted: wanted.to_owned() });
+    }
+
+    /// Adds the names of a formula that the formula does not define.
+    fn formula(&mut self, text: &FormulaText<'_>) {
+        let formula = text.parse();
+        for (index, word) in formula.words().iter().enumerate() {
+            let says = formula.word(index);
+            let part = formula.part_of(index).map(|part| formula.parts()[part].kind);
+            let local = formula.local(says.split('.').next().unwrap_or_default(), word.range.start).is_some();
+            let named = match word.kind {
+                WordKind::Name => part != Some(PartKind::Let) && !local && says.matches('.').count() < 2,
+                WordKind::Param => !says.contains('.'),
+                _ => false,
+            };
+            if let Some(cut) = text.in_file(&word.range).filter(|_| named) {
+                self.push("name in a formula", cut, says);
+            }
+        }
     }
 }
 
@@ -68,6 +88,9 @@ impl<'a> Visit<'a> for Holes<'a> {
                 let word = self.cx.file.at(&value.range).to_owned();
                 self.push("choice", value.range.clone(), &word);
             }
+            Shape::Text(_) if FormulaText::of(self.cx, expect, value).is_some_and(|of| of.role != Role::OfNode) => {
+                self.formula(&FormulaText::of(self.cx, expect, value).expect("a formula"));
+            }
             Shape::Text(text) => {
                 let inside = value.range.start + 1..value.range.end - 1;
                 let path = matches!(expect, Expect::Value(_, param) if param.ty == ParamType::Path);
@@ -97,7 +120,7 @@ struct Share {
 
 /// Rank of the wanted text among the offers after `typed` letters; channels and components are offered behind their dot.
 fn place(workspace: &mut Workspace, file: &File, hole: &Hole, typed: usize) -> Option<usize> {
-    let dot = hole.wanted.rfind('.').filter(|_| hole.class == "reference");
+    let dot = hole.wanted.rfind('.').filter(|_| matches!(hole.class, "reference" | "name in a formula"));
     let letters = |count: usize| hole.wanted.chars().take(count).collect::<String>();
     let found = place_after(workspace, file, hole, &letters(typed));
     found.or_else(|| place_after(workspace, file, hole, &hole.wanted[..=dot?]))
@@ -170,14 +193,20 @@ fn offers_deleted_text() {
         };
         let main = sum(&["kind", "field", "reference"]);
         let all = sum(&["kind", "field", "reference", "choice"]);
+        let every = sum(&["kind", "field", "reference", "choice", "name in a formula"]);
         let rows = shares.iter().map(|(name, share)| (*name, *share));
-        for (name, share) in rows.chain([("kinds, fields, references", main), ("all but paths", all)]) {
+        for (name, share) in
+            rows.chain([("kinds, fields, references", main), ("all but paths", all), ("with formulas", every)])
+        {
             let (offered, first) = (percent(share.offered, share.asked), percent(share.first, share.asked));
             let _ = writeln!(table, "| {name} | {} | {typed} | {offered:.1} % | {first:.1} % |", share.asked);
         }
         println!("{table}");
         assert!(all.asked > 2000, "{}", all.asked);
-        assert!(missed.iter().all(|line| !line.contains("not offered")), "{missed:?}");
+        let lost: Vec<_> = missed.iter().filter(|line| line.contains("not offered")).collect();
+        assert!(percent(every.offered, every.asked) >= 99.9, "{lost:?}");
+        assert!(lost.iter().all(|line| line.contains("name in a formula")), "{lost:?}");
+        assert!(percent(every.first, every.asked) >= if typed == 0 { 80.0 } else { 85.0 }, "{table}");
         assert!(percent(all.first, all.asked) >= least, "{table}");
         assert!(typed > 0 || percent(main.first, main.asked) >= 85.0, "{table}");
     }

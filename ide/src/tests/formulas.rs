@@ -61,6 +61,12 @@ fn offers_names_in_formulas() {
         (r#""last": Blur(input: "color.|")"#, "color.r", "color.x"),
         (r#""last": Blur(input: "leather.base_color.|")"#, "leather.base_color.g", ""),
         (r#""last": Blur(|)"#, "input", ""),
+        // A material does not fit, but its channels do.
+        (
+            r#""last": BlendMaterials(base: "leather", top: "leather", mask: "|")"#,
+            "leather.height color.r used.material.ao",
+            "",
+        ),
     ] {
         let offers = offered(node);
         for name in wanted.split_whitespace() {
@@ -81,7 +87,15 @@ fn offers_fitting_names_first() {
     for (node, first, second) in [
         (r#""last": "= |""#, "waves", "leather"),
         (r#""last": "= |""#, "leather", "dots"),
-        (r#""last": "= |""#, "color", "clamp"),
+        (r#""last": "= |""#, "color", "cross"),
+        (r#""last": "= luminance(|)""#, "color", "waves"),
+        (r#""last": "= luminance(|)""#, "color", "swirl"),
+        (r#""last": "= luminance(|)""#, "color", "max"),
+        (r#""last": "= dot(|)""#, "swirl", "waves"),
+        (r#""last": "= dot(swirl, |)""#, "swirl", "color"),
+        (r#""last": "= dot(color, |)""#, "color", "swirl"),
+        (r#""last": "= rotate(|, 30)""#, "swirl", "color"),
+        (r#""last": "= normalize(|)""#, "color", "waves"),
         (r#""last": "= swirl + |""#, "cells", "color"),
         (r#""last": "= color * |""#, "waves", "swirl"),
         (r#""last": "= random(|)""#, "cells.ids", "dots"),

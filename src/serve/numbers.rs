@@ -39,8 +39,8 @@ pub(super) fn pieces(literal: &str) -> Option<Vec<&str>> {
 /// bind in another way than the number does.
 pub(super) fn is_plain(value: &str) -> bool {
     let digits = value.starts_with(|c: char| c.is_ascii_digit());
-    let places = places(&format!("\"={value}\""));
-    digits && places == [2..2 + value.len()] && value.parse::<f64>().is_ok_and(f64::is_finite)
+    let whole = pieces(&format!("\"={value}\"")).is_some_and(|pieces| pieces == ["=", value, ""]);
+    digits && whole && value.parse::<f64>().is_ok_and(f64::is_finite)
 }
 
 #[cfg(test)]

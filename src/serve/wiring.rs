@@ -49,8 +49,9 @@ pub(super) fn constants(scene: &Scene, node: &GraphNode, registry: &Registry) ->
         about["formula"] = json!(formula);
         shown.then_some(about)
     };
-    let own = is_own(scene, node.span).then(|| scene.graph.sources.text(node.span.file)).unwrap_or_default();
-    let own = own.get(node.span.start..node.span.end).filter(|text| text.len() <= TEXT);
+    let whole = is_own(scene, node.span).then(|| scene.graph.sources.text(node.span.file));
+    let own =
+        whole.as_deref().and_then(|text| text.get(node.span.start..node.span.end)).filter(|text| text.len() <= TEXT);
     let own =
         own.and_then(|text| Some(json!({ "name": "", "text": text, "doc": "", "formula": numbers::pieces(text)? })));
     own.into_iter().chain(node.fields.iter().filter_map(field)).collect()

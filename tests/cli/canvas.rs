@@ -58,6 +58,27 @@ fn a_node_that_breaks_the_tiling_is_shown_once_in_few_lines() {
 }
 
 #[test]
+fn a_formula_that_grows_breaks_the_tiling_where_the_growth_shows() {
+    let desk = Desk::new();
+    let advice = |outputs: &str| {
+        desk.write(
+            "a.ron",
+            format!(
+                "(canvas: (size_mm: 20, resolution: 16), nodes: {{ \"place\": \"= x / 5\", \"twice\": \"= place * 2\",\n\
+                 \"waves\": \"= sin(twice * 360) + place % 1\", \"soft\": Blur(input: \"twice\", radius: 1),\n\
+                 \"lost\": \"= place * place\" }}, outputs: {{ {outputs} }})"
+            ),
+        );
+        let ran = desk.shibo("check a.ron").expect(0);
+        ran.stderr.lines().filter(|line| line.contains("not tile")).map(str::to_owned).collect::<Vec<_>>().join(" ")
+    };
+    assert_eq!(advice("\"a\": \"waves\""), "");
+    assert!(advice("\"a\": \"waves\", \"b\": \"twice\"").contains("the output `b` does not tile: node `twice`"));
+    assert!(advice("\"a\": \"soft\"").contains("the output `a` does not tile: node `twice`"));
+    assert!(advice("\"a\": \"lost\"").contains("the output `a` does not tile: node `lost`"));
+}
+
+#[test]
 fn accepts_exemplar_that_does_not_tile() {
     let desk = Desk::new();
     desk.write(

@@ -3,6 +3,7 @@ use super::{
     Call, CanvasFacts, Context, Fact, FilePath, KindInfo, MaterialInputs, Node, Output, Outputs, TakenChannel,
 };
 use crate::diagnostics::Problem;
+use crate::value::expression::Growth;
 use crate::value::{Canvas, ChannelSet, Stop, Tiling, Type};
 use serde::de::value::{SeqDeserializer, StrDeserializer, U32Deserializer};
 use serde::de::{DeserializeSeed, Deserializer, Error as _, IntoDeserializer, MapAccess, Visitor};
@@ -62,6 +63,8 @@ pub trait DynNode: Send + Sync {
     fn advice(&self, canvas: &Canvas) -> Vec<Problem>;
     /// See [`Node::tiling`].
     fn tiling(&self, canvas: &Canvas) -> Tiling;
+    /// See [`Node::growth`].
+    fn growth(&self, canvas: &Canvas, inputs: &[Vec<Growth>]) -> Option<Vec<Growth>>;
     /// See [`Node::whole_bytes`]; at the canvas' resolution.
     fn whole_bytes(&self, canvas: &Canvas) -> u64;
     /// See [`Node::makes_tile`].
@@ -129,6 +132,10 @@ impl<T: Node> DynNode for T {
 
     fn tiling(&self, canvas: &Canvas) -> Tiling {
         Node::tiling(self, &CanvasFacts::of::<T>(canvas))
+    }
+
+    fn growth(&self, canvas: &Canvas, inputs: &[Vec<Growth>]) -> Option<Vec<Growth>> {
+        Node::growth(self, &CanvasFacts::of::<T>(canvas), inputs)
     }
 
     fn whole_bytes(&self, canvas: &Canvas) -> u64 {

@@ -68,6 +68,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use shibo_value::diagnostics::{self, Problem};
+use shibo_value::expression::Growth;
 use shibo_value::{self as value, ChannelSet, Stop, Tiling, Type};
 use std::path::PathBuf;
 
@@ -222,6 +223,13 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
     /// inputs tile, except for [`makes_tile`](Self::makes_tile).
     fn tiling(&self, _canvas: &CanvasFacts) -> Tiling {
         Tiling::BOTH
+    }
+
+    /// Growth of each component of its result from one repeat of the canvas to the next, from that of the components of
+    /// its inputs; an input that is not given repeats. Only for a node that can repeat although an input does not:
+    /// [`tiling`](Self::tiling) is then the case in which all inputs repeat.
+    fn growth(&self, _canvas: &CanvasFacts, _inputs: &[Vec<Growth>]) -> Option<Vec<Growth>> {
+        None
     }
 
     /// True if it repeats as [`tiling`](Self::tiling) says even if the input at `port` does not: the node makes the

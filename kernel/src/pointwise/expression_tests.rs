@@ -51,7 +51,7 @@ fn compiled(text: &str) -> Compiled {
 
 /// The planes of the result of a program.
 fn result(compiled: &Compiled, planes: &[Vec<f32>]) -> Vec<Vec<f32>> {
-    let program = compiled.program(&[], [false; 2]).unwrap();
+    let program = compiled.program(&|_| [Some(0.0); 2], [false; 2]).unwrap();
     let read: Vec<&[f32]> = program.planes.iter().map(|plane| planes[*plane].as_slice()).collect();
     let mut out = vec![vec![7.0; planes[0].len()]; compiled.components()];
     let mut slices: Vec<&mut [f32]> = out.iter_mut().map(Vec::as_mut_slice).collect();

@@ -7,9 +7,12 @@ use glam::DVec2;
 use shibo_kernel::pointwise::expression as kernel;
 use shibo_node::{CanvasFacts, Context, EveryField, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
-use shibo_value::expression::{Fault, PlaneOf, Program};
+use shibo_value::expression::{Fault, Growth, PlaneOf, Program};
 use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use std::any::Any;
+
+/// The growth of a value that repeats.
+const REPEATS: Growth = [Some(0.0); 2];
 
 /// Computes a formula for every pixel.
 #[node]
@@ -23,9 +26,15 @@ pub(crate) struct Formula {
     pub inner: bool,
 }
 
-/// Increase of each position from one repeat of the canvas to the next.
-fn growth(size: DVec2) -> [[f64; 2]; 4] {
-    [[size.x, 0.0], [0.0, size.y], [1.0, 0.0], [0.0, 1.0]]
+/// Growth of a plane on a canvas of this size. `inputs` gives that of a channel of an input.
+fn growth(size: DVec2, plane: usize, inputs: impl Fn(usize, usize) -> Growth) -> Growth {
+    match PlaneOf::number(plane) {
+        PlaneOf::Place(0) => [Some(size.x), Some(0.0)],
+        PlaneOf::Place(1) => [Some(0.0), Some(size.y)],
+        PlaneOf::Place(2) => [Some(1.0), Some(0.0)],
+        PlaneOf::Place(_) => [Some(0.0), Some(1.0)],
+        PlaneOf::Channel { input, channel } => inputs(input, channel),
+    }
 }
 
 /// The type of a field of so many components.
@@ -43,9 +52,17 @@ impl Node for Formula {
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
 
     fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
-        let repeats = program(&self.program).map(|program| program.repeats(&growth(canvas.size_mm())));
-        let [x, y] = repeats.unwrap_or([true; 2]);
-        canvas.tile().and(Tiling { x, y })
+        self.growth(canvas, &[]).map_or(Tiling::BOTH, |growth| where_all(&growth, |by| by == Some(0.0)))
+    }
+
+    fn growth(&self, canvas: &CanvasFacts, inputs: &[Vec<Growth>]) -> Option<Vec<Growth>> {
+        let of = |input: usize, channel: usize| inputs.get(input).and_then(|input| input.get(channel)).copied();
+        let program = program(&self.program).ok()?;
+        Some(
+            program.growth(&|plane| {
+                growth(canvas.size_mm(), plane, |input, channel| of(input, channel).unwrap_or(REPEATS))
+            }),
+        )
     }
 
     fn type_of_output(&self, _inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>> {
@@ -61,7 +78,11 @@ impl Node for Formula {
 
 /// The formula that computes a field, if one does.
 fn formula_of(field: &Field) -> Option<&fused::Formula<Field>> {
-    field.source().for_reader()?.downcast_ref::<Source>().map(|source| &source.formula)
+    source_of(field).map(|source| &source.formula)
+}
+
+fn source_of(field: &Field) -> Option<&Source> {
+    field.source().for_reader()?.downcast_ref()
 }
 
 /// Returns true if two fields have the same values because they have the same key.
@@ -79,16 +100,16 @@ fn field(formula: fused::Formula<Field>, size: DVec2, mut tile: Tiling) -> Resul
         PlaneOf::Place(_) => None,
     });
     let ty = type_of(compiled.components());
-    let [x, y] = compiled.repeats(&growth(size));
+    let grown = |plane| growth(size, plane, |input, channel| grows(&formula.inputs[input], channel));
+    let growth = compiled.growth(&grown);
     let problem = |fault: Fault| Problem::new(fault.code, fault.message);
-    let program = compiled.program(&growth(size), [tile.x, tile.y]).map_err(problem)?;
+    let program = compiled.program(&grown, [tile.x, tile.y]).map_err(problem)?;
     if program.planes.is_empty() {
         let mut values = vec![[0.0]; program.results.len()];
         let mut out: Vec<&mut [f32]> = values.iter_mut().map(|value| value.as_mut_slice()).collect();
         kernel::run(&program, &[], &mut out);
         return Ok(Field::constant(ty, &values.concat()));
     }
-    tile = tile.and(Tiling { x, y });
     let mut read: Vec<usize> = Vec::new();
     let mut planes = Vec::new();
     for &plane in &program.planes {
@@ -106,8 +127,27 @@ fn field(formula: fused::Formula<Field>, size: DVec2, mut tile: Tiling) -> Resul
         });
     }
     let fields: Vec<Field> = read.into_iter().filter_map(|input| fields.get(input).cloned()).collect();
-    tile = fields.iter().fold(tile, |tile, field| tile.and(field.tiling()));
-    Ok(Field::new(ty, tile, Source { formula, program, planes, fields }))
+    let read = fields.iter().fold(Tiling::BOTH, |tiling, field| tiling.and(steady(field)));
+    let even = read.and(where_all(&growth, |by| by.is_some()));
+    tile = tile.and(read).and(where_all(&growth, |by| by == Some(0.0)));
+    Ok(Field::new(ty, tile, Source { formula, program, growth, even, planes, fields }))
+}
+
+/// The growth of a channel of a field. It counts as 0 where it is unknown; [`steady`] says if it is.
+fn grows(field: &Field, channel: usize) -> Growth {
+    let known = source_of(field).and_then(|source| source.growth.get(channel)).copied().unwrap_or(REPEATS);
+    known.map(|by| Some(by.unwrap_or(0.0)))
+}
+
+/// The directions in which a field repeats, or grows evenly, so that a formula of it can repeat.
+fn steady(field: &Field) -> Tiling {
+    source_of(field).map_or(field.tiling(), |source| source.even)
+}
+
+/// The directions in which this holds for all components.
+fn where_all(growth: &[Growth], holds: impl Fn(Option<f64>) -> bool) -> Tiling {
+    let [x, y] = [0, 1].map(|axis| growth.iter().all(|by| holds(by[axis])));
+    Tiling { x, y }
 }
 
 /// Where the values of a plane come from.
@@ -122,6 +162,10 @@ enum Plane {
 struct Source {
     formula: fused::Formula<Field>,
     program: Program,
+    /// The growth of each component, where the fields that it reads repeat or grow evenly.
+    growth: Vec<Growth>,
+    /// The directions in which it repeats or grows evenly.
+    even: Tiling,
     planes: Vec<Plane>,
     /// The fields that the program reads.
     fields: Vec<Field>,

@@ -46,7 +46,7 @@ fn same(a: &Solid, b: &Solid) -> bool {
 fn solid(formula: fused::Formula<Solid>) -> Result<Solid, Stop> {
     let (compiled, inputs) = (&formula.program, formula.inputs.clone());
     let problem = |fault: Fault| Problem::new(fault.code, fault.message);
-    let program = compiled.program(&[], [false; 2]).map_err(problem)?;
+    let program = compiled.program(&|_| [Some(0.0); 2], [false; 2]).map_err(problem)?;
     let planes: Vec<PlaneOf> = program.planes.iter().map(|plane| PlaneOf::number(*plane)).collect();
     let reads_places = planes.iter().any(|plane| matches!(plane, PlaneOf::Place(_)));
     let fill = move |patch: &Patch<'_>, inputs: &[Planes<'_>], out: &mut [&mut [f32]]| {

@@ -5,7 +5,7 @@ use crate::testing::OnCanvas as _;
 use crate::testing::{canvas, outputs, port};
 use glam::DVec3;
 use shibo_value::expression::{FIRST_INPUT, Meaning, Names, PLACES, compile};
-use shibo_value::{Field, Given, Key, Solid, Tile, Type, Value, Window};
+use shibo_value::{Field, Given, Key, Solid, Tile, Tiling, Type, Value, Window};
 use std::sync::Mutex;
 
 /// Names `a`, `b` and so on for inputs with these numbers of components, and the places.
@@ -122,6 +122,19 @@ fn fused_formulas_have_the_same_values() {
     };
     assert_eq!((reads(&fused), reads(&separate)), (1, 2));
     assert_eq!(values(&fused), values(&separate));
+}
+
+#[test]
+fn formulas_tile_although_an_input_grows() {
+    // Too expensive to be fused where several formulas read it.
+    let grows = "noise(8 * u, 8 * v) + 8 * u";
+    let of = |inner: bool| result("noise(a, 8 * v)", &[result(grows, &[], inner).keyed(Key::of("grows", &[]))], false);
+    let (fused, separate) = (of(true), of(false));
+    assert_eq!((fused.tiling(), separate.tiling()), (Tiling::BOTH, Tiling::BOTH));
+    assert_eq!(values(&fused), values(&separate));
+    let grown = result("floor(a) + b.x", &[result(grows, &[], false), rgb()], false);
+    assert_eq!(result("fract(a / 8)", &[grown], false).tiling(), Tiling::BOTH);
+    assert_eq!(result("fract(a / 7)", &[result(grows, &[], false)], false).tiling(), Tiling { x: false, y: true });
 }
 
 #[test]

@@ -5,23 +5,21 @@ use super::compiled::Compiled;
 
 /// Growth of a value from one repeat of the canvas to the next, across and down; `None` if it is not the same
 /// everywhere. A value with growth 0 repeats.
-pub(super) type Growth = [Option<f64>; 2];
+pub type Growth = [Option<f64>; 2];
 
 impl Compiled {
-    /// The directions in which the result repeats with the canvas. `growth` holds the growth of the first planes from
-    /// one repeat to the next; the other planes repeat.
-    pub fn repeats(&self, growth: &[[f64; 2]]) -> [bool; 2] {
-        let grown = self.growth(growth);
-        let of = |axis: usize| self.parts.iter().all(|part| grows(&grown, part)[axis] == Some(0.0));
-        [of(0), of(1)]
+    /// The growth of each component of the result. `planes` gives that of a plane.
+    pub fn growth(&self, planes: &dyn Fn(usize) -> Growth) -> Vec<Growth> {
+        let grown = self.growth_of_steps(planes);
+        self.parts.iter().map(|part| grows(&grown, part)).collect()
     }
 
     /// The growth of each step.
-    pub(super) fn growth(&self, planes: &[[f64; 2]]) -> Vec<Growth> {
+    pub(super) fn growth_of_steps(&self, planes: &dyn Fn(usize) -> Growth) -> Vec<Growth> {
         let mut grown: Vec<Growth> = Vec::with_capacity(self.steps.len());
         for step in &self.steps {
             grown.push(match step {
-                Step::Plane(plane) => planes.get(*plane).copied().unwrap_or_default().map(Some),
+                Step::Plane(plane) => planes(*plane),
                 Step::Op(op, args, _) => {
                     let of = args.map(|arg| grows(&grown, &arg));
                     [0, 1].map(|axis| grown_by(*op, args, of.map(|growth| growth[axis])))

@@ -43,6 +43,7 @@ pub use check::check_function;
 pub use compile::{compile, evaluate};
 pub use compiled::Compiled;
 pub use functions::{Described, described};
+pub use growth::Growth;
 pub use names::{NameUse, UseKind, names_in};
 pub use op::Op;
 pub use planes::{FIRST_INPUT, ON_CANVAS, PLACES, PlaneOf};

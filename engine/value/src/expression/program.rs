@@ -1,7 +1,7 @@
 //! Assigns registers to steps, for running on rows.
 use super::builder::{Scalar, Step};
 use super::compiled::Compiled;
-use super::growth::period;
+use super::growth::{Growth, period};
 use super::{Fault, Op, bad};
 use std::collections::BTreeMap;
 
@@ -40,17 +40,18 @@ pub struct Program {
 }
 
 impl Compiled {
-    /// Makes the program. Noise repeats with the canvas in the directions of `tiles`, where possible.
+    /// Makes the program. Noise repeats with the canvas in the directions of `tiles`, where possible. `growth` gives the
+    /// growth of a plane.
     ///
     /// # Errors
     /// The expression is too long.
-    pub fn program(&self, growth: &[[f64; 2]], tiles: [bool; 2]) -> Result<Program, Fault> {
+    pub fn program(&self, growth: &dyn Fn(usize) -> Growth, tiles: [bool; 2]) -> Result<Program, Fault> {
         let count = self.steps.len();
         if count > MOST_STEPS {
             let message = format!("the expression has {count} operations; at most {MOST_STEPS} are possible");
             return Err(bad(0..1, message));
         }
-        let grown = self.growth(growth);
+        let grown = self.growth_of_steps(growth);
         Ok(Registers::new(self).assign(self, |args| period(&grown, args, tiles)))
     }
 }

@@ -253,7 +253,7 @@ impl Names for Planes {
 }
 
 fn program(text: &str) -> Program {
-    compile(text, &mut Planes).unwrap().program(&[], [false; 2]).unwrap()
+    compile(text, &mut Planes).unwrap().program(&|_| [Some(0.0); 2], [false; 2]).unwrap()
 }
 
 /// Reference interpreter of a program.
@@ -309,7 +309,7 @@ fn reuses_registers() {
 #[test]
 fn long_formulas_are_refused() {
     let terms: String = (0..4000).map(|i| format!(" + a * {i}.5")).collect();
-    let program = compile(&format!("a{terms}"), &mut Planes).unwrap().program(&[], [false; 2]);
+    let program = compile(&format!("a{terms}"), &mut Planes).unwrap().program(&|_| [Some(0.0); 2], [false; 2]);
     let message = program.err().map(|fault| fault.message).unwrap_or_default();
     assert!(message.contains("at most 4096"), "{message}");
 }
@@ -341,8 +341,8 @@ proptest::proptest! {
             }
         }
         if let Ok(compiled) = compile(&text, &mut Planes) {
-            let _ = compiled.repeats(&[[1.0, 0.0]]);
-            let program = compiled.program(&[[4.0, 0.0]], [true; 2]).unwrap();
+            let _ = compiled.growth(&|_| [Some(1.0), None]);
+            let program = compiled.program(&|plane| [Some(if plane == 0 { 4.0 } else { 0.0 }), Some(0.0)], [true; 2]).unwrap();
             run(&program, |_| 0.5);
         }
     }

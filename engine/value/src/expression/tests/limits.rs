@@ -14,7 +14,7 @@ fn compile_fast(text: &str) -> Result<Compiled, Vec<Fault>> {
     if let Ok(compiled) = &compiled {
         let text = compiled.encode();
         let _ = (Compiled::decode(&text), compiled.known(&|_| Some(1.0)), compiled.cost(), compiled.planes());
-        let _ = compiled.program(&[], [true; 2]);
+        let _ = compiled.program(&|_| [Some(0.0); 2], [true; 2]);
     }
     let time = start.elapsed();
     assert!(time.as_secs_f64() < 1.0, "{time:?} for {}", shorten(text));
@@ -124,8 +124,8 @@ fn check(text: &str) -> Result<(), TestCaseError> {
         prop_assert!(text.get(one.range.clone()).is_some_and(|written| written.contains(&one.name)), "{:?}", one);
     }
     if let Ok(compiled) = compile(text, &mut world) {
-        let _ = compiled.repeats(&[[1.0, 0.0]]);
-        let program = compiled.program(&[[4.0, 0.0]], [true; 2]);
+        let _ = compiled.growth(&|_| [Some(1.0), None]);
+        let program = compiled.program(&|plane| [Some(if plane == 0 { 4.0 } else { 0.0 }), Some(0.0)], [true; 2]);
         prop_assert!(program.is_ok());
         if compiled.components() > 0 {
             let text = compiled.encode();

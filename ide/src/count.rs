@@ -83,7 +83,7 @@ impl Counter<'_, '_> {
         let role = match text.role {
             Role::Point => "point",
             Role::Value => "value",
-            Role::Function(_) | Role::OfNode => return,
+            Role::Function(_) => return,
         };
         let formula = text.parse();
         for (index, word) in formula.words().iter().enumerate() {

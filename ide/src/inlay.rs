@@ -8,7 +8,6 @@ use super::view::{Item, Shape, Value};
 use super::walk::{Visit, walk};
 use super::world::Cx;
 use serde::Deserialize;
-use shibo_node::ParamType;
 use shibo_value::Accepts;
 use shibo_value::expression::Value as Known;
 use std::ops::Range;
@@ -97,11 +96,9 @@ impl<'a> Visit<'a> for Found<'a> {
                 }
             }
             Shape::Text(text) if self.shown.values && text.starts_with(['$', '=']) => {
-                let formula = matches!(expect, Expect::Value(_, param) if param.ty == ParamType::Formula);
-                if let Some(plain) = default_text(self.cx, text).filter(|_| !formula) {
+                if let Some(plain) = default_text(self.cx, text) {
                     self.push(value.range.end, format!(" = {plain}"), false);
-                } else if !formula
-                    && !matches!(expect, Expect::Note)
+                } else if !matches!(expect, Expect::Note)
                     && let Some(known) = evaluate::value(self.cx, text)
                     && (!matches!(known, Known::Word(_)) || !is_point(self.cx, expect, value))
                 {

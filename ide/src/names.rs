@@ -277,9 +277,6 @@ impl Names<'_> {
     /// Adds the names of a formula.
     fn formula(&mut self, text: &FormulaText<'_>) {
         let literal = &self.literal(&text.literal, text.content);
-        if text.role == Role::OfNode {
-            return self.params(literal);
-        }
         let values = text.values(self.cx);
         let formula = text.parse();
         for (index, word) in formula.words().iter().enumerate() {

@@ -205,7 +205,7 @@ impl Found<'_> {
             Role::Point if is_value => Some(Token::Reference),
             _ if formula::manual(says).is_some() => Some(Token::Place),
             _ if functions::is_of_language(says) => Some(Token::Function),
-            Role::OfNode | Role::Function(_) => None,
+            Role::Function(_) => None,
             Role::Point if says.contains('.') => Some(Token::Reference),
             Role::Point | Role::Value => Some(Token::Choice),
         }

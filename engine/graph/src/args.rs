@@ -6,7 +6,7 @@ use super::part::{Shape, SyntaxValue};
 use super::read::{not_finite, shorten};
 use super::scope::check_note;
 use super::structs::has_ports;
-use super::subst::{formula, substitute};
+use super::subst::substitute;
 use super::text_file::check_file;
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::node::{Arg, Bounds, DynNode, KindInfo, ParamInfo, ParamType, Role};
@@ -46,10 +46,10 @@ impl Linker<'_> {
                 (Role::Port(port), None) if port.required => self.missing(flat, info, &field.name),
                 (Role::Param(param), Some(arg)) => {
                     let params = &self.scopes[scope].params;
-                    let value = match param.ty {
-                        ParamType::Formula => formula(&arg.value, params, self.report),
-                        _ if has_ports(param) => self.read_structs(flat, &field.name, param, &arg.value),
-                        _ => substitute(&arg.value, params, self.report),
+                    let value = if has_ports(param) {
+                        self.read_structs(flat, &field.name, param, &arg.value)
+                    } else {
+                        substitute(&arg.value, params, self.report)
                     };
                     let checked = value.filter(|value| self.check_param(&field.name, param, &value.part));
                     match checked {

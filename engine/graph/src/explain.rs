@@ -135,7 +135,7 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &SyntaxValue, said: 
     {
         return error.help(format!("write `\"{meant}\"`"));
     }
-    let takes_numbers = !matches!(ty, ParamType::Text | ParamType::Path | ParamType::Formula | ParamType::Color);
+    let takes_numbers = !matches!(ty, ParamType::Text | ParamType::Path | ParamType::Color);
     if let (Shape::Text(text), true) = (&shape, takes_numbers)
         && let Some(number) = leading_number(text)
     {
@@ -143,12 +143,7 @@ fn wrong_type(name: &str, param: Option<&ParamInfo>, place: &SyntaxValue, said: 
     }
     // The parser's message helps only for values with several parts.
     match ty {
-        ParamType::Number
-        | ParamType::Integer
-        | ParamType::Bool
-        | ParamType::Text
-        | ParamType::Path
-        | ParamType::Formula => error,
+        ParamType::Number | ParamType::Integer | ParamType::Bool | ParamType::Text | ParamType::Path => error,
         _ => error.help(lower_first(said)),
     }
 }

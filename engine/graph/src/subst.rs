@@ -90,14 +90,6 @@ impl Made {
         self.pieces.push(PieceOrigin { end: self.text.len(), copied: false, ..piece });
     }
 
-    /// Adds a range of bytes without a separator after it.
-    fn run(&mut self, text: &str, piece: PieceOrigin) {
-        if !text.is_empty() {
-            self.text.push_str(text);
-            self.pieces.push(PieceOrigin { end: self.text.len(), ..piece });
-        }
-    }
-
     fn copy(&mut self, word: &SyntaxValue) {
         self.add(word.str(), PieceOrigin { copied: true, ..own(word) });
     }
@@ -290,44 +282,6 @@ pub(super) fn located(word: &SyntaxValue, fault: &Fault, inside: Option<(usize, 
         error.span = word.sub_span(offset + range.start, offset + range.end.max(range.start + 1));
     }
     error
-}
-
-/// Substitutes parameters in a formula, a text that may contain `$name` anywhere, and records the origin of each byte.
-/// `None` after errors.
-pub(super) fn formula(part: &SyntaxValue, params: &Params, report: &mut Report) -> Option<Substituted> {
-    let literal = part.str();
-    let Shape::Text(text) = part.shape() else { return substitute(part, params, report) };
-    let name = text.strip_prefix('$').unwrap_or_default().trim();
-    let is_text = params.get(name).flatten().is_some_and(|value| value.is_text);
-    if is_text || !text.contains('$') || literal.len() != text.len() + 2 {
-        let whole = Substituted { part: part.clone(), base: None, is_text: true };
-        return if is_text { substitute(part, params, report) } else { Some(whole) };
-    }
-    let mut made = Made { text: String::new(), pieces: Vec::new(), base: None, ok: true };
-    let mut rest = 0;
-    let is_name = |c: char| c == '_' || c == '.' || c.is_ascii_alphanumeric();
-    while let Some(at) = literal[rest..].find('$').map(|at| rest + at) {
-        let end = literal[at + 1..].find(|c| !is_name(c)).map_or(literal.len(), |len| at + 1 + len);
-        made.run(&literal[rest..at], PieceOrigin { span: part.sub_span(rest, at), copied: true, ..own(part) });
-        let mut names = InParams::new(params, report);
-        match expression::evaluate(&literal[at..end], &mut names) {
-            Ok(value) => {
-                let text = value_text(&value);
-                let piece = PieceOrigin { span: part.sub_span(at, end), ..given(part, &names.spans) };
-                made.run(&if text.starts_with('-') { format!("({text})") } else { text }, piece);
-            }
-            Err(faults) => {
-                let errors: Vec<_> =
-                    faults.iter().map(|fault| located(part, fault, Some((at, &fault.range)))).collect();
-                errors.into_iter().for_each(|error| report.push(error));
-                made.ok = false;
-            }
-        }
-        rest = end;
-    }
-    made.run(&literal[rest..], PieceOrigin { span: part.sub_span(rest, literal.len()), copied: true, ..own(part) });
-    let whole = Src::made(part.file(), made.text, made.pieces).whole();
-    made.ok.then_some(whole).flatten().map(|part| Substituted { part, base: None, is_text: true })
 }
 
 /// The names of the parameters that a value refers to.

@@ -52,7 +52,7 @@ pub use context::{Call, Context, Outputs, seed_of};
 pub use facts::CanvasFacts;
 pub use info::{Bounds, Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use param_type::ParamType;
-pub use params::{Color, FilePath, Formula, Linear, Range, Xy};
+pub use params::{Color, FilePath, Linear, Range, Xy};
 pub use port::{
     AnyColor, AnyField, AnyMaterial, AnyNormal, AnySolid, AnyVector, Anywhere, Direction, EveryField, Gray, IdsField,
     In, InSpace, JacobianField, MaterialAnywhere, NormalField, Number, PortType, Rgb, SolidColor, SolidNumber,

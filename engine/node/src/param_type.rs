@@ -15,8 +15,6 @@ pub enum ParamType {
     Text,
     /// The path of a file, in quotes: [`FilePath`](super::FilePath).
     Path,
-    /// A formula, in quotes: [`Formula`](super::Formula).
-    Formula,
     /// A colour: [`Color`](super::Color).
     Color,
     /// The smallest and the largest number: [`Range`](super::Range).
@@ -36,13 +34,12 @@ pub enum ParamType {
 
 impl ParamType {
     /// All types.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 12] = [
         Self::Number,
         Self::Integer,
         Self::Bool,
         Self::Text,
         Self::Path,
-        Self::Formula,
         Self::Color,
         Self::Range,
         Self::Linear,
@@ -60,7 +57,6 @@ impl ParamType {
             Self::Bool => "Bool",
             Self::Text => "Text",
             Self::Path => "Path",
-            Self::Formula => "Formula",
             Self::Color => "Color",
             Self::Range => "Range",
             Self::Linear => "Linear",
@@ -84,7 +80,6 @@ impl ParamType {
             Self::Bool => "`true` or `false`",
             Self::Text => "a text in quotes",
             Self::Path => "a path in quotes",
-            Self::Formula => "a formula in quotes",
             Self::Color => "a colour, \"#rrggbb\" or (r, g, b)",
             Self::Range | Self::Linear | Self::Xy => "a number or a pair of numbers",
             Self::Choice => "one of its options",

@@ -211,23 +211,3 @@ impl JsonSchema for FilePath {
         json_schema!({ "param": ParamType::Path.name() })
     }
 }
-
-/// A formula: an [expression](shibo_value::expression) that is computed for every pixel. Parameters of the graph, `$name`,
-/// may stand anywhere in it; the node sees their values.
-#[derive(Clone, Debug, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(transparent)]
-pub struct Formula(pub String);
-
-impl JsonSchema for Formula {
-    fn inline_schema() -> bool {
-        true
-    }
-
-    fn schema_name() -> Cow<'static, str> {
-        Cow::Borrowed(ParamType::Formula.name())
-    }
-
-    fn json_schema(_generator: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "param": ParamType::Formula.name() })
-    }
-}

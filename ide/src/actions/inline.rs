@@ -165,15 +165,14 @@ impl Job<'_, '_> {
         };
         let inside = |place: &Range<usize>| whole.start <= place.start && place.end <= whole.end;
         let formulas = formulas(self.inner());
-        for (text, _) in formulas.iter().filter(|(text, _)| inside(&text.literal) && text.role != Role::OfNode) {
+        for (text, _) in formulas.iter().filter(|(text, _)| inside(&text.literal)) {
             let formula = self.translated(text.says(), text.role, params)?;
             match &text.place {
                 Some(_) => add(&text.in_file(&(0..text.says().len()))?, formula),
                 None => add(&text.literal, quote(&format!("={formula}"))),
             }
         }
-        let translated = formulas.iter().filter(|(text, _)| text.role != Role::OfNode);
-        let translated: BTreeSet<usize> = translated.map(|(text, _)| text.literal.start).collect();
+        let translated: BTreeSet<usize> = formulas.iter().map(|(text, _)| text.literal.start).collect();
         for found in occurrences(self.inner()) {
             let (literal, says) = &found.literal;
             if !inside(literal) || translated.contains(&literal.start) {

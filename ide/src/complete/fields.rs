@@ -69,7 +69,7 @@ impl<'a> Ask<'a> {
             let habits = self.cx.world.habits();
             let required = match &field.role {
                 Role::Port(port) => port.required,
-                Role::Param(param) => param.required || param.ty == ParamType::Formula,
+                Role::Param(param) => param.required,
             };
             let mut score = 0.05 * i as f64 + self.apart(body, &index, &field.name);
             score -= if required { 8.0 } else { 0.0 };
@@ -199,7 +199,7 @@ fn field_snippet(field: &FieldInfo) -> (String, bool) {
         Role::Port(port) if docs::only_wires(port) => (format!("{name}: \"$0\""), true),
         Role::Port(_) => (format!("{name}: "), false),
         Role::Param(param) => match param.ty {
-            ParamType::Path | ParamType::Formula | ParamType::Text => (format!("{name}: \"$0\""), true),
+            ParamType::Path | ParamType::Text => (format!("{name}: \"$0\""), true),
             ParamType::List => (format!("{name}: [$0]"), true),
             _ => (format!("{name}: "), false),
         },

@@ -136,7 +136,7 @@ impl<'a> Ask<'a> {
         let before = before(&place.formula, index);
         let usual = |class: &str| habits.word(role == Role::Point, before, class);
         let mut found = self.own_names(place, &wanted);
-        if let Role::Point | Role::Value | Role::OfNode = role {
+        if let Role::Point | Role::Value = role {
             let params = self.params_of_formula(role, usual(class::PARAM));
             let apart = |one: &Completion| if wanted.several && one.detail != "Color" { APART } else { 0.0 };
             found.extend(params.into_iter().map(|one| {
@@ -158,11 +158,8 @@ impl<'a> Ask<'a> {
             let usual = usual(class) + habits.name(&function.name) - habits.after(before, &function.name);
             self.function(&function, usual + apart)
         }));
-        if role != Role::OfNode {
-            found.extend(
-                functions::of_graphs(self.cx).iter().map(|one| self.function(one, usual(class::FUNCTION) + 3.0)),
-            );
-        }
+        let own = functions::of_graphs(self.cx);
+        found.extend(own.iter().map(|one| self.function(one, usual(class::FUNCTION) + 3.0)));
         let name =
             |name: &str, doc: &str, score| self.offer(name, Sort::Value, doc, Topic::Text(doc.to_owned()), score);
         let known = |(place, doc): (&str, &str)| {
@@ -171,13 +168,6 @@ impl<'a> Ask<'a> {
         found.extend(CANVAS.map(known));
         match role {
             Role::Point => found.extend(PLACES.map(known)),
-            Role::OfNode => {
-                let places = PLACES.iter().filter(|(place, _)| !place.contains('.'));
-                found.extend(places.map(|place| known(*place)));
-                let ports = self.trail.node().map_or(&[][..], |level| &level.body.items[..]);
-                let ports = ports.iter().filter_map(|item| item.name()).filter(|name| name.len() == 1);
-                found.extend(ports.map(|port| name(port, "a field of this node", 1.0)));
-            }
             Role::Value => {
                 if let Expect::Value(_, param) = expect {
                     found.extend(param.choices.iter().map(|choice| name(&choice.name, &choice.doc, 8.0)));
@@ -227,7 +217,7 @@ impl<'a> Ask<'a> {
         }
         let start = place.word.map_or(place.offset, |word| formula.words()[word].range.start);
         let before = formula.word_before(start).map(|before| formula.words()[before].kind);
-        if matches!(before, None | Some(WordKind::Semicolon)) && place.text.role != Role::OfNode {
+        if matches!(before, None | Some(WordKind::Semicolon)) {
             let offer = self.offer("let", Sort::Function, "a local name", none(), 9.0);
             found.push(Completion { insert: "let ${1:name} = $2; $0".to_owned(), snippet: true, ..offer });
         }

@@ -284,7 +284,7 @@ fn param_types(expect: Expect<'_>, ask: &Ask<'_>) -> Option<&'static [&'static s
         Expect::Port(..) => numbers,
         Expect::Value(_, param) => match param.ty {
             ParamType::Color => &["Color"],
-            ParamType::Text | ParamType::Formula => &["Text"],
+            ParamType::Text => &["Text"],
             ParamType::Path => &["Path"],
             ParamType::Choice => &["Choice"],
             ParamType::Bool => &["Bool"],

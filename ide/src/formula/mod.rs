@@ -12,7 +12,6 @@ use super::view::{Item, Value, plain};
 use super::walk::{Visit, walk};
 use super::world::Cx;
 use shibo_graph::syntax::formula::{Formula, WordKind, begins};
-use shibo_node::ParamType;
 use std::ops::Range;
 
 /// The use of a formula.
@@ -24,8 +23,6 @@ pub(crate) enum Role<'a> {
     Value,
     /// It is the body of the function of this name.
     Function(&'a str),
-    /// It is the text of a parameter that takes formulas.
-    OfNode,
 }
 
 /// A formula in a file.
@@ -51,7 +48,6 @@ impl<'a> FormulaText<'a> {
         let (role, begin) = match expect {
             Expect::Note => return None,
             Expect::Entry(Section::Functions, head) => (Role::Function(head_name(head)), begin.unwrap_or(0)),
-            Expect::Value(_, param) if param.ty == ParamType::Formula => (Role::OfNode, 0),
             Expect::Entry(Section::Imports, _) | Expect::Use(_, _, Some("graph")) => return None,
             _ => (if is_point(cx, expect) { Role::Point } else { Role::Value }, begin?),
         };

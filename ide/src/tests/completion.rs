@@ -1,7 +1,7 @@
 //! Completion: deletes each reference, kind, field and choice of the shipped graphs and checks that it is offered.
 use super::super::expect::Expect;
 use super::super::file::Section;
-use super::super::formula::{FormulaText, Role};
+use super::super::formula::FormulaText;
 use super::super::names::{Symbol, occurrences};
 use super::super::view::{Item, Shape, Value};
 use super::super::walk::{Visit, walk};
@@ -88,20 +88,19 @@ impl<'a> Visit<'a> for Holes<'a> {
                 let word = self.cx.file.at(&value.range).to_owned();
                 self.push("choice", value.range.clone(), &word);
             }
-            Shape::Text(_) if FormulaText::of(self.cx, expect, value).is_some_and(|of| of.role != Role::OfNode) => {
+            Shape::Text(_) if FormulaText::of(self.cx, expect, value).is_some() => {
                 self.formula(&FormulaText::of(self.cx, expect, value).expect("a formula"));
             }
             Shape::Text(text) => {
                 let inside = value.range.start + 1..value.range.end - 1;
                 let path = matches!(expect, Expect::Value(_, param) if param.ty == ParamType::Path);
-                let formula = matches!(expect, Expect::Value(_, param) if param.ty == ParamType::Formula);
                 let named = matches!(expect, Expect::Use(_, _, Some("graph" | "preset")));
                 let param = text.starts_with('$') && !matches!(expect, Expect::Note);
                 let node = expect.reference(self.cx).is_some() && !text.starts_with(['#', '=']);
                 if path || matches!(expect, Expect::Entry(Section::Imports, _)) {
                     let start = text.rfind('/').map_or(0, |i| i + 1);
                     self.push("path", inside.start + start..inside.end, &text[start..]);
-                } else if !formula && (named || param || node) {
+                } else if named || param || node {
                     self.push("reference", inside, text);
                 }
             }

@@ -3,8 +3,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_node::registry::{Family, Internal, Kind, Registry};
 use shibo_node::{
-    AnyField, AnySolid, CanvasFacts, Color, Context, EveryField, FilePath, Formula, Gray, In, Linear, MaterialInputs,
-    Node, Output, Outputs, Range, Rgb, TakenChannel, Vec2Field, Xy,
+    AnyField, AnySolid, CanvasFacts, Color, Context, EveryField, FilePath, Gray, In, Linear, MaterialInputs, Node,
+    Output, Outputs, Range, Rgb, TakenChannel, Vec2Field, Xy,
 };
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Channel, ChannelSet, Lattice, Material, Points, Stop, Tiling, Type};
@@ -271,14 +271,14 @@ pub(crate) struct Sum {
 }
 node!(Sum, [Output::new("value", Type::Gray, "Sum.")]);
 
-/// A formula, which is wrong where it has a question mark.
+/// Has a text that is wrong where it has a question mark.
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Compute {
     /// One.
     pub(crate) a: Option<In<EveryField>>,
-    /// Formula.
-    pub(crate) formula: Formula,
+    /// The text.
+    pub(crate) formula: String,
 }
 
 impl Node for Compute {
@@ -286,7 +286,7 @@ impl Node for Compute {
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
         count();
-        let wrong = self.formula.0.find('?');
+        let wrong = self.formula.find('?');
         wrong
             .map(|at| Problem::new(Code::BadExpression, "what?").at("formula").within(at..at + 1))
             .into_iter()
@@ -295,7 +295,7 @@ impl Node for Compute {
 
     fn type_of_output(&self, inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>> {
         let given = inputs.first().map_or(Type::Gray, |(_, ty)| *ty);
-        match self.formula.0.find("a.r") {
+        match self.formula.find("a.r") {
             Some(at) if given == Type::Gray => {
                 Err(vec![Problem::new(Code::BadExpression, "a is Gray").at("formula").within(at..at + 3)])
             }

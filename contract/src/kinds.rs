@@ -81,6 +81,7 @@ pub fn stand_in(registry: &Arc<Registry>, port: Accepts) -> Result<(String, Stri
     let ty = match port {
         Accepts::One(ty) => ty,
         Accepts::Field | Accepts::EveryField | Accepts::Direction | Accepts::Number => Type::Gray,
+        Accepts::FieldOrSolid | Accepts::EveryFieldOrSolid | Accepts::FieldOrMaterial => Type::Gray,
         Accepts::Color => Type::Rgb,
         Accepts::AnyNormal => Type::Normal,
         Accepts::AnyMaterial => Type::Material,

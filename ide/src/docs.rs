@@ -74,15 +74,8 @@ pub(crate) fn words(expect: Expect<'_>) -> Vec<(String, String)> {
 /// Returns whether a port takes only wires, of one type without literals.
 pub(crate) fn only_wires(port: &PortInfo) -> bool {
     use shibo_value::{Accepts, Type};
-    !matches!(
-        port.ty,
-        Accepts::One(Type::Gray | Type::Rgb)
-            | Accepts::Number
-            | Accepts::Color
-            | Accepts::Field
-            | Accepts::EveryField
-            | Accepts::Direction
-    )
+    !matches!(port.ty, Accepts::One(Type::Gray | Type::Rgb) | Accepts::Number | Accepts::Color | Accepts::Direction)
+        && !Accepts::Field.fits(port.ty)
 }
 
 /// Returns whether a manual marks its subject as deprecated.

@@ -212,9 +212,18 @@ impl<'a> Types<'a> {
                 let found: Option<Vec<Accepts>> = ports.iter().flat_map(|port| at(port)).collect();
                 widest(&found?, info, ports)
             }
-            OutputType::SolidLike(ports) => {
-                let mut found = ports.iter().flat_map(|port| at(port)).flatten();
-                Some(found.find(|ty| *ty != Accepts::One(Type::Solid)).unwrap_or(Accepts::One(Type::Solid)))
+            OutputType::ValueOf(ports) => {
+                let space = |ty: Accepts| ty.fits(Accepts::InSpace);
+                let is_own = |name: &str| ports.contains(&name);
+                let solid = |name: &str, takes: Accepts| {
+                    let counts = takes.is_anywhere() || is_own(name);
+                    counts && at(name).into_iter().flatten().chain([takes]).any(space)
+                };
+                let found = ports.iter().flat_map(|port| at(port));
+                if info.ports().any(|(field, port)| solid(&field.name, port.ty)) {
+                    return Some(Accepts::One(widest_solid(found.flatten())));
+                }
+                widest(&found.collect::<Option<Vec<Accepts>>>()?, info, ports)
             }
         }
     }
@@ -340,12 +349,23 @@ impl expression::Names for CallNames<'_> {
     }
 }
 
+/// Widest of some types, as solids.
+fn widest_solid(found: impl Iterator<Item = Accepts>) -> Type {
+    let rank = |ty| match ty {
+        Accepts::One(Type::SolidMaterial) => 3,
+        Accepts::One(Type::SolidVector) => 2,
+        Accepts::One(Type::SolidColor | Type::Rgb | Type::Normal | Type::Picture) => 1,
+        _ => 0,
+    };
+    [Type::Solid, Type::SolidColor, Type::SolidVector, Type::SolidMaterial][found.map(rank).max().unwrap_or(0)]
+}
+
 /// Widest of some types, which is the type of outputs that follow their inputs.
 fn widest(found: &[Accepts], info: &KindInfo, ports: &[&str]) -> Option<Accepts> {
     let mut rank = 0;
     for ty in found {
         rank = rank.max(match ty {
-            Accepts::One(Type::SolidMaterial) => return Some(Accepts::One(Type::Material)),
+            Accepts::One(Type::SolidMaterial | Type::Material) => return Some(Accepts::One(Type::Material)),
             Accepts::One(Type::Normal) => 2,
             Accepts::One(Type::Rgb | Type::Picture | Type::SolidColor | Type::SolidVector) => 1,
             Accepts::One(Type::Gray | Type::Solid) | Accepts::Direction | Accepts::Number => 0,

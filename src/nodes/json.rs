@@ -84,6 +84,6 @@ fn output_type(output: &Output) -> &'static str {
         OutputType::NumberOf(_) => "Gray",
         OutputType::MaterialOf(_) => "AnyMaterial",
         OutputType::Told => "EveryField",
-        OutputType::SolidLike(_) => "AnySolid",
+        OutputType::ValueOf(_) => "FieldOrSolid",
     }
 }

@@ -246,35 +246,8 @@ impl Linker<'_> {
             OutputType::MaterialOf(ports) => {
                 Some(if self.reads_space(flat, ports) { Type::SolidMaterial } else { Type::Material })
             }
-            OutputType::SolidLike(ports) => {
-                let read = node.slots.iter().filter(|slot| ports.iter().any(|port| slot.port.is(port)));
-                let types: Vec<_> = read.map(|slot| self.type_of(&slot.target)).collect();
-                let wide = types
-                    .iter()
-                    .flatten()
-                    .find(|ty| matches!(ty, Type::SolidColor | Type::SolidVector | Type::SolidMaterial));
-                match (wide, types.contains(&None) || (!node.good && types.is_empty())) {
-                    (Some(ty), _) => Some(*ty),
-                    (None, true) => None,
-                    (None, false) => Some(Type::Solid),
-                }
-            }
-            OutputType::Like(ports) => {
-                let read = node.slots.iter().filter(|slot| ports.iter().any(|port| slot.port.is(port)));
-                let types: Vec<_> = read.map(|slot| self.field_type(&slot.target)).collect();
-                let wide = types.iter().any(|ty| matches!(ty, Some(Type::Rgb | Type::SolidColor | Type::SolidVector)));
-                // A port value with an error could have any of these types.
-                let unknown = types.contains(&None) || (!node.good && types.is_empty());
-                if types.contains(&Some(Type::SolidMaterial)) {
-                    return Some(Type::Material);
-                }
-                match (types.contains(&Some(Type::Normal)), wide, unknown) {
-                    (true, ..) => Some(Type::Normal),
-                    (false, true, _) => Some(Type::Rgb),
-                    (false, false, true) => None,
-                    (false, false, false) => Some(Type::Gray),
-                }
-            }
+            OutputType::ValueOf(ports) if self.makes_solid(flat, ports) => self.widest_solid(flat, ports),
+            OutputType::ValueOf(ports) | OutputType::Like(ports) => self.widest_field(flat, ports),
         });
         self.flats[flat].outputs = outputs.collect();
     }

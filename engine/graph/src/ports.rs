@@ -50,11 +50,12 @@ pub(super) fn literal(
     let constant = match (accepts, values.len()) {
         (_, 1) if accepts.solid_of(Type::Gray).is_some() => Type::Gray,
         (_, 3) if accepts.solid_of(Type::Rgb).is_some() => Type::Rgb,
-        (Accepts::One(Type::Gray) | Accepts::Number | Accepts::Direction | Accepts::Field | Accepts::EveryField, 1) => {
-            Type::Gray
+        (Accepts::One(Type::Rgb) | Accepts::Color, 1 | 3) => Type::Rgb,
+        (accepts, 1) if Type::Gray.fits(accepts) => Type::Gray,
+        (accepts, 3) if takes_colors(accepts) => Type::Rgb,
+        (Accepts::One(Type::Vec2) | Accepts::EveryField | Accepts::EveryFieldOrSolid | Accepts::FieldOrMaterial, 2) => {
+            Type::Vec2
         }
-        (Accepts::One(Type::Rgb) | Accepts::Color, 1 | 3) | (Accepts::Field | Accepts::EveryField, 3) => Type::Rgb,
-        (Accepts::One(Type::Vec2) | Accepts::EveryField, 2) => Type::Vec2,
         (Accepts::One(Type::Jacobian), 4) => Type::Jacobian,
         (_, 1) => return Err(wrong("a number")),
         _ => return Err(wrong("values in brackets")),
@@ -80,22 +81,17 @@ fn narrow(value: f64) -> f32 {
 
 /// Returns true if a colour may be written in place of a wire.
 fn takes_colors(accepts: Accepts) -> bool {
-    matches!(accepts, Accepts::One(Type::Rgb) | Accepts::Color | Accepts::Field | Accepts::EveryField)
-        || accepts.solid_of(Type::Rgb).is_some()
+    let several = matches!(accepts, Accepts::One(Type::Rgb) | Accepts::Color) || Accepts::Field.fits(accepts);
+    several || accepts.solid_of(Type::Rgb).is_some()
 }
 
 fn how_to_write(accepts: Accepts) -> &'static str {
     match accepts {
         Accepts::One(Type::Gray) => "write a number, or the name of a node, \"node\" or \"node.port\"",
-        Accepts::One(Type::Rgb) | Accepts::Color | Accepts::Field | Accepts::EveryField => {
-            "write a number, a colour \"#rrggbb\" or (r, g, b), or the name of a node"
-        }
+        accepts if takes_colors(accepts) => "write a number, a colour \"#rrggbb\" or (r, g, b), or the name of a node",
         Accepts::Direction => "write degrees, or the name of a node that makes them or vectors",
         Accepts::One(Type::Vec2) => "write a pair of numbers, or the name of a node",
         Accepts::One(Type::Solid) | Accepts::Number => "write a number, or the name of a node",
-        Accepts::One(Type::SolidColor) | Accepts::AnySolid | Accepts::InSpace => {
-            "write a number, a colour \"#rrggbb\" or (r, g, b), or the name of a node"
-        }
         _ => "write the name of a node, \"node\" or \"node.port\"",
     }
 }

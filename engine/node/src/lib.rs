@@ -54,9 +54,10 @@ pub use info::{Bounds, Choice, FieldInfo, KindInfo, ParamInfo, PortInfo, Role};
 pub use param_type::ParamType;
 pub use params::{Color, FilePath, Linear, Range, Xy};
 pub use port::{
-    AnyColor, AnyField, AnyMaterial, AnyNormal, AnySolid, AnyVector, Anywhere, Direction, EveryField, Gray, IdsField,
-    In, InSpace, JacobianField, MaterialAnywhere, NormalField, Number, PortType, Rgb, SolidColor, SolidNumber,
-    SolidOrMaterial, SolidVector, Vec2Field,
+    AnyColor, AnyField, AnyMaterial, AnyNormal, AnySolid, AnyVector, Anywhere, Direction, EveryField,
+    EveryFieldOrSolid, FieldOrMaterial, FieldOrSolid, FieldsOrMaterial, Gray, IdsField, In, InSpace, JacobianField,
+    MaterialAnywhere, NormalField, Number, PortType, Rgb, SolidColor, SolidNumber, SolidOrMaterial, SolidVector,
+    Vec2Field,
 };
 pub use shibo_macros::{choice, node};
 pub use shibo_value::parse_color;
@@ -106,14 +107,15 @@ pub enum OutputType {
     /// A fixed type.
     Fixed(Type),
     /// The widest of the types at these ports: `Normal` if any is, else `Rgb` if any is (or a picture), else `Gray`.
-    /// For solids, the type of the field of a cut: `Rgb` for colours and vectors. `Material` for a material of solids.
+    /// For solids, the type of the field of a cut: `Rgb` for colours and vectors. `Material` for a material.
     Like(&'static [&'static str]),
     /// Computed by the node from the types at its ports, see [`Node::type_of_output`].
     Told,
     /// A colour: `SolidColor` if there is a solid at one of these ports, else `Rgb`.
     ColorOf(&'static [&'static str]),
-    /// The widest type of the solids at these ports: the first type that is not `Solid`, else `Solid`.
-    SolidLike(&'static [&'static str]),
+    /// The widest type at these ports: as [`Like`](Self::Like), or, if there is something in space at one of these ports
+    /// or at another that takes both, the widest type of solids.
+    ValueOf(&'static [&'static str]),
     /// `Solid` if there is a solid or a material of solids at one of these ports, else `Gray`.
     NumberOf(&'static [&'static str]),
     /// `SolidMaterial` if there is a solid or a material of solids at one of these ports, else `Material`. Constants
@@ -164,9 +166,9 @@ impl Output {
         Self { name, ty: OutputType::ColorOf(ports), unit: None, former: None, doc }
     }
 
-    /// An output that is a solid of the type of the solids at these ports.
-    pub const fn solid_like(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
-        Self { name, ty: OutputType::SolidLike(ports), unit: None, former: None, doc }
+    /// An output of the widest type at these ports, on the canvas or in space as the values at all ports.
+    pub const fn value_of(name: &'static str, ports: &'static [&'static str], doc: &'static str) -> Self {
+        Self { name, ty: OutputType::ValueOf(ports), unit: None, former: None, doc }
     }
 
     /// An output that is a number, on the canvas or in space as the values at these ports.

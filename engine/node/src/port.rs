@@ -100,6 +100,16 @@ pub enum Anywhere {
     Solid(Solid),
 }
 
+impl Anywhere {
+    /// Type of the value.
+    pub fn ty(&self) -> Type {
+        match self {
+            Self::Field(field) => field.ty(),
+            Self::Solid(solid) => solid.ty(),
+        }
+    }
+}
+
 /// A material on the canvas or in space.
 #[derive(Clone, Debug)]
 pub enum MaterialAnywhere {
@@ -107,6 +117,15 @@ pub enum MaterialAnywhere {
     Canvas(Arc<Material>),
     /// A material of solids.
     Space(Arc<SolidMaterial>),
+}
+
+/// A field, or a material on the canvas.
+#[derive(Clone, Debug)]
+pub enum FieldsOrMaterial {
+    /// A field.
+    Field(Field),
+    /// A material of fields.
+    Material(Arc<Material>),
 }
 
 impl From<Anywhere> for Value {
@@ -177,6 +196,12 @@ ports_of_two! {
     AnyNormal = Accepts::AnyNormal => Anywhere { Field Field Solid Solid },
     /// A port for a material on the canvas or in space.
     AnyMaterial = Accepts::AnyMaterial => MaterialAnywhere { Material Canvas SolidMaterial Space },
+    /// A port for numbers or colours on the canvas or in space: `Gray`, `Rgb`, `Normal`, or any solid.
+    FieldOrSolid = Accepts::FieldOrSolid => Anywhere { Field Field Solid Solid },
+    /// A port for any field or any solid.
+    EveryFieldOrSolid = Accepts::EveryFieldOrSolid => Anywhere { Field Field Solid Solid },
+    /// A port for any field, or a material on the canvas.
+    FieldOrMaterial = Accepts::FieldOrMaterial => FieldsOrMaterial { Field Field Material Material },
     /// A port for any solid, or a material of solids.
     InSpace = Accepts::InSpace => SolidOrMaterial { Solid Solid SolidMaterial Material },
 }

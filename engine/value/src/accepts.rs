@@ -27,6 +27,12 @@ pub enum Accepts {
     AnyMaterial,
     /// Anything in space: a solid, or a material of solids.
     InSpace,
+    /// Numbers or colours on the canvas or in space: a `Field`, or any solid.
+    FieldOrSolid,
+    /// Any field, or any solid.
+    EveryFieldOrSolid,
+    /// Any field, or a material on the canvas.
+    FieldOrMaterial,
 }
 
 impl From<Type> for Accepts {
@@ -49,6 +55,9 @@ impl Accepts {
             Self::AnyNormal,
             Self::AnyMaterial,
             Self::InSpace,
+            Self::FieldOrSolid,
+            Self::EveryFieldOrSolid,
+            Self::FieldOrMaterial,
         ];
         Type::ALL.iter().copied().map(Self::One).chain(several)
     }
@@ -67,6 +76,9 @@ impl Accepts {
             Self::AnyNormal => "AnyNormal",
             Self::AnyMaterial => "AnyMaterial",
             Self::InSpace => "InSpace",
+            Self::FieldOrSolid => "FieldOrSolid",
+            Self::EveryFieldOrSolid => "EveryFieldOrSolid",
+            Self::FieldOrMaterial => "FieldOrMaterial",
         }
     }
 
@@ -88,7 +100,10 @@ impl Accepts {
             | Self::Color
             | Self::AnyNormal
             | Self::AnyMaterial
-            | Self::InSpace => None,
+            | Self::InSpace
+            | Self::FieldOrSolid
+            | Self::EveryFieldOrSolid
+            | Self::FieldOrMaterial => None,
         }
     }
 
@@ -103,21 +118,40 @@ impl Accepts {
         }
     }
 
+    /// True for ports that take values on the canvas and in space.
+    pub const fn is_anywhere(self) -> bool {
+        matches!(
+            self,
+            Self::Number
+                | Self::Color
+                | Self::AnyNormal
+                | Self::AnyMaterial
+                | Self::FieldOrSolid
+                | Self::EveryFieldOrSolid
+        )
+    }
+
     /// True if the port `other` accepts everything that this port accepts. A port that accepts several types fits only
     /// into a port that accepts the same ones.
     pub fn fits(self, other: Self) -> bool {
         match self {
             Self::One(ty) => ty.fits(other),
-            Self::Field => matches!(other, Self::Field | Self::EveryField),
-            Self::AnyVector => matches!(other, Self::AnyVector | Self::EveryField),
-            Self::AnySolid => matches!(other, Self::AnySolid | Self::InSpace),
-            Self::EveryField
-            | Self::Direction
-            | Self::Number
+            Self::Field => matches!(other, Self::Field | Self::FieldOrSolid) || Self::EveryField.fits(other),
+            Self::AnyVector => other == Self::AnyVector || Self::EveryField.fits(other),
+            Self::EveryField => matches!(other, Self::EveryField | Self::EveryFieldOrSolid | Self::FieldOrMaterial),
+            Self::AnySolid => {
+                matches!(other, Self::AnySolid | Self::InSpace | Self::FieldOrSolid | Self::EveryFieldOrSolid)
+            }
+            Self::Number | Self::FieldOrSolid => {
+                other == self || matches!(other, Self::FieldOrSolid | Self::EveryFieldOrSolid)
+            }
+            Self::Direction
             | Self::Color
             | Self::AnyNormal
             | Self::AnyMaterial
-            | Self::InSpace => self == other,
+            | Self::InSpace
+            | Self::EveryFieldOrSolid
+            | Self::FieldOrMaterial => self == other,
         }
     }
 }
@@ -129,6 +163,16 @@ impl fmt::Display for Accepts {
 }
 
 impl Type {
+    /// The type of the solid whose cut is a field of this type; a type of solids stays.
+    pub const fn in_space(self) -> Self {
+        match self {
+            Self::Gray => Self::Solid,
+            Self::Rgb => Self::SolidColor,
+            Self::Normal => Self::SolidVector,
+            other => other,
+        }
+    }
+
     /// The table of conversions: true if a wire of this type may go into `port`. [`Value::convert`] performs the
     /// conversion.
     ///
@@ -141,7 +185,8 @@ impl Type {
     /// every solid; a `Number` port takes `Gray`, `Picture` (as its luminance) and `Solid`; a `Color` port takes what
     /// an `Rgb` port takes (as `Rgb`), `SolidColor`, and `Solid` as grey; an `AnyNormal` port takes what a `Normal` port takes and
     /// `SolidVector`; an `AnyMaterial` port takes both kinds of materials; an
-    /// `InSpace` port takes every solid and `SolidMaterial`. Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields; in a port for
+    /// `InSpace` port takes every solid and `SolidMaterial`; a `FieldOrSolid` port takes what a `Field` port takes and every
+    /// solid, an `EveryFieldOrSolid` port any field and any solid, and a `FieldOrMaterial` port any field and `Material`. Literals (a number for `Gray`, a number or a colour for `Rgb`) become constant fields; in a port for
     /// solids, a constant field becomes a solid ([`Accepts::solid_of`]).
     pub const fn fits(self, port: Accepts) -> bool {
         match port {
@@ -157,6 +202,9 @@ impl Type {
             Accepts::AnyNormal => matches!(self, Self::Rgb | Self::Normal | Self::Picture | Self::SolidVector),
             Accepts::AnyMaterial => self.is_material(),
             Accepts::InSpace => self.is_in_space(),
+            Accepts::FieldOrSolid => self.is_solid() || self.fits(Accepts::Field),
+            Accepts::EveryFieldOrSolid => self.is_solid() || self.fits(Accepts::EveryField),
+            Accepts::FieldOrMaterial => matches!(self, Self::Material) || self.fits(Accepts::EveryField),
             Accepts::One(ty) => {
                 self as usize == ty as usize
                     || matches!(
@@ -192,9 +240,14 @@ impl Value {
             (Self::Picture(picture), Accepts::One(Type::Gray) | Accepts::Direction | Accepts::Number) => {
                 Self::Field(picture.gray.clone())
             }
-            (Self::Picture(picture), Accepts::Field | Accepts::EveryField) if picture.is_gray => {
-                Self::Field(picture.gray.clone())
-            }
+            (
+                Self::Picture(picture),
+                Accepts::Field
+                | Accepts::EveryField
+                | Accepts::FieldOrSolid
+                | Accepts::EveryFieldOrSolid
+                | Accepts::FieldOrMaterial,
+            ) if picture.is_gray => Self::Field(picture.gray.clone()),
             (
                 Self::Picture(picture),
                 Accepts::One(Type::Rgb | Type::Normal)
@@ -202,7 +255,10 @@ impl Value {
                 | Accepts::AnyNormal
                 | Accepts::Field
                 | Accepts::EveryField
-                | Accepts::AnyVector,
+                | Accepts::AnyVector
+                | Accepts::FieldOrSolid
+                | Accepts::EveryFieldOrSolid
+                | Accepts::FieldOrMaterial,
             ) => Self::Field(picture.rgb.clone()),
             (value, _) => value.clone(),
         })

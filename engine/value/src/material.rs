@@ -79,11 +79,7 @@ impl Channel {
 
     /// Type of its solid, in a material in space.
     pub const fn solid_type(self) -> Type {
-        match self.ty() {
-            Type::Rgb => Type::SolidColor,
-            Type::Normal => Type::SolidVector,
-            _ => Type::Solid,
-        }
+        self.ty().in_space()
     }
 
     /// [`default_values`](Self::default_values) as a field.

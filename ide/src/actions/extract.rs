@@ -262,9 +262,8 @@ impl<'a> Plan<'a> {
 /// Declaration of the default of an input of this type, if it has a literal.
 fn default(ty: Accepts) -> Option<&'static str> {
     match ty {
-        Accepts::One(Type::Gray) | Accepts::Number | Accepts::Field | Accepts::EveryField | Accepts::Direction => {
-            Some("default: 0.5")
-        }
+        Accepts::One(Type::Gray) | Accepts::Number | Accepts::Direction => Some("default: 0.5"),
+        ty if Accepts::Field.fits(ty) => Some("default: 0.5"),
         Accepts::One(Type::Rgb) | Accepts::Color => Some("default: \"#808080\""),
         Accepts::One(Type::Material) => Some(""),
         _ => None,

@@ -89,7 +89,9 @@ fn main_fits(info: &KindInfo, port: Accepts) -> bool {
     match info.outputs.first().map(|output| output.ty) {
         Some(OutputType::Fixed(ty)) => ty.fits(port),
         Some(OutputType::Like(_)) => Type::Gray.fits(port) || Type::Rgb.fits(port) || Type::Normal.fits(port),
-        Some(OutputType::SolidLike(_)) => Type::Solid.fits(port) || Type::SolidColor.fits(port),
+        Some(OutputType::ValueOf(_)) => {
+            [Type::Gray, Type::Rgb, Type::Normal, Type::Solid, Type::SolidColor].iter().any(|ty| ty.fits(port))
+        }
         Some(OutputType::ColorOf(_)) => Type::Rgb.fits(port) || Type::SolidColor.fits(port),
         Some(OutputType::NumberOf(_)) => Type::Gray.fits(port) || Type::Solid.fits(port),
         Some(OutputType::MaterialOf(_)) => Type::Material.fits(port) || Type::SolidMaterial.fits(port),

@@ -44,6 +44,7 @@ impl Inferred {
                 Self::Unknown
             }
             Accepts::InSpace | Accepts::AnyNormal => Self::Unknown,
+            Accepts::FieldOrSolid | Accepts::EveryFieldOrSolid | Accepts::FieldOrMaterial => Self::Unknown,
             ty @ (Accepts::One(_) | Accepts::AnyMaterial) => Self::Object(ty),
         }
     }

@@ -14,7 +14,7 @@ pub fn output(output: &Output, name: impl Fn(&str) -> String) -> String {
         OutputType::ColorOf(_) => "Rgb or SolidColor".to_owned(),
         OutputType::NumberOf(_) => "Gray or Solid".to_owned(),
         OutputType::MaterialOf(_) => "Material or SolidMaterial".to_owned(),
-        OutputType::Like(ports) | OutputType::SolidLike(ports) => {
+        OutputType::Like(ports) | OutputType::ValueOf(ports) => {
             format!("as {}", ports.iter().map(|port| name(port)).collect::<Vec<_>>().join(", "))
         }
     };

@@ -141,8 +141,11 @@ impl<'t> Scope<'t> {
                 let outputs = registry.info(kind)?.outputs;
                 match outputs.get(output.map_or(Some(0), |output| Output::position(outputs, output))?)?.ty {
                     OutputType::Fixed(ty) => Ty::Fixed(ty),
-                    OutputType::Like(ports) | OutputType::SolidLike(ports) => Ty::Like(ports),
-                    OutputType::Told | OutputType::ColorOf(_) | OutputType::NumberOf(_) => Ty::Unknown,
+                    OutputType::Like(ports) | OutputType::ValueOf(ports) => Ty::Like(ports),
+                    // A value in space has as many components as one on the canvas.
+                    OutputType::ColorOf(_) => Ty::Fixed(Type::Rgb),
+                    OutputType::NumberOf(_) => Ty::Fixed(Type::Gray),
+                    OutputType::Told => Ty::Unknown,
                     OutputType::MaterialOf(_) => Ty::Fixed(Type::Material),
                 }
             }

@@ -4,12 +4,13 @@
 //! [`kernel::blend`](shibo_kernel::pointwise::blend). Unlike there, colours are blended scene-linear and results are
 //! not clamped to 0..1. Cost: O(pixels), bound by memory; a layer that a mask hides in a whole tile is not computed
 //! there.
+use crate::anywhere::{field, is_constant, is_solid, pointwise, widest_type};
 use crate::masked::{self, Masked, Mix};
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::tile::{channel, widest};
 use shibo_kernel::pointwise::blend::{self as kernel, BlendMode};
-use shibo_node::{AnyField, Context, Fact, Gray, In, Node, Output, Outputs, node};
-use shibo_value::{Field, Halo, Stop, Tile, Type};
+use shibo_node::{Anywhere, Context, Fact, FieldOrSolid, In, Node, Number, Output, Outputs, node};
+use shibo_value::{Field, Halo, Planes, Stop, Tile, Type};
 
 /// Lays one field over another, everywhere or through a mask.
 ///
@@ -26,16 +27,16 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 #[node]
 pub struct Blend {
     /// The layer below, a.
-    pub base: In<AnyField>,
+    pub base: In<FieldOrSolid>,
     /// The layer above, b.
-    pub top: In<AnyField>,
+    pub top: In<FieldOrSolid>,
     /// Where the top layer shows, 0..1; values are clamped to that range. Everywhere if not given.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
-    pub mask: Option<In<Gray>>,
+    pub mask: Option<In<Number>>,
     /// Opacity of the top layer, 0..1; multiplied with the mask.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     #[default(In::constant(1.0))]
-    pub opacity: In<Gray>,
+    pub opacity: In<Number>,
     /// How the two layers are combined where the top layer shows.
     #[default(BlendMode::Normal)]
     pub mode: BlendMode,
@@ -68,17 +69,47 @@ impl Layers {
     }
 }
 
+impl Blend {
+    /// The blend of solids, or of constants.
+    fn by_place(
+        &self,
+        base: Anywhere,
+        top: Anywhere,
+        mask: Option<Anywhere>,
+        opacity: Anywhere,
+    ) -> Result<Anywhere, Stop> {
+        let (mode, ty) = (self.mode, widest_type([base.ty(), top.ty()]));
+        let mask = mask.unwrap_or_else(|| Anywhere::Field(Field::constant(Type::Gray, &[1.0])));
+        let inputs = [(base, "base"), (top, "top"), (mask, "mask"), (opacity, "opacity")];
+        let fill = move |out: &mut [&mut [f32]], [base, top, mask, opacity]: [Planes<'_>; 4]| {
+            for (k, out) in out.iter_mut().enumerate() {
+                let mut shown = vec![0.0; out.len()];
+                kernel::both_masks(mask.plane(0), opacity.plane(0), &mut shown);
+                kernel::blend(mode, masked::plane(&base, k), masked::plane(&top, k), Some(&shown), 1.0, out);
+            }
+        };
+        pointwise(ty, inputs, fill)
+    }
+}
+
 impl Node for Blend {
     const OUTPUTS: &'static [Output] =
-        &[Output::like("result", &["base", "top"], "The blend; a colour if one of the two is.")];
+        &[Output::value_of("result", &["base", "top"], "The blend; a colour if one of the two is.")];
     const FACTS: &'static [Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (base, top) = (cx.get(&self.base)?, cx.get(&self.top)?);
+        let (mask, opacity) = (cx.get_opt(&self.mask)?, cx.get(&self.opacity)?);
+        let all = [&base, &top, &opacity];
+        if all.into_iter().chain(&mask).any(is_solid) || all.into_iter().chain(&mask).all(is_constant) {
+            return Ok(Outputs::one(self.by_place(base, top, mask, opacity)?));
+        }
+        let (base, top) = (field(base, "base")?, field(top, "top")?);
+        let (mask, opacity) = (mask.map(|mask| field(mask, "mask")).transpose()?, field(opacity, "opacity")?);
         let ty = widest([&base, &top]);
         let mut layers = Layers { mode: self.mode, opacity: 1.0 };
         let mut masks = Vec::new();
-        for field in cx.get_opt(&self.mask)?.into_iter().chain([cx.get(&self.opacity)?]) {
+        for field in mask.into_iter().chain([opacity]) {
             match field.as_constant() {
                 Some(value) => layers.opacity *= value.first().map_or(1.0, |value| saturate(*value)),
                 None => masks.push(field),

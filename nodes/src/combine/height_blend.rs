@@ -3,10 +3,11 @@
 //! With c the contrast, w = smoothstep(−c/2, c/2, top + offset − base + (2·mask − 1)·(range + c/2)), times the opacity;
 //! see [`kernel::layers`](shibo_kernel::surface::layers). `range` is a parameter and not measured, so a tile reads only
 //! itself. Cost: O(pixels), bound by memory.
+use crate::anywhere::pointwise;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::surface::layers::{ByHeight, HeightMode, mix_heights};
-use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, node};
-use shibo_value::{Field, Halo, Stop, Tile, Type};
+use shibo_node::{Context, Fact, In, Node, Number, Output, Outputs, node};
+use shibo_value::{Planes, Stop, Type};
 
 /// Blends two heights so that the higher one shows: mortar fills gaps, dust lies in grooves.
 ///
@@ -26,13 +27,13 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 #[node]
 pub struct HeightBlend {
     /// The height below, mm.
-    pub base: In<Gray>,
+    pub base: In<Number>,
     /// The height above, mm.
-    pub top: In<Gray>,
+    pub top: In<Number>,
     /// Where the top shows, 0..1: at ½ where the top is higher, at 1 everywhere, at 0 nowhere.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     #[default(In::constant(0.5))]
-    pub mask: In<Gray>,
+    pub mask: In<Number>,
     /// Softness of the border, as a difference of height; 0 is a hard edge.
     #[schemars(range(min = 0, max = 1e4), extend("unit" = "mm"))]
     #[default(0.1)]
@@ -54,33 +55,31 @@ pub struct HeightBlend {
     pub mode: HeightMode,
 }
 
+const PORTS: &[&str] = &["base", "top", "mask"];
+
 impl Node for HeightBlend {
     const OUTPUTS: &'static [Output] = &[
-        Output::new("height", Type::Gray, "The blended height.").in_unit("mm"),
-        Output::new("weight", Type::Gray, "How much of the top shows, 0..1."),
+        Output::number_of("height", PORTS, "The blended height.").in_unit("mm"),
+        Output::number_of("weight", PORTS, "How much of the top shows, 0..1."),
     ];
     const FACTS: &'static [Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let inputs = [cx.get(&self.base)?, cx.get(&self.top)?, cx.get(&self.mask)?];
+        let inputs = [(cx.get(&self.base)?, "base"), (cx.get(&self.top)?, "top"), (cx.get(&self.mask)?, "mask")];
         let by = ByHeight { contrast: narrow(self.contrast), offset: narrow(self.offset), range: narrow(self.range) };
         let (mode, opacity) = (self.mode, narrow(self.opacity));
-        let weights = move |[base, top, mask]: [&Tile; 3], out: &mut [f32]| {
-            by.weights(mask.data(), base.data(), top.data(), out);
+        let weights = move |[base, top, mask]: [Planes<'_>; 3], out: &mut [f32]| {
+            by.weights(mask.plane(0), base.plane(0), top.plane(0), out);
             out.iter_mut().for_each(|weight| *weight *= opacity);
         };
-        let height = move |out: &mut Tile, [base, top, mask]: [&Tile; 3]| {
-            let mut weight = vec![0.0; base.window.len()];
+        let height = move |out: &mut [&mut [f32]], [base, top, mask]: [Planes<'_>; 3]| {
+            let mut weight = vec![0.0; out[0].len()];
             weights([base, top, mask], &mut weight);
-            mix_heights(mode, by.offset, &weight, base.data(), top.data(), out.data_mut());
-            Ok(())
+            mix_heights(mode, by.offset, &weight, base.plane(0), top.plane(0), &mut *out[0]);
         };
-        let weight = move |out: &mut Tile, inputs: [&Tile; 3]| {
-            weights(inputs, out.data_mut());
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(Type::Gray, inputs.clone(), Halo::NONE, height))
-            .with("weight", Field::map(Type::Gray, inputs, Halo::NONE, weight)))
+        let weight = move |out: &mut [&mut [f32]], inputs: [Planes<'_>; 3]| weights(inputs, &mut *out[0]);
+        let height = pointwise(Type::Gray, inputs.clone(), height)?;
+        Ok(Outputs::one(height).with("weight", pointwise(Type::Gray, inputs, weight)?))
     }
 }
 

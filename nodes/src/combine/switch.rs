@@ -2,18 +2,18 @@
 //!
 //! If a number chooses, the input is passed on unchanged, with its cache key. If a field chooses, a tile reads of each
 //! input only the part that shows in it. Cost: none, or a copy.
-use crate::anywhere::is_in_space;
+use crate::anywhere::{field, is_in_space, is_solid, solid, solids};
 use crate::chosen::Chosen;
+use shibo_kernel::wood::solids::Code as SolidCode;
 use shibo_node::{
-    AnyMaterial, CanvasFacts, Context, EveryField, Fact, Gray, In, MaterialAnywhere, MaterialInputs, Node, Output,
-    Outputs, node,
+    AnyMaterial, Anywhere, CanvasFacts, Context, EveryFieldOrSolid, Fact, In, MaterialAnywhere, MaterialInputs, Node,
+    Number, Output, Outputs, node,
 };
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{Channel, ChannelSet, Field, Material, Stop, Type, Value};
+use shibo_value::{Channel, ChannelSet, ChannelValue, Channels, Field, Solid, Stop, Type};
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
-/// Passes on one of several fields, chosen by a number or, pixel by pixel, by a field.
+/// Passes on one of several fields or solids, chosen by a number or, place by place, by a field or a solid.
 ///
 /// Inputs that are not chosen cost nothing: neither they nor the nodes before them are computed, unless a number is
 /// chosen among colours. Connect `which` to a parameter to let presets choose between variants of a graph.
@@ -31,20 +31,19 @@ use std::sync::Arc;
 #[node]
 pub struct Switch {
     /// Inputs to choose from: all of one type, or numbers and colours.
-    pub inputs: Vec<In<EveryField>>,
+    pub inputs: Vec<In<EveryFieldOrSolid>>,
     /// The number of the input at every place, rounded: 0 is the first one. Numbers below 0 choose the first input and
     /// numbers that are too large the last. If `by` is given, `which` has no effect.
-    pub by: Option<In<Gray>>,
+    pub by: Option<In<Number>>,
     /// Number of the input: 0 is the first one.
     pub which: u32,
 }
 
-/// Passes on one of several materials, chosen by a number or, pixel by pixel, by a field.
+/// Passes on one of several materials, chosen by a number or, place by place, by a field or a solid.
 ///
 /// Materials that are not chosen cost nothing. If a number chooses, the result has the channels of the chosen material.
-/// If a field chooses, it has the channels of all of them, with defaults where a material lacks one. Materials in space
-/// are chosen by a number. Edges are hard;
-/// use `BlendMaterials` for soft ones.
+/// Otherwise it has the channels of all of them, with defaults where a material lacks one. Materials in space are chosen
+/// by a number or a solid. Edges are hard; use `BlendMaterials` for soft ones.
 ///
 /// ```ron
 /// "clay": Material(base_color: "#9a5a3c", roughness: 0.8),
@@ -62,7 +61,7 @@ pub struct SwitchMaterial {
     pub inputs: Vec<In<AnyMaterial>>,
     /// The number of the material at every place, rounded: 0 is the first one. Numbers below 0 choose the first
     /// material and numbers that are too large the last. If `by` is given, `which` has no effect.
-    pub by: Option<In<Gray>>,
+    pub by: Option<In<Number>>,
     /// Number of the material: 0 is the first one.
     pub which: u32,
 }
@@ -96,8 +95,33 @@ fn common(types: impl IntoIterator<Item = Type>) -> Option<Type> {
         (None, ty) => Some(Some(ty)),
         (Some(a), b) if a == b => Some(common),
         (Some(Type::Gray | Type::Rgb), Type::Gray | Type::Rgb) => Some(Some(Type::Rgb)),
+        (Some(Type::Solid | Type::SolidColor), Type::Solid | Type::SolidColor) => Some(Some(Type::SolidColor)),
         _ => None,
     })?
+}
+
+/// The solid that another solid chooses at every point; all have this type.
+fn chosen_solid(ty: Type, by: &Solid, inputs: Vec<Solid>) -> Solid {
+    let count = inputs.len();
+    let code = SolidCode::of_inputs(move |_, inputs, out| {
+        let Some((by, inputs)) = inputs.split_first() else { return };
+        for (k, out) in out.iter_mut().enumerate() {
+            for (i, (out, by)) in out.iter_mut().zip(by.plane(0)).enumerate() {
+                *out = inputs[nearest(*by, count)].plane(k)[i];
+            }
+        }
+    });
+    code.solid(ty, [vec![by.clone()], inputs].concat())
+}
+
+/// The material with the channels of all materials, each of them made by `choose` from those of the materials.
+fn chosen_material<T: ChannelValue>(
+    materials: &[impl std::ops::Deref<Target = Channels<T>>],
+    choose: impl Fn(Channel, Vec<T>) -> T,
+) -> Channels<T> {
+    let all: BTreeSet<Channel> = materials.iter().flat_map(|m| m.channels().iter().map(|(c, _)| *c)).collect();
+    let of = |channel| materials.iter().map(|material| material.or_default(channel)).collect();
+    Channels::new(all.into_iter().map(|channel| (channel, choose(channel, of(channel)))))
 }
 
 impl Node for Switch {
@@ -113,7 +137,9 @@ impl Node for Switch {
     }
 
     fn type_of_output(&self, inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>> {
-        let types: Vec<Type> = inputs.iter().filter(|(port, _)| *port == "inputs").map(|(_, ty)| *ty).collect();
+        let in_space = inputs.iter().any(|(_, ty)| ty.is_solid());
+        let own = inputs.iter().filter(|(port, _)| *port == "inputs").map(|(_, ty)| *ty);
+        let types: Vec<Type> = own.map(|ty| if in_space { ty.in_space() } else { ty }).collect();
         common(types.iter().copied()).ok_or_else(|| {
             let names: BTreeSet<&str> = types.iter().map(|ty| ty.name()).collect();
             let names: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
@@ -132,23 +158,47 @@ impl Node for Switch {
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let fields = cx.get_all(&self.inputs)?;
+        let (inputs, by) = (cx.get_all(&self.inputs)?, cx.get_opt(&self.by)?);
+        if inputs.iter().chain(&by).any(is_solid) {
+            return self.in_space(inputs, by);
+        }
+        let fields: Vec<Field> = inputs.into_iter().map(|input| field(input, "inputs")).collect::<Result<_, _>>()?;
         let colours = common(fields.iter().map(Field::ty)) == Some(Type::Rgb);
         let fields: Vec<Field> =
             fields.iter().map(|field| if colours { field.to_rgb() } else { field.clone() }).collect();
-        if let Some(by) = cx.get_opt(&self.by)? {
-            let count = fields.len();
+        if let Some(by) = by {
+            let (by, count) = (field(by, "by")?, fields.len());
             return Ok(Outputs::one(Chosen::field(&by, fields, move |value| nearest(value, count))));
         }
         let Some(chosen) = fields.get(self.which as usize) else {
-            return Err(Problem::new(Code::OutOfRange, "there is no such input").at("which").into());
+            return Err(missing());
         };
         Ok(Outputs::one(chosen.clone()))
     }
 }
 
+impl Switch {
+    fn in_space(&self, inputs: Vec<Anywhere>, by: Option<Anywhere>) -> Result<Outputs, Stop> {
+        let ty = common(inputs.iter().map(|input| input.ty().in_space())).unwrap_or(Type::Solid);
+        let of = |input: Anywhere| {
+            let own = input.ty().in_space();
+            let input = solid(input, own, "inputs")?;
+            Ok(if ty == Type::SolidColor { input.to_color() } else { input })
+        };
+        let inputs: Vec<Solid> = inputs.into_iter().map(of).collect::<Result<_, Stop>>()?;
+        match by {
+            Some(by) => Ok(Outputs::one(chosen_solid(ty, &solid(by, Type::Solid, "by")?, inputs))),
+            None => inputs.get(self.which as usize).cloned().map(Outputs::one).ok_or_else(missing),
+        }
+    }
+}
+
+fn missing() -> Stop {
+    Problem::new(Code::OutOfRange, "there is no such input").at("which").into()
+}
+
 impl Node for SwitchMaterial {
-    const OUTPUTS: &'static [Output] = &[Output::material_of("material", &["inputs"], "The chosen material.")];
+    const OUTPUTS: &'static [Output] = &[Output::material_of("material", &["inputs", "by"], "The chosen material.")];
     const FACTS: &'static [Fact] = &[];
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
@@ -174,29 +224,24 @@ impl Node for SwitchMaterial {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let materials = cx.get_all(&self.inputs)?;
         let Some(by) = cx.get_opt(&self.by)? else {
-            let Some(chosen) = materials.get(self.which as usize) else {
-                return Err(Problem::new(Code::OutOfRange, "there is no such input").at("which").into());
-            };
-            return Ok(Outputs::one(chosen.clone()));
+            return materials.get(self.which as usize).cloned().map(Outputs::one).ok_or_else(missing);
         };
-        if materials.iter().any(is_in_space) {
-            let message = "`by` chooses at places of the canvas; these materials are in space";
-            let help = "cut them first, or choose one by `which`";
-            return Err(Problem::new(Code::TypeMismatch, message).at("by").help(help).into());
+        if materials.iter().any(is_in_space) || is_solid(&by) {
+            let by = solid(by, Type::Solid, "by")?;
+            let materials: Vec<_> =
+                materials.iter().map(|material| solids(material, "inputs")).collect::<Result<_, _>>()?;
+            let choose = |channel: Channel, of| chosen_solid(channel.solid_type(), &by, of);
+            return Ok(Outputs::one(chosen_material::<Solid>(&materials, choose)));
         }
-        let materials: Vec<_> = materials
-            .iter()
-            .filter_map(
-                |material| if let MaterialAnywhere::Canvas(material) = material { Some(material) } else { None },
-            )
-            .collect();
-        let all: BTreeSet<Channel> = materials.iter().flat_map(|m| m.channels().iter().map(|(c, _)| *c)).collect();
-        let channels = all.into_iter().map(|channel| {
-            let count = materials.len();
-            let fields = materials.iter().map(|material| material.or_default(channel)).collect();
-            (channel, Chosen::field(&by, fields, move |value| nearest(value, count)))
-        });
-        Ok(Outputs::one(Value::Material(Arc::new(Material::new(channels)))))
+        let by = field(by, "by")?;
+        let on_canvas = |material| match material {
+            MaterialAnywhere::Canvas(material) => Some(material),
+            MaterialAnywhere::Space(_) => None,
+        };
+        let materials: Vec<_> = materials.into_iter().filter_map(on_canvas).collect();
+        let count = materials.len();
+        let choose = |_, of| Chosen::field(&by, of, move |value| nearest(value, count));
+        Ok(Outputs::one(chosen_material::<Field>(&materials, choose)))
     }
 }
 
@@ -205,6 +250,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, gray, rgb};
     use crate::testing::{OnCanvas as _, canvas, field, outputs, port, render};
+    use shibo_value::{Material, Value};
 
     fn node(by: bool, which: u32) -> Switch {
         Switch { inputs: vec![port(0), port(1)], by: by.then(|| port(2)), which }

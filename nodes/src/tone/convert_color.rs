@@ -3,10 +3,10 @@
 //! Sources: IEC 61966-2-1 (sRGB), CIE 15 (Lab), B. Ottosson, "A perceptual color space for image processing" (2020), A.
 //! Smith (1978) for HSV, G. Joblove and D. Greenberg (1978) for HSL, ITU-R BT.709 (YCbCr). Cost: O(pixels), 1 to 20 ns
 //! per pixel.
-use shibo_kernel::ground::tile::planes3;
+use crate::anywhere::{pointwise, rgb, rgb_mut};
 use shibo_kernel::pointwise::color::{self, ColorSpace};
-use shibo_node::{Context, Fact, In, Node, Output, Outputs, Rgb, node};
-use shibo_value::{Field, Halo, Stop, Tile, Type};
+use shibo_node::{AnyColor, Context, Fact, In, Node, Output, Outputs, node};
+use shibo_value::{Planes, Stop, Type};
 
 /// Converts colours between colour spaces: to change only lightness or hue, or to make colours from numbers.
 ///
@@ -25,7 +25,7 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 #[node]
 pub struct ConvertColor {
     /// Colours, or three numbers.
-    pub input: In<Rgb>,
+    pub input: In<AnyColor>,
     /// Colour space of the input.
     #[default(ColorSpace::Linear)]
     pub from: ColorSpace,
@@ -35,7 +35,7 @@ pub struct ConvertColor {
 }
 
 impl Node for ConvertColor {
-    const OUTPUTS: &'static [Output] = &[Output::new("color", Type::Rgb, "The colours in the other space.")];
+    const OUTPUTS: &'static [Output] = &[Output::color_of("color", &["input"], "The colours in the other space.")];
     const FACTS: &'static [Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
@@ -44,11 +44,12 @@ impl Node for ConvertColor {
         if from == to {
             return Ok(Outputs::one(input));
         }
-        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
-            color::convert(from, to, [0, 1, 2].map(|k| input.plane(k)), planes3(out));
-            Ok(())
+        let fill = move |out: &mut [&mut [f32]], [input]: [Planes<'_>; 1]| {
+            if let Some(out) = rgb_mut(out) {
+                color::convert(from, to, rgb(&input), out);
+            }
         };
-        Ok(Outputs::one(Field::map(Type::Rgb, [input], Halo::NONE, fill)))
+        Ok(Outputs::one(pointwise(Type::Rgb, [(input, "input")], fill)?))
     }
 }
 

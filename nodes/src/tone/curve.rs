@@ -3,11 +3,12 @@
 //! The tool of this name in every picture editor. Smooth curves are monotone cubics (F. Fritsch, R. Carlson, 1980):
 //! they do not overshoot their points; see [`kernel::curve`](shibo_kernel::pointwise::curve). Cost: O(pixels · points),
 //! eight pixels at a time.
+use crate::anywhere::pointwise;
 use shibo_kernel::pointwise::curve::{self as kernel, CurveKind};
 use shibo_kernel::pointwise::tone;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, node};
+use shibo_node::{CanvasFacts, Context, Fact, FieldOrSolid, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{Field, Halo, Stop, Tile};
+use shibo_value::{Planes, Stop};
 
 /// Maps values by a curve through points.
 ///
@@ -24,7 +25,7 @@ use shibo_value::{Field, Halo, Stop, Tile};
 #[node]
 pub struct Curve {
     /// Field to change; the channels of a colour are changed alike.
-    pub input: In<AnyField>,
+    pub input: In<FieldOrSolid>,
     /// Points of the curve, `[(from, to), …]`, 2 to 64, ascending in the first number. Two points at the same place
     /// make a step.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
@@ -67,7 +68,7 @@ fn check(name: &'static str, points: &[(f64, f64)], may_be_empty: bool) -> Optio
 }
 
 impl Node for Curve {
-    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input along the curve.")];
+    const OUTPUTS: &'static [Output] = &[Output::value_of("result", &["input"], "The input along the curve.")];
     const FACTS: &'static [Fact] = &[];
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
@@ -81,10 +82,10 @@ impl Node for Curve {
         let curve = |points: &[(f64, f64)]| kernel::Curve::new(points, self.interpolation);
         let common = curve(&self.points);
         let single = [&self.red, &self.green, &self.blue].map(|points| (!points.is_empty()).then(|| curve(points)));
-        let (single, encoded) = (if input.channels() == 3 { single } else { [None, None, None] }, self.encoded);
-        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
-            let mut plane = vec![0.0; input.window.len()];
-            for (k, out) in out.planes_mut().into_iter().enumerate() {
+        let (single, encoded) = (if input.ty().channels() == 3 { single } else { [None, None, None] }, self.encoded);
+        let fill = move |out: &mut [&mut [f32]], [input]: [Planes<'_>; 1]| {
+            for (k, out) in out.iter_mut().enumerate() {
+                let mut plane = vec![0.0; out.len()];
                 match encoded {
                     true => tone::encode_srgb(input.plane(k), &mut plane),
                     false => plane.copy_from_slice(input.plane(k)),
@@ -99,9 +100,8 @@ impl Node for Curve {
                     tone::decode_srgb(&plane, out);
                 }
             }
-            Ok(())
         };
-        Ok(Outputs::one(Field::map(input.ty(), [input], Halo::NONE, fill)))
+        Ok(Outputs::one(pointwise(input.ty(), [(input, "input")], fill)?))
     }
 }
 

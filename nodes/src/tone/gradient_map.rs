@@ -2,13 +2,12 @@
 //!
 //! Mixing in Oklab (B. Ottosson, "A perceptual color space for image processing", 2020) gives perceptually even ramps.
 //! The ramp is computed without a table: exact at its stops. Cost: O(pixels · stops).
+use crate::anywhere::{pointwise, rgb_mut};
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::tone::{self as kernel, Interpolation};
-use shibo_kernel::wood::solids::Code as SolidCode;
-use shibo_node::{Anywhere, CanvasFacts, Color, Context, Fact, In, Node, Number, Output, Outputs, choice, node};
+use shibo_node::{CanvasFacts, Color, Context, Fact, In, Node, Number, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{Field, Halo, Stop, Tile, Type, Value};
+use shibo_value::{Planes, Stop, Type};
 
 /// Colour space in which colours are mixed.
 #[choice]
@@ -79,23 +78,12 @@ impl Node for GradientMap {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let stops: Vec<_> = self.stops.iter().map(|(at, color)| (narrow(*at), color.0)).collect();
         let ramp = kernel::Gradient::new(&stops, self.interpolation, self.space == MixSpace::Oklab);
-        Ok(Outputs::one(match cx.get(&self.input)? {
-            Anywhere::Field(input) => {
-                let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
-                    ramp.apply(input.plane(0), planes3(out));
-                    Ok(())
-                };
-                Value::Field(Field::map(Type::Rgb, [input], Halo::NONE, fill))
+        let fill = move |out: &mut [&mut [f32]], [input]: [Planes<'_>; 1]| {
+            if let Some(out) = rgb_mut(out) {
+                ramp.apply(input.plane(0), out);
             }
-            Anywhere::Solid(input) => {
-                let code = SolidCode::of_inputs(move |_, inputs, out| {
-                    if let [r, g, b] = out {
-                        ramp.apply(inputs[0].plane(0), [&mut **r, &mut **g, &mut **b]);
-                    }
-                });
-                Value::Solid(code.solid(Type::SolidColor, vec![input]))
-            }
-        }))
+        };
+        Ok(Outputs::one(pointwise(Type::Rgb, [(cx.get(&self.input)?, "input")], fill)?))
     }
 }
 

@@ -2,12 +2,13 @@
 //!
 //! Source: A. Smith, "Color gamut transform pairs" (1978). Works on sRGB-encoded values, as picture editors do. Each
 //! change may be a field, so that a mask can limit it to some places. Cost: O(pixels), about 15 ns per pixel.
-use shibo_kernel::ground::tile::planes3;
+use crate::anywhere::{pointwise, rgb, rgb_mut};
 use shibo_kernel::pointwise::color;
-use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, Rgb, node};
-use shibo_value::{Field, Halo, Stop, Tile, Type};
+use shibo_node::{AnyColor, Context, Fact, In, Node, Number, Output, Outputs, node};
+use shibo_value::{Planes, Stop, Type};
 
-/// Changes the hue, saturation and value of colours. Each change is a number or a field.
+/// Changes the hue, saturation and value of colours. Each change is a number or a field, or, for colours
+/// in space, a solid.
 ///
 /// ```ron
 /// "cells": Worley(size: 8),
@@ -22,31 +23,38 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 #[node]
 pub struct Hsv {
     /// The colours.
-    pub input: In<Rgb>,
+    pub input: In<AnyColor>,
     /// Rotation of the hue in degrees: red, yellow, green, cyan, blue, magenta are 60° apart.
     #[schemars(extend("minimum" = -360.0, "maximum" = 360.0, "unit" = "°"))]
     #[default(In::constant(0.0))]
-    pub hue: In<Gray>,
+    pub hue: In<Number>,
     /// Factor on the saturation: 0 is grey, 1 changes nothing. The result is clamped to full saturation.
     #[default(In::constant(1.0))]
-    pub saturation: In<Gray>,
+    pub saturation: In<Number>,
     /// Factor on the value, the largest of the encoded channels: 0 is black, 1 changes nothing.
     #[default(In::constant(1.0))]
-    pub value: In<Gray>,
+    pub value: In<Number>,
 }
 
+const PORTS: &[&str] = &["input", "hue", "saturation", "value"];
+
 impl Node for Hsv {
-    const OUTPUTS: &'static [Output] = &[Output::new("color", Type::Rgb, "The changed colours, scene-linear.")];
+    const OUTPUTS: &'static [Output] = &[Output::color_of("color", PORTS, "The changed colours, scene-linear.")];
     const FACTS: &'static [Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let inputs = [cx.get(&self.input)?, cx.get(&self.hue)?, cx.get(&self.saturation)?, cx.get(&self.value)?];
-        let fill = |out: &mut Tile, [input, hue, saturation, value]: [&Tile; 4]| {
-            let change = [hue.plane(0), saturation.plane(0), value.plane(0)];
-            color::adjust_hsv([0, 1, 2].map(|k| input.plane(k)), change, planes3(out));
-            Ok(())
+        let inputs = [
+            (cx.get(&self.input)?, "input"),
+            (cx.get(&self.hue)?, "hue"),
+            (cx.get(&self.saturation)?, "saturation"),
+            (cx.get(&self.value)?, "value"),
+        ];
+        let fill = |out: &mut [&mut [f32]], [input, hue, saturation, value]: [Planes<'_>; 4]| {
+            if let Some(out) = rgb_mut(out) {
+                color::adjust_hsv(rgb(&input), [hue.plane(0), saturation.plane(0), value.plane(0)], out);
+            }
         };
-        Ok(Outputs::one(Field::map(Type::Rgb, inputs, Halo::NONE, fill)))
+        Ok(Outputs::one(pointwise(Type::Rgb, inputs, fill)?))
     }
 }
 

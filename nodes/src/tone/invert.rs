@@ -1,7 +1,8 @@
 //! [`Invert`]: one minus a field. Cost: O(pixels), bound by memory.
+use crate::anywhere::changed;
 use shibo_kernel::pointwise::tone;
-use shibo_node::{AnyField, Context, Fact, In, Node, Output, Outputs, node};
-use shibo_value::{Field, Halo, Stop, Tile};
+use shibo_node::{Context, Fact, FieldOrSolid, In, Node, Output, Outputs, node};
+use shibo_value::Stop;
 
 /// One minus the input: bright becomes dark.
 ///
@@ -15,20 +16,15 @@ use shibo_value::{Field, Halo, Stop, Tile};
 #[node]
 pub struct Invert {
     /// Field to invert. Values outside 0..1 are inverted too: 1.2 becomes -0.2.
-    pub input: In<AnyField>,
+    pub input: In<FieldOrSolid>,
 }
 
 impl Node for Invert {
-    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "One minus the input.")];
+    const OUTPUTS: &'static [Output] = &[Output::value_of("result", &["input"], "One minus the input.")];
     const FACTS: &'static [Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let input = cx.get(&self.input)?;
-        let fill = |out: &mut Tile, [input]: [&Tile; 1]| {
-            tone::invert(input.data(), out.data_mut());
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(input.ty(), [input], Halo::NONE, fill)))
+        Ok(Outputs::one(changed(cx.get(&self.input)?, tone::invert)?))
     }
 }
 

@@ -2,10 +2,11 @@
 //!
 //! The tool of this name in every picture editor. Colours are changed scene-linear, so a `gamma` above 1 lightens less
 //! than on encoded values. Cost: O(pixels); with a gamma about 1 ns per pixel.
+use crate::anywhere::changed;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
-use shibo_node::{AnyField, Context, Fact, In, Linear, Node, Output, Outputs, node};
-use shibo_value::{Field, Halo, Stop, Tile};
+use shibo_node::{Context, Fact, FieldOrSolid, In, Linear, Node, Output, Outputs, node};
+use shibo_value::Stop;
 
 /// Stretches the contrast: `low` becomes black and `high` white, and values beyond them are clamped.
 ///
@@ -18,7 +19,7 @@ use shibo_value::{Field, Halo, Stop, Tile};
 #[node]
 pub struct Levels {
     /// Field to change; the channels of a colour are changed alike.
-    pub input: In<AnyField>,
+    pub input: In<FieldOrSolid>,
     /// The value that becomes black.
     #[schemars(range(min = -1e9, max = 1e9))]
     pub low: f64,
@@ -37,7 +38,7 @@ pub struct Levels {
 }
 
 impl Node for Levels {
-    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input with new levels.")];
+    const OUTPUTS: &'static [Output] = &[Output::value_of("result", &["input"], "The input with new levels.")];
     const FACTS: &'static [Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
@@ -47,11 +48,7 @@ impl Node for Levels {
             gamma: narrow(self.gamma),
             output: [narrow(self.output.at0), narrow(self.output.at1)],
         };
-        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
-            tone::levels(input.data(), out.data_mut(), &spec);
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(input.ty(), [input], Halo::NONE, fill)))
+        Ok(Outputs::one(changed(input, move |values, out| tone::levels(values, out, &spec))?))
     }
 }
 

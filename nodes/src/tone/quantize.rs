@@ -1,9 +1,10 @@
 //! [`Quantize`]: rounds to few values. Cost: O(pixels), bound by memory.
+use crate::anywhere::changed;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::steps::{self, Steps};
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Linear, Node, Output, Outputs, node};
+use shibo_node::{CanvasFacts, Context, Fact, FieldOrSolid, In, Linear, Node, Output, Outputs, node};
+use shibo_value::Stop;
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{Field, Halo, Stop, Tile};
 
 /// Rounds values to a few evenly spaced levels: terraces, posters.
 ///
@@ -17,7 +18,7 @@ use shibo_value::{Field, Halo, Stop, Tile};
 #[node]
 pub struct Quantize {
     /// Field to round; the channels of a colour are rounded alike.
-    pub input: In<AnyField>,
+    pub input: In<FieldOrSolid>,
     /// Number of levels, both ends of `range` included.
     #[schemars(range(min = 2, max = 65536))]
     #[default(8)]
@@ -41,7 +42,7 @@ pub(super) fn check_range(range: Linear) -> Vec<Problem> {
 }
 
 impl Node for Quantize {
-    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input with few values.")];
+    const OUTPUTS: &'static [Output] = &[Output::value_of("result", &["input"], "The input with few values.")];
     const FACTS: &'static [Fact] = &[];
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
@@ -52,11 +53,7 @@ impl Node for Quantize {
         let input = cx.get(&self.input)?;
         let spec = Steps { range: [narrow(self.range.at0), narrow(self.range.at1)], levels: self.levels };
         let softness = narrow(self.softness);
-        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
-            steps::quantize(input.data(), &spec, softness, out.data_mut());
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(input.ty(), [input], Halo::NONE, fill)))
+        Ok(Outputs::one(changed(input, move |values, out| steps::quantize(values, &spec, softness, out))?))
     }
 }
 

@@ -1,9 +1,10 @@
 //! [`Remap`]: maps one range of numbers to another. Cost: O(pixels), bound by memory.
+use crate::anywhere::changed;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Linear, Node, Output, Outputs, node};
+use shibo_node::{CanvasFacts, Context, Fact, FieldOrSolid, In, Linear, Node, Output, Outputs, node};
+use shibo_value::Stop;
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{Field, Halo, Stop, Tile};
 
 /// Maps one range of numbers to another linearly: for example lengths to shares, or bright to dark.
 ///
@@ -17,7 +18,7 @@ use shibo_value::{Field, Halo, Stop, Tile};
 #[node]
 pub struct Remap {
     /// Field to map; the channels of a colour are mapped alike.
-    pub input: In<AnyField>,
+    pub input: In<FieldOrSolid>,
     /// Two values of the input, in its unit.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]
     #[default(Linear::new(0.0, 1.0))]
@@ -34,7 +35,7 @@ pub struct Remap {
 const LEAST: f64 = 1e-9;
 
 impl Node for Remap {
-    const OUTPUTS: &'static [Output] = &[Output::like("result", &["input"], "The input on its new range.")];
+    const OUTPUTS: &'static [Output] = &[Output::value_of("result", &["input"], "The input on its new range.")];
     const FACTS: &'static [Fact] = &[];
 
     fn check(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
@@ -57,11 +58,7 @@ impl Node for Remap {
         }
         let pair = |line: Linear| [narrow(line.at0), narrow(line.at1)];
         let (from, to, clamp) = (pair(self.from), pair(self.to), self.clamp);
-        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
-            tone::remap(input.data(), out.data_mut(), from, to, clamp);
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(input.ty(), [input], Halo::NONE, fill)))
+        Ok(Outputs::one(changed(input, move |values, out| tone::remap(values, out, from, to, clamp))?))
     }
 }
 

@@ -2,11 +2,11 @@
 //!
 //! Compares colours by their distance in Oklab (B. Ottosson, 2020), where black and white are 1 apart and equal
 //! distances look about equal. Cost: O(pixels), about 40 ns per pixel.
+use crate::anywhere::{pointwise, rgb, rgb_mut};
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color;
-use shibo_node::{Color, Context, Fact, In, Node, Output, Outputs, Rgb, node};
-use shibo_value::{Field, Halo, Stop, Tile, Type};
+use shibo_node::{AnyColor, Color, Context, Fact, In, Node, Output, Outputs, node};
+use shibo_value::{Planes, Stop, Type};
 
 /// Replaces a colour, and similar colours, by another; also gives a mask of the replaced places.
 ///
@@ -22,7 +22,7 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 #[node]
 pub struct ReplaceColor {
     /// The colours.
-    pub input: In<Rgb>,
+    pub input: In<AnyColor>,
     /// The colour to replace.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1e4))]
     #[default(Color::srgb([128, 128, 128]))]
@@ -48,8 +48,8 @@ pub struct ReplaceColor {
 
 impl Node for ReplaceColor {
     const OUTPUTS: &'static [Output] = &[
-        Output::new("color", Type::Rgb, "The colours with the new one, scene-linear."),
-        Output::new("mask", Type::Gray, "How much each place was changed, 0..1."),
+        Output::color_of("color", &["input"], "The colours with the new one, scene-linear."),
+        Output::number_of("mask", &["input"], "How much each place was changed, 0..1."),
     ];
     const FACTS: &'static [Fact] = &[];
 
@@ -62,16 +62,16 @@ impl Node for ReplaceColor {
             softness: narrow(self.softness),
             keep_shading: self.keep_shading,
         };
-        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
-            color::replace([0, 1, 2].map(|k| input.plane(k)), &spec, planes3(out));
-            Ok(())
+        let fill = move |out: &mut [&mut [f32]], [input]: [Planes<'_>; 1]| {
+            if let Some(out) = rgb_mut(out) {
+                color::replace(rgb(&input), &spec, out);
+            }
         };
-        let mask = move |out: &mut Tile, [input]: [&Tile; 1]| {
-            color::likeness([0, 1, 2].map(|k| input.plane(k)), &spec, out.plane_mut(0));
-            Ok(())
+        let mask = move |out: &mut [&mut [f32]], [input]: [Planes<'_>; 1]| {
+            color::likeness(rgb(&input), &spec, &mut *out[0]);
         };
-        Ok(Outputs::one(Field::map(Type::Rgb, [input.clone()], Halo::NONE, fill))
-            .with("mask", Field::map(Type::Gray, [input], Halo::NONE, mask)))
+        let color = pointwise(Type::Rgb, [(input.clone(), "input")], fill)?;
+        Ok(Outputs::one(color).with("mask", pointwise(Type::Gray, [(input, "input")], mask)?))
     }
 }
 

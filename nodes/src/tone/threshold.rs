@@ -1,10 +1,11 @@
 //! [`Threshold`]: a mask of values above a level.
 //!
 //! The soft edge is the cubic step, `softness` wide in values and centred on `level`. Cost: O(pixels), bound by memory.
+use crate::anywhere::changed;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::pointwise::tone;
-use shibo_node::{Context, Fact, Gray, In, Node, Output, Outputs, node};
-use shibo_value::{Field, Halo, Stop, Tile, Type};
+use shibo_node::{Context, Fact, In, Node, Number, Output, Outputs, node};
+use shibo_value::Stop;
 
 /// A mask: 1 where the input is above a level, 0 where it is below.
 ///
@@ -18,7 +19,7 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 #[node]
 pub struct Threshold {
     /// Field to compare.
-    pub input: In<Gray>,
+    pub input: In<Number>,
     /// The level, in the unit of the input.
     #[schemars(range(min = -1e9, max = 1e9))]
     #[default(0.5)]
@@ -30,16 +31,13 @@ pub struct Threshold {
 }
 
 impl Node for Threshold {
-    const OUTPUTS: &'static [Output] = &[Output::new("mask", Type::Gray, "1 above the level, 0 below.")];
+    const OUTPUTS: &'static [Output] = &[Output::number_of("mask", &["input"], "1 above the level, 0 below.")];
     const FACTS: &'static [Fact] = &[];
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let (level, softness) = (narrow(self.level), narrow(self.softness));
-        let fill = move |out: &mut Tile, [input]: [&Tile; 1]| {
-            tone::threshold(input.data(), out.data_mut(), level, softness);
-            Ok(())
-        };
-        Ok(Outputs::one(Field::map(Type::Gray, [cx.get(&self.input)?], Halo::NONE, fill)))
+        let input = cx.get(&self.input)?;
+        Ok(Outputs::one(changed(input, move |values, out| tone::threshold(values, out, level, softness))?))
     }
 }
 

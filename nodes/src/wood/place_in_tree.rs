@@ -43,7 +43,7 @@ pub struct PlaceInTree {
 
 impl Node for PlaceInTree {
     const OUTPUTS: &'static [Output] =
-        &[Output::solid_like("solid", &["solid"], "The solid in the coordinates of the object.")];
+        &[Output::value_of("solid", &["solid"], "The solid in the coordinates of the object.")];
     const FACTS: &'static [Fact] = &[];
 
     fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {

@@ -52,7 +52,7 @@ pub struct WarpSolid {
 }
 
 impl Node for WarpSolid {
-    const OUTPUTS: &'static [Output] = &[Output::solid_like("solid", &["solid"], "The solid, bent.")];
+    const OUTPUTS: &'static [Output] = &[Output::value_of("solid", &["solid"], "The solid, bent.")];
     const FACTS: &'static [Fact] = &[Fact::Seed];
 
     fn no_op(&self) -> Option<&'static str> {

@@ -49,6 +49,9 @@ impl Chosen {
         if inputs.len() == 1 {
             return first.clone();
         }
+        if let Some([id]) = ids.as_constant() {
+            return inputs.get(choice(*id)).unwrap_or(first).clone();
+        }
         let tiling = inputs.iter().fold(ids.tiling(), |tiling, input| tiling.and(input.tiling()));
         Field::new(first.ty(), tiling, Self { ids: ids.clone(), inputs, choice: Box::new(choice) })
     }

@@ -1,5 +1,6 @@
 //! A mix of two fields by a weight. Where the weight hides one of them in a whole window, that field is not computed
 //! there.
+use crate::anywhere::constant;
 use shibo_kernel::ground::tile::channel;
 use shibo_kernel::surface::layers::bounds;
 use shibo_kernel::wood::solids::Code;
@@ -28,9 +29,29 @@ pub(crate) struct Masked {
 impl Masked {
     /// The field.
     pub(crate) fn field(self, ty: Type) -> Field {
+        if let Some(constant) = self.constant(ty) {
+            return constant;
+        }
         let inputs = self.base.iter().chain(&self.top).chain([&self.weight]);
         let tiling = inputs.fold(Tiling::BOTH, |tiling, input| tiling.and(input.tiling()));
         Field::new(ty, tiling, self)
+    }
+
+    /// The field as a constant, if all fields are constant.
+    fn constant(&self, ty: Type) -> Option<Field> {
+        let side = |fields: &'_ [Field]| fields.iter().map(|f| f.as_constant().map(<[f32]>::to_vec)).collect();
+        let (weight, base, top): (_, Option<Vec<Vec<f32>>>, Option<Vec<Vec<f32>>>) =
+            (self.weight.as_constant()?, side(&self.base), side(&self.top));
+        let (base, top) = (base?, top?);
+        let [base, top] = [&base, &top].map(|side| side.iter().map(|v| Planes::new(v, 1)).collect::<Vec<_>>());
+        let shown = |side: Side<'_>, shift: f32, out: &mut [&mut [f32]]| {
+            out.iter_mut().enumerate().for_each(|(k, out)| out[0] = plane(&side[0], k)[0] + shift);
+        };
+        Some(constant(ty, |out| match (bounds(weight), self.covering) {
+            ((_, high), _) if high <= 0.0 => shown(&base, 0.0, out),
+            ((low, _), Some(shift)) if low >= 1.0 => shown(&top, shift, out),
+            _ => (self.mix)(out, weight, &base, &top),
+        }))
     }
 
     /// Tells for the base and for the top if they show anywhere.

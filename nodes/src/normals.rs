@@ -6,6 +6,9 @@ use shibo_value::{Field, Halo, Tile, Type};
 
 /// Normals of a height in mm, with the defaults of `HeightToNormal`.
 pub(crate) fn normals(height: &Field) -> Field {
+    if height.as_constant().is_some() {
+        return Field::constant(Type::Normal, &[0.5, 0.5, 1.0]);
+    }
     Field::map(Type::Normal, [height.clone()], Halo::px(normal::HALO), |out, [height]| {
         let (step, slope) = (tile::step(&out.grid), SlopeFilter::default());
         let spec = NormalSpec { step, strength: 1.0, y_up: true, encode: true, slope };

@@ -129,9 +129,22 @@ impl Layered for Field {
         let heights = (over.by == BlendBy::Height)
             .then(|| (over.by_height(), [base.or_default(Channel::Height), top.or_default(Channel::Height)]));
         let mask = mask.unwrap_or_else(|| Self::constant(Type::Gray, &[over.unmasked()]));
-        if let (None, Some(mask), Some(opacity)) = (&heights, mask.as_constant(), opaque) {
-            let mask = mask.first().copied().unwrap_or_else(|| over.unmasked());
-            return Self::constant(Type::Gray, &[saturate(mask) * opacity]);
+        if let (Some(&[mask]), Some(opacity)) = (mask.as_constant(), opaque) {
+            let levels = |heights: &[Self; 2]| match heights.each_ref().map(Self::as_constant) {
+                [Some(base), Some(top)] => Some([base.to_vec(), top.to_vec()]),
+                _ => None,
+            };
+            let constant = |weight: f32| Self::constant(Type::Gray, &[weight * opacity]);
+            match &heights {
+                None => return constant(saturate(mask)),
+                Some((by, heights)) => {
+                    if let Some([base, top]) = levels(heights) {
+                        let mut weight = [0.0];
+                        by.weights(&[mask], &base, &top, &mut weight);
+                        return constant(weight[0]);
+                    }
+                }
+            }
         }
         let opacity = match opaque {
             Some(value) => Opacity::Number(value),

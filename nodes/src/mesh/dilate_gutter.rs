@@ -7,9 +7,11 @@ use crate::on_atlas::{Carried, Reach};
 use glam::DVec2;
 use shibo_kernel::mesh::dilate::Picture;
 use shibo_kernel::mesh::fields;
-use shibo_node::{CanvasFacts, Context, EveryField, Fact, In, Node, Output, Outputs, choice, node};
+use shibo_node::{
+    CanvasFacts, Context, Fact, FieldOrMaterial, FieldsOrMaterial, In, Node, Output, Outputs, choice, node,
+};
 use shibo_value::{
-    Atlas, Field, FieldSource, Given, Grid, Pictures, Read, Resolution, Stop, Tile, Tiling, Type, Window,
+    Atlas, Field, FieldSource, Given, Grid, Material, Pictures, Read, Resolution, Stop, Tile, Tiling, Type, Window,
 };
 use std::sync::Arc;
 
@@ -37,7 +39,7 @@ pub enum Rest {
 /// Extends a texture beyond the borders of its charts, so that no renderer mixes in the texels between charts.
 ///
 /// Texels in charts, and up to two texels beyond their borders, stay unchanged. Ids are never mixed: the lowest id
-/// among the neighbours is used.
+/// among the neighbours is used. Of a material, each channel is a texture, and constant channels stay as they are.
 ///
 /// ```ron
 /// "ball": MeshShape(shape: Cube),
@@ -49,8 +51,8 @@ pub enum Rest {
 /// Elsewhere: Substance Painter *Dilation*, *Padding*; Blender *Margin* of bakes; Houdini *UV Border Extension*.
 #[node]
 pub struct DilateGutter {
-    /// The texture.
-    pub input: In<EveryField>,
+    /// The texture, or a material with all its channels.
+    pub input: In<FieldOrMaterial>,
     /// The atlas.
     pub atlas: In<Atlas>,
     /// Source of the values beyond a border.
@@ -201,21 +203,36 @@ impl Node for DilateGutter {
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let (input, atlas) = (cx.get(&self.input)?, cx.get(&self.atlas)?);
-        let ty = input.ty();
+        let atlas = cx.get(&self.atlas)?;
+        let material = match cx.get(&self.input)? {
+            FieldsOrMaterial::Field(field) => return Ok(Outputs::one(self.dilated(cx, "rest", field, &atlas))),
+            FieldsOrMaterial::Material(material) => material,
+        };
+        let channels = material.channels().iter().map(|(channel, field)| match field.as_constant() {
+            Some(_) => (*channel, field.clone()),
+            None => (*channel, self.dilated(cx, &format!("rest {}", channel.name()), field.clone(), &atlas)),
+        });
+        Ok(Outputs::one(Material::new(channels)))
+    }
+}
+
+impl DilateGutter {
+    /// The field beyond the borders of its charts, too. `rest` is the name of its part for `DilateMode::Across`.
+    fn dilated(&self, cx: &Context<'_>, rest: &str, input: Field, atlas: &Arc<Atlas>) -> Field {
+        let (ty, atlas) = (input.ty(), Arc::clone(atlas));
         if self.mode == DilateMode::Across && self.rest == Rest::Keep {
             let source = Carried { input, atlas, reach: Reach::Pixels(self.width) };
-            return Ok(Outputs::one(Field::new(ty, Tiling::NONE, source)));
+            return Field::new(ty, Tiling::NONE, source);
         }
         let source =
             Dilated { input, texels: fields::texels(&atlas), width: self.width, rest: self.rest, size: cx.size_mm() };
         let dilated = Field::new(ty, Tiling::NONE, source).overwriting();
         if self.mode == DilateMode::Across {
-            let input = cx.shared_field("rest", dilated);
+            let input = cx.shared_field(rest, dilated);
             let source = Carried { input, atlas, reach: Reach::Pixels(self.width) };
-            return Ok(Outputs::one(Field::new(ty, Tiling::NONE, source)));
+            return Field::new(ty, Tiling::NONE, source);
         }
-        Ok(Outputs::one(dilated))
+        dilated
     }
 }
 

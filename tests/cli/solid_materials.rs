@@ -149,6 +149,89 @@ fn blends_in_space_equal_blends_of_cuts() {
 }
 
 #[test]
+fn changed_solids_equal_changed_cuts() {
+    let nodes = |at: &str, wood: &str, knots: &str, late: &str| {
+        format!(
+            r##"
+            "{at}_grey": Hsv(input: "{wood}", hue: 40, saturation: "{knots}", value: 0.9),
+            "{at}_levels": Levels(input: "{at}_grey", high: 0.6, gamma: 1.3),
+            "{at}_steps": Quantize(input: "{knots}", levels: 5, softness: 0.4),
+            "{at}_low": Remap(input: Invert(input: "{at}_steps"), to: (0.2, 0.7)),
+            "{at}_curve": Curve(input: "{at}_low", points: [(0, 0.1), (1, 0.8)]),
+            "{at}_edge": Threshold(input: "{knots}", softness: 0.3),
+            "{at}_ramp": GradientMap(input: "{at}_curve"),
+            "{at}_blend": Blend(base: "{at}_levels", top: "{at}_ramp", mask: "{at}_edge", mode: Multiply),
+            "{at}_new": ReplaceColor(input: "{at}_blend", from: "#806040", tolerance: 0.2, softness: 0.3),
+            "{at}_space": ConvertColor(input: "{at}_new"),
+            "{at}_switch": Switch(inputs: ["{at}_space", "{late}"], by: "{at}_edge"),
+            "{at}_height": HeightBlend(base: "{late}", top: "{knots}", mask: "{at}_edge"),
+            "##
+        )
+    };
+    let cut =
+        |name: &str, of: &str| format!("\"{name}\": CutPlane(solid: \"{of}\", preset: FlatSawn, distance: 30),\n");
+    let cuts = [("wood_cut", "rings"), ("knots_cut", "knots"), ("late_cut", "rings.late")].map(|(a, b)| cut(a, b));
+    let ends =
+        [("a1", "a_switch"), ("b1", "a_height"), ("c1", "a_blend"), ("d1", "a_height.weight"), ("e1", "a_new.mask")];
+    let desk = desk(
+        &[
+            nodes("a", "rings", "knots", "rings.late"),
+            cuts.concat(),
+            nodes("b", "wood_cut", "knots_cut", "late_cut"),
+            ends.map(|(name, of)| cut(name, of)).concat(),
+            r#""d2": "= b_height.weight", "e2": "= b_new.mask","#.to_owned(),
+        ]
+        .concat(),
+    );
+    same(&desk, &[("a1", "b_switch"), ("b1", "b_height"), ("c1", "b_blend"), ("d1", "d2"), ("e1", "e2")]);
+}
+
+#[test]
+fn materials_of_constants_go_with_solids() {
+    let desk = desk(
+        r##"
+        "red": Material(base_color: "#c02020", roughness: 0.2, height: 0.3),
+        "blue": Material(base_color: "#2020c0", coat: 1, height: 0.1),
+        "violet": BlendMaterials(base: "red", top: "blue", mask: 0.25),
+        "higher": LayerMaterials(layers: [(material: "violet"), (material: "blue", by: Height)]),
+        "where": "= smoothstep(0.4, 0.6, knots)",
+        "painted": BlendMaterials(base: "wood", top: "higher", mask: "where"),
+        "cut": CutPlane(solid: "painted", preset: FlatSawn, distance: 30),
+        "shown": "= cut.base_color",
+        "wood_cut": CutPlane(solid: "wood", preset: FlatSawn, distance: 30),
+        "where_cut": CutPlane(solid: "where", preset: FlatSawn, distance: 30),
+        "by_hand": BlendMaterials(base: "wood_cut", top: "higher", mask: "where_cut"),
+        "expected": "= by_hand.base_color",
+        "##,
+    );
+    same(&desk, &[("shown", "expected")]);
+}
+
+#[test]
+fn exports_cut_materials_in_space_along_their_mesh() {
+    let mesh = r#""atlas": MeshAtlas(mesh: MeshShape(shape: Cube, size: 20)), "baked": BakeSolid(atlas: "atlas", solid: "wood"),"#;
+    let desk = desk(mesh);
+    let graph = String::from_utf8(desk.read("main.ron")).unwrap();
+    for (name, material) in [("one", "wood"), ("other", "baked")] {
+        let outputs = format!("outputs: {{ \"it\": Obj(material: \"{material}\", mesh: \"atlas\") }}");
+        let end = graph.rfind("\n})").unwrap();
+        desk.write(&format!("{name}.ron"), format!("{}\n}}, {outputs})", &graph[..end]));
+        desk.run(["render", &format!("{name}.ron"), "-o", name]).expect(0);
+    }
+    for file in ["it_base_color.png", "it_normal.png", "it_roughness.png"] {
+        let [one, other] =
+            ["one", "other"].map(|folder| std::fs::read(desk.path(&format!("{folder}/{file}"))).unwrap());
+        assert!(one == other, "{file}");
+    }
+    let outputs = r#"outputs: { "it": Obj(material: "wood") }"#;
+    let end = graph.rfind("\n})").unwrap();
+    desk.write("plane.ron", format!("{}\n}}, {outputs})", &graph[..end]));
+    let shown = desk.run(["check", "plane.ron"]).expect(1).stderr;
+    assert!(shown.contains("`Obj` takes a material; `wood` is SolidMaterial"), "{shown}");
+    assert!(shown.contains("`CutPlane`, `CutSurface` or `Board`, or give the mesh as an atlas"), "{shown}");
+}
+
+#[test]
 fn mirrored_cuts_meet_at_their_borders() {
     // The mirror image of the plane, and pieces of which every second one is turned over like the page of a book.
     let desk = desk(
@@ -200,6 +283,14 @@ fn values_on_the_canvas_and_in_space_are_told_apart() {
     assert!(shown.contains("`mask` is a field (Gray), but `base` is in space"), "{shown}");
     let shown = errors(r##""bad": Relief(material: "wood"),"##);
     assert!(shown.contains("`material` takes Material; \"wood\" is SolidMaterial"), "{shown}");
+    assert!(
+        shown.contains("cut it with `CutPlane`, `CutSurface` or `Board`: write `CutPlane(solid: \"wood\")`"),
+        "{shown}"
+    );
+    let shown = errors(r##""bad": Hsv(input: "rings", saturation: "noise"),"##);
+    assert!(shown.contains("`saturation` is a field (Gray), but `input` is in space"), "{shown}");
+    let shown = errors(r##""bad": Switch(inputs: ["knots", "noise"]),"##);
+    assert!(shown.contains("`inputs` is a field (Gray), but `inputs` is in space"), "{shown}");
     // Errors of evaluation.
     let desk = desk(r##""x": CutPlane(solid: "wood", preset: FlatSawn, mirror: "= (u, 0)"), "y": "= x.height","##);
     let shown = desk.run(["dump", "main.ron", "y"]).expect(1).stderr;

@@ -1,13 +1,16 @@
 //! Links outputs for other programs: finds the nodes that they name.
-use super::linker::{Linker, Target};
+use super::linker::{Flat, Linker, Port, Slot, Target};
 use super::output_decl::{MeshDecl, OutputDecl};
 use super::part::{Shape, SyntaxValue};
 use super::read::shorten;
 use super::remedy::write_luminance;
 use crate::diagnostics::Code;
-use crate::value::{Atlas, Carried, Type};
+use crate::node::{Arg, MaterialInputs};
+use crate::registry::Internal;
+use crate::value::{Accepts, Atlas, Carried, Type};
 use crate::{Export, ExportMesh};
 use petgraph::graph::NodeIndex;
+use std::borrow::Cow;
 
 impl Linker<'_> {
     /// The export of an output of type `ty`, if any; reports errors.
@@ -20,7 +23,12 @@ impl Linker<'_> {
         }
         if fields.is_empty() && ty != Type::Material {
             let message = format!("`{kind}` takes a material; `{}` is {ty}", shorten(from.str().trim_matches('"')));
-            let help = "connect a `Material`, which names the fields that are its channels";
+            let help = match ty {
+                Type::SolidMaterial => {
+                    "cut it with `CutPlane`, `CutSurface` or `Board`, or give the mesh as an atlas: `mesh: \"atlas\"`"
+                }
+                _ => "connect a `Material`, which names the fields that are its channels",
+            };
             self.report.push(from.error(Code::TypeMismatch, message).help(help));
             return Err(());
         }
@@ -28,6 +36,33 @@ impl Linker<'_> {
             return Err(());
         }
         Ok(Some(Export { target: export.target.clone(), fields }))
+    }
+
+    /// A node that cuts the material in space of an output along the mesh of its export. `None` if the mesh is not an
+    /// atlas.
+    pub(super) fn cut_on_mesh(
+        &mut self,
+        from: &SyntaxValue,
+        (flat, output): (usize, usize),
+        mesh: Option<ExportMesh>,
+    ) -> Option<usize> {
+        let Some(ExportMesh::Atlas { node, output: atlas }) = mesh else { return None };
+        let ports = [("atlas", Arg::Slot(0)), ("solid", Arg::Slot(1))];
+        let (kind, built) = self.registry.internal(Internal::CutOnMesh, &ports)?;
+        let built = built.ok()?;
+        let name = format!("{}:on its mesh", self.flats[flat].name);
+        let mut cut = Flat::new(0, name, from.clone(), kind.to_owned(), None, Cow::Borrowed(&[]));
+        let inputs =
+            [("atlas", Accepts::One(Atlas::TYPE), node.index(), atlas), ("solid", Accepts::InSpace, flat, output)];
+        for (port, wants, flat, output) in inputs {
+            let mut slot = Slot::unresolved(Port::Node(port.to_owned()), wants, from.clone());
+            slot.target = Target::Out { flat, output };
+            cut.slots.push(slot);
+        }
+        let channels = self.flats[flat].channels;
+        cut.channels = channels.map(|channels| built.channels(&MaterialInputs::new(&[("solid", channels)])));
+        (cut.node, cut.outputs, cut.resolved, cut.shown) = (Some(built), vec![Some(Type::Material)], true, true);
+        Some(self.add_flat(cut))
     }
 
     /// A grey field of a packed picture.

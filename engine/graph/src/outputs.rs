@@ -26,30 +26,34 @@ impl Linker<'_> {
             let Some(from) = &decl.from else { continue };
             let Shape::Text(reference) = from.shape() else { continue };
             let meaning = self.resolve(0, from, &reference);
-            let Some(ty) = self.type_of(&meaning.target) else { continue };
+            let Some(mut ty) = self.type_of(&meaning.target) else { continue };
             if let Some(error) = self.check_movable(from, &meaning.target) {
                 self.report.push(error);
                 continue;
             }
             // Solids are outputs for graphs that import this one.
-            if rendered && ty.is_in_space() {
+            if rendered && ty.is_in_space() && decl.export.is_none() {
                 continue;
             }
-            if rendered && ty.renders().is_none() {
+            if rendered && ty.renders().is_none() && !ty.is_in_space() {
                 let message =
                     format!("an output must be a picture, a material or segments; `{}` is {ty}", shorten(&reference));
                 let help = "connect a node that draws it; its data can be had with `dump`";
                 self.report.push(from.error(Code::TypeMismatch, message).help(help));
                 continue;
             }
-            let Target::Out { flat, output } = meaning.target else {
+            let Target::Out { mut flat, mut output } = meaning.target else {
                 let message =
                     format!("`{}` is a number or a colour; an output must come from a node", shorten(&reference));
                 self.report.push(from.error(Code::TypeMismatch, message));
                 continue;
             };
-            let Ok(export) = self.export(decl, from, ty) else { continue };
             let Ok(mesh) = self.export_mesh(decl) else { continue };
+            let cut = (ty == Type::SolidMaterial).then(|| self.cut_on_mesh(from, (flat, output), mesh)).flatten();
+            if let Some(cut) = cut {
+                (flat, output, ty) = (cut, 0, Type::Material);
+            }
+            let Ok(export) = self.export(decl, from, ty) else { continue };
             if named {
                 self.claim(decl, (flat, ty), export.as_ref(), &mut names);
             }

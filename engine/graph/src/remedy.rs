@@ -93,6 +93,13 @@ impl Linker<'_> {
         if let Some(help) = if slot.declared.is_none() { self.other_output(scope, slot) } else { None } {
             return Some(help);
         }
+        if ty == Accepts::One(Type::SolidMaterial) && Type::Material.fits(slot.wants) {
+            let cut = "cut it with `CutPlane`, `CutSurface` or `Board`";
+            return Some(match slot.part.shape() {
+                Shape::Text(_) => format!("{cut}: write `CutPlane(solid: {})` here", shorten(slot.part.str())),
+                _ => cut.to_owned(),
+            });
+        }
         let same = kind.and_then(|kind| self.same_for(kind, ty));
         let conversion =
             || self.luminance(slot, ty).or_else(|| self.channel(slot, ty)).or_else(|| self.converters(slot, ty));

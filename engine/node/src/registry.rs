@@ -65,6 +65,7 @@ pub struct Registry {
     library: Option<Arc<dyn Library>>,
     retired: &'static [&'static str],
     successor: Option<Successor>,
+    retired_field: Option<fn(&str, &str) -> bool>,
 }
 
 /// Writes the successor of a node of a retired kind, given the text of the node: a formula in quotes, or another node.
@@ -91,6 +92,8 @@ pub enum Internal {
     Formula,
     /// Computes a formula of solids, with the same fields.
     SolidFormula,
+    /// Cuts a material in space along a mesh, with the ports `atlas` and `solid`.
+    CutOnMesh,
     /// Takes a channel of a material, with a port `material` and the parameter `channel`.
     Channel,
 }
@@ -110,6 +113,7 @@ impl Default for Registry {
             library: None,
             retired: &[],
             successor: None,
+            retired_field: None,
         }
     }
 }
@@ -179,6 +183,18 @@ impl Registry {
     pub fn with_successor(mut self, successor: Successor) -> Self {
         self.successor = Some(successor);
         self
+    }
+
+    /// Sets what tells whether a kind, the first name, had a field, the second name, that `shibo migrate` replaces.
+    #[must_use]
+    pub fn with_retired_fields(mut self, had: fn(&str, &str) -> bool) -> Self {
+        self.retired_field = Some(had);
+        self
+    }
+
+    /// True for a field that nodes of a kind had in earlier versions, and that `shibo migrate` replaces.
+    pub fn is_retired_field(&self, kind: &str, field: &str) -> bool {
+        self.retired_field.is_some_and(|had| had(kind, field))
     }
 
     /// The kinds that graph files had in earlier versions.

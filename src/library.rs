@@ -18,5 +18,5 @@ pub(crate) fn set(make: fn(PathBuf) -> Registry) {
 /// Registry with all nodes and the graphs of the library.
 pub(crate) fn registry() -> Registry {
     let registry = MAKE.get_or_init(|| shibo_library::registry)(environment::library_dir());
-    registry.with_successor(migrate::successor)
+    registry.with_successor(migrate::successor).with_retired_fields(migrate::is_retired_field)
 }

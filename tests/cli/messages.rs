@@ -68,6 +68,30 @@ fn tells_the_ranges_of_ports_in_the_manual() {
 }
 
 #[test]
+fn names_the_material_without_a_channel() {
+    let desk = Desk::new();
+    desk.write("a.ron", graph(r#""m": Material(height: Perlin(size: 4), roughness: 0.4), "n": "= m.coat + 0.1""#));
+    let shown = desk.run(["check", "a.ron"]).expect(0).stderr;
+    assert!(shown.contains("`m` has no channel `coat`; its default, 0, is used"), "{shown}");
+    assert!(shown.contains("it has `roughness`, `height`"), "{shown}");
+}
+
+#[test]
+fn old_fields_are_migrated() {
+    let desk = Desk::new();
+    let old = r#""pith": TrunkNodes(height: (0, 400), count: 5), "s": FitSkeleton(curve: "pith"),
+"t": TrunkTime(skeleton: "s"), "n": CutPlane(solid: "t", preset: FlatSawn)"#;
+    desk.write("a.ron", graph(old));
+    let json = desk.run(["check", "a.ron", "--format", "json"]).expect(1).json();
+    let error = &json["errors"][0];
+    assert_eq!(error["message"], "`TrunkTime` has no field `skeleton`", "{json}");
+    assert_eq!(error["help"], "to replace it, run: shibo migrate FILE", "{json}");
+    assert_eq!(json["errors"].as_array().unwrap().len(), 1, "{json}");
+    desk.run(["migrate", "a.ron"]).expect(0);
+    desk.run(["check", "a.ron"]).expect(0);
+}
+
+#[test]
 fn names_the_kinds_that_take_a_material() {
     let material = r#""m": Material(base_color: 0.5), "n": "#;
     let takes = |node: &str, help: &str| {

@@ -103,7 +103,7 @@ fn missing_channels_warn_and_use_default() {
     let desk = Desk::new();
     desk.write("a.ron", MATERIAL);
     let warnings = desk.shibo("check a.ron --format json").expect(0).json()["warnings"].clone();
-    let message = "the material at `material` has no channel `ao`; its default, 1, is used";
+    let message = "`m` has no channel `ao`; its default, 1, is used";
     assert_eq!((warnings[0]["message"].as_str(), warnings[0]["line"].as_u64()), (Some(message), Some(6)), "{warnings}");
     assert_eq!(warnings.as_array().unwrap().len(), 1, "{warnings}");
     for (what, file) in [("open", "out/open.png"), ("m.ao", "out/m_ao.png"), ("m.normal", "out/m_normal.png")] {

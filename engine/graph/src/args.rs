@@ -20,13 +20,20 @@ impl Linker<'_> {
     pub(super) fn read_fields(&mut self, flat: usize) {
         let (args, scope) = (self.flats[flat].args.clone(), self.flats[flat].scope);
         let Some(info) = self.flats[flat].info else { return };
+        let mut retired = false;
         for arg in args.iter() {
             match info.field(&arg.name) {
                 None if arg.name == "note" => check_note(&arg.value, self.report),
                 None => {
                     let names = info.fields.iter().map(|f| f.name.as_str());
                     let message = format!("`{}` has no field `{}`", info.kind, shorten(&arg.name));
-                    self.report.unknown(arg.key.error(Code::UnknownField, message), &arg.name, "field", names);
+                    let error = arg.key.error(Code::UnknownField, message);
+                    if self.registry.is_retired_field(&info.kind, &arg.name) {
+                        retired = true;
+                        self.report.push(error.help("to replace it, run: shibo migrate FILE"));
+                    } else {
+                        self.report.unknown(error, &arg.name, "field", names);
+                    }
                 }
                 Some(_) => {}
             }
@@ -37,6 +44,8 @@ impl Linker<'_> {
             match (&field.role, arg) {
                 // The error was already reported.
                 (_, Some(arg)) if arg.value.is_broken() => self.flats[flat].good = false,
+                // Its earlier form was reported.
+                (Role::Port(_), None) if retired => self.flats[flat].good = false,
                 (Role::Port(port), None) if port.required && !port.list => self.missing(flat, info, &field.name),
                 (Role::Port(port), Some(arg)) => match self.read_port(flat, &field.name, port, &arg.value) {
                     Some(slots) if slots.is_empty() && port.required => self.missing(flat, info, &field.name),

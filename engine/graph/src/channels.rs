@@ -1,6 +1,7 @@
 //! The channels of materials: the channels of each node's material, and the nodes that use a missing channel.
 use super::linker::{Bound, Entity, Linker, Slot, Target};
 use super::part::{Shape, SyntaxValue};
+use super::read::shorten;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::node::{MaterialInputs, TakenChannel};
 use crate::value::{Accepts, Channel, ChannelSet, Type};
@@ -70,7 +71,15 @@ impl Linker<'_> {
                     (scope, warning)
                 }
                 None => {
-                    let message = format!("the material at `{}` has no channel `{name}`", taken.port);
+                    let path = match (slot.part.within(), slot.part.shape()) {
+                        (Some(path), _) => Some(path.to_owned()),
+                        (None, Shape::Text(path)) => Some(path),
+                        _ => None,
+                    };
+                    let message = match path {
+                        Some(path) => format!("`{}` has no channel `{name}`", shorten(of_material(&path, name))),
+                        None => format!("the material at `{}` has no channel `{name}`", taken.port),
+                    };
                     (node.scope, asked.error(Code::Advice, message))
                 }
             };
@@ -108,6 +117,11 @@ impl Linker<'_> {
 /// Returns true if a port takes materials.
 fn takes_materials(port: Accepts) -> bool {
     Type::Material.fits(port) || Type::SolidMaterial.fits(port)
+}
+
+/// The part of a path that names the material: the part before the channel, if the path has one.
+fn of_material<'p>(path: &'p str, channel: &str) -> &'p str {
+    path.rsplit_once(&format!(".{channel}")).map_or(path, |(material, _)| material)
 }
 
 fn explain(mut warning: Diagnostic, default: &str, channels: ChannelSet) -> Diagnostic {

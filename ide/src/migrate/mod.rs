@@ -35,6 +35,11 @@ use shibo_graph::syntax::{self, Node, SyntaxError, Tree};
 use shibo_node::registry::Registry;
 use std::ops::Range;
 
+/// True for a field that nodes of a kind had in earlier versions, and that [`migrate`] replaces.
+pub fn is_retired_field(kind: &str, field: &str) -> bool {
+    trees::is_retired_field(kind, field)
+}
+
 /// A rewritten file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Migration {

@@ -22,6 +22,16 @@ const KINDS: [(&str, [bool; 2]); 8] = [
 /// The speeds, with the usual values.
 const SPEEDS: [(&str, &str); 3] = [("elongation_speed", "230"), ("thickening_speed", "2.6"), ("ground", "0")];
 
+/// The names of the fields that these kinds had besides the speeds.
+const SKELETON: &str = "skeleton";
+const CALENDAR: &str = "calendar";
+
+/// True for a field of a kind that is rewritten.
+pub(super) fn is_retired_field(kind: &str, field: &str) -> bool {
+    let named = field == SKELETON || field == CALENDAR || SPEEDS.iter().any(|(speed, _)| *speed == field);
+    named && KINDS.iter().any(|(known, _)| *known == kind)
+}
+
 /// What is rewritten.
 #[derive(Default)]
 pub(super) struct Trees {
@@ -47,12 +57,12 @@ impl<'t> Old<'t> {
         let (_, reads) = KINDS.into_iter().find(|(kind, _)| call.name() == Some(*kind))?;
         let body = call.body()?;
         let written = |name: &str| body.entry(name).and_then(Node::value).map(Node::text);
-        let names = SPEEDS.iter().map(|(name, _)| *name).chain(["calendar"]);
+        let names = SPEEDS.iter().map(|(name, _)| *name).chain([CALENDAR]);
         let dropped: Vec<_> = names.filter_map(|name| body.entry(name)).collect();
         let old = Self {
             call,
             reads,
-            skeleton: body.entry("skeleton"),
+            skeleton: body.entry(SKELETON),
             dropped,
             speeds: SPEEDS.map(|(name, _)| written(name)),
         };

@@ -142,10 +142,14 @@ fn blends_in_space_equal_blends_of_cuts() {
         "d1": "= higher_cut.height", "d2": "= cut_higher.height",
         "e1": CutPlane(solid: "painted.weight", preset: FlatSawn, distance: 30), "e2": "= 0.9 * where_cut",
         "f1": "= chosen.coat", "f2": "= painted_cut.coat",
+        "g1": "= adjusted_cut.base_color", "g2": "= cut_adjusted.base_color",
+        "adjusted_cut": CutPlane(solid: AdjustMaterial(material: "wood", hue: 30, tint: "#ffe0a0"), preset: FlatSawn,
+          distance: 30),
+        "cut_adjusted": AdjustMaterial(material: "cut", hue: 30, tint: "#ffe0a0"),
         "chosen": CutPlane(solid: SwitchMaterial(inputs: ["wood", "painted"], which: 1), preset: FlatSawn, distance: 30),
         "##,
     );
-    same(&desk, &[("a1", "a2"), ("b1", "b2"), ("c1", "c2"), ("d1", "d2"), ("e1", "e2"), ("f1", "f2")]);
+    same(&desk, &[("a1", "a2"), ("b1", "b2"), ("c1", "c2"), ("d1", "d2"), ("e1", "e2"), ("f1", "f2"), ("g1", "g2")]);
 }
 
 #[test]

@@ -12,7 +12,7 @@ use shibo_kernel::pointwise::blend::{self as kernel, BlendMode};
 use shibo_node::{Anywhere, Context, Fact, FieldOrSolid, In, Node, Number, Output, Outputs, node};
 use shibo_value::{Field, Halo, Planes, Stop, Tile, Type};
 
-/// Lays one field over another, everywhere or through a mask.
+/// Lays one field over another, everywhere or through a mask; or one solid over another, through a solid.
 ///
 /// ```ron
 /// "clouds": Fractal(size: 14),

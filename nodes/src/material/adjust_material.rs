@@ -3,14 +3,16 @@
 //! Colours change as by [`Hsv`](crate::tone::Hsv) (A. Smith, 1978) on sRGB-encoded values; slopes of the normal follow
 //! the height. A channel without changes is passed on as it is. Cost: O(pixels) for each channel that changes, about 15
 //! ns for colours.
-use crate::values::each;
+use crate::anywhere::{changed, field, pointwise, rgb, rgb_mut, solid};
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::number::narrow;
-use shibo_kernel::ground::tile::planes3;
 use shibo_kernel::pointwise::color;
 use shibo_kernel::surface::layers::scale_slopes;
-use shibo_node::{Color, Context, Fact, In, Linear, MaterialInputs, Node, Output, Outputs, node};
-use shibo_value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Type};
+use shibo_node::{
+    AnyMaterial, Anywhere, Color, Context, Fact, In, Linear, MaterialAnywhere, MaterialInputs, Node, Output, Outputs,
+    node,
+};
+use shibo_value::{Channel, ChannelSet, Field, Material, Solid, SolidMaterial, Stop, Type};
 
 /// Changes the look of a material: hue, saturation and lightness, a tint, roughness, and the height of the relief.
 ///
@@ -30,8 +32,8 @@ use shibo_value::{Channel, ChannelSet, Field, Halo, Material, Stop, Tile, Type};
 /// Blender *Hue/Saturation/Value*.
 #[node]
 pub struct AdjustMaterial {
-    /// Material to change.
-    pub material: In<Material>,
+    /// Material to change, on the canvas or in space.
+    pub material: In<AnyMaterial>,
     /// Rotation of the hue of the base colour in degrees: red, yellow, green, cyan, blue, magenta are 60° apart.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     pub hue: f64,
@@ -63,67 +65,65 @@ pub struct AdjustMaterial {
     pub normal_strength: f64,
 }
 
-/// A field with `change` applied to every value.
-fn mapped(field: &Field, change: impl Fn(f32) -> f32 + Send + Sync + 'static) -> Field {
-    if let Some(values) = field.as_constant() {
-        return Field::constant(field.ty(), &values.iter().map(|value| change(*value)).collect::<Vec<_>>());
-    }
-    each(field, change)
-}
-
 impl AdjustMaterial {
-    fn color(&self, field: &Field) -> Field {
+    fn color(&self, color: Anywhere) -> Result<Anywhere, Stop> {
         let change = [self.hue, self.saturation, self.lightness].map(narrow);
         let (same, tint) = (change == [0.0, 1.0, 1.0], self.tint.0);
         if same && tint == [1.0; 3] {
-            return field.clone();
+            return Ok(color);
         }
-        Field::map(Type::Rgb, [field.clone()], Halo::NONE, move |out: &mut Tile, [input]: [&Tile; 1]| {
+        pointwise(Type::Rgb, [(color, "material")], move |out, [color]| {
+            let Some(mut out) = rgb_mut(out) else { return };
             if same {
-                out.data_mut().copy_from_slice(input.data());
+                out.iter_mut().zip(rgb(&color)).for_each(|(out, color)| out.copy_from_slice(color));
             } else {
-                let planes = change.map(|value| vec![value; out.window.len()]);
+                let planes = change.map(|value| vec![value; out[0].len()]);
                 color::adjust_hsv(
-                    [0, 1, 2].map(|k| input.plane(k)),
+                    rgb(&color),
                     planes.each_ref().map(|plane| &plane[..]),
-                    planes3(out),
+                    out.each_mut().map(|out| &mut **out),
                 );
             }
-            for (plane, tint) in out.planes_mut().into_iter().zip(tint).filter(|(_, tint)| *tint != 1.0) {
+            for (plane, tint) in out.into_iter().zip(tint).filter(|(_, tint)| *tint != 1.0) {
                 plane.iter_mut().for_each(|value| *value *= tint);
             }
-            Ok(())
         })
     }
 
-    fn channel(&self, channel: Channel, field: &Field) -> Field {
+    fn channel(&self, channel: Channel, value: Anywhere) -> Result<Anywhere, Stop> {
         match channel {
-            Channel::BaseColor => self.color(field),
+            Channel::BaseColor => self.color(value),
             Channel::Roughness if self.roughness != Linear::new(0.0, 1.0) => {
                 let (low, span) = (narrow(self.roughness.at0), narrow(self.roughness.at1 - self.roughness.at0));
-                mapped(field, move |value| saturate(low + span * saturate(value)))
+                each(value, move |value| saturate(low + span * saturate(value)))
             }
             Channel::Height if self.height_scale != 1.0 || self.height_offset != 0.0 => {
                 let (scale, offset) = (narrow(self.height_scale), narrow(self.height_offset));
-                mapped(field, move |value| value * scale + offset)
+                each(value, move |value| value * scale + offset)
             }
             Channel::Normal => {
                 let by = narrow(self.height_scale * self.normal_strength);
                 if by == 1.0 {
-                    return field.clone();
+                    return Ok(value);
                 }
-                Field::map(Type::Normal, [field.clone()], Halo::NONE, move |out: &mut Tile, [normal]: [&Tile; 1]| {
-                    scale_slopes([by, by], [0, 1, 2].map(|k| normal.plane(k)), planes3(out));
-                    Ok(())
+                pointwise(Type::Normal, [(value, "material")], move |out, [normal]| {
+                    if let Some(out) = rgb_mut(out) {
+                        scale_slopes([by, by], rgb(&normal), out);
+                    }
                 })
             }
-            _ => field.clone(),
+            _ => Ok(value),
         }
     }
 }
 
+/// A value with `change` applied to each number.
+fn each(value: Anywhere, change: impl Fn(f32) -> f32 + Send + Sync + 'static) -> Result<Anywhere, Stop> {
+    changed(value, move |values, out| out.iter_mut().zip(values).for_each(|(out, value)| *out = change(*value)))
+}
+
 impl Node for AdjustMaterial {
-    const OUTPUTS: &'static [Output] = &[Output::new("material", Type::Material, "The changed material.")];
+    const OUTPUTS: &'static [Output] = &[Output::material_of("material", &["material"], "The changed material.")];
     const FACTS: &'static [Fact] = &[];
 
     fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
@@ -131,9 +131,24 @@ impl Node for AdjustMaterial {
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let material = cx.get(&self.material)?;
-        let changed = material.channels().iter().map(|(channel, field)| (*channel, self.channel(*channel, field)));
-        Ok(Outputs::one(Material::new(changed)))
+        Ok(match cx.get(&self.material)? {
+            MaterialAnywhere::Canvas(material) => {
+                let change = |(channel, of): &(Channel, Field)| {
+                    let made = self.channel(*channel, Anywhere::Field(of.clone()))?;
+                    Ok((*channel, field(made, "material")?))
+                };
+                let channels: Vec<_> = material.channels().iter().map(change).collect::<Result<_, Stop>>()?;
+                Outputs::one(Material::new(channels))
+            }
+            MaterialAnywhere::Space(material) => {
+                let change = |(channel, of): &(Channel, Solid)| {
+                    let made = self.channel(*channel, Anywhere::Solid(of.clone()))?;
+                    Ok((*channel, solid(made, channel.solid_type(), "material")?))
+                };
+                let channels: Vec<_> = material.channels().iter().map(change).collect::<Result<_, Stop>>()?;
+                Outputs::one(SolidMaterial::new(channels))
+            }
+        })
     }
 }
 

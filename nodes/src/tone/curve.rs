@@ -24,7 +24,7 @@ use shibo_value::{Planes, Stop};
 /// Elsewhere: Substance Designer *Curve*, Material Maker *Tones*, Blender *RGB Curves*, Houdini *Color Curve*.
 #[node]
 pub struct Curve {
-    /// Field to change; the channels of a colour are changed alike.
+    /// Field or solid to change; the channels of a colour are changed alike.
     pub input: In<FieldOrSolid>,
     /// Points of the curve, `[(from, to), …]`, 2 to 64, ascending in the first number. Two points at the same place
     /// make a step.

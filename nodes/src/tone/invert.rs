@@ -15,7 +15,7 @@ use shibo_value::Stop;
 /// *Complement*.
 #[node]
 pub struct Invert {
-    /// Field to invert. Values outside 0..1 are inverted too: 1.2 becomes -0.2.
+    /// Field or solid to invert. Values outside 0..1 are inverted too: 1.2 becomes -0.2.
     pub input: In<FieldOrSolid>,
 }
 

@@ -18,7 +18,7 @@ use shibo_value::Stop;
 /// Elsewhere: Substance Designer *Levels*; Blender *Map Range*, *RGB Curves*; Photoshop *Levels*; Houdini *Levels*.
 #[node]
 pub struct Levels {
-    /// Field to change; the channels of a colour are changed alike.
+    /// Field or solid to change; the channels of a colour are changed alike.
     pub input: In<FieldOrSolid>,
     /// The value that becomes black.
     #[schemars(range(min = -1e9, max = 1e9))]

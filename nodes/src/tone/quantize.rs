@@ -17,7 +17,7 @@ use shibo_value::diagnostics::{Code, Problem};
 /// Elsewhere: Substance Designer *Quantize*, Material Maker *Quantize*, Blender *Posterize*, Houdini *Quantize*.
 #[node]
 pub struct Quantize {
-    /// Field to round; the channels of a colour are rounded alike.
+    /// Field or solid to round; the channels of a colour are rounded alike.
     pub input: In<FieldOrSolid>,
     /// Number of levels, both ends of `range` included.
     #[schemars(range(min = 2, max = 65536))]

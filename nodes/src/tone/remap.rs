@@ -17,7 +17,7 @@ use shibo_value::diagnostics::{Code, Problem};
 /// Maker *Remap*.
 #[node]
 pub struct Remap {
-    /// Field to map; the channels of a colour are mapped alike.
+    /// Field or solid to map; the channels of a colour are mapped alike.
     pub input: In<FieldOrSolid>,
     /// Two values of the input, in its unit.
     #[schemars(extend("minimum" = -1e9, "maximum" = 1e9))]

@@ -18,7 +18,7 @@ use shibo_value::Stop;
 /// *Compare*.
 #[node]
 pub struct Threshold {
-    /// Field to compare.
+    /// Field or solid to compare.
     pub input: In<Number>,
     /// The level, in the unit of the input.
     #[schemars(range(min = -1e9, max = 1e9))]

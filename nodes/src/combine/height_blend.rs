@@ -88,6 +88,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, field, gray, pairs};
     use crate::testing::{lumps, port};
+    use shibo_value::Field;
 
     fn node() -> HeightBlend {
         HeightBlend { base: port(0), top: port(1), ..HeightBlend::default() }

@@ -58,6 +58,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, rgb};
     use crate::testing::port;
+    use shibo_value::Field;
 
     #[test]
     fn any_space_from_any_numbers_is_finite() {

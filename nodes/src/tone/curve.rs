@@ -111,6 +111,7 @@ mod tests {
     use crate::conform::{conforms, field, gray, pairs, rgb};
     use crate::testing::OnCanvas as _;
     use crate::testing::{canvas, port};
+    use shibo_value::Field;
 
     fn curve(points: &[(f64, f64)]) -> Curve {
         let interpolation = CurveKind::Linear;

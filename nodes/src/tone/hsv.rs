@@ -63,6 +63,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, gray, rgb};
     use crate::testing::{port, render};
+    use shibo_value::Field;
 
     #[test]
     fn reds_become_greens_and_grey_stays_grey() {

@@ -80,6 +80,7 @@ mod tests {
     use super::*;
     use crate::conform::{conforms, rgb};
     use crate::testing::{canvas, port, raster, render};
+    use shibo_value::Field;
 
     fn node() -> ReplaceColor {
         let (from, to) = (Color([0.2, 0.2, 0.2]), Color([0.8, 0.1, 0.1]));

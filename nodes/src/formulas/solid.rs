@@ -1,7 +1,7 @@
 //! [`SolidFormula`]: a formula of solids and of the position in space. Cost: as for fields, for each point.
 use super::{fused, not_finite, program};
 use glam::DVec3;
-use shibo_kernel::pointwise::expression as kernel;
+use shibo_kernel::pointwise::expression::Machine;
 use shibo_kernel::wood::solids::Code;
 use shibo_node::{AnySolid, Context, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
@@ -47,6 +47,7 @@ fn solid(formula: fused::Formula<Solid>) -> Result<Solid, Stop> {
     let (compiled, inputs) = (&formula.program, formula.inputs.clone());
     let problem = |fault: Fault| Problem::new(fault.code, fault.message);
     let program = compiled.program(&|_| [Some(0.0); 2], [false; 2]).map_err(problem)?;
+    let machine = Machine::new(&program);
     let planes: Vec<PlaneOf> = program.planes.iter().map(|plane| PlaneOf::number(*plane)).collect();
     let reads_places = planes.iter().any(|plane| matches!(plane, PlaneOf::Place(_)));
     let fill = move |patch: &Patch<'_>, inputs: &[Planes<'_>], out: &mut [&mut [f32]]| {
@@ -57,7 +58,7 @@ fn solid(formula: fused::Formula<Solid>) -> Result<Solid, Stop> {
                 PlaneOf::Channel { input, channel } => inputs[*input].plane(*channel),
             })
             .collect();
-        if let (Some(_), Some(listener)) = (kernel::run(&program, &planes, out), patch.listener) {
+        if let (Some(_), Some(listener)) = (machine.run(&planes, out), patch.listener) {
             listener.0(not_finite("a point"));
         }
     };

@@ -5,7 +5,8 @@
 //! 2. `unit` loads the functions that it calls, `resolve` finds the meanings of names.
 //! 3. `compile` walks the tree. `apply` applies operators and functions to values (`term`), component by component, and
 //!    `builder` computes constants and merges equal steps. The result is a `compiled` expression.
-//! 4. `program` assigns registers to the steps; the kernel runs them on rows. `growth` finds out where the result repeats.
+//! 4. `program` numbers constants, planes and steps; the kernel runs them on rows. `growth` finds out where the result
+//!    repeats.
 //!
 //! A parameter is an expression in which everything is constant. Compiled expressions are data: `fuse` puts one into
 //! another, and `text` gives a text that keys are made from.

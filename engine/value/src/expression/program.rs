@@ -1,4 +1,4 @@
-//! Assigns registers to steps, for running on rows.
+//! Numbers the values of an expression, for running on rows.
 use super::builder::{Scalar, Step};
 use super::compiled::Compiled;
 use super::growth::{Growth, period};
@@ -8,34 +8,30 @@ use std::collections::BTreeMap;
 /// The most operations of a program.
 pub const MOST_STEPS: usize = 4096;
 
-/// An operation on registers.
+/// An operation on values, which are numbered: first the constants of the program, then its planes, then the results of
+/// its instructions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Instruction {
     /// The operation.
     pub op: Op,
-    /// The registers of the arguments; unused ones are 0.
+    /// The values of the arguments, all made before; unused ones are 0.
     pub args: [u16; 3],
-    /// The register of the result, never one of the arguments.
-    pub to: u16,
     /// Period of noise in cells, along each of its coordinates; 0 without a period.
     pub period: [f32; 3],
     /// The seed of random numbers.
     pub seed: u64,
 }
 
-/// An expression to run for many pixels. The first registers hold the constants, the next ones the planes it reads; all
-/// others are written before they are read.
+/// An expression to run for many pixels.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Program {
     /// The instructions, in order.
     pub instructions: Vec<Instruction>,
-    /// The values of the first registers.
+    /// The constants.
     pub constants: Vec<f32>,
     /// The numbers of the planes to read.
     pub planes: Vec<usize>,
-    /// Number of registers.
-    pub registers: usize,
-    /// The registers of the components of the result.
+    /// The values that are the components of the result.
     pub results: Vec<u16>,
 }
 
@@ -52,102 +48,76 @@ impl Compiled {
             return Err(bad(0..1, message));
         }
         let grown = self.growth_of_steps(growth);
-        Ok(Registers::new(self).assign(self, |args| period(&grown, args, tiles)))
+        Ok(Values::of(self).program(self, |args| period(&grown, args, tiles)))
     }
 }
 
-/// State of the register allocation.
-struct Registers {
+/// The numbers of values.
+#[derive(Default)]
+struct Values {
     constants: Vec<f32>,
-    planes: Vec<usize>,
     constant_of: BTreeMap<u32, u16>,
-    /// For each step, the last step that needs its result.
-    last: Vec<usize>,
+    planes: Vec<usize>,
     of_step: Vec<u16>,
-    free: Vec<u16>,
-    count: u16,
 }
 
-impl Registers {
+impl Values {
     #[expect(clippy::cast_possible_truncation, reason = "the numbers of steps and constants are limited")]
-    fn new(compiled: &Compiled) -> Self {
-        let mut registers = Self {
-            constants: Vec::new(),
-            planes: Vec::new(),
-            constant_of: BTreeMap::new(),
-            last: vec![0; compiled.steps.len()],
-            of_step: vec![0; compiled.steps.len()],
-            free: Vec::new(),
-            count: 0,
-        };
-        for (index, step) in compiled.steps.iter().enumerate() {
+    fn of(compiled: &Compiled) -> Self {
+        let mut values = Self::default();
+        for step in &compiled.steps {
             if let Step::Op(op, args, _) = step {
-                args[..op.args()].iter().for_each(|arg| registers.note(arg, index));
+                args[..op.args()].iter().for_each(|arg| values.note(arg));
             }
         }
-        compiled.parts.iter().for_each(|part| registers.note(part, usize::MAX));
-        registers.count = registers.constants.len() as u16;
-        for (index, step) in compiled.steps.iter().enumerate() {
-            if let Step::Plane(plane) = step {
-                registers.planes.push(*plane);
-                registers.of_step[index] = registers.count;
-                registers.count += 1;
-            }
+        compiled.parts.iter().for_each(|part| values.note(part));
+        let is_plane = |step: &&Step| matches!(step, Step::Plane(_));
+        let mut plane = values.constants.len() as u16;
+        let mut result = plane + compiled.steps.iter().filter(is_plane).count() as u16;
+        for step in &compiled.steps {
+            let next = if let Step::Plane(number) = step {
+                values.planes.push(*number);
+                &mut plane
+            } else {
+                &mut result
+            };
+            values.of_step.push(*next);
+            *next += 1;
         }
-        registers
+        values
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "constants are limited; values are rounded to f32 once")]
-    fn note(&mut self, part: &Scalar, at: usize) {
-        match part {
-            Scalar::Known(value) => {
-                let value = *value as f32;
-                if !self.constant_of.contains_key(&value.to_bits()) {
-                    self.constant_of.insert(value.to_bits(), self.constants.len() as u16);
-                    self.constants.push(value);
-                }
+    fn note(&mut self, part: &Scalar) {
+        if let Scalar::Known(value) = part {
+            let value = *value as f32;
+            if !self.constant_of.contains_key(&value.to_bits()) {
+                self.constant_of.insert(value.to_bits(), self.constants.len() as u16);
+                self.constants.push(value);
             }
-            Scalar::Step(step) => self.last[*step as usize] = self.last[*step as usize].max(at),
         }
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "rounded as when it was noted")]
-    fn of(&self, part: &Scalar) -> u16 {
+    fn number(&self, part: &Scalar) -> u16 {
         match part {
             Scalar::Known(value) => self.constant_of.get(&(*value as f32).to_bits()).copied().unwrap_or(0),
             Scalar::Step(step) => self.of_step[*step as usize],
         }
     }
 
-    fn assign(mut self, compiled: &Compiled, period: impl Fn(&[Scalar]) -> [f32; 3]) -> Program {
+    fn program(self, compiled: &Compiled, period: impl Fn(&[Scalar]) -> [f32; 3]) -> Program {
         let mut instructions = Vec::new();
-        for (index, step) in compiled.steps.iter().enumerate() {
-            let Step::Op(op, args, seed) = step else { continue };
-            let mut from = [0; 3];
-            for (from, arg) in from.iter_mut().zip(&args[..op.args()]) {
-                *from = self.of(arg);
+        for step in &compiled.steps {
+            let Step::Op(op, given, seed) = step else { continue };
+            let mut args = [0; 3];
+            for (arg, given) in args.iter_mut().zip(&given[..op.args()]) {
+                *arg = self.number(given);
             }
-            // Taken before the arguments' registers are freed, so that it is none of them.
-            let to = self.free.pop().unwrap_or_else(|| {
-                self.count += 1;
-                self.count - 1
-            });
-            self.of_step[index] = to;
-            let mut over: Vec<u16> = Vec::new();
-            for arg in &args[..op.args()] {
-                if let Scalar::Step(step) = arg
-                    && self.last[*step as usize] == index
-                    && matches!(compiled.steps[*step as usize], Step::Op(..))
-                    && !over.contains(&self.of_step[*step as usize])
-                {
-                    over.push(self.of_step[*step as usize]);
-                }
-            }
-            self.free.extend(over);
-            let period = if matches!(op, Op::Noise | Op::Noise3) { period(&args[..op.args()]) } else { [0.0; 3] };
-            instructions.push(Instruction { op: *op, args: from, to, period, seed: *seed });
+            let period = if matches!(op, Op::Noise | Op::Noise3) { period(&given[..op.args()]) } else { [0.0; 3] };
+            instructions.push(Instruction { op: *op, args, period, seed: *seed });
         }
-        let results = compiled.parts.iter().map(|part| self.of(part)).collect();
-        Program { instructions, constants: self.constants, planes: self.planes, registers: self.count.into(), results }
+        let results = compiled.parts.iter().map(|part| self.number(part)).collect();
+        Program { instructions, constants: self.constants, planes: self.planes, results }
     }
 }

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use super::super::blend::{BlendMode, blend};
 use super::super::color::{ColorSpace, convert};
-use super::run;
+use super::Machine;
 use crate::ground::hash::Hash;
 use crate::ground::number::narrow;
 use proptest::prelude::*;
@@ -55,7 +55,7 @@ fn result(compiled: &Compiled, planes: &[Vec<f32>]) -> Vec<Vec<f32>> {
     let read: Vec<&[f32]> = program.planes.iter().map(|plane| planes[*plane].as_slice()).collect();
     let mut out = vec![vec![7.0; planes[0].len()]; compiled.components()];
     let mut slices: Vec<&mut [f32]> = out.iter_mut().map(Vec::as_mut_slice).collect();
-    run(&program, &read, &mut slices);
+    Machine::new(&program).run(&read, &mut slices);
     out
 }
 

@@ -1,5 +1,7 @@
 //! The command line.
-use crate::{cache, check, completions, dump, fmt, graph, job, lsp, migrate, new, nodes, pack, parts, render, watch};
+use crate::{
+    cache, changes, check, completions, dump, fmt, graph, job, lsp, migrate, new, nodes, pack, parts, render, watch,
+};
 use clap::{Args, Parser, Subcommand};
 use shibo_picture::PartOf;
 use shibo_value::Resolution;
@@ -47,6 +49,8 @@ pub(crate) enum Command {
     Fmt(fmt::FmtArgs),
     /// Rewrite graph files that use kinds of nodes that formulas replace.
     Migrate(migrate::MigrateArgs),
+    /// List the changes of nodes and shipped graphs that alter pictures or names.
+    Changes(changes::ChangesArgs),
     /// List the kinds of nodes, show the manual of one, or search them.
     Nodes(nodes::NodesArgs),
     /// Print what a node makes, as JSON.

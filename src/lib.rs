@@ -9,6 +9,7 @@
 #![allow(clippy::disallowed_methods, reason = "no picture that is written is made here")]
 mod args;
 mod cache;
+mod changes;
 mod check;
 mod completions;
 mod dump;
@@ -80,6 +81,7 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::Check(args) => check::run(&args, terminal),
         Command::Fmt(args) => fmt::run(&args, terminal),
         Command::Migrate(args) => migrate::run(&args, terminal),
+        Command::Changes(args) => changes::run(&args, terminal),
         Command::Nodes(args) => nodes::run(&args, terminal),
         Command::Dump(args) => dump::run(&args, terminal),
         Command::New(args) => new::run(&args, terminal),

@@ -19,6 +19,9 @@ pub static EXAMPLE_FILES: [(&str, &[u8]); 3] = [
     ("ramp.png", include_bytes!("../examples/ramp.png")),
 ];
 
+/// The table of changes of the kinds and graphs that ship with the program.
+pub const CHANGES: &str = include_str!("../changes.ron");
+
 /// Folder of the sub-graphs that other graphs may use.
 const PARTS: &str = "lib/";
 const EXTENSION: &str = ".ron";
@@ -32,7 +35,7 @@ pub fn registry(folder: PathBuf) -> Registry {
 /// The same with families of nodes from other crates. Give the result a fingerprint of their code ([`Registry::with_code`]),
 /// so that a cache never returns results of another version.
 pub fn registry_with(folder: PathBuf, more: impl IntoIterator<Item = Family>) -> Registry {
-    shibo_nodes::registry_with(more).with_library(Arc::new(Shipped { folder }))
+    shibo_nodes::registry_with(more).with_library(Arc::new(Shipped { folder })).with_changes(CHANGES)
 }
 
 /// A graph that ships with the program.
@@ -123,6 +126,8 @@ fn unpack(folder: &Path, path: &str, bytes: &[u8]) -> Result<PathBuf, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use shibo_node::changes::{Changes, Thing};
+    use std::collections::BTreeMap;
 
     #[test]
     fn graphs_are_found_by_name() {
@@ -134,6 +139,22 @@ mod tests {
         assert!(graphs.len() > 30 && graphs.iter().all(|graph| graph.doc().len() > 8), "{graphs:?}");
         let names: std::collections::BTreeSet<_> = graphs.iter().map(|graph| graph.name).collect();
         assert_eq!(names.len(), graphs.len(), "two graphs of one name");
+    }
+
+    /// The version of a kind is that of its last line in the table.
+    #[test]
+    fn changes_name_things_that_exist_and_their_versions() {
+        let changes = Changes::read(CHANGES).unwrap();
+        let registry = registry(PathBuf::new());
+        assert_eq!(registry.changes(), &changes);
+        let last: BTreeMap<Thing<'_>, u32> = changes.since(0).map(|line| (line.thing(), line.version)).collect();
+        for (thing, version) in last {
+            match thing {
+                Thing::Kind(kind) => assert_eq!(registry.info(kind).map(|info| info.version), Some(version), "{kind}"),
+                Thing::Graph(graph) => assert!(graphs().iter().any(|shipped| shipped.name == graph), "{graph}"),
+                Thing::All => {}
+            }
+        }
     }
 
     #[test]

@@ -12,6 +12,7 @@ fn node(info: &KindInfo) -> Json {
         "kind": info.kind,
         "family": info.family,
         "doc": info.doc,
+        "version": info.version,
         "ports": info.ports().map(|(field, info)| port(field, info)).collect::<Vec<_>>(),
         "parameters": info.params().map(|(field, info)| param(field, info)).collect::<Vec<_>>(),
         "outputs": info.outputs.iter().map(output).collect::<Vec<_>>(),

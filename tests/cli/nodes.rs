@@ -34,6 +34,19 @@ fn prints_manual_of_a_kind() {
 }
 
 #[test]
+fn lists_changes_of_kinds_and_graphs() {
+    let desk = Desk::new();
+    let ran = desk.shibo("changes").expect(0);
+    assert!(ran.stdout.starts_with("   1  everything: nodes and graphs as they are"), "{}", ran.stdout);
+    let json = desk.shibo("changes Perlin calf --format json").expect(0).json();
+    assert_eq!(json["changes"][0]["change"], 1);
+    assert!(desk.shibo("changes Perlim").expect(2).stderr.contains("did you mean `Perlin`?"));
+    assert!(desk.shibo("changes --since 4000").expect(2).stderr.contains("change 4000 is unknown: the newest is"));
+    let newest = json["changes"].as_array().unwrap().last().unwrap()["change"].clone();
+    assert_eq!(desk.shibo(&format!("changes --since {newest}")).expect(0).stdout, "");
+}
+
+#[test]
 fn prints_manual_as_json() {
     let json = Desk::new().shibo("nodes --format json").expect(0).json();
     let nodes = json["nodes"].as_array().unwrap();

@@ -17,6 +17,8 @@ pub struct KindInfo {
     pub doc: String,
     /// Ports and parameters, in the order of their declaration.
     pub fields: Vec<FieldInfo>,
+    /// The version of its results, see [`Node::VERSION`].
+    pub version: u32,
     /// Its outputs; the first is the main output.
     pub outputs: &'static [Output],
 }
@@ -156,6 +158,7 @@ impl KindInfo {
             family,
             doc: text(root, "description"),
             fields: fields(root),
+            version: T::VERSION,
             outputs: T::OUTPUTS,
         }
     }

@@ -32,6 +32,7 @@
 //! of a wire; `extend("exclusiveMinimum" = …)`; `extend("unit" = "mm")`; `extend("infinite" = true)` where `inf` is
 //! allowed. Fields of structs in a list may be ports. A list of ports may be empty with `extend("optional" = true)`.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions"))]
+pub mod changes;
 pub mod registry;
 
 mod build;

@@ -1,4 +1,5 @@
 //! The registry of node kinds.
+use crate::changes::Changes;
 use crate::value::{Atlas, Field, Key};
 use crate::{Arg, Built, Functions, KindInfo, Node};
 use std::collections::BTreeMap;
@@ -66,6 +67,8 @@ pub struct Registry {
     retired: &'static [&'static str],
     successor: Option<Successor>,
     retired_field: Option<fn(&str, &str) -> bool>,
+    table: &'static str,
+    changes: OnceLock<Changes>,
 }
 
 /// Writes the successor of a node of a retired kind, given the text of the node: a formula in quotes, or another node.
@@ -114,6 +117,8 @@ impl Default for Registry {
             retired: &[],
             successor: None,
             retired_field: None,
+            table: "[]",
+            changes: OnceLock::new(),
         }
     }
 }
@@ -169,6 +174,19 @@ impl Registry {
     /// The graphs that can be imported by name.
     pub fn library(&self) -> Option<&dyn Library> {
         self.library.as_deref()
+    }
+
+    /// Sets the table of changes, a text that [`Changes::read`] accepts.
+    #[must_use]
+    pub fn with_changes(mut self, table: &'static str) -> Self {
+        self.table = table;
+        self
+    }
+
+    /// The table of changes of its kinds and of the graphs that can be imported by name. It is read when it is first
+    /// needed; a faulty one counts as empty.
+    pub fn changes(&self) -> &Changes {
+        self.changes.get_or_init(|| Changes::read(self.table).unwrap_or_default())
     }
 
     /// Names kinds that graph files had in earlier versions. Errors about them tell what replaces them.

@@ -110,6 +110,7 @@ impl Linker<'_> {
 
     /// Builds the struct of a node and runs its own checks.
     pub(super) fn build(&mut self, flat: usize) {
+        let version = self.earlier_version(flat);
         let node = &self.flats[flat];
         let Some(info) = node.info else { return };
         let mut slot_args: Vec<(&str, Arg<'_>)> = Vec::new();
@@ -128,7 +129,7 @@ impl Linker<'_> {
             let mut args = slot_args.clone();
             let texts: Vec<_> = params.iter().map(|(_, part, _)| untyped(part)).collect();
             args.extend(params.iter().zip(&texts).map(|((name, ..), text)| (name.as_str(), Arg::Ron(text))));
-            match self.registry.build(&info.kind, &args) {
+            match self.registry.build(&info.kind, version, &args) {
                 Some(Ok(built)) => break Some(built),
                 Some(Err(error)) => {
                     let wrong = error.arg.and_then(|arg| arg.checked_sub(slot_args.len()));

@@ -5,6 +5,7 @@ use super::functions::{self, FunctionDecl};
 use super::output_decl::OutputDecl;
 use super::params::{self, Callable, ParamDecl};
 use super::part::{Entry, Shape, SyntaxValue};
+use super::pins::Pins;
 use super::read::{self, choice, mismatch, shorten};
 use super::report::Report;
 use super::schema;
@@ -19,6 +20,8 @@ use std::sync::Arc;
 /// A graph file as written.
 #[derive(Debug, Default)]
 pub(super) struct Document {
+    /// `pins`; `None` after an error, too.
+    pub(super) pins: Option<Pins>,
     /// `canvas`.
     pub(super) canvas: Option<SyntaxValue>,
     /// `imports`: names and paths.
@@ -115,12 +118,14 @@ impl Document {
         if let Some(version) = read::get(fields, "version") {
             check_version(version, report);
         }
+        let pins = read::get(fields, "pins").and_then(|part| Pins::read(part, report));
         let section = |name: &str, report: &mut Report| {
             read::get(fields, name).map(|part| read::map(part, name, report)).unwrap_or_default()
         };
         let unique = |name: &str, one: &str, report: &mut Report| read::unique(section(name, report), one, report);
         let mut document = Self {
             canvas: read::get(fields, "canvas").cloned(),
+            pins,
             nodes_part: read::get(fields, "nodes").cloned(),
             ..Self::default()
         };

@@ -45,6 +45,7 @@ mod outputs;
 mod params;
 mod part;
 mod paths;
+mod pins;
 mod ports;
 mod presets;
 mod read;
@@ -81,7 +82,7 @@ use std::sync::Arc;
 pub const CODE: &str = env!("CODE_FINGERPRINT");
 
 /// Options that change a graph on loading.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
     /// The preset whose values replace the defaults.
     pub preset: Option<String>,
@@ -94,6 +95,8 @@ pub struct LoadOptions {
     pub working_dir: PathBuf,
     /// Additional folders for imports, searched after the graph's folder and before those of `shibo.toml`.
     pub import_paths: Vec<PathBuf>,
+    /// True to take the newest versions of all kinds, whatever `pins` say.
+    pub newest: bool,
     /// Limits on the size of a graph.
     pub limits: Limits,
     /// Texts that replace the content of files, such as unsaved texts of an editor. The files need not exist.

@@ -83,6 +83,8 @@ pub(super) struct Scope {
     pub(super) resolved: Vec<Option<Target>>,
     /// The place where the graph is used.
     pub(super) used: Option<Span>,
+    /// The file whose pins count for its nodes.
+    pub(super) pinned_by: Option<usize>,
     /// The canvas of its nodes.
     pub(super) canvas: Canvas,
     /// The layout of its outputs, if any.

@@ -60,6 +60,12 @@ fn whole(path: &Path, text: Option<String>, registry: &Registry, options: &LoadO
 
 /// Links the main graph, then each import by itself, so that unused graphs are checked too.
 fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadOptions) -> Option<Graph> {
+    if options.newest {
+        files.docs.iter_mut().for_each(|doc| doc.document.pins = None);
+    }
+    for pins in files.docs.iter().filter_map(|doc| doc.document.pins.as_ref()) {
+        pins.check(registry, &mut files.report);
+    }
     let sizes = sizes(&files.docs, options.limits.max_nodes, &mut files.report);
     if !files.docs[main].readable {
         link_imports(main, files, registry, &sizes, 0);
@@ -268,19 +274,5 @@ impl Loaded {
     /// Returns true if there is an error, and thus no graph.
     pub fn has_errors(&self) -> bool {
         self.diagnostics.iter().any(|diagnostic| !diagnostic.warning)
-    }
-}
-
-impl Default for LoadOptions {
-    fn default() -> Self {
-        Self {
-            preset: None,
-            set: Vec::new(),
-            resolution: None,
-            working_dir: PathBuf::new(),
-            import_paths: Vec::new(),
-            limits: super::Limits::default(),
-            overlay: BTreeMap::new(),
-        }
     }
 }

@@ -9,6 +9,7 @@ use crate::value::TileMode;
 /// Fields of a graph file.
 pub const ROOT: &[FieldDecl] = &[
     FieldDecl::new("version", "The version of the format: 1.", Takes::Value),
+    FieldDecl::new("pins", "The change whose versions of nodes the graph means: its number.", Takes::Value),
     FieldDecl::new("canvas", "Size in mm, resolution, tiling and seed.", Takes::Value),
     FieldDecl::new("imports", "The graphs that nodes use as sub-graphs: `{ \"name\": \"path\" }`.", Takes::Value),
     FieldDecl::new(
@@ -51,6 +52,12 @@ pub const LOCAL: &[FieldDecl] = &[
     FieldDecl::new("inputs", "The inputs that a `Use` gives values.", Takes::Value),
     FieldDecl::new("nodes", "The nodes. They see the inputs and parameters of this graph only.", Takes::Value),
     FieldDecl::new("outputs", "The values that a `Use` gives: `\"height\": \"node.port\"`.", Takes::Value),
+];
+
+/// Fields of the pins.
+pub const PINS: &[FieldDecl] = &[
+    FieldDecl::new("change", "The number of the change.", Takes::Value),
+    FieldDecl::new("hold", "Versions of some kinds: `{ \"WoodRays\": 3 }`.", Takes::Value),
 ];
 
 /// Fields of the canvas.

@@ -24,8 +24,8 @@ impl<'a> Linker<'a> {
         self.report.enter(self.first_instance + scope, self.scopes[scope].used);
     }
 
-    /// Adds the scope of a document, without names; see [`fill`](Self::fill).
-    pub(super) fn declare(&mut self, doc: usize, prefix: String, params: Params, used: Option<Span>) -> usize {
+    /// Adds the scope of a document, without names; see [`fill`](Self::fill). `used` is the scope that uses it, and the place.
+    pub(super) fn declare(&mut self, doc: usize, prefix: String, params: Params, used: Option<(usize, Span)>) -> usize {
         let scope = self.scopes.len();
         let count = self.docs[doc].document.inputs.len();
         let (inputs, resolved) = (vec![Bound::Broken; count], vec![None; count]);
@@ -36,7 +36,8 @@ impl<'a> Linker<'a> {
             names: BTreeMap::new(),
             inputs,
             resolved,
-            used,
+            used: used.map(|(_, place)| place),
+            pinned_by: self.pinned_by(doc, used.map(|(user, _)| user)),
             canvas: self.canvas,
             layout: None,
         });

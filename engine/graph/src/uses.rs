@@ -67,7 +67,7 @@ impl Linker<'_> {
         }
         params.give_all(self.settings_of(&prefix, &docs[doc].document));
         defaults::follow(&docs[doc], &mut params, self.report);
-        let child = self.declare(doc, prefix, params, Some(kind.span()));
+        let child = self.declare(doc, prefix, params, Some((scope, kind.span())));
         (self.scopes[child].canvas, self.scopes[child].layout) = (instance.canvas, instance.layout);
         let given = self.with_inputs(scope, child, &import, &with);
         self.check_given(child, kind, &given);

@@ -67,6 +67,8 @@ pub struct Registry {
     retired: &'static [&'static str],
     successor: Option<Successor>,
     retired_field: Option<fn(&str, &str) -> bool>,
+    /// Earlier versions of kinds.
+    kept: BTreeMap<(String, u32), Kind>,
     table: &'static str,
     changes: OnceLock<Changes>,
 }
@@ -117,6 +119,7 @@ impl Default for Registry {
             retired: &[],
             successor: None,
             retired_field: None,
+            kept: BTreeMap::new(),
             table: "[]",
             changes: OnceLock::new(),
         }
@@ -257,8 +260,25 @@ impl Registry {
         Some(entry.info.get_or_init(|| (entry.functions.info)(self.families[entry.family].0)))
     }
 
-    /// Builds a node of a kind; `None` if there is no such kind.
-    pub fn build(&self, kind: &str, args: &[(&str, Arg<'_>)]) -> Option<Built> {
-        self.entries.get(kind).map(|entry| (entry.functions.build)(args))
+    /// Builds a node of a kind, in its newest version or in an earlier one that is kept; `None` if there is no such kind
+    /// or version.
+    pub fn build(&self, kind: &str, version: Option<u32>, args: &[(&str, Arg<'_>)]) -> Option<Built> {
+        let functions = match version {
+            None => &self.entries.get(kind)?.functions,
+            Some(version) => &self.kept.get(&(kind.to_owned(), version))?.functions,
+        };
+        Some((functions.build)(args))
+    }
+
+    /// Adds an earlier version of a kind, for graphs that are pinned.
+    #[must_use]
+    pub fn with_kept(mut self, kind: &str, version: u32, kept: Kind) -> Self {
+        self.kept.insert((kind.to_owned(), version), kept);
+        self
+    }
+
+    /// True if it has this earlier version of a kind.
+    pub fn has_kept(&self, kind: &str, version: u32) -> bool {
+        self.kept.contains_key(&(kind.to_owned(), version))
     }
 }

@@ -66,6 +66,8 @@ codes! {
     TooLarge = "too-large",
     /// A file version that this program does not know.
     UnknownVersion = "unknown-version",
+    /// A version of a kind that the program does not have any more.
+    ChangedKind = "changed-kind",
     /// A name that is not allowed.
     BadName = "bad-name",
     /// Values that contradict each other.

@@ -15,3 +15,4 @@ mod graph_limits;
 mod graph_load;
 mod graph_nodes;
 mod graph_syntax;
+mod pins;

@@ -1,0 +1,148 @@
+//! Pins: the versions of kinds that a graph means. Source: LASTING §1.
+//!
+//! `pins: 41` means the versions after change 41 of the table of changes; `hold` names other versions of some kinds. A file
+//! without pins has those of the graph that uses it. A version that the program does not have is refused, unless the
+//! change does not alter the node.
+use super::document::Document;
+use super::linker::Linker;
+use super::part::{Entry, Shape, SyntaxValue};
+use super::read::{self, mismatch, shorten};
+use super::report::Report;
+use super::schema;
+use crate::diagnostics::{Code, Diagnostic, suggest};
+use crate::node::changes::{Change, Changes, Look, Thing, Touches};
+use crate::registry::Registry;
+
+/// The pins of a graph file.
+#[derive(Debug)]
+pub(super) struct Pins {
+    /// The number of the change.
+    change: u32,
+    /// Its place.
+    place: SyntaxValue,
+    /// The kinds with a version of their own.
+    hold: Vec<(Entry, u32)>,
+}
+
+impl Pins {
+    /// Reads `41` or `(change: 41, hold: { "Kind": 3 })`. `None` after an error.
+    pub(super) fn read(part: &SyntaxValue, report: &mut Report) -> Option<Self> {
+        if let Shape::Number(_) = part.shape() {
+            return Some(Self { change: whole(part, "`pins`", report)?, place: part.clone(), hold: Vec::new() });
+        }
+        let fields = read::fields(part, "`pins`", schema::PINS, report)?;
+        let Some(place) = read::get(&fields, "change") else {
+            let error = part.error(Code::MissingInput, "`pins` needs `change`, the number of a change");
+            report.push(error.help("`shibo changes` lists the changes"));
+            return None;
+        };
+        let held = read::get(&fields, "hold").map(|hold| read::map(hold, "hold", report)).unwrap_or_default();
+        let mut hold = Vec::new();
+        for entry in read::unique(held, "kind", report) {
+            let version = whole(&entry.value, "a version", report)?;
+            hold.push((entry, version));
+        }
+        Some(Self { change: whole(place, "`change`", report)?, place: place.clone(), hold })
+    }
+
+    /// Reports numbers that the program does not know.
+    pub(super) fn check(&self, registry: &Registry, report: &mut Report) {
+        let newest = registry.changes().newest();
+        if !(1..=newest).contains(&self.change) {
+            let change = self.change;
+            let (message, help) = match change {
+                0 => ("changes are numbered from 1".to_owned(), format!("the newest is {newest}")),
+                _ => (
+                    format!("the graph was made with a newer Shibo: change {change}, this one knows {newest}"),
+                    "update Shibo, or see the newest pictures with `--newest`".to_owned(),
+                ),
+            };
+            report.push(self.place.error(Code::UnknownVersion, message).help(help));
+        }
+        for (entry, version) in &self.hold {
+            let Some(info) = registry.info(&entry.name) else {
+                let kinds: Vec<&str> = registry.kinds().collect();
+                let error =
+                    entry.key.error(Code::UnknownKind, format!("there is no node kind `{}`", shorten(&entry.name)));
+                report.push(error.help(suggest(&entry.name, "kind", &kinds)));
+                continue;
+            };
+            if !(1..=info.version).contains(version) {
+                let message = format!("`{}` has no version {version}; the newest is {}", info.kind, info.version);
+                report.push(entry.value.error(Code::UnknownVersion, message).help("`shibo changes KIND` lists them"));
+            }
+        }
+    }
+
+    /// The version of a kind, given its version now.
+    fn version(&self, changes: &Changes, kind: &str, now: u32) -> u32 {
+        let held = self.hold.iter().find(|(entry, _)| entry.name == kind).map(|(_, version)| *version);
+        held.unwrap_or_else(|| changes.version(Thing::Kind(kind), now, self.change))
+    }
+}
+
+fn whole(part: &SyntaxValue, what: &str, report: &mut Report) -> Option<u32> {
+    match part.shape() {
+        Shape::Number(_) => {
+            let number = part.str().parse().ok();
+            if number.is_none() {
+                report.push(mismatch(part, what, "a whole number"));
+            }
+            number
+        }
+        _ => {
+            report.push(mismatch(part, what, "a whole number"));
+            None
+        }
+    }
+}
+
+impl Linker<'_> {
+    /// The file whose pins count for the nodes of a new scope: its own, or that of the scope that uses it.
+    pub(super) fn pinned_by(&self, doc: usize, user: Option<usize>) -> Option<usize> {
+        let document: &Document = &self.docs[doc].document;
+        if document.pins.is_some() { Some(doc) } else { self.scopes[user?].pinned_by }
+    }
+
+    /// The earlier version of its kind that a node must have. `None` for the newest, and after an error.
+    pub(super) fn earlier_version(&mut self, flat: usize) -> Option<u32> {
+        let node = &self.flats[flat];
+        let (docs, info) = (self.docs, node.info?);
+        let pins = docs[self.scopes[node.scope].pinned_by?].document.pins.as_ref()?;
+        let changes = self.registry.changes();
+        let version = pins.version(changes, &info.kind, info.version);
+        let later = |line: &&Change| line.thing() == Thing::Kind(&info.kind) && line.version > version;
+        let altering: Vec<&Change> =
+            changes.since(0).filter(later).filter(|line| self.is_touched(flat, &line.touches)).collect();
+        let new = altering.iter().find(|line| line.look == Look::Look)?;
+        if self.registry.has_kept(&info.kind, version) {
+            return Some(version);
+        }
+        let worst = altering.iter().map(|line| line.worst).fold(0.0, f64::max);
+        let error = gone(&node.kind, (&info.kind, version, info.version), new, worst);
+        self.report.push(error);
+        self.flats[flat].good = false;
+        None
+    }
+
+    /// True if a node is among the uses that a change can alter.
+    fn is_touched(&self, flat: usize, touches: &Touches) -> bool {
+        let node = &self.flats[flat];
+        match touches {
+            Touches::All | Touches::Outputs(_) => true,
+            Touches::Given(fields) => fields.iter().any(|field| node.field(field).is_some()),
+            Touches::Values(field, values) => {
+                let written = node.field(field).map(|part| part.str().trim_matches('"').to_owned());
+                written.is_some_and(|written| values.contains(&written))
+            }
+        }
+    }
+}
+
+/// The error for a version that the program does not have.
+fn gone(place: &SyntaxValue, (kind, version, now): (&str, u32, u32), new: &Change, worst: f64) -> Diagnostic {
+    let message = format!("`{kind}` of version {version} is not in this program any more");
+    let help =
+        format!("`shibo migrate FILE` takes version {now}: {} (up to {:.0} % of full scale)", new.what, worst * 100.0);
+    place.error(Code::ChangedKind, message).help(help)
+}

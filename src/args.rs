@@ -78,6 +78,9 @@ pub(crate) struct ValueArgs {
     /// Use the values of a preset of the graph, or of several: `a+b`.
     #[arg(long, value_name = "NAME")]
     pub(crate) preset: Option<String>,
+    /// Take the newest versions of all nodes, whatever the pins of the graph say.
+    #[arg(long)]
+    pub(crate) newest: bool,
 }
 
 /// Resources of a computation.

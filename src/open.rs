@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 pub(crate) fn load(path: &Path, registry: &Registry, values: &ValueArgs, resolution: Option<Resolution>) -> Loaded {
     let options = LoadOptions {
         preset: values.preset.clone(),
+        newest: values.newest,
         set: values.set.clone(),
         resolution,
         // If the working folder is unknown, relative paths stay relative, which means the same.

@@ -71,6 +71,9 @@ pub(crate) struct RenderArgs {
     /// Give a parameter of the graph, or of a sub-graph (USE.PARAM), a value; may be repeated.
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = assignment)]
     pub(crate) set: Vec<(String, String)>,
+    /// Take the newest versions of all nodes, whatever the pins of the graph say.
+    #[arg(long)]
+    pub(crate) newest: bool,
     /// Render a variant for each of these values of a parameter, of `seed` or of `preset`: 1..100, 0.6..1.2/4 or a,b,c.
     /// Repeated, it renders all combinations. Files of an earlier run are left as they are.
     #[arg(long, value_name = "NAME=VALUES", value_parser = axis, conflicts_with_all = ["part", "stats"])]
@@ -164,7 +167,7 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal, start: Instant) -> Res
     let registry = library::registry();
     let mut sets = Vec::new();
     for preset in presets(args)? {
-        let values = ValueArgs { set: args.set.clone(), preset: preset.clone() };
+        let values = ValueArgs { set: args.set.clone(), preset: preset.clone(), newest: args.newest };
         let mut graph = open::graph(open::load(&args.graph, &registry, &values, args.resolution), terminal)?;
         report::show(terminal, &graph.advice(), &graph.sources);
         show_nodes(&mut graph, args)?;

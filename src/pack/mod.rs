@@ -43,7 +43,7 @@ pub(crate) fn run(args: &PackArgs, terminal: &Terminal) -> Result<(), Quit> {
     let graph = load(&args.graph, ValueArgs::default(), terminal)?;
     collect(&graph, &mut content, terminal)?;
     for preset in &graph.presets {
-        let values = ValueArgs { set: Vec::new(), preset: Some(preset.clone()) };
+        let values = ValueArgs { preset: Some(preset.clone()), ..ValueArgs::default() };
         collect(&load(&args.graph, values, terminal)?, &mut content, terminal)?;
     }
     if args.list {

@@ -113,7 +113,7 @@ fn graph(args: &RenderArgs, values: &[(&str, &str)], registry: &Registry, termin
             set.push(((*name).to_owned(), (*value).to_owned()));
         }
     }
-    let loaded = open::load(&args.graph, registry, &ValueArgs { set, preset }, args.resolution);
+    let loaded = open::load(&args.graph, registry, &ValueArgs { set, preset, newest: args.newest }, args.resolution);
     let mut graph = match loaded.graph {
         Some(graph) => graph,
         None => {

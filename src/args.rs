@@ -1,6 +1,7 @@
 //! The command line.
 use crate::{
-    cache, changes, check, completions, dump, fmt, graph, job, lsp, migrate, new, nodes, pack, parts, render, watch,
+    cache, changes, check, completions, dump, fmt, graph, job, lsp, migrate, new, nodes, pack, parts, pin, render,
+    watch,
 };
 use clap::{Args, Parser, Subcommand};
 use shibo_picture::PartOf;
@@ -51,6 +52,8 @@ pub(crate) enum Command {
     Migrate(migrate::MigrateArgs),
     /// List the changes of nodes and shipped graphs that alter pictures or names.
     Changes(changes::ChangesArgs),
+    /// Pin graphs at a change, so that later versions of nodes leave their pictures alone.
+    Pin(pin::PinArgs),
     /// List the kinds of nodes, show the manual of one, or search them.
     Nodes(nodes::NodesArgs),
     /// Print what a node makes, as JSON.

@@ -28,6 +28,7 @@ mod nodes;
 mod open;
 mod pack;
 mod parts;
+mod pin;
 mod progress;
 mod quit;
 mod render;
@@ -82,6 +83,7 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::Fmt(args) => fmt::run(&args, terminal),
         Command::Migrate(args) => migrate::run(&args, terminal),
         Command::Changes(args) => changes::run(&args, terminal),
+        Command::Pin(args) => pin::run(&args, terminal),
         Command::Nodes(args) => nodes::run(&args, terminal),
         Command::Dump(args) => dump::run(&args, terminal),
         Command::New(args) => new::run(&args, terminal),

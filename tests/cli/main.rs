@@ -40,6 +40,7 @@ mod picture_colors;
 mod picture_files;
 #[path = "../../engine/picture/tests/all/pictures/mod.rs"]
 mod pictures;
+mod pins;
 mod render;
 mod rest;
 mod rows;

@@ -11,7 +11,7 @@ pub(super) fn indent(text: &str, at: usize) -> &str {
 }
 
 /// Position after the comma that follows an item, if there is one; comments in between are skipped like blanks.
-fn after_comma(text: &str, from: usize, end: usize) -> Option<usize> {
+pub(super) fn after_comma(text: &str, from: usize, end: usize) -> Option<usize> {
     let mut at = from;
     loop {
         let rest = text.get(at..end)?;

@@ -5,10 +5,12 @@ mod fixes;
 mod formula;
 mod inline;
 mod insert;
+mod pin;
 mod refactor;
 mod retired;
 
 pub use assign::{add_preset, alike, assign, promote};
+pub use pin::pinned;
 
 use super::diagnose::Finding;
 use super::file::File;

@@ -9,7 +9,7 @@ use lsp_types::{
     PublishDiagnosticsParams, Uri,
 };
 use serde_json::json;
-use shibo_graph::{Limits, LoadOptions, Loaded, load_text};
+use shibo_graph::{LoadOptions, Loaded, load_text};
 use shibo_ide::diagnose::{Finding, Severity, by_file, hints};
 use shibo_ide::{Cx, File, Workspace, World, identity};
 use shibo_node::registry::Registry;
@@ -190,13 +190,10 @@ impl Checker {
 
     fn options(&self) -> LoadOptions {
         LoadOptions {
-            preset: None,
-            set: Vec::new(),
-            resolution: None,
             working_dir: std::env::current_dir().unwrap_or_default(),
             import_paths: environment::import_paths().to_vec(),
-            limits: Limits::default(),
             overlay: self.workspace.texts(),
+            ..LoadOptions::default()
         }
     }
 

@@ -7,7 +7,7 @@ use crate::serve::{Preview, Scene, Store};
 use glam::UVec2;
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Session, Settings};
-use shibo_graph::{Graph, Limits, LoadOptions, load_text};
+use shibo_graph::{Graph, LoadOptions, load_text};
 use shibo_picture::{Conversion, ReadLimits, header, read};
 use shibo_value::linear_to_srgb;
 use std::path::{Path, PathBuf};
@@ -130,13 +130,9 @@ fn size(bytes: usize) -> String {
 
 fn load(session: &Session, path: &Path, text: &str, wish: &Wish) -> Option<Graph> {
     let options = LoadOptions {
-        preset: None,
-        set: Vec::new(),
-        resolution: None,
-        working_dir: PathBuf::new(),
         import_paths: environment::import_paths().to_vec(),
-        limits: Limits::default(),
         overlay: wish.open.clone(),
+        ..LoadOptions::default()
     };
     load_text(path, text, session.registry(), &options).graph
 }

@@ -278,8 +278,10 @@ pub(super) fn located(word: &SyntaxValue, fault: &Fault, inside: Option<(usize, 
     let mut error = word.error(fault.code, fault.message.clone());
     error.help.clone_from(&fault.help);
     if let Some((offset, range)) = inside {
-        // A place past the last character becomes the closing quote.
-        error.span = word.sub_span(offset + range.start, offset + range.end.max(range.start + 1));
+        // A place past the last character becomes the closing quote, which is missing at the end of a broken text.
+        let text = word.str();
+        let start = (offset + range.start).min(text.len());
+        error.span = word.sub_span(start, text.ceil_char_boundary((offset + range.end).max(start + 1)));
     }
     error
 }

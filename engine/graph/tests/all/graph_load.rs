@@ -301,6 +301,17 @@ fn check_spans(loaded: &Loaded) {
     assert_eq!(loaded.graph.is_none(), loaded.has_errors());
 }
 
+#[test]
+fn errors_of_formulas_lie_within_the_text() {
+    for formula in ["=", "= ", "= é", "= a +", "= 1 é", "=é", "= $", "= $é", "= (", "= \u{a0}", "= \"", "= a \u{3000}"]
+    {
+        for end in ["", "\"", "\" }) é", "é"] {
+            check_spans(&plain(&format!("(nodes: {{ \"a\": \"{formula}{end}")));
+            check_spans(&plain(&format!("(nodes: {{ \"a\": Bands(pitch: \"{formula}{end}")));
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
 

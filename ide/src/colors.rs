@@ -85,7 +85,9 @@ impl<'a> Visit<'a> for Colors<'a> {
 /// Returns whether three numbers are a colour here.
 fn takes_color(cx: Cx<'_>, expect: Expect<'_>) -> bool {
     match expect {
-        Expect::Port(_, port, _) => matches!(port.ty, Accepts::One(Type::Rgb) | Accepts::Field | Accepts::EveryField),
+        Expect::Port(_, port, _) => {
+            matches!(port.ty, Accepts::One(Type::Rgb) | Accepts::Color) || Accepts::Field.fits(port.ty)
+        }
         Expect::Value(_, param) => param.ty == ParamType::Color,
         Expect::Param("Color", Some("default")) | Expect::Input("Rgb", Some("default")) => true,
         Expect::Preset(name) => cx.file.entry(Section::Params, name).is_some_and(|i| cx.file.head(i) == Some("Color")),

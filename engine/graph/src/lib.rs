@@ -64,6 +64,7 @@ mod subst;
 mod text_file;
 mod tiling;
 mod uses;
+mod versions;
 
 pub use imports::import_path;
 pub use linked::{Export, ExportMesh, Graph, GraphNode, GraphOutput, GraphParam, GraphUse, Input};

@@ -3,14 +3,12 @@
 //! `pins: 41` means the versions after change 41 of the table of changes; `hold` names other versions of some kinds. A file
 //! without pins has those of the graph that uses it. A version that the program does not have is refused, unless the
 //! change does not alter the node.
-use super::document::Document;
-use super::linker::Linker;
 use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use super::schema;
-use crate::diagnostics::{Code, Diagnostic, suggest};
-use crate::node::changes::{Change, Changes, Look, Thing, Touches};
+use crate::diagnostics::{Code, suggest};
+use crate::node::changes::{Changes, Thing};
 use crate::registry::Registry;
 
 /// The pins of a graph file.
@@ -75,7 +73,7 @@ impl Pins {
     }
 
     /// The version of a kind, given its version now.
-    fn version(&self, changes: &Changes, kind: &str, now: u32) -> u32 {
+    pub(super) fn version(&self, changes: &Changes, kind: &str, now: u32) -> u32 {
         let held = self.hold.iter().find(|(entry, _)| entry.name == kind).map(|(_, version)| *version);
         held.unwrap_or_else(|| changes.version(Thing::Kind(kind), now, self.change))
     }
@@ -95,54 +93,4 @@ fn whole(part: &SyntaxValue, what: &str, report: &mut Report) -> Option<u32> {
             None
         }
     }
-}
-
-impl Linker<'_> {
-    /// The file whose pins count for the nodes of a new scope: its own, or that of the scope that uses it.
-    pub(super) fn pinned_by(&self, doc: usize, user: Option<usize>) -> Option<usize> {
-        let document: &Document = &self.docs[doc].document;
-        if document.pins.is_some() { Some(doc) } else { self.scopes[user?].pinned_by }
-    }
-
-    /// The earlier version of its kind that a node must have. `None` for the newest, and after an error.
-    pub(super) fn earlier_version(&mut self, flat: usize) -> Option<u32> {
-        let node = &self.flats[flat];
-        let (docs, info) = (self.docs, node.info?);
-        let pins = docs[self.scopes[node.scope].pinned_by?].document.pins.as_ref()?;
-        let changes = self.registry.changes();
-        let version = pins.version(changes, &info.kind, info.version);
-        let later = |line: &&Change| line.thing() == Thing::Kind(&info.kind) && line.version > version;
-        let altering: Vec<&Change> =
-            changes.since(0).filter(later).filter(|line| self.is_touched(flat, &line.touches)).collect();
-        let new = altering.iter().find(|line| line.look == Look::Look)?;
-        if self.registry.has_kept(&info.kind, version) {
-            return Some(version);
-        }
-        let worst = altering.iter().map(|line| line.worst).fold(0.0, f64::max);
-        let error = gone(&node.kind, (&info.kind, version, info.version), new, worst);
-        self.report.push(error);
-        self.flats[flat].good = false;
-        None
-    }
-
-    /// True if a node is among the uses that a change can alter.
-    fn is_touched(&self, flat: usize, touches: &Touches) -> bool {
-        let node = &self.flats[flat];
-        match touches {
-            Touches::All | Touches::Outputs(_) => true,
-            Touches::Given(fields) => fields.iter().any(|field| node.field(field).is_some()),
-            Touches::Values(field, values) => {
-                let written = node.field(field).map(|part| part.str().trim_matches('"').to_owned());
-                written.is_some_and(|written| values.contains(&written))
-            }
-        }
-    }
-}
-
-/// The error for a version that the program does not have.
-fn gone(place: &SyntaxValue, (kind, version, now): (&str, u32, u32), new: &Change, worst: f64) -> Diagnostic {
-    let message = format!("`{kind}` of version {version} is not in this program any more");
-    let help =
-        format!("`shibo migrate FILE` takes version {now}: {} (up to {:.0} % of full scale)", new.what, worst * 100.0);
-    place.error(Code::ChangedKind, message).help(help)
 }

@@ -96,7 +96,7 @@ impl Graph {
     }
 }
 
-/// Which nodes repeat with the canvas.
+/// The nodes that repeat with the canvas.
 struct Repeats {
     /// True for a node that prevents outputs from tiling.
     at_fault: Vec<bool>,

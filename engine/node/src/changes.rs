@@ -24,7 +24,7 @@ pub struct Change {
     pub all: bool,
     /// The version of that thing since this change.
     pub version: u32,
-    /// How much of a picture can change.
+    /// The largest change of a picture.
     pub look: Look,
     /// A description for users, without a full stop.
     pub what: String,
@@ -32,7 +32,7 @@ pub struct Change {
     pub touches: Touches,
     /// The largest mean difference over the shipped graphs, from 0 to 1.
     pub worst: f64,
-    /// What the program has of the version before.
+    /// The part of the version before that the program has.
     pub keeps: Keeps,
     /// The edit that answers the change, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -42,7 +42,7 @@ pub struct Change {
     pub exact: bool,
 }
 
-/// How much of a picture can change.
+/// The largest change of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Look {
     /// At most 1/255 everywhere.
@@ -66,7 +66,7 @@ pub enum Touches {
     Outputs(Vec<String>),
 }
 
-/// What the program has of the version before a change.
+/// The part of the version before a change that the program has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Keeps {
     /// The code of the kind.

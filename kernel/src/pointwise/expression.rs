@@ -102,7 +102,7 @@ impl Machine {
     }
 }
 
-/// What a run changes.
+/// The state of a run.
 struct State<'m> {
     machine: &'m Machine,
     /// The code to try first; `None` once it has failed.

@@ -3,7 +3,7 @@
 
 use crate::support::Desk;
 
-const GRAPH: &str = "// A.\n(\n  version: 1,\n  canvas: (size_mm: 20, resolution: 16),\n  nodes: { \"a\": Perlin(size: 5) },\n  outputs: { \"a\": \"a\" },\n)\n";
+const GRAPH: &str = "// A.\n(\n  version: 1,\n  canvas: (size_mm: 20, resolution: 16),\n  nodes: {\n    \"a\": Perlin(size: 5),\n  },\n  outputs: { \"a\": \"a\" },\n)\n";
 
 fn text(desk: &Desk) -> String {
     String::from_utf8(desk.read("a.ron")).unwrap()

@@ -213,7 +213,7 @@ fn materials_of_constants_go_with_solids() {
 
 #[test]
 fn exports_cut_materials_in_space_along_their_mesh() {
-    let mesh = r#""atlas": MeshAtlas(mesh: MeshShape(shape: Cube, size: 20)), "baked": BakeSolid(atlas: "atlas", solid: "wood"),"#;
+    let mesh = r#""atlas": MeshAtlas(mesh: MeshShape(shape: Cube, size: (20, 20, 20))), "baked": BakeSolid(atlas: "atlas", solid: "wood"),"#;
     let desk = desk(mesh);
     let graph = String::from_utf8(desk.read("main.ron")).unwrap();
     for (name, material) in [("one", "wood"), ("other", "baked")] {

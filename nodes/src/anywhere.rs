@@ -28,7 +28,7 @@ pub(crate) fn pointwise<const N: usize>(
     }
     let fields: Vec<Field> = inputs.into_iter().map(|(value, port)| field(value, port)).collect::<Result<_, _>>()?;
     let constants: Option<Vec<_>> = fields.iter().map(Field::as_constant).collect();
-    if let Some(Ok(constants)) = constants.map(|values| <[&[f32]; N]>::try_from(values)) {
+    if let Some(Ok(constants)) = constants.map(<[&[f32]; N]>::try_from) {
         return Ok(Anywhere::Field(constant(ty, |out| fill(out, constants.map(|values| Planes::new(values, 1))))));
     }
     let Ok(fields) = <[Field; N]>::try_from(fields) else { return Err(mixed("input", "is missing").into()) };

@@ -39,10 +39,10 @@ impl Masked {
 
     /// The field as a constant, if all fields are constant.
     fn constant(&self, ty: Type) -> Option<Field> {
-        let side = |fields: &'_ [Field]| fields.iter().map(|f| f.as_constant().map(<[f32]>::to_vec)).collect();
-        let (weight, base, top): (_, Option<Vec<Vec<f32>>>, Option<Vec<Vec<f32>>>) =
-            (self.weight.as_constant()?, side(&self.base), side(&self.top));
-        let (base, top) = (base?, top?);
+        let side = |fields: &[Field]| {
+            fields.iter().map(|field| field.as_constant().map(<[f32]>::to_vec)).collect::<Option<Vec<_>>>()
+        };
+        let (weight, base, top) = (self.weight.as_constant()?, side(&self.base)?, side(&self.top)?);
         let [base, top] = [&base, &top].map(|side| side.iter().map(|v| Planes::new(v, 1)).collect::<Vec<_>>());
         let shown = |side: Side<'_>, shift: f32, out: &mut [&mut [f32]]| {
             out.iter_mut().enumerate().for_each(|(k, out)| out[0] = plane(&side[0], k)[0] + shift);

@@ -223,8 +223,7 @@ fn exports_cut_materials_in_space_along_their_mesh() {
         desk.run(["render", &format!("{name}.ron"), "-o", name]).expect(0);
     }
     for file in ["it_base_color.png", "it_normal.png", "it_roughness.png"] {
-        let [one, other] =
-            ["one", "other"].map(|folder| std::fs::read(desk.path(&format!("{folder}/{file}"))).unwrap());
+        let [one, other] = ["one", "other"].map(|folder| std::fs::read(desk.path(format!("{folder}/{file}"))).unwrap());
         assert!(one == other, "{file}");
     }
     let outputs = r#"outputs: { "it": Obj(material: "wood") }"#;

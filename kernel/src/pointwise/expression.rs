@@ -154,7 +154,7 @@ fn operand<'a>(number: u16, operands: &[&'a [Chunk]], registers: &'a [&mut [Chun
     let number = usize::from(number);
     match operands.get(number) {
         Some(operand) => operand,
-        None => &registers[number - operands.len()],
+        None => registers[number - operands.len()],
     }
 }
 
@@ -193,7 +193,7 @@ struct Loop<'a> {
     out: &'a mut [Chunk],
 }
 
-impl pair::Run for Loop<'_> {
+impl formula::Run for Loop<'_> {
     #[inline(always)]
     fn call(self, f: impl Fn([f32; 3]) -> f32 + Copy) {
         // A constant has one chunk, which is read again and again.

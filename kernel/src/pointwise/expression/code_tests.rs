@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use super::super::scalar::finite;
 use super::code::{Code, Work, passes_on};
-use super::pair::Run;
+use super::formula::Run;
 use super::{Machine, formula};
 use proptest::prelude::*;
 use shibo_value::expression::{Instruction, Op, Program};

@@ -3,13 +3,18 @@ use super::super::scalar::{
     abs, acos, asin, atan, atan2, cbrt, ceil, cos, exp, finite, floor, from_srgb, hash, log, log2, max, min, modulo,
     noise, noise3, of_piece, power, random, round, saturate, sin, sqrt, srgb, truth,
 };
-use super::pair::Run;
 use shibo_value::expression::Op;
 
 /// An operation.
 pub(super) trait Formula {
     /// Its value for the first of these arguments, as many as it has.
     fn value(args: [f32; 3], seed: u64, period: [f32; 3]) -> f32;
+}
+
+/// Runs a function for each pixel.
+pub(super) trait Run {
+    /// Runs it.
+    fn call(self, f: impl Fn([f32; 3]) -> f32 + Copy);
 }
 
 macro_rules! define {

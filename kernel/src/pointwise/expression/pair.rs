@@ -1,7 +1,7 @@
 //! The pairs of operations that run as one: the value between them stays in the processor.
 //!
 //! Each of the two is rounded as it is alone, so a pair has the bits of two steps.
-use super::formula::{self, Formula};
+use super::formula::{self, Formula, Run};
 use shibo_value::expression::Op;
 
 /// Defines [`First`], [`Second`] and the choice of a loop for a pair.
@@ -61,12 +61,6 @@ macro_rules! pairs {
             }
         }
     };
-}
-
-/// Runs a function for each pixel.
-pub(super) trait Run {
-    /// Runs it.
-    fn call(self, f: impl Fn([f32; 3]) -> f32 + Copy);
 }
 
 pairs! {

@@ -121,7 +121,9 @@ fn takes_materials(port: Accepts) -> bool {
 
 /// The part of a path that names the material: the part before the channel, if the path has one.
 fn of_material<'p>(path: &'p str, channel: &str) -> &'p str {
-    path.rsplit_once(&format!(".{channel}")).map_or(path, |(material, _)| material)
+    let mut places = path.match_indices('.').map(|(at, _)| at);
+    let before = places.find(|at| path[at + 1..].split('.').next() == Some(channel));
+    before.map_or(path, |at| &path[..at])
 }
 
 fn explain(mut warning: Diagnostic, default: &str, channels: ChannelSet) -> Diagnostic {

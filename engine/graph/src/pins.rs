@@ -65,8 +65,14 @@ impl Pins {
                 report.push(error.help(suggest(&entry.name, "kind", &kinds)));
                 continue;
             };
-            if !(1..=info.version).contains(version) {
-                let message = format!("`{}` has no version {version}; the newest is {}", info.kind, info.version);
+            // No change tells what differs from a version before the table.
+            let (oldest, newest) = (registry.changes().version(Thing::Kind(&info.kind), info.version, 0), info.version);
+            if !(oldest..=newest).contains(version) {
+                let known = match oldest == newest {
+                    true => format!("version {newest}"),
+                    false => format!("versions {oldest} to {newest}"),
+                };
+                let message = format!("`{}` has the {known}; found {version}", info.kind);
                 report.push(entry.value.error(Code::UnknownVersion, message).help("`shibo changes KIND` lists them"));
             }
         }

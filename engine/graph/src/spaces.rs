@@ -20,12 +20,7 @@ impl Linker<'_> {
 
     /// The widest of the types at these ports, as a solid.
     pub(super) fn widest_solid(&self, flat: usize, ports: &[&str]) -> Option<Type> {
-        let types: Vec<_> = self.flats[flat]
-            .slots
-            .iter()
-            .filter(|slot| is_at(slot, ports))
-            .map(|slot| self.type_of(&slot.target))
-            .collect();
+        let types: Vec<_> = self.targets(flat, ports).map(|target| self.type_of(target)).collect();
         let has = |of: &[Type]| types.iter().flatten().any(|ty| of.contains(ty));
         if let Some(ty) = [Type::SolidMaterial, Type::SolidVector].into_iter().find(|ty| has(&[*ty])) {
             return Some(ty);
@@ -38,12 +33,7 @@ impl Linker<'_> {
 
     /// The widest of the types at these ports, as a field; for a material, a material.
     pub(super) fn widest_field(&self, flat: usize, ports: &[&str]) -> Option<Type> {
-        let types: Vec<_> = self.flats[flat]
-            .slots
-            .iter()
-            .filter(|slot| is_at(slot, ports))
-            .map(|slot| self.field_type(&slot.target))
-            .collect();
+        let types: Vec<_> = self.targets(flat, ports).map(|target| self.field_type(target)).collect();
         let has = |of: &[Type]| types.iter().flatten().any(|ty| of.contains(ty));
         if has(&[Type::SolidMaterial, Type::Material]) {
             return Some(Type::Material);
@@ -57,6 +47,11 @@ impl Linker<'_> {
         // A port value with an error could have any of these types.
         let unknown = types.contains(&None) || (!self.flats[flat].good && types.is_empty());
         (!unknown).then_some(Type::Gray)
+    }
+
+    /// The values at these ports.
+    fn targets(&self, flat: usize, ports: &[&str]) -> impl Iterator<Item = &Target> {
+        self.flats[flat].slots.iter().filter(|slot| is_at(slot, ports)).map(|slot| &slot.target)
     }
 
     fn is_in_space(&self, slot: &Slot) -> bool {

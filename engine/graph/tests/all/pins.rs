@@ -38,7 +38,7 @@ fn nodes_have_the_version_of_their_pin() {
     let gone = versions("pins: 1,", wide).unwrap_err();
     assert_eq!(
         gone,
-        "changed-kind `Rays` of version 2 is not in this program any more: `shibo migrate FILE` takes version 5: other rays \
+        "changed-kind `Rays` of version 2 is not in this program any more: `shibo pin FILE` takes version 5: other rays \
          (up to 31 % of full scale)"
     );
     assert!(load("pins: 1,", wide, true).graph.is_some(), "--newest");
@@ -64,7 +64,9 @@ fn wrong_pins_are_reported() {
         ("pins: \"41\",", "`pins`"),
         ("pins: (hold: {}),", "missing-input `pins` needs `change`"),
         ("pins: (change: 4, hold: { \"Rais\": 3 }),", "did you mean `Rays`?"),
-        ("pins: (change: 4, hold: { \"Rays\": 6 }),", "unknown-version `Rays` has no version 6; the newest is 5"),
+        ("pins: (change: 4, hold: { \"Rays\": 6 }),", "unknown-version `Rays` has the versions 2 to 5; found 6"),
+        ("pins: (change: 4, hold: { \"Rays\": 1 }),", "unknown-version `Rays` has the versions 2 to 5; found 1"),
+        ("pins: (change: 4, hold: { \"Mix\": 0 }),", "unknown-version `Mix` has the version 1; found 0"),
         ("pins: (change: 4, holds: {}),", "holds"),
     ] {
         let error = versions(pins, r#""r": Rays()"#).unwrap_err();

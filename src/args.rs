@@ -1,7 +1,7 @@
 //! The command line.
 use crate::{
-    cache, changes, check, completions, dump, fmt, graph, job, lsp, migrate, new, nodes, pack, parts, pin, render,
-    watch,
+    cache, changes, check, completions, diff, dump, fmt, git, graph, job, lsp, merge, migrate, new, nodes, pack, parts,
+    pin, render, watch,
 };
 use clap::{Args, Parser, Subcommand};
 use shibo_picture::PartOf;
@@ -54,6 +54,12 @@ pub(crate) enum Command {
     Changes(changes::ChangesArgs),
     /// Pin graphs at a change, so that later versions of nodes leave their pictures alone.
     Pin(pin::PinArgs),
+    /// List the changes from one version of a graph to another.
+    Diff(diff::DiffArgs),
+    /// Merge two changed versions of a graph.
+    Merge(merge::MergeArgs),
+    /// Let git diff and merge graphs by this program.
+    Git(git::GitArgs),
     /// List the kinds of nodes, show the manual of one, or search them.
     Nodes(nodes::NodesArgs),
     /// Print what a node makes, as JSON.

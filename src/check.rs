@@ -51,7 +51,7 @@ pub(crate) struct CheckArgs {
 
 /// Output format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum FormatArg {
+pub(crate) enum FormatArg {
     Human,
     Json,
 }

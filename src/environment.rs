@@ -68,3 +68,27 @@ pub(crate) fn cache_dir() -> Option<PathBuf> {
     let absolute = |name| variable(name).map(PathBuf::from).filter(|path| path.is_absolute());
     absolute("XDG_CACHE_HOME").or_else(|| Some(absolute("HOME")?.join(".cache"))).map(|dir| dir.join("shibo"))
 }
+
+/// The user's attributes of git: `$XDG_CONFIG_HOME/git/attributes`, else `~/.config/git/attributes`.
+pub(crate) fn git_attributes() -> Option<PathBuf> {
+    let folder = variable("XDG_CONFIG_HOME").map(PathBuf::from);
+    let folder = folder.or_else(|| Some(PathBuf::from(variable("HOME")?).join(".config")));
+    folder.map(|folder| folder.join("git").join("attributes"))
+}
+
+/// This program as a word for a shell: its name if the shell finds it by that, else its path in quotes.
+pub(crate) fn program() -> String {
+    let Ok(path) = std::env::current_exe() else { return "shibo".to_owned() };
+    let name = path.file_name().unwrap_or_default();
+    let same = |folder: PathBuf| match (folder.join(name).canonicalize(), path.canonicalize()) {
+        (Ok(found), Ok(path)) => found == path,
+        _ => false,
+    };
+    // The first program of that name in the search path is the one that a shell starts.
+    let found = std::env::split_paths(&variable("PATH").unwrap_or_default()).find(|folder| folder.join(name).is_file());
+    if found.is_some_and(same) {
+        return name.to_string_lossy().into_owned();
+    }
+    // Git for Windows runs a POSIX shell, too.
+    format!("'{}'", path.to_string_lossy().replace('\\', "/").replace('\'', "'\\''"))
+}

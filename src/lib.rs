@@ -12,16 +12,19 @@ mod cache;
 mod changes;
 mod check;
 mod completions;
+mod diff;
 mod dump;
 mod environment;
 mod find;
 mod fmt;
+mod git;
 mod graph;
 mod graph_files;
 mod interrupt;
 mod job;
 mod library;
 mod lsp;
+mod merge;
 mod migrate;
 mod new;
 mod nodes;
@@ -63,6 +66,11 @@ pub fn main(registry: fn(PathBuf) -> Registry) -> ExitCode {
     let terminal = Terminal::new();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
+        // A merge driver reports a failure by a code above 128.
+        Err(error) if error.use_stderr() && std::env::args().nth(1).is_some_and(|command| command == "merge") => {
+            terminal.usage(&error);
+            return ExitCode::from(129);
+        }
         Err(error) => return terminal.usage(&error),
     };
     environment::set_import_paths(cli.import_path);
@@ -84,6 +92,9 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::Migrate(args) => migrate::run(&args, terminal),
         Command::Changes(args) => changes::run(&args, terminal),
         Command::Pin(args) => pin::run(&args, terminal),
+        Command::Diff(args) => diff::run(&args, terminal),
+        Command::Merge(args) => merge::run(&args, terminal),
+        Command::Git(args) => git::run(&args, terminal),
         Command::Nodes(args) => nodes::run(&args, terminal),
         Command::Dump(args) => dump::run(&args, terminal),
         Command::New(args) => new::run(&args, terminal),

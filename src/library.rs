@@ -1,9 +1,10 @@
 //! The registry of this process: the kinds of nodes, and the graphs that can be imported by name.
 use crate::environment;
+use shibo_bridge::Tools;
 use shibo_ide::migrate;
 use shibo_node::registry::Registry;
 use std::path::PathBuf;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 pub(crate) use shibo_library::{EXAMPLE_FILES, graphs};
 
@@ -19,4 +20,9 @@ pub(crate) fn set(make: fn(PathBuf) -> Registry) {
 pub(crate) fn registry() -> Registry {
     let registry = MAKE.get_or_init(|| shibo_library::registry)(environment::library_dir());
     registry.with_successor(migrate::successor).with_retired_fields(migrate::is_retired_field)
+}
+
+/// The registry and the folders for imports, for the operations of the bridge.
+pub(crate) fn tools() -> Tools {
+    Tools { registry: Arc::new(registry()), import_paths: environment::import_paths().to_vec() }
 }

@@ -11,6 +11,8 @@ pub(crate) enum Quit {
     Failed(anyhow::Error),
     /// The arguments are wrong.
     Usage(String),
+    /// An operation failed that has codes below 129 for other results.
+    Fatal(String),
     /// The program that reads stdout has closed it.
     Closed,
 }
@@ -26,7 +28,7 @@ impl Quit {
         match self {
             Self::Shown | Self::Closed => "it could not be done".to_owned(),
             Self::Failed(error) => format!("{error:#}"),
-            Self::Usage(message) => message.clone(),
+            Self::Usage(message) | Self::Fatal(message) => message.clone(),
         }
     }
 
@@ -41,6 +43,10 @@ impl Quit {
             Self::Usage(message) => {
                 terminal.error(message);
                 ExitCode::from(2)
+            }
+            Self::Fatal(message) => {
+                terminal.error(message);
+                ExitCode::from(129)
             }
         }
     }

@@ -23,7 +23,7 @@ pub mod inlay;
 pub mod lens;
 pub mod manual;
 pub mod migrate;
-mod names;
+pub mod names;
 pub mod navigate;
 mod paths;
 pub mod rename;

@@ -68,12 +68,12 @@ impl Occurrence {
 }
 
 /// Puts a text in quotes.
-pub(crate) fn quote(text: &str) -> String {
+pub fn quote(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
 /// All names of a graph, in the order of the text. A file does not include its local graphs.
-pub(crate) fn occurrences(cx: Cx<'_>) -> Vec<Occurrence> {
+pub fn occurrences(cx: Cx<'_>) -> Vec<Occurrence> {
     let mut names = Names { cx, found: Vec::new() };
     walk(cx, &mut names);
     names.found

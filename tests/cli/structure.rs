@@ -25,7 +25,7 @@ const ENGINE: [&str; 5] =
 
 /// The crates that the command and the Python module are made of.
 fn below_the_command() -> impl Iterator<Item = &'static str> {
-    ENGINE.into_iter().chain(["kernel/src", "nodes/src", "library/src", "ide/src"])
+    ENGINE.into_iter().chain(["kernel/src", "nodes/src", "library/src", "ide/src", "bridge/src"])
 }
 
 fn all_crates() -> impl Iterator<Item = &'static str> {

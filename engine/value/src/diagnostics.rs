@@ -32,6 +32,8 @@ macro_rules! codes {
 codes! {
     /// The text is not RON.
     Syntax = "syntax",
+    /// Marks of a merge that left two versions of one place.
+    Conflict = "conflict",
     /// A node kind that does not exist.
     UnknownKind = "unknown-kind",
     /// A field (port or parameter) that the node or section does not have.

@@ -8,7 +8,8 @@ use std::ops::Range;
 pub struct SyntaxError {
     /// The place where it was noticed; an empty range at the end of the text.
     pub range: Range<usize>,
-    /// [`Code::Syntax`], or [`Code::TooLarge`] where brackets are nested too deep.
+    /// [`Code::Syntax`], [`Code::TooLarge`] where brackets are nested too deep, or [`Code::Conflict`] at the marks of a
+    /// merge.
     pub code: Code,
     /// The message, lower case.
     pub message: Cow<'static, str>,

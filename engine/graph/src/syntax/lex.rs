@@ -1,6 +1,8 @@
 //! Splits a text into tokens.
+use super::conflict::{self, Marks};
 use super::fault::SyntaxError;
 use super::literal;
+use crate::diagnostics::Code;
 use std::ops::Range;
 
 /// The byte order mark that some editors write before a UTF-8 text. It is not part of the text.
@@ -87,8 +89,18 @@ pub(super) fn lex(text: &str) -> Lexed {
 /// The tokens of a text in which the lines that end at `torn` lack a quote.
 fn tokens(text: &str, torn: Vec<usize>) -> Lexed {
     let out = Lexed { tokens: Vec::with_capacity(text.len() / 5), ..Lexed::default() };
-    let mut lexer =
-        Lexer { text, at: 0, out, searched: None, endless: None, comment_open: false, torn, mended: 0, begin: 0 };
+    let mut lexer = Lexer {
+        text,
+        at: 0,
+        out,
+        searched: None,
+        endless: None,
+        comment_open: false,
+        torn,
+        mended: 0,
+        begin: 0,
+        marks: conflict::marks(text),
+    };
     // The parser reports the mark.
     lexer.at = if text.starts_with(MARK) { MARK.len_utf8() } else { 0 };
     loop {
@@ -131,6 +143,8 @@ struct Lexer<'a> {
     mended: usize,
     /// The start of the current token.
     begin: usize,
+    /// The marks of merges that were not passed yet, the last one first.
+    marks: Vec<Marks>,
 }
 
 impl<'a> Lexer<'a> {
@@ -161,11 +175,32 @@ impl<'a> Lexer<'a> {
                 self.at -= usize::from(self.text[start..self.at].ends_with('\r'));
             } else if self.rest().starts_with("/*") {
                 self.block_comment();
-            } else {
+            } else if !self.mark() {
                 return;
             }
             self.out.comments.push((short(start), short(self.at)));
         }
+    }
+
+    /// Passes a mark of a merge as a comment: the line above the first version, or everything below that version.
+    fn mark(&mut self) -> bool {
+        // Marks inside strings were not passed.
+        while self.marks.last().is_some_and(|marks| marks.rest.start < self.at) {
+            self.marks.pop();
+        }
+        let Some(marks) = self.marks.last() else { return false };
+        if self.at == marks.first.start {
+            self.at = marks.first.end;
+            let fault = SyntaxError::new(marks.first.clone(), "a merge left two versions of this place");
+            let help = "keep one version, and remove the other lines from `<<<<<<<` to `>>>>>>>`";
+            self.fault(SyntaxError { code: Code::Conflict, ..fault.help(help) });
+            return true;
+        }
+        let passed = self.at == marks.rest.start;
+        if passed {
+            self.at = marks.rest.end;
+        }
+        passed
     }
 
     fn block_comment(&mut self) {

@@ -55,6 +55,7 @@
 //! next line that begins like an entry. Everything is linear in the length of the text, and the depth of brackets is
 //! limited.
 mod brackets;
+mod conflict;
 mod fault;
 mod fill;
 mod format;
@@ -70,6 +71,7 @@ mod recover;
 mod tests;
 mod tree;
 
+pub use conflict::{Marks, marks};
 pub use fault::SyntaxError;
 pub use format::{format, format_range};
 pub use lex::{Token, TokenKind};

@@ -1,0 +1,39 @@
+//! Operations on graphs as plain functions, each with a request and an answer type that serde can write.
+//!
+//! The command `shibo` and other transports call these functions and add only their own form of input and output. Nothing here
+//! prints, reads the environment or starts a process.
+//!
+//! - [`diff()`]: the changes from one graph to another, without comments, layout and order.
+//! - [`merge()`]: the text of a graph with the changes of two sides.
+pub mod diff;
+pub mod merge;
+mod renames;
+mod shape;
+mod side;
+mod three;
+
+pub use diff::{DiffRequest, diff};
+pub use merge::{MergeRequest, merge};
+
+use serde::{Deserialize, Serialize};
+use shibo_node::registry::Registry;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// The kinds of nodes, and the folders in which imports are searched.
+#[derive(Clone)]
+pub struct Tools {
+    /// The kinds of nodes and the shipped graphs.
+    pub registry: Arc<Registry>,
+    /// Folders for imports, searched after the folder of the graph.
+    pub import_paths: Vec<PathBuf>,
+}
+
+/// A graph as text.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GraphText {
+    /// Path of the file. Imports are searched from its folder. The file need not exist.
+    pub path: PathBuf,
+    /// The text.
+    pub text: String,
+}

@@ -1,0 +1,217 @@
+//! `shibo diff`: the changes from one version of a graph to another.
+mod human;
+
+use crate::check::FormatArg;
+use crate::git::{Repository, Version, version};
+use crate::graph_files::{read, text};
+use crate::library;
+use crate::quit::Quit;
+use crate::terminal::Terminal;
+use clap::Args;
+use serde::Serialize;
+use shibo_bridge::diff::{GraphDiff, imports, is_graph};
+use shibo_bridge::{DiffRequest, GraphText, Tools, diff};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+const EXAMPLES: &str = "\
+Examples:
+  shibo diff old.ron calf.ron                  names of what changed, with the values before and after
+  shibo diff HEAD~3:graphs/calf.ron calf.ron   a version in the repository; its path begins at the root
+  shibo diff --since main                      all graphs that differ from a branch, or import one that does
+  shibo diff --since main --format json        for scripts
+
+Comments, layout and the order of things do not count. A thing under a new name counts as renamed if it is the same otherwise.
+
+Exit code: 0 when the changes were listed; with --exit-code, 1 if there are any; 2 if a version cannot be read.";
+
+/// List the changes from one version of a graph to another.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct DiffArgs {
+    /// Two versions, each a file or REV:PATH; with --since, the files or folders to compare.
+    #[arg(value_name = "GRAPH", required_unless_present = "since")]
+    paths: Vec<PathBuf>,
+    /// Compare all graphs of the repository with this revision.
+    #[arg(long, value_name = "REV", conflicts_with = "git")]
+    since: Option<String>,
+    /// For people, or for programs.
+    #[arg(long, default_value = "human")]
+    format: FormatArg,
+    /// List changed comments too.
+    #[arg(long)]
+    all: bool,
+    /// Exit with 1 if there is a change.
+    #[arg(long)]
+    exit_code: bool,
+    /// Take the arguments that git gives to a diff program.
+    #[arg(long, hide = true)]
+    git: bool,
+}
+
+/// The changes of one graph.
+#[derive(Serialize)]
+struct Listed {
+    path: String,
+    /// Imports that changed, if the graph itself did not.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    imports: Vec<PathBuf>,
+    #[serde(flatten)]
+    diff: GraphDiff,
+    /// Plain lines of a file that is not a graph.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lines: Option<String>,
+}
+
+/// All changes.
+#[derive(Default, Serialize)]
+struct All {
+    graphs: Vec<Listed>,
+    errors: Vec<String>,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &DiffArgs, terminal: &Terminal) -> Result<(), Quit> {
+    let tools = library::tools();
+    let all = match (&args.since, &args.paths[..]) {
+        (Some(revision), paths) => since(&tools, revision, paths, args)?,
+        (None, paths) if args.git => for_git(&tools, paths, args)?,
+        (None, [before, after]) => {
+            let (before, after) = (version(before)?, version(after)?);
+            All { graphs: vec![listed(&tools, Some(before), Some(after), args)], ..All::default() }
+        }
+        _ => return Err(Quit::Usage("give two versions of a graph, or `--since REV`".to_owned())),
+    };
+    for error in &all.errors {
+        terminal.error(error);
+    }
+    let differs = all
+        .graphs
+        .iter()
+        .any(|graph| !graph.diff.changes.is_empty() || !graph.imports.is_empty() || graph.lines.is_some());
+    match args.format {
+        FormatArg::Json => terminal.json(&all)?,
+        FormatArg::Human => terminal.print(&human::page(&all.graphs, terminal))?,
+    }
+    if !all.errors.is_empty() || (differs && args.exit_code) { Err(Quit::Shown) } else { Ok(()) }
+}
+
+/// Compares two versions. Files that are not graphs are compared by lines.
+fn listed(tools: &Tools, before: Option<Version>, after: Option<Version>, args: &DiffArgs) -> Listed {
+    let path = after.as_ref().or(before.as_ref()).map(|version| version.name.clone()).unwrap_or_default();
+    let (before, after) = (before.map(|version| version.graph), after.map(|version| version.graph));
+    let graphs = [&before, &after].into_iter().flatten().any(|graph| is_graph(&graph.text));
+    if !graphs {
+        let text = |graph: Option<GraphText>| graph.map(|graph| graph.text).unwrap_or_default();
+        let lines = shibo_bridge::diff::lines(&text(before), &text(after));
+        let lines = Some(lines).filter(|lines| !lines.is_empty());
+        return Listed { path, imports: Vec::new(), diff: GraphDiff::default(), lines };
+    }
+    let diff = diff(tools, &DiffRequest { before, after, comments: args.all });
+    Listed { path, imports: Vec::new(), diff, lines: None }
+}
+
+/// All graphs that differ from a revision, and those that import one of them.
+fn since(tools: &Tools, revision: &str, paths: &[PathBuf], args: &DiffArgs) -> Result<All, Quit> {
+    let repository = Repository::here()?;
+    if repository.is_bare() {
+        return Err(Quit::Usage("`--since` compares with the files of a repository, and this one has none".to_owned()));
+    }
+    let mut all = All::default();
+    let mut own = BTreeSet::new();
+    for changed in repository.changed(revision, paths)? {
+        let place = |path: &String| Version {
+            name: path.clone(),
+            graph: GraphText { path: repository.path(path), text: String::new() },
+        };
+        let before = changed.before.as_ref().map(|path| {
+            let mut version = place(path);
+            version.graph.text = repository.text(revision, path)?;
+            Ok::<_, Quit>(version)
+        });
+        let after = changed.after.as_ref().map(|path| {
+            let mut version = place(path);
+            let file = version.graph.path.clone();
+            own.insert(file.canonicalize().unwrap_or_else(|_| file.clone()));
+            version.graph.text = text(&file, read(&file).map_err(Quit::failed)?)?;
+            Ok::<_, Quit>(version)
+        });
+        match (before.transpose(), after.transpose()) {
+            (Ok(before), Ok(after)) => {
+                let listed = listed(tools, before, after, args);
+                all.graphs.extend((!listed.diff.changes.is_empty()).then_some(listed));
+            }
+            (Err(quit), _) | (_, Err(quit)) => all.errors.push(quit.text()),
+        }
+    }
+    // Files outside of the given paths may be imported too.
+    let mut changed = own.clone();
+    for other in repository.changed(revision, &[])? {
+        changed.extend(other.after.and_then(|path| repository.path(&path).canonicalize().ok()));
+    }
+    let mut readers = Readers { tools, changed: &changed, known: BTreeMap::new() };
+    for path in repository.graphs(paths)? {
+        let path = path.canonicalize().unwrap_or(path);
+        let imports: Vec<PathBuf> = if own.contains(&path) { Vec::new() } else { readers.of(&path, 0) };
+        if !imports.is_empty() {
+            let shown = |path: &Path| repository.inside(path);
+            let imports = imports.iter().map(|path| shown(path)).collect();
+            all.graphs.push(Listed {
+                path: shown(&path).display().to_string(),
+                imports,
+                diff: GraphDiff::default(),
+                lines: None,
+            });
+        }
+    }
+    Ok(all)
+}
+
+/// The deepest chain of imports that is followed.
+const DEEPEST: usize = 32;
+
+/// Finds the changed files that a graph imports, itself or through others.
+struct Readers<'a> {
+    tools: &'a Tools,
+    changed: &'a BTreeSet<PathBuf>,
+    known: BTreeMap<PathBuf, Vec<PathBuf>>,
+}
+
+impl Readers<'_> {
+    fn of(&mut self, path: &Path, depth: usize) -> Vec<PathBuf> {
+        if let Some(known) = self.known.get(path) {
+            return known.clone();
+        }
+        // A file that imports itself ends here.
+        self.known.insert(path.to_owned(), Vec::new());
+        let read = read(path).ok().and_then(|bytes| String::from_utf8(bytes).ok()).filter(|_| depth < DEEPEST);
+        let mut found = BTreeSet::new();
+        for import in read.map_or_else(Vec::new, |text| imports(self.tools, &GraphText { path: path.to_owned(), text }))
+        {
+            if self.changed.contains(&import) {
+                found.insert(import.clone());
+            }
+            found.extend(self.of(&import, depth + 1));
+        }
+        let found: Vec<PathBuf> = found.into_iter().collect();
+        self.known.insert(path.to_owned(), found.clone());
+        found
+    }
+}
+
+/// Compares the files that git gives: path, old file, old hash, old mode, new file, new hash, new mode.
+fn for_git(tools: &Tools, paths: &[PathBuf], args: &DiffArgs) -> Result<All, Quit> {
+    let [path, old, _, _, new, ..] = paths else {
+        return Err(Quit::Usage("`--git` takes the seven arguments that git gives to a diff program".to_owned()));
+    };
+    // Git may give the new name of a renamed file as the eighth argument.
+    let name = paths.get(7).unwrap_or(path);
+    let one = |file: &PathBuf| -> Result<Option<Version>, Quit> {
+        if file.as_os_str() == "/dev/null" || file.as_os_str() == "nul" {
+            return Ok(None);
+        }
+        let text = text(file, read(file).map_err(Quit::Usage)?)?;
+        Ok(Some(Version { name: name.display().to_string(), graph: GraphText { path: name.clone(), text } }))
+    };
+    Ok(All { graphs: vec![listed(tools, one(old)?, one(new)?, args)], ..All::default() })
+}

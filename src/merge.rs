@@ -1,0 +1,91 @@
+//! `shibo merge`: merges two changed versions of a graph.
+use crate::graph_files::{read, text};
+use crate::library;
+use crate::quit::Quit;
+use crate::report::count;
+use crate::terminal::Terminal;
+use crate::write::{self, Refused};
+use clap::Args;
+use shibo_bridge::{MergeRequest, merge};
+use std::path::{Path, PathBuf};
+
+const EXAMPLES: &str = "\
+Examples:
+  shibo merge base.ron mine.ron other.ron               mine.ron becomes the result
+  shibo merge base.ron mine.ron other.ron -o both.ron
+  shibo git install                                     `git merge` and `git rebase` call it
+
+Changes of different fields are merged, wherever they are in the file. Where both sides changed one field, both versions and
+the base stand between marks, and `shibo check` reports an error there until one is kept.
+
+Exit code: 0 if merged, 1 if there are conflicts, 129 if the files could not be read or written.";
+
+/// Merge two changed versions of a graph.
+#[derive(Args, Debug)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct MergeArgs {
+    /// The common version.
+    base: PathBuf,
+    /// Our version; the result is written there.
+    ours: PathBuf,
+    /// Their version.
+    theirs: PathBuf,
+    /// Write the result to this file, and leave our version alone.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Characters of a conflict mark; at least 7.
+    #[arg(long, value_name = "N", default_value_t = 7)]
+    marker_size: u8,
+    /// Path of the graph, from which imports are searched; that of our version if not given.
+    #[arg(long, value_name = "PATH")]
+    path: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &MergeArgs, terminal: &Terminal) -> Result<(), Quit> {
+    let fatal = |quit: Quit| Quit::Fatal(quit.text());
+    let read = |path: &Path| text(path, read(path).map_err(Quit::Usage)?);
+    let ours = read(&args.ours).map_err(fatal)?;
+    let path = args.path.clone().unwrap_or_else(|| args.output.as_ref().unwrap_or(&args.ours).clone());
+    let request = MergeRequest {
+        base: read(&args.base).map_err(fatal)?,
+        ours: ours.clone(),
+        theirs: read(&args.theirs).map_err(fatal)?,
+        path: path.clone(),
+        marker_size: args.marker_size.into(),
+    };
+    let merged = merge(&library::tools(), &request);
+    let target = args.output.as_ref().unwrap_or(&args.ours);
+    let written = match &args.output {
+        Some(output) => write::whole(output, merged.text.as_bytes()).map_err(Refused::Failed),
+        None if merged.text == ours => Ok(()),
+        None => write::change(target, &ours, &merged.text),
+    };
+    match written {
+        Ok(()) => {}
+        Err(Refused::Changed) => {
+            return Err(Quit::Fatal(format!("`{}` was saved meanwhile, and left alone", target.display())));
+        }
+        Err(Refused::Failed(error)) => {
+            return Err(Quit::Fatal(format!("cannot write `{}`: {error}", target.display())));
+        }
+    }
+    let name = path.display();
+    for note in &merged.notes {
+        terminal.warning(&format!("{name}: {note}"));
+    }
+    if let Some(reason) = &merged.by_lines {
+        terminal.warning(&format!("{name} was merged by lines, so look at it: {reason}"));
+    }
+    for conflict in &merged.conflicts {
+        let error = conflict.error.as_ref().map(|error| format!(" (together: {error})")).unwrap_or_default();
+        terminal.say(&format!("{name}:{}: {}{error}", conflict.line, conflict.path.join(".")));
+    }
+    if merged.is_clean() {
+        return Ok(());
+    }
+    if !merged.conflicts.is_empty() {
+        terminal.error(&format!("{} in {name}", count(merged.conflicts.len() as u64, "conflict")));
+    }
+    Err(Quit::Shown)
+}

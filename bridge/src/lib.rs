@@ -10,6 +10,8 @@ pub mod merge;
 mod renames;
 mod shape;
 mod side;
+#[cfg(test)]
+mod testing;
 mod three;
 
 pub use diff::{DiffRequest, diff};

@@ -104,7 +104,7 @@ mod tests {
         assert_eq!(lines(base, "a\nb1\nc\nd\n", "a\nb\nc\nd1\n", 7), ("a\nb1\nc\nd1\n".to_owned(), 0));
         assert_eq!(lines(base, "a\nc\nd\n", "a\nc\nd\ne", 7), ("a\nc\nd\ne".to_owned(), 0));
         let (text, conflicts) = lines(base, "a\nb1\nc\nd", "a\nb2\nc\nd\n", 8);
-        assert_eq!(conflicts, 2);
+        assert_eq!(conflicts, 1);
         assert!(text.contains("a\n<<<<<<<< ours\nb1\n|||||||| base\nb\n========\nb2\n>>>>>>>> theirs\nc\n"), "{text}");
     }
 

@@ -122,7 +122,8 @@ mod tests {
         let items: Vec<_> =
             bracket.items.iter().map(|item| (item.comments.len(), item.core, item.gap, item.trail)).collect();
         assert_eq!(items, [(1, "a: 1", "", " // of a"), (0, "b: 2", " /* x */", ""), (0, "c: 3", "", "")]);
-        assert_eq!((bracket.open, bracket.tail_comments, bracket.inner_indent().as_str()), ("(", vec!["// end"], "  "));
+        assert_eq!((bracket.open, bracket.inner_indent().as_str()), ("(", "  "));
+        assert_eq!(bracket.tail_comments, ["// end"]);
         let joined = bracket.items.iter().fold(bracket.open.to_owned(), |out, item| {
             out + item.lead + item.core + item.gap + if item.comma { "," } else { "" } + item.trail
         });

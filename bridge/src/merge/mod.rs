@@ -5,6 +5,8 @@
 //! is a conflict, too.
 mod bracket;
 mod check;
+#[cfg(test)]
+mod tests;
 mod tree;
 mod write;
 
@@ -113,12 +115,9 @@ fn trees(tools: &Tools, request: &MergeRequest, sides: [Side; 3], form: Form, is
     if is_lock {
         let form = Form { pick: Pick::Neither, ..form };
         let (_, lost) = tree_text(all, &form, &forced)?;
-        // Without its facts, the pictures of a graph mean nothing.
-        forced.extend(
-            lost.into_iter()
-                .filter(|path| path.get(1).is_some_and(|part| part != "pictures"))
-                .map(|path| path[..1].to_vec()),
-        );
+        // A picture is lost as a whole; without its facts, a graph is.
+        let whole = |path: &Path| if path.get(1).is_some_and(|part| part == "pictures") { 3 } else { 1 };
+        forced.extend(lost.into_iter().map(|path| path.iter().take(whole(&path)).cloned().collect()));
         let (text, _) = tree_text(all, &form, &forced)?;
         return Ok(Merged { text, ..Merged::default() });
     }
@@ -277,13 +276,20 @@ fn conflicts(text: &str, errors: &[(Path, String)]) -> Vec<Conflict> {
     let mut found = Vec::new();
     for marks in marks(text).into_iter().rev() {
         let mut path = path_of(tree.covering(marks.first.start..marks.first.start));
-        // The first name between the marks.
-        let lines: Vec<&str> =
-            text[marks.first.end..marks.rest.end].lines().filter(|line| !line.starts_with(['|', '=', '>'])).collect();
-        let inside = Tree::parse(format!("({})", lines.join("\n")));
-        path.extend(inside.value().and_then(|value| value.entries().next()?.key_text()));
+        path.extend(first_name(&text[marks.first.end..marks.rest.end]));
         let error = errors.iter().find(|(at, _)| *at == path).map(|(_, error)| error.clone());
         found.push(Conflict { path, line: text[..marks.first.start].matches('\n').count() + 1, error });
     }
     found
+}
+
+/// The first name between the marks of a conflict.
+fn first_name(between: &str) -> Option<String> {
+    let lines: Vec<&str> = between.lines().filter(|line| !line.starts_with(['|', '=', '>'])).collect();
+    let text = lines.join("\n");
+    // Names in quotes stand in braces, names of fields in round brackets.
+    [format!("({text}\n)"), format!("{{{text}\n}}")].into_iter().map(Tree::parse).find_map(|tree| {
+        let first = tree.value()?.entries().next()?;
+        tree.errors().is_empty().then(|| first.key_text())?
+    })
 }

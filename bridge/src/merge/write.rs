@@ -113,13 +113,19 @@ impl Out<'_> {
         } else {
             self.text += eol;
         }
+        // Comments that all versions have stay above the marks.
+        let mut present = sides.into_iter().flatten().map(|item| &item.comments);
+        let common = present.next().filter(|first| present.all(|other| other == *first));
+        for comment in common.into_iter().flatten() {
+            self.text += &format!("{}{comment}{eol}", self.indent);
+        }
         let mark = |sign: &str| sign.repeat(self.form.marker);
         let heads = [format!("{} ours", mark("<")), format!("{} base", mark("|")), mark("=")];
         let mut text = String::new();
         for (head, item) in heads.iter().zip(sides) {
             text += &format!("{head}{eol}");
             let Some(item) = item else { continue };
-            for comment in &item.comments {
+            for comment in item.comments.iter().filter(|_| common.is_none()) {
                 text += &format!("{}{comment}{eol}", self.indent);
             }
             text += &format!("{}{}{},{}{eol}", self.indent, item.core, item.gap, item.trail);

@@ -1,0 +1,211 @@
+//! Tests of the merge.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+use super::*;
+use crate::shape::canonical;
+use crate::testing::{Dice, Edit, graphs, tools};
+
+const BASE: &str = r#"(
+  version: 1,
+  nodes: {
+    // The ground.
+    "noise": Perlin(size: 9, octaves: 2),
+    "soft": Blur(input: "noise", radius: 1.5),
+    "both": "= noise + soft", // a sum
+    "old": Perlin(size: 3),
+  },
+  outputs: { "bumps": "both", "mask": "soft" },
+)
+"#;
+
+fn three(ours: &str, theirs: &str) -> Merged {
+    merge(&tools(), &request(BASE, ours, theirs))
+}
+
+fn request(base: &str, ours: &str, theirs: &str) -> MergeRequest {
+    let [base, ours, theirs] = [base, ours, theirs].map(str::to_owned);
+    MergeRequest { base, ours, theirs, path: PathBuf::from("a.ron"), marker_size: 7 }
+}
+
+fn with(changes: &[(&str, &str)]) -> String {
+    changes.iter().fold(BASE.to_owned(), |text, (from, to)| {
+        assert!(text.contains(from), "{from}");
+        text.replace(from, to)
+    })
+}
+
+#[test]
+fn keeps_text_of_ours_and_inserts_changes_of_theirs() {
+    let ours = with(&[("size: 9", "size: 8 /* mm */"), ("  outputs", "  // Results.\n  outputs")]);
+    let theirs = with(&[
+        ("radius: 1.5", "radius:  2.5"),
+        (
+            "\"old\": Perlin(size: 3),",
+            "\"old\": Perlin(size: 3),\n    // New.\n    \"new\": Perlin( size: 1 ), // fine",
+        ),
+        ("// The ground.", "// The ground, in mm."),
+    ]);
+    let merged = three(&ours, &theirs);
+    assert!(merged.is_clean(), "{merged:?}");
+    let expected = ours
+        .replace("radius: 1.5", "radius: 2.5")
+        .replace(
+            "\"old\": Perlin(size: 3),",
+            "\"old\": Perlin(size: 3),\n    // New.\n    \"new\": Perlin( size: 1 ), // fine",
+        )
+        .replace("// The ground.", "// The ground, in mm.");
+    assert_eq!(merged.text, expected);
+}
+
+#[test]
+fn marks_one_field() {
+    let merged =
+        three(&with(&[("size: 9", "size: 8")]), &with(&[("size: 9", "size: 7"), ("radius: 1.5", "radius: 2")]));
+    let places: Vec<_> = merged.conflicts.iter().map(|conflict| (conflict.path.join("."), conflict.line)).collect();
+    assert_eq!(places, [("nodes.noise.size".to_owned(), 6)]);
+    let marks = "    \"noise\": Perlin(\n<<<<<<< ours\n      size: 8,\n||||||| base\n      size: 9,\n=======\n      size: 7,\n>>>>>>> theirs\n      octaves: 2),\n";
+    assert!(merged.text.contains(marks) && merged.text.contains("radius: 2)"), "{}", merged.text);
+}
+
+#[test]
+fn takes_equal_and_single_changes() {
+    let one = with(&[("size: 9", "size: 8")]);
+    assert_eq!(three(&one, &one.replace("8", "8.0")).text, one);
+    assert_eq!(three(BASE, &one).text, one);
+    assert_eq!(three(&one, BASE).text, one);
+    let removed = with(&[("    \"old\": Perlin(size: 3),\n", "")]);
+    let merged = three(&one, &removed);
+    assert_eq!((merged.is_clean(), merged.text), (true, removed.replace("size: 9", "size: 8")));
+    assert_eq!(three(&removed, &with(&[("size: 3", "size: 4")])).conflicts[0].path, ["nodes", "old"]);
+    assert_eq!(three(&with(&[("size: 3", "size: 4")]), &removed).conflicts.len(), 1);
+}
+
+#[test]
+fn references_follow_renamed_nodes() {
+    let renamed = with(&[("\"noise\": P", "\"ground\": P"), ("\"noise\",", "\"ground\","), ("noise +", "ground +")]);
+    let reads = with(&[("\"old\": Perlin(size: 3),", "\"old\": Perlin(size: 3),\n    \"edge\": \"= noise - old\",")]);
+    for (ours, theirs) in [(&renamed, &reads), (&reads, &renamed)] {
+        let merged = three(ours, theirs);
+        assert!(merged.is_clean(), "{merged:?}");
+        assert!(merged.text.contains("= ground - old") && !merged.text.contains("\"noise\""), "{}", merged.text);
+    }
+    let other = renamed.replace("ground", "floor");
+    assert!(!three(&renamed.replace("ground\"", "ground\""), &other).is_clean());
+}
+
+#[test]
+fn marks_errors_that_neither_side_had() {
+    // A cycle of two wires, and a node that one side removed and the other one reads.
+    let ours = with(&[("\"noise\": Perlin(size: 9, octaves: 2)", "\"noise\": \"= 0.5 * old\"")]);
+    let theirs = with(&[("\"old\": Perlin(size: 3)", "\"old\": Blur(input: \"soft\", radius: 1)")]);
+    let merged = three(&ours, &theirs);
+    assert!(!merged.conflicts.is_empty() && merged.conflicts[0].error.is_some(), "{merged:?}");
+    let removed = with(&[("    \"old\": Perlin(size: 3),\n", "")]);
+    let merged = three(&removed, &with(&[("noise + soft", "noise + old")]));
+    assert_eq!(merged.conflicts.iter().map(|conflict| conflict.path.join(".")).collect::<Vec<_>>(), ["nodes.both"]);
+}
+
+#[test]
+fn merges_lines_of_broken_texts() {
+    let merged = three(&with(&[("size: 9", "size: ")]), &with(&[("radius: 1.5", "radius: 2")]));
+    assert!(merged.by_lines.is_some() && !merged.is_clean(), "{merged:?}");
+}
+
+#[test]
+fn keeps_line_ends_of_ours() {
+    let ours = with(&[("size: 9", "size: 8")]).replace('\n', "\r\n");
+    let merged =
+        three(&ours, &with(&[("\"old\": Perlin(size: 3),", "\"old\": Perlin(size: 3),\n    \"new\": Perlin(),")]));
+    assert!(merged.is_clean() && merged.text.contains("\"new\": Perlin(),\r\n"), "{merged:?}");
+    assert_eq!(merged.text.matches('\n').count(), merged.text.matches("\r\n").count());
+}
+
+#[test]
+fn locks_never_conflict() {
+    let base = "{\n  \"a.ron\": (pins: 1, pictures: { \"x\": (bits: \"1\"), \"y\": (bits: \"1\") }),\n  \"b.ron\": (pins: 1, pictures: {}),\n}\n";
+    let ours = base
+        .replace("\"x\": (bits: \"1\")", "\"x\": (bits: \"2\")")
+        .replace("\"b.ron\": (pins: 1", "\"b.ron\": (pins: 2");
+    let theirs = base.replace("(bits: \"1\")", "(bits: \"3\")").replace("\"b.ron\": (pins: 1", "\"b.ron\": (pins: 3");
+    let mut request = request(base, &ours, &theirs);
+    request.path = "shibo.lock".into();
+    let merged = merge(&tools(), &request);
+    assert!(merged.is_clean() && Tree::parse(merged.text.as_str()).errors().is_empty(), "{merged:?}");
+    assert!(
+        merged.text.contains("\"y\": (bits: \"3\")")
+            && !merged.text.contains("\"x\"")
+            && !merged.text.contains("b.ron"),
+        "{}",
+        merged.text
+    );
+}
+
+/// Returns whether two edits change one thing, or one a part of what the other changes. A renamed thing may be changed too, and
+/// both sides may remove a thing.
+fn overlap(one: &[Edit], other: &[Edit]) -> bool {
+    let changes = |edit: &&Edit| !matches!(edit, Edit::Rename(..));
+    one.iter().filter(changes).any(|a| {
+        other.iter().filter(changes).filter(|b| a != *b).any(|b| match (a.touches(), b.touches()) {
+            (Some(a), Some(b)) => a.starts_with(&b) || b.starts_with(&a),
+            _ => false,
+        })
+    })
+}
+
+#[test]
+fn merges_random_edits_of_shipped_graphs() {
+    let (tools, graphs) = (tools(), graphs());
+    let small: Vec<_> = graphs.iter().filter(|(_, text)| text.len() < 12_000).collect();
+    let (mut clean, mut needless, mut merged_count, mut wrong) = (0, 0, 0, Vec::new());
+    let mut seed = 0;
+    while merged_count < 500 {
+        seed += 1;
+        let mut dice = Dice(seed);
+        let (path, base) = small[dice.below(small.len())];
+        let mut side = |who: &str| {
+            let (mut text, mut edits) = (base.clone(), Vec::new());
+            for _ in 0..=dice.below(3) {
+                let edit = Edit::random(&text, who, &mut dice);
+                if let Some(new) = edit.apply(&tools, path, &text) {
+                    (text, edits) = (new, [edits, vec![edit]].concat());
+                }
+            }
+            (text, edits)
+        };
+        let ((ours, our_edits), (theirs, their_edits)) = (side("ours"), side("theirs"));
+        // Both orders must give the same graph, else the edits are not independent.
+        let after = |text: &str, edits: &[Edit]| {
+            edits.iter().try_fold(text.to_owned(), |text, edit| edit.apply(&tools, path, &text))
+        };
+        let (one, other) = (after(&ours, &their_edits), after(&theirs, &our_edits));
+        let text = |text: &str| Tree::parse(text).value().map(canonical);
+        let overlaps = overlap(&our_edits, &their_edits);
+        let expected = one.zip(other).filter(|(one, other)| text(one) == text(other)).map(|(one, _)| text(&one));
+        let mut request = request(base, &ours, &theirs);
+        request.path.clone_from(path);
+        let merged = merge(&tools, &request);
+        merged_count += 1;
+        match (&expected, merged.is_clean()) {
+            (Some(expected), true) => {
+                clean += 1;
+                if text(&merged.text) != *expected {
+                    wrong.push(format!("{seed} {}: {our_edits:?} {their_edits:?}", path.display()));
+                }
+            }
+            (None, true) if !overlaps => {}
+            (None, true) => wrong.push(format!("{seed} {} clean: {our_edits:?} {their_edits:?}", path.display())),
+            (Some(_), false) if !overlaps && merged.conflicts.iter().all(|conflict| conflict.error.is_none()) => {
+                needless += 1;
+                println!(
+                    "needless {seed} {}: {our_edits:?} {their_edits:?} {:?} {:?}",
+                    path.display(),
+                    merged.conflicts,
+                    merged.by_lines
+                );
+            }
+            _ => {}
+        }
+    }
+    println!("{clean} of {merged_count} merged, {needless} marked needlessly");
+    assert!(wrong.is_empty(), "{} wrong: {wrong:#?}", wrong.len());
+    assert!(needless * 50 <= merged_count && clean > 300, "{needless} needless, {clean} clean");
+}

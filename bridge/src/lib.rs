@@ -6,6 +6,8 @@
 //! - [`diff()`]: the changes from one graph to another, without comments, layout and order.
 //! - [`merge()`]: the text of a graph with the changes of two sides.
 pub mod diff;
+#[cfg(test)]
+mod diff_tests;
 pub mod merge;
 mod renames;
 mod shape;

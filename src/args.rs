@@ -56,6 +56,8 @@ pub(crate) enum Command {
     Pin(pin::PinArgs),
     /// List the changes from one version of a graph to another.
     Diff(diff::DiffArgs),
+    /// Tell the differences between two pictures of a material.
+    Compare(compare::CompareArgs),
     /// Merge two changed versions of a graph.
     Merge(merge::MergeArgs),
     /// Let git diff and merge graphs by this program.

@@ -11,6 +11,7 @@ mod args;
 mod cache;
 mod changes;
 mod check;
+mod compare;
 mod completions;
 mod diff;
 mod dump;
@@ -93,6 +94,7 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::Changes(args) => changes::run(&args, terminal),
         Command::Pin(args) => pin::run(&args, terminal),
         Command::Diff(args) => diff::run(&args, terminal),
+        Command::Compare(args) => compare::run(&args, terminal),
         Command::Merge(args) => merge::run(&args, terminal),
         Command::Git(args) => git::run(&args, terminal),
         Command::Nodes(args) => nodes::run(&args, terminal),

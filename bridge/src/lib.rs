@@ -3,8 +3,10 @@
 //! The command `shibo` and other transports call these functions and add only their own form of input and output. Nothing here
 //! prints, reads the environment or starts a process.
 //!
+//! - [`compare()`]: the differences between two pictures of a material.
 //! - [`diff()`]: the changes from one graph to another, without comments, layout and order.
 //! - [`merge()`]: the text of a graph with the changes of two sides.
+pub mod compare;
 pub mod diff;
 #[cfg(test)]
 mod diff_tests;
@@ -16,6 +18,7 @@ mod side;
 mod testing;
 mod three;
 
+pub use compare::{CompareRequest, compare};
 pub use diff::{DiffRequest, diff};
 pub use merge::{MergeRequest, merge};
 

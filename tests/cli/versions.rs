@@ -123,7 +123,7 @@ fn merge_writes_result_and_exit_codes() {
     assert_eq!(desk.read("ours.ron"), GRAPH.replace("pitch: 4", "pitch: 5").as_bytes());
     desk.write("theirs.ron", GRAPH.replace("pitch: 4", "pitch: 3"));
     let marked = desk.shibo("merge a.ron ours.ron theirs.ron").expect(1);
-    assert!(marked.stderr.contains("ours.ron:8: nodes.points.pitch"), "{}", marked.stderr);
+    assert!(marked.stderr.contains("ours.ron:9: nodes.points.pitch"), "{}", marked.stderr);
     let checked = desk.shibo("check ours.ron --format json").expect(1).json();
     let codes: Vec<_> =
         checked["errors"].as_array().unwrap().iter().map(|error| error["code"].as_str().unwrap()).collect();

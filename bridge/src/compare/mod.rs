@@ -4,6 +4,8 @@ mod fourier;
 mod plane;
 mod spectrum;
 mod stats;
+#[cfg(test)]
+mod tests;
 
 use fourier::{Spectrum, periodic};
 use plane::{Colors, flatten, oklab, part, resample, shown};

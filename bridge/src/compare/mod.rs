@@ -117,7 +117,7 @@ pub fn compare(a: &Picture, b: &Picture, request: &CompareRequest) -> Result<Com
 }
 
 /// Both pictures at one size of pixels, cut to equal squares around their middles.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "sizes of pictures, bounded above")]
+#[expect(clippy::cast_possible_truncation, reason = "sizes of pictures, bounded above")]
 fn aligned(a: &Colors, b: &Colors, request: &CompareRequest) -> Result<(Colors, Colors), String> {
     let width_a = request.width_mm_a.or(request.width_mm_b).unwrap_or(1.0);
     let width_b = request.width_mm_b.or(request.width_mm_a).unwrap_or(1.0);

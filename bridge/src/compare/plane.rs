@@ -45,7 +45,7 @@ impl Plane {
 }
 
 /// The value at a share of sorted values.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index into the values")]
+#[expect(clippy::cast_possible_truncation, reason = "an index into the values")]
 pub(super) fn quantile(sorted: &[f64], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
     let at = share * last as f64;
@@ -80,7 +80,7 @@ fn encoded(linear: f64) -> f64 {
 }
 
 /// Scales a picture to a width in pixels, by areas where it becomes much smaller, else by Lanczos' filter.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "sizes of pictures")]
+#[expect(clippy::cast_possible_truncation, reason = "sizes of pictures")]
 pub(super) fn resample(colors: &Colors, width: usize) -> Colors {
     let (old_width, old_height) = (colors[0].width, colors[0].height);
     let height = ((old_height as f64 * width as f64 / old_width as f64).round() as usize).max(8);
@@ -102,7 +102,7 @@ fn turned(plane: &Plane) -> Plane {
 }
 
 /// Scales the rows of a plane.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positions of pixels")]
+#[expect(clippy::cast_possible_truncation, reason = "positions of pixels")]
 fn along(plane: &Plane, width: usize, area: bool) -> Plane {
     let scale = plane.width as f64 / width as f64;
     let stretch = scale.max(1.0);

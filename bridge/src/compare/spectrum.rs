@@ -21,7 +21,7 @@ struct LogPolar {
 }
 
 impl LogPolar {
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "indices into the histogram")]
+    #[expect(clippy::cast_possible_truncation, reason = "indices into the histogram")]
     fn of(lightness: &Plane) -> Self {
         let (width, height) = (lightness.width, lightness.height);
         let spectrum = Spectrum::of(&periodic(&lightness.centred()));

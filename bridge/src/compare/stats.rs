@@ -69,9 +69,9 @@ fn filter(scale: usize, direction: usize, width: usize, height: usize) -> Vec<f6
     (0..width * height).map(value).collect()
 }
 
+#[expect(clippy::cast_possible_truncation, reason = "a part of a width in pixels")]
 fn round_even(value: f64) -> usize {
-    let rounded = value.round_ties_even();
-    (0..=1 << 20).find(|&whole| f64::from(whole) >= rounded).unwrap_or(0) as usize
+    value.round_ties_even() as usize
 }
 
 impl Stats {
@@ -137,7 +137,7 @@ fn power(plane: &Plane) -> Vec<f64> {
     Spectrum::of(plane).values.iter().map(|value| value.norm_sqr() / (count * count)).collect()
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an index into the values")]
+#[expect(clippy::cast_possible_truncation, reason = "an index into the values")]
 fn colors(lab: &Colors) -> Vec<f64> {
     let width = lab[0].width;
     let sampled: Vec<[f64; 3]> = (0..lab[0].values.len())

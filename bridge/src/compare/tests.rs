@@ -1,7 +1,12 @@
 //! Tests of the comparison of pictures.
-#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::cast_possible_truncation,
+    reason = "tests fail by panicking, and samples are rounded"
+)]
 use super::*;
 use shibo_picture::SampleKind;
+use std::f64::consts::TAU;
 
 /// Waves of several lengths in two directions, seen at a scale and a turn in degrees.
 fn waves(scale: f64, turn: f64, contrast: f64, tint: f64) -> Picture {
@@ -16,8 +21,8 @@ fn waves(scale: f64, turn: f64, contrast: f64, tint: f64) -> Picture {
         for k in 1..14 {
             let k = f64::from(k);
             let length = 5.0 + 2.3 * k;
-            sum += libm::sin(u * 6.28 / length + 1.7 * k * k + 0.2 * libm::sin(v / 9.0))
-                + 0.4 * libm::sin((v + 0.3 * u) * 6.28 / length + k * k);
+            sum += libm::sin(u * TAU / length + 1.7 * k * k + 0.2 * libm::sin(v / 9.0))
+                + 0.4 * libm::sin((v + 0.3 * u) * TAU / length + k * k);
         }
         let value = 0.5 + contrast * sum / 14.0;
         for channel in 0..3_u32 {

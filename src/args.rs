@@ -1,7 +1,7 @@
 //! The command line.
 use crate::{
-    cache, changes, check, completions, diff, dump, fmt, git, graph, job, lsp, merge, migrate, new, nodes, pack, parts,
-    pin, render, watch,
+    cache, changes, check, compare, completions, diff, dump, fmt, git, graph, job, lsp, merge, migrate, new, nodes,
+    pack, parts, pin, render, watch,
 };
 use clap::{Args, Parser, Subcommand};
 use shibo_picture::PartOf;

@@ -1,7 +1,6 @@
 //! Size and direction of a material against another one, from spectra over wavelength and direction.
 use super::fourier::{Spectrum, frequency, periodic};
-use super::plane::{Colors, flatten, oklab};
-use super::plane::{Plane, part};
+use super::plane::{Colors, Plane, flatten, oklab, part};
 use std::f64::consts::PI;
 use std::ops::Range;
 

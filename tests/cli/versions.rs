@@ -217,3 +217,19 @@ fn git_settings_come_and_go() {
     command.env("PATH", "");
     assert!(crate::support::finish(command).expect(1).stderr.contains("cannot run `git`"));
 }
+
+#[test]
+fn compare_prints_words_and_numbers() {
+    let desk = Desk::with_graph();
+    desk.write("b.ron", GRAPH.replace("default: 5", "default: 6.5"));
+    for graph in ["a", "b"] {
+        desk.shibo(&format!("render {graph}.ron -o {graph} --output bumps --quiet")).expect(0);
+    }
+    let same = desk.shibo("compare a/bumps.png a/bumps.png").expect(0).stdout;
+    assert!(same.starts_with("distance 0.00") && same.ends_with("  no difference that one would see\n"), "{same}");
+    let json = desk.shibo("compare a/bumps.png b/bumps.png --format json").expect(0).json();
+    assert!(json["distance"].as_f64().unwrap() > 0.0 && json["floor"].is_null(), "{json}");
+    assert!(json["words"].is_array() && json["color"]["value"].is_array(), "{json}");
+    desk.shibo("compare a/bumps.png b/bumps.png --max-distance 0").expect(1);
+    assert!(desk.shibo("compare a/bumps.png none.png").expect(1).stderr.contains("none.png"));
+}

@@ -47,7 +47,7 @@ pub struct Change {
     pub line_before: Option<usize>,
     /// The line in the version after, counted from 1.
     pub line_after: Option<usize>,
-    /// Whether pictures may change.
+    /// The effect on pictures.
     pub effect: Effect,
     /// The unit of the value, for a parameter that has one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -76,7 +76,7 @@ pub enum ChangeKind {
     Comment,
 }
 
-/// Whether a change may be seen in a picture.
+/// Effect of a change on pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Effect {
@@ -310,7 +310,7 @@ fn default(tools: &Tools, kind: Option<&str>, path: &[String]) -> Option<String>
     }
 }
 
-/// Whether a change at a place may change pictures.
+/// Returns the effect of a change at a place.
 fn effect(path: &[String]) -> Effect {
     let is = |index: usize, name: &str| path.get(index).is_some_and(|part| part == name);
     let local = if is(0, "graphs") { 2 } else { 0 };

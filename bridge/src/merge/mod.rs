@@ -70,7 +70,7 @@ pub struct Conflict {
 }
 
 impl Merged {
-    /// Returns true if nobody has to look at the result.
+    /// Returns true if the result needs no look.
     pub fn is_clean(&self) -> bool {
         self.conflicts.is_empty() && self.by_lines.is_none()
     }

@@ -77,8 +77,8 @@ impl Repository {
     pub(crate) fn changed(&self, revision: &str, paths: &[PathBuf]) -> Result<Vec<Changed>, Quit> {
         let args = ["diff", "--name-status", "--no-ext-diff", "-M", "-z", revision, "--"].map(OsString::from);
         let found = git(args.into_iter().chain(paths.iter().map(OsString::from)))?;
-        let mut words =
-            String::from_utf8_lossy(&found).into_owned().split('\0').map(str::to_owned).collect::<Vec<_>>().into_iter();
+        let found = String::from_utf8_lossy(&found);
+        let mut words = found.split('\0').map(str::to_owned);
         let mut changed = Vec::new();
         while let (Some(status), Some(path)) = (words.next().filter(|status| !status.is_empty()), words.next()) {
             let (before, after) = match status.chars().next() {

@@ -54,6 +54,8 @@ pub(crate) enum Command {
     Changes(changes::ChangesArgs),
     /// Pin graphs at a change, so that later versions of nodes leave their pictures alone.
     Pin(pin::PinArgs),
+    /// Prove that pinned graphs still give their pictures.
+    Verify(pin::verify::VerifyArgs),
     /// List the changes from one version of a graph to another.
     Diff(diff::DiffArgs),
     /// Tell the differences between two pictures of a material.

@@ -93,6 +93,7 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::Migrate(args) => migrate::run(&args, terminal),
         Command::Changes(args) => changes::run(&args, terminal),
         Command::Pin(args) => pin::run(&args, terminal),
+        Command::Verify(args) => pin::verify::run(&args, terminal),
         Command::Diff(args) => diff::run(&args, terminal),
         Command::Compare(args) => compare::run(&args, terminal),
         Command::Merge(args) => merge::run(&args, terminal),

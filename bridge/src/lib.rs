@@ -5,11 +5,13 @@
 //!
 //! - [`compare()`]: the differences between two pictures of a material.
 //! - [`diff()`]: the changes from one graph to another, without comments, layout and order.
+//! - [`lock`]: the pictures of pinned graphs, and the comparison with them.
 //! - [`merge()`]: the text of a graph with the changes of two sides.
 pub mod compare;
 pub mod diff;
 #[cfg(test)]
 mod diff_tests;
+pub mod lock;
 pub mod merge;
 mod renames;
 mod shape;

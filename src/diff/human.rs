@@ -45,7 +45,7 @@ pub(super) fn page(graphs: &[Listed], terminal: &Terminal) -> Text {
 }
 
 /// A path as text: `nodes.tree.branches[2].length`.
-fn name(path: &[String]) -> String {
+pub(crate) fn name(path: &[String]) -> String {
     let mut name = String::new();
     for part in path {
         if part.bytes().all(|byte| byte.is_ascii_digit()) && !name.is_empty() {
@@ -58,7 +58,7 @@ fn name(path: &[String]) -> String {
     if name.is_empty() { "graph".to_owned() } else { name }
 }
 
-fn words(change: &Change) -> String {
+pub(crate) fn words(change: &Change) -> String {
     let unit = change.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
     let (before, after) = (flat(change.before.as_deref()), flat(change.after.as_deref()));
     if change.path.is_empty() {

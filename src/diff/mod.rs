@@ -1,6 +1,8 @@
 //! `shibo diff`: the changes from one version of a graph to another.
 mod human;
 
+pub(crate) use human::{name, words};
+
 use crate::check::FormatArg;
 use crate::git::{Repository, Version, version};
 use crate::graph_files::{read, text};
@@ -111,7 +113,7 @@ fn listed(tools: &Tools, before: Option<Version>, after: Option<Version>, args: 
     Listed { path, imports: Vec::new(), diff, lines: None }
 }
 
-/// All graphs that differ from a revision, and those that import one of them.
+/// All graphs that differ from a revision, and their importers.
 fn since(tools: &Tools, revision: &str, paths: &[PathBuf], args: &DiffArgs) -> Result<All, Quit> {
     let repository = Repository::here()?;
     if repository.is_bare() {

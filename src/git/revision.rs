@@ -95,6 +95,16 @@ impl Repository {
         Ok(changed)
     }
 
+    /// The texts that a file had, the newest first; at most `most`.
+    pub(crate) fn past_texts(&self, path: &Path, most: usize) -> impl Iterator<Item = String> + '_ {
+        let whole = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        let inside = self.inside(&whole).to_string_lossy().into_owned();
+        let args = ["log", &format!("-n{most}"), "--format=%H", "--"].map(OsString::from);
+        let found = git(args.into_iter().chain([whole.into_os_string()])).unwrap_or_default();
+        let revisions: Vec<String> = String::from_utf8_lossy(&found).lines().map(str::to_owned).collect();
+        revisions.into_iter().filter_map(move |revision| self.text(&revision, &inside).ok())
+    }
+
     /// The graph files that the repository has, below some paths or everywhere.
     pub(crate) fn graphs(&self, paths: &[PathBuf]) -> Result<Vec<PathBuf>, Quit> {
         let args = ["ls-files", "-z", "--full-name", "--"].map(OsString::from);

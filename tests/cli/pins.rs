@@ -14,7 +14,7 @@ fn pins_a_graph_and_removes_the_pin() {
     let desk = Desk::new();
     desk.write("a.ron", GRAPH);
     let ran = desk.shibo("pin a.ron").expect(0);
-    assert!(ran.stderr.contains("pinned at change 1: a.ron"), "{}", ran.stderr);
+    assert!(ran.stderr.contains("a.ron: pinned at change"), "{}", ran.stderr);
     let pinned = text(&desk);
     assert_eq!(pinned, GRAPH.replace("version: 1,", "version: 1,\n  pins: 1,"));
     desk.shibo("pin a.ron").expect(0);
@@ -48,4 +48,100 @@ fn a_pin_of_a_newer_program_is_an_error_but_can_be_ignored() {
     desk.shibo("render a.ron --newest --no-cache -o out").expect(0);
     desk.shibo("pin a.ron").expect(0);
     desk.shibo("check a.ron").expect(0);
+}
+
+fn lock(desk: &Desk) -> String {
+    String::from_utf8(desk.read("shibo.lock")).unwrap()
+}
+
+#[test]
+fn pin_keeps_pictures_and_verify_compares_them() {
+    let desk = Desk::new();
+    desk.write(
+        "a.ron",
+        GRAPH
+            .replace("\"a\": \"a\" }", "\"a\": \"a\", \"m\": \"m\" }")
+            .replace("5),", "5),\n    \"m\": Material(height: \"a\", roughness: 0.4),"),
+    );
+    desk.write("b.ron", GRAPH);
+    assert!(desk.shibo("pin a.ron").expect(0).stderr.contains("3 pictures in shibo.lock"));
+    let (pinned, kept) = (text(&desk), lock(&desk));
+    assert!(kept.contains("\"m.roughness\": (bits: \""), "{kept}");
+    desk.shibo("pin a.ron").expect(0);
+    assert_eq!((text(&desk), lock(&desk)), (pinned.clone(), kept.clone()), "a second pin changes nothing");
+    assert!(desk.shibo("verify a.ron").expect(0).stdout.contains("a.ron  same  3 pictures"));
+    let ran = desk.shibo("verify a.ron b.ron").expect(1);
+    assert!(ran.stdout.contains("b.ron  not pinned\n  a: it has no picture in the lock"), "{}", ran.stdout);
+    // Comments, layout and order do not matter.
+    desk.write("a.ron", format!("// More.\n{}", pinned.replace("    \"m\"", "\n\"m\"")));
+    desk.shibo("verify a.ron").expect(0);
+    desk.write("a.ron", pinned.replace("size: 5", "size: 4"));
+    let ran = desk.shibo("verify a.ron").expect(1);
+    assert!(ran.stdout.contains("a.ron  edited\n  a, m.height: "), "{}", ran.stdout);
+    assert!(ran.stdout.contains("  the text was edited since the graph was pinned\n"), "{}", ran.stdout);
+    // Other bits of the same recipe are a defect.
+    desk.write("a.ron", pinned);
+    let at = kept.find("bits: \"").unwrap() + 7;
+    desk.write("shibo.lock", format!("{}{}{}", &kept[..at], "0".repeat(16), &kept[at + 16..]));
+    let ran = desk.shibo("verify a.ron --format json").expect(1);
+    let found: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
+    assert_eq!(found["graphs"][0]["state"], "defect");
+    assert_eq!(found["graphs"][0]["pictures"][0]["state"], "defect");
+    assert_eq!(found["graphs"][0]["pictures"][1]["state"], "same");
+    desk.write("shibo.lock", "{ \"a.ron\": 3 }");
+    assert!(desk.shibo("verify a.ron").expect(1).stderr.contains("is no lock (`bad-file`): 1:"));
+    let before = text(&desk);
+    desk.shibo("pin a.ron").expect(1);
+    assert_eq!(text(&desk), before, "a lock that cannot be read is not replaced");
+    desk.write("shibo.lock", kept);
+    desk.shibo("pin --remove a.ron").expect(0);
+    assert!(!lock(&desk).contains("a.ron"));
+}
+
+#[test]
+fn verify_tells_edits_that_git_knows_and_files_that_changed() {
+    let desk = Desk::new();
+    desk.write("part.ron", GRAPH);
+    desk.write(
+        "a.ron",
+        GRAPH
+            .replace("nodes: {", "imports: { \"part\": \"part.ron\" },\n  nodes: {\n    \"p\": Use(graph: \"part\"),")
+            .replace("\"a\": \"a\"", "\"a\": \"= a + p\""),
+    );
+    desk.shibo("pin a.ron").expect(0);
+    let git = |line: &str| {
+        let mut command = std::process::Command::new("git");
+        command.args(["-c", "user.name=a", "-c", "user.email=a@b"]).args(line.split(' ')).current_dir(desk.path(""));
+        assert!(command.output().unwrap().status.success(), "{line}");
+    };
+    git("init -q");
+    git("add .");
+    git("commit -qm pin");
+    desk.write("a.ron", text(&desk).replace("size: 5", "size: 4"));
+    let ran = desk.shibo("verify a.ron").expect(1);
+    assert!(ran.stdout.contains("  nodes.a.size  5 → 4\n"), "{}", ran.stdout);
+    git("checkout -q a.ron");
+    desk.shibo("verify a.ron").expect(0);
+    desk.write("part.ron", GRAPH.replace("size: 5", "size: 3"));
+    let ran = desk.shibo("verify a.ron").expect(1);
+    assert!(ran.stdout.contains("a.ron  edited\n"), "{}", ran.stdout);
+    assert!(ran.stdout.contains("  part.ron was edited since the graph was pinned\n"), "{}", ran.stdout);
+}
+
+#[test]
+fn merge_of_locks_takes_the_changes_of_both_sides() {
+    let desk = Desk::new();
+    let entry = |name: &str, bits: &str| {
+        format!("    {name:?}: (pins: 1, text: \"\", pictures: {{ \"a\": (bits: {bits:?}) }}),\n")
+    };
+    let lock = |entries: &[(&str, &str)]| {
+        format!("{{\n{}}}\n", entries.iter().map(|(name, bits)| entry(name, bits)).collect::<String>())
+    };
+    desk.write("base", lock(&[("a.ron", "0"), ("b.ron", "0"), ("c.ron", "0")]));
+    desk.write("ours", lock(&[("a.ron", "1"), ("b.ron", "0"), ("c.ron", "1")]));
+    desk.write("theirs", lock(&[("a.ron", "0"), ("b.ron", "2"), ("c.ron", "2")]));
+    desk.shibo("merge base ours theirs --path graphs/shibo.lock").expect(0);
+    let merged = String::from_utf8(desk.read("ours")).unwrap();
+    let kept = ["a.ron\": (\n        pins: 1", "b.ron\"", "bits: \"1\"", "bits: \"2\""];
+    assert!(kept.iter().all(|text| merged.contains(text)) && !merged.contains("c.ron"), "{merged}");
 }

@@ -19,7 +19,7 @@ impl Repository {
         repository
     }
 
-    /// Runs git; returns its exit code and what it prints.
+    /// Runs git; returns its exit code and its output.
     fn try_git(&self, line: &str) -> (Option<i32>, String) {
         let mut command = Command::new("git");
         command.args(["-c", "user.name=a", "-c", "user.email=a@b", "-c", "core.editor=true"]).args(line.split(' '));

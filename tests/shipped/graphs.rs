@@ -20,7 +20,7 @@ fn root(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-fn shipped() -> Vec<PathBuf> {
+pub(super) fn shipped() -> Vec<PathBuf> {
     let mut graphs = Vec::new();
     for folder in ["graphs", "graphs/lib"] {
         let files = std::fs::read_dir(root(folder)).unwrap().map(|e| e.unwrap().path());

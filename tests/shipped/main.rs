@@ -3,6 +3,7 @@
 #![allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions")]
 #[path = "../support/bless.rs"]
 mod bless;
+mod changes;
 mod docs;
 mod formulas;
 #[path = "../support/golden.rs"]

@@ -1,8 +1,11 @@
 //! The version of its kind that a pinned node has. Source: LASTING §1.
+use super::imports::LIBRARY;
+use super::linked::{Graph, GraphNode};
 use super::linker::Linker;
 use super::part::SyntaxValue;
-use crate::diagnostics::{Code, Diagnostic};
+use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::node::changes::{Change, Look, Thing, Touches};
+use std::path::Path;
 
 impl Linker<'_> {
     /// The file whose pins count for the nodes of a new scope: its own, or that of the scope that uses it.
@@ -34,14 +37,28 @@ impl Linker<'_> {
     /// True if a node is among the uses that a change can alter.
     fn is_touched(&self, flat: usize, touches: &Touches) -> bool {
         let node = &self.flats[flat];
-        match touches {
-            Touches::All | Touches::Outputs(_) => true,
-            Touches::Given(fields) => fields.iter().any(|field| node.field(field).is_some()),
-            Touches::Values(field, values) => {
-                let written = node.field(field).map(|part| part.str().trim_matches('"').to_owned());
-                written.is_some_and(|written| values.contains(&written))
+        touches.includes(|field| node.field(field).map(|part| part.str()))
+    }
+}
+
+impl Graph {
+    /// The nodes that a change alters. A changed kind alters its nodes, unless they have an earlier version or the change
+    /// does not touch them. A changed shipped graph alters the nodes in it.
+    pub fn altered_by<'g>(&'g self, change: &'g Change) -> impl Iterator<Item = &'g GraphNode> {
+        self.nodes.node_weights().filter(move |node| match change.thing() {
+            Thing::Kind(kind) => {
+                let text = |span: Span| self.sources.sources()[span.file.0].text.get(span.start..span.end);
+                let written = |field: &str| node.fields.iter().find(|(name, _)| name == field);
+                node.kind == kind
+                    && node.node.version() >= change.version
+                    && change.touches.includes(|field| written(field).map(|(_, span)| text(*span).unwrap_or_default()))
             }
-        }
+            Thing::Graph(name) => {
+                let inside = self.sources.path(node.span.file).strip_prefix(LIBRARY);
+                inside.is_ok_and(|inside| inside.with_extension("") == Path::new(name))
+            }
+            Thing::All => true,
+        })
     }
 }
 

@@ -2,6 +2,7 @@
 use super::{
     Call, CanvasFacts, Context, Fact, FilePath, KindInfo, MaterialInputs, Node, Output, Outputs, TakenChannel,
 };
+use crate::canonical::canonical;
 use crate::diagnostics::Problem;
 use crate::value::expression::Growth;
 use crate::value::{Canvas, ChannelSet, Stop, Tiling, Type};
@@ -49,7 +50,7 @@ impl serde::de::Error for BuildError {
 
 /// A node of any kind.
 pub trait DynNode: Send + Sync {
-    /// Its parameters, encoded so that equal parameters give equal bytes.
+    /// Its parameters that differ from their defaults. Equal parameters give equal bytes.
     fn canonical(&self) -> Vec<u8>;
     /// See [`Node::VERSION`].
     fn version(&self) -> u32;
@@ -98,7 +99,7 @@ pub trait DynNode: Send + Sync {
 
 impl<T: Node> DynNode for T {
     fn canonical(&self) -> Vec<u8> {
-        postcard::to_stdvec(self).unwrap_or_else(|e| e.to_string().into_bytes())
+        canonical(self)
     }
 
     fn version(&self) -> u32 {

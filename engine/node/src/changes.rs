@@ -66,6 +66,21 @@ pub enum Touches {
     Outputs(Vec<String>),
 }
 
+impl Touches {
+    /// True if a use is among them, given the text of each field that is written. A value that a formula or a parameter
+    /// gives may be any.
+    pub fn includes<'t>(&self, written: impl Fn(&str) -> Option<&'t str>) -> bool {
+        match self {
+            Self::All | Self::Outputs(_) => true,
+            Self::Given(fields) => fields.iter().any(|field| written(field).is_some()),
+            Self::Values(field, values) => written(field).is_some_and(|text| {
+                let text = text.trim_matches('"').trim_start();
+                text.starts_with(['$', '=']) || values.iter().any(|value| value == text)
+            }),
+        }
+    }
+}
+
 /// The part of the version before a change that the program has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Keeps {
@@ -205,6 +220,15 @@ mod tests {
         assert_eq!(changes.version(Thing::Kind("Perlin"), 7, 1), 7);
         assert_eq!(changes.version(Thing::Graph("goat"), 2, 2), 1);
         assert_eq!(changes.since(2).map(|line| line.change).collect::<Vec<_>>(), [3, 4]);
+    }
+
+    #[test]
+    fn values_of_formulas_may_be_any() {
+        let touches = Touches::Values("mode".into(), vec!["Round".into()]);
+        for (text, included) in [("Round", true), ("Flat", false), ("\"$mode\"", true), ("\"= a\"", true)] {
+            assert_eq!(touches.includes(|field| (field == "mode").then_some(text)), included, "{text}");
+        }
+        assert!(!touches.includes(|_| None));
     }
 
     #[test]

@@ -36,6 +36,7 @@ pub mod changes;
 pub mod registry;
 
 mod build;
+mod canonical;
 mod channels;
 mod context;
 mod facts;

@@ -11,10 +11,10 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Version of the key derivation, named after the program version that introduced it. The same graph has the same keys
+/// Version of the key derivation. The same graph has the same keys
 /// in every build, and pictures contain them. The seal of entries ([`Seal`](super::Seal)) keeps the results of
 /// different builds apart.
-const DOMAIN: &str = "shibo 0.1.0";
+const DOMAIN: &str = "shibo 2";
 
 /// The keys of the outputs of every node of a graph.
 #[derive(Debug, Default)]
@@ -90,6 +90,11 @@ impl Keys {
     /// The files of a node, if it reads any.
     pub(super) fn files(&self, node: NodeIndex) -> Option<Arc<[KeyedFile]>> {
         self.files.get(&node).cloned()
+    }
+
+    /// The files that a node reads, with the hashes of their content.
+    pub fn read_files(&self, node: NodeIndex) -> impl Iterator<Item = (&Path, &[u8; 32])> {
+        self.files.get(&node).into_iter().flat_map(|files| files.iter().map(|file| (file.path(), file.hash())))
     }
 
     /// All nodes, each after its inputs.

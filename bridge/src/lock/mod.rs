@@ -1,0 +1,108 @@
+//! The lock: pictures of pinned graphs, written into `shibo.lock` and compared later. Source: LASTING §1.
+mod file;
+mod sample;
+mod verify;
+
+pub use file::{Entry, LOCK, Lock, MOST_BYTES, merge};
+pub use sample::{Look, PIXELS, RESOLUTION, Sample, bits_of, sample};
+pub use verify::{Because, State, Verified, VerifiedPicture, verified};
+
+use crate::shape::{Fields, canonical};
+use shibo_engine::eval::CancelToken;
+use shibo_engine::session::{Failure, Session};
+use shibo_graph::Graph;
+use shibo_graph::syntax::Tree;
+use shibo_value::Key;
+use shibo_value::diagnostics::Origin;
+use std::path::{Component, Path, PathBuf};
+
+/// The entry of a graph as it is now. The graph must have been loaded at [`RESOLUTION`].
+///
+/// # Errors
+/// Errors of the graph, at their places.
+pub fn entry(session: &Session, graph: &Graph, cancel: &CancelToken) -> Result<Entry, Failure> {
+    let folder = graph.path.parent().unwrap_or(Path::new(""));
+    let sources = graph.sources.sources();
+    let text = sources.first().map(|source| source.text.clone()).unwrap_or_default();
+    let mut entry = Entry {
+        pins: pins(&text).unwrap_or_else(|| session.registry().changes().newest()),
+        text: text_hash(&text),
+        pictures: sample(session, graph, cancel)?,
+        ..Entry::default()
+    };
+    let shipped = |path: &Path| path.starts_with("shibo:");
+    let imports = sources.iter().skip(1).filter(|source| source.origin == Origin::File && !shipped(&source.path));
+    entry.files.extend(imports.map(|source| (relative(folder, &source.path), text_hash(&source.text))));
+    let keys = session.keys(graph)?;
+    for node in graph.nodes.node_indices() {
+        for (path, hash) in keys.read_files(node).filter(|(path, _)| !shipped(path)) {
+            entry.files.insert(relative(folder, path), short(Key::of("file", &[hash])));
+        }
+    }
+    Ok(entry)
+}
+
+/// The change at which a text is pinned.
+pub fn pins(text: &str) -> Option<u32> {
+    let tree = Tree::parse(text);
+    let pins = tree.value()?.entry("pins")?.value()?;
+    let number = Fields::readable(pins).and_then(|fields| Some(fields.get("change")?.value)).unwrap_or(pins);
+    number.text().parse().ok()
+}
+
+/// Identifies a text apart from comments, layout, the order of named things, and the pin.
+pub fn text_hash(text: &str) -> String {
+    let tree = Tree::parse(text);
+    let things = tree.value().and_then(Fields::readable).map(|top| {
+        let things = top.entries.iter().filter(|field| field.name != "pins");
+        let mut things: Vec<String> = things.map(|field| canonical(field.entry)).collect();
+        things.sort();
+        things.join(",")
+    });
+    // A text that is no graph counts as it is.
+    short(Key::of("text", &[things.unwrap_or_else(|| text.to_owned()).as_bytes()]))
+}
+
+fn short(key: Key) -> String {
+    key.to_string().chars().take(16).collect()
+}
+
+/// A path as seen from a folder, with `/` on every system.
+fn relative(folder: &Path, path: &Path) -> String {
+    let whole = |path: &Path| {
+        let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+        path.canonicalize().or_else(|_| std::path::absolute(path)).unwrap_or_else(|_| path.to_owned())
+    };
+    let (folder, path) = (whole(folder), whole(path));
+    let same = folder.components().zip(path.components()).take_while(|(a, b)| a == b).count();
+    let mut seen = PathBuf::new();
+    folder.components().skip(same).for_each(|_| seen.push(".."));
+    seen.extend(path.components().skip(same).filter(|part| !matches!(part, Component::CurDir)));
+    seen.to_string_lossy().replace('\\', "/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_counts_without_comments_order_and_pin() {
+        let graph = "(version: 1, pins: 4, nodes: { \"a\": Perlin(size: 3), \"b\": \"= a * 2\" })";
+        let same = "( // A.\n  nodes: { \"b\": \"=a*2\", \"a\": Perlin(size: 3.0) },\n  version: 1,\n)";
+        assert_eq!(text_hash(graph), text_hash(same));
+        assert_ne!(text_hash(graph), text_hash(&same.replace("3.0", "3.1")));
+        assert_eq!([graph, same, "(pins: (hold: {}, change: 12))"].map(pins), [Some(4), None, Some(12)]);
+    }
+
+    #[test]
+    fn paths_are_seen_from_the_folder() {
+        for (folder, path, seen) in [
+            ("", "a.png", "a.png"),
+            ("g", "g/b/a.png", "b/a.png"),
+            ("g/h", "g/a.png", "../a.png"),
+            ("g", "a.ron", "../a.ron"),
+        ] {
+            assert_eq!(relative(Path::new(folder), Path::new(path)), seen);
+        }
+    }
+}

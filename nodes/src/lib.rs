@@ -107,6 +107,7 @@ pub fn registry_with(more: impl IntoIterator<Item = Family>) -> Registry {
         .with_internal(Internal::Formula, Kind::of::<formulas::Formula>())
         .with_internal(Internal::SolidFormula, Kind::of::<formulas::SolidFormula>())
         .with_internal(Internal::CutOnMesh, Kind::of::<mesh::BakeSolid>())
-        .with_internal(Internal::Channel, Kind::of::<material::ChannelOf>());
+        .with_internal(Internal::Channel, Kind::of::<material::ChannelOf>())
+        .with_kept("Fractal", 2, Kind::of::<generators::kept::Fractal2>());
     registry.with_gutters(mesh::filled).with_retired(&RETIRED).with_code(shibo_kernel::CODE).with_code(crate::CODE)
 }

@@ -12,14 +12,14 @@ use shibo_engine::session::{Session, Settings};
 use shibo_graph::{Graph, LoadOptions, load, load_text};
 use shibo_node::changes::{Changes, Thing};
 use shibo_node::registry::Registry;
-use shibo_node::{KindInfo, Role};
+use shibo_node::{KindInfo, ParamInfo, ParamType, Role};
 use shibo_value::Key;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 /// Settings of a kind besides its defaults.
-const SETTINGS: u64 = 4;
+const SETTINGS: u64 = 6;
 
 /// Digests by the number of the change since which they are right.
 type Since<T> = BTreeMap<u32, T>;
@@ -118,13 +118,11 @@ impl Rule {
 
     /// The version of a kind follows from the table.
     fn check_version(&self, info: &KindInfo) {
-        let lines = self.changes().since(0).filter(|line| line.thing() == Thing::Kind(&info.kind)).count();
+        let lines = self.changes().since(0).filter(|line| line.thing() == Thing::Kind(&info.kind)).count() as u32;
         let mut digests = self.digests.lock().unwrap();
-        let begun = digests
-            .versions
-            .entry(info.kind.clone())
-            .or_insert_with(|| if bless::blessing() { info.version } else { 0 });
-        let expected = *begun + u32::try_from(lines).unwrap();
+        let first = if bless::blessing() { info.version - lines } else { 0 };
+        let begun = digests.versions.entry(info.kind.clone()).or_insert(first);
+        let expected = *begun + lines;
         if *begun == 0 {
             self.complain(format!("`{}` has no version in the file: BLESS=1 adds it", info.kind));
         } else if info.version != expected {
@@ -157,16 +155,17 @@ impl Rule {
     /// Settings by hash: arguments that the kind accepts.
     fn settings(&self, info: &KindInfo) -> Vec<String> {
         let params = info.fields.iter().filter_map(|field| match &field.role {
-            Role::Param(param) => Some((&field.name, another(param)?)),
+            Role::Param(param) => Some((&field.name, others(param))),
             Role::Port(_) => None,
         });
-        let params: Vec<String> = params.map(|(name, value)| format!("{name}: {value}")).collect();
+        let params: Vec<(&String, Vec<String>)> = params.filter(|(_, values)| !values.is_empty()).collect();
         let chosen = |number: u64, attempt: u64| {
-            let taken = params.iter().filter(|param| {
-                let key = Key::of("setting", &[param.as_bytes(), &number.to_le_bytes(), &attempt.to_le_bytes()]);
-                key.as_bytes()[0] % 2 == 0
+            let taken = params.iter().filter_map(|(name, values)| {
+                let key = Key::of("setting", &[name.as_bytes(), &number.to_le_bytes(), &attempt.to_le_bytes()]);
+                let [taken, which, ..] = *key.as_bytes();
+                (taken % 2 == 0).then(|| format!("{name}: {}", values[usize::from(which) % values.len()]))
             });
-            taken.cloned().collect::<Vec<_>>().join(", ")
+            taken.collect::<Vec<_>>().join(", ")
         };
         let mut settings = vec![String::new()];
         for number in 0..SETTINGS {
@@ -246,6 +245,15 @@ impl Rule {
     }
 }
 
+/// Values of a parameter other than its default: all choices, or one value.
+fn others(param: &ParamInfo) -> Vec<String> {
+    let choices = param.choices.iter().filter(|choice| !choice.has_arguments && choice.name != param.written);
+    match param.ty {
+        ParamType::Choice => choices.map(|choice| choice.name.clone()).collect(),
+        _ => another(param).into_iter().collect(),
+    }
+}
+
 /// Arguments, split at the commas between them.
 fn split(args: &str) -> Vec<&str> {
     let (mut depth, mut from, mut parts) = (0_i32, 0, Vec::new());
@@ -264,12 +272,16 @@ fn split(args: &str) -> Vec<&str> {
     parts
 }
 
+/// The rule with these digests.
+fn rule(digests: Digests) -> Rule {
+    let registry = Arc::new(shibo_library::registry(std::env::temp_dir()));
+    let session = Session::new(registry.clone(), &Settings { threads: 2, ..Settings::default() }).unwrap();
+    Rule { session, registry, digests: Mutex::new(digests), problems: Mutex::default() }
+}
+
 #[test]
 fn changes_of_pictures_have_a_line_in_the_table() {
-    let folder = tempfile::tempdir().unwrap();
-    let registry = Arc::new(shibo_library::registry(folder.path().to_owned()));
-    let session = Session::new(registry.clone(), &Settings { threads: 2, ..Settings::default() }).unwrap();
-    let rule = Rule { session, registry, digests: Mutex::new(Digests::read()), problems: Mutex::default() };
+    let rule = rule(Digests::read());
     let kinds: Vec<String> = rule.registry.kinds().map(str::to_owned).collect();
     let left = Mutex::new(kinds.iter());
     let graphs = crate::graphs::shipped();
@@ -291,4 +303,20 @@ fn changes_of_pictures_have_a_line_in_the_table() {
         problems.extend(bless::compare(&Digests::path(), digests.written().as_bytes()).err());
     }
     assert!(problems.is_empty(), "{}", problems.join("\n"));
+}
+
+#[test]
+fn another_picture_asks_for_a_version_and_a_line() {
+    let mut digests = Digests::read();
+    let since = digests.kinds.get_mut("Perlin").unwrap().get_mut("").unwrap();
+    *since.last_entry().unwrap().get_mut() = "0".repeat(16);
+    digests.versions.insert("Simplex".to_owned(), 7);
+    let rule = rule(digests);
+    for kind in ["Perlin", "Simplex", "ValueNoise"] {
+        rule.check_kind(rule.registry.info(kind).unwrap());
+    }
+    let problems = rule.problems.into_inner().unwrap().join("\n");
+    let expected = "the picture of `Perlin()` of version 1 changed: raise VERSION to 2 and add a line to library/changes.ron\n\
+                    `Simplex` has version 1, but library/changes.ron says 7";
+    assert_eq!(problems, expected);
 }

@@ -5,9 +5,9 @@
 //! preferred, and a gradient costs six instructions. Octave `o` has cells of `size / lacunarity^o` mm and the weight
 //! `gain^o`. Each octave is rounded to the canvas separately.
 //!
-//! With `Billow` and `Ridged`, each octave has a fold at every corner of its cells, and parallel grids would add up to
-//! visible lines. So the grid of each of these octaves is turned by another angle (`NoiseSpec::turn`), within the frame
-//! of `angle` and `aspect`, and rounded to the canvas like any other.
+//! Noise has a trace of its grid: a fold at every corner of a cell, or values that are small there. Parallel grids of
+//! several octaves add up to visible lines. So the grid of each octave can be turned by another angle
+//! ([`NoiseSpec::turned`]), within the frame of `angle` and `aspect`. It is rounded to the canvas like any other.
 //!
 //! Values are 0..1 with mean ½ and a standard deviation of 0.155 for every number of octaves (the rare values beyond
 //! 3.2 deviations are clamped), so a height is `depth · noise` for any octaves. An octave fades out when its cells are
@@ -71,6 +71,8 @@ pub struct NoiseSpec {
     pub lacunarity: f64,
     /// Ratio of the weights of two octaves.
     pub gain: f64,
+    /// True to turn the grid of each octave by another angle.
+    pub turned: bool,
 }
 
 impl NoiseSpec {
@@ -83,6 +85,7 @@ impl NoiseSpec {
             octaves,
             lacunarity: 2.0,
             gain: 0.5,
+            turned: false,
         }
     }
 }
@@ -91,15 +94,15 @@ impl NoiseSpec {
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl NoiseSpec {
-    /// Angle in radians by which the grid of an octave is turned within the frame of `angle` and `aspect`; 0 where
-    /// octaves are not folded. A square grid repeats after a quarter turn, and a triangular grid has a side
+    /// Angle in radians by which the grid of an octave is turned within the frame of `angle` and `aspect`. A square grid repeats after a quarter turn, and a triangular grid has a side
     /// perpendicular to an old one after a twelfth: the angle of an octave stays away from these by at least a sixth of
     /// them. White noise keeps its squares upright, because they are visible.
     pub(super) fn turn(&self, octave: u32) -> f64 {
-        let whole: f64 = match (self.fractal, self.basis) {
-            (FractalKind::Fbm | FractalKind::Turbulence, _) | (_, Basis::White) => return 0.0,
-            (_, Basis::Gradient | Basis::Value) => 90.0,
-            (_, Basis::Simplex) => 30.0,
+        let whole: f64 = match self.basis {
+            _ if !self.turned => return 0.0,
+            Basis::White => return 0.0,
+            Basis::Gradient | Basis::Value => 90.0,
+            Basis::Simplex => 30.0,
         };
         let share = (0.2 + GOLDEN * f64::from(octave)).fract();
         (whole * (1.0 + 4.0 * share) / 6.0).to_radians()
@@ -321,7 +324,8 @@ mod tests {
     const CANVAS: (DVec2, Tiling) = (DVec2::new(60.0, 40.0), Tiling::BOTH);
 
     fn spec(basis: Basis, fractal: FractalKind) -> NoiseSpec {
-        NoiseSpec { basis, fractal, shape: CellShape { size: 1.3, aspect: 1.7, angle: 0.5 }, ..NoiseSpec::fbm(1.3, 3) }
+        let shape = CellShape { size: 1.3, aspect: 1.7, angle: 0.5 };
+        NoiseSpec { basis, fractal, shape, turned: fractal != FractalKind::Fbm, ..NoiseSpec::fbm(1.3, 3) }
     }
 
     fn render(noise: &Noise, rect: Window, step: f64) -> Vec<f32> {
@@ -375,7 +379,8 @@ mod tests {
                 (Basis::Simplex, FractalKind::Ridged),
             ] {
                 let shape = CellShape { size, aspect, angle };
-                let spec = NoiseSpec { shape, basis, fractal, ..NoiseSpec::fbm(size, 4) };
+                let turned = fractal != FractalKind::Fbm;
+                let spec = NoiseSpec { shape, basis, fractal, turned, ..NoiseSpec::fbm(size, 4) };
                 let noise = Noise::new(&spec, CANVAS, Hash::new(seed));
                 let here = render(&noise, Window::of(0, 0, 240, 160), 0.25);
                 let there = render(&noise, Window::of(240, -160, 240, 160), 0.25);

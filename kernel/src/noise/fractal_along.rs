@@ -316,7 +316,8 @@ mod tests {
     const CANVAS: (DVec2, Tiling) = (DVec2::new(60.0, 40.0), Tiling::BOTH);
 
     fn spec(basis: Basis, fractal: FractalKind, aspect: f64) -> NoiseSpec {
-        NoiseSpec { basis, fractal, shape: CellShape { size: 1.3, aspect, angle: 0.0 }, ..NoiseSpec::fbm(1.3, 1) }
+        let shape = CellShape { size: 1.3, aspect, angle: 0.0 };
+        NoiseSpec { basis, fractal, shape, turned: fractal != FractalKind::Fbm, ..NoiseSpec::fbm(1.3, 1) }
     }
 
     /// The noise for a direction field in degrees.

@@ -4,6 +4,7 @@ mod curl;
 mod fractal;
 mod gabor;
 mod gradient;
+pub mod kept;
 mod noise_field;
 mod perlin;
 mod random;

@@ -1,0 +1,4 @@
+//! Earlier versions of kinds, whole and unedited, for graphs that are pinned. The table of changes names them.
+mod fractal_2;
+
+pub use fractal_2::Fractal as Fractal2;

@@ -1,13 +1,16 @@
-//! `shibo migrate`: rewrites graph files from kinds of nodes that formulas replace.
+//! `shibo migrate`: rewrites graph files from kinds of nodes that formulas replace, and to newer versions of nodes.
 use crate::graph_files::{Rewritten, files, read, show_errors, text, written};
 use crate::quit::Quit;
 use crate::terminal::Terminal;
 use crate::{library, report};
 use clap::Args;
+use shibo_bridge::lock::pins;
+use shibo_ide::actions::{answered, pinned};
 use shibo_ide::migrate::{Change, migrate};
 use shibo_node::registry::Registry;
 use shibo_value::diagnostics::{Code, Diagnostic, SourceMap, Span};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -17,7 +20,10 @@ Examples:
 
 Chains of nodes become one formula, and a formula with one reader is written where it is read. Comments stay above what
 they describe, and nothing else moves. Pictures stay the same, except where a warning says otherwise. A file with a
-syntax error is reported, and left alone.";
+syntax error is reported, and left alone.
+
+A graph with pins gets the edits that the table of changes names for later versions of its nodes, and then the newest pin. Warnings
+name the changes after which its picture differs all the same.";
 
 /// Rewrite graph files that use kinds of nodes that formulas replace.
 #[derive(Args, Debug)]
@@ -32,14 +38,22 @@ pub(crate) struct MigrateArgs {
     /// Change nothing; print the files that would change.
     #[arg(long)]
     check: bool,
+    /// For graphs with pins: the change to pin at, instead of the newest.
+    #[arg(long, value_name = "CHANGE")]
+    to: Option<u32>,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &MigrateArgs, terminal: &Terminal) -> Result<(), Quit> {
-    let registry = library::registry();
+    let registry = Arc::new(library::registry());
+    let newest = registry.changes().newest();
+    let to = args.to.unwrap_or(newest);
+    if !(1..=newest).contains(&to) {
+        return Err(Quit::Usage(format!("change {to} is unknown: changes have the numbers 1 to {newest}")));
+    }
     let (mut good, mut listed, mut texts) = (true, String::new(), Vec::new());
     for path in files(&args.graphs)? {
-        match read(&path).map_err(Quit::failed).and_then(|bytes| rewrite(&path, bytes, &registry, terminal)) {
+        match read(&path).map_err(Quit::failed).and_then(|bytes| rewrite(&path, bytes, (&registry, to), terminal)) {
             Ok(text) if text.before == text.after => {}
             Ok(_) if args.check => listed += &format!("{}\n", path.display()),
             Ok(text) if args.dry_run => texts.push((path, text.after)),
@@ -61,18 +75,39 @@ pub(crate) fn run(args: &MigrateArgs, terminal: &Terminal) -> Result<(), Quit> {
 }
 
 /// Rewrites the text of a file; shows syntax errors, and warnings.
-fn rewrite(path: &Path, bytes: Vec<u8>, registry: &Registry, terminal: &Terminal) -> Result<Rewritten, Quit> {
+fn rewrite(
+    path: &Path,
+    bytes: Vec<u8>,
+    (registry, to): (&Arc<Registry>, u32),
+    terminal: &Terminal,
+) -> Result<Rewritten, Quit> {
     let before = text(path, bytes)?;
     match migrate(&before, registry) {
         Ok(migration) => {
             show_warnings(path, &before, &migration.warnings, terminal);
-            Ok(Rewritten { before, after: migration.text })
+            let after = raised(path, migration.text, registry, to, terminal);
+            Ok(Rewritten { before, after })
         }
         Err(errors) => {
             show_errors(path, before, &errors, terminal);
             Err(Quit::Shown)
         }
     }
+}
+
+/// A text with pins, edited as later changes ask and pinned at `to`; warns of pictures that differ. Other texts stay.
+fn raised(path: &Path, text: String, registry: &Arc<Registry>, to: u32, terminal: &Terminal) -> String {
+    let Some(from) = pins(&text).filter(|from| *from < to) else { return text };
+    let answered = answered(path, &text, registry, (from, to));
+    for (number, node) in &answered.differing {
+        let Some(change) = registry.changes().since(number - 1).next() else { continue };
+        let (shown, percent) = (path.display(), 100.0 * change.worst);
+        let says = &change.what;
+        terminal.warning(&format!(
+            "{shown}: `{node}` looks different since change {number}: {says} (up to {percent:.0} % of full scale)"
+        ));
+    }
+    pinned(&answered.text, Some(to)).unwrap_or(answered.text)
 }
 
 fn show_warnings(path: &Path, text: &str, warnings: &[Change], terminal: &Terminal) {

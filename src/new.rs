@@ -4,6 +4,7 @@ use crate::quit::Quit;
 use crate::templates::TEMPLATES;
 use crate::terminal::{Style, Terminal};
 use clap::Args;
+use shibo_ide::actions::pinned;
 use shibo_value::diagnostics::suggest;
 use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
@@ -14,7 +15,9 @@ Examples:
   shibo new                            list the templates
   shibo new --list                     also list the graphs that others can import
   shibo new calf --from leather        make calf.ron
-  shibo new wood --from walnut         a copy of a graph that comes with the program, to change";
+  shibo new wood --from walnut         a copy of a graph that comes with the program, to change
+
+The graph is pinned: later versions of nodes leave its picture alone (`shibo pin`).";
 
 /// Make a commented graph file to start from.
 #[derive(Args, Debug)]
@@ -28,6 +31,9 @@ pub(crate) struct NewArgs {
     /// List the graphs that come with the program: templates, materials and sub-graphs.
     #[arg(long, conflicts_with_all = ["name", "from"])]
     list: bool,
+    /// Write no pin: the graph follows the newest versions of its nodes.
+    #[arg(long)]
+    no_pin: bool,
 }
 
 /// Runs the command.
@@ -37,6 +43,8 @@ pub(crate) fn run(args: &NewArgs, terminal: &Terminal) -> Result<(), Quit> {
     }
     let Some(from) = &args.from else { return list(args, terminal) };
     let text = text(from)?;
+    let newest = Some(library::registry().changes().newest()).filter(|_| !args.no_pin);
+    let text = newest.and_then(|newest| pinned(&text, Some(newest))).unwrap_or(text);
     let Some(path) = args.name.as_deref().and_then(file) else {
         return Err(Quit::Usage("the name of the graph file is missing".to_owned()));
     };

@@ -66,6 +66,6 @@ impl Graph {
 fn gone(place: &SyntaxValue, (kind, version, now): (&str, u32, u32), new: &Change, worst: f64) -> Diagnostic {
     let message = format!("`{kind}` of version {version} is not in this program any more");
     let help =
-        format!("`shibo pin FILE` takes version {now}: {} (up to {:.0} % of full scale)", new.what, worst * 100.0);
+        format!("`shibo migrate FILE` takes version {now}: {} (up to {:.0} % of full scale)", new.what, worst * 100.0);
     place.error(Code::ChangedKind, message).help(help)
 }

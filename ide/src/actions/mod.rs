@@ -1,4 +1,5 @@
 //! Code actions that an editor offers: fixes for findings, and refactorings of correct text.
+mod answers;
 mod assign;
 mod extract;
 mod fixes;
@@ -9,6 +10,7 @@ mod pin;
 mod refactor;
 mod retired;
 
+pub use answers::{Answered, answered};
 pub use assign::{add_preset, alike, assign, promote};
 pub use pin::pinned;
 

@@ -38,7 +38,7 @@ fn nodes_have_the_version_of_their_pin() {
     let gone = versions("pins: 1,", wide).unwrap_err();
     assert_eq!(
         gone,
-        "changed-kind `Rays` of version 2 is not in this program any more: `shibo pin FILE` takes version 5: other rays \
+        "changed-kind `Rays` of version 2 is not in this program any more: `shibo migrate FILE` takes version 5: other rays \
          (up to 31 % of full scale)"
     );
     assert!(load("pins: 1,", wide, true).graph.is_some(), "--newest");

@@ -42,7 +42,8 @@ fn lists_changes_of_kinds_and_graphs() {
     assert_eq!(json["changes"][0]["change"], 1);
     assert!(desk.shibo("changes Perlim").expect(2).stderr.contains("did you mean `Perlin`?"));
     assert!(desk.shibo("changes --since 4000").expect(2).stderr.contains("change 4000 is unknown: the newest is"));
-    let newest = json["changes"].as_array().unwrap().last().unwrap()["change"].clone();
+    let all = desk.shibo("changes --format json").expect(0).json();
+    let newest = all["changes"].as_array().unwrap().last().unwrap()["change"].clone();
     assert_eq!(desk.shibo(&format!("changes --since {newest}")).expect(0).stdout, "");
 }
 

@@ -13,11 +13,11 @@ fn text(desk: &Desk) -> String {
 fn pins_a_graph_and_removes_the_pin() {
     let desk = Desk::new();
     desk.write("a.ron", GRAPH);
-    let ran = desk.shibo("pin a.ron").expect(0);
-    assert!(ran.stderr.contains("a.ron: pinned at change"), "{}", ran.stderr);
+    let ran = desk.shibo("pin --to 1 a.ron").expect(0);
+    assert!(ran.stderr.contains("a.ron: pinned at change 1, 1 picture in shibo.lock"), "{}", ran.stderr);
     let pinned = text(&desk);
     assert_eq!(pinned, GRAPH.replace("version: 1,", "version: 1,\n  pins: 1,"));
-    desk.shibo("pin a.ron").expect(0);
+    desk.shibo("pin --to 1 a.ron").expect(0);
     assert_eq!(text(&desk), pinned);
     desk.shibo("fmt --check a.ron").expect(0);
     desk.shibo("check a.ron").expect(0);
@@ -144,4 +144,23 @@ fn merge_of_locks_takes_the_changes_of_both_sides() {
     let merged = String::from_utf8(desk.read("ours")).unwrap();
     let kept = ["a.ron\": (\n        pins: 1", "b.ron\"", "bits: \"1\"", "bits: \"2\""];
     assert!(kept.iter().all(|text| merged.contains(text)) && !merged.contains("c.ron"), "{merged}");
+}
+
+#[test]
+fn a_kept_version_gives_its_picture_and_a_new_one_is_named() {
+    let desk = Desk::new();
+    let veins = GRAPH.replace("Perlin(size: 5)", "Fractal(size: 5, kind: Turbulence)");
+    desk.write("a.ron", &veins);
+    desk.shibo("pin --to 1 a.ron").expect(0);
+    desk.shibo("verify a.ron").expect(0);
+    // Without its pin the graph has the new version.
+    desk.write("a.ron", &veins);
+    let ran = desk.shibo("verify a.ron").expect(1);
+    assert!(ran.stdout.starts_with("a.ron  changed\n  a: "), "{}", ran.stdout);
+    assert!(ran.stdout.contains("  `Fractal` 3 (change 2, node \"a\", line 6): "), "{}", ran.stdout);
+    // The change does not touch other kinds of noise.
+    desk.write("a.ron", veins.replace("Turbulence", "Ridged"));
+    desk.shibo("pin --to 1 a.ron").expect(0);
+    desk.shibo("pin --remove --no-lock a.ron").expect(0);
+    desk.shibo("verify a.ron").expect(0);
 }

@@ -7,6 +7,7 @@
 mod lines;
 mod report;
 mod runner;
+mod table;
 
 use report::Report;
 use std::env;
@@ -29,6 +30,7 @@ const USAGE: &str = "usage: cargo xtask LANE
   ci               everything that must hold: .ci/run, with a small case of each outside program
   ci --full        .ci/full, with all cases
   lines            lines of code by crate, without blank lines, comments and tests
+  table [REV]      the table of changes and the digests of pictures have lost no entry since a revision
   time COMMAND…    a command of `cargo test`; prints how long its programs and tests took";
 
 fn main() -> ExitCode {
@@ -41,6 +43,9 @@ fn main() -> ExitCode {
         ["ci"] => run(&mut Command::new(root().join(".ci/run"))),
         ["ci", "--full"] => run(&mut Command::new(root().join(".ci/full"))),
         ["lines"] => lines::print().map(|()| ExitCode::SUCCESS).map_err(|error| format!("cannot count lines: {error}")),
+        ["table", ref revision @ ..] if revision.len() < 2 => {
+            table::check(revision.first().copied()).map(|()| ExitCode::SUCCESS)
+        }
         ["time", ref command @ ..] if !command.is_empty() => timed(&[command.to_vec()]),
         _ => Err(USAGE.to_owned()),
     };

@@ -4,8 +4,8 @@ use crate::quit::Quit;
 use crate::terminal::Terminal;
 use crate::{library, report};
 use clap::Args;
-use shibo_bridge::lock::pins;
-use shibo_ide::actions::{answered, pinned};
+use shibo_ide::Workspace;
+use shibo_ide::actions::{answered, pinned, pinned_at};
 use shibo_ide::migrate::{Change, migrate};
 use shibo_node::registry::Registry;
 use shibo_value::diagnostics::{Code, Diagnostic, SourceMap, Span};
@@ -97,8 +97,9 @@ fn rewrite(
 
 /// A text with pins, edited as later changes ask and pinned at `to`; warns of pictures that differ. Other texts stay.
 fn raised(path: &Path, text: String, registry: &Arc<Registry>, to: u32, terminal: &Terminal) -> String {
-    let Some(from) = pins(&text).filter(|from| *from < to) else { return text };
-    let answered = answered(path, &text, registry, (from, to));
+    let Some(from) = pinned_at(&text).filter(|from| *from < to) else { return text };
+    let world = Workspace::new(registry.clone(), Vec::new());
+    let answered = answered(&world, path, &text, (from, to));
     for (number, node) in &answered.differing {
         let Some(change) = registry.changes().since(number - 1).next() else { continue };
         let (shown, percent) = (path.display(), 100.0 * change.worst);

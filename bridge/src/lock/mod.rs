@@ -12,6 +12,7 @@ use shibo_engine::eval::CancelToken;
 use shibo_engine::session::{Failure, Session};
 use shibo_graph::Graph;
 use shibo_graph::syntax::Tree;
+use shibo_ide::actions::pinned_at;
 use shibo_value::Key;
 use shibo_value::diagnostics::Origin;
 use std::path::{Component, Path, PathBuf};
@@ -25,7 +26,7 @@ pub fn entry(session: &Session, graph: &Graph, cancel: &CancelToken) -> Result<E
     let sources = graph.sources.sources();
     let text = sources.first().map(|source| source.text.clone()).unwrap_or_default();
     let mut entry = Entry {
-        pins: pins(&text).unwrap_or_else(|| session.registry().changes().newest()),
+        pins: pinned_at(&text).unwrap_or_else(|| session.registry().changes().newest()),
         text: text_hash(&text),
         pictures: sample(session, graph, cancel)?,
         ..Entry::default()
@@ -40,14 +41,6 @@ pub fn entry(session: &Session, graph: &Graph, cancel: &CancelToken) -> Result<E
         }
     }
     Ok(entry)
-}
-
-/// The change at which a text is pinned.
-pub fn pins(text: &str) -> Option<u32> {
-    let tree = Tree::parse(text);
-    let pins = tree.value()?.entry("pins")?.value()?;
-    let number = Fields::readable(pins).and_then(|fields| Some(fields.get("change")?.value)).unwrap_or(pins);
-    number.text().parse().ok()
 }
 
 /// Identifies a text apart from comments, layout, the order of named things, and the pin.
@@ -91,7 +84,7 @@ mod tests {
         let same = "( // A.\n  nodes: { \"b\": \"=a*2\", \"a\": Perlin(size: 3.0) },\n  version: 1,\n)";
         assert_eq!(text_hash(graph), text_hash(same));
         assert_ne!(text_hash(graph), text_hash(&same.replace("3.0", "3.1")));
-        assert_eq!([graph, same, "(pins: (hold: {}, change: 12))"].map(pins), [Some(4), None, Some(12)]);
+        assert_eq!([graph, same, "(pins: (hold: {}, change: 12))"].map(pinned_at), [Some(4), None, Some(12)]);
     }
 
     #[test]

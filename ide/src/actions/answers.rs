@@ -1,17 +1,17 @@
 //! Edits a pinned text as the answers of the table of changes say. Source: LASTING §1, *The table of changes*.
+use super::super::diagnose::Finding;
 use super::super::file::{File, Section};
+use super::super::format::change;
 use super::super::names::{Symbol, occurrences};
 use super::super::rename::Edit;
 use super::super::view::{Body, Value};
-use super::super::workspace::Workspace;
-use super::super::world::Cx;
-use super::apply;
+use super::super::world::{Cx, World};
 use super::insert::{append, remove};
+use super::pin::{pinned, pinned_at};
+use super::{Action, ActionKind, apply};
 use shibo_node::changes::{Answer, Change, Look, Thing};
-use shibo_node::registry::Registry;
 use shibo_node::{KindInfo, Role};
 use std::path::Path;
-use std::sync::Arc;
 
 /// A text that follows the changes.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,15 +24,14 @@ pub struct Answered {
 
 /// Edits a text that is pinned at the change `from` as the answers of the changes up to `to` say. Kinds in `hold` of its
 /// pins stay as they are. The pin is not raised.
-pub fn answered(path: &Path, text: &str, registry: &Arc<Registry>, (from, to): (u32, u32)) -> Answered {
+pub fn answered(world: &dyn World, path: &Path, text: &str, (from, to): (u32, u32)) -> Answered {
     let mut result = Answered { text: text.to_owned(), differing: Vec::new() };
-    let mut world = Workspace::new(registry.clone(), Vec::new());
-    for change in registry.changes().since(from).filter(|change| change.change <= to) {
-        let file = world.open(path, result.text.as_str());
+    for change in world.registry().changes().since(from).filter(|change| change.change <= to) {
+        let file = File::new(path, result.text.as_str());
         let mut edits = Vec::new();
         let mut altered = None;
         for scope in file.scopes() {
-            let found = follow(Cx { world: &world, file: &scope }, change, &mut edits);
+            let found = follow(Cx { world, file: &scope }, change, &mut edits);
             altered = altered.or(found);
         }
         if let Some(node) = altered.filter(|_| change.look == Look::Look && !(change.answer.is_some() && change.exact))
@@ -42,6 +41,18 @@ pub fn answered(path: &Path, text: &str, registry: &Arc<Registry>, (from, to): (
         result.text = apply(&result.text, &edits);
     }
     result
+}
+
+/// Takes the newest versions of nodes, where a finding says that the program does not have an earlier one.
+pub(super) fn newest(cx: Cx<'_>, findings: &[Finding]) -> Option<Action> {
+    let mends = findings.iter().position(|finding| finding.code == "changed-kind")?;
+    let (path, text) = (&cx.file.path, &cx.file.text);
+    let newest = cx.registry().changes().newest();
+    let answered = answered(cx.world, path, text, (pinned_at(text)?, newest));
+    let new = pinned(&answered.text, Some(newest))?;
+    let edit = change(text, &(0..text.len()), &new)?;
+    let title = format!("Take the versions of change {newest}");
+    Some(Action { mends: Some(mends), ..Action::new(title, ActionKind::Fix, cx.file, vec![edit]) })
 }
 
 /// Adds the edits that a change asks for in a graph. Returns the name of the first node that the change alters.
@@ -161,6 +172,10 @@ fn operand(written: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Workspace;
+    use crate::diagnose::Severity;
+    use shibo_node::registry::Registry;
+    use std::sync::Arc;
 
     /// A table after change 2 of the real one.
     fn registry(line: &'static str) -> Arc<Registry> {
@@ -172,7 +187,8 @@ mod tests {
 
     fn follow(line: &'static str, nodes: &str) -> (String, usize) {
         let text = format!("(version: 1, pins: 1, imports: {{ \"g\": \"shibo:goat\" }}, nodes: {{ {nodes} }})");
-        let answered = answered(Path::new("a.ron"), &text, &registry(line), (1, 2));
+        let world = Workspace::new(registry(line), Vec::new());
+        let answered = answered(&world, Path::new("a.ron"), &text, (1, 2));
         let nodes = answered.text.split("nodes: { ").nth(1).unwrap().trim_end_matches(" })").to_owned();
         (nodes, answered.differing.len())
     }
@@ -233,7 +249,30 @@ mod tests {
     fn kinds_that_a_pin_holds_stay() {
         let text = r#"(pins: (change: 1, hold: { "Blur": 1 }), nodes: { "a": Blur() })"#;
         let line = r#"kind: "Blur", version: 2, touches: All, answer: Set(field: "radius", value: "3")"#;
-        let answered = answered(Path::new("a.ron"), text, &registry(line), (1, 2));
+        let world = Workspace::new(registry(line), Vec::new());
+        let answered = answered(&world, Path::new("a.ron"), text, (1, 2));
         assert_eq!((answered.text.as_str(), answered.differing.len()), (text, 0));
+    }
+
+    #[test]
+    fn an_editor_takes_the_newest_versions() {
+        let text = "(\n  pins: 1,\n  nodes: {\n    \"a\": Blur(),\n  },\n)\n";
+        let line = r#"kind: "Blur", version: 2, touches: All, answer: Set(field: "radius", value: "3")"#;
+        let mut world = Workspace::new(registry(line), Vec::new());
+        let file = world.open(Path::new("a.ron"), text);
+        let range = text.find("Blur").map(|at| at..at + 4).unwrap();
+        let finding = Finding {
+            range,
+            severity: Severity::Error,
+            code: "changed-kind".to_owned(),
+            message: "gone".to_owned(),
+            help: None,
+            related: Vec::new(),
+            unneeded: false,
+            deprecated: false,
+        };
+        let action = newest(Cx { world: &world, file: &file }, &[finding]).unwrap();
+        let after = apply(text, &action.edits[&file.path]);
+        assert_eq!(after, text.replace("pins: 1", "pins: 2").replace("Blur()", "Blur(radius: 3)"));
     }
 }

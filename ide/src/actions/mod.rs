@@ -12,7 +12,7 @@ mod retired;
 
 pub use answers::{Answered, answered};
 pub use assign::{add_preset, alike, assign, promote};
-pub use pin::pinned;
+pub use pin::{pinned, pinned_at};
 
 use super::diagnose::Finding;
 use super::file::File;
@@ -69,6 +69,7 @@ pub fn actions(cx: Cx<'_>, selected: &Range<usize>, findings: &[Finding]) -> Vec
     let cx = cx.with(&file);
     let mut found = fixes::fixes(cx, findings);
     found.extend(retired::replace(cx, findings));
+    found.extend(answers::newest(cx, findings));
     found.extend(fixes::missing_ports(cx, at, findings));
     found.extend(refactor::name_literal(cx, at));
     found.extend(refactor::relative_path(cx, at));

@@ -24,6 +24,14 @@ pub fn pinned(text: &str, change: Option<u32>) -> Option<String> {
     Some(text)
 }
 
+/// The change at which a text is pinned.
+pub fn pinned_at(text: &str) -> Option<u32> {
+    let file = File::new("", text);
+    let pins = file.body()?.value("pins")?;
+    let number = pins.body().and_then(|body| body.value("change")).unwrap_or(pins);
+    file.at(&number.range).parse().ok()
+}
+
 /// Adds an entry behind `version`, or above the first one.
 fn add(file: &File, body: &Body, entry: &str) -> Option<Edit> {
     let Some(version) = body.get("version") else { return Some(put_above(file, body.items.first()?, entry)) };

@@ -6,8 +6,6 @@ use crate::report::count;
 use crate::terminal::Terminal;
 use crate::write::{self, Refused};
 use clap::Args;
-use shibo_bridge::lock::{self, LOCK, Lock};
-use shibo_bridge::merge::Merged;
 use shibo_bridge::{MergeRequest, merge};
 use std::path::{Path, PathBuf};
 
@@ -49,18 +47,14 @@ pub(crate) fn run(args: &MergeArgs, terminal: &Terminal) -> Result<(), Quit> {
     let read = |path: &Path| text(path, read(path).map_err(Quit::Usage)?);
     let ours = read(&args.ours).map_err(fatal)?;
     let path = args.path.clone().unwrap_or_else(|| args.output.as_ref().unwrap_or(&args.ours).clone());
-    let (base, theirs) = (read(&args.base).map_err(fatal)?, read(&args.theirs).map_err(fatal)?);
-    let locks = [&base, &ours, &theirs].map(|text| Lock::read(text).ok());
-    let merged = match (path.ends_with(LOCK), locks) {
-        (true, [base, Some(ours), Some(theirs)]) => {
-            Merged { text: lock::merge(&base.unwrap_or_default(), &ours, &theirs).written(), ..Merged::default() }
-        }
-        _ => {
-            let marker_size = args.marker_size.into();
-            let request = MergeRequest { base, ours: ours.clone(), theirs, path: path.clone(), marker_size };
-            merge(&library::tools(), &request)
-        }
+    let request = MergeRequest {
+        base: read(&args.base).map_err(fatal)?,
+        ours: ours.clone(),
+        theirs: read(&args.theirs).map_err(fatal)?,
+        path: path.clone(),
+        marker_size: args.marker_size.into(),
     };
+    let merged = merge(&library::tools(), &request);
     let target = args.output.as_ref().unwrap_or(&args.ours);
     let written = match &args.output {
         Some(output) => write::whole(output, merged.text.as_bytes()).map_err(Refused::Failed),

@@ -10,6 +10,7 @@ mod tests;
 mod tree;
 mod write;
 
+use crate::lock::{self, LOCK, Lock};
 use crate::renames::{Rename, name_in, new_names, renames};
 use crate::side::Side;
 use crate::three::lines;
@@ -25,8 +26,6 @@ use write::{Form, Pick};
 
 /// The fewest characters of a mark.
 const MARKER: usize = 7;
-/// The file of locked pictures, whose entries never conflict.
-const LOCK: &str = "shibo.lock";
 /// The most times that a result is checked and marked again.
 const ROUNDS: usize = 8;
 
@@ -84,6 +83,13 @@ pub fn merge(tools: &Tools, request: &MergeRequest) -> Merged {
         MergeRequest { base, ours, theirs, .. } if ours == base => return whole(theirs),
         _ => {}
     }
+    if request.path.file_name().is_some_and(|name| name == LOCK)
+        && let (Ok(ours), Ok(theirs)) = (Lock::read(&request.ours), Lock::read(&request.theirs))
+    {
+        // Two sides may add the file.
+        let base = Lock::read(&request.base).unwrap_or_default();
+        return whole(&lock::merge(&base, &ours, &theirs).written());
+    }
     let eol = if request.ours.contains("\r\n") { "\r\n" } else { "\n" };
     let typed = |text: &str| {
         let text = text.replace("\r\n", "\n");
@@ -92,8 +98,7 @@ pub fn merge(tools: &Tools, request: &MergeRequest) -> Merged {
     let texts = [typed(&request.base), typed(&request.ours), typed(&request.theirs)];
     let sides = texts.clone().map(|text| Side::new(tools, &GraphText { path: request.path.clone(), text }));
     let marker = request.marker_size.max(MARKER);
-    let is_lock = request.path.file_name().is_some_and(|name| name == LOCK);
-    trees(tools, request, sides, Form { pick: Pick::Marks, marker, eol }, is_lock).unwrap_or_else(|reason| {
+    trees(tools, request, sides, Form { pick: Pick::Marks, marker, eol }).unwrap_or_else(|reason| {
         let [base, ours, theirs] = texts;
         let (text, _) = lines(&base, &ours, &theirs, marker);
         Merged { conflicts: conflicts(&text, &[]), text, by_lines: Some(reason), notes: Vec::new() }
@@ -101,7 +106,7 @@ pub fn merge(tools: &Tools, request: &MergeRequest) -> Merged {
 }
 
 /// Merges trees; returns the reason if that is not possible.
-fn trees(tools: &Tools, request: &MergeRequest, sides: [Side; 3], form: Form, is_lock: bool) -> Result<Merged, String> {
+fn trees(tools: &Tools, request: &MergeRequest, sides: [Side; 3], form: Form) -> Result<Merged, String> {
     for (side, name) in sides.iter().zip(["the base", "our version", "their version"]) {
         if let Some(error) = side.tree().errors().first() {
             return Err(format!("{name} cannot be read: line {}: {}", side.line(error.range.start), error.message));
@@ -112,15 +117,6 @@ fn trees(tools: &Tools, request: &MergeRequest, sides: [Side; 3], form: Form, is
     let trees = [&base, &ours, &theirs].map(|text| Tree::parse(text.as_str()));
     let all = [&trees[0], &trees[1], &trees[2]];
     let mut found: Vec<(Path, String)> = Vec::new();
-    if is_lock {
-        let form = Form { pick: Pick::Neither, ..form };
-        let (_, lost) = tree_text(all, &form, &forced)?;
-        // A picture is lost as a whole; without its facts, a graph is.
-        let whole = |path: &Path| if path.get(1).is_some_and(|part| part == "pictures") { 3 } else { 1 };
-        forced.extend(lost.into_iter().map(|path| path.iter().take(whole(&path)).cloned().collect()));
-        let (text, _) = tree_text(all, &form, &forced)?;
-        return Ok(Merged { text, ..Merged::default() });
-    }
     let mut unmarked = Vec::new();
     for _ in 0..ROUNDS {
         let new = new_faults(tools, request, all, &form, &forced)?;

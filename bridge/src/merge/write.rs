@@ -10,8 +10,6 @@ pub(super) enum Pick {
     Ours,
     /// Their version.
     Theirs,
-    /// Neither.
-    Neither,
 }
 
 /// Form of the result.
@@ -58,7 +56,6 @@ impl<'t> Piece<'t> {
                 theirs.map(|theirs| Self::kept(item, theirs.core))
             }
             (Self::Conflict { theirs, .. }, Pick::Theirs) => theirs.map(Self::Insert),
-            (Self::Conflict { .. }, Pick::Neither) => None,
             (piece, _) => Some(piece),
         }
     }

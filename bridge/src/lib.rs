@@ -6,6 +6,7 @@
 //! - [`compare()`]: the differences between two pictures of a material.
 //! - [`diff()`]: the changes from one graph to another, without comments, layout and order.
 //! - [`lock`]: the pictures of pinned graphs, and the comparison with them.
+//! - [`pictures`]: the differences between the pictures of two versions.
 //! - [`merge()`]: the text of a graph with the changes of two sides.
 pub mod compare;
 pub mod diff;
@@ -13,6 +14,7 @@ pub mod diff;
 mod diff_tests;
 pub mod lock;
 pub mod merge;
+pub mod pictures;
 mod renames;
 mod shape;
 mod side;

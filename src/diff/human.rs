@@ -3,6 +3,7 @@ use super::Listed;
 use crate::report::count;
 use crate::terminal::{Style, Terminal, Text};
 use shibo_bridge::diff::{Change, ChangeKind};
+use shibo_bridge::pictures::{PictureChange, PictureDiff};
 
 /// Widest column of names.
 const NAMES: usize = 40;
@@ -12,7 +13,7 @@ const LONGEST: usize = 60;
 const BEFORE: usize = 16;
 
 /// The changes of all graphs. Graphs are separated by an empty line.
-pub(super) fn page(graphs: &[Listed], terminal: &Terminal) -> Text {
+pub(super) fn page(graphs: &[Listed], size: Option<u32>, terminal: &Terminal) -> Text {
     let mut page = terminal.page();
     for (index, graph) in graphs.iter().enumerate() {
         if index > 0 {
@@ -40,8 +41,46 @@ pub(super) fn page(graphs: &[Listed], terminal: &Terminal) -> Text {
         if nothing && graph.diff.unreadable.is_empty() {
             page.push("  no change").end();
         }
+        if let (Some(pictures), Some(size)) = (&graph.pictures, size) {
+            list(&mut page, pictures, size);
+        }
     }
     page
+}
+
+/// The pictures that differ.
+fn list(page: &mut Text, pictures: &[PictureDiff], size: u32) {
+    let differing: Vec<&PictureDiff> = pictures.iter().filter(|one| one.change != PictureChange::Same).collect();
+    let (count, all) = (differing.len(), pictures.len());
+    let verb = if count == 1 { "changes" } else { "change" };
+    page.push(&format!("pictures at {size} pixels: {count} of {all} {verb}")).end();
+    let width = differing.iter().map(|one| one.name.chars().count()).max().unwrap_or(0);
+    for one in differing {
+        let unit = one.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+        let mut parts = Vec::new();
+        match one.change {
+            PictureChange::Added => parts.push("new".to_owned()),
+            PictureChange::Removed => parts.push("removed".to_owned()),
+            _ => {}
+        }
+        if let (Some(mean), Some(max)) = (one.mean, one.max) {
+            parts.push(format!("mean {}, at most {}{unit}", short(mean), short(max)));
+        }
+        if !one.words.is_empty() {
+            parts.push(one.words.join(", "));
+        }
+        page.push("  ")
+            .styled(Style::Accent, &format!("{:width$}", one.name))
+            .push(&format!("  {}", parts.join("; ")))
+            .end();
+    }
+}
+
+/// A number with two digits that count.
+fn short(value: f64) -> String {
+    let digits =
+        if value >= 10.0 || value == 0.0 { 0 } else { (1.0 - value.log10().floor()).clamp(0.0, 12.0) as usize };
+    format!("{value:.digits$}")
 }
 
 /// A path as text: `nodes.tree.branches[2].length`.

@@ -1,8 +1,10 @@
 //! `shibo diff`: the changes from one version of a graph to another.
 mod human;
+mod pictures;
 
 pub(crate) use human::{name, words};
 
+use crate::args::EngineArgs;
 use crate::check::FormatArg;
 use crate::git::{Repository, Version, version};
 use crate::graph_files::{read, text};
@@ -10,8 +12,10 @@ use crate::library;
 use crate::quit::Quit;
 use crate::terminal::Terminal;
 use clap::Args;
+use pictures::Pictures;
 use serde::Serialize;
 use shibo_bridge::diff::{GraphDiff, imports, is_graph};
+use shibo_bridge::pictures::PictureDiff;
 use shibo_bridge::{DiffRequest, GraphText, Tools, diff};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -22,6 +26,7 @@ Examples:
   shibo diff HEAD~3:graphs/calf.ron calf.ron   a version in the repository; its path begins at the root
   shibo diff --since main                      all graphs that differ from a branch, or import one that does
   shibo diff --since main --format json        for scripts
+  shibo diff old.ron calf.ron --sheet s.png    a picture of what changed: before, after, difference
 
 Comments, layout and the order of things do not count. A thing under a new name counts as renamed if it is the same otherwise.
 
@@ -43,6 +48,20 @@ pub(crate) struct DiffArgs {
     /// List changed comments too.
     #[arg(long)]
     all: bool,
+    /// Render the outputs of both versions and compare them: `none`, or pixels of the longer side. 256 on a terminal.
+    #[arg(long, value_name = "none|SIZE")]
+    pictures: Option<String>,
+    /// Write a picture of the outputs that differ: before, after, and the difference.
+    #[arg(long, value_name = "FILE.png")]
+    sheet: Option<PathBuf>,
+    /// Compare only this output, or a channel of a material (NAME.CHANNEL); may be repeated.
+    #[arg(long, value_name = "NAME")]
+    output: Vec<String>,
+    /// Compare pictures with this preset.
+    #[arg(long, value_name = "NAME")]
+    preset: Option<String>,
+    #[command(flatten)]
+    engine: EngineArgs,
     /// Exit with 1 if there is a change.
     #[arg(long)]
     exit_code: bool,
@@ -60,6 +79,9 @@ struct Listed {
     imports: Vec<PathBuf>,
     #[serde(flatten)]
     diff: GraphDiff,
+    /// The pictures of both versions, if they were compared.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pictures: Option<Vec<PictureDiff>>,
     /// Plain lines of a file that is not a graph.
     #[serde(skip_serializing_if = "Option::is_none")]
     lines: Option<String>,
@@ -74,16 +96,22 @@ struct All {
 
 /// Runs the command.
 pub(crate) fn run(args: &DiffArgs, terminal: &Terminal) -> Result<(), Quit> {
-    let tools = library::tools();
-    let all = match (&args.since, &args.paths[..]) {
-        (Some(revision), paths) => since(&tools, revision, paths, args)?,
-        (None, paths) if args.git => for_git(&tools, paths, args)?,
+    let mut lister =
+        Lister { tools: library::tools(), args, pictures: Pictures::of(args, terminal)?, failed: Vec::new() };
+    let mut all = match (&args.since, &args.paths[..]) {
+        (Some(revision), paths) => lister.since(revision, paths)?,
+        (None, paths) if args.git => lister.for_git(paths)?,
         (None, [before, after]) => {
             let (before, after) = (version(before)?, version(after)?);
-            All { graphs: vec![listed(&tools, Some(before), Some(after), args)], ..All::default() }
+            All { graphs: vec![lister.listed(Some(before), Some(after))], ..All::default() }
         }
         _ => return Err(Quit::Usage("give two versions of a graph, or `--since REV`".to_owned())),
     };
+    all.errors.append(&mut lister.failed);
+    let size = lister.pictures.as_ref().map(Pictures::size);
+    if let (Some(pictures), Some(path)) = (lister.pictures, &args.sheet) {
+        pictures.write_sheet(path)?;
+    }
     for error in &all.errors {
         terminal.error(error);
     }
@@ -93,80 +121,118 @@ pub(crate) fn run(args: &DiffArgs, terminal: &Terminal) -> Result<(), Quit> {
         .any(|graph| !graph.diff.changes.is_empty() || !graph.imports.is_empty() || graph.lines.is_some());
     match args.format {
         FormatArg::Json => terminal.json(&all)?,
-        FormatArg::Human => terminal.print(&human::page(&all.graphs, terminal))?,
+        FormatArg::Human => terminal.print(&human::page(&all.graphs, size, terminal))?,
     }
     if !all.errors.is_empty() || (differs && args.exit_code) { Err(Quit::Shown) } else { Ok(()) }
 }
 
-/// Compares two versions. Files that are not graphs are compared by lines.
-fn listed(tools: &Tools, before: Option<Version>, after: Option<Version>, args: &DiffArgs) -> Listed {
-    let path = after.as_ref().or(before.as_ref()).map(|version| version.name.clone()).unwrap_or_default();
-    let (before, after) = (before.map(|version| version.graph), after.map(|version| version.graph));
-    let graphs = [&before, &after].into_iter().flatten().any(|graph| is_graph(&graph.text));
-    if !graphs {
-        let text = |graph: Option<GraphText>| graph.map(|graph| graph.text).unwrap_or_default();
-        let lines = shibo_bridge::diff::lines(&text(before), &text(after));
-        let lines = Some(lines).filter(|lines| !lines.is_empty());
-        return Listed { path, imports: Vec::new(), diff: GraphDiff::default(), lines };
-    }
-    let diff = diff(tools, &DiffRequest { before, after, comments: args.all });
-    Listed { path, imports: Vec::new(), diff, lines: None }
+/// Lists the changes of graphs.
+struct Lister<'a> {
+    tools: Tools,
+    args: &'a DiffArgs,
+    pictures: Option<Pictures<'a>>,
+    /// Graphs whose pictures could not be rendered, as messages.
+    failed: Vec<String>,
 }
 
-/// All graphs that differ from a revision, and their importers.
-fn since(tools: &Tools, revision: &str, paths: &[PathBuf], args: &DiffArgs) -> Result<All, Quit> {
-    let repository = Repository::here()?;
-    if repository.is_bare() {
-        return Err(Quit::Usage("`--since` compares with the files of a repository, and this one has none".to_owned()));
-    }
-    let mut all = All::default();
-    let mut own = BTreeSet::new();
-    for changed in repository.changed(revision, paths)? {
-        let place = |path: &String| Version {
-            name: path.clone(),
-            graph: GraphText { path: repository.path(path), text: String::new() },
-        };
-        let before = changed.before.as_ref().map(|path| {
-            let mut version = place(path);
-            version.graph.text = repository.text(revision, path)?;
-            Ok::<_, Quit>(version)
-        });
-        let after = changed.after.as_ref().map(|path| {
-            let mut version = place(path);
-            let file = version.graph.path.clone();
-            own.insert(file.canonicalize().unwrap_or_else(|_| file.clone()));
-            version.graph.text = text(&file, read(&file).map_err(Quit::failed)?)?;
-            Ok::<_, Quit>(version)
-        });
-        match (before.transpose(), after.transpose()) {
-            (Ok(before), Ok(after)) => {
-                let listed = listed(tools, before, after, args);
-                all.graphs.extend((!listed.diff.changes.is_empty()).then_some(listed));
+impl Lister<'_> {
+    /// Compares two versions. Files that are not graphs are compared by lines.
+    fn listed(&mut self, before: Option<Version>, after: Option<Version>) -> Listed {
+        let path = after.as_ref().or(before.as_ref()).map(|version| version.name.clone()).unwrap_or_default();
+        let (before, after) = (before.map(|version| version.graph), after.map(|version| version.graph));
+        let graphs = [&before, &after].into_iter().flatten().any(|graph| is_graph(&graph.text));
+        if !graphs {
+            let text = |graph: Option<GraphText>| graph.map(|graph| graph.text).unwrap_or_default();
+            let lines = shibo_bridge::diff::lines(&text(before), &text(after));
+            let lines = Some(lines).filter(|lines| !lines.is_empty());
+            return Listed { path, imports: Vec::new(), diff: GraphDiff::default(), pictures: None, lines };
+        }
+        let mut compared = None;
+        if let (Some(pictures), Some(before), Some(after)) = (&mut self.pictures, &before, &after) {
+            match pictures.compare(&path, before, after) {
+                Ok(found) => compared = Some(found),
+                Err(quit) => self.failed.push(format!("the pictures of `{path}` were not compared: {}", quit.text())),
             }
-            (Err(quit), _) | (_, Err(quit)) => all.errors.push(quit.text()),
         }
+        let diff = diff(&self.tools, &DiffRequest { before, after, comments: self.args.all });
+        Listed { path, imports: Vec::new(), diff, pictures: compared, lines: None }
     }
-    // Files outside of the given paths may be imported too.
-    let mut changed = own.clone();
-    for other in repository.changed(revision, &[])? {
-        changed.extend(other.after.and_then(|path| repository.path(&path).canonicalize().ok()));
-    }
-    let mut readers = Readers { tools, changed: &changed, known: BTreeMap::new() };
-    for path in repository.graphs(paths)? {
-        let path = path.canonicalize().unwrap_or(path);
-        let imports: Vec<PathBuf> = if own.contains(&path) { Vec::new() } else { readers.of(&path, 0) };
-        if !imports.is_empty() {
-            let shown = |path: &Path| repository.inside(path);
-            let imports = imports.iter().map(|path| shown(path)).collect();
-            all.graphs.push(Listed {
-                path: shown(&path).display().to_string(),
-                imports,
-                diff: GraphDiff::default(),
-                lines: None,
+
+    /// All graphs that differ from a revision, and their importers.
+    fn since(&mut self, revision: &str, paths: &[PathBuf]) -> Result<All, Quit> {
+        let repository = Repository::here()?;
+        if repository.is_bare() {
+            return Err(Quit::Usage(
+                "`--since` compares with the files of a repository, and this one has none".to_owned(),
+            ));
+        }
+        let mut all = All::default();
+        let mut own = BTreeSet::new();
+        for changed in repository.changed(revision, paths)? {
+            let place = |path: &String| Version {
+                name: path.clone(),
+                graph: GraphText { path: repository.path(path), text: String::new() },
+            };
+            let before = changed.before.as_ref().map(|path| {
+                let mut version = place(path);
+                version.graph.text = repository.text(revision, path)?;
+                Ok::<_, Quit>(version)
             });
+            let after = changed.after.as_ref().map(|path| {
+                let mut version = place(path);
+                let file = version.graph.path.clone();
+                own.insert(file.canonicalize().unwrap_or_else(|_| file.clone()));
+                version.graph.text = text(&file, read(&file).map_err(Quit::failed)?)?;
+                Ok::<_, Quit>(version)
+            });
+            match (before.transpose(), after.transpose()) {
+                (Ok(before), Ok(after)) => {
+                    let listed = self.listed(before, after);
+                    all.graphs.extend((!listed.diff.changes.is_empty()).then_some(listed));
+                }
+                (Err(quit), _) | (_, Err(quit)) => all.errors.push(quit.text()),
+            }
         }
+        // Files outside of the given paths may be imported too.
+        let mut changed = own.clone();
+        for other in repository.changed(revision, &[])? {
+            changed.extend(other.after.and_then(|path| repository.path(&path).canonicalize().ok()));
+        }
+        let mut readers = Readers { tools: &self.tools, changed: &changed, known: BTreeMap::new() };
+        for path in repository.graphs(paths)? {
+            let path = path.canonicalize().unwrap_or(path);
+            let imports: Vec<PathBuf> = if own.contains(&path) { Vec::new() } else { readers.of(&path, 0) };
+            if !imports.is_empty() {
+                let shown = |path: &Path| repository.inside(path);
+                let imports = imports.iter().map(|path| shown(path)).collect();
+                all.graphs.push(Listed {
+                    path: shown(&path).display().to_string(),
+                    imports,
+                    diff: GraphDiff::default(),
+                    pictures: None,
+                    lines: None,
+                });
+            }
+        }
+        Ok(all)
     }
-    Ok(all)
+
+    /// Compares the files that git gives: path, old file, old hash, old mode, new file, new hash, new mode.
+    fn for_git(&mut self, paths: &[PathBuf]) -> Result<All, Quit> {
+        let [path, old, _, _, new, ..] = paths else {
+            return Err(Quit::Usage("`--git` takes the seven arguments that git gives to a diff program".to_owned()));
+        };
+        // Git may give the new name of a renamed file as the eighth argument.
+        let name = paths.get(7).unwrap_or(path);
+        let one = |file: &PathBuf| -> Result<Option<Version>, Quit> {
+            if file.as_os_str() == "/dev/null" || file.as_os_str() == "nul" {
+                return Ok(None);
+            }
+            let text = text(file, read(file).map_err(Quit::Usage)?)?;
+            Ok(Some(Version { name: name.display().to_string(), graph: GraphText { path: name.clone(), text } }))
+        };
+        Ok(All { graphs: vec![self.listed(one(old)?, one(new)?)], ..All::default() })
+    }
 }
 
 /// The deepest chain of imports that is followed.
@@ -199,21 +265,4 @@ impl Readers<'_> {
         self.known.insert(path.to_owned(), found.clone());
         found
     }
-}
-
-/// Compares the files that git gives: path, old file, old hash, old mode, new file, new hash, new mode.
-fn for_git(tools: &Tools, paths: &[PathBuf], args: &DiffArgs) -> Result<All, Quit> {
-    let [path, old, _, _, new, ..] = paths else {
-        return Err(Quit::Usage("`--git` takes the seven arguments that git gives to a diff program".to_owned()));
-    };
-    // Git may give the new name of a renamed file as the eighth argument.
-    let name = paths.get(7).unwrap_or(path);
-    let one = |file: &PathBuf| -> Result<Option<Version>, Quit> {
-        if file.as_os_str() == "/dev/null" || file.as_os_str() == "nul" {
-            return Ok(None);
-        }
-        let text = text(file, read(file).map_err(Quit::Usage)?)?;
-        Ok(Some(Version { name: name.display().to_string(), graph: GraphText { path: name.clone(), text } }))
-    };
-    Ok(All { graphs: vec![listed(tools, one(old)?, one(new)?, args)], ..All::default() })
 }

@@ -16,7 +16,7 @@ use crate::quit::Quit;
 use crate::render::{RenderArgs, request_of, show_nodes};
 use crate::report;
 use crate::terminal::Terminal;
-use sheet::{Layout, Sheet};
+pub(crate) use sheet::{Layout, SIDE, Sheet};
 use shibo_engine::eval::{CancelToken, Event, Observer, Silent};
 use shibo_engine::session::{Failure, Session};
 use shibo_graph::Graph;

@@ -233,3 +233,46 @@ fn compare_prints_words_and_numbers() {
     desk.shibo("compare a/bumps.png b/bumps.png --max-distance 0").expect(1);
     assert!(desk.shibo("compare a/bumps.png none.png").expect(1).stderr.contains("none.png"));
 }
+
+#[test]
+fn diff_compares_pictures() {
+    let desk = Desk::new();
+    let graph = |amount: &str, more: &str| {
+        format!(
+            "(canvas: (size_mm: 20, resolution: 64), nodes: {{ \"a\": Perlin(size: 5), \"h\": \"= a * {amount}\", \"m\": Material(height: \"h\", \
+             base_color: \"= (a, 0.2, 0.1)\") }}, outputs: {{ \"a\": \"a\", \"m\": \"m\"{more} }})"
+        )
+    };
+    desk.write("old.ron", graph("0.5", ""));
+    desk.write("new.ron", graph("0.75", ", \"h\": \"h\""));
+    let json = desk.shibo("diff old.ron new.ron --pictures 64 --format json").expect(0).json();
+    let pictures = json["graphs"][0]["pictures"].as_array().unwrap();
+    let of = |name: &str| pictures.iter().find(|one| one["name"] == name).unwrap().clone();
+    assert_eq!(of("a")["change"], "same");
+    assert_eq!(of("m.base_color")["change"], "same", "only the height differs");
+    assert_eq!(of("h")["change"], "added");
+    let height = of("m.height");
+    assert_eq!((&height["change"], &height["unit"]), (&"changed".into(), &"mm".into()));
+    // The figures are those of the pictures.
+    for name in ["old", "new"] {
+        desk.shibo(&format!("render {name}.ron --resolution 64 --output m.height --format exr -o {name} --no-cache"))
+            .expect(0);
+    }
+    let samples = |name: &str| {
+        let folder = desk.path(name);
+        let file = std::fs::read_dir(folder).unwrap().next().unwrap().unwrap().path();
+        shibo_picture::read(&file, &shibo_picture::ReadLimits::default()).unwrap().planes
+    };
+    let apart: Vec<f64> = samples("old").iter().zip(samples("new")).map(|(a, b)| f64::from((a - b).abs())).collect();
+    let (mean, max) = (apart.iter().sum::<f64>() / apart.len() as f64, apart.iter().copied().fold(0.0, f64::max));
+    let close = |found: &serde_json::Value, wanted: f64| (found.as_f64().unwrap() - wanted).abs() < 1e-3 * wanted;
+    assert!(close(&height["mean"], mean) && close(&height["max"], max), "{height} {mean} {max}");
+    let ran = desk.shibo("diff old.ron new.ron --sheet s.png --output m").expect(0);
+    assert!(ran.stdout.contains("pictures at 128 pixels: 1 of 2 changes\n  m.height  mean "), "{}", ran.stdout);
+    assert!(desk.read("s.png").starts_with(b"\x89PNG"));
+    assert!(
+        desk.shibo("diff old.ron new.ron --output n").expect(1).stderr.contains("neither version has the output `n`")
+    );
+    assert!(desk.shibo("diff old.ron new.ron --pictures big").expect(2).stderr.contains("a number of pixels"));
+    assert!(!desk.shibo("diff old.ron new.ron").expect(0).stdout.contains("pictures"));
+}

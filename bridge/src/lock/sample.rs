@@ -1,10 +1,11 @@
 //! Small pictures of all outputs of a graph, as evidence of its look: their bits, and a description that outlives the program.
+use crate::pictures::{pixels, shown};
 use petgraph::graph::NodeIndex;
 use serde::{Deserialize, Serialize};
 use shibo_engine::eval::{CancelToken, Silent, encode};
 use shibo_engine::session::{Failure, Session};
 use shibo_graph::Graph;
-use shibo_value::{Field, Key, Resolution, Tile, Type, Value, Window, linear_to_srgb};
+use shibo_value::{Key, Resolution, Tile, Type, Value, linear_to_srgb};
 use std::collections::BTreeMap;
 
 /// The pixels of the longer side of the pictures.
@@ -38,22 +39,10 @@ pub struct Look(pub f64, pub f64, pub f64, pub f64, pub f64);
 /// # Errors
 /// Errors of the graph, at their places.
 pub fn sample(session: &Session, graph: &Graph, cancel: &CancelToken) -> Result<BTreeMap<String, Sample>, Failure> {
-    let keys = session.keys(graph)?;
-    let mut done: BTreeMap<(usize, usize), Vec<(Option<&'static str>, Sample)>> = BTreeMap::new();
     let mut samples = BTreeMap::new();
-    for output in &graph.outputs {
-        let place = (output.node.index(), output.output);
-        if !done.contains_key(&place) {
-            let value = session.value(graph, (output.node, output.output), cancel, &Silent)?;
-            done.insert(place, of_value(session, graph, &value, keys.output(output.node, output.output), cancel)?);
-        }
-        for (channel, sample) in done.get(&place).into_iter().flatten() {
-            let name = match channel {
-                Some(channel) => format!("{}.{channel}", output.name),
-                None => output.name.clone(),
-            };
-            samples.insert(name, sample.clone());
-        }
+    for shown in shown(session, graph, cancel)? {
+        let sample = of_value(session, graph, &shown.value, shown.key, cancel)?;
+        samples.insert(shown.name, sample);
     }
     Ok(samples)
 }
@@ -66,53 +55,46 @@ pub fn bits_of(session: &Session, graph: &Graph, node: NodeIndex) -> Result<Stri
     let (cancel, keys) = (CancelToken::default(), session.keys(graph)?);
     let mut bits = String::new();
     for output in 0..graph.nodes[node].outputs.len() {
-        let value = session.value(graph, (node, output), &cancel, &Silent)?;
-        let samples = of_value(session, graph, &value, keys.output(node, output), &cancel)?;
-        samples.iter().for_each(|(_, sample)| bits += &sample.bits);
+        let (key, value) = (keys.output(node, output), session.value(graph, (node, output), &cancel, &Silent)?);
+        let parts = match &value {
+            Value::Material(material) => {
+                material.channels().iter().map(|(_, field)| Value::Field(field.clone())).collect()
+            }
+            _ => vec![value],
+        };
+        for part in parts {
+            bits += &of_value(session, graph, &part, key, &cancel)?.bits;
+        }
     }
     Ok(digest("node", &[bits.as_bytes()]))
 }
 
-/// The pictures of a value: one, or one for each channel of a material.
+/// The picture of a value that is no material.
 fn of_value(
     session: &Session,
     graph: &Graph,
     value: &Value,
     key: Key,
     cancel: &CancelToken,
-) -> Result<Vec<(Option<&'static str>, Sample)>, Failure> {
-    let mut found = Vec::new();
-    match value {
-        Value::Material(material) => {
-            for (channel, field) in material.channels() {
-                found.push((Some(channel.name()), of_field(session, graph, field, cancel)?));
-            }
+) -> Result<Sample, Failure> {
+    match (value.field(), encode(value)) {
+        (Some(field), _) => {
+            let tile = pixels(session, graph, &field, cancel)?;
+            Ok(tile.map(|tile| of_tile(&tile, field.ty())).unwrap_or_default())
         }
-        value => {
-            let sample = match (value.field(), encode(value)) {
-                (Some(field), _) => of_field(session, graph, &field, cancel)?,
-                (None, Some(data)) => Sample { bits: digest("data", &[&data]), look: Vec::new() },
-                // A solid has no values until it is cut.
-                (None, None) => Sample { bits: digest("key", &[key.as_bytes()]), look: Vec::new() },
-            };
-            found.push((None, sample));
-        }
+        (None, Some(data)) => Ok(Sample { bits: digest("data", &[&data]), look: Vec::new() }),
+        // A solid has no values until it is cut.
+        (None, None) => Ok(Sample { bits: digest("key", &[key.as_bytes()]), look: Vec::new() }),
     }
-    Ok(found)
 }
 
-fn of_field(session: &Session, graph: &Graph, field: &Field, cancel: &CancelToken) -> Result<Sample, Failure> {
-    let size = graph.canvas.resolution;
-    let wanted = [(graph.canvas.grid(size), Window::full(size))];
-    let (tiles, _) = session.rasters(graph, field, &wanted, cancel, &Silent)?;
-    let mut sample = Sample::default();
-    for tile in &tiles {
-        let data: Vec<u8> = tile.data().iter().flat_map(|value| value.to_bits().to_le_bytes()).collect();
-        let [width, height] = [tile.width(), tile.height()].map(|side| (side as u64).to_le_bytes());
-        sample.bits = digest(field.ty().name(), &[&width, &height, &data]);
-        sample.look = (0..field.channels()).map(|channel| look(tile, channel, field.ty() == Type::Rgb)).collect();
+fn of_tile(tile: &Tile, ty: Type) -> Sample {
+    let data: Vec<u8> = tile.data().iter().flat_map(|value| value.to_bits().to_le_bytes()).collect();
+    let [width, height] = [tile.width(), tile.height()].map(|side| (side as u64).to_le_bytes());
+    Sample {
+        bits: digest(ty.name(), &[&width, &height, &data]),
+        look: (0..tile.channels()).map(|channel| look(tile, channel, ty == Type::Rgb)).collect(),
     }
-    Ok(sample)
 }
 
 /// 16 hexadecimal digits.

@@ -267,7 +267,7 @@ fn measure(diff: &mut PictureDiff, old: &Tile, new: &Tile, is_color: bool) {
     diff.rms = Some((squares / count).sqrt());
     diff.at = Some([pixel % old.width(), pixel / old.width()]);
     if let Ok(found) = compare(&picture(new, is_color), &picture(old, is_color), &CompareRequest::default()) {
-        diff.words = words(&found);
+        diff.words = words(&found, is_color);
     }
 }
 
@@ -288,7 +288,7 @@ fn picture(tile: &Tile, is_color: bool) -> Picture {
 }
 
 /// The differences of the version after that one would see.
-fn words(found: &Comparison) -> Vec<String> {
+fn words(found: &Comparison, is_color: bool) -> Vec<String> {
     let mut words = Vec::new();
     let percent = |measured: Option<Measured<f64>>, least: f64| {
         let Measured { value, error } = measured?;
@@ -302,13 +302,16 @@ fn words(found: &Comparison) -> Vec<String> {
         words.extend(percent(measured, 1.03).map(|more| format!("{name} {more:+.0} %")));
     }
     if let Some(Measured { value: [light, ..], .. }) = found.color
+        && is_color
         && light.abs() >= 1.0
     {
         words.push(format!("{} by {:.0} of 100", if light > 0.0 { "lighter" } else { "darker" }, light.abs()));
     }
-    if let Some(Measured { value, error }) = found.turn.filter(|turn| turn.error < 15.0) {
+    if let Some(Measured { value, error }) = found.turn.filter(|turn| is_color && turn.error < 10.0) {
         words.push(match value.abs() > (2.0 * error).max(4.0) {
-            true => format!("turned by {:.0}°", value),
+            true => {
+                format!("turned by {:.0}° {}", value.abs(), if value > 0.0 { "counter-clockwise" } else { "clockwise" })
+            }
             false => "same direction".to_owned(),
         });
     }

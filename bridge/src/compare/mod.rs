@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use shibo_picture::Picture;
 use spectrum::{quarters, size_and_turn};
 pub use stats::Parts;
-use stats::Stats;
+use stats::{Bank, Stats};
 
 /// Pixels of the compared pictures; finer pictures are scaled.
 const PIXELS: f64 = 256.0;
@@ -73,17 +73,19 @@ pub struct Comparison {
 /// Compares two pictures. The message of an error names the picture and the remedy.
 pub fn compare(a: &Picture, b: &Picture, request: &CompareRequest) -> Result<Comparison, String> {
     let (a, b) = aligned(&shown(a), &shown(b), request)?;
-    let (of_a, of_b) = (Stats::of(&a), Stats::of(&b));
+    let bank = &mut Bank::default();
+    let (of_a, of_b) = (Stats::of(&a, bank), Stats::of(&b, bank));
     let (distance, parts) = of_a.distance(&of_b);
     let side = b[0].width;
     let floor = (side >= HALVES).then(|| {
-        let half = |x: usize| Stats::of(&part(&b, [x, 0], [side / 2, side]));
+        let mut half = |x: usize| Stats::of(&part(&b, [x, 0], [side / 2, side]), bank);
         half(0).distance(&half(side - side / 2)).0
     });
     let (size, turn) = size_and_turn(&a, &b);
-    let (tones_a, tones_b) = (Tones::of(&a), Tones::of(&b));
+    let (tones_a, tones_b) = (Tones::of(&a, &of_a), Tones::of(&b, &of_b));
+    let mut tones = |colors: &Colors| Tones::of(colors, &Stats::of(colors, bank));
     let of_quarters: Vec<(Tones, Tones)> =
-        quarters(&a).iter().map(Tones::of).zip(quarters(&b).iter().map(Tones::of)).collect();
+        quarters(&a).iter().zip(&quarters(&b)).map(|(a, b)| (tones(a), tones(b))).collect();
     let factor = |of: fn(&Tones) -> f64| {
         let values: Vec<f64> = of_quarters.iter().map(|(a, b)| of(a) - of(b)).collect();
         let good = [&tones_a, &tones_b].iter().all(|tones| tones.deviation > 1e-4);
@@ -151,13 +153,13 @@ struct Tones {
 }
 
 impl Tones {
-    fn of(colors: &Colors) -> Self {
+    fn of(colors: &Colors, stats: &Stats) -> Self {
         let lab = oklab(colors);
         let flat = flatten(&lab[0]);
         let deviation = flat.deviation();
         let high = flat.quantile(0.995) - flat.quantile(0.5);
         let log = |value: f64| libm::log((value / deviation.max(1e-6)).max(1e-6));
-        let detail = Stats::of(colors).detail() - libm::log(deviation.max(1e-6));
+        let detail = stats.detail() - libm::log(deviation.max(1e-6));
         Self { mean: [0, 1, 2].map(|channel: usize| lab[channel].mean()), deviation, gloss: log(high), detail }
     }
 }

@@ -39,7 +39,7 @@ impl Plane {
     /// The value below which a share of all values lies: that value of the sorted ones, between neighbours.
     pub(super) fn quantile(&self, share: f64) -> f64 {
         let mut sorted = self.values.clone();
-        sorted.sort_by(f64::total_cmp);
+        sorted.sort_unstable_by(f64::total_cmp);
         quantile(&sorted, share)
     }
 }

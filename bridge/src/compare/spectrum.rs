@@ -10,6 +10,8 @@ const TURNS: usize = 72;
 /// The histogram is this much finer, and has so many more rings at both ends.
 const FINE: usize = 4;
 const PAD: usize = 8;
+/// Deviations beyond which a Gauss kernel counts as 0.
+const REACH: f64 = 6.0;
 /// Groups that are left out in turn, for errors.
 const GROUPS: usize = 6;
 
@@ -46,17 +48,20 @@ impl LogPolar {
         }
         // Smoothed along both axes by Gauss kernels.
         let bell = |distance: f64, width: f64| libm::exp(-0.5 * (distance / width) * (distance / width));
-        let along_turns: Vec<Vec<f64>> = (0..TURNS)
+        let along_turns: Vec<Vec<(usize, f64)>> = (0..TURNS)
             .map(|turn| {
                 let half = TURNS as f64 / 2.0;
                 let distance =
                     |fine: usize| (turn as f64 - fine as f64 / FINE as f64 + half).rem_euclid(TURNS as f64) - half;
-                (0..fine_turns).map(|fine| bell(distance(fine), 2.0)).collect()
+                // Farther cells have no weight that counts.
+                let near = (0..fine_turns).filter(|fine| distance(*fine).abs() < REACH * 2.0);
+                near.map(|fine| (fine, bell(distance(fine), 2.0))).collect()
             })
             .collect();
         let smooth = |row: &[[f64; 2]], turn: usize| {
             let mut sums = [0.0; 2];
-            for (cell, weight) in row.iter().zip(&along_turns[turn]) {
+            for (fine, weight) in &along_turns[turn] {
+                let cell = row[*fine];
                 sums[0] += cell[0] * weight;
                 sums[1] += cell[1] * weight;
             }
@@ -65,11 +70,13 @@ impl LogPolar {
         let rows: Vec<Vec<[f64; 2]>> =
             histogram.chunks(fine_turns).map(|row| (0..TURNS).map(|turn| smooth(row, turn)).collect()).collect();
         let power = (0..RINGS).map(|ring| {
-            let weights: Vec<f64> =
-                (0..fine_rings).map(|fine| bell(ring as f64 - (fine as f64 / FINE as f64 - PAD as f64), 2.2)).collect();
+            let distance = |fine: usize| ring as f64 - (fine as f64 / FINE as f64 - PAD as f64);
+            let near = (0..fine_rings).filter(|fine| distance(*fine).abs() < REACH * 2.2);
+            let weights: Vec<(usize, f64)> = near.map(|fine| (fine, bell(distance(fine), 2.2))).collect();
             std::array::from_fn(|turn| {
                 let mut sums = [0.0; 2];
-                for (row, weight) in rows.iter().zip(&weights) {
+                for (fine, weight) in &weights {
+                    let row = &rows[*fine];
                     sums[0] += row[turn][0] * weight;
                     sums[1] += row[turn][1] * weight;
                 }

@@ -3,6 +3,7 @@ use super::fourier::{Spectrum, frequency, periodic};
 use super::plane::{Colors, Plane, flatten, oklab, quantile};
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 /// Most wavelengths: 3, 6, 12, 24, 48 pixels.
@@ -51,23 +52,48 @@ pub(super) struct Stats {
     blocks: [Vec<f64>; 5],
 }
 
-/// One-sided log-Gabor filter of a wavelength and a direction.
-fn filter(scale: usize, direction: usize, width: usize, height: usize) -> Vec<f64> {
-    let middle = 0.34 / libm::exp2(scale as f64);
-    let spread = 2.0 * libm::pow(libm::log(0.62), 2.0);
-    let toward = direction as f64 * PI / DIRECTIONS as f64;
-    let value = |index: usize| {
-        let (fx, fy) = (frequency(index % width, width), frequency(index / width, height));
-        if index == 0 {
-            return 0.0;
-        }
-        let radial = libm::exp(-libm::pow(libm::log(libm::hypot(fx, fy) / middle), 2.0) / spread);
-        let turn = libm::atan2(fy, fx) - toward;
-        let turn = turn - TAU * (turn / TAU).round();
-        2.0 * radial * libm::exp(-turn * turn / (2.0 * 0.35 * 0.35))
-    };
-    (0..width * height).map(value).collect()
+/// One-sided log-Gabor filters of all wavelengths and directions, for pictures of one size. A filter is a product of a part
+/// for its wavelength and a part for its direction.
+struct Filters {
+    radial: Vec<Vec<f64>>,
+    angular: Vec<Vec<f64>>,
 }
+
+impl Filters {
+    fn of(width: usize, height: usize) -> Self {
+        let frequencies =
+            (0..width * height).map(|index| (frequency(index % width, width), frequency(index / width, height)));
+        let spread = 2.0 * libm::pow(libm::log(0.62), 2.0);
+        let (lengths, angles): (Vec<f64>, Vec<f64>) =
+            frequencies.map(|(fx, fy)| (libm::hypot(fx, fy), libm::atan2(fy, fx))).unzip();
+        let radial = |scale: usize| {
+            let middle = 0.34 / libm::exp2(scale as f64);
+            let value = |length: &f64| {
+                let apart = libm::log(length / middle);
+                if *length > 0.0 { 2.0 * libm::exp(-apart * apart / spread) } else { 0.0 }
+            };
+            lengths.iter().map(value).collect()
+        };
+        let angular = |direction: usize| {
+            let toward = direction as f64 * PI / DIRECTIONS as f64;
+            let value = |angle: &f64| {
+                let turn = angle - toward;
+                let turn = turn - TAU * (turn / TAU).round();
+                libm::exp(-turn * turn / (2.0 * 0.35 * 0.35))
+            };
+            angles.iter().map(value).collect()
+        };
+        Self { radial: (0..SCALES).map(radial).collect(), angular: (0..DIRECTIONS).map(angular).collect() }
+    }
+
+    fn filter(&self, scale: usize, direction: usize) -> Vec<f64> {
+        self.radial[scale].iter().zip(&self.angular[direction]).map(|(radial, angular)| radial * angular).collect()
+    }
+}
+
+/// The filters of all sizes that were needed so far.
+#[derive(Default)]
+pub(super) struct Bank(BTreeMap<(usize, usize), Filters>);
 
 #[expect(clippy::cast_possible_truncation, reason = "a part of a width in pixels")]
 fn round_even(value: f64) -> usize {
@@ -76,11 +102,12 @@ fn round_even(value: f64) -> usize {
 
 impl Stats {
     /// The statistics of a picture as shown on a screen, at least 9 pixels wide and high.
-    pub(super) fn of(rgb: &Colors) -> Self {
+    pub(super) fn of(rgb: &Colors, bank: &mut Bank) -> Self {
         let mut lab = oklab(rgb);
         lab[0] = flatten(&lab[0]);
         let (width, height) = (lab[0].width, lab[0].height);
         let least = width.min(height);
+        let filters_of = bank.0.entry((width, height)).or_insert_with(|| Filters::of(width, height));
         let scales = (2..=SCALES).rev().find(|&scales| least as f64 / 4.5 >= libm::exp2(scales as f64)).unwrap_or(2);
         let margin = (least / 24).max(1);
         let spectrum = Spectrum::of(&periodic(&lab[0].centred()));
@@ -90,8 +117,7 @@ impl Stats {
         for scale in 0..scales {
             let by = if scale < 2 { 1 } else { 1 << (scale - 1) };
             let by = if height % by == 0 && width % by == 0 { by } else { 1 };
-            let filters: Vec<Vec<f64>> =
-                (0..DIRECTIONS).map(|direction| filter(scale, direction, width, height)).collect();
+            let filters: Vec<Vec<f64>> = (0..DIRECTIONS).map(|direction| filters_of.filter(scale, direction)).collect();
             for (sums, power) in by_scale.iter_mut().zip(&chroma) {
                 let sum: f64 = filters
                     .iter()
@@ -149,7 +175,7 @@ fn colors(lab: &Colors) -> Vec<f64> {
         .flat_map(|direction| {
             let along = |color: &[f64; 3]| color.iter().zip(direction).map(|(a, b)| a * b).sum::<f64>();
             let mut values: Vec<f64> = sampled.iter().map(along).collect();
-            values.sort_by(f64::total_cmp);
+            values.sort_unstable_by(f64::total_cmp);
             let at = |k: usize| values[((k as f64 + 0.5) / COLORS as f64 * values.len() as f64) as usize];
             (0..COLORS).map(at).collect::<Vec<_>>()
         })
@@ -179,7 +205,7 @@ impl Band {
             .flat_map(|y| (edge..band.width - edge).map(move |x| (x, y)))
             .map(|(x, y)| band.values[y * band.width + x].re)
             .collect();
-        real.sort_by(f64::total_cmp);
+        real.sort_unstable_by(f64::total_cmp);
         let square: f64 = real.iter().map(|value| value * value).sum();
         let rms = (square / real.len().max(1) as f64).sqrt() + 1e-6;
         let place = |at: usize, count: usize| ((at + by / 2) / by).min(count - 1);

@@ -9,6 +9,7 @@ use crate::report;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
 use serde_json::{Value as Json, json};
+use shibo_bridge::lock::news;
 use shibo_engine::eval::CancelToken;
 use shibo_engine::session::Failure;
 use shibo_graph::Graph;
@@ -87,6 +88,7 @@ fn check(path: &Path, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Qu
     let mut diagnostics = loaded.diagnostics;
     if let Some(graph) = &loaded.graph {
         diagnostics.extend(graph.advice());
+        diagnostics.extend(news(registry.changes(), graph));
         diagnostics.extend(advice(&loaded.sources, registry));
         diagnostics.extend(graph.too_large(u64::from(args.engine.memory) << 20));
         if args.verify {

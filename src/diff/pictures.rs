@@ -78,7 +78,7 @@ impl<'a> Pictures<'a> {
         let gains: Vec<f32> = self.found.iter().map(|(_, compared)| gain(compared)).collect();
         let label = |((graph, compared), gain): (&(String, Compared), &f32)| {
             let graph = if several { format!("{graph} ") } else { String::new() };
-            format!("{graph}{} diff x{gain}", compared.diff.name)
+            format!("{graph}{} x{gain}", compared.diff.name)
         };
         let rows = self.found.iter().zip(&gains).map(label).collect();
         let columns = ["before", "after", "difference"].map(str::to_owned).to_vec();
@@ -86,9 +86,11 @@ impl<'a> Pictures<'a> {
         for ((_, compared), gain) in self.found.iter().zip(gains) {
             let apart =
                 compared.before.as_ref().zip(compared.after.as_ref()).map(|(one, other)| apart(one, other, gain));
-            for tile in [compared.before.clone(), compared.after.clone(), apart] {
-                sheet.add(tile.map(|tile| three(&tile)), String::new())?;
-            }
+            let range = range(compared);
+            let shown = |tile: &Option<Tile>| tile.as_ref().map(|tile| three(tile, range));
+            sheet.add(shown(&compared.before), String::new())?;
+            sheet.add(shown(&compared.after), String::new())?;
+            sheet.add(apart.map(|tile| three(&tile, (0.0, 1.0))), String::new())?;
         }
         sheet.finish()
     }
@@ -114,12 +116,21 @@ fn apart(one: &Tile, other: &Tile, gain: f32) -> Tile {
     apart
 }
 
-/// A picture with three channels, as the sheet takes it.
-fn three(tile: &Tile) -> Tile {
+/// The values shown as black and white: 0 and 1, or the extremes of both pictures where values lie outside.
+fn range(compared: &Compared) -> (f32, f32) {
+    let values = || [&compared.before, &compared.after].into_iter().flatten().flat_map(|tile| tile.data());
+    let (low, high) = values().fold((f32::MAX, f32::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
+    let inside = compared.is_color || (low >= 0.0 && high <= 1.0) || low >= high;
+    if inside { (0.0, 1.0) } else { (low, high) }
+}
+
+/// A picture with three channels, as the sheet takes it, with `low` shown as 0 and `high` as 1.
+fn three(tile: &Tile, (low, high): (f32, f32)) -> Tile {
     let (width, height) = (tile.width() as u32, tile.height() as u32);
     let mut shown = Tile::new(tile.grid, Window { x: 0, y: 0, width, height }, 3);
     for channel in 0..3 {
-        shown.plane_mut(channel).copy_from_slice(tile.plane(channel.min(tile.channels() - 1)));
+        let values = tile.plane(channel.min(tile.channels() - 1)).iter().map(|value| (value - low) / (high - low));
+        shown.plane_mut(channel).iter_mut().zip(values).for_each(|(shown, value)| *shown = value);
     }
     shown
 }

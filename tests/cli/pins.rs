@@ -153,6 +153,11 @@ fn a_kept_version_gives_its_picture_and_a_new_one_is_named() {
     desk.write("a.ron", &veins);
     desk.shibo("pin --to 1 a.ron").expect(0);
     desk.shibo("verify a.ron").expect(0);
+    let advice = desk.shibo("check a.ron").expect(0).stderr;
+    assert!(
+        advice.contains("the pin keeps `Fractal` at version 2; version 3: the octaves of `Turbulence` are turned"),
+        "{advice}"
+    );
     // Without its pin the graph has the new version.
     desk.write("a.ron", &veins);
     let ran = desk.shibo("verify a.ron").expect(1);

@@ -54,7 +54,6 @@ pub(super) fn scan_all(text: &str) -> (Vec<Word>, Option<Fault>) {
     let mut at = 0;
     while let Some(c) = text[at..].chars().next() {
         let rest = &text[at..];
-        let operator = OPERATORS.into_iter().find(|operator| rest.starts_with(operator));
         let (kind, len) = match c {
             c if c.is_whitespace() => {
                 at += c.len_utf8();
@@ -89,7 +88,7 @@ pub(super) fn scan_all(text: &str) -> (Vec<Word>, Option<Fault>) {
             ')' => (Kind::Close, 1),
             ',' => (Kind::Comma, 1),
             ';' => (Kind::Semicolon, 1),
-            _ => match operator {
+            _ => match OPERATORS.into_iter().find(|operator| rest.starts_with(operator)) {
                 Some(operator) => (Kind::Operator(operator), operator.len()),
                 None if c == '!' => (Kind::Not, 1),
                 None if c == '=' => (Kind::Assign, 1),

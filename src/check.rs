@@ -1,5 +1,6 @@
 //! `shibo check`: all errors of graph files.
 use crate::args::{EngineArgs, ValueArgs, resolution};
+use crate::graph_files::{Rewritten, read, text, written};
 use crate::interrupt;
 use crate::library;
 use crate::open;
@@ -9,22 +10,24 @@ use crate::report;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
 use serde_json::{Value as Json, json};
+use shibo_bridge::check::{Located, advice, located};
+use shibo_bridge::fix::{ROUNDS, unified};
 use shibo_bridge::lock::news;
+use shibo_bridge::{FixRequest, GraphText, fix};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::session::Failure;
 use shibo_graph::Graph;
-use shibo_ide::{Cx, Section, Workspace, diagnose};
-use shibo_node::registry::Registry;
+use shibo_ide::fixes::Applies;
 use shibo_value::Resolution;
-use shibo_value::diagnostics::{Code, Diagnostic, FileId, SourceMap, Span, to_json};
-use std::ops::Range;
+use shibo_value::diagnostics::{Diagnostic, SourceMap};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 const EXAMPLES: &str = "\
 Examples:
   shibo check calf.ron
   shibo check graphs/*.ron --format json     for editors and scripts
+  shibo check --fix calf.ron                 repair what has one meaning only; `--fix=likely`: also best guesses
+  shibo check --fix --dry-run calf.ron       print what would change
   shibo check calf.ron --resolution 65536    also what would not fit the memory at that size
   shibo check calf.ron --verify              also prove that the cache gives what a cold run gives (slow)";
 
@@ -38,6 +41,12 @@ pub(crate) struct CheckArgs {
     /// For people, on stderr, or for programs, on stdout.
     #[arg(long, default_value = "human")]
     format: FormatArg,
+    /// Repair errors whose fix is sure, before the check; `likely`: also by best guesses. Comments stay.
+    #[arg(long, value_name = "LEVEL", num_args = 0..=1, require_equals = true, default_missing_value = "sure")]
+    fix: Option<FixArg>,
+    /// Change no file; print what `--fix` would change as a diff, and the errors that would remain.
+    #[arg(long, requires = "fix", conflicts_with = "format")]
+    dry_run: bool,
     /// Compute everything with and without the cache, and compare the bytes.
     #[arg(long)]
     verify: bool,
@@ -57,6 +66,13 @@ pub(crate) enum FormatArg {
     Json,
 }
 
+/// The least certain fixes that are applied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FixArg {
+    Sure,
+    Likely,
+}
+
 /// Findings of one file.
 struct Found {
     diagnostics: Vec<Diagnostic>,
@@ -67,7 +83,8 @@ struct Found {
 pub(crate) fn run(args: &CheckArgs, terminal: &Terminal) -> Result<(), Quit> {
     let mut found = Vec::new();
     for path in &args.graphs {
-        found.push(check(path, args, terminal)?);
+        let text = args.fix.map(|level| repaired(path, level, args.dry_run, terminal)).transpose()?.flatten();
+        found.push(check(path, text, args, terminal)?);
     }
     let errors = found.iter().flat_map(|f| &f.diagnostics).filter(|d| !d.warning).count();
     match args.format {
@@ -82,44 +99,42 @@ pub(crate) fn run(args: &CheckArgs, terminal: &Terminal) -> Result<(), Quit> {
     if errors > 0 { Err(Quit::Shown) } else { Ok(()) }
 }
 
-fn check(path: &Path, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Quit> {
-    let registry = Arc::new(library::registry());
-    let loaded = open::load(path, &registry, &args.values, args.resolution);
+/// Repairs a file. Returns the new text if it was not written; `None` if the file has the best text.
+fn repaired(path: &Path, level: FixArg, dry_run: bool, terminal: &Terminal) -> Result<Option<String>, Quit> {
+    // A file that cannot be read is reported by the check.
+    let Ok(before) = read(path).map_err(Quit::failed).and_then(|bytes| text(path, bytes)) else { return Ok(None) };
+    let applies = if level == FixArg::Sure { Applies::Sure } else { Applies::Likely };
+    let graph = GraphText { path: path.to_owned(), text: before.clone() };
+    let fixed = fix(&library::tools(), &FixRequest { graph, applies, rounds: ROUNDS });
+    if fixed.text == before {
+        return Ok(None);
+    }
+    let name = path.display();
+    if dry_run {
+        terminal.data(&unified(&name.to_string(), &before, &fixed.text))?;
+        return Ok(Some(fixed.text));
+    }
+    let text = Rewritten { before, after: fixed.text };
+    if written(path, &text, ("repaired", "repair it"), terminal) {
+        fixed.applied.iter().for_each(|title| terminal.say(&format!("  {title}")));
+    }
+    Ok(None)
+}
+
+fn check(path: &Path, text: Option<String>, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Quit> {
+    let registry = library::registry();
+    let loaded = open::load_text(path, text, &registry, &args.values, args.resolution);
     let mut diagnostics = loaded.diagnostics;
     if let Some(graph) = &loaded.graph {
         diagnostics.extend(graph.advice());
         diagnostics.extend(news(registry.changes(), graph));
-        diagnostics.extend(advice(&loaded.sources, registry));
+        diagnostics.extend(advice(&library::tools(), &loaded.sources));
         diagnostics.extend(graph.too_large(u64::from(args.engine.memory) << 20));
         if args.verify {
             diagnostics.extend(verify(graph, args, terminal)?);
         }
     }
     Ok(Found { diagnostics, sources: loaded.sources })
-}
-
-/// Nodes that no output needs, and names that hide others in formulas, as in editors.
-fn advice(sources: &SourceMap, registry: Arc<Registry>) -> Vec<Diagnostic> {
-    let Some(source) = sources.sources().first() else { return Vec::new() };
-    let mut workspace =
-        Workspace::new(registry, Vec::new()).with_import_paths(crate::environment::import_paths().to_vec());
-    let file = workspace.open(&source.path, source.text.clone());
-    let at = |range: &Range<usize>| Span { file: FileId(0), start: range.start, end: range.end };
-    let mut found = Vec::new();
-    for graph in file.scopes() {
-        let cx = Cx { world: &workspace, file: &graph };
-        let entries = graph.entries(Section::Nodes);
-        for key in diagnose::unused(cx).into_iter().filter_map(|index| entries[index].key.as_ref()) {
-            let message = format!("no output needs `{}`", key.name);
-            let help = format!("leave it out, or call it `_{}` if it shall stay", key.name);
-            found.push(Diagnostic::new(Code::Advice, at(&key.range), message).help(help).as_warning());
-        }
-        for (range, message) in diagnose::hiding(cx) {
-            let warning = Diagnostic::new(Code::Advice, at(&range), message).help("give it another name");
-            found.push(warning.as_warning());
-        }
-    }
-    found
 }
 
 /// Finds nodes whose result differs the second time. Only this step starts threads and opens caches.
@@ -140,14 +155,8 @@ fn verify(graph: &Graph, args: &CheckArgs, terminal: &Terminal) -> Result<Vec<Di
 
 /// JSON of all files together. Warnings have a list of their own, because only entries of `errors` fail the command.
 fn json_of(found: &[Found]) -> Json {
-    let mut all = json!({ "errors": [], "warnings": [] });
-    for one in found {
-        let Json::Object(lists) = to_json(&one.diagnostics, &one.sources) else { continue };
-        for (name, list) in lists {
-            if let (Some(Json::Array(all)), Json::Array(list)) = (all.get_mut(&name), list) {
-                all.extend(list);
-            }
-        }
-    }
-    all
+    let tools = library::tools();
+    let all: Vec<Located> = found.iter().flat_map(|one| located(&tools, &one.diagnostics, &one.sources)).collect();
+    let (warnings, errors): (Vec<&Located>, Vec<&Located>) = all.iter().partition(|one| one.warning);
+    json!({ "errors": errors, "warnings": warnings })
 }

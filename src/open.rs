@@ -15,6 +15,17 @@ use std::path::{Path, PathBuf};
 
 /// Reads and checks a graph file.
 pub(crate) fn load(path: &Path, registry: &Registry, values: &ValueArgs, resolution: Option<Resolution>) -> Loaded {
+    load_text(path, None, registry, values, resolution)
+}
+
+/// Reads and checks a graph file, or a text in its place.
+pub(crate) fn load_text(
+    path: &Path,
+    text: Option<String>,
+    registry: &Registry,
+    values: &ValueArgs,
+    resolution: Option<Resolution>,
+) -> Loaded {
     let options = LoadOptions {
         preset: values.preset.clone(),
         newest: values.newest,
@@ -25,7 +36,10 @@ pub(crate) fn load(path: &Path, registry: &Registry, values: &ValueArgs, resolut
         import_paths: environment::import_paths().to_vec(),
         ..LoadOptions::default()
     };
-    graph::load(path, registry, &options)
+    match text {
+        Some(text) => graph::load_text(path, &text, registry, &options),
+        None => graph::load(path, registry, &options),
+    }
 }
 
 /// Returns the graph of a file; shows its errors and warnings.

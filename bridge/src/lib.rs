@@ -3,15 +3,23 @@
 //! The command `shibo` and other transports call these functions and add only their own form of input and output. Nothing here
 //! prints, reads the environment or starts a process.
 //!
+//! - [`check()`]: the errors and warnings of a graph, with fixes.
 //! - [`compare()`]: the differences between two pictures of a material.
 //! - [`diff()`]: the changes from one graph to another, without comments, layout and order.
 //! - [`lock`]: the pictures of pinned graphs, and the comparison with them.
 //! - [`pictures`]: the differences between the pictures of two versions.
+//! - [`fix()`]: the text of a graph after fixes.
 //! - [`merge()`]: the text of a graph with the changes of two sides.
+pub mod check;
 pub mod compare;
 pub mod diff;
 #[cfg(test)]
 mod diff_tests;
+#[cfg(test)]
+mod faults;
+pub mod fix;
+#[cfg(test)]
+mod fix_tests;
 pub mod lock;
 pub mod merge;
 pub mod pictures;
@@ -22,8 +30,10 @@ mod side;
 mod testing;
 mod three;
 
+pub use check::{CheckRequest, check};
 pub use compare::{CompareRequest, compare};
 pub use diff::{DiffRequest, diff};
+pub use fix::{FixRequest, fix};
 pub use merge::{MergeRequest, merge};
 
 use serde::{Deserialize, Serialize};

@@ -23,6 +23,21 @@ pub fn sort(edits: &mut [Edit]) {
     edits.sort_by_key(|edit| (edit.range.start, edit.range.end));
 }
 
+/// Applies edits that do not overlap to a text.
+pub fn apply(text: &str, edits: &[Edit]) -> String {
+    let mut edits: Vec<Edit> = edits.to_vec();
+    sort(&mut edits);
+    let mut out = String::with_capacity(text.len());
+    let mut at = 0;
+    for edit in edits {
+        out.push_str(text.get(at..edit.range.start).unwrap_or_default());
+        out.push_str(&edit.text);
+        at = edit.range.end.max(at);
+    }
+    out.push_str(text.get(at..).unwrap_or_default());
+    out
+}
+
 /// Edits of several files.
 pub type Edits = BTreeMap<PathBuf, Vec<Edit>>;
 

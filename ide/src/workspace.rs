@@ -2,7 +2,7 @@
 use super::file::File;
 use super::habits::Habits;
 use super::world::World;
-use shibo_graph::import_path;
+use shibo_graph::{LoadOptions, import_path};
 use shibo_node::registry::Registry;
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
@@ -220,6 +220,10 @@ impl World for Workspace {
                 shibo_library::graphs().iter().map(|graph| File::new(graph.path, graph.text)).collect();
             Habits::of(&self.registry, &files)
         })
+    }
+
+    fn options(&self) -> LoadOptions {
+        LoadOptions { import_paths: self.import_paths.clone(), overlay: self.texts(), ..LoadOptions::default() }
     }
 }
 

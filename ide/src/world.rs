@@ -1,6 +1,7 @@
 //! Environment of the answers: the file, related files, and the node kinds.
 use super::file::{File, Section};
 use super::habits::Habits;
+use shibo_graph::LoadOptions;
 use shibo_node::KindInfo;
 use shibo_node::registry::Registry;
 use std::path::{Path, PathBuf};
@@ -25,6 +26,11 @@ pub trait World {
 
     /// Statistics of the library graphs.
     fn habits(&self) -> &Habits;
+
+    /// Options for loading a graph: unsaved texts, and folders for imports.
+    fn options(&self) -> LoadOptions {
+        LoadOptions::default()
+    }
 }
 
 /// A file and its world.

@@ -32,7 +32,7 @@ pub(super) fn actions(server: &Server, params: &CodeActionParams) -> Answer {
 fn code_action(server: &Server, action: &Action, kind: CodeActionKind, told: &[&Diagnostic]) -> Option<CodeAction> {
     Some(CodeAction {
         title: action.title.clone(),
-        is_preferred: (kind == CodeActionKind::QUICKFIX).then_some(true),
+        is_preferred: action.is_preferred.then_some(true),
         kind: Some(kind),
         diagnostics: action.mends.and_then(|index| Some(vec![(*told.get(index)?).clone()])),
         edit: Some(convert::workspace_edit(server, &action.edits, &action.creates)?),
@@ -64,6 +64,10 @@ fn finding(server: &Server, params: &CodeActionParams, told: &Diagnostic) -> Res
         Some(NumberOrString::String(code)) => code.clone(),
         _ => String::new(),
     };
+    let own = &params.text_document.uri;
+    let related = told.related_information.iter().flatten().filter(|related| related.location.uri == *own);
+    let path = server.document(own)?.file.path.clone();
+    let related = related.map(|one| (path.clone(), document.lines.range(one.location.range), one.message.clone()));
     Ok(Finding {
         range: document.lines.range(told.range),
         severity: Severity::Error,
@@ -71,7 +75,7 @@ fn finding(server: &Server, params: &CodeActionParams, told: &Diagnostic) -> Res
         code,
         message: text("message").unwrap_or(message),
         help: text("help").or(help),
-        related: Vec::new(),
+        related: related.collect(),
         deprecated: false,
     })
 }

@@ -1,11 +1,11 @@
 //! Writes values chosen elsewhere into a file: as parameter defaults, in presets, or as node arguments.
 use super::super::colors;
 use super::super::file::{File, Section};
+use super::super::insert::{add_to, append};
 use super::super::names::quote;
 use super::super::rename::Edit;
 use super::super::view::{Item, Value};
 use super::super::world::Cx;
-use super::insert::{add_to, append};
 use super::refactor;
 use shibo_node::parse_color;
 use shibo_value::linear_to_srgb;

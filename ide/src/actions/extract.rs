@@ -2,12 +2,12 @@
 use super::super::file::Section;
 use super::super::formula::{formulas, local_names};
 use super::super::functions::called_by;
+use super::super::insert::{add_to, free_name, remove};
 use super::super::names::{Reference, Symbol, occurrences, references};
 use super::super::rename::{Edit, sort};
 use super::super::types::Types;
 use super::super::view::Item;
 use super::super::world::Cx;
-use super::insert::{add_to, free_name, remove};
 use super::{Action, ActionKind};
 use shibo_value::{Accepts, Type};
 use std::collections::{BTreeMap, BTreeSet};

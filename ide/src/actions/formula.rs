@@ -2,13 +2,13 @@
 use super::super::expect::Expect;
 use super::super::file::{File, Section};
 use super::super::formula::{FormulaText, Inferred, Role, Space, alone, free_names, literal, local_names, put};
+use super::super::insert::{append, put_above, remove};
 use super::super::names::{self, Occurrence, Symbol, occurrences};
 use super::super::rename::{Edit, sort};
 use super::super::types::Types;
 use super::super::view::Value;
 use super::super::walk::{Spot, trail};
 use super::super::world::Cx;
-use super::insert::{append, put_above, remove};
 use super::{Action, ActionKind};
 use shibo_graph::syntax::formula::{Formula, PartKind, begins};
 use std::ops::Range;

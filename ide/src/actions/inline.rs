@@ -1,12 +1,12 @@
 //! Replaces a `Use` by the nodes of its sub-graph.
 use super::super::file::{File, Section};
 use super::super::formula::{Role, formulas, literal, local_names, put};
+use super::super::insert::{add_to, free_name};
 use super::super::names::{Symbol, occurrences, params_in, quote, references};
 use super::super::rename::{Edit, sort};
 use super::super::view::{Shape, Value};
 use super::super::walk::trail;
 use super::super::world::Cx;
-use super::insert::{add_to, free_name};
 use super::refactor::is_literal;
 use super::{Action, ActionKind, apply};
 use shibo_graph::syntax::formula::{Formula, WordKind, begins};
@@ -144,7 +144,7 @@ impl Job<'_, '_> {
         let edits = if declared.is_empty() {
             Vec::new()
         } else {
-            let deep = super::insert::indent(
+            let deep = super::super::insert::indent(
                 &self.cx.file.text,
                 self.cx.file.entries(Section::Params).first().map_or(0, |i| i.range.start),
             );
@@ -195,7 +195,7 @@ impl Job<'_, '_> {
     /// Nodes for formulas that are given to an input with several readers.
     fn shared_nodes(&self, params: &Params) -> Option<String> {
         let item = self.cx.file.entry(Section::Nodes, self.name)?;
-        let deep = super::insert::indent(&self.cx.file.text, item.range.start);
+        let deep = super::super::insert::indent(&self.cx.file.text, item.range.start);
         let mut text = String::new();
         for input in self.inner.entries(Section::Inputs) {
             let name = input.name().filter(|name| self.shared.contains(*name));

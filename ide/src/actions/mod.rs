@@ -2,22 +2,22 @@
 mod answers;
 mod assign;
 mod extract;
-mod fixes;
 mod formula;
 mod inline;
-mod insert;
 mod pin;
 mod refactor;
 mod retired;
 
+pub use super::rename::apply;
 pub use answers::{Answered, answered};
 pub use assign::{add_preset, alike, assign, promote};
 pub use pin::{pinned, pinned_at};
 
 use super::diagnose::Finding;
 use super::file::File;
+use super::fixes::{Applies, fixes, needed_fields};
 use super::format::{is_laid_out, settled};
-use super::rename::{Edit, Edits, sort};
+use super::rename::{Edit, Edits};
 use super::world::Cx;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -53,24 +53,33 @@ pub struct Action {
     pub creates: Vec<(PathBuf, String)>,
     /// Index of the finding that it fixes.
     pub mends: Option<usize>,
+    /// True for a fix that is no choice among several.
+    pub is_preferred: bool,
 }
 
 impl Action {
     fn new(title: impl Into<String>, kind: ActionKind, file: &File, edits: Vec<Edit>) -> Self {
         let edits = Edits::from([(file.path.clone(), edits)]);
-        Self { title: title.into(), kind, edits, creates: Vec::new(), mends: None }
+        Self {
+            title: title.into(),
+            kind,
+            edits,
+            creates: Vec::new(),
+            mends: None,
+            is_preferred: kind == ActionKind::Fix,
+        }
     }
 }
 
 /// Actions for a selection and the findings in it.
 pub fn actions(cx: Cx<'_>, selected: &Range<usize>, findings: &[Finding]) -> Vec<Action> {
     let at = selected.start;
-    let file = cx.file.scope_at(at);
+    let (whole, file) = (cx, cx.file.scope_at(at));
     let cx = cx.with(&file);
-    let mut found = fixes::fixes(cx, findings);
-    found.extend(retired::replace(cx, findings));
+    let mut found = mending(whole, findings);
     found.extend(answers::newest(cx, findings));
-    found.extend(fixes::missing_ports(cx, at, findings));
+    found.extend(retired::replace_all(cx, findings));
+    found.extend(required(cx, at, findings));
     found.extend(refactor::name_literal(cx, at));
     found.extend(refactor::relative_path(cx, at));
     found.extend(extract::extract(cx, selected));
@@ -81,6 +90,28 @@ pub fn actions(cx: Cx<'_>, selected: &Range<usize>, findings: &[Finding]) -> Vec
     found.extend(refactor::sort_presets(cx, at));
     keep_layout(&file, &mut found);
     found
+}
+
+/// The fixes of findings.
+fn mending(cx: Cx<'_>, findings: &[Finding]) -> Vec<Action> {
+    let mut found = Vec::new();
+    for (index, fixes) in fixes(cx, findings).into_iter().enumerate() {
+        for fix in fixes {
+            let action = Action::new(fix.title, ActionKind::Fix, cx.file, fix.edits);
+            let is_preferred = fix.applies != Applies::Choice;
+            found.push(Action { mends: Some(index), is_preferred, ..action });
+        }
+    }
+    found
+}
+
+/// Adds what the node at the cursor needs, unless a finding has that fix.
+fn required(cx: Cx<'_>, at: usize, findings: &[Finding]) -> Option<Action> {
+    if findings.iter().any(|finding| finding.code == "missing-input") {
+        return None;
+    }
+    let fix = needed_fields(cx, at)?;
+    Some(Action::new(fix.title, ActionKind::Fix, cx.file, fix.edits))
 }
 
 /// Lays out what actions write, if the file is laid out.
@@ -101,19 +132,4 @@ fn keep_layout(file: &File, actions: &mut [Action]) {
             }
         }
     }
-}
-
-/// Applies edits that do not overlap to a text.
-pub fn apply(text: &str, edits: &[Edit]) -> String {
-    let mut edits: Vec<Edit> = edits.to_vec();
-    sort(&mut edits);
-    let mut out = String::with_capacity(text.len());
-    let mut at = 0;
-    for edit in edits {
-        out.push_str(text.get(at..edit.range.start).unwrap_or_default());
-        out.push_str(&edit.text);
-        at = edit.range.end.max(at);
-    }
-    out.push_str(text.get(at..).unwrap_or_default());
-    out
 }

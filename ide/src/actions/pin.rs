@@ -1,8 +1,8 @@
 //! Writes, replaces and removes the pin of a graph.
 use super::super::file::File;
+use super::super::insert::{after_comma, indent, put_above, remove};
 use super::super::rename::Edit;
 use super::super::view::Body;
-use super::insert::{after_comma, indent, put_above, remove};
 
 /// The text of a graph pinned at a change, or without a pin for `None`. Versions that the pin holds stay. `None` if the
 /// text is no graph.

@@ -2,11 +2,11 @@
 use super::super::diagnose::{Finding, unused};
 use super::super::expect::Expect;
 use super::super::file::Section;
+use super::super::insert::{add_to, free_name, remove};
 use super::super::rename::{Edit, sort};
 use super::super::view::{Shape, Value};
 use super::super::walk::{Spot, trail};
 use super::super::world::Cx;
-use super::insert::{add_to, free_name, remove};
 use super::{Action, ActionKind};
 use shibo_node::{ParamType, parse_color};
 use std::path::{Component, Path, PathBuf};

@@ -1,17 +1,17 @@
 //! Inserts and removes entries.
-use super::super::file::{File, Section};
-use super::super::rename::Edit;
-use super::super::view::{Body, Item};
+use super::file::{File, Section};
+use super::rename::Edit;
+use super::view::{Body, Item};
 
 /// Indentation of the line at a position.
-pub(super) fn indent(text: &str, at: usize) -> &str {
+pub(crate) fn indent(text: &str, at: usize) -> &str {
     let start = text[..at].rfind('\n').map_or(0, |i| i + 1);
     let line = &text[start..];
     &line[..line.len() - line.trim_start_matches([' ', '\t']).len()]
 }
 
 /// Position after the comma that follows an item, if there is one; comments in between are skipped like blanks.
-pub(super) fn after_comma(text: &str, from: usize, end: usize) -> Option<usize> {
+pub(crate) fn after_comma(text: &str, from: usize, end: usize) -> Option<usize> {
     let mut at = from;
     loop {
         let rest = text.get(at..end)?;
@@ -28,7 +28,7 @@ pub(super) fn after_comma(text: &str, from: usize, end: usize) -> Option<usize> 
 }
 
 /// Adds an entry after the last one in brackets. It has a line of its own if the last one has.
-pub(super) fn append(file: &File, body: &Body, entry: &str) -> Vec<Edit> {
+pub(crate) fn append(file: &File, body: &Body, entry: &str) -> Vec<Edit> {
     let text = &file.text;
     let inside = body.inside();
     let begins_line = |at: usize| text[..at].trim_end_matches([' ', '\t']).ends_with('\n');
@@ -47,7 +47,7 @@ pub(super) fn append(file: &File, body: &Body, entry: &str) -> Vec<Edit> {
 }
 
 /// Adds an entry to a section; a missing section is inserted before `nodes`.
-pub(super) fn add_to(file: &File, section: Section, entry: &str) -> Vec<Edit> {
+pub(crate) fn add_to(file: &File, section: Section, entry: &str) -> Vec<Edit> {
     if let Some(body) = file.section(section) {
         return append(file, body, entry);
     }
@@ -63,7 +63,7 @@ pub(super) fn add_to(file: &File, section: Section, entry: &str) -> Vec<Edit> {
 }
 
 /// Adds an entry above another one and the comment of that.
-pub(super) fn put_above(file: &File, item: &Item, entry: &str) -> Edit {
+pub(crate) fn put_above(file: &File, item: &Item, entry: &str) -> Edit {
     let text = &file.text;
     let line = text[..item.range.start].rfind('\n').map_or(0, |at| at + 1);
     let deep = indent(text, item.range.start);
@@ -76,7 +76,7 @@ pub(super) fn put_above(file: &File, item: &Item, entry: &str) -> Edit {
 }
 
 /// Removes an item with its comma, and with its line if the line has nothing else.
-pub(super) fn remove(file: &File, body: &Body, item: &Item) -> Edit {
+pub(crate) fn remove(file: &File, body: &Body, item: &Item) -> Edit {
     let text = &file.text;
     let mut end = after_comma(text, item.range.end, body.inside().end).unwrap_or(item.range.end);
     let mut start = item.range.start;
@@ -96,7 +96,7 @@ pub(super) fn remove(file: &File, body: &Body, item: &Item) -> Edit {
 }
 
 /// Derives a name from `wanted` that is free in these sections.
-pub(super) fn free_name(file: &File, sections: &[Section], wanted: &str) -> String {
+pub(crate) fn free_name(file: &File, sections: &[Section], wanted: &str) -> String {
     let taken = |name: &str| sections.iter().any(|section| file.entry(*section, name).is_some());
     let numbered = (2..).map(|n| format!("{wanted}_{n}"));
     std::iter::once(wanted.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()

@@ -1,0 +1,147 @@
+//! Fixes of findings, as edits of the text.
+//!
+//! Each file makes the fixes of one sort of mistakes. All fixes but choices are tried before they are offered: the text with the
+//! edits is checked, and a fix that leaves its finding or makes a new error is dropped.
+mod conflicts;
+mod dialects;
+mod elsewhere;
+mod insertions;
+mod missing;
+mod scan;
+mod structure;
+mod trial;
+mod values;
+mod wires;
+mod words;
+
+use super::diagnose::{Finding, Severity};
+use super::expect::Expect;
+use super::rename::Edit;
+use super::walk::{Spot, trail};
+use super::world::Cx;
+use serde::{Deserialize, Serialize};
+use shibo_graph::syntax::Tree;
+use trial::Trial;
+
+pub(crate) use missing::fields as needed_fields;
+pub use trial::{Errors, errors};
+
+/// Most fixes of a finding that are not choices.
+const OFFERED: usize = 3;
+
+/// Certainty of a fix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Applies {
+    /// Only one meaning is possible.
+    Sure,
+    /// The best guess.
+    Likely,
+    /// One of several; never applied without a person.
+    Choice,
+}
+
+/// A fix of a finding: edits of the file of the finding that do not overlap.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fix {
+    /// Title, a few words.
+    pub title: String,
+    /// Its certainty.
+    pub applies: Applies,
+    /// The edits, in the order of the text.
+    pub edits: Vec<Edit>,
+}
+
+impl Fix {
+    fn new(title: impl Into<String>, applies: Applies, mut edits: Vec<Edit>) -> Self {
+        super::rename::sort(&mut edits);
+        Self { title: title.into(), applies, edits }
+    }
+
+    /// Replaces a range.
+    fn replace(applies: Applies, range: std::ops::Range<usize>, text: impl Into<String>) -> Self {
+        let text = text.into();
+        let shown: String = text.chars().take(60).collect();
+        Self::new(format!("Change to `{}`", shown.trim_matches('"')), applies, vec![Edit { range, text }])
+    }
+}
+
+/// The fixes of each finding of a file, best first. Findings must be those of the file's present text.
+pub fn fixes(cx: Cx<'_>, findings: &[Finding]) -> Vec<Vec<Fix>> {
+    let mut trial: Option<Trial<'_>> = None;
+    let mut of = |finding: &Finding| {
+        let file = cx.file.scope_at(finding.range.start);
+        let found = candidates(cx.with(&file), finding);
+        if found.iter().all(|fix| fix.applies == Applies::Choice) {
+            return found;
+        }
+        let trial = trial.get_or_insert_with(|| Trial::new(cx));
+        offered(trial, finding, found)
+    };
+    findings.iter().map(|finding| if finding.severity == Severity::Hint { Vec::new() } else { of(finding) }).collect()
+}
+
+/// All fixes that a finding may have, best first.
+fn candidates(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
+    if finding.range.end > cx.file.text.len() {
+        return Vec::new();
+    }
+    let mut found = match finding.code.as_str() {
+        "conflict" => return conflicts::fixes(cx, finding),
+        "syntax" => Vec::new(),
+        "cycle" => return structure::cuts(cx, finding),
+        "duplicate-key" => return structure::duplicates(cx, finding),
+        "missing-input" => missing::fixes(cx, finding),
+        "unknown-kind" if cx.registry().is_retired(cx.file.at(&finding.range)) => structure::successor(cx, finding),
+        "type-mismatch" | "out-of-range" | "bad-value" | "bad-name" | "not-finite" => values::fixes(cx, finding),
+        code if code.starts_with("unknown-") || matches!(code, "bad-expression" | "file-not-found") => {
+            words::fixes(cx, finding)
+        }
+        _ => return Vec::new(),
+    };
+    found.extend(dialects::fixes(cx, finding));
+    match finding.code.as_str() {
+        "syntax" => found.extend(insertions::fixes(cx, finding)),
+        "type-mismatch" => found.extend(wires::fixes(cx, finding)),
+        _ => {}
+    }
+    found
+}
+
+/// Drops fixes that do not help. The best one keeps its certainty, unless a better one was dropped; the others are choices.
+fn offered(trial: &mut Trial<'_>, finding: &Finding, found: Vec<Fix>) -> Vec<Fix> {
+    let mut tried: Vec<(usize, usize, Fix)> = Vec::new();
+    for (rank, fix) in found.into_iter().enumerate() {
+        if tried.iter().any(|(.., other)| other.edits == fix.edits) {
+            continue;
+        }
+        let made = if fix.applies == Applies::Choice { Some(usize::MAX) } else { trial.made(finding, &fix.edits) };
+        tried.extend(made.map(|made| (made, rank, fix)));
+    }
+    tried.sort_by_key(|(made, rank, _)| (*made, *rank));
+    let sole = tried.get(1).is_none_or(|(made, ..)| *made > 0);
+    let first = tried.first().is_some_and(|(made, rank, _)| *made == 0 && (*rank == 0 || sole));
+    tried.truncate(OFFERED);
+    let level = |(index, (_, _, mut fix)): (usize, (usize, usize, Fix))| {
+        fix.applies = match fix.applies {
+            _ if index > 0 => Applies::Choice,
+            Applies::Sure if !first => Applies::Likely,
+            applies => applies,
+        };
+        fix
+    };
+    tried.into_iter().enumerate().map(level).collect()
+}
+
+/// The value at the start of a finding, and what is expected there.
+fn value_at<'a>(cx: Cx<'a>, at: usize) -> Option<(Expect<'a>, &'a super::view::Value)> {
+    match trail(cx, at).spot {
+        Spot::Value(expect, value) => Some((expect, value)),
+        _ => None,
+    }
+}
+
+/// Number of syntax errors in a text.
+fn mistakes(text: &str) -> usize {
+    Tree::parse(text).errors().len()
+}

@@ -1,0 +1,100 @@
+//! Checks texts with edits before fixes are offered.
+use super::super::diagnose::Finding;
+use super::super::rename::{Edit, apply};
+use super::super::world::Cx;
+use shibo_graph::load_text;
+use shibo_value::diagnostics::Code;
+use std::collections::BTreeMap;
+
+/// Checks that all trials of a run may take together, in bytes of text.
+const BYTES: usize = 4_000_000;
+/// Fewest trials of a run.
+const FEWEST: usize = 8;
+/// Most errors that a fix may bring to light.
+const HIDDEN: usize = 3;
+
+/// The errors of a text, with the number of each.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Errors(BTreeMap<(Code, String), usize>);
+
+impl Errors {
+    /// The number of errors.
+    pub fn count(&self) -> usize {
+        self.0.values().sum()
+    }
+
+    /// The number of errors in the syntax.
+    pub fn syntax(&self) -> usize {
+        self.0.iter().filter(|((code, _), _)| is_syntax(*code)).map(|(_, count)| count).sum()
+    }
+
+    /// The number of errors that `before` has not.
+    pub fn beyond(&self, before: &Self) -> usize {
+        let more = |(said, count): (&(Code, String), &usize)| {
+            count.saturating_sub(before.0.get(said).copied().unwrap_or_default())
+        };
+        self.0.iter().map(more).sum()
+    }
+
+    fn of(&self, finding: &Finding) -> usize {
+        let is_it = |(code, message): &(Code, String)| code.as_str() == finding.code && *message == finding.message;
+        self.0.iter().filter(|(said, _)| is_it(said)).map(|(_, count)| count).sum()
+    }
+}
+
+fn is_syntax(code: Code) -> bool {
+    matches!(code, Code::Syntax | Code::Conflict)
+}
+
+/// The errors that a text would have in the place of the file, and whether warnings count.
+pub fn errors(cx: Cx<'_>, text: &str) -> Errors {
+    found(cx, text, false)
+}
+
+fn found(cx: Cx<'_>, text: &str, warnings: bool) -> Errors {
+    let loaded = load_text(&cx.file.path, text, cx.registry(), &cx.world.options());
+    let mut errors = Errors::default();
+    for one in loaded.diagnostics.into_iter().filter(|one| warnings || !one.warning) {
+        *errors.0.entry((one.code, one.message)).or_default() += 1;
+    }
+    errors
+}
+
+/// Trials of fixes for one text.
+pub(super) struct Trial<'a> {
+    cx: Cx<'a>,
+    before: Errors,
+    left: usize,
+}
+
+impl<'a> Trial<'a> {
+    pub(super) fn new(cx: Cx<'a>) -> Self {
+        let left = (BYTES / cx.file.text.len().max(1)).max(FEWEST);
+        Self { cx, before: found(cx, &cx.file.text, true), left }
+    }
+
+    /// The number of errors that the edits bring to light; `None` if they do not help, or if they make an error.
+    pub(super) fn made(&mut self, finding: &Finding, edits: &[Edit]) -> Option<usize> {
+        self.left = self.left.checked_sub(1)?;
+        let after = found(self.cx, &apply(&self.cx.file.text, edits), true);
+        if after.of(finding) >= self.before.of(finding).max(1) {
+            return None;
+        }
+        let made = after.beyond(&self.before);
+        let fewer = after.syntax() < self.before.syntax();
+        let may_hide = match finding.code.as_str() {
+            "syntax" => fewer,
+            // Where a section or a kind is not known, nothing in it was checked.
+            "unknown-field" | "missing-input" if self.lacks_nodes() => after.syntax() <= self.before.syntax(),
+            "unknown-kind" | "type-mismatch" | "unknown-variant" | "file-not-found" => {
+                made <= HIDDEN && after.syntax() <= self.before.syntax()
+            }
+            _ => false,
+        };
+        (made == 0 || may_hide).then_some(made)
+    }
+
+    fn lacks_nodes(&self) -> bool {
+        !self.cx.file.is_graph()
+    }
+}

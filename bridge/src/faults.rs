@@ -41,15 +41,12 @@ pub(crate) const FAULTS: [(&str, Fault); 43] = [
     ("formula without equals sign", |s, _| s.find("\"= $").map(|at| (at + 1..at + 3, String::new())).collect()),
     ("formula without quotes", |s, _| s.texts("\"= $").map(|r| (r.clone(), s.at(&(r.start + 3..r.end - 1)))).collect()),
     ("section misspelt", |s, _| {
-        let wrong = ["nodes: {:nods: {", "nodes: {:node: {", "outputs: {:output: {", "params: {:parameters: {"];
-        wrong
-            .iter()
-            .filter_map(|pair| pair.split_once(": {:"))
-            .flat_map(|(right, wrong)| {
-                s.find(&format!("  {right}: {{"))
-                    .map(move |at| (at + 2..at + 2 + right.len(), wrong.trim_end_matches(": {").to_owned()))
-            })
-            .collect()
+        let wrong = [("nodes", "nods"), ("nodes", "node"), ("outputs", "output"), ("params", "parameters")];
+        let places = |(right, wrong): &(&str, &str)| {
+            let key = s.tree.value()?.entry(right)?.key()?;
+            Some((key.range(), (*wrong).to_owned()))
+        };
+        wrong.iter().filter_map(places).collect()
     }),
     ("import forgotten", |s, _| {
         let imports = s.tree.value().unwrap().entry("imports").and_then(Node::value);
@@ -95,9 +92,8 @@ pub(crate) const FAULTS: [(&str, Fault); 43] = [
     }),
 ];
 
-fn each(ranges: Vec<Range<usize>>, mut change: impl FnMut(&str) -> Option<String>) -> Vec<Change>
-where
-{
+/// Changes of the texts at these ranges.
+fn each(ranges: Vec<Range<usize>>, mut change: impl FnMut(&str) -> Option<String>) -> Vec<Change> {
     TEXT.with(|text| {
         let text = text.borrow();
         let of = |range: Range<usize>| {

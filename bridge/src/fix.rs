@@ -43,8 +43,21 @@ pub fn fix(tools: &Tools, request: &FixRequest) -> Fixed {
         graph.text = text;
         applied.extend(titles);
     }
+    if !improves(tools, &request.graph, &graph.text) {
+        graph.text.clone_from(&request.graph.text);
+        applied.clear();
+    }
     let checked = check(tools, &CheckRequest { graph });
     Fixed { text: checked.text, diagnostics: checked.diagnostics, applied }
+}
+
+/// Returns true if a text has fewer errors than the graph. What a graph without nodes hides does not count.
+fn improves(tools: &Tools, graph: &GraphText, text: &str) -> bool {
+    let mut world = workspace(tools);
+    let file = world.open(&graph.path, graph.text.as_str());
+    let cx = Cx { world: &world, file: &file };
+    let (before, after) = (errors(cx, &graph.text), errors(cx, text));
+    is_better(&before, &after) || (!file.is_graph() && after.syntax() <= before.syntax())
 }
 
 /// The text after one round, and titles of fixes; `None` if there are no fixes.

@@ -185,3 +185,43 @@ fn warns_of_whole_pictures_that_exceed_memory() {
     let text = ran.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(text.contains("an operation on the whole picture needs") && text.contains("too-large"), "{text}");
 }
+
+#[test]
+fn repairs_sure_faults() {
+    let desk = Desk::new();
+    let faulty = BAD.replace("\"a\": Perlim(size: 5),", "// Kept.\n    \"a\": Perlim(size: 5mm)");
+    desk.write("bad.ron", &faulty);
+    let ran = desk.shibo("check --fix --dry-run bad.ron").expect(1);
+    assert!(ran.stdout.contains("\n+    \"a\": Perlin(size: 5),\n"), "{}", ran.stdout);
+    assert_eq!(std::fs::read_to_string(desk.path("bad.ron")).unwrap(), faulty);
+    let ran = desk.shibo("check --fix bad.ron").expect(1);
+    assert!(ran.stderr.starts_with("repaired bad.ron\n") && ran.stderr.contains("1 error"), "{}", ran.stderr);
+    let text = std::fs::read_to_string(desk.path("bad.ron")).unwrap();
+    assert_eq!(text, faulty.replace("Perlim(size: 5mm)", "Perlin(size: 5),").replace("sise", "size"));
+}
+
+#[test]
+fn good_files_are_not_written() {
+    let desk = Desk::with_graph();
+    let before = std::fs::metadata(desk.path("a.ron")).unwrap().modified().unwrap();
+    let ran = desk.shibo("check --fix=likely a.ron").expect(0);
+    assert_eq!((ran.stdout.as_str(), ran.stderr.as_str()), ("", ""));
+    assert_eq!(std::fs::metadata(desk.path("a.ron")).unwrap().modified().unwrap(), before);
+}
+
+#[test]
+fn offers_versions_of_conflicts() {
+    let desk = Desk::new();
+    let seed = "<<<<<<< ours\n    seed: 1,\n||||||| base\n    seed: 2,\n=======\n    seed: 3,\n>>>>>>> theirs\n";
+    let text = format!("(\n  nodes: {{ \"a\": Perlin(size: 5,\n{seed}  ) }},\n  outputs: {{ \"a\": \"a\" }},\n)\n");
+    desk.write("bad.ron", &text);
+    let ran = desk.shibo("check --fix=likely bad.ron --format json").expect(1);
+    let fixes = ran.json()["errors"][0]["fixes"].as_array().unwrap().clone();
+    let titles: Vec<_> =
+        fixes.iter().map(|fix| (fix["title"].as_str().unwrap(), fix["applies"].as_str().unwrap())).collect();
+    assert_eq!(titles, [("Keep ours", "choice"), ("Keep theirs", "choice"), ("Keep base", "choice")]);
+    let theirs = &fixes[1]["edits"];
+    assert_eq!((&theirs[0]["line"], &theirs[0]["end_line"]), (&json!(3), &json!(8)));
+    assert_eq!((&theirs[1]["line"], &theirs[1]["end_line"]), (&json!(9), &json!(10)));
+    assert_eq!(std::fs::read_to_string(desk.path("bad.ron")).unwrap(), text);
+}

@@ -5,7 +5,7 @@ use shibo_node::registry::Registry;
 const ELSEWHERE: &str = "Elsewhere:";
 
 /// Words of other programs, in lower case without signs, with the words for the same thing here.
-const WORDS: [(&str, &[&str]); 66] = [
+const WORDS: [(&str, &[&str]); 71] = [
     ("scale", &["size", "pitch"]),
     ("frequency", &["size", "pitch"]),
     ("period", &["size", "pitch"]),
@@ -70,6 +70,11 @@ const WORDS: [(&str, &[&str]); 66] = [
     ("gradient", &["stops"]),
     ("filename", &["path"]),
     ("file", &["path"]),
+    ("parameters", &["params"]),
+    ("variables", &["params"]),
+    ("exports", &["outputs"]),
+    ("results", &["outputs"]),
+    ("graph", &["nodes"]),
     ("description", &["doc"]),
     ("units", &["unit"]),
 ];

@@ -6,7 +6,7 @@ use shibo_graph::load_text;
 use shibo_value::diagnostics::Code;
 use std::collections::BTreeMap;
 
-/// Checks that all trials of a run may take together, in bytes of text.
+/// Text that all trials of a run may read together, in bytes.
 const BYTES: usize = 4_000_000;
 /// Fewest trials of a run.
 const FEWEST: usize = 8;
@@ -46,7 +46,7 @@ fn is_syntax(code: Code) -> bool {
     matches!(code, Code::Syntax | Code::Conflict)
 }
 
-/// The errors that a text would have in the place of the file, and whether warnings count.
+/// The errors that the file would have with another text.
 pub fn errors(cx: Cx<'_>, text: &str) -> Errors {
     found(cx, text, false)
 }

@@ -1,9 +1,12 @@
 //! Fixes of wires whose type does not fit: another output, a channel, or a node that converts.
 use super::super::diagnose::Finding;
+use super::super::file::{File, Section};
+use super::super::rename::{Edit, apply};
 use super::super::world::Cx;
-use super::words::{names_at, word_at};
+use super::words::names_at;
 use super::{Applies, Fix, value_at};
-use shibo_node::KindInfo;
+use shibo_node::{KindInfo, OutputType};
+use shibo_value::Accepts;
 
 /// Most outputs that are tried.
 const OUTPUTS: usize = 6;
@@ -18,37 +21,31 @@ pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
         return Vec::new();
     }
     let node = path.split('.').next().unwrap_or_default();
-    let known = [super::super::Section::Nodes, super::super::Section::Inputs];
+    let known = [Section::Nodes, Section::Inputs];
     if !known.into_iter().any(|section| cx.file.entry(section, node).is_some()) {
         return Vec::new();
     }
     let replace = |text: String| Fix::replace(Applies::Likely, value.range.clone(), text);
-    let mut found = vec![];
+    let mut found = Vec::new();
     // Behind a dot, completion offers outputs and channels, those that fit first.
-    let dotted = super::super::rename::apply(
-        &cx.file.text,
-        &[super::super::rename::Edit { range: value.range.clone(), text: format!("\"{node}.\"") }],
-    );
-    let file = super::super::File::new(cx.file.path.clone(), dotted);
+    let dotted = Edit { range: value.range.clone(), text: format!("\"{node}.\"") };
+    let dotted = apply(&cx.file.text, &[dotted]);
+    let file = File::new(cx.file.path.clone(), dotted);
     let at = value.range.start + 1 + node.len() + 1;
     let others = names_at(Cx { world: cx.world, file: &file }, at, false);
     let others = others.into_iter().filter(|name| name.starts_with(node) && *name != path);
     found.extend(others.take(OUTPUTS).map(|name| replace(format!("\"{name}\""))));
     found.push(replace(format!("\"= luminance({path})\"")));
-    let converts = |kind: &&str| cx.kind(kind).and_then(single_port).is_some();
     let wanted = expect.reference(cx).flatten();
-    let mut kinds: Vec<&str> = cx.registry().kinds().filter(converts).collect();
-    // Kinds for this very type come first.
-    let makes = |kind: &&str| {
-        let output = cx.kind(kind).and_then(|info| info.outputs.first());
-        !matches!((output.map(|output| output.ty), wanted), (Some(shibo_node::OutputType::Fixed(ty)), Some(wanted)) if wanted == shibo_value::Accepts::One(ty))
+    let makes = |info: &KindInfo| {
+        let output = info.outputs.first().map(|output| output.ty);
+        matches!((output, wanted), (Some(OutputType::Fixed(ty)), Some(wanted)) if wanted == Accepts::One(ty))
     };
-    kinds.sort_by_key(makes);
-    for kind in kinds.into_iter().take_while(|kind| !makes(kind)).take(KINDS) {
-        let Some(port) = cx.kind(kind).and_then(single_port) else { continue };
-        found.push(replace(format!("{kind}({port}: \"{path}\")")));
-    }
-    debug_assert!(word_at(path, 0).end <= path.len());
+    let converts = |kind: &str| {
+        let info = cx.kind(kind).filter(|info| makes(info))?;
+        Some(replace(format!("{kind}({}: \"{path}\")", single_port(info)?)))
+    };
+    found.extend(cx.registry().kinds().filter_map(converts).take(KINDS));
     found
 }
 

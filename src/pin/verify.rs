@@ -143,6 +143,7 @@ fn page(listed: &Listed, terminal: &Terminal) -> Text {
         State::Changed => "changed",
         State::Edited => "edited",
         State::Defect => "defect",
+        State::Newer => "newer",
         State::NotPinned => "not pinned",
     };
     page.push("  ").styled(Style::Accent, state);
@@ -190,7 +191,11 @@ fn explain(page: &mut Text, verified: &Verified) {
     if verified.text_edited && verified.edits.is_empty() {
         page.push("  the text was edited since the graph was pinned").end();
     }
-    if verified.state == State::Defect {
-        page.push("  the same recipe gave other bits; please report it").end();
-    }
+    match verified.state {
+        State::Defect => page.push("  the same recipe gave other bits; please report it").end(),
+        State::Newer => {
+            page.push("  a newer Shibo made the entry in the lock; update Shibo, or pin the graph again").end()
+        }
+        _ => page,
+    };
 }

@@ -88,6 +88,14 @@ fn pin_keeps_pictures_and_verify_compares_them() {
     assert_eq!(found["graphs"][0]["state"], "defect");
     assert_eq!(found["graphs"][0]["pictures"][0]["state"], "defect");
     assert_eq!(found["graphs"][0]["pictures"][1]["state"], "same");
+    let newer = format!("{}{}{}", &kept[..at], "0".repeat(16), &kept[at + 16..]);
+    desk.write("shibo.lock", newer.replace("pins: ", "pins: 9"));
+    let ran = desk.shibo("verify a.ron").expect(1);
+    assert!(
+        ran.stdout.contains("a.ron  newer\n") && ran.stdout.contains("a newer Shibo made the entry"),
+        "{}",
+        ran.stdout
+    );
     desk.write("shibo.lock", "{ \"a.ron\": 3 }");
     assert!(desk.shibo("verify a.ron").expect(1).stderr.contains("is no lock (`bad-file`): 1:"));
     let before = text(&desk);

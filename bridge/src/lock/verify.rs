@@ -22,6 +22,8 @@ pub enum State {
     Edited,
     /// Neither has happened, and yet the bits differ.
     Defect,
+    /// The entry was made by a program that knows later changes.
+    Newer,
     /// The lock has no picture to compare with.
     NotPinned,
 }
@@ -93,6 +95,7 @@ pub fn verified(changes: &Changes, graph: &Graph, then: Option<&Entry>, now: &En
         paths.into_iter().filter(|path| then.files.get(*path) != now.files.get(*path)).cloned().collect();
     let text_edited = then.text != now.text;
     let reason = match (because.is_empty(), text_edited || !files.is_empty()) {
+        _ if then.pins > changes.newest() => State::Newer,
         (false, _) => State::Changed,
         (true, true) => State::Edited,
         (true, false) => State::Defect,

@@ -113,3 +113,76 @@ fn repairs_faults() {
     println!("{:30} {:3} of {:3} as before, {:3} without errors", "all", total.same, total.all, total.clean);
     assert!(total.same * 10 >= total.all * 9, "{} of {}", total.same, total.all);
 }
+
+#[test]
+fn valid_graphs_stay() {
+    let tools = tools();
+    for (path, text) in graphs() {
+        let (after, clean, applied) = repaired(&tools, &path, &text, Applies::Likely);
+        assert!(clean && applied.is_empty() && after == text, "{}: {applied:?}", path.display());
+    }
+}
+
+/// The fixes of the only error of a graph: titles and certainties, and the text after each.
+fn offered(text: &str) -> Vec<(String, Applies, String)> {
+    let graph = GraphText { path: PathBuf::from("/nowhere/a.ron"), text: text.to_owned() };
+    let found = check(&tools(), &CheckRequest { graph }).diagnostics;
+    let errors: Vec<_> = found.into_iter().filter(|one| !one.warning).collect();
+    assert_eq!(errors.len(), 1, "{errors:?}");
+    let at = |line: usize, column: usize| {
+        let start: usize = text.split_inclusive('\n').take(line - 1).map(str::len).sum();
+        start + text[start..].char_indices().nth(column - 1).map_or(text.len() - start, |(at, _)| at)
+    };
+    let after = |fix: &crate::check::Fix| {
+        let edits = fix.edits.iter().map(|edit| shibo_ide::rename::Edit {
+            range: at(edit.line, edit.column)..at(edit.end_line, edit.end_column),
+            text: edit.text.clone(),
+        });
+        shibo_ide::rename::apply(text, &edits.collect::<Vec<_>>())
+    };
+    errors[0].fixes.iter().map(|fix| (fix.title.clone(), fix.applies, after(fix))).collect()
+}
+
+#[test]
+fn offers_choices() {
+    let cycle = "(nodes: { \"a\": Blur(input: \"b\"), \"b\": Blur(input: \"a\") }, outputs: { \"a\": \"a\" })";
+    let cuts = offered(cycle);
+    assert_eq!(cuts.len(), 2, "{cuts:?}");
+    assert!(cuts.iter().all(|(_, applies, _)| *applies == Applies::Choice));
+    let twice = "(nodes: { \"a\": Perlin(size: 2), \"a\": Perlin(size: 3) }, outputs: { \"a\": \"a\" })";
+    let kept: Vec<String> = offered(twice).into_iter().map(|(.., after)| after).collect();
+    let of = |size: u8| format!("(nodes: {{ \"a\": Perlin(size: {size}) }}, outputs: {{ \"a\": \"a\" }})");
+    let tidy: Vec<String> = kept.iter().map(|text| shibo_graph::syntax::format(text).unwrap()).collect();
+    assert_eq!(tidy, [2, 3].map(|size| shibo_graph::syntax::format(&of(size)).unwrap()));
+}
+
+#[test]
+fn adds_missing_ports_and_keeps_ranges() {
+    let missing = "(nodes: { \"a\": Perlin(), \"b\": Blur(radius: 2) }, outputs: { \"b\": \"b\" })";
+    let (_, applies, after) = offered(missing).remove(0);
+    assert_eq!((applies, after), (Applies::Likely, missing.replace("radius: 2", "radius: 2, input: \"a\"")));
+    let large =
+        "(nodes: { \"a\": Perlin(), \"b\": Blend(base: \"a\", top: 1, opacity: 30) }, outputs: { \"b\": \"b\" })";
+    let texts: Vec<String> = offered(large).into_iter().map(|(.., after)| after).collect();
+    assert_eq!(texts, ["0.3", "1"].map(|number| large.replace("30", number)));
+}
+
+#[test]
+fn reads_other_notations() {
+    let json = r#"```json
+{
+  # A comment.
+  "version": 1,
+  "canvas": { "size_mm": 20, "resolution": 64 },
+  "nodes": {
+    "waves": { "type": "Perlin", "size": 3, "seed": 2 },
+    'soft': Blur { input = "waves"; radius: 0.5mm },
+  },
+  "outputs": { "soft": "soft" }
+}
+```
+"#;
+    let (text, clean, applied) = repaired(&tools(), Path::new("/nowhere/a.ron"), json, Applies::Sure);
+    assert!(clean, "{applied:?}\n{text}");
+    assert!(text.contains("// A comment.") && text.contains("Blur(input: \"waves\", radius: 0.5)"), "{text}");
+}

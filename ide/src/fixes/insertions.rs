@@ -10,7 +10,9 @@ use std::ops::Range;
 /// Most places that are read for one finding.
 const PLACES: usize = 400;
 /// Most texts that are checked for one finding.
-const TRIED: usize = 5;
+const TRIED: usize = 10;
+/// Lines above a mistake in which a bracket may be lost.
+const LINES: usize = 6;
 /// Longest text in bytes whose places are tried; each is read as a whole.
 const LONGEST: usize = 100_000;
 
@@ -73,15 +75,20 @@ fn candidates(cx: Cx<'_>, finding: &Finding) -> Vec<Edit> {
     }
     // The finding, and the bracket that it is about.
     let bracket = finding.related.first().map(|(_, range, _)| range.start);
-    let start = bracket.unwrap_or(line.start).min(line.start);
+    let above = text[..line.start].rmatch_indices('\n').nth(LINES).map_or(0, |(newline, _)| newline + 1);
+    let start = bracket.map_or(above, |bracket| bracket.min(above));
     let first = tokens.partition_point(|token| token.start() < start);
     let last = tokens.partition_point(|token| token.start() < line.end).max(here);
     let near = &tokens[first.max(last.saturating_sub(PLACES / 3))..last];
     let balance = balance(text, tokens);
+    if let (Some(token), true) = (near.first(), first == 0) {
+        let opens = balance.iter().filter(|(.., more)| *more < 0);
+        found.extend(opens.map(|(open, ..)| insert(token.start(), open)));
+    }
     for (index, token) in near.iter().enumerate().rev() {
         for (open, close, more) in balance {
             // Closing brackets stand behind values.
-            if more > 0 && token.kind() != TokenKind::Comma && token.kind() != TokenKind::Colon {
+            if more > 0 && token.kind() != TokenKind::Colon {
                 found.push(insert(token.end(), close));
             }
             if more < 0

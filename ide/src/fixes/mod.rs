@@ -62,7 +62,7 @@ impl Fix {
     fn replace(applies: Applies, range: std::ops::Range<usize>, text: impl Into<String>) -> Self {
         let text = text.into();
         let shown: String = text.chars().take(60).collect();
-        Self::new(format!("Change to `{}`", shown.trim_matches('"')), applies, vec![Edit { range, text }])
+        Self::new(format!("Change to `{}`", shown), applies, vec![Edit { range, text }])
     }
 }
 

@@ -9,6 +9,7 @@ use super::super::rename::{Edit, apply};
 use super::super::world::Cx;
 use super::elsewhere::{kinds_elsewhere, meanings, squash};
 use super::{Applies, Fix, value_at};
+use shibo_graph::syntax::is_name;
 use std::ops::Range;
 
 /// Longer words, in bytes, are not compared.
@@ -43,7 +44,8 @@ pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
         found.push(Fix::replace(Applies::Sure, word.clone(), text));
     }
     let is_formula = finding.code == "bad-expression";
-    let names = names_at(cx, at, is_formula);
+    let mut names = names_at(cx, at, is_formula);
+    names.retain(|name| is_name(name));
     found.extend(nearest(cx, finding, &word, &names));
     if let Some((Expect::Use(_, _, Some("graph")), _)) = value_at(cx, at) {
         found.extend(imports(cx, finding));
@@ -210,7 +212,10 @@ fn files(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
     }
     let range = finding.range.start + 1..finding.range.end - 1;
     let written = cx.file.at(&range);
-    let names = graph_paths(cx, written);
+    let mut names = graph_paths(cx, written);
+    if is_graph(written) {
+        names.retain(|name| is_graph(name));
+    }
     nearest(cx, finding, &range, &names)
 }
 
@@ -231,6 +236,11 @@ fn graph_paths(cx: Cx<'_>, written: &str) -> Vec<String> {
     paths
 }
 
+/// Returns true for the path of a graph rather than of a picture.
+fn is_graph(path: &str) -> bool {
+    path.starts_with("shibo:") || path.ends_with(".ron")
+}
+
 /// Imports a graph that a node uses without importing it.
 fn imports(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
     let written = cx.file.at(&finding.range).trim_matches('"');
@@ -243,7 +253,6 @@ fn imports(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
         return Vec::new();
     }
     let own = cx.file.path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-    let is_graph = |path: &String| path.starts_with("shibo:") || path.ends_with(".ron");
     let paths = graph_paths(cx, written).into_iter().filter(|path| is_graph(path) && path != own && stem(path) == name);
     let fix = |path: String| {
         let mut edits = add_to(cx.file, Section::Imports, &format!("\"{name}\": \"{path}\""));

@@ -7,7 +7,7 @@ use super::read::{not_finite, shorten};
 use super::scope::check_note;
 use super::structs::has_ports;
 use super::subst::substitute;
-use super::text_file::check_file;
+use super::text_file::{Fault, check_file};
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::node::{Arg, Bounds, DynNode, KindInfo, ParamInfo, ParamType, Role};
 use crate::picture::{is_udim, udim_files};
@@ -205,15 +205,18 @@ impl Linker<'_> {
             let named = base.unwrap_or(folder).join(&path.0);
             let path = match self.on_disk(named) {
                 Ok(path) => path,
-                Err(message) => {
-                    found.push(place.error(Code::FileNotFound, message));
+                Err(fault) => {
+                    found.push(place.error(fault.code, fault.message));
                     readable = false;
                     continue;
                 }
             };
+            let is_set = is_udim(&path);
             match paths_of(path, built.takes_udim()) {
                 Ok(paths) => {
-                    let faults = paths.iter().filter_map(|path| check_file(path).err());
+                    let pass = |path: &PathBuf| if is_set { self.gate.pass(path.clone()) } else { Ok(path.clone()) };
+                    let good = |path: &PathBuf| pass(path).and_then(|path| check_file(&path));
+                    let faults = paths.iter().filter_map(|path| good(path).err());
                     let faults: Vec<_> = faults.map(|fault| place.error(fault.code, fault.message)).collect();
                     readable &= faults.is_empty();
                     found.extend(faults);
@@ -279,11 +282,14 @@ pub(super) fn at(place: &SyntaxValue, problem: &Problem) -> Diagnostic {
 }
 
 impl Linker<'_> {
-    /// The file on disk for a path, which may belong to the library.
-    fn on_disk(&self, path: PathBuf) -> Result<PathBuf, String> {
+    /// The file on disk for a path, which may belong to the library, or for a set of files.
+    fn on_disk(&self, path: PathBuf) -> Result<PathBuf, Fault> {
         match (imports::within(&path), self.registry.library()) {
-            (Some(inside), Some(library)) => library.file(&inside),
-            _ => Ok(path),
+            (Some(inside), Some(library)) => {
+                library.file(&inside).map_err(|message| Fault::new(Code::FileNotFound, message))
+            }
+            _ if is_udim(&path) => self.gate.pass_set(path),
+            _ => self.gate.pass(path),
         }
     }
 }

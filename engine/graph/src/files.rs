@@ -1,6 +1,7 @@
 //! Reads graph files and their imports.
 use super::document::Document;
 use super::functions::FunctionDecl;
+use super::gate::Gate;
 use super::imports;
 use super::params::Callable;
 use super::part::{Entry, Src};
@@ -67,8 +68,15 @@ pub(super) struct Files<'a> {
     overlay: BTreeMap<PathBuf, Arc<str>>,
     /// Additional folders for imports.
     paths: Vec<PathBuf>,
+    /// Decides which files may be read.
+    pub(super) gate: &'a Gate,
     /// The index of each file; `None` while its imports are being read.
     by_path: BTreeMap<PathBuf, Option<usize>>,
+}
+
+/// Returns true for the text of a file `*.json` that is an object.
+fn is_json(path: &Path, text: &str) -> bool {
+    path.extension().is_some_and(|ending| ending == "json") && text.starts_with('{')
 }
 
 impl<'a> Files<'a> {
@@ -79,6 +87,7 @@ impl<'a> Files<'a> {
             library,
             overlay: options.overlay.iter().map(|(path, text)| (identity(path), text.clone())).collect(),
             paths: options.import_paths.clone(),
+            gate: &options.gate,
             sources: SourceMap::default(),
             report: Report::default(),
             docs: Vec::new(),
@@ -105,11 +114,23 @@ impl<'a> Files<'a> {
                 return None;
             }
         };
+        if is_json(path, &text) {
+            let file = self.sources.add(path, text);
+            let message = "the graph is in the JSON form; graphs are RON";
+            let error = Diagnostic::new(Code::Syntax, Span { file, start: 0, end: 1 }, message);
+            self.report.push(error.help(format!("`shibo fmt --to ron {}` converts it", path.display())));
+            return None;
+        }
         let identity = identity(path);
         self.by_path.insert(identity.clone(), None);
         // The main graph must be the first text.
         let file = self.sources.add(path, text.clone());
-        self.paths.extend(imports::search_paths(path, &mut self.looked_at, &mut self.sources, &mut self.report));
+        self.paths.extend(imports::search_paths(
+            (path, self.gate),
+            &mut self.looked_at,
+            &mut self.sources,
+            &mut self.report,
+        ));
         let doc = self.read_document(path, (file, text.into()), 0);
         self.by_path.insert(identity, Some(doc));
         Some(doc)
@@ -132,7 +153,7 @@ impl<'a> Files<'a> {
                 .library
                 .and_then(|library| text(library, &inside))
                 .ok_or_else(|| Fault::new(Code::FileNotFound, format!("there is no file `{}`", path.display()))),
-            None => read_text(path, self.limits.max_file_bytes),
+            None => read_text(&self.gate.pass(path.to_owned())?, self.limits.max_file_bytes),
         }
     }
 
@@ -229,7 +250,8 @@ impl<'a> Files<'a> {
             }
             return found;
         }
-        let is_file = |path: &Path| path.is_file() || self.laid_over(path).is_some();
+        let on_disk = |path: &Path| self.gate.pass(path.to_owned()).is_ok_and(|path| path.is_file());
+        let is_file = |path: &Path| on_disk(path) || self.laid_over(path).is_some();
         let found = imports::find(name, doc.folder(), (&self.paths, &is_file), self.library);
         self.looked_at.extend(found.missing);
         if imports::within(&found.path).is_none() {

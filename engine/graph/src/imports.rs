@@ -1,5 +1,6 @@
 //! Finds imported files: beside the graph, in a folder named by the caller or by `shibo.toml`, or in the library that
 //! comes with the program.
+use super::gate::Gate;
 use super::report::Report;
 use super::text_file::{Fault, read_text};
 use crate::diagnostics::{Code, Diagnostic, SourceMap, Span};
@@ -95,7 +96,8 @@ pub fn import_path(
         return in_library(name, library);
     }
     let folder = from.parent().unwrap_or(Path::new(""));
-    let settings = search_paths(from, &mut Vec::new(), &mut SourceMap::default(), &mut Report::default());
+    let all = Gate::default();
+    let settings = search_paths((from, &all), &mut Vec::new(), &mut SourceMap::default(), &mut Report::default());
     let paths = [further, &settings].concat();
     let found = find(name, folder, (&paths, open), library).path;
     let exists = match within(&found) {
@@ -135,9 +137,9 @@ fn places(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// The import folders named in the nearest `shibo.toml`: `[imports]`, `paths = ["…"]`. The search begins in the folder
-/// of the graph and goes upwards. Paths in the file are relative to it.
+/// of the graph and goes upwards, as far as the gate lets it. Paths in the file are relative to it.
 pub(super) fn search_paths(
-    graph: &Path,
+    (graph, gate): (&Path, &Gate),
     looked_at: &mut Vec<PathBuf>,
     sources: &mut SourceMap,
     report: &mut Report,
@@ -149,11 +151,11 @@ pub(super) fn search_paths(
     let exists = |path: &PathBuf| {
         // Also record missing files: a nearer one could be created.
         looked_at.push(path.clone());
-        path.exists()
+        gate.pass(path.clone()).is_ok_and(|path| path.exists())
     };
     let Some(path) = places(folder).into_iter().find(exists) else { return Vec::new() };
     let folder = path.parent().unwrap_or(folder).to_path_buf();
-    let text = match read_text(&path, MOST) {
+    let text = match gate.pass(path.clone()).and_then(|path| read_text(&path, MOST)) {
         Ok(text) => text,
         Err(Fault { code, message, .. }) => {
             let file = sources.add(path, String::new());

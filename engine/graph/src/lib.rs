@@ -32,6 +32,7 @@ mod formula_names;
 mod formula_text;
 mod formulas;
 mod functions;
+mod gate;
 mod imports;
 mod inline;
 mod instance;
@@ -66,6 +67,7 @@ mod tiling;
 mod uses;
 mod versions;
 
+pub use gate::Gate;
 pub use imports::import_path;
 pub use linked::{Export, ExportMesh, Graph, GraphNode, GraphOutput, GraphParam, GraphUse, Input};
 pub use load::{load, load_text};
@@ -102,6 +104,8 @@ pub struct LoadOptions {
     pub limits: Limits,
     /// Texts that replace the content of files, such as unsaved texts of an editor. The files need not exist.
     pub overlay: BTreeMap<PathBuf, Arc<str>>,
+    /// Decides which files may be read: imports, files that nodes read, and `shibo.toml`.
+    pub gate: Gate,
 }
 
 /// Limits on the size of a graph.

@@ -1,6 +1,7 @@
 //! The data of a graph during linking: its scopes, nodes and slots.
 use super::files::{Doc, FileChecks};
 use super::formula_text::Formula;
+use super::gate::Gate;
 use super::layout::Layout;
 use super::params::Params;
 use super::part::{Entry, SyntaxValue};
@@ -242,6 +243,8 @@ pub(super) struct Linker<'a> {
     pub(super) report: &'a mut Report,
     pub(super) looked_at: &'a mut Vec<PathBuf>,
     pub(super) file_checks: &'a mut FileChecks,
+    /// Decides which files may be read.
+    pub(super) gate: &'a Gate,
     pub(super) canvas: Canvas,
     /// Command-line values for parameters of instances; paths in them are relative to `working_dir`.
     pub(super) settings: &'a [Setting],

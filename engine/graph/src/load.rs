@@ -151,6 +151,7 @@ fn linker<'a>(
         report: &mut files.report,
         looked_at: &mut files.looked_at,
         file_checks: &mut files.file_checks,
+        gate: files.gate,
         canvas,
         settings: &[],
         working_dir: Path::new(""),

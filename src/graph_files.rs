@@ -3,9 +3,10 @@ use crate::quit::Quit;
 use crate::report;
 use crate::terminal::Terminal;
 use crate::write::{self, Refused};
+use shibo_bridge::json::TextFault;
 use shibo_graph::Limits;
 use shibo_graph::syntax::{SyntaxError, Tree};
-use shibo_value::diagnostics::SourceMap;
+use shibo_value::diagnostics::{Code, Diagnostic, SourceMap, Span};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -65,8 +66,19 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>, String> {
     fs::read(path).map_err(|e| format!("`{shown}` cannot be read: {e}"))
 }
 
-/// The text of a graph file.
+/// The text of a graph file. The JSON form is refused.
 pub(crate) fn text(path: &Path, bytes: Vec<u8>) -> Result<String, Quit> {
+    let is_json = path.extension().is_some_and(|ending| ending == "json") && bytes.starts_with(b"{");
+    if is_json {
+        let path = path.display();
+        let convert = format!("`shibo fmt --to ron {path}` converts it");
+        return Err(Quit::failed(format!("`{path}` is a graph in the JSON form; graphs are RON: {convert}")));
+    }
+    utf8(path, bytes)
+}
+
+/// The text of a file that is not too large.
+pub(crate) fn utf8(path: &Path, bytes: Vec<u8>) -> Result<String, Quit> {
     let limit = Limits::default().max_file_bytes;
     if bytes.len() as u64 > limit {
         let message = format!("`{}` is larger than {limit} bytes, the most that a graph file may have", path.display());
@@ -81,6 +93,21 @@ pub(crate) fn show_errors(path: &Path, text: String, errors: &[SyntaxError], ter
     let file = sources.add(path, text);
     let errors: Vec<_> = errors.iter().take(MOST).map(|error| error.located(file)).collect();
     report::show(terminal, &errors, &sources);
+}
+
+/// Shows the mistakes that a conversion found in a text.
+pub(crate) fn show_faults(path: &Path, text: String, faults: &[TextFault], terminal: &Terminal) {
+    let mut sources = SourceMap::default();
+    let file = sources.add(path, text);
+    let errors = faults.iter().take(MOST).map(|fault| {
+        let span = Span { file, start: fault.range.start, end: fault.range.end };
+        let error = Diagnostic::new(Code::Syntax, span, fault.message.clone());
+        match &fault.help {
+            Some(help) => error.help(help.clone()),
+            None => error,
+        }
+    });
+    report::show(terminal, &errors.collect::<Vec<_>>(), &sources);
 }
 
 /// Writes the new text of a file, unless another program saved the file at the same time. Returns true if it was written.

@@ -9,6 +9,7 @@
 //! - [`lock`]: the pictures of pinned graphs, and the comparison with them.
 //! - [`pictures`]: the differences between the pictures of two versions.
 //! - [`fix()`]: the text of a graph after fixes.
+//! - [`to_json()`] and [`to_ron()`]: graphs in the JSON form; [`schema()`]: the JSON Schema of that form.
 //! - [`merge()`]: the text of a graph with the changes of two sides.
 pub mod check;
 pub mod compare;
@@ -21,9 +22,11 @@ pub mod fix;
 #[cfg(test)]
 mod fix_tests;
 pub mod lock;
+pub mod json;
 pub mod merge;
 pub mod pictures;
 mod renames;
+pub mod schema;
 mod shape;
 mod side;
 #[cfg(test)]
@@ -34,7 +37,9 @@ pub use check::{CheckRequest, check};
 pub use compare::{CompareRequest, compare};
 pub use diff::{DiffRequest, diff};
 pub use fix::{FixRequest, fix};
+pub use json::{to_json, to_ron};
 pub use merge::{MergeRequest, merge};
+pub use schema::{kind_schema, schema};
 
 use serde::{Deserialize, Serialize};
 use shibo_node::registry::Registry;

@@ -16,6 +16,7 @@ mod expect;
 mod file;
 pub mod fixes;
 pub mod format;
+pub mod forms;
 mod formula;
 mod functions;
 mod habits;

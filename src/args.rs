@@ -1,7 +1,7 @@
 //! The command line.
 use crate::{
     cache, changes, check, compare, completions, diff, dump, fmt, git, graph, job, lsp, merge, migrate, new, nodes,
-    pack, parts, pin, render, watch,
+    pack, parts, pin, render, schema, watch,
 };
 use clap::{Args, Parser, Subcommand};
 use shibo_picture::PartOf;
@@ -66,6 +66,8 @@ pub(crate) enum Command {
     Git(git::GitArgs),
     /// List the kinds of nodes, show the manual of one, or search them.
     Nodes(nodes::NodesArgs),
+    /// Print the JSON Schema of graphs in the JSON form.
+    Schema(schema::SchemaArgs),
     /// Print what a node makes, as JSON.
     Dump(dump::DumpArgs),
     /// Make a commented graph file to start from.

@@ -37,6 +37,7 @@ mod progress;
 mod quit;
 mod render;
 mod report;
+mod schema;
 mod serve;
 mod shared;
 mod stats;
@@ -99,6 +100,7 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::Merge(args) => merge::run(&args, terminal),
         Command::Git(args) => git::run(&args, terminal),
         Command::Nodes(args) => nodes::run(&args, terminal),
+        Command::Schema(args) => schema::run(&args, terminal),
         Command::Dump(args) => dump::run(&args, terminal),
         Command::New(args) => new::run(&args, terminal),
         Command::Graph(args) => graph::run(&args, terminal),

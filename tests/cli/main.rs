@@ -45,6 +45,7 @@ mod pins;
 mod render;
 mod rest;
 mod rows;
+mod schema;
 mod shared;
 mod solid_materials;
 mod structure;

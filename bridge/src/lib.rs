@@ -21,8 +21,8 @@ mod faults;
 pub mod fix;
 #[cfg(test)]
 mod fix_tests;
-pub mod lock;
 pub mod json;
+pub mod lock;
 pub mod merge;
 pub mod pictures;
 mod renames;

@@ -19,25 +19,25 @@ type Fault = fn(&Site<'_>, &mut Dice) -> Vec<Change>;
 
 /// The sorts of faults.
 pub(crate) const FAULTS: [(&str, Fault); 43] = [
-    ("kind misspelt", |s, d| each(s.kinds(), |word| typo(word, d))),
-    ("kind in lower case", |s, _| each(s.kinds(), |word| Some(word.to_lowercase()))),
-    ("kind in snake case", |s, _| each(s.kinds(), |word| Some(snake(word)))),
-    ("kind in plural", |s, _| each(s.kinds(), |word| Some(format!("{word}s")))),
-    ("field misspelt", |s, d| each(s.fields(), |word| typo(word, d))),
-    ("field in capitals", |s, _| each(s.fields(), |word| Some(capital(word)))),
-    ("field in camel case", |s, _| each(s.fields(), camel)),
-    ("field as elsewhere", |s, _| each(s.fields(), elsewhere)),
-    ("choice misspelt", |s, d| each(s.choices(), |word| typo(word, d))),
-    ("choice in lower case", |s, _| each(s.choices(), |word| Some(word.to_lowercase()))),
-    ("choice in quotes", |s, _| each(s.choices(), |word| Some(format!("\"{word}\"")))),
-    ("choice as in Rust", |s, _| each(s.choices(), |word| Some(format!("Mode::{word}")))),
-    ("wire misspelt", |s, d| each(s.wires(), |word| typo(word, d))),
-    ("wire in capitals", |s, _| each(s.wires(), |word| Some(word.to_uppercase()))),
-    ("wire in camel case", |s, _| each(s.wires(), camel)),
+    ("kind misspelt", |s, d| each(s, s.kinds(), |word| typo(word, d))),
+    ("kind in lower case", |s, _| each(s, s.kinds(), |word| Some(word.to_lowercase()))),
+    ("kind in snake case", |s, _| each(s, s.kinds(), |word| Some(snake(word)))),
+    ("kind in plural", |s, _| each(s, s.kinds(), |word| Some(format!("{word}s")))),
+    ("field misspelt", |s, d| each(s, s.fields(), |word| typo(word, d))),
+    ("field in capitals", |s, _| each(s, s.fields(), |word| Some(capital(word)))),
+    ("field in camel case", |s, _| each(s, s.fields(), camel)),
+    ("field as elsewhere", |s, _| each(s, s.fields(), elsewhere)),
+    ("choice misspelt", |s, d| each(s, s.choices(), |word| typo(word, d))),
+    ("choice in lower case", |s, _| each(s, s.choices(), |word| Some(word.to_lowercase()))),
+    ("choice in quotes", |s, _| each(s, s.choices(), |word| Some(format!("\"{word}\"")))),
+    ("choice as in Rust", |s, _| each(s, s.choices(), |word| Some(format!("Mode::{word}")))),
+    ("wire misspelt", |s, d| each(s, s.wires(), |word| typo(word, d))),
+    ("wire in capitals", |s, _| each(s, s.wires(), |word| Some(word.to_uppercase()))),
+    ("wire in camel case", |s, _| each(s, s.wires(), camel)),
     ("wire without quotes", |s, _| s.wires().into_iter().map(|r| (r.start - 1..r.end + 1, s.at(&r))).collect()),
-    ("parameter misspelt", |s, d| each(s.params(), |word| typo(word, d))),
+    ("parameter misspelt", |s, d| each(s, s.params(), |word| typo(word, d))),
     ("parameter without sign", |s, _| s.params().into_iter().map(|r| (r.start - 1..r.start, String::new())).collect()),
-    ("function misspelt", |s, d| each(s.functions(), |word| typo(word, d))),
+    ("function misspelt", |s, d| each(s, s.functions(), |word| typo(word, d))),
     ("formula without equals sign", |s, _| s.find("\"= $").map(|at| (at + 1..at + 3, String::new())).collect()),
     ("formula without quotes", |s, _| s.texts("\"= $").map(|r| (r.clone(), s.at(&(r.start + 3..r.end - 1)))).collect()),
     ("section misspelt", |s, _| {
@@ -59,29 +59,29 @@ pub(crate) const FAULTS: [(&str, Fault); 43] = [
             })
             .collect()
     }),
-    ("import misspelt", |s, d| each(s.within("graph: \""), |word| typo(word, d))),
-    ("number with mm", |s, _| each(s.numbers("mm"), |word| Some(format!("{word}mm")))),
-    ("number with cm", |s, _| each(s.numbers("mm"), |word| Some(format!("{}cm", word.parse::<f64>().ok()? / 10.0)))),
-    ("number with degrees", |s, _| each(s.numbers("°"), |word| Some(format!("{word}°")))),
-    ("number in quotes", |s, _| each(s.numbers(""), |word| Some(format!("\"{word}\"")))),
-    ("field as in JSON", |s, _| each(s.fields(), |word| Some(format!("\"{word}\"")))),
+    ("import misspelt", |s, d| each(s, s.within("graph: \""), |word| typo(word, d))),
+    ("number with mm", |s, _| each(s, s.numbers("mm"), |word| Some(format!("{word}mm")))),
+    ("number with cm", |s, _| each(s, s.numbers("mm"), |word| Some(format!("{}cm", word.parse::<f64>().ok()? / 10.0)))),
+    ("number with degrees", |s, _| each(s, s.numbers("°"), |word| Some(format!("{word}°")))),
+    ("number in quotes", |s, _| each(s, s.numbers(""), |word| Some(format!("\"{word}\"")))),
+    ("field as in JSON", |s, _| each(s, s.fields(), |word| Some(format!("\"{word}\"")))),
     ("node as in JSON", |s, _| s.calls(&|kind, inside| format!("{{ \"type\": \"{kind}\", {inside} }}"))),
     ("node as in Rust", |s, _| s.calls(&|kind, inside| format!("{kind} {{ {inside} }}"))),
     ("field as in Python", |s, _| s.fields().into_iter().map(|r| (r.end..r.end + 2, "=".to_owned())).collect()),
-    ("semicolon", |s, _| each(s.tokens(TokenKind::Comma), |_| Some(";".to_owned()))),
+    ("semicolon", |s, _| each(s, s.tokens(TokenKind::Comma), |_| Some(";".to_owned()))),
     ("comment as in Python", |s, _| s.tree.comments().map(|r| (r.start..r.start + 2, "#".to_owned())).collect()),
     ("word as in Python", |s, _| {
         let truth = s.tokens(TokenKind::Ident).into_iter().filter(|r| matches!(s.at(r).as_str(), "true" | "false"));
-        each(truth.collect(), |word| Some(capital(word)))
+        each(s, truth.collect(), |word| Some(capital(word)))
     }),
     ("single quotes", |s, _| {
-        each(s.tokens(TokenKind::Str), |word| Some(format!("'{}'", word.strip_prefix('"')?.strip_suffix('"')?)))
+        each(s, s.tokens(TokenKind::Str), |word| Some(format!("'{}'", word.strip_prefix('"')?.strip_suffix('"')?)))
     }),
     ("fence", |s, _| vec![(0..s.tree.text().len(), format!("```ron\n{}```\n", s.tree.text()))]),
-    ("bracket lost at the end", |s, _| each(s.brackets(")"), |_| Some(String::new()))),
-    ("bracket lost at the start", |s, _| each(s.brackets("("), |_| Some(" ".to_owned()))),
-    ("comma lost", |s, _| each(s.tokens(TokenKind::Comma), |_| Some(String::new()))),
-    ("colon lost", |s, _| each(s.tokens(TokenKind::Colon), |_| Some(String::new()))),
+    ("bracket lost at the end", |s, _| each(s, s.brackets(")"), |_| Some(String::new()))),
+    ("bracket lost at the start", |s, _| each(s, s.brackets("("), |_| Some(" ".to_owned()))),
+    ("comma lost", |s, _| each(s, s.tokens(TokenKind::Comma), |_| Some(String::new()))),
+    ("colon lost", |s, _| each(s, s.tokens(TokenKind::Colon), |_| Some(String::new()))),
     ("quote lost", |s, d| {
         let ends = |r: Range<usize>| if d.below(2) == 0 { r.start..r.start + 1 } else { r.end - 1..r.end };
         s.texts("\"").map(ends).map(|r| (r, String::new())).collect()
@@ -93,25 +93,17 @@ pub(crate) const FAULTS: [(&str, Fault); 43] = [
 ];
 
 /// Changes of the texts at these ranges.
-fn each(ranges: Vec<Range<usize>>, mut change: impl FnMut(&str) -> Option<String>) -> Vec<Change> {
-    TEXT.with(|text| {
-        let text = text.borrow();
-        let of = |range: Range<usize>| {
-            let new = change(&text[range.clone()])?;
-            (new != text[range.clone()]).then_some((range, new))
-        };
-        ranges.into_iter().filter_map(of).collect()
-    })
-}
-
-thread_local! {
-    /// The text in which faults are made.
-    static TEXT: std::cell::RefCell<String> = const { std::cell::RefCell::new(String::new()) };
+fn each(site: &Site<'_>, ranges: Vec<Range<usize>>, mut change: impl FnMut(&str) -> Option<String>) -> Vec<Change> {
+    let of = |range: Range<usize>| {
+        let text = site.at(&range);
+        let new = change(&text)?;
+        (new != text).then_some((range, new))
+    };
+    ranges.into_iter().filter_map(of).collect()
 }
 
 /// The text with a random fault of a sort; `None` if there is no place for it.
 pub(crate) fn spoil(registry: &Registry, text: &str, fault: Fault, dice: &mut Dice) -> Option<String> {
-    TEXT.with(|shared| text.clone_into(&mut shared.borrow_mut()));
     let site = Site { registry, tree: Tree::parse(text) };
     let places = fault(&site, dice);
     let (range, new) = places.get(dice.below(places.len()))?;
@@ -162,25 +154,26 @@ impl Site<'_> {
 
     fn calls(&self, write: &dyn Fn(&str, &str) -> String) -> Vec<Change> {
         let write = |node: &Node<'_>| {
-            let body = node.body()?;
+            let (name, body) = (node.name()?, node.body()?);
             let inside = &self.tree.text()[body.range().start + 1..body.range().end - 1];
-            (!inside.contains('(') && !inside.is_empty()).then(|| (node.range(), write(node.name()?, inside)))
+            (!inside.contains('(') && !inside.is_empty()).then(|| (node.range(), write(name, inside)))
         };
         self.called().iter().filter_map(write).collect()
     }
 
     /// The fields of nodes with their roles.
     fn given(&self) -> Vec<(Node<'_>, Role)> {
-        let of = |node: &Node<'_>| {
-            let info = self.registry.info(node.name()?)?;
-            let entries = node.body()?.entries();
-            Some(
-                entries
-                    .filter_map(|entry| Some((entry, info.field(&entry.key_text()?)?.role.clone())))
-                    .collect::<Vec<_>>(),
-            )
-        };
-        self.called().iter().filter_map(of).flatten().collect()
+        let mut given = Vec::new();
+        for node in self.called() {
+            let (Some(info), Some(body)) = (node.name().and_then(|name| self.registry.info(name)), node.body()) else {
+                continue;
+            };
+            for entry in body.entries() {
+                let field = entry.key_text().and_then(|name| info.field(&name));
+                given.extend(field.map(|field| (entry, field.role.clone())));
+            }
+        }
+        given
     }
 
     fn fields(&self) -> Vec<Range<usize>> {

@@ -25,6 +25,7 @@ mod interrupt;
 mod job;
 mod library;
 mod lsp;
+mod mcp;
 mod merge;
 mod migrate;
 mod new;
@@ -105,6 +106,7 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::New(args) => new::run(&args, terminal),
         Command::Graph(args) => graph::run(&args, terminal),
         Command::Pack(args) => pack::run(&args, terminal),
+        Command::Mcp(args) => mcp::run(&args),
         Command::Lsp(args) => lsp::run(&args),
         Command::Cache(args) => cache::run(&args, terminal),
         Command::Completions(args) => completions::run(&args, terminal),

@@ -10,7 +10,10 @@
 //! - [`pictures`]: the differences between the pictures of two versions.
 //! - [`fix()`]: the text of a graph after fixes.
 //! - [`to_json()`] and [`to_ron()`]: graphs in the JSON form; [`schema()`]: the JSON Schema of that form.
+//! - [`manual`]: the manual of nodes, and the search for nodes.
 //! - [`merge()`]: the text of a graph with the changes of two sides.
+#[cfg(feature = "agents")]
+pub mod agents;
 pub mod check;
 pub mod compare;
 pub mod diff;
@@ -23,6 +26,7 @@ pub mod fix;
 mod fix_tests;
 pub mod json;
 pub mod lock;
+pub mod manual;
 pub mod merge;
 pub mod pictures;
 mod renames;

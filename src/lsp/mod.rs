@@ -28,6 +28,8 @@ use lsp_types::{ClientCapabilities, InitializeParams};
 use options::Options;
 use pages::Pages;
 use pictures::Painter;
+#[cfg(feature = "mcp")]
+pub(crate) use pictures::base64;
 use serde_json::{Value as Json, json};
 use server::{Cancelled, Server, ServerParts};
 use shibo_ide::{Workspace, identity};

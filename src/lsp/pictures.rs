@@ -188,7 +188,8 @@ fn address(png: &[u8], form: PictureForm) -> Option<String> {
     }
 }
 
-fn base64(bytes: &[u8]) -> String {
+/// Encodes bytes in base 64.
+pub(crate) fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for chunk in bytes.chunks(3) {

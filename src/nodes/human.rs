@@ -1,6 +1,6 @@
 //! The manual as text for people.
-use super::search::Found;
 use crate::terminal::{Style, Text};
+use shibo_bridge::manual::Found;
 use shibo_ide::manual::doc::{DocBlock, blocks, summary};
 use shibo_ide::manual::spelling;
 use shibo_ide::manual::words::{FAMILIES, WORDS};

@@ -1,13 +1,12 @@
 //! `shibo nodes`: the manual.
 mod human;
-mod json;
-mod search;
 
 use crate::library;
 use crate::quit::Quit;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
 use serde_json::json;
+use shibo_bridge::manual;
 use shibo_ide::manual::markdown;
 use shibo_ide::manual::words::{WORDS, Word};
 use shibo_node::KindInfo;
@@ -52,7 +51,7 @@ pub(crate) fn run(args: &NodesArgs, terminal: &Terminal) -> Result<(), Quit> {
         _ if words.is_empty() => all(&registry, args.format, terminal),
         Some(info) => one(info, args.format, terminal),
         None => match WORDS.iter().find(|word| word.name == words) {
-            Some(word) => manual(word, args.format, terminal),
+            Some(word) => explain(word, args.format, terminal),
             None => found(&registry, &words, args.format, terminal),
         },
     }
@@ -60,7 +59,7 @@ pub(crate) fn run(args: &NodesArgs, terminal: &Terminal) -> Result<(), Quit> {
 
 fn all(registry: &Registry, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
     match format {
-        FormatArg::Json => terminal.json(&json::nodes(registry.kinds().filter_map(|kind| registry.info(kind)))),
+        FormatArg::Json => terminal.json(&manual::nodes(registry.kinds().filter_map(|kind| registry.info(kind)))),
         FormatArg::Markdown => terminal.data(&markdown::reference(registry)),
         FormatArg::Human => {
             let mut page = terminal.page();
@@ -72,7 +71,7 @@ fn all(registry: &Registry, format: FormatArg, terminal: &Terminal) -> Result<()
 
 fn one(info: &KindInfo, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
     match format {
-        FormatArg::Json => terminal.json(&json::nodes([info])),
+        FormatArg::Json => terminal.json(&manual::nodes([info])),
         FormatArg::Markdown => terminal.data(&markdown::node(info)),
         FormatArg::Human => {
             let mut page = terminal.page();
@@ -83,7 +82,7 @@ fn one(info: &KindInfo, format: FormatArg, terminal: &Terminal) -> Result<(), Qu
 }
 
 /// Shows the manual of a word that is no node.
-fn manual(Word { family, name, doc }: &Word, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
+fn explain(Word { family, name, doc }: &Word, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
     match format {
         FormatArg::Json => terminal.json(&json!({ "nodes": [{ "kind": name, "doc": doc }] })),
         FormatArg::Markdown => terminal.data(&format!("### {name}\n\n{doc}\n")),
@@ -97,14 +96,14 @@ fn manual(Word { family, name, doc }: &Word, format: FormatArg, terminal: &Termi
 
 /// Shows the kinds that match some words.
 fn found(registry: &Registry, words: &str, format: FormatArg, terminal: &Terminal) -> Result<(), Quit> {
-    let found = search::search(registry, words);
+    let found = manual::search(registry, words);
     if found.is_empty() {
         let kinds: Vec<&str> = registry.kinds().chain(WORDS.iter().map(|word| word.name)).collect();
         let help = suggest(words, "node", &kinds);
         return Err(Quit::Usage(format!("no node has `{words}` in its name, summary or names elsewhere; {help}")));
     }
     match format {
-        FormatArg::Json => terminal.json(&json::nodes(found.iter().filter_map(|found| registry.info(found.kind)))),
+        FormatArg::Json => terminal.json(&manual::nodes(found.iter().filter_map(|found| registry.info(found.kind)))),
         FormatArg::Markdown => {
             let nodes = found.iter().filter_map(|found| registry.info(found.kind)).map(markdown::node);
             terminal.data(&nodes.collect::<Vec<_>>().join("\n"))

@@ -27,6 +27,7 @@ mod interrupt;
 mod job;
 mod lasting;
 mod leather;
+mod mcp;
 mod meshes;
 mod meshes_of_others;
 mod messages;

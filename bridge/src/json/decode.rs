@@ -13,7 +13,7 @@ use std::ops::Range;
 /// The graph that a text in the JSON form means, as laid-out RON.
 ///
 /// # Errors
-/// The mistakes of a text that is not JSON, or whose values cannot be those of a graph.
+/// The mistakes of a text that is not JSON, and values that no graph has.
 pub fn to_ron(tools: &Tools, graph: &GraphText) -> Result<String, Vec<TextFault>> {
     let top = read(&graph.text).map_err(|fault| vec![fault])?;
     let Shape::Object(fields) = &top.shape else {

@@ -2,8 +2,8 @@
 //!
 //! A node is `{"Perlin": {"size": 3}}`, a pair is an array, and words such as `Multiply` are strings where the place takes words.
 //! Elsewhere a word is `{"Word": null}`. Arguments in brackets are `{"Word": 2}`, or `{"Word": [1, 2]}` where there are several.
-//! `None` is `null` and infinity is `"inf"`. Comments are strings, or arrays of lines: those above a thing in the field
-//! `"// NAME"`, those behind it in `"NAME //"`, those at the end of an object in `"//"`.
+//! `None` is `null` and infinity is `"inf"`. Comments are strings, or arrays of lines. The field `"// NAME"` has the comments above a
+//! thing, `"NAME //"` has the comments behind it, and `"//"` has the last comments of an object.
 //!
 //! [`to_json`] loses nothing but layout, so [`to_ron`] gives the same graph back. Both need the kinds of nodes, because `(1, 2)`
 //! and `[1, 2]` are both arrays.

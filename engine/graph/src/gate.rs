@@ -20,8 +20,7 @@ impl fmt::Debug for Gate {
 }
 
 impl Gate {
-    /// A gate that asks `allow` for the real path of each file that a graph, or a file that it imports, names. `None` refuses
-    /// the file.
+    /// A gate that asks `allow` for the real path of each file in a graph and in its imports. `None` refuses the file.
     pub fn new(allow: impl Fn(&Path) -> Option<PathBuf> + Send + Sync + 'static) -> Self {
         Self(Some(Arc::new(allow)))
     }
@@ -45,5 +44,5 @@ impl Gate {
 
 /// The refusal of a file. It does not tell whether the file exists.
 fn outside() -> Fault {
-    Fault::new(Code::BadFile, "this file is outside of the folders that may be read".to_owned())
+    Fault::new(Code::Outside, "this file is outside of the folders that may be read".to_owned())
 }

@@ -64,6 +64,8 @@ codes! {
     FileNotFound = "file-not-found",
     /// A file that cannot be used: a folder, unreadable, corrupt, of the wrong format.
     BadFile = "bad-file",
+    /// A file that the graph may not read, because it is outside of the folders given for it.
+    Outside = "outside",
     /// A size beyond a limit or the memory budget.
     TooLarge = "too-large",
     /// A file version that this program does not know.

@@ -8,10 +8,13 @@ const ELSEWHERE: &str = "Elsewhere:";
 
 /// A kind that was found, its first sentence, and its names in other programs if they are the reason.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Found<'r> {
-    pub(super) kind: &'r str,
-    pub(super) summary: String,
-    pub(super) elsewhere: Option<String>,
+pub struct Found<'r> {
+    /// The kind.
+    pub kind: &'r str,
+    /// The first sentence of its manual.
+    pub summary: String,
+    /// Its names in other programs, if they are the reason.
+    pub elsewhere: Option<String>,
 }
 
 /// Names of a kind in other programs, from its manual.
@@ -55,7 +58,7 @@ fn rank(query: &str, kind: &str, summary: &str, elsewhere: &str) -> Option<(u8, 
 }
 
 /// Kinds that match a query, the best first.
-pub(super) fn search<'r>(registry: &'r Registry, query: &str) -> Vec<Found<'r>> {
+pub fn search<'r>(registry: &'r Registry, query: &str) -> Vec<Found<'r>> {
     let kinds =
         registry.kinds().filter_map(|kind| registry.info(kind)).map(|info: &KindInfo| (&*info.kind, &*info.doc));
     let mut found = Vec::new();
@@ -73,6 +76,7 @@ pub(super) fn search<'r>(registry: &'r Registry, query: &str) -> Vec<Found<'r>> 
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
     use super::*;
 
     #[test]
@@ -84,7 +88,7 @@ mod tests {
 
     #[test]
     fn manuals_list_names_in_other_programs() {
-        let registry = shibo_nodes::registry();
+        let registry = shibo_library::registry(std::env::temp_dir().join("shibo-library"));
         let pairs = [
             ("ColorRamp", "GradientMap"),
             ("Node Group", "Use"),
@@ -142,7 +146,7 @@ mod tests {
 
     #[test]
     fn finds_every_kind_by_its_listed_names() {
-        let registry = shibo_nodes::registry();
+        let registry = shibo_library::registry(std::env::temp_dir().join("shibo-library"));
         for kind in registry.kinds() {
             let doc = registry.info(kind).unwrap().doc.clone();
             let paragraph = blocks(&doc).into_iter().find_map(|block| match block {

@@ -1,13 +1,18 @@
-//! The manual as JSON for programs.
+//! The manual of nodes as JSON for programs, and the search for nodes.
+mod search;
+
+pub use search::{Found, search};
+
 use serde_json::{Value as Json, json};
 use shibo_node::{Bounds, FieldInfo, KindInfo, Output, OutputType, ParamInfo, PortInfo, Role};
 
 /// The kinds as JSON.
-pub(super) fn nodes<'a>(kinds: impl IntoIterator<Item = &'a KindInfo>) -> Json {
+pub fn nodes<'a>(kinds: impl IntoIterator<Item = &'a KindInfo>) -> Json {
     json!({ "nodes": kinds.into_iter().map(node).collect::<Vec<_>>() })
 }
 
-fn node(info: &KindInfo) -> Json {
+/// A kind as JSON.
+pub fn node(info: &KindInfo) -> Json {
     json!({
         "kind": info.kind,
         "family": info.family,

@@ -1,0 +1,351 @@
+//! The folders that an agent may read and write. A file counts by its real location: it is found beneath an opened folder, and a
+//! link that leads out of that folder is refused.
+use super::Refusal;
+use cap_std::ambient_authority;
+use cap_std::fs::{Dir, OpenOptions};
+use sha2::{Digest, Sha256};
+use shibo_graph::Gate;
+use std::io::{ErrorKind, Read, Write};
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+/// The largest text of a graph in bytes.
+pub const MOST_TEXT: u64 = 1 << 20;
+/// The deepest folder that is listed.
+const DEEPEST: usize = 8;
+/// The most files that are listed.
+const MOST_FILES: usize = 2000;
+
+/// An opened folder.
+struct Root {
+    /// The path as given, made absolute.
+    given: PathBuf,
+    /// The path without links.
+    real: PathBuf,
+    dir: Dir,
+}
+
+/// The folders that an agent may read and write.
+#[derive(Clone, Default)]
+pub struct Folders {
+    read: Arc<Vec<Root>>,
+    write: Arc<Vec<Root>>,
+}
+
+/// Opens folders.
+fn roots(paths: &[PathBuf]) -> Result<Arc<Vec<Root>>, String> {
+    let open = |path: &PathBuf| {
+        let root = || {
+            let given = std::path::absolute(path)?;
+            let real = path.canonicalize()?;
+            let dir = Dir::open_ambient_dir(&real, ambient_authority())?;
+            Ok(Root { given, real, dir })
+        };
+        root().map_err(|error: std::io::Error| format!("the folder `{}` cannot be opened: {error}", path.display()))
+    };
+    paths.iter().map(open).collect::<Result<Vec<_>, _>>().map(Arc::new)
+}
+
+/// The folder of a path, and the path within it. A relative path is one in the first folder.
+fn beneath<'r>(roots: &'r [Root], path: &Path) -> Option<(&'r Root, PathBuf)> {
+    let odd = |part: Component<'_>| {
+        let part = part.as_os_str().to_string_lossy();
+        part.starts_with('~') || part.to_ascii_lowercase().starts_with("file:") || part.contains('\0')
+    };
+    if path.components().any(odd) {
+        return None;
+    }
+    if path.is_relative() {
+        return roots.first().map(|root| (root, path.to_owned()));
+    }
+    let within = |root: &'r Root| {
+        let inside = path.strip_prefix(&root.real).or_else(|_| path.strip_prefix(&root.given));
+        inside.ok().map(|inside| (root, inside.to_owned()))
+    };
+    roots.iter().find_map(within)
+}
+
+impl Root {
+    /// The real path of a file in the folder; `None` if it is outside. A file that does not exist keeps its path.
+    fn resolve(&self, inside: &Path) -> Option<PathBuf> {
+        if inside.as_os_str().is_empty() {
+            return Some(self.real.clone());
+        }
+        match self.dir.canonicalize(inside) {
+            Ok(real) => Some(self.real.join(real)),
+            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+                // A dangling link may point anywhere.
+                let dangling = self.dir.symlink_metadata(inside).is_ok();
+                let plain = inside.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+                (plain && !dangling).then(|| self.real.join(inside))
+            }
+            Err(_) => None,
+        }
+    }
+}
+
+impl Folders {
+    /// Opens folders for reading and for writing.
+    ///
+    /// # Errors
+    /// A folder that cannot be opened.
+    pub fn open(read: &[PathBuf], write: &[PathBuf]) -> Result<Self, String> {
+        Ok(Self { read: roots(read)?, write: roots(write)? })
+    }
+
+    /// The first folder for reading, without links.
+    pub fn home(&self) -> Option<&Path> {
+        self.read.first().map(|root| root.real.as_path())
+    }
+
+    /// A gate for graphs: they may read files in the folders for reading.
+    pub fn gate(&self) -> Gate {
+        let read = self.read.clone();
+        Gate::new(move |path| {
+            let (root, inside) = beneath(&read, path)?;
+            root.resolve(&inside)
+        })
+    }
+
+    /// A path as an agent may see it: relative to the first folder, if it lies there.
+    pub fn shown(&self, path: &Path) -> String {
+        let inside = self.home().and_then(|home| path.strip_prefix(home).ok());
+        inside.unwrap_or(path).to_string_lossy().into_owned()
+    }
+
+    /// A file for reading: its real path, and the opened file.
+    ///
+    /// # Errors
+    /// A path outside, and a file that cannot be read or is too large.
+    pub fn file(&self, path: &str, most: u64) -> Result<(PathBuf, cap_std::fs::File), Refusal> {
+        let found = beneath(&self.read, Path::new(path));
+        let (root, inside) = found.ok_or_else(|| Refusal::outside(path))?;
+        let real = root.resolve(&inside).ok_or_else(|| Refusal::outside(path))?;
+        let failed = |error: std::io::Error| match error.kind() {
+            ErrorKind::NotFound | ErrorKind::NotADirectory => {
+                Refusal::new("file-not-found", format!("there is no file `{path}`"), "`list_graphs` names the graphs")
+            }
+            _ => Refusal::new("bad-file", format!("`{path}` cannot be read"), "give the path of a readable file"),
+        };
+        let metadata = root.dir.metadata(&inside).map_err(failed)?;
+        if !metadata.is_file() {
+            let message = format!("`{path}` is not a regular file");
+            return Err(Refusal::new("bad-file", message, "give the path of a file"));
+        }
+        if metadata.len() > most {
+            let message = format!("`{path}` is larger than {most} bytes");
+            return Err(Refusal::new("too-large", message, "give a smaller file"));
+        }
+        Ok((real, root.dir.open(&inside).map_err(failed)?))
+    }
+
+    /// The text of a file: its real path, and the text.
+    ///
+    /// # Errors
+    /// Those of [`file`](Self::file), and a text that is not UTF-8.
+    pub fn text(&self, path: &str) -> Result<(PathBuf, String), Refusal> {
+        let (real, file) = self.file(path, MOST_TEXT)?;
+        let mut bytes = Vec::new();
+        let read = file.take(MOST_TEXT + 1).read_to_end(&mut bytes);
+        let text = read.ok().and_then(|_| String::from_utf8(bytes).ok());
+        let unread = || Refusal::new("bad-file", format!("`{path}` is not UTF-8 text"), "give the path of a graph");
+        Ok((real, text.ok_or_else(unread)?))
+    }
+
+    /// The graph files in the folders for reading, at most 2000: paths as an agent may give them, and texts.
+    pub fn graphs(&self) -> Vec<(String, String)> {
+        let mut found = Vec::new();
+        for (index, root) in self.read.iter().enumerate() {
+            // Files of further folders need whole paths.
+            let base = if index == 0 { PathBuf::new() } else { root.real.clone() };
+            list(&root.dir, &base, 0, &mut found);
+        }
+        found
+    }
+
+    /// Writes a text to a file in the folders for writing. Returns the text before, if there was a file.
+    ///
+    /// # Errors
+    /// A path outside, a name that is no `*.ron`, a file that exists and has another hash than `expect`, and a file that cannot be
+    /// written.
+    pub fn write(&self, path: &str, text: &str, expect: Option<&str>) -> Result<Option<String>, Refusal> {
+        if self.write.is_empty() {
+            let message = "nothing may be written".to_owned();
+            return Err(Refusal::new("outside", message, "the server was started without `--write FOLDER`"));
+        }
+        let outside = || Refusal::outside(path);
+        let (root, inside) = beneath(&self.write, Path::new(path)).ok_or_else(outside)?;
+        let name = inside.file_name().filter(|_| !path.ends_with(['/', '.'])).ok_or_else(outside)?.to_owned();
+        let hidden = name.to_string_lossy().starts_with('.');
+        if hidden || inside.extension().is_none_or(|ending| ending != "ron") {
+            let message = format!("`{path}` is not the name of a graph");
+            return Err(Refusal::new("bad-name", message, "write a file whose name ends in `.ron`"));
+        }
+        let above = inside.parent().filter(|above| !above.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let folder = root.dir.open_dir(above).map_err(|_| outside())?;
+        save(&folder, Path::new(&name), path, text, expect)
+    }
+}
+
+/// Writes a file in an opened folder.
+fn save(folder: &Dir, name: &Path, path: &str, text: &str, expect: Option<&str>) -> Result<Option<String>, Refusal> {
+    let failed = |error: std::io::Error| {
+        Refusal::new("bad-file", format!("`{path}` cannot be written: {error}"), "check the folder and its free space")
+    };
+    let changed = |message: String, help: &'static str| Refusal::new("changed", message, help);
+    let before = match folder.symlink_metadata(name) {
+        Err(error) if error.kind() == ErrorKind::NotFound => None,
+        Err(error) => return Err(failed(error)),
+        Ok(metadata) if !metadata.is_file() => return Err(Refusal::outside(path)),
+        Ok(_) => {
+            let mut bytes = Vec::new();
+            folder.open(name).and_then(|file| file.take(MOST_TEXT + 1).read_to_end(&mut bytes)).map_err(failed)?;
+            Some(bytes)
+        }
+    };
+    match (&before, expect) {
+        (None, None) => {}
+        (None, Some(_)) => {
+            return Err(changed(format!("`{path}` does not exist"), "leave `expect` out for a new file"));
+        }
+        (Some(_), None) => {
+            let help = "give the SHA-256 of the text that you replace as `expect`";
+            return Err(changed(format!("`{path}` exists"), help));
+        }
+        (Some(bytes), Some(expect)) if !sha256(bytes).eq_ignore_ascii_case(expect) => {
+            return Err(changed(format!("`{path}` has changed"), "read the file again, and merge your changes"));
+        }
+        _ => {}
+    }
+    if before.is_none() {
+        let mut file = folder.open_with(name, OpenOptions::new().write(true).create_new(true)).map_err(failed)?;
+        file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(failed)?;
+        return Ok(None);
+    }
+    // The file is whole at any time: the new text takes its place in one step.
+    let part = PathBuf::from(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
+    let _ = folder.remove_file(&part);
+    let written = folder
+        .open_with(&part, OpenOptions::new().write(true).create_new(true))
+        .and_then(|mut file| file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
+        .and_then(|()| folder.rename(&part, folder, name));
+    if let Err(error) = written {
+        let _ = folder.remove_file(&part);
+        return Err(failed(error));
+    }
+    Ok(before.map(|bytes| String::from_utf8_lossy(&bytes).into_owned()))
+}
+
+/// The SHA-256 of bytes, in lower-case hexadecimal digits.
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Adds the graph files of a folder and of the folders in it, in order. Links are not followed.
+fn list(dir: &Dir, base: &Path, depth: usize, found: &mut Vec<(String, String)>) {
+    let Ok(entries) = dir.entries() else { return };
+    let mut names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
+    names.sort();
+    for name in names {
+        if found.len() >= MOST_FILES || name.to_string_lossy().starts_with('.') {
+            continue;
+        }
+        let Ok(metadata) = dir.symlink_metadata(&name) else { continue };
+        let path = base.join(&name);
+        if metadata.is_dir() && depth < DEEPEST {
+            if let Ok(inner) = dir.open_dir(&name) {
+                list(&inner, &path, depth + 1, found);
+            }
+        } else if metadata.is_file()
+            && metadata.len() <= MOST_TEXT
+            && path.extension().is_some_and(|ending| ending == "ron")
+            && let Ok(text) = dir.read_to_string(&name)
+        {
+            found.push((path.to_string_lossy().into_owned(), text));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+    use super::*;
+    use std::fs;
+
+    /// A folder `data` with a graph and links, and a folder `data-2` beside it.
+    fn desk() -> (tempfile::TempDir, Folders) {
+        let desk = tempfile::tempdir().unwrap();
+        let at = |path: &str| desk.path().join(path);
+        fs::create_dir_all(at("data/deep")).unwrap();
+        fs::create_dir(at("data-2")).unwrap();
+        for file in ["data/a.ron", "data/deep/b.ron", "data-2/secret.ron", "secret.ron"] {
+            fs::write(at(file), "(nodes: {})").unwrap();
+        }
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::symlink;
+            symlink("../secret.ron", at("data/link.ron")).unwrap();
+            symlink("../data-2", at("data/folder")).unwrap();
+            symlink("a.ron", at("data/good.ron")).unwrap();
+            symlink("../nothing.ron", at("data/dangling.ron")).unwrap();
+        }
+        let folders = Folders::open(&[at("data")], &[at("data")]).unwrap();
+        (desk, folders)
+    }
+
+    #[test]
+    fn reads_only_beneath_its_folders() {
+        let (desk, folders) = desk();
+        let whole = |path: &str| desk.path().join(path).to_string_lossy().into_owned();
+        for good in ["a.ron".to_owned(), "deep/b.ron".to_owned(), "deep/../a.ron".to_owned(), whole("data/a.ron")] {
+            assert!(folders.text(&good).is_ok(), "{good}");
+        }
+        let escapes = [
+            "../secret.ron",
+            "../data-2/secret.ron",
+            "deep/../../secret.ron",
+            "missing/../../secret.ron",
+            "~/a.ron",
+            "file:a.ron",
+            "/etc/passwd",
+        ];
+        let mut escapes: Vec<String> = escapes.map(str::to_owned).to_vec();
+        escapes.extend(["secret.ron", "data-2/secret.ron", "data-2/none.ron"].map(whole));
+        if cfg!(unix) {
+            escapes.extend(["link.ron", "folder/secret.ron", "dangling.ron"].map(str::to_owned));
+            assert!(folders.text("good.ron").is_ok());
+        }
+        for bad in escapes {
+            let refusal = folders.text(&bad).unwrap_err();
+            assert_eq!((refusal.code.as_str(), refusal.message.contains(&bad)), ("outside", true), "{bad}");
+        }
+        assert_eq!(folders.text("none.ron").unwrap_err().code, "file-not-found");
+        assert_eq!(folders.text("deep").unwrap_err().code, "bad-file");
+        assert!(Folders::default().text("a.ron").is_err());
+        let listed: Vec<String> = folders.graphs().into_iter().map(|(path, _)| path).collect();
+        assert_eq!(listed, ["a.ron", "deep/b.ron"]);
+    }
+
+    #[test]
+    fn writes_only_what_it_knows() {
+        let (desk, folders) = desk();
+        let read = |path: &str| fs::read_to_string(desk.path().join(path)).unwrap();
+        assert_eq!(folders.write("new.ron", "new", None), Ok(None));
+        assert_eq!(folders.write("new.ron", "newer", None).unwrap_err().code, "changed");
+        assert_eq!(folders.write("new.ron", "newer", Some(&sha256(b"old"))).unwrap_err().code, "changed");
+        assert_eq!(folders.write("new.ron", "newer", Some(&sha256(b"new"))), Ok(Some("new".to_owned())));
+        assert_eq!(read("data/new.ron"), "newer");
+        assert_eq!(folders.write("absent.ron", "x", Some(&sha256(b"new"))).unwrap_err().code, "changed");
+        for bad in ["../out.ron", "folder/out.ron", "link.ron", "dangling.ron", "../data-2/x.ron", "/tmp/x.ron", "deep"]
+        {
+            assert!(folders.write(bad, "x", None).is_err(), "{bad}");
+        }
+        for bad in ["a.sh", ".hidden.ron", "shibo.toml"] {
+            assert_eq!(folders.write(bad, "x", None).unwrap_err().code, "bad-name", "{bad}");
+        }
+        assert_eq!(read("secret.ron"), "(nodes: {})");
+        assert_eq!(fs::read_dir(desk.path().join("data-2")).unwrap().count(), 1);
+        let names = fs::read_dir(desk.path().join("data")).unwrap();
+        assert!(!names.flatten().any(|entry| entry.file_name().to_string_lossy().ends_with(".part")));
+    }
+}

@@ -1,0 +1,249 @@
+//! Graphs of agents: opened, checked, laid out, listed and saved.
+use super::folders::{Folders, MOST_TEXT, sha256};
+use super::{MOST_DIAGNOSTICS, Refusal};
+use crate::Tools;
+use crate::diff::lines;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value as Json;
+use shibo_graph::{LoadOptions, Loaded, load_text, syntax};
+use shibo_value::Resolution;
+use shibo_value::diagnostics::{Diagnostic, SourceMap, to_json};
+use std::path::{Path, PathBuf};
+
+/// The name of a graph that is given as a text.
+const TEXT: &str = "text.ron";
+/// The prefix of the names of shipped graphs.
+const SHIPPED: &str = "shibo:";
+/// The most graphs of an answer.
+const MOST_GRAPHS: usize = 200;
+
+/// A graph: a text or a path.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Source {
+    /// The text of the graph, in RON.
+    #[serde(default)]
+    pub text: Option<String>,
+    /// The path of a graph file, relative to the first folder for reading, or `shibo:NAME` for a shipped graph.
+    #[serde(default)]
+    pub path: Option<String>,
+}
+
+/// The text of a graph.
+#[derive(Clone, Debug)]
+pub struct Opened {
+    /// The path, to which imports are relative.
+    pub path: PathBuf,
+    /// The text.
+    pub text: String,
+}
+
+/// Reads a graph.
+///
+/// # Errors
+/// Neither a text nor a path, or both; a path outside; a file that cannot be read; a text that is too long.
+pub fn open(tools: &Tools, folders: &Folders, source: &Source) -> Result<Opened, Refusal> {
+    match (&source.text, &source.path) {
+        (Some(text), None) if text.len() as u64 > MOST_TEXT => Err(Refusal::new(
+            "too-large",
+            format!("the text is longer than {MOST_TEXT} bytes"),
+            "split the graph by imports",
+        )),
+        (Some(text), None) => {
+            let path = folders.home().map_or_else(|| PathBuf::from(TEXT), |home| home.join(TEXT));
+            Ok(Opened { path, text: text.clone() })
+        }
+        (None, Some(path)) => match path.strip_prefix(SHIPPED) {
+            Some(name) => shipped(tools, name),
+            None => folders.text(path).map(|(path, text)| Opened { path, text }),
+        },
+        _ => Err(Refusal::new("bad-value", "a graph is `text` or `path`, one of both", "give one of them")),
+    }
+}
+
+fn shipped(tools: &Tools, name: &str) -> Result<Opened, Refusal> {
+    let library = tools.registry.library();
+    let found = library.and_then(|library| {
+        let inside = library.find(name.trim_end_matches(".ron"))?;
+        Some(Opened { text: library.text(&inside)?.to_owned(), path: Path::new(SHIPPED).join(inside) })
+    });
+    let names = library.map_or(Vec::new(), |library| library.names());
+    let help = || shibo_value::diagnostics::suggest(name, "graph", &names);
+    found.ok_or_else(|| Refusal::new("unknown", format!("there is no shipped graph `{SHIPPED}{name}`"), help()))
+}
+
+/// Loads a graph with values for its parameters. Only files in the folders for reading are used.
+pub fn load(
+    tools: &Tools,
+    folders: &Folders,
+    opened: &Opened,
+    (set, preset): (&[(String, String)], Option<&str>),
+    resolution: Option<Resolution>,
+) -> Loaded {
+    let options = LoadOptions {
+        set: set.to_vec(),
+        preset: preset.map(str::to_owned),
+        resolution,
+        working_dir: folders.home().map(Path::to_owned).unwrap_or_default(),
+        gate: folders.gate(),
+        ..LoadOptions::default()
+    };
+    load_text(&opened.path, &opened.text, &tools.registry, &options)
+}
+
+/// Errors and warnings of a graph.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+pub struct Checked {
+    /// Errors, as `shibo check --format json` gives them.
+    pub errors: Vec<Json>,
+    /// Warnings.
+    pub warnings: Vec<Json>,
+    /// The number of errors and warnings that were left out.
+    pub more: usize,
+}
+
+/// Diagnostics for an answer, at most [`MOST_DIAGNOSTICS`].
+pub fn findings(folders: &Folders, diagnostics: &[Diagnostic], sources: &SourceMap) -> Checked {
+    let mut json = to_json(diagnostics, sources);
+    let mut left = MOST_DIAGNOSTICS;
+    let mut take = |name: &str| {
+        let mut list = match json.get_mut(name).map(Json::take) {
+            Some(Json::Array(list)) => list,
+            _ => Vec::new(),
+        };
+        list.truncate(left);
+        left -= list.len();
+        list.iter_mut().for_each(|one| show(folders, one));
+        list
+    };
+    let (errors, warnings) = (take("errors"), take("warnings"));
+    let more = diagnostics.len().saturating_sub(errors.len() + warnings.len());
+    Checked { errors, warnings, more }
+}
+
+/// Makes the paths of a diagnostic relative.
+fn show(folders: &Folders, one: &mut Json) {
+    if let Some(file) = one.get_mut("file") {
+        *file = folders.shown(Path::new(file.as_str().unwrap_or_default())).into();
+    }
+    if let Some(Json::Array(related)) = one.get_mut("related") {
+        related.iter_mut().for_each(|one| show(folders, one));
+    }
+}
+
+/// Checks a graph.
+///
+/// # Errors
+/// Those of [`open`]. Errors in the graph are a part of the answer.
+pub fn check(tools: &Tools, folders: &Folders, source: &Source) -> Result<Checked, Refusal> {
+    let loaded = load(tools, folders, &open(tools, folders, source)?, (&[], None), None);
+    let mut diagnostics = loaded.diagnostics;
+    diagnostics.extend(loaded.graph.iter().flat_map(|graph| graph.advice()));
+    Ok(findings(folders, &diagnostics, &loaded.sources))
+}
+
+/// A graph in the usual layout.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Formatted {
+    /// The text; as it was if it has syntax errors.
+    pub text: String,
+    /// Its syntax errors.
+    pub diagnostics: Checked,
+}
+
+/// Lays out a graph.
+///
+/// # Errors
+/// Those of [`open`].
+pub fn format(tools: &Tools, folders: &Folders, source: &Source) -> Result<Formatted, Refusal> {
+    let opened = open(tools, folders, source)?;
+    Ok(match syntax::format(&opened.text) {
+        Ok(text) => Formatted { text, diagnostics: Checked::default() },
+        Err(errors) => {
+            let mut sources = SourceMap::default();
+            let file = sources.add(&opened.path, opened.text.clone());
+            let errors: Vec<Diagnostic> = errors.iter().map(|error| error.located(file)).collect();
+            Formatted { diagnostics: findings(folders, &errors, &sources), text: opened.text }
+        }
+    })
+}
+
+/// Words to look for among graphs.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ListRequest {
+    /// Words of a name or of the first line; empty for all graphs.
+    #[serde(default)]
+    pub words: String,
+}
+
+/// A graph that can be used.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Listed {
+    /// The path: `shibo:NAME`, or that of a file.
+    pub path: String,
+    /// The first line of its first comment. It was written by the author of the graph.
+    pub doc: String,
+}
+
+/// The shipped graphs and the readable files with all given words, and the number of further ones.
+pub fn list(tools: &Tools, folders: &Folders, request: &ListRequest) -> (Vec<Listed>, usize) {
+    let library = tools.registry.library();
+    let of_library = library.into_iter().flat_map(|library| {
+        let text = |name: &str| Some(library.text(&library.find(name)?)?.to_owned());
+        library.names().into_iter().filter_map(move |name| Some((format!("{SHIPPED}{name}"), text(name)?)))
+    });
+    let words: Vec<String> = request.words.split_whitespace().map(str::to_lowercase).collect();
+    let listed = of_library.chain(folders.graphs()).map(|(path, text)| Listed { path, doc: first_line(&text) });
+    let has = |listed: &Listed| {
+        let text = format!("{} {}", listed.path, listed.doc).to_lowercase();
+        words.iter().all(|word| text.contains(word.as_str()))
+    };
+    let mut found: Vec<Listed> = listed.filter(has).collect();
+    let more = found.len().saturating_sub(MOST_GRAPHS);
+    found.truncate(MOST_GRAPHS);
+    (found, more)
+}
+
+/// The first line of the first comment, without control characters.
+fn first_line(text: &str) -> String {
+    let line = text.lines().next().and_then(|line| line.strip_prefix("//")).unwrap_or_default();
+    line.trim().chars().filter(|c| !c.is_control()).take(200).collect()
+}
+
+/// A graph to save.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SaveRequest {
+    /// The path of a file `*.ron`, relative to the first folder for writing.
+    pub path: String,
+    /// The text.
+    pub text: String,
+    /// The SHA-256 of the text that is replaced, in hexadecimal digits. A new file needs none.
+    #[serde(default)]
+    pub expect: Option<String>,
+}
+
+/// A saved graph.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Saved {
+    /// The SHA-256 of the new text.
+    pub sha256: String,
+    /// The lines that changed, as a unified diff.
+    pub diff: String,
+}
+
+/// Saves a graph in a folder for writing.
+///
+/// # Errors
+/// A text that is too long, and those of [`Folders::write`].
+pub fn save(folders: &Folders, request: &SaveRequest) -> Result<Saved, Refusal> {
+    if request.text.len() as u64 > MOST_TEXT {
+        let message = format!("the text is longer than {MOST_TEXT} bytes");
+        return Err(Refusal::new("too-large", message, "split the graph by imports"));
+    }
+    let before = folders.write(&request.path, &request.text, request.expect.as_deref())?;
+    let diff = lines(&before.unwrap_or_default(), &request.text);
+    Ok(Saved { sha256: sha256(request.text.as_bytes()), diff })
+}

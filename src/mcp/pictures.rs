@@ -1,0 +1,240 @@
+//! Thumbnails and comparisons of pictures for agents.
+use super::state::State;
+use crate::serve::{Preview, Scene, Target};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use shibo_bridge::agents::{Checked, Refusal, Source, findings, load, open};
+use shibo_bridge::compare::Comparison;
+use shibo_bridge::{CompareRequest, compare};
+use shibo_engine::eval::{CancelToken, Silent};
+use shibo_engine::session::{Failure, Look};
+use shibo_graph::Graph;
+use shibo_picture::{Picture, ReadLimits, SampleKind, read};
+use shibo_value::{Resolution, Window};
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// The longest side of a picture in pixels.
+const MOST: u32 = 512;
+/// The longest side if none is asked for.
+const USUAL: u32 = 256;
+/// The largest picture file that is compared, in bytes and in pixels.
+const MOST_BYTES: u64 = 64 << 20;
+const MOST_PIXELS: u64 = 16 << 20;
+
+/// A picture of a graph.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RenderRequest {
+    /// The text of the graph, in RON.
+    text: Option<String>,
+    /// The path of a graph, or `shibo:NAME`.
+    path: Option<String>,
+    /// The output, `name` or `name.channel`. The first one, if neither an output nor a node is given.
+    output: Option<String>,
+    /// The node, `name` or `name.port`, in place of an output.
+    node: Option<String>,
+    /// The longest side in pixels, at most 512; 256 if not given.
+    size: Option<u32>,
+    /// Values of parameters, in RON: `{ "pitch": "0.7" }`.
+    #[serde(default)]
+    set: BTreeMap<String, String>,
+    /// A preset, or several: `a+b`.
+    preset: Option<String>,
+}
+
+/// Facts about a picture.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub(super) struct Rendered {
+    /// The output or the node.
+    target: String,
+    /// Width and height in pixels.
+    size: [u32; 2],
+    /// The values that are black and white.
+    range: [f32; 2],
+    /// The smallest, the largest and the mean value, for each channel.
+    min: Vec<f32>,
+    max: Vec<f32>,
+    mean: Vec<f64>,
+    /// The type, such as `Gray`.
+    #[serde(rename = "type")]
+    ty: String,
+    /// Width of a pixel in mm.
+    mm_per_pixel: f64,
+    /// True in the directions in which the canvas repeats: to the right, and down.
+    tiles: [bool; 2],
+    /// Seconds that the call took.
+    seconds: f64,
+}
+
+/// Two pictures.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct CompareArgs {
+    /// The first picture.
+    a: Side,
+    /// The second picture.
+    b: Side,
+    /// Width of the first one in mm.
+    width_mm_a: Option<f64>,
+    /// Width of the second one in mm.
+    width_mm_b: Option<f64>,
+}
+
+/// A picture file, or a picture of a graph.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+enum Side {
+    /// A picture file in the folders for reading.
+    File {
+        /// The path.
+        file: String,
+    },
+    /// A picture of a graph.
+    Graph(Box<RenderRequest>),
+}
+
+/// The reason why there is no picture.
+pub(super) enum NoPicture {
+    Refused(Refusal),
+    /// Errors of the graph.
+    Faulty(Checked),
+}
+
+impl From<Refusal> for NoPicture {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
+}
+
+/// A picture with its samples and facts.
+struct Made {
+    png: Vec<u8>,
+    facts: Rendered,
+    samples: Vec<f32>,
+    channels: usize,
+}
+
+/// Renders a picture: PNG and facts.
+pub(super) fn render(
+    state: &State,
+    request: &RenderRequest,
+    cancel: &CancelToken,
+) -> Result<(Vec<u8>, Rendered), NoPicture> {
+    let start = Instant::now();
+    let mut made = make(state, request, cancel)?;
+    made.facts.seconds = start.elapsed().as_secs_f64();
+    Ok((made.png, made.facts))
+}
+
+/// Compares two pictures.
+pub(super) fn compare_pictures(
+    state: &State,
+    args: &CompareArgs,
+    cancel: &CancelToken,
+) -> Result<Comparison, NoPicture> {
+    let (a, b) = (side(state, &args.a, cancel)?, side(state, &args.b, cancel)?);
+    let request = CompareRequest { width_mm_a: args.width_mm_a, width_mm_b: args.width_mm_b };
+    compare(&a, &b, &request).map_err(|message| Refusal::new("bad-value", message, "give other pictures").into())
+}
+
+fn side(state: &State, side: &Side, cancel: &CancelToken) -> Result<Picture, NoPicture> {
+    let request = match side {
+        Side::File { file } => {
+            let (path, _) = state.folders.file(file, MOST_BYTES)?;
+            let limits = ReadLimits { max_pixels: MOST_PIXELS, ..ReadLimits::default() };
+            let failed =
+                |_| Refusal::new("bad-file", format!("`{file}` is not a picture"), "give PNG, JPEG, TIFF or EXR");
+            return Ok(read(&path, &limits).map_err(failed)?);
+        }
+        Side::Graph(request) => request,
+    };
+    let made = make(state, request, cancel)?;
+    let [width, height] = made.facts.size;
+    let names = if made.channels == 1 { vec!["Y".to_owned()] } else { ["R", "G", "B"].map(str::to_owned).to_vec() };
+    let pixels = made.samples.len() / made.channels.max(1);
+    let planes = made.samples[..pixels * names.len().min(made.channels)].to_vec();
+    let channels = if names.len() == 1 { 1 } else { 3 };
+    if planes.len() != pixels * usize::from(channels) {
+        return Err(Refusal::new("bad-value", "vectors are no picture to compare", "compare numbers or colours").into());
+    }
+    Ok(Picture { width, height, channels, planes, source: SampleKind::F32, names, has_alpha: false })
+}
+
+fn make(state: &State, request: &RenderRequest, cancel: &CancelToken) -> Result<Made, NoPicture> {
+    let side = request.size.unwrap_or(USUAL);
+    if side == 0 || side > MOST {
+        let message = format!("`size` is {side}; it must be between 1 and {MOST} pixels");
+        return Err(Refusal::new("out-of-range", message, "thumbnails are enough to judge a material").into());
+    }
+    let source = Source { text: request.text.clone(), path: request.path.clone() };
+    let opened = open(&state.tools, &state.folders, &source)?;
+    let set: Vec<(String, String)> = request.set.clone().into_iter().collect();
+    let values = (&set[..], request.preset.as_deref());
+    let loaded = load(&state.tools, &state.folders, &opened, values, Some(Resolution::Longer(side)));
+    let Some(graph) = loaded.graph else {
+        return Err(NoPicture::Faulty(findings(&state.folders, &loaded.diagnostics, &loaded.sources)));
+    };
+    let name = target_name(&graph, request)?;
+    let session = state.session()?;
+    let sources = loaded.sources;
+    let failed = |failure: Failure| match failure {
+        Failure::Errors(errors) => NoPicture::Faulty(findings(&state.folders, &errors, &sources)),
+        Failure::Cancelled => Refusal::new("cancelled", "the call was cancelled", "").into(),
+        Failure::File(message) | Failure::Usage(message) => Refusal::new("bad-value", message, "").into(),
+    };
+    let keys = session.keys(&graph).map_err(failed)?;
+    let scene = Scene::new(0, String::new(), graph, keys);
+    let unknown =
+        || Refusal::new("unknown", format!("there is no `{name}`"), "`describe_graph` names nodes and outputs");
+    let target = scene.target(&name).ok_or_else(unknown)?;
+    let made =
+        session.look(&scene.graph, &scene.keys, cancel, &Silent, |look| paint(state, &scene, look, &target, side));
+    let made = made.map_err(failed)?;
+    session.trim();
+    let none = || Refusal::new("type-mismatch", format!("`{name}` is no picture"), "render a node that draws it");
+    Ok(made.ok_or_else(none)?)
+}
+
+/// The picture of a target; `None` if it has none.
+fn paint(state: &State, scene: &Scene, look: &Look<'_>, target: &Target, side: u32) -> Result<Option<Made>, Failure> {
+    let Some(Preview::Field(field, style)) = scene.sight(look, target)? else { return Ok(None) };
+    let size = scene.size(side);
+    let stored = scene.picture(look, &state.store, target, (&field, style), size)?;
+    let canvas = &scene.graph.canvas;
+    let tile = look.raster(&field, &canvas.grid(size), Window::full(size))?;
+    let (samples, channels) = (tile.data().to_vec(), field.channels());
+    let planes = || samples.chunks(samples.len() / channels.max(1));
+    let fold =
+        |f: fn(f32, f32) -> f32, start: f32| planes().map(|plane| plane.iter().copied().fold(start, f)).collect();
+    let mean = |plane: &[f32]| plane.iter().map(|value| f64::from(*value)).sum::<f64>() / plane.len().max(1) as f64;
+    let facts = Rendered {
+        target: target.name.clone(),
+        size: stored.size,
+        range: stored.range,
+        min: fold(f32::min, f32::INFINITY),
+        max: fold(f32::max, f32::NEG_INFINITY),
+        mean: planes().map(mean).collect(),
+        ty: stored.ty.to_string(),
+        mm_per_pixel: canvas.size_mm.x / f64::from(size.x),
+        tiles: [canvas.tile.x, canvas.tile.y],
+        seconds: 0.0,
+    };
+    Ok(Some(Made { png: stored.png.to_vec(), facts, samples, channels }))
+}
+
+/// The name of what a request shows, as scenes call it.
+fn target_name(graph: &Graph, request: &RenderRequest) -> Result<String, Refusal> {
+    match (&request.output, &request.node) {
+        (Some(_), Some(_)) => Err(Refusal::new("bad-value", "give `output` or `node`", "one of both is shown")),
+        (Some(output), None) => Ok(output.clone()),
+        (None, Some(node)) => Ok(match node.split_once('.') {
+            Some((node, port)) => format!("@{node}:{port}"),
+            None => format!("@{node}"),
+        }),
+        (None, None) => {
+            let first = graph.outputs.first().map(|output| output.name.clone());
+            first.ok_or_else(|| Refusal::new("missing-input", "the graph has no outputs", "give a `node`"))
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! The protocol.
+use super::limits::Limits;
+use super::state::State;
+use super::tools::{Answer, TOOLS, object};
+use super::{McpArgs, pages};
+use crate::quit::Quit;
+use rmcp::model::{
+    CallToolRequestParams, CallToolResponse, CallToolResult, ContentBlock, Implementation, ListResourceTemplatesResult,
+    ListResourcesResult, ListToolsResult, PaginatedRequestParams, ReadResourceRequestParams, ReadResourceResponse,
+    ReadResourceResult, ResourceContents, ServerCapabilities, ServerConfig, Tool, ToolAnnotations,
+};
+use rmcp::service::RequestContext;
+use rmcp::transport::async_rw::AsyncRwTransport;
+use rmcp::{ErrorData, RoleServer, ServerHandler, ServiceExt};
+use serde_json::Value as Json;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// The longest line of the protocol in bytes.
+const LINE: usize = 8 << 20;
+/// The largest answer in bytes.
+const ANSWER: usize = 4 << 20;
+
+const INSTRUCTIONS: &str = "Shibo makes textures from graphs of nodes, written as text in RON. Begin with `list_graphs` and \
+`describe_graph` to see graphs, and with `search_nodes` and `describe_node` to find nodes. Write a graph, `check` it until it has no \
+errors, `render` it, and look at the picture. The page shibo://docs/graph-file describes the language.";
+
+/// The server.
+struct Server {
+    state: Arc<State>,
+    limits: Arc<Limits>,
+}
+
+/// Runs the server until stdin ends.
+pub(super) fn run(args: &McpArgs) -> Result<(), Quit> {
+    let state = Arc::new(State::new(args).map_err(Quit::Usage)?);
+    let server = Server { state, limits: Arc::new(Limits::new(args.seconds)) };
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
+    let runtime = runtime.map_err(|error| Quit::failed(format!("the server cannot start: {error}")))?;
+    let served = runtime.block_on(async {
+        let transport =
+            AsyncRwTransport::new_server(tokio::io::stdin(), tokio::io::stdout()).with_max_line_length(LINE);
+        match server.serve(transport).await {
+            Ok(running) => running.waiting().await.map(drop).map_err(|error| error.to_string()),
+            // A client that leaves before the handshake is no failure.
+            Err(rmcp::service::ServerInitializeError::ConnectionClosed(_)) => Ok(()),
+            Err(error) => Err(error.to_string()),
+        }
+    });
+    // Calls that still run are dropped with the process.
+    runtime.shutdown_timeout(Duration::from_millis(300));
+    served.map_err(|error| Quit::failed(format!("the connection failed: {error}")))
+}
+
+impl ServerHandler for Server {
+    fn get_info(&self) -> ServerConfig {
+        let capabilities = ServerCapabilities::builder().enable_tools().enable_resources().build();
+        let program = Implementation::new("shibo", env!("CARGO_PKG_VERSION"));
+        ServerConfig::new(capabilities).with_server_info(program).with_instructions(INSTRUCTIONS)
+    }
+
+    async fn list_tools(
+        &self,
+        _request: Option<PaginatedRequestParams>,
+        _context: RequestContext<RoleServer>,
+    ) -> Result<ListToolsResult, ErrorData> {
+        let tool = |info: &super::tools::ToolInfo| {
+            let hints = ToolAnnotations::new().read_only(!info.writes).open_world(false);
+            let hints = if info.writes { hints.destructive(true).idempotent(true) } else { hints };
+            let tool = Tool::new(info.name, info.doc, Arc::new(object((info.input)()))).with_annotations(hints);
+            match info.output {
+                Some(output) => tool.with_raw_output_schema(Arc::new(object(output()))),
+                None => tool,
+            }
+        };
+        Ok(ListToolsResult::with_all_items(TOOLS.iter().map(tool).collect()))
+    }
+
+    async fn call_tool(
+        &self,
+        request: CallToolRequestParams,
+        context: RequestContext<RoleServer>,
+    ) -> Result<CallToolResponse, ErrorData> {
+        let Some(tool) = TOOLS.iter().find(|tool| tool.name == request.name) else {
+            let names: Vec<&str> = TOOLS.iter().map(|tool| tool.name).collect();
+            let message = format!("there is no tool of this name; the tools are {}", names.join(", "));
+            return Err(ErrorData::invalid_params(message, None));
+        };
+        let (state, run) = (self.state.clone(), tool.run);
+        let arguments = Json::Object(request.arguments.unwrap_or_default());
+        let work = move |cancel: &shibo_engine::eval::CancelToken| run(&state, arguments, cancel);
+        let done = self.limits.clone().call(context.ct.cancelled(), work).await;
+        Ok(result(done.unwrap_or_else(Answer::from)).into())
+    }
+
+    async fn list_resources(
+        &self,
+        _request: Option<PaginatedRequestParams>,
+        _context: RequestContext<RoleServer>,
+    ) -> Result<ListResourcesResult, ErrorData> {
+        Ok(ListResourcesResult::with_all_items(pages::list(&self.state.tools)))
+    }
+
+    async fn list_resource_templates(
+        &self,
+        _request: Option<PaginatedRequestParams>,
+        _context: RequestContext<RoleServer>,
+    ) -> Result<ListResourceTemplatesResult, ErrorData> {
+        Ok(ListResourceTemplatesResult::with_all_items(pages::templates()))
+    }
+
+    async fn read_resource(
+        &self,
+        request: ReadResourceRequestParams,
+        _context: RequestContext<RoleServer>,
+    ) -> Result<ReadResourceResponse, ErrorData> {
+        let Some((text, mime)) = pages::read(&self.state.tools, &request.uri) else {
+            return Err(ErrorData::resource_not_found("there is no such resource", None));
+        };
+        let contents = ResourceContents::text(text, request.uri).with_mime_type(mime);
+        Ok(ReadResourceResult::new(vec![contents]).into())
+    }
+}
+
+/// The result of a call: the same content as JSON and as text, and a picture.
+fn result(answer: Answer) -> CallToolResult {
+    let text = answer.json.to_string();
+    let picture = answer.png.map(|png| crate::lsp::base64(&png));
+    if 2 * text.len() + picture.as_ref().map_or(0, String::len) > ANSWER {
+        let help = "ask for less";
+        let refusal = shibo_bridge::agents::Refusal::new("too-large", "the answer is larger than 4 MiB", help);
+        return result(Answer::from(refusal));
+    }
+    let mut content = vec![ContentBlock::text(text)];
+    content.extend(picture.map(|data| ContentBlock::image(data, "image/png")));
+    let mut done = if answer.is_error { CallToolResult::error(content) } else { CallToolResult::success(content) };
+    done.structured_content = Some(answer.json);
+    done
+}

@@ -1,6 +1,7 @@
 //! The registry of this process: the kinds of nodes, and the graphs that can be imported by name.
 use crate::environment;
 use shibo_bridge::Tools;
+use shibo_graph::Gate;
 use shibo_ide::migrate;
 use shibo_node::registry::Registry;
 use std::path::PathBuf;
@@ -24,5 +25,5 @@ pub(crate) fn registry() -> Registry {
 
 /// The registry and the folders for imports, for the operations of the bridge.
 pub(crate) fn tools() -> Tools {
-    Tools { registry: Arc::new(registry()), import_paths: environment::import_paths().to_vec() }
+    Tools { registry: Arc::new(registry()), import_paths: environment::import_paths().to_vec(), gate: Gate::default() }
 }

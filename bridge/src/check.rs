@@ -98,7 +98,8 @@ pub struct FixEdit {
 /// Checks a graph.
 pub fn check(tools: &Tools, request: &CheckRequest) -> Checked {
     let GraphText { path, text } = &request.graph;
-    let options = LoadOptions { import_paths: tools.import_paths.clone(), ..LoadOptions::default() };
+    let options =
+        LoadOptions { import_paths: tools.import_paths.clone(), gate: tools.gate.clone(), ..LoadOptions::default() };
     let loaded = load_text(path, text, &tools.registry, &options);
     let mut diagnostics = loaded.diagnostics;
     if let Some(graph) = &loaded.graph {
@@ -133,7 +134,8 @@ pub fn advice(tools: &Tools, sources: &SourceMap) -> Vec<Diagnostic> {
 }
 
 pub(crate) fn workspace(tools: &Tools) -> Workspace {
-    Workspace::new(tools.registry.clone(), Vec::new()).with_import_paths(tools.import_paths.clone())
+    let workspace = Workspace::new(tools.registry.clone(), Vec::new());
+    workspace.with_import_paths(tools.import_paths.clone()).with_gate(tools.gate.clone())
 }
 
 /// The places and fixes of diagnostics. Those of imports and of the command line have no fixes.

@@ -62,7 +62,8 @@ fn improves(tools: &Tools, graph: &GraphText, text: &str) -> bool {
 
 /// The text after one round, and titles of fixes; `None` if there are no fixes.
 fn round(tools: &Tools, graph: &GraphText, applies: Applies) -> Option<(String, Vec<String>)> {
-    let options = LoadOptions { import_paths: tools.import_paths.clone(), ..LoadOptions::default() };
+    let options =
+        LoadOptions { import_paths: tools.import_paths.clone(), gate: tools.gate.clone(), ..LoadOptions::default() };
     let loaded = load_text(&graph.path, &graph.text, &tools.registry, &options);
     let own = loaded.sources.sources().first()?.path.clone();
     let findings = by_file(&loaded.diagnostics, &loaded.sources).remove(&own)?;

@@ -46,6 +46,7 @@ pub use merge::{MergeRequest, merge};
 pub use schema::{kind_schema, schema};
 
 use serde::{Deserialize, Serialize};
+use shibo_graph::Gate;
 use shibo_node::registry::Registry;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -57,6 +58,8 @@ pub struct Tools {
     pub registry: Arc<Registry>,
     /// Folders for imports, searched after the folder of the graph.
     pub import_paths: Vec<PathBuf>,
+    /// Decides which files graphs may read.
+    pub gate: Gate,
 }
 
 /// A graph as text.

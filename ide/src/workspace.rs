@@ -2,7 +2,7 @@
 use super::file::File;
 use super::habits::Habits;
 use super::world::World;
-use shibo_graph::{LoadOptions, import_path};
+use shibo_graph::{Gate, LoadOptions, import_path};
 use shibo_node::registry::Registry;
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
@@ -43,6 +43,7 @@ pub struct Workspace {
     registry: Arc<Registry>,
     roots: Vec<PathBuf>,
     import_paths: Vec<PathBuf>,
+    gate: Gate,
     open: HashMap<PathBuf, Arc<File>>,
     known: Mutex<Known>,
     habits: Arc<OnceLock<Habits>>,
@@ -52,13 +53,27 @@ impl Workspace {
     /// Creates a workspace of folders.
     pub fn new(registry: Arc<Registry>, roots: Vec<PathBuf>) -> Self {
         let habits = Arc::new(OnceLock::new());
-        Self { registry, roots, import_paths: Vec::new(), open: HashMap::new(), known: Mutex::default(), habits }
+        Self {
+            registry,
+            roots,
+            import_paths: Vec::new(),
+            gate: Gate::default(),
+            open: HashMap::new(),
+            known: Mutex::default(),
+            habits,
+        }
     }
 
     /// Adds folders that are searched for imports after the folder of the graph.
     #[must_use]
     pub fn with_import_paths(self, import_paths: Vec<PathBuf>) -> Self {
         Self { import_paths, ..self }
+    }
+
+    /// Reads only the files that a gate lets pass.
+    #[must_use]
+    pub fn with_gate(self, gate: Gate) -> Self {
+        Self { gate, ..self }
     }
 
     /// Replaces the statistics of the library graphs by others.
@@ -126,6 +141,7 @@ impl Workspace {
             let text = self.registry.library()?.text(inside.trim_start_matches('/'))?;
             return Some(Arc::new(File::new(path, text)));
         }
+        let path = &self.gate.real(path)?;
         let metadata = fs::metadata(path).ok().filter(|m| m.is_file() && m.len() <= LARGEST)?;
         let (modified, len) = (metadata.modified().ok(), metadata.len());
         if let Some(seen) = self.known().files.get(path)
@@ -190,8 +206,9 @@ impl World for Workspace {
             return known.clone();
         }
         let open = |path: &Path| self.open.contains_key(&identity(path));
-        let found =
-            import_path(from, name, (self.registry.library(), &self.import_paths), &open).map(|path| identity(&path));
+        let found = import_path(from, name, (self.registry.library(), &self.import_paths), &open);
+        let passes = |path: &PathBuf| path.starts_with(LIBRARY) || open(path) || self.gate.real(path).is_some();
+        let found = found.map(|path| identity(&path)).filter(passes);
         self.known().imports.insert(key, found.clone());
         found
     }
@@ -205,7 +222,8 @@ impl World for Workspace {
     }
 
     fn folder(&self, path: &Path) -> Vec<(String, bool)> {
-        let entries = fs::read_dir(path).into_iter().flatten().flatten();
+        let folder = self.gate.real(path);
+        let entries = folder.and_then(|folder| fs::read_dir(folder).ok()).into_iter().flatten().flatten();
         let mut names: Vec<(String, bool)> = entries
             .filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path().is_dir())))
             .take(FILES)
@@ -223,7 +241,12 @@ impl World for Workspace {
     }
 
     fn options(&self) -> LoadOptions {
-        LoadOptions { import_paths: self.import_paths.clone(), overlay: self.texts(), ..LoadOptions::default() }
+        LoadOptions {
+            import_paths: self.import_paths.clone(),
+            overlay: self.texts(),
+            gate: self.gate.clone(),
+            ..LoadOptions::default()
+        }
     }
 }
 

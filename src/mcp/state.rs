@@ -24,12 +24,13 @@ pub(super) struct State {
 
 impl State {
     pub(super) fn new(args: &McpArgs) -> Result<Self, String> {
-        let tools = Tools { import_paths: Vec::new(), ..library::tools() };
+        let folders = Folders::open(&args.read, &args.write)?;
+        let tools = Tools { import_paths: Vec::new(), gate: folders.gate(), ..library::tools() };
         let cache_dir = environment::cache_dir().and_then(|dir| Some(dir.parent()?.join("shibo-mcp")));
         let (threads, memory) = (usize::from(args.threads), u64::from(args.memory) << 20);
         Ok(Self {
             tools,
-            folders: Folders::open(&args.read, &args.write)?,
+            folders,
             store: Store::new(PICTURES),
             settings: Settings { threads, memory, cache_dir, disk: DISK },
             session: OnceLock::new(),

@@ -6,8 +6,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value as Json, json};
 use shibo_bridge::agents::{
-    Checked, DescribeRequest, Described, Formatted, KindRequest, ListRequest, Refusal, SaveRequest, Saved,
-    SearchRequest, Source, check, describe, describe_node, format, list, save, search_nodes,
+    Checked, DescribeRequest, Described, FixArgs, Fixed, Formatted, KindRequest, ListRequest, Refusal, SaveRequest,
+    Saved, SearchRequest, Source, check, describe, describe_node, fix, format, list, save, search_nodes,
 };
 use shibo_engine::eval::CancelToken;
 
@@ -127,6 +127,14 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         output: Some(schema::<Checked>),
         writes: false,
         run: |state, arguments, _| with(arguments, |source| answer(check(&state.tools, &state.folders, &source))),
+    },
+    ToolInfo {
+        name: "fix",
+        doc: "A graph after fixes of its errors: names, words of other programs, units, other notations, lost brackets. Saves nothing.",
+        input: schema::<FixArgs>,
+        output: Some(schema::<Fixed>),
+        writes: false,
+        run: |state, arguments, _| with(arguments, |args| answer(fix(&state.tools, &state.folders, &args))),
     },
     ToolInfo {
         name: "format",

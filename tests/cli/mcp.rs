@@ -107,6 +107,7 @@ fn tools_have_schemas_and_hints() {
             "list_graphs",
             "describe_graph",
             "check",
+            "fix",
             "format",
             "render",
             "compare",
@@ -142,6 +143,10 @@ fn agent_finds_checks_and_renders() {
     let checked = client.good("check", &json!({ "text": "(nodes: { \"a\": Perlim() })" }));
     assert_eq!(checked["errors"][0]["code"], "unknown-kind");
     assert_eq!(checked["errors"][0]["file"], "text.ron");
+    assert_eq!(checked["errors"][0]["fixes"][0]["edits"][0]["text"], "Perlin");
+    let fixed = client.good("fix", &json!({ "text": "(nodes: { \"a\": Perlim(size: 3mm) })" }));
+    assert_eq!(fixed["text"], "(nodes: { \"a\": Perlin(size: 3) })");
+    assert_eq!(fixed["diagnostics"]["errors"], json!([]));
     let laid = client.good("format", &json!({ "text": "(nodes:{\"a\":Perlin()})" }));
     assert_eq!(laid["text"], "(\n  nodes: {\n    \"a\": Perlin(),\n  },\n)\n");
 
@@ -221,6 +226,8 @@ fn agent_stays_in_its_folders() {
         let checked = client.good("check", &json!({ "text": import }));
         let code = checked["errors"][0]["code"].as_str().unwrap();
         assert!(["outside", "file-not-found"].contains(&code), "{path}: {checked}");
+        let (fixed, _) = client.call("fix", &json!({ "text": import }));
+        assert_eq!(fixed["text"], import, "{path}: {fixed}");
         let picture = format!("(nodes: {{ \"a\": Image(file: {path:?}) }})");
         let checked = client.good("check", &json!({ "text": picture }));
         assert_eq!(checked["errors"][0]["code"], "outside", "{path}: {checked}");

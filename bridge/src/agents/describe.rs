@@ -91,7 +91,7 @@ pub fn describe(
     let opened = open(tools, folders, source)?;
     let loaded = load(tools, folders, &opened, (&[], None), None);
     let Some(graph) = loaded.graph else {
-        return Ok(Err(findings(folders, &loaded.diagnostics, &loaded.sources)));
+        return Ok(Err(findings(tools, folders, &loaded.diagnostics, &loaded.sources)));
     };
     let params = graph.params.iter().map(|param| Param {
         name: param.name.clone(),

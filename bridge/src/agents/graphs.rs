@@ -1,14 +1,17 @@
 //! Graphs of agents: opened, checked, laid out, listed and saved.
 use super::folders::{Folders, MOST_TEXT, sha256};
 use super::{MOST_DIAGNOSTICS, Refusal};
-use crate::Tools;
+use crate::check::{Located, located};
 use crate::diff::lines;
+use crate::fix::ROUNDS;
+use crate::{CheckRequest, FixRequest, GraphText, Tools};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 use shibo_graph::{LoadOptions, Loaded, load_text, syntax};
+use shibo_ide::fixes::Applies;
 use shibo_value::Resolution;
-use shibo_value::diagnostics::{Diagnostic, SourceMap, to_json};
+use shibo_value::diagnostics::{Diagnostic, SourceMap};
 use std::path::{Path, PathBuf};
 
 /// The name of a graph that is given as a text.
@@ -103,32 +106,35 @@ pub struct Checked {
     pub more: usize,
 }
 
-/// Diagnostics for an answer, at most [`MOST_DIAGNOSTICS`].
-pub fn findings(folders: &Folders, diagnostics: &[Diagnostic], sources: &SourceMap) -> Checked {
-    let mut json = to_json(diagnostics, sources);
+/// Diagnostics for an answer with their fixes, at most [`MOST_DIAGNOSTICS`].
+pub fn findings(tools: &Tools, folders: &Folders, diagnostics: &[Diagnostic], sources: &SourceMap) -> Checked {
+    told(folders, &located(tools, diagnostics, sources))
+}
+
+fn told(folders: &Folders, found: &[Located]) -> Checked {
+    let (warnings, errors): (Vec<&Located>, Vec<&Located>) = found.iter().partition(|one| one.warning);
     let mut left = MOST_DIAGNOSTICS;
-    let mut take = |name: &str| {
-        let mut list = match json.get_mut(name).map(Json::take) {
-            Some(Json::Array(list)) => list,
-            _ => Vec::new(),
-        };
-        list.truncate(left);
-        left -= list.len();
-        list.iter_mut().for_each(|one| show(folders, one));
-        list
+    let mut take = |list: Vec<&Located>| {
+        let mut taken: Vec<Json> =
+            list.into_iter().take(left).filter_map(|one| serde_json::to_value(one).ok()).collect();
+        left -= taken.len();
+        taken.iter_mut().for_each(|one| show(folders, one));
+        taken
     };
-    let (errors, warnings) = (take("errors"), take("warnings"));
-    let more = diagnostics.len().saturating_sub(errors.len() + warnings.len());
+    let (errors, warnings) = (take(errors), take(warnings));
+    let more = found.len().saturating_sub(errors.len() + warnings.len());
     Checked { errors, warnings, more }
 }
 
-/// Makes the paths of a diagnostic relative.
+/// Makes the paths of a diagnostic and of its parts relative.
 fn show(folders: &Folders, one: &mut Json) {
     if let Some(file) = one.get_mut("file") {
         *file = folders.shown(Path::new(file.as_str().unwrap_or_default())).into();
     }
-    if let Some(Json::Array(related)) = one.get_mut("related") {
-        related.iter_mut().for_each(|one| show(folders, one));
+    for part in ["related", "fixes", "edits"] {
+        if let Some(Json::Array(parts)) = one.get_mut(part) {
+            parts.iter_mut().for_each(|one| show(folders, one));
+        }
     }
 }
 
@@ -137,10 +143,61 @@ fn show(folders: &Folders, one: &mut Json) {
 /// # Errors
 /// Those of [`open`]. Errors in the graph are a part of the answer.
 pub fn check(tools: &Tools, folders: &Folders, source: &Source) -> Result<Checked, Refusal> {
-    let loaded = load(tools, folders, &open(tools, folders, source)?, (&[], None), None);
-    let mut diagnostics = loaded.diagnostics;
-    diagnostics.extend(loaded.graph.iter().flat_map(|graph| graph.advice()));
-    Ok(findings(folders, &diagnostics, &loaded.sources))
+    let Opened { path, text } = open(tools, folders, source)?;
+    let checked = crate::check::check(tools, &CheckRequest { graph: GraphText { path, text } });
+    Ok(told(folders, &checked.diagnostics))
+}
+
+/// The certainty of fixes.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Level {
+    /// Only one meaning is possible.
+    Sure,
+    /// Also the best guess.
+    #[default]
+    Likely,
+}
+
+/// A graph to fix: a text or a path.
+#[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FixArgs {
+    /// The text of the graph, in RON or nearly so.
+    #[serde(default)]
+    pub text: Option<String>,
+    /// The path of a graph file, or `shibo:NAME`.
+    #[serde(default)]
+    pub path: Option<String>,
+    /// The fixes that are applied.
+    #[serde(default)]
+    pub applies: Level,
+}
+
+/// A graph after fixes.
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+pub struct Fixed {
+    /// The text. It is not saved.
+    pub text: String,
+    /// Titles of the applied fixes.
+    pub applied: Vec<String>,
+    /// The remaining errors and warnings.
+    pub diagnostics: Checked,
+}
+
+/// Applies fixes to a graph.
+///
+/// # Errors
+/// Those of [`open`].
+pub fn fix(tools: &Tools, folders: &Folders, args: &FixArgs) -> Result<Fixed, Refusal> {
+    let source = Source { text: args.text.clone(), path: args.path.clone() };
+    let Opened { path, text } = open(tools, folders, &source)?;
+    let applies = match args.applies {
+        Level::Sure => Applies::Sure,
+        Level::Likely => Applies::Likely,
+    };
+    let fixed = crate::fix::fix(tools, &FixRequest { graph: GraphText { path, text }, applies, rounds: ROUNDS });
+    Ok(Fixed { text: fixed.text, applied: fixed.applied, diagnostics: told(folders, &fixed.diagnostics) })
 }
 
 /// A graph in the usual layout.
@@ -164,7 +221,7 @@ pub fn format(tools: &Tools, folders: &Folders, source: &Source) -> Result<Forma
             let mut sources = SourceMap::default();
             let file = sources.add(&opened.path, opened.text.clone());
             let errors: Vec<Diagnostic> = errors.iter().map(|error| error.located(file)).collect();
-            Formatted { diagnostics: findings(folders, &errors, &sources), text: opened.text }
+            Formatted { diagnostics: findings(tools, folders, &errors, &sources), text: opened.text }
         }
     })
 }

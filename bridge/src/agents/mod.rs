@@ -8,8 +8,8 @@ mod nodes;
 pub use describe::{DescribeRequest, Described, describe};
 pub use folders::{Folders, MOST_TEXT, sha256};
 pub use graphs::{
-    Checked, Formatted, ListRequest, Listed, Opened, SaveRequest, Saved, Source, check, findings, format, list, load,
-    open, save,
+    Checked, FixArgs, Fixed, Formatted, Level, ListRequest, Listed, Opened, SaveRequest, Saved, Source, check,
+    findings, fix, format, list, load, open, save,
 };
 pub use nodes::{KindRequest, SearchRequest, describe_node, search_nodes};
 

@@ -25,12 +25,14 @@ impl Gate {
         Self(Some(Arc::new(allow)))
     }
 
+    /// The real path of a file that may be read; `None` for a file outside.
+    pub fn real(&self, path: &Path) -> Option<PathBuf> {
+        self.0.as_ref().map_or_else(|| Some(path.to_owned()), |allow| allow(path))
+    }
+
     /// The real path of a file that may be read.
     pub(super) fn pass(&self, path: PathBuf) -> Result<PathBuf, Fault> {
-        match &self.0 {
-            None => Ok(path),
-            Some(allow) => allow(&path).ok_or_else(outside),
-        }
+        self.real(&path).ok_or_else(outside)
     }
 
     /// The path of a set of files, `<UDIM>` in its name. Only its folder is a file.

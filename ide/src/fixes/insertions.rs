@@ -23,21 +23,23 @@ pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
         return Vec::new();
     }
     let before = mistakes(text);
-    let mut found: Vec<(usize, bool, usize, Edit)> = Vec::new();
+    // Mistakes left, untidy, not at the end of a line, rank.
+    let mut found: Vec<(usize, bool, bool, usize, Edit)> = Vec::new();
     for (rank, edit) in candidates(cx, finding).into_iter().take(PLACES).enumerate() {
         let edited = apply(text, std::slice::from_ref(&edit));
         let left = mistakes(&edited);
         if left < before {
-            found.push((left, !is_laid_out(&edited), rank, edit));
+            let rest = text[edit.range.end..].trim_start_matches([',', ' ']);
+            found.push((left, !is_laid_out(&edited), !rest.starts_with(['\n', '\r']), rank, edit));
         }
     }
     let fewest = found.iter().map(|(left, ..)| *left).min().unwrap_or_default();
     found.retain(|(left, ..)| *left == fewest);
-    found.sort_by_key(|(left, untidy, rank, _)| (*left, *untidy, *rank));
+    found.sort_by_key(|(left, untidy, inside, rank, _)| (*left, *untidy, *inside, *rank));
     let tidy = found.iter().filter(|(_, untidy, ..)| !untidy).count();
     let is_sole = tidy == 1 || found.len() == 1;
     let level = |index: usize| if index == 0 && is_sole { Applies::Sure } else { Applies::Likely };
-    let fix = |(index, (.., edit)): (usize, (usize, bool, usize, Edit))| {
+    let fix = |(index, (.., edit)): (usize, (usize, bool, bool, usize, Edit))| {
         let title = match edit.text.trim() {
             "" => format!("Remove `{}`", cx.file.at(&edit.range)),
             sign => format!("Insert `{sign}`"),
@@ -90,6 +92,12 @@ fn candidates(cx: Cx<'_>, finding: &Finding) -> Vec<Edit> {
             // Closing brackets stand behind values.
             if more > 0 && token.kind() != TokenKind::Colon {
                 found.push(insert(token.end(), close));
+                let next = near.get(index + 1).map(|next| next.start());
+                let blank = next.and_then(|next| text.get(token.end()..next));
+                // `3 ,` becomes `3 },`.
+                if let (Some(next), Some(" ")) = (next, blank) {
+                    found.push(insert(next, close));
+                }
             }
             if more < 0
                 && matches!(token.kind(), TokenKind::Ident | TokenKind::Str | TokenKind::Number | TokenKind::Colon)
@@ -139,7 +147,9 @@ fn quote_places(text: &str, line: &Range<usize>) -> Vec<usize> {
     let mut before = ' ';
     for (at, c) in says.char_indices().chain([(says.len(), '\n')]) {
         let begins = (is_inside(c) || matches!(c, '$' | '#' | '=')) && !is_inside(before);
-        let ends = !is_inside(c) && !before.is_whitespace() && matches!(c, ':' | ',' | ')' | ']' | '}' | '\n');
+        let next = says[at..].trim_start().chars().next().unwrap_or('\n');
+        let is_end = matches!(c, ':' | ',' | '\n') || matches!(next, ')' | ']' | '}');
+        let ends = is_end && !is_inside(c) && !before.is_whitespace();
         if (begins || ends) && before != '"' && c != '"' {
             found.push(line.start + at);
         }

@@ -8,7 +8,7 @@ use super::super::rename::apply;
 use super::super::view::Body;
 use super::super::walk::{Spot, trail};
 use super::super::world::Cx;
-use super::words::renamed_section;
+use super::words::{nearest_name, renamed_section};
 use super::{Applies, Fix};
 use shibo_node::{KindInfo, Role};
 
@@ -36,6 +36,9 @@ pub(crate) fn fields(cx: Cx<'_>, at: usize) -> Option<Fix> {
     if missing.is_empty() {
         return None;
     }
+    if let Some(fix) = misspelt(&missing, info, level.body) {
+        return Some(fix);
+    }
     let mut written = Vec::new();
     for field in &missing {
         written.push(filled(cx, level.body, &written, field, info));
@@ -43,6 +46,13 @@ pub(crate) fn fields(cx: Cx<'_>, at: usize) -> Option<Fix> {
     let edits = append(cx.file, level.body, &written.join(", "));
     let title = format!("Add {}", missing.iter().map(|f| format!("`{f}`")).collect::<Vec<_>>().join(", "));
     Some(Fix::new(title, Applies::Likely, edits))
+}
+
+/// Renames a field that the kind does not have to one that is missing.
+fn misspelt(missing: &[&str], info: &KindInfo, body: &Body) -> Option<Fix> {
+    let unknown = body.items.iter().filter_map(|item| item.key.as_ref()).filter(|key| info.field(&key.name).is_none());
+    let mut meant = unknown.filter_map(|key| Some((key, nearest_name(&key.name, missing)?)));
+    meant.next().map(|(key, name)| Fix::replace(Applies::Likely, key.range.clone(), name))
 }
 
 fn missing<'k>(info: &'k KindInfo, body: &Body) -> Vec<&'k str> {

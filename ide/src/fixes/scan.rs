@@ -56,7 +56,7 @@ pub(super) fn pieces(text: &str) -> Vec<Piece> {
         } else if c == '\'' {
             let end = rest[1..line.max(1)].find('\'');
             end.map_or((Some(PieceKind::Sign), 1), |end| (Some(PieceKind::Single), end + 2))
-        } else if c == '#' {
+        } else if c == '#' && text[..at].chars().next_back().is_none_or(|before| !before.is_alphanumeric()) {
             match color(rest) {
                 Some(len) => (Some(PieceKind::Color), len),
                 None => (Some(PieceKind::Comment), line),

@@ -116,6 +116,11 @@ fn ranked<'n>(wrong: &str, names: impl Iterator<Item = &'n str>) -> Vec<(Near, &
     found
 }
 
+/// The name that is most like a word.
+pub(super) fn nearest_name<'n>(wrong: &str, names: &[&'n str]) -> Option<&'n str> {
+    ranked(wrong, names.iter().copied()).first().map(|(_, name)| *name)
+}
+
 /// Returns true if the first name is the only one that can be meant.
 fn is_sole(wrong: &str, ranked: &[(Near, &str)]) -> bool {
     let second = ranked.get(1).map(|(near, _)| *near);

@@ -228,7 +228,7 @@ fn agent_stays_in_its_folders() {
         assert!(["outside", "file-not-found"].contains(&code), "{path}: {checked}");
         let (fixed, _) = client.call("fix", &json!({ "text": import }));
         assert_eq!(fixed["text"], import, "{path}: {fixed}");
-        let picture = format!("(nodes: {{ \"a\": Image(file: {path:?}) }})");
+        let picture = format!("(nodes: {{ \"a\": Image(path: {path:?}) }})");
         let checked = client.good("check", &json!({ "text": picture }));
         assert_eq!(checked["errors"][0]["code"], "outside", "{path}: {checked}");
     }

@@ -108,7 +108,9 @@ fn graphs_become_json_and_ron_again() {
 fn json_has_errors_with_places_and_is_no_graph() {
     let desk = Desk::with_graph();
     desk.write("a.json", desk.shibo("fmt --to json a.ron").expect(0).stdout);
-    for line in ["render a.json", "check a.json", "fmt a.json", "graph a.json", "dump a.json bumps", "pin a.json"] {
+    for line in
+        ["render a.json", "check a.json", "fmt a.json", "graph a.json --format svg", "dump a.json bumps", "pin a.json"]
+    {
         let ran = desk.shibo(line);
         assert_ne!(ran.code, Some(0), "{line}");
         assert!(ran.stderr.contains("`shibo fmt --to ron a.json` converts it"), "{line}: {}", ran.stderr);

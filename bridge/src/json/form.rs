@@ -30,7 +30,7 @@ impl Form<'static> {
             forms::Form::Word => Some(Self::Word),
             forms::Form::List => Some(Self::List),
             forms::Form::WordOrText(words) => Some(Self::Words(words.to_vec())),
-            forms::Form::Param(param) => Some(Self::Schema(Cow::Owned(param.schema.clone()))),
+            forms::Form::Param(param) => Some(Self::Schema(Cow::Owned((*param.schema).clone()))),
         }
     }
 }

@@ -6,7 +6,7 @@ use shibo_node::{Bounds, ParamInfo};
 /// The schema of a parameter in the JSON form.
 pub(super) fn param(info: &ParamInfo, doc: &str) -> Json {
     let mut forms = values(&info.schema, &info.bounds, info.infinite);
-    if !matches!(&info.schema, Json::Object(schema) if is_text(schema)) {
+    if !matches!(&*info.schema, Json::Object(schema) if is_text(schema)) {
         forms.push(definition("formula"));
     }
     let mut schema = described(any(forms), doc);

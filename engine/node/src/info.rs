@@ -128,7 +128,7 @@ pub struct ParamInfo {
     pub form: ParamForm,
     /// The JSON Schema of its value as serde writes it, all parts inline. The key `param` names a [`ParamType`] with a notation
     /// of its own.
-    pub schema: Json,
+    pub schema: Box<Json>,
 }
 
 /// One of the words of a choice.
@@ -260,7 +260,7 @@ fn param(object: &Map<String, Json>) -> ParamInfo {
         choices,
         fields: inner.get("items").and_then(Json::as_object).map_or_else(Vec::new, fields),
         form: ParamForm::of(&Json::Object(object.clone())),
-        schema: Json::Object(object.clone()),
+        schema: Box::new(Json::Object(object.clone())),
     }
 }
 

@@ -9,6 +9,7 @@ use shibo_graph::{Graph, LoadOptions, load_text};
 use shibo_picture::{Picture, SampleKind};
 use shibo_value::diagnostics::SourceMap;
 use shibo_value::{Channel, Field, Key, Resolution, Tile, Type, Value, Window, linear_to_srgb};
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
@@ -34,10 +35,11 @@ pub(crate) fn shown(session: &Session, graph: &Graph, cancel: &CancelToken) -> R
     let mut found = Vec::new();
     for output in &graph.outputs {
         let at = (output.node, output.output);
-        if !values.contains_key(&at) {
-            values.insert(at, session.value(graph, at, cancel, &Silent)?);
-        }
-        let (key, value) = (keys.output(at.0, at.1), &values[&at]);
+        let value = match values.entry(at) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => place.insert(session.value(graph, at, cancel, &Silent)?),
+        };
+        let (key, value) = (keys.output(at.0, at.1), &*value);
         if let Value::Material(material) = value {
             found.extend(material.channels().iter().map(|(channel, field)| Shown {
                 name: format!("{}.{}", output.name, channel.name()),

@@ -78,9 +78,8 @@ fn list(page: &mut Text, pictures: &[PictureDiff], size: u32) {
 
 /// A number with two digits that count.
 fn short(value: f64) -> String {
-    let digits =
-        if value >= 10.0 || value == 0.0 { 0 } else { (1.0 - value.log10().floor()).clamp(0.0, 12.0) as usize };
-    format!("{value:.digits$}")
+    let digits = (0..12).find(|digits| value == 0.0 || value * 10_f64.powi(*digits) >= 10.0).unwrap_or(12);
+    format!("{value:.*}", usize::try_from(digits).unwrap_or(0))
 }
 
 /// A path as text: `nodes.tree.branches[2].length`.

@@ -126,8 +126,8 @@ fn range(compared: &Compared) -> (f32, f32) {
 
 /// A picture with three channels, as the sheet takes it, with `low` shown as 0 and `high` as 1.
 fn three(tile: &Tile, (low, high): (f32, f32)) -> Tile {
-    let (width, height) = (tile.width() as u32, tile.height() as u32);
-    let mut shown = Tile::new(tile.grid, Window { x: 0, y: 0, width, height }, 3);
+    let window = Window { x: 0, y: 0, ..tile.window };
+    let mut shown = Tile::new(tile.grid, window, 3);
     for channel in 0..3 {
         let values = tile.plane(channel.min(tile.channels() - 1)).iter().map(|value| (value - low) / (high - low));
         shown.plane_mut(channel).iter_mut().zip(values).for_each(|(shown, value)| *shown = value);

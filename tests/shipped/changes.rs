@@ -118,7 +118,8 @@ impl Rule {
 
     /// The version of a kind follows from the table.
     fn check_version(&self, info: &KindInfo) {
-        let lines = self.changes().since(0).filter(|line| line.thing() == Thing::Kind(&info.kind)).count() as u32;
+        let lines = self.changes().since(0).filter(|line| line.thing() == Thing::Kind(&info.kind)).count();
+        let lines = u32::try_from(lines).unwrap();
         let mut digests = self.digests.lock().unwrap();
         let first = if bless::blessing() { info.version - lines } else { 0 };
         let begun = digests.versions.entry(info.kind.clone()).or_insert(first);

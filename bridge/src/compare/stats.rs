@@ -167,7 +167,7 @@ fn power(plane: &Plane) -> Vec<f64> {
 fn colors(lab: &Colors) -> Vec<f64> {
     let width = lab[0].width;
     let sampled: Vec<[f64; 3]> = (0..lab[0].values.len())
-        .filter(|index| index % width % 2 == 0 && index / width % 2 == 0)
+        .filter(|index| (index % width).is_multiple_of(2) && (index / width).is_multiple_of(2))
         .map(|index| [lab[0].values[index], CHROMA * lab[1].values[index], CHROMA * lab[2].values[index]])
         .collect();
     COLOR_DIRECTIONS

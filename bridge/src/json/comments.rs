@@ -67,7 +67,7 @@ pub(super) fn of_gap(tree: &Tree, gap: Range<usize>, follows: bool) -> (Vec<Stri
             behind.push(plain(&text[comment]));
             continue;
         }
-        if between > 1 && !(first && !follows) {
+        if between > 1 && (follows || !first) {
             lines.push(String::new());
         }
         lines.push(plain(&text[comment]));
@@ -104,7 +104,7 @@ pub(super) fn lines(json: &Json) -> Vec<String> {
 fn written(text: &str) -> Vec<String> {
     // A text with slashes stays as it is only if all of it is one comment.
     let tree = Tree::parse(text);
-    let whole = tree.comments().eq([0..text.len()]) && tree.tokens().is_empty();
+    let whole = tree.comments().eq(std::iter::once(0..text.len())) && tree.tokens().is_empty();
     if whole && !text.ends_with(['\r', '\n']) {
         return vec![text.to_owned()];
     }

@@ -1,8 +1,7 @@
 //! The commands of docs/lasting.md print the text that the page shows: `BLESS=1` rewrites the page.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
-#[path = "../support/bless.rs"]
-mod bless;
 
+use crate::bless;
 use crate::support::Desk;
 use std::path::Path;
 use std::process::{Command, Stdio};

@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 #![allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions")]
 mod bad;
+#[path = "../support/bless.rs"]
+mod bless;
 mod broken_graphs;
 mod cache;
 mod canvas;

@@ -1,10 +1,8 @@
 //! Counts habits of English that make sentences hard to read, by folder. `tests/cli/structure/prose.txt` holds the allowed counts,
 //! which may only go down: `BLESS=1` lowers them.
-#[path = "../../support/bless.rs"]
-mod bless;
 
 use super::root;
-use bless::blessing;
+use crate::bless::blessing;
 use regex_lite::Regex;
 use std::collections::BTreeMap;
 use std::fs;

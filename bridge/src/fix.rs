@@ -51,7 +51,7 @@ pub fn fix(tools: &Tools, request: &FixRequest) -> Fixed {
     Fixed { text: checked.text, diagnostics: checked.diagnostics, applied }
 }
 
-/// Returns true if a text has fewer errors than the graph. What a graph without nodes hides does not count.
+/// Returns true if a text has fewer errors than the graph. Errors that a graph without nodes hides do not count.
 fn improves(tools: &Tools, graph: &GraphText, text: &str) -> bool {
     let mut world = workspace(tools);
     let file = world.open(&graph.path, graph.text.as_str());
@@ -101,7 +101,7 @@ fn is_better(before: &Errors, after: &Errors) -> bool {
     after.syntax() < before.syntax() || (after.syntax() == before.syntax() && after.count() < before.count())
 }
 
-/// Applies fixes one after the other, without those that help only alone.
+/// Applies fixes one after the other. Fixes that help only alone are left out.
 fn one_by_one(cx: Cx<'_>, wanted: &[Fix], mut before: Errors) -> Option<(String, Vec<String>)> {
     let mut kept: Vec<Fix> = Vec::new();
     for fix in wanted {

@@ -189,7 +189,7 @@ fn warns_of_whole_pictures_that_exceed_memory() {
 #[test]
 fn repairs_sure_faults() {
     let desk = Desk::new();
-    let faulty = BAD.replace("\"a\": Perlim(size: 5),", "// Kept.\n    \"a\": Perlim(size: 5mm)");
+    let faulty = BAD.replace("\"a\": Perlim(size: 5),", "// Kept.\n    \"a\": Perlin(size: 5mm)");
     desk.write("bad.ron", &faulty);
     let ran = desk.shibo("check --fix --dry-run bad.ron").expect(1);
     assert!(ran.stdout.contains("\n+    \"a\": Perlin(size: 5),\n"), "{}", ran.stdout);
@@ -197,7 +197,7 @@ fn repairs_sure_faults() {
     let ran = desk.shibo("check --fix bad.ron").expect(1);
     assert!(ran.stderr.starts_with("repaired bad.ron\n") && ran.stderr.contains("1 error"), "{}", ran.stderr);
     let text = std::fs::read_to_string(desk.path("bad.ron")).unwrap();
-    assert_eq!(text, faulty.replace("Perlim(size: 5mm)", "Perlin(size: 5),").replace("sise", "size"));
+    assert_eq!(text, faulty.replace("Perlin(size: 5mm)", "Perlin(size: 5),").replace("sise", "size"));
 }
 
 #[test]

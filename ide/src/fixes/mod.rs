@@ -133,7 +133,7 @@ fn offered(trial: &mut Trial<'_>, finding: &Finding, found: Vec<Fix>) -> Vec<Fix
     tried.into_iter().enumerate().map(level).collect()
 }
 
-/// The value at the start of a finding, and what is expected there.
+/// The value at the start of a finding, and the values that its place takes.
 fn value_at<'a>(cx: Cx<'a>, at: usize) -> Option<(Expect<'a>, &'a super::view::Value)> {
     match trail(cx, at).spot {
         Spot::Value(expect, value) => Some((expect, value)),

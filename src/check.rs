@@ -12,7 +12,6 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value as Json, json};
 use shibo_bridge::check::{Located, advice, located};
 use shibo_bridge::fix::{ROUNDS, unified};
-use shibo_bridge::lock::news;
 use shibo_bridge::{FixRequest, GraphText, fix};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::session::Failure;
@@ -122,13 +121,11 @@ fn repaired(path: &Path, level: FixArg, dry_run: bool, terminal: &Terminal) -> R
 }
 
 fn check(path: &Path, text: Option<String>, args: &CheckArgs, terminal: &Terminal) -> Result<Found, Quit> {
-    let registry = library::registry();
-    let loaded = open::load_text(path, text, &registry, &args.values, args.resolution);
+    let tools = library::tools();
+    let loaded = open::load_text(path, text, &tools.registry, &args.values, args.resolution);
     let mut diagnostics = loaded.diagnostics;
     if let Some(graph) = &loaded.graph {
-        diagnostics.extend(graph.advice());
-        diagnostics.extend(news(registry.changes(), graph));
-        diagnostics.extend(advice(&library::tools(), &loaded.sources));
+        diagnostics.extend(advice(&tools, graph));
         diagnostics.extend(graph.too_large(u64::from(args.engine.memory) << 20));
         if args.verify {
             diagnostics.extend(verify(graph, args, terminal)?);

@@ -2,7 +2,7 @@
 use crate::lock::news;
 use crate::{GraphText, Tools};
 use serde::{Deserialize, Serialize};
-use shibo_graph::{LoadOptions, load_text};
+use shibo_graph::{Graph, LoadOptions, load_text};
 use shibo_ide::diagnose::{self, by_file};
 use shibo_ide::fixes::{Applies, fixes};
 use shibo_ide::{Cx, Section, Workspace};
@@ -103,23 +103,23 @@ pub fn check(tools: &Tools, request: &CheckRequest) -> Checked {
     let loaded = load_text(path, text, &tools.registry, &options);
     let mut diagnostics = loaded.diagnostics;
     if let Some(graph) = &loaded.graph {
-        diagnostics.extend(graph.advice());
-        diagnostics.extend(news(tools.registry.changes(), graph));
-        diagnostics.extend(advice(tools, &loaded.sources));
+        diagnostics.extend(advice(tools, graph));
     }
     Checked { diagnostics: located(tools, &diagnostics, &loaded.sources), text: text.clone() }
 }
 
-/// Nodes that no output needs, and names that hide others in formulas.
-pub fn advice(tools: &Tools, sources: &SourceMap) -> Vec<Diagnostic> {
-    let Some(source) = sources.sources().first() else { return Vec::new() };
+/// Advice about a graph without errors: outputs that should tile, later versions of pinned nodes, nodes that no output needs, and
+/// names that hide others in formulas.
+pub fn advice(tools: &Tools, graph: &Graph) -> Vec<Diagnostic> {
+    let mut found = graph.advice();
+    found.extend(news(tools.registry.changes(), graph));
+    let Some(source) = graph.sources.sources().first() else { return found };
     let mut workspace = workspace(tools);
     let file = workspace.open(&source.path, source.text.clone());
     let at = |range: &Range<usize>| Span { file: FileId(0), start: range.start, end: range.end };
-    let mut found = Vec::new();
-    for graph in file.scopes() {
-        let cx = Cx { world: &workspace, file: &graph };
-        let entries = graph.entries(Section::Nodes);
+    for scope in file.scopes() {
+        let cx = Cx { world: &workspace, file: &scope };
+        let entries = scope.entries(Section::Nodes);
         for key in diagnose::unused(cx).into_iter().filter_map(|index| entries[index].key.as_ref()) {
             let message = format!("no output needs `{}`", key.name);
             let help = format!("leave it out, or call it `_{}` if it shall stay", key.name);

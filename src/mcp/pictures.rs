@@ -9,9 +9,10 @@ use shibo_bridge::{CompareRequest, compare};
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Failure, Look};
 use shibo_graph::Graph;
-use shibo_picture::{Picture, ReadLimits, SampleKind, read};
+use shibo_picture::{Picture, ReadLimits, SampleKind, read_bytes};
 use shibo_value::{Resolution, Window};
 use std::collections::BTreeMap;
+use std::io::Read as _;
 use std::time::Instant;
 
 /// The longest side of a picture in pixels.
@@ -141,11 +142,15 @@ pub(super) fn compare_pictures(
 fn side(state: &State, side: &Side, cancel: &CancelToken) -> Result<Picture, NoPicture> {
     let request = match side {
         Side::File { file } => {
-            let (path, _) = state.folders.file(file, MOST_BYTES)?;
+            // The opened file is read: another file may take its name meanwhile.
+            let (_, opened) = state.folders.file(file, MOST_BYTES)?;
+            let mut bytes = Vec::new();
+            let unread = |_| Refusal::new("bad-file", format!("`{file}` cannot be read"), "give a readable file");
+            opened.take(MOST_BYTES).read_to_end(&mut bytes).map_err(unread)?;
             let limits = ReadLimits { max_pixels: MOST_PIXELS, ..ReadLimits::default() };
             let failed =
                 |_| Refusal::new("bad-file", format!("`{file}` is not a picture"), "give PNG, JPEG, TIFF or EXR");
-            return Ok(read(&path, &limits).map_err(failed)?);
+            return Ok(read_bytes(&bytes, &limits).map_err(failed)?);
         }
         Side::Graph(request) => request,
     };

@@ -219,7 +219,12 @@ fn save(folder: &Dir, name: &Path, path: &str, text: &str, expect: Option<&str>)
     }
     if before.is_none() {
         let mut file = folder.open_with(name, OpenOptions::new().write(true).create_new(true)).map_err(failed)?;
-        file.write_all(text.as_bytes()).and_then(|()| file.sync_all()).map_err(failed)?;
+        let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
+        if let Err(error) = written {
+            // This call made the file, and a part of a text is no graph.
+            let _ = folder.remove_file(name);
+            return Err(failed(error));
+        }
         return Ok(None);
     }
     // The file is whole at any time: the new text takes its place in one step.

@@ -51,7 +51,7 @@ pub(crate) struct DiffArgs {
     /// Render the outputs of both versions and compare them: `none`, or pixels of the longer side. 256 on a terminal.
     #[arg(long, value_name = "none|SIZE")]
     pictures: Option<String>,
-    /// Write a picture of the outputs that differ: before, after, and the difference.
+    /// Write a picture of the outputs that differ: before, after, and the difference, at most 128 pixels each.
     #[arg(long, value_name = "FILE.png")]
     sheet: Option<PathBuf>,
     /// Compare only this output, or a channel of a material (NAME.CHANNEL); may be repeated.

@@ -108,8 +108,7 @@ pub fn check(tools: &Tools, request: &CheckRequest) -> Checked {
     Checked { diagnostics: located(tools, &diagnostics, &loaded.sources), text: text.clone() }
 }
 
-/// Advice about a graph without errors: outputs that should tile, later versions of pinned nodes, nodes that no output needs, and
-/// names that hide others in formulas.
+/// Advice about a graph without errors: untiled outputs, later versions of pinned nodes, unused nodes, hidden names in formulas.
 pub fn advice(tools: &Tools, graph: &Graph) -> Vec<Diagnostic> {
     let mut found = graph.advice();
     found.extend(news(tools.registry.changes(), graph));

@@ -79,7 +79,8 @@ impl<'a> Trial<'a> {
         Self { cx, before: found(cx, &cx.file.text, true), left }
     }
 
-    /// The number of errors that the edits bring to light; `None` if they do not help, or if they make an error.
+    /// The number of errors that the edits bring to light; `None` if they do not help, or if they make
+    /// more errors than the finding can hide.
     pub(super) fn made(&mut self, finding: &Finding, edits: &[Edit]) -> Option<usize> {
         self.left = self.left.checked_sub(1)?;
         let after = found(self.cx, &apply(&self.cx.file.text, edits), true);

@@ -25,6 +25,7 @@ use shibo_kernel::noise::worley::{Metric, Worley, WorleyOut, WorleySpec};
 use shibo_kernel::pointwise::blend;
 use shibo_kernel::pointwise::expression::Machine;
 use shibo_kernel::pointwise::tone::{self, Gradient, Interpolation, Levels};
+use shibo_kernel::surface::environment::{Environment, Scene};
 use shibo_kernel::surface::layers::{self, HeightMode};
 use shibo_kernel::surface::normal::{self, NormalSpec, SlopeFilter};
 use shibo_kernel::surface::occlusion::{self, OcclusionSpec};
@@ -259,10 +260,20 @@ fn lit() -> (f64, f64) {
     let surface =
         Surface { color: [&grey; 3], roughness: &grey, occlusion: &open, normal: None, fibers: None, finish: None };
     let [mut r, mut g, mut b] = [(); 3].map(|()| vec![0.0; TILE * TILE]);
-    let lit = rate(TILE * TILE, || {
-        relief::relief(&view, rect, &surface, &ReliefSpec::new([1.0; 2]), [black_box(&mut r), &mut g, &mut b]);
-    });
-    (occluded, lit)
+    let mut shade = |spec: &ReliefSpec<'_>| {
+        let big = rect.with_halo([spec.halo().unsigned_abs() as usize; 2]);
+        let data = picture(big);
+        let view = View::new(&data, big);
+        rate(TILE * TILE, || relief::relief(&view, rect, &surface, spec, [black_box(&mut r), &mut g, &mut b]))
+    };
+    let studio = Environment::of(Scene::Studio);
+    let environment = Some(studio.as_ref());
+    let lamp = shade(&ReliefSpec::new([1.0; 2]));
+    let plain = shade(&ReliefSpec { environment, ..ReliefSpec::new([1.0; 2]) });
+    // As long as a shadow of 2 mm on 60 mm at 2048 pixels.
+    let cast = shade(&ReliefSpec { environment, shadows: 68.0, ..ReliefSpec::new([1.0; 2]) });
+    println!("lit picture in the studio, Mpx/s: {plain:.1}, with shadows {cast:.1}, under the lamp {lamp:.1}");
+    (occluded, lamp)
 }
 
 fn points() -> (f64, f64, f64) {

@@ -6,11 +6,14 @@
 //! from [`ground::math`], never from the system. Pictures are planar `f32`, rows from y = 0.
 //!
 //! Each folder is a module that uses only modules listed before it: [`ground`], [`noise`], [`filter`], [`pointwise`],
-//! [`surface`], [`strokes`], [`shape`], [`path`], [`pattern`], [`scatter`], [`mesh`], [`leather`], [`springs`],
-//! [`wood`], [`synthesis`]. From the engine they use `shibo_value` alone.
+//! [`strokes`], [`shape`], [`path`], [`pattern`], [`scatter`], [`mesh`], [`surface`], [`leather`], [`springs`],
+//! [`wood`], [`deposits`], [`fracture`], [`reaction`], [`yarn`],
+//! [`synthesis`]. From the engine they use `shibo_value` alone.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions"))]
 
+pub mod deposits;
 pub mod filter;
+pub mod fracture;
 pub mod ground;
 pub mod leather;
 pub mod mesh;
@@ -18,6 +21,7 @@ pub mod noise;
 pub mod path;
 pub mod pattern;
 pub mod pointwise;
+pub mod reaction;
 pub mod region;
 pub mod scatter;
 pub mod shape;
@@ -26,6 +30,7 @@ pub mod strokes;
 pub mod surface;
 pub mod synthesis;
 pub mod wood;
+pub mod yarn;
 
 /// Fingerprint of this crate's code and of its libraries.
 pub const CODE: &str = env!("CODE_FINGERPRINT");

@@ -98,13 +98,20 @@ impl Rays {
 
     /// Distance along a ray to the surface, at most `most`.
     pub fn reach(&self, origin: Vec3, direction: Vec3, most: f32) -> f32 {
+        self.nearest(origin, direction, most).map_or(most, |(distance, _)| distance)
+    }
+
+    /// The nearest triangle that a ray meets before `most`: the distance along the ray, and the index in the mesh.
+    pub fn nearest(&self, origin: Vec3, direction: Vec3, most: f32) -> Option<(f32, usize)> {
         let sheared = Sheared::new(origin, direction);
         let ray = Ray::new(origin.into(), direction.into(), 0.0, most);
-        let mut nearest = most;
+        let mut nearest: Option<(f32, usize)> = None;
         let mut hit = obvhs::ray::RayHit::none();
         self.boxes.ray_traverse(ray, &mut hit, |_, n| {
             let t = sheared.meet(&self.triangles[n]);
-            nearest = nearest.min(t);
+            if t < nearest.map_or(most, |(nearest, _)| nearest) {
+                nearest = Some((t, self.boxes.primitive_indices[n] as usize));
+            }
             t
         });
         nearest

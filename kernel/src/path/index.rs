@@ -1,13 +1,13 @@
 //! A spatial index of boxes that repeat with the canvas.
 use crate::ground::bins::{Bins, Extent};
 use crate::ground::number::index_u32;
-use crate::ground::window::{Frame, WindowExt as _};
+use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;
 use shibo_value::Tiling;
 
 /// Boxes on a canvas.
 #[derive(Clone, Debug)]
-pub(super) struct Index {
+pub(crate) struct Index {
     bins: Bins,
     /// Indices of the boxes in the order of the bins.
     order: Vec<u32>,
@@ -19,14 +19,14 @@ pub(super) struct Index {
 
 /// One copy of a box: its index, and its shift in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Near {
-    pub(super) id: u32,
-    pub(super) shift: DVec2,
+pub(crate) struct Near {
+    pub(crate) id: u32,
+    pub(crate) shift: DVec2,
 }
 
 impl Index {
     /// Sorts boxes, each given by two corners, into bins. O(n).
-    pub(super) fn new(boxes: &[[DVec2; 2]], (size, tiling): (DVec2, Tiling)) -> Self {
+    pub(crate) fn new(boxes: &[[DVec2; 2]], (size, tiling): (DVec2, Tiling)) -> Self {
         let period = DVec2::new(if tiling.x { size.x } else { 0.0 }, if tiling.y { size.y } else { 0.0 });
         let safe = DVec2::select(period.cmpgt(DVec2::ZERO), period, DVec2::splat(1.0));
         let home: Vec<DVec2> = boxes.iter().map(|[a, b]| -((0.5 * (*a + *b)) / safe).floor() * period).collect();
@@ -84,7 +84,7 @@ impl Index {
     }
 
     /// Like [`Self::near`], for the pixels of a window and a margin of `around` mm.
-    pub(super) fn near_window(&self, frame: &Frame, around: f64) -> Vec<Near> {
+    pub(crate) fn near_window(&self, frame: &Frame, around: f64) -> Vec<Near> {
         let [low, high] = corners(frame);
         self.near(low - around, high + around)
     }
@@ -98,6 +98,24 @@ pub(super) fn corners(frame: &Frame) -> [DVec2; 2] {
         DVec2::from(frame.center(rect.x, rect.y)),
         DVec2::from(frame.center(last(rect.x, rect.columns()), last(rect.y, rect.rows()))),
     ]
+}
+
+/// Calls `put` for the pixels of a window whose centres lie in a rectangle, with their indices and positions.
+#[inline(always)]
+pub(crate) fn each(frame: &Frame, low: DVec2, high: DVec2, put: &mut impl FnMut(usize, DVec2)) {
+    let rect = frame.window;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the window")]
+    let range = |axis: usize, first: i32, count: usize| {
+        let pixel = |mm: f64| (mm - frame.origin[axis]) / frame.step[axis] - 0.5 - f64::from(first);
+        let from = pixel(low[axis]).ceil().clamp(0.0, count as f64) as usize;
+        let to = (pixel(high[axis]).floor() + 1.0).clamp(0.0, count as f64) as usize;
+        from..to
+    };
+    for j in range(1, rect.y, rect.rows()) {
+        for i in range(0, rect.x, rect.columns()) {
+            put(j * rect.columns() + i, DVec2::from(frame.center(rect.x + index(i), rect.y + index(j))));
+        }
+    }
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
-//! Paths: drawing and joining them, positions relative to them, seams along them, direction fields that follow them,
-//! and lines that follow direction fields.
+//! Paths: drawing and joining them, level lines of samples, positions relative to them, seams along them, direction
+//! fields that follow them, and lines that follow direction fields.
 
 pub mod chain;
+pub mod contour;
+pub mod ease;
 pub mod flow;
-mod index;
+pub(crate) mod index;
 pub mod nearest;
 pub mod pen;
 pub mod seam;

@@ -4,11 +4,11 @@
 //! The thread consists of round strands that wind around each other. The height at a point is that of the highest
 //! strand; each strand is a circle in the thread's cross-section. Strands finer than pixels are replaced by a smooth
 //! round thread. The coverage of a pixel is exact across the thread. O(pixels of stitches near).
-use super::index::{Index, Near};
+use super::index::{Index, Near, each};
 use super::seam::{Sewn, Stitch};
 use crate::ground::math;
 use crate::ground::number::narrow;
-use crate::ground::window::{Frame, WindowExt as _, index};
+use crate::ground::window::Frame;
 use glam::DVec2;
 use shibo_value::Tiling;
 use std::f32::consts::TAU;
@@ -230,25 +230,6 @@ fn to_line(p: DVec2, a: DVec2, b: DVec2) -> f64 {
     let (way, to) = (b - a, p - a);
     let t = (to.dot(way) / way.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     (to - way * t).length()
-}
-
-/// Calls `put` for the pixels of a window whose centres lie in a rectangle, with their indices (row by row) and their
-/// positions.
-fn each(frame: &Frame, low: DVec2, high: DVec2, put: &mut dyn FnMut(usize, DVec2)) {
-    let rect = frame.window;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped to the window")]
-    let range = |axis: usize, first: i32, count: usize| {
-        let pixel = |mm: f64| (mm - frame.origin[axis]) / frame.step[axis] - 0.5 - f64::from(first);
-        let from = pixel(low[axis]).ceil().clamp(0.0, count as f64) as usize;
-        let to = (pixel(high[axis]).floor() + 1.0).clamp(0.0, count as f64) as usize;
-        from..to
-    };
-    for j in range(1, rect.y, rect.rows()) {
-        for i in range(0, rect.x, rect.columns()) {
-            let p = DVec2::from(frame.center(rect.x + index(i), rect.y + index(j)));
-            put(j * rect.columns() + i, p);
-        }
-    }
 }
 
 impl Thread {

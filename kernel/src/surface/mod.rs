@@ -3,11 +3,14 @@
 pub mod combine_normals;
 pub mod curvature;
 pub mod display;
+pub mod environment;
+pub mod inflate;
 pub mod layers;
-mod light;
 pub mod normal;
 pub mod occlusion;
 pub mod poisson;
 pub mod profile;
 pub mod relief;
+mod shading;
+pub mod view;
 pub mod wear;

@@ -5,7 +5,7 @@ use crate::ground::math::{max, min};
 
 /// A light.
 #[derive(Clone, Copy)]
-pub(super) struct Light {
+pub(in crate::surface) struct Light {
     /// Direction to the light.
     pub(super) l: [f32; 3],
     /// Half vector between light and viewer.
@@ -45,9 +45,15 @@ impl Along {
         Self { u, v, aspect }
     }
 
+    /// The direction across the fibres.
+    #[inline(always)]
+    pub(super) const fn across(&self) -> [f32; 3] {
+        self.v
+    }
+
     /// α along the fibres and across them; `a` is the isotropic α.
     #[inline(always)]
-    fn widths(&self, a: f32) -> [f32; 2] {
+    pub(super) fn widths(&self, a: f32) -> [f32; 2] {
         [max(a * self.aspect, 1e-3), min(a / self.aspect, 1.0)]
     }
 
@@ -64,7 +70,7 @@ impl Along {
 
 impl Light {
     #[expect(clippy::cast_possible_truncation, reason = "directions need no more than f32")]
-    pub(super) fn new(azimuth: f64, elevation: f64, color: [f32; 3]) -> Self {
+    pub(in crate::surface) fn new(azimuth: f64, elevation: f64, color: [f32; 3]) -> Self {
         let flat = libm::cos(elevation);
         let l = [flat * libm::cos(azimuth), flat * libm::sin(azimuth), libm::sin(elevation)];
         let length = (2.0 + 2.0 * l[2]).sqrt();
@@ -73,6 +79,12 @@ impl Light {
         let grazing = away * away * away * away * away;
         let fresnel = 0.04 + 0.96 * grazing;
         Self { l: l.map(|x| x as f32), h: h.map(|x| x as f32), grazing: grazing as f32, fresnel: fresnel as f32, color }
+    }
+
+    /// A light from direction `l`, with y down.
+    pub(in crate::surface) fn toward([x, y, z]: [f32; 3], color: [f32; 3]) -> Self {
+        let [x, y, z] = [x, y, z].map(f64::from);
+        Self::new(libm::atan2(y, x), libm::asin(z.clamp(-1.0, 1.0)), color)
     }
 
     /// Diffuse and specular factor for normal `n` (its z is also the cosine to the viewer) and α² = `a2`. The specular

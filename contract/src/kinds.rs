@@ -42,6 +42,7 @@ pub const STAND_INS: &str = r##"
     "lattice": ConnectNeighbors(points: "points"),
     "springs": DefineSprings(lattice: "lattice"),
     "segments": PlaceWrinkles(lattice: "lattice"),
+    "path": Path(points: [(-2, 3), (6, 11), (14, 3)]),
     "curve": TrunkNodes(height: (-100, 100), count: 5),
     "skeleton": FitSkeleton(curve: "curve"),
     "pattern": ColorPattern(entries: 64),
@@ -117,6 +118,8 @@ pub fn needed(kind: &str) -> Option<(&'static str, String)> {
         "LayerMaterials" => {
             Some(("layers", "[(material: \"material\"), (material: \"material\", mask: \"gray\", by: Height)]".into()))
         }
+        "DistanceTime" => Some(("seeds", "[(3, 4, 0), (11, 9, 0)]".into())),
+        "DeformSolid" => Some(("steps", "[(work: Drill)]".into())),
         "CoordsFromField" => Some(("input", "\"vector\"".into())),
         "LoadMesh" => Some(("path", format!("\"{MESH}\""))),
         "Image" => Some(("path", format!("\"{PICTURE}\""))),

@@ -5,7 +5,9 @@
 //! `docs/leather.md`, `docs/wood.md` and `docs/synthesis.md`, which list what a source says and where it is done.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions"))]
 pub mod combine;
+pub mod deposits;
 pub mod filter;
+pub mod fracture;
 pub mod generators;
 pub mod image;
 pub mod leather;
@@ -13,6 +15,7 @@ pub mod material;
 pub mod mesh;
 pub mod paths;
 pub mod patterns;
+pub mod reaction;
 pub mod regions;
 pub mod scatter;
 pub mod shapes;
@@ -21,15 +24,18 @@ pub mod surface;
 pub mod synthesis;
 pub mod tone;
 pub mod wood;
+pub mod yarn;
 
 mod anywhere;
 mod bounds;
+mod by_calendar;
 mod chosen;
 #[cfg(test)]
 mod conform;
 mod csv_points;
 mod degrees;
 mod distances;
+mod fitted;
 mod formulas;
 mod map;
 mod masked;
@@ -37,6 +43,8 @@ mod measured;
 mod moved;
 mod normals;
 mod on_atlas;
+mod planes;
+mod samples;
 mod shown;
 #[cfg(test)]
 mod testing;
@@ -53,10 +61,14 @@ pub fn families() -> Vec<Family> {
     vec![
         leather::family(),
         wood::family(),
+        deposits::family(),
+        fracture::family(),
+        reaction::family(),
         generators::family(),
         shapes::family(),
         paths::family(),
         patterns::family(),
+        yarn::family(),
         regions::family(),
         scatter::family(),
         image::family(),
@@ -108,6 +120,7 @@ pub fn registry_with(more: impl IntoIterator<Item = Family>) -> Registry {
         .with_internal(Internal::SolidFormula, Kind::of::<formulas::SolidFormula>())
         .with_internal(Internal::CutOnMesh, Kind::of::<mesh::BakeSolid>())
         .with_internal(Internal::Channel, Kind::of::<material::ChannelOf>())
-        .with_kept("Fractal", 2, Kind::of::<generators::kept::Fractal2>());
+        .with_kept("Fractal", 2, Kind::of::<generators::kept::Fractal2>())
+        .with_kept("Fractal", 3, Kind::of::<generators::kept::Fractal3>());
     registry.with_gutters(mesh::filled).with_retired(&RETIRED).with_code(shibo_kernel::CODE).with_code(crate::CODE)
 }

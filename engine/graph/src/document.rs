@@ -22,6 +22,8 @@ use std::sync::Arc;
 pub(super) struct Document {
     /// `pins`; `None` after an error, too.
     pub(super) pins: Option<Pins>,
+    /// `family`.
+    pub(super) family: Option<String>,
     /// `canvas`.
     pub(super) canvas: Option<SyntaxValue>,
     /// `imports`: names and paths.
@@ -126,6 +128,7 @@ impl Document {
         let mut document = Self {
             canvas: read::get(fields, "canvas").cloned(),
             pins,
+            family: read::get(fields, "family").and_then(|part| family(part, report)),
             nodes_part: read::get(fields, "nodes").cloned(),
             ..Self::default()
         };
@@ -228,6 +231,22 @@ fn check_version(part: &SyntaxValue, report: &mut Report) {
         }
         _ => report.push(mismatch(part, "`version`", "the number 1")),
     }
+}
+
+/// The most characters of a family.
+const MOST_FAMILY: usize = 40;
+
+/// The family of a graph: words in lower case.
+fn family(part: &SyntaxValue, report: &mut Report) -> Option<String> {
+    let name = read::text(part, "family", report)?;
+    let good = |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit());
+    if name.len() <= MOST_FAMILY && name.split(' ').all(good) {
+        return Some(name);
+    }
+    let message = format!("`{}` cannot be the name of a family", shorten(&name));
+    let help = format!("a family is words of the letters a to z, at most {MOST_FAMILY} characters: `\"stone\"`");
+    report.push(part.error(Code::BadName, message).help(help));
+    None
 }
 
 /// A node, written as `Kind(field: value)` or as a formula.

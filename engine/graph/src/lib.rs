@@ -57,6 +57,7 @@ mod ron_text;
 mod room;
 pub mod schema;
 mod scope;
+mod shown_by;
 mod spaces;
 mod spared;
 mod storage;

@@ -13,6 +13,8 @@ use std::sync::Arc;
 pub struct Graph {
     /// The graph file.
     pub path: PathBuf,
+    /// The family of its material, such as `stone`, if the file names one.
+    pub family: Option<String>,
     /// The texts that spans point into: the graph file and all that it imports.
     pub sources: SourceMap,
     /// The canvas, with the caller's changes.
@@ -149,6 +151,26 @@ pub struct GraphOutput {
     pub mesh: Option<ExportMesh>,
     /// The place in the text.
     pub span: Span,
+}
+
+impl GraphOutput {
+    /// The value of a node's output, written with default options.
+    pub fn plain(name: String, (node, output): (NodeIndex, usize), ty: Type, span: Span) -> Self {
+        Self {
+            name,
+            node,
+            output,
+            ty,
+            format: None,
+            depth: None,
+            combined: false,
+            range: None,
+            storage: Storage::default(),
+            export: None,
+            mesh: None,
+            span,
+        }
+    }
 }
 
 /// Files for another program.

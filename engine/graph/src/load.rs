@@ -104,6 +104,7 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
     let start = Span { file: FileId(0), start: 0, end: 0 };
     Some(Graph {
         path: doc.path.clone(),
+        family: doc.document.family.clone(),
         sources: SourceMap::default(),
         canvas,
         nodes,

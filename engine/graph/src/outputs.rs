@@ -58,10 +58,6 @@ impl Linker<'_> {
                 self.claim(decl, (flat, ty), export.as_ref(), &mut names);
             }
             outputs.push(GraphOutput {
-                name: decl.name.clone(),
-                node: NodeIndex::new(flat),
-                output,
-                ty,
                 format: decl.format,
                 depth: decl.depth,
                 combined: decl.combined,
@@ -69,7 +65,7 @@ impl Linker<'_> {
                 storage: decl.storage,
                 export,
                 mesh,
-                span: from.span(),
+                ..GraphOutput::plain(decl.name.clone(), (NodeIndex::new(flat), output), ty, from.span())
             });
         }
         outputs

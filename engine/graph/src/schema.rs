@@ -10,6 +10,7 @@ use crate::value::TileMode;
 pub const ROOT: &[FieldDecl] = &[
     FieldDecl::new("version", "The version of the format: 1.", Takes::Value),
     FieldDecl::new("pins", "The change whose versions of nodes the graph means: its number.", Takes::Value),
+    FieldDecl::new("family", "The family of the material, for lists: `\"stone\"`.", Takes::Value),
     FieldDecl::new("canvas", "Size in mm, resolution, tiling and seed.", Takes::Value),
     FieldDecl::new("imports", "The graphs that nodes use as sub-graphs: `{ \"name\": \"path\" }`.", Takes::Value),
     FieldDecl::new(

@@ -63,7 +63,7 @@ pub struct Fractal {
 }
 
 impl Node for Fractal {
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     const OUTPUTS: &'static [Output] = &[Output::new("value", Type::Gray, "The noise, 0..1.")];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 
@@ -84,7 +84,7 @@ impl Node for Fractal {
             octaves: self.octaves,
             lacunarity: self.lacunarity,
             gain: self.gain,
-            turned: self.kind != FractalKind::Fbm,
+            turned: true,
         };
         Ok(Outputs::one(match direction {
             Some(direction) => noise_along(cx, &spec, self.seed, direction),

@@ -1,11 +1,13 @@
-//! Paths: curves on the canvas, fields of the distance from them, and seams along them.
+//! Paths: curves on the canvas, outlines of fields, fields of the distance from paths, and seams along them.
 mod flow_from_paths;
+mod outline;
 mod path;
 mod sources;
 mod stitch;
 mod streamlines;
 
 pub use flow_from_paths::FlowFromPaths;
+pub use outline::Outline;
 pub use path::Path;
 pub use stitch::Stitch;
 pub use streamlines::Streamlines;
@@ -17,7 +19,13 @@ pub fn family() -> Family {
     Family {
         name: "Paths",
         doc: "Curves on the canvas in mm: the place along and across them as fields, stitches along them, \
-              directions that follow them, and lines that follow directions.",
-        kinds: vec![Kind::of::<Path>(), Kind::of::<Stitch>(), Kind::of::<FlowFromPaths>(), Kind::of::<Streamlines>()],
+              directions that follow them, lines that follow directions, and outlines of fields.",
+        kinds: vec![
+            Kind::of::<Path>(),
+            Kind::of::<Outline>(),
+            Kind::of::<Stitch>(),
+            Kind::of::<FlowFromPaths>(),
+            Kind::of::<Streamlines>(),
+        ],
     }
 }

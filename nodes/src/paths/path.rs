@@ -3,6 +3,7 @@
 //! Curves are cut into straight pieces that lie within half a micrometre of them, and sorted into bins. See
 //! [`kernel::nearest`](shibo_kernel::path::nearest). Cost of a tile: its pixels, and the pieces within `reach` of it.
 use super::sources;
+use crate::planes::plane;
 use glam::DVec2;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
@@ -253,14 +254,6 @@ fn across(all: &Field, nearest: Arc<Nearest>, reach: f64) -> Field {
         for ((out, across), id) in out.plane_mut(0).iter_mut().zip(all.plane(1)).zip(ids) {
             *out = if *id == 0.0 { *out } else { *across };
         }
-        Ok(())
-    })
-}
-
-/// One plane of a field of four numbers as a field of its own.
-pub(super) fn plane(all: &Field, ty: Type, number: usize) -> Field {
-    Field::map(ty, [all.clone()], Halo::NONE, move |out, [all]| {
-        out.plane_mut(0).copy_from_slice(all.plane(number));
         Ok(())
     })
 }

@@ -2,9 +2,9 @@
 //!
 //! Stitches are straight between their holes. [`kernel::seam`](shibo_kernel::path::seam) places them and
 //! [`kernel::thread`](shibo_kernel::path::thread) draws them. Cost of a tile: the pixels of the stitches near it.
-use super::path::plane;
 use crate::bounds::{exceeds, told};
 use crate::degrees::sin_cos;
+use crate::planes::plane;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;

@@ -1,9 +1,10 @@
 //! [`Brick`]: rectangles and other pieces laid side by side.
 //!
 //! See [`kernel::layout`](shibo_kernel::pattern::layout). Each output is computed separately. Cost: O(pixels).
-use super::{fitted, pieces};
+use super::pieces;
 use crate::bounds::{exceeds, told};
 use crate::degrees::sin_cos;
+use crate::fitted;
 use glam::DVec2;
 use shibo_kernel::pattern::finish::{BevelProfile, Finish, degrees};
 use shibo_kernel::pattern::layout::{Grid, Layout, PieceSpec};
@@ -139,7 +140,7 @@ impl Node for Brick {
             }
             _ => fitted::FITS,
         };
-        fitted::advice("size", [self.size(), laid], [self.angle + lean, degrees(grid.directions[0])], why)
+        fitted::advice(("size", "pieces"), [self.size(), laid], [self.angle + lean, degrees(grid.directions[0])], why)
     }
 
     fn tiling(&self, canvas: &CanvasFacts) -> Tiling {

@@ -1,8 +1,9 @@
 //! [`Hex`]: regular hexagons.
 //!
 //! The hexagons of [`kernel::layout`](shibo_kernel::pattern::layout). Cost: O(pixels).
-use super::{fitted, pieces};
+use super::pieces;
 use crate::degrees::sin_cos;
+use crate::fitted;
 use glam::DVec2;
 use shibo_kernel::pattern::finish::{BevelProfile, Finish, degrees};
 use shibo_kernel::pattern::layout::{Grid, Layout, PieceSpec};
@@ -83,7 +84,7 @@ impl Node for Hex {
         if ((laid - pieces.size) / pieces.size).abs().max_element() < 0.05 && (turned - self.angle).abs() < 0.05 {
             return Vec::new();
         }
-        fitted::advice("size", [pieces.size, laid], [self.angle, turned], fitted::FITS)
+        fitted::advice(("size", "pieces"), [pieces.size, laid], [self.angle, turned], fitted::FITS)
     }
 
     fn tiling(&self, canvas: &CanvasFacts) -> Tiling {

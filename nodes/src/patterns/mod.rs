@@ -1,6 +1,5 @@
 //! Patterns: bricks, tiles, hexagons, cloth; each piece has a number, a place and an angle.
 mod brick;
-mod fitted;
 mod hex;
 mod pieces;
 mod truchet;

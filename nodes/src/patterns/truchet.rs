@@ -1,9 +1,9 @@
 //! [`Truchet`]: square tiles turned at random.
 //!
 //! See [`kernel::truchet`](shibo_kernel::pattern::truchet). Cost: O(pixels) for each output.
-use super::fitted;
 use super::pieces::{drawn, places};
 use crate::degrees::sin_cos;
+use crate::fitted;
 use glam::DVec2;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::pattern::finish::{BevelProfile, degrees};
@@ -80,7 +80,7 @@ impl Node for Truchet {
     fn advice(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         let Some(tiles) = self.tiles(canvas, Hash::new(0)) else { return Vec::new() };
         let (wanted, turned) = (DVec2::splat(self.size), degrees(tiles.fit.direction(DVec2::X)));
-        fitted::advice("size", [wanted, tiles.fit.units()], [self.angle, turned], fitted::FITS)
+        fitted::advice(("size", "pieces"), [wanted, tiles.fit.units()], [self.angle, turned], fitted::FITS)
     }
 
     fn tiling(&self, canvas: &CanvasFacts) -> Tiling {

@@ -1,9 +1,9 @@
 //! [`Weave`]: woven cloth.
 //!
 //! See [`kernel::weave`](shibo_kernel::pattern::weave). Cost: O(pixels) for each output.
-use super::fitted;
 use super::pieces::{drawn, places};
 use crate::degrees::sin_cos;
+use crate::fitted;
 use glam::DVec2;
 use shibo_kernel::pattern::finish::degrees;
 use shibo_kernel::pattern::weave::{Binding, Cloth, WeavePlane, Woven, satin_step};
@@ -128,16 +128,12 @@ impl Node for Weave {
     fn advice(&self, canvas: &CanvasFacts) -> Vec<Problem> {
         let Some(woven) = self.woven(canvas) else { return Vec::new() };
         let wanted = DVec2::new(self.pitch.x, self.pitch.y);
-        let mut advice = fitted::advice(
-            "pitch",
+        fitted::advice(
+            ("pitch", "distances of threads"),
             [wanted, woven.fit.units()],
             [self.angle, degrees(woven.fit.direction(DVec2::X))],
             fitted::FITS,
-        );
-        advice.iter_mut().for_each(|problem| {
-            problem.message = problem.message.replacen("pieces are", "distances of threads are", 1)
-        });
-        advice
+        )
     }
 
     fn tiling(&self, canvas: &CanvasFacts) -> Tiling {

@@ -6,11 +6,14 @@ mod cavity;
 mod curvature_map;
 mod emboss;
 mod height_to_normal;
+mod inflate;
 mod normal_to_height;
 mod pillow;
 mod raised_edge;
 mod relief;
 mod slope_map;
+mod surroundings;
+mod view;
 
 pub use ambient_occlusion::AmbientOcclusion;
 pub use bevel::{Bevel, BevelSide};
@@ -19,11 +22,14 @@ pub use cavity::Cavity;
 pub use curvature_map::CurvatureMap;
 pub use emboss::{Emboss, EmbossCurve};
 pub use height_to_normal::HeightToNormal;
+pub use inflate::{DomeProfile, Inflate};
 pub use normal_to_height::NormalToHeight;
 pub use pillow::Pillow;
 pub use raised_edge::RaisedEdge;
 pub use relief::Relief;
 pub use slope_map::SlopeMap;
+pub use surroundings::Surroundings;
+pub use view::{View, ViewShape};
 
 use shibo_node::registry::{Family, Kind};
 
@@ -35,6 +41,7 @@ pub fn family() -> Family {
         kinds: vec![
             Kind::of::<Emboss>(),
             Kind::of::<Pillow>(),
+            Kind::of::<Inflate>(),
             Kind::of::<Bevel>(),
             Kind::of::<RaisedEdge>(),
             Kind::of::<HeightToNormal>(),
@@ -45,6 +52,7 @@ pub fn family() -> Family {
             Kind::of::<Cavity>(),
             Kind::of::<AmbientOcclusion>(),
             Kind::of::<Relief>(),
+            Kind::of::<View>(),
         ],
     }
 }

@@ -1,15 +1,21 @@
 //! [`Relief`]: a lit picture of a surface, for viewing.
 //!
-//! Lights: a key light, a weak fill light and a sky. Shading: Lambert and GGX (E. Heitz, 2014), with 4 % reflection at
+//! Under the lamp: a key light, a weak fill light and a sky. Shading: Lambert and GGX (E. Heitz, 2014), with 4 % reflection at
 //! normal incidence. Ambient occlusion darkens the sky and, by half, the key light; a tone curve for the screen comes
 //! last. See [`kernel::relief`](shibo_kernel::surface::relief). Metal, sheen and coat of a material are shown too, and
 //! with `fibers` and `anisotropy` its fibres. Cost: O(pixels).
+use super::surroundings::{self, Surroundings};
 use shibo_kernel::ground::tile;
 use shibo_kernel::surface::display::Curve;
+use shibo_kernel::surface::environment::Environment;
 use shibo_kernel::surface::relief::{self, Finish, Lacquer, ReliefSpec, Surface};
-use shibo_node::{CanvasFacts, Color, Context, Fact, Gray, In, Node, NormalField, Output, Outputs, Rgb, choice, node};
+use shibo_node::{
+    CanvasFacts, Color, Context, Fact, FilePath, Gray, In, Node, NormalField, Output, Outputs, Rgb, choice, node,
+};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Channel, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window};
+use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Tone curve: how light is shown on the screen.
 #[choice]
@@ -26,6 +32,9 @@ pub enum Tone {
 /// A lit picture, for viewing, of a surface seen from above: of a height, or of a whole material. Scene-linear colour.
 ///
 /// Connected channels replace those of the material.
+///
+/// In an `environment` other than `Lamp`, and with a `panorama`, the surface reflects its surroundings, so gloss, metal
+/// and coats look as they are. A white card that faces the viewer is then exactly white, so `exposure` can stay 1.
 ///
 /// ```ron
 /// "cells":   Worley(size: 2.6),
@@ -60,11 +69,21 @@ pub struct Relief {
     #[schemars(range(min = -1e4, max = 1e4))]
     #[default(1.0)]
     pub strength: f64,
+    /// Light around the surface. All of it but `Lamp` has its own elevation and turns with `azimuth`.
+    pub environment: Surroundings,
+    /// A panorama that lights the surface in place of `environment`: a picture file, twice as wide as high. The viewer
+    /// faces the middle of the picture and looks down by 53°.
+    pub panorama: Option<FilePath>,
+    /// Longest shadow that the surface casts onto itself in an environment; 0: none. More than half the canvas' longer
+    /// side counts as that half.
+    #[schemars(range(min = 0, max = 5e5), extend("unit" = "mm"))]
+    #[default(2.0)]
+    pub shadows: f64,
     /// Direction from which the light comes, from +x towards +y: 225° is the upper left.
     #[schemars(range(min = -360, max = 360), extend("unit" = "°"))]
     #[default(225.0)]
     pub azimuth: f64,
-    /// Elevation of the light above the surface: 90° is from above.
+    /// Elevation of the lamp above the surface: 90° is from above.
     #[schemars(range(min = 1, max = 90), extend("unit" = "°"))]
     #[default(40.0)]
     pub elevation: f64,
@@ -72,9 +91,9 @@ pub struct Relief {
     #[schemars(range(min = 0, max = 1e3))]
     #[default(1.0)]
     pub exposure: f64,
-    /// Tone curve: how light is shown on the screen.
-    #[default(Tone::Filmic)]
-    pub tone: Tone,
+    /// Tone curve: how light is shown on the screen. If not given, `Filmic` under the lamp and `Neutral` in an
+    /// environment.
+    pub tone: Option<Tone>,
     /// Strength of the reflection, in the colour of the material, of fibres that lie in the surface: about 0.6 for
     /// wood. The anisotropy of the material and its angle give the share and the direction of fibres. With a `normal`
     /// that follows their tilt, the figure of wood becomes visible.
@@ -89,16 +108,36 @@ pub struct Relief {
 }
 
 impl Node for Relief {
-    const VERSION: u32 = 3;
+    const VERSION: u32 = 4;
     const OUTPUTS: &'static [Output] = &[Output::new("picture", Type::Rgb, "The lit picture, scene-linear, 0..1.")];
-    const FACTS: &'static [Fact] = &[];
+    const FACTS: &'static [Fact] = &[Fact::Size];
 
     fn advice(&self, _canvas: &CanvasFacts) -> Vec<Problem> {
-        if self.height.is_some() || self.material.is_some() {
-            return Vec::new();
+        let mut found = Vec::new();
+        if self.height.is_none() && self.material.is_none() {
+            let problem =
+                Problem::new(Code::Advice, "neither `height` nor `material` is connected; the surface is flat");
+            found.push(problem.help("write `height: \"…\"` or `material: \"…\"`"));
         }
-        let problem = Problem::new(Code::Advice, "neither `height` nor `material` is connected; the surface is flat");
-        vec![problem.help("write `height: \"…\"` or `material: \"…\"`")]
+        let plain = Self::default();
+        let lamp = self.environment == Surroundings::Lamp && self.panorama.is_none();
+        if !lamp && self.elevation != plain.elevation {
+            let problem = Problem::new(Code::Advice, "`elevation` is that of the lamp; an environment has its own");
+            found.push(problem.at("elevation").help("remove `elevation`, or write `environment: Lamp`"));
+        }
+        if lamp && self.shadows != plain.shadows {
+            let problem = Problem::new(Code::Advice, "the lamp casts no shadows, so `shadows` has no effect");
+            found.push(problem.at("shadows").help("remove `shadows`, or choose an `environment` such as `Studio`"));
+        }
+        found
+    }
+
+    fn files(&self) -> Vec<(&'static str, &FilePath)> {
+        self.panorama.iter().map(|path| ("panorama", path)).collect()
+    }
+
+    fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
+        surroundings::check(files)
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
@@ -137,7 +176,10 @@ impl Node for Relief {
             inputs.extend(material.as_ref().and_then(|m| m.get(Channel::CoatNormal)).cloned());
         }
         let tiling = inputs.iter().fold(Tiling::BOTH, |tiling, input| tiling.and(input.tiling()));
-        Ok(Outputs::one(Field::new(Type::Rgb, tiling, Lit { inputs, lies, node: self.clone() })))
+        let environment = self.environment.light(cx)?;
+        let shadows = self.shadows.min(0.5 * cx.size_mm().max_element());
+        let lit = Lit { inputs, lies, environment, shadows, node: self.clone() };
+        Ok(Outputs::one(Field::new(Type::Rgb, tiling, lit)))
     }
 }
 
@@ -152,14 +194,45 @@ struct Lit {
     inputs: Vec<Field>,
     /// True if `inputs` has a normal, and if it has fibres.
     lies: [bool; 2],
+    /// Light around the surface; `None` is the lamp.
+    environment: Option<Arc<Environment>>,
+    /// Longest shadow, mm.
+    shadows: f64,
     node: Relief,
+}
+
+impl Lit {
+    fn spec(&self, grid: &Grid) -> ReliefSpec<'_> {
+        let tone = self.node.tone.unwrap_or(if self.environment.is_some() { Tone::Neutral } else { Tone::Filmic });
+        ReliefSpec {
+            step: tile::step(grid),
+            strength: self.node.strength,
+            azimuth: self.node.azimuth.to_radians(),
+            elevation: self.node.elevation.to_radians(),
+            exposure: self.node.exposure,
+            curve: match tone {
+                Tone::Filmic => Curve::Filmic,
+                Tone::Neutral => Curve::Neutral,
+                Tone::Linear => Curve::Linear,
+            },
+            fibers: self.node.fibers,
+            anisotropy: self.node.anisotropy,
+            environment: self.environment.as_deref(),
+            shadows: self.shadows,
+        }
+    }
 }
 
 impl FieldSource for Lit {
     fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
-        let height = window.grow(relief::HALO, relief::HALO);
+        let halo = self.spec(grid).halo();
+        let height = window.grow(halo, halo);
         let windows = std::iter::once(height).chain(std::iter::repeat(window));
         self.inputs.iter().zip(windows).map(|(input, window)| Read::new(input, grid, window)).collect()
+    }
+
+    fn reaches_by(&self) -> Option<&'static str> {
+        Some("shadows")
     }
 
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
@@ -194,20 +267,7 @@ impl FieldSource for Lit {
                 _ => None,
             },
         };
-        let spec = ReliefSpec {
-            step: tile::step(&grid),
-            strength: self.node.strength,
-            azimuth: self.node.azimuth.to_radians(),
-            elevation: self.node.elevation.to_radians(),
-            exposure: self.node.exposure,
-            curve: match self.node.tone {
-                Tone::Filmic => Curve::Filmic,
-                Tone::Neutral => Curve::Neutral,
-                Tone::Linear => Curve::Linear,
-            },
-            fibers: self.node.fibers,
-            anisotropy: self.node.anisotropy,
-        };
+        let spec = self.spec(&grid);
         relief::relief(&tile::view(height, 0), window, &surface, &spec, tile::planes3(out));
         Ok(())
     }
@@ -239,7 +299,7 @@ mod tests {
             Value::from(Material::new(channels.map(|(c, v)| (c, Field::constant(Type::Gray, &[v])))))
         };
         let lit = |fibers: f64, angle: f32| {
-            let node = Relief { material: Some(port(0)), fibers, tone: Tone::Neutral, ..Relief::default() };
+            let node = Relief { material: Some(port(0)), fibers, tone: Some(Tone::Neutral), ..Relief::default() };
             render(&node, &[wood(angle)])
         };
         assert_eq!(lit(0.0, 45.0), lit(0.0, 135.0));
@@ -250,7 +310,7 @@ mod tests {
         let flat = render(&flat, &[Field::constant(Type::Gray, &[0.0]).into()]);
         assert_eq!(render(&node, &[lumps().into(), level.into()]), flat);
         check_field(&field(
-            &Relief { tone: Tone::Linear, ..node },
+            &Relief { tone: Some(Tone::Linear), ..node },
             &[lumps().into(), Field::constant(Type::Normal, &[0.4, 0.6, 0.9]).into()],
         ));
     }
@@ -269,6 +329,22 @@ mod tests {
         assert_eq!(render(&node, &[lumps().into()]), render(&plain, &[lumps().into()]));
         let node = Relief { angle: Some(port(1)), anisotropy: 0.9, ..plain };
         check_field(&field(&node, &[lumps().into(), lumps().into()]));
+    }
+
+    #[test]
+    fn environments_hold_in_any_window() {
+        for environment in [Surroundings::Studio, Surroundings::Overcast, Surroundings::Window, Surroundings::Sky] {
+            for shadows in [0.0, 3.0] {
+                let node = Relief { height: Some(port(0)), environment, shadows, ..Relief::default() };
+                check_field(&field(&node, &[lumps().into()]));
+            }
+        }
+        let node = Relief { height: Some(port(0)), environment: Surroundings::Studio, ..Relief::default() };
+        assert_ne!(
+            render(&node, &[lumps().into()]),
+            render(&Relief { shadows: 0.0, ..node.clone() }, &[lumps().into()])
+        );
+        assert_eq!(Relief { elevation: 60.0, ..node }.advice_on(&crate::testing::canvas()).len(), 1);
     }
 
     #[test]

@@ -4,7 +4,6 @@ mod board;
 mod branch_time;
 mod branches;
 mod bud_eyes;
-mod by_calendar;
 mod color_pattern;
 mod cut_pieces;
 mod cut_plane;

@@ -3,7 +3,7 @@
 //! Source: Momoi & Takatera 2014, §4.3 (rows B22, B30). Beyond the source: the exact mean of the pattern over a pixel's
 //! span of years, so that thin rings never alias; variation from year to year; late wood as a solid; sapwood, knots and
 //! bark. Cost: about 40 ns a point.
-use super::by_calendar::ByCalendar;
+use crate::by_calendar::ByCalendar;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;

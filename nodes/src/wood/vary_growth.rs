@@ -2,8 +2,8 @@
 //!
 //! Momoi & Takatera 2014 mention irregular growth in §5.1 and §5.3 without a description (rows B31, B32); the method is
 //! beyond the source. Cost: about 5 ns a point and wave.
-use super::by_calendar::ByCalendar;
 use super::trees::even;
+use crate::by_calendar::ByCalendar;
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! [`WoodPores`]: the vessels of hardwoods.
 //!
 //! Beyond the source. Cost: about 25 ns a point.
-use super::by_calendar::ByCalendar;
+use crate::by_calendar::ByCalendar;
 use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::math;
 use shibo_kernel::ground::number::narrow;

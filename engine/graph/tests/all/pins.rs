@@ -73,3 +73,13 @@ fn wrong_pins_are_reported() {
         assert!(error.contains(says), "{pins}: {error}");
     }
 }
+
+#[test]
+fn a_family_is_words_in_lower_case() {
+    let load = |family: &str| load(&format!("family: {family},"), r#""r": Rays()"#, false);
+    assert_eq!(load("\"knit and rope\"").graph.unwrap().family.as_deref(), Some("knit and rope"));
+    let long = format!("\"{}\"", "a".repeat(41));
+    for family in ["\"Stone\"", "\"\"", "\"a  b\"", "\" a\"", "\"stone\\u{7}\"", "\"石\"", "stone", "[\"a\"]", &long] {
+        assert!(load(family).graph.is_none(), "{family}");
+    }
+}

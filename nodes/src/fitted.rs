@@ -7,15 +7,15 @@ use shibo_value::diagnostics::{Code, Problem};
 const SAME: f64 = 2e-3;
 
 /// The error for more pieces than can be numbered.
-pub(super) fn too_many(field: &'static str) -> Problem {
+pub(crate) fn too_many(field: &'static str) -> Problem {
     let message = "there would be more than 16777215 pieces on the canvas";
     Problem::new(Code::TooLarge, message).at(field).help("make them larger, or use a smaller canvas")
 }
 
-/// Advice if the size of pieces is not `wanted` but `laid` (mm), or if their rotation is not `angle` but `turned`
+/// Advice if the size of `things` is not `wanted` but `laid` (mm), or if their rotation is not `angle` but `turned`
 /// degrees.
-pub(super) fn advice(
-    field: &'static str,
+pub(crate) fn advice(
+    (field, things): (&'static str, &str),
     [wanted, laid]: [DVec2; 2],
     [angle, turned]: [f64; 2],
     why: &str,
@@ -26,7 +26,7 @@ pub(super) fn advice(
         return Vec::new();
     }
     let (x, y) = (told(wanted.x), told(wanted.y));
-    let mut message = format!("pieces are {:.4} × {:.4} mm instead of {x} × {y} mm", laid.x, laid.y);
+    let mut message = format!("{things} are {:.4} × {:.4} mm instead of {x} × {y} mm", laid.x, laid.y);
     if off.abs() >= 0.05 {
         message += &format!(", and turned by {:.2}° instead of {angle}°", angle + off);
     }
@@ -35,4 +35,4 @@ pub(super) fn advice(
 }
 
 /// The reason for the difference.
-pub(super) const FITS: &str = ", so that the pattern fits the canvas";
+pub(crate) const FITS: &str = ", so that the pattern fits the canvas";

@@ -4,14 +4,14 @@ use shibo_value::{Curve, Solid};
 
 /// Marks a time by a calendar: the time is a piecewise linear function of an even time, through the points (even time,
 /// year, ·) of `years`. Lookups can use the even time, which has no kinks.
-pub(super) struct ByCalendar {
-    pub(super) even: Solid,
-    pub(super) years: Curve,
+pub(crate) struct ByCalendar {
+    pub(crate) even: Solid,
+    pub(crate) years: Curve,
 }
 
 impl ByCalendar {
     /// The even time and the calendar, if `time` is marked.
-    pub(super) fn of(time: &Solid) -> Option<(&Solid, Calendar)> {
+    pub(crate) fn of(time: &Solid) -> Option<(&Solid, Calendar)> {
         let note = time.note::<Self>()?;
         Some((&note.even, Calendar::through(&note.years.points)?))
     }

@@ -60,6 +60,11 @@ impl Graph {
         let line = self.text.lines().next().and_then(|line| line.strip_prefix("//")).unwrap_or_default().trim();
         line.split_once(". ").map_or(line, |(first, _)| first).trim_end_matches('.')
     }
+
+    /// The family of its material, such as `stone`; shipped graphs give it in a line of its own.
+    pub fn family(&self) -> Option<&'static str> {
+        self.text.lines().find_map(|line| line.strip_prefix("  family: \"")?.strip_suffix("\","))
+    }
 }
 
 /// All graphs that ship with the program; graphs to render come before sub-graphs.

@@ -13,9 +13,9 @@ pub(crate) struct Site<'a> {
 }
 
 /// A fault: a range and the text in its place.
-type Change = (Range<usize>, String);
+pub(crate) type Change = (Range<usize>, String);
 /// All places where a fault can be made.
-type Fault = fn(&Site<'_>, &mut Dice) -> Vec<Change>;
+pub(crate) type Fault = fn(&Site<'_>, &mut Dice) -> Vec<Change>;
 
 /// The sorts of faults.
 pub(crate) const FAULTS: [(&str, Fault); 43] = [
@@ -92,6 +92,30 @@ pub(crate) const FAULTS: [(&str, Fault); 43] = [
     }),
 ];
 
+/// Faults that a script would make in the raw text: one bracket of each sort is removed, also in formulas, or a line of imports.
+pub(crate) const RAW: [(&str, Fault); 7] = [
+    ("( removed", |s, _| s.raw("(")),
+    (") removed", |s, _| s.raw(")")),
+    ("{ removed", |s, _| s.raw("{")),
+    ("} removed", |s, _| s.raw("}")),
+    ("[ removed", |s, _| s.raw("[")),
+    ("] removed", |s, _| s.raw("]")),
+    ("line of imports removed", |s, _| {
+        let Some(imports) = s.tree.value().unwrap().entry("imports") else { return Vec::new() };
+        let (text, range) = (s.tree.text(), imports.range());
+        let start = text[..range.start].rfind('\n').map_or(0, |at| at + 1);
+        let mut lines = Vec::new();
+        let mut at = start;
+        while at < range.end {
+            let end = text[at..].find('\n').map_or(text.len(), |len| at + len + 1);
+            lines.push((at..end, String::new()));
+            at = end;
+        }
+        // The first and the last of several lines have brackets.
+        if lines.len() > 1 { lines.drain(1..lines.len() - 1).collect() } else { lines }
+    }),
+];
+
 /// Changes of the texts at these ranges.
 fn each(site: &Site<'_>, ranges: Vec<Range<usize>>, mut change: impl FnMut(&str) -> Option<String>) -> Vec<Change> {
     let of = |range: Range<usize>| {
@@ -119,6 +143,11 @@ impl Site<'_> {
 
     fn find<'s>(&'s self, what: &'s str) -> impl Iterator<Item = usize> + 's {
         self.tree.text().match_indices(what).map(|(at, _)| at)
+    }
+
+    /// Removes a sign, wherever it stands.
+    fn raw(&self, sign: &str) -> Vec<Change> {
+        self.find(sign).map(|at| (at..at + sign.len(), String::new())).collect()
     }
 
     fn tokens(&self, kind: TokenKind) -> Vec<Range<usize>> {

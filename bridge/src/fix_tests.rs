@@ -1,6 +1,6 @@
 //! Tests of fixes: faults are made in shipped graphs and repaired.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
-use crate::faults::{FAULTS, spoil};
+use crate::faults::{FAULTS, Fault, RAW, spoil};
 use crate::fix::ROUNDS;
 use crate::shape::canonical;
 use crate::testing::{Dice, graphs, tools};
@@ -16,20 +16,29 @@ const SEVERAL: usize = 50;
 /// Longest graph in bytes.
 const LONGEST: usize = 5000;
 
-/// Counts of repaired graphs.
-#[derive(Clone, Copy, Default)]
-struct Score {
-    all: usize,
-    same: usize,
-    clean: usize,
+/// Graphs per sort of raw fault.
+const PER_RAW: usize = 8;
+
+/// A graph with a fault.
+struct Job {
+    sort: usize,
+    path: PathBuf,
+    text: String,
+    spoilt: String,
 }
 
-impl Score {
-    fn add(&mut self, same: bool, clean: bool) {
-        self.all += 1;
-        self.same += usize::from(same);
-        self.clean += usize::from(clean);
-    }
+/// The result of a repair.
+#[derive(Clone, Copy)]
+struct Done {
+    sort: usize,
+    /// The meaning of the original is back with `likely` fixes.
+    same: bool,
+    /// No error is left.
+    clean: bool,
+    /// The meaning is back with `sure` fixes alone.
+    sure: bool,
+    /// `sure` fixes alone left no error.
+    sole: bool,
 }
 
 fn meaning(text: &str) -> String {
@@ -48,23 +57,96 @@ fn is_valid(tools: &Tools, path: &Path, text: &str) -> bool {
     check(tools, &CheckRequest { graph }).diagnostics.iter().all(|one| one.warning)
 }
 
-#[test]
-fn repairs_faults() {
-    let tools = tools();
-    let graphs: Vec<(PathBuf, String)> = graphs().into_iter().filter(|(_, text)| text.len() < LONGEST).collect();
-    let mut jobs: Vec<(usize, PathBuf, String, String)> = Vec::new();
-    let mut dice = Dice(7);
-    for (kind, (_, fault)) in FAULTS.iter().enumerate() {
+/// Repairs graphs on two threads, and prints those that are not as before.
+fn done(tools: &Tools, jobs: &[Job], names: &[&str]) -> Vec<Done> {
+    let each = |job: &Job| {
+        let Job { sort, path, text, spoilt } = job;
+        let (likely, clean, applied) = repaired(tools, path, spoilt, Applies::Likely);
+        let (sure, sole, _) = repaired(tools, path, spoilt, Applies::Sure);
+        let expected = meaning(text);
+        let done =
+            Done { sort: *sort, same: meaning(&likely) == expected, clean, sure: meaning(&sure) == expected, sole };
+        if !done.same || !clean || (sole && !done.sure) {
+            let changed = crate::fix::unified(&path.display().to_string(), text, spoilt);
+            let after = crate::fix::unified("repaired", text, if done.same { &sure } else { &likely });
+            println!("{}: {}\n{changed}{after}{applied:?}\n", names[*sort], if clean { "other" } else { "errors" });
+        }
+        done
+    };
+    let half = jobs.len() / 2;
+    std::thread::scope(|scope| {
+        let other = scope.spawn(|| jobs[half..].iter().map(each).collect::<Vec<_>>());
+        let mut done: Vec<Done> = jobs[..half].iter().map(each).collect();
+        done.extend(other.join().unwrap());
+        done
+    })
+}
+
+/// Prints a table of results and returns four numbers: all graphs, graphs as before, graphs without errors after `sure` fixes alone,
+/// and graphs as before after `sure` fixes alone.
+fn table(done: &[Done], names: &[&str]) -> [usize; 4] {
+    let count = |done: &[&Done]| {
+        let of = |is: fn(&Done) -> bool| done.iter().filter(|one| is(one)).count();
+        [of(|_| true), of(|one| one.same), of(|one| one.sole), of(|one| one.sole && one.sure), of(|one| one.clean)]
+    };
+    let line = |name: &str, done: &[&Done]| {
+        let [all, same, sole, sure, clean] = count(done);
+        println!(
+            "{name:30} {same:3} of {all:3} as before, {clean:3} without errors; by sure fixes alone {sure:3} of {sole:3}"
+        );
+        [all, same, sole, sure]
+    };
+    for (sort, name) in names.iter().enumerate() {
+        line(name, &done.iter().filter(|one| one.sort == sort).collect::<Vec<_>>());
+    }
+    line("all", &done.iter().collect::<Vec<_>>())
+}
+
+/// 90 % of all graphs must be as before, and `least` percent of those that `sure` fixes alone leave without errors.
+fn assert_shares([all, same, sole, sure]: [usize; 4], least: usize) {
+    let percent = |part: usize, of: usize| 100.0 * part as f64 / of.max(1) as f64;
+    println!(
+        "as before: {:.1} % of all by likely fixes, {:.1} % of all by sure fixes alone, {:.1} % of those whose faults have sure fixes",
+        percent(same, all),
+        percent(sure, all),
+        percent(sure, sole)
+    );
+    assert!(same * 10 >= all * 9, "{same} of {all}");
+    assert!(sure * 100 >= sole * least, "{sure} of {sole} by sure fixes");
+}
+
+/// Graphs with a fault of a sort each.
+fn single(
+    tools: &Tools,
+    graphs: &[(PathBuf, String)],
+    sorts: &[(&str, Fault)],
+    per_sort: usize,
+    dice: &mut Dice,
+) -> Vec<Job> {
+    let mut jobs = Vec::new();
+    for (sort, (_, fault)) in sorts.iter().enumerate() {
         let mut made = 0;
         for _ in 0..60 {
             let (path, text) = &graphs[dice.below(graphs.len())];
-            let Some(spoilt) = spoil(&tools.registry, text, *fault, &mut dice) else { continue };
-            if made < PER_KIND && !is_valid(&tools, path, &spoilt) {
-                jobs.push((kind, path.clone(), text.clone(), spoilt));
+            let Some(spoilt) = spoil(&tools.registry, text, *fault, dice) else { continue };
+            if made < per_sort && !is_valid(tools, path, &spoilt) {
+                jobs.push(Job { sort, path: path.clone(), text: text.clone(), spoilt });
                 made += 1;
             }
         }
     }
+    jobs
+}
+
+fn short() -> Vec<(PathBuf, String)> {
+    graphs().into_iter().filter(|(_, text)| text.len() < LONGEST).collect()
+}
+
+#[test]
+fn repairs_faults() {
+    let (tools, graphs) = (tools(), short());
+    let mut dice = Dice(7);
+    let mut jobs = single(&tools, &graphs, &FAULTS, PER_KIND, &mut dice);
     for _ in 0..SEVERAL {
         let (path, text) = &graphs[dice.below(graphs.len())];
         let mut spoilt = text.clone();
@@ -76,42 +158,33 @@ fn repairs_faults() {
             }
         }
         if !is_valid(&tools, path, &spoilt) {
-            jobs.push((FAULTS.len(), path.clone(), text.clone(), spoilt));
+            jobs.push(Job { sort: FAULTS.len(), path: path.clone(), text: text.clone(), spoilt });
         }
     }
-    let mut scores = vec![Score::default(); FAULTS.len() + 1];
-    let half = jobs.len() / 2;
-    let work = |jobs: &[(usize, PathBuf, String, String)]| {
-        let each = |(kind, path, text, spoilt): &(usize, PathBuf, String, String)| {
-            let (likely, clean, applied) = repaired(&tools, path, spoilt, Applies::Likely);
-            let same = meaning(&likely) == meaning(text);
-            let name = FAULTS.get(*kind).map_or("several", |(name, _)| name);
-            if !same || !clean {
-                let changed = crate::fix::unified(&path.display().to_string(), text, spoilt);
-                let after = crate::fix::unified("repaired", text, &likely);
-                println!("{name}: {}\n{changed}{after}{applied:?}\n", if clean { "other" } else { "errors" });
-            }
-            (*kind, same, clean)
-        };
-        jobs.iter().map(each).collect::<Vec<_>>()
-    };
-    let done = std::thread::scope(|scope| {
-        let other = scope.spawn(|| work(&jobs[half..]));
-        let mut done = work(&jobs[..half]);
-        done.extend(other.join().unwrap());
-        done
-    });
-    for (kind, same, clean) in done {
-        scores[kind].add(same, clean);
+    let mut names = FAULTS.map(|(name, _)| name).to_vec();
+    names.push("two or three faults");
+    assert_shares(table(&done(&tools, &jobs, &names), &names), 97);
+}
+
+#[test]
+fn repairs_raw_faults() {
+    let (tools, graphs) = (tools(), short());
+    let jobs = single(&tools, &graphs, &RAW, PER_RAW, &mut Dice(11));
+    let names = RAW.map(|(name, _)| name);
+    assert_shares(table(&done(&tools, &jobs, &names), &names), 95);
+}
+
+#[test]
+fn sure_fixes_stay_sure_beside_other_faults() {
+    for (text, after) in [
+        ("Perlim(size: 5mm)", "Perlim(size: 5)"),
+        ("Blur(input: \"b\", radius: \"3\", xyzzy: 4)", "Blur(input: \"b\", radius: 3, xyzzy: 4)"),
+    ] {
+        let graph = |node: &str| format!("(nodes: {{ \"b\": Perlin(), \"a\": {node} }}, outputs: {{ \"a\": \"a\" }})");
+        let request = GraphText { path: PathBuf::from("/nowhere/a.ron"), text: graph(text) };
+        let fixed = fix(&tools(), &FixRequest { graph: request, applies: Applies::Sure, rounds: 1 });
+        assert_eq!(fixed.text, graph(after), "{:?}", fixed.applied);
     }
-    let mut total = Score::default();
-    for (kind, score) in scores.iter().enumerate() {
-        let name = FAULTS.get(kind).map_or("two or three faults", |(name, _)| name);
-        println!("{name:30} {:3} of {:3} as before, {:3} without errors", score.same, score.all, score.clean);
-        total = Score { all: total.all + score.all, same: total.same + score.same, clean: total.clean + score.clean };
-    }
-    println!("{:30} {:3} of {:3} as before, {:3} without errors", "all", total.same, total.all, total.clean);
-    assert!(total.same * 10 >= total.all * 9, "{} of {}", total.same, total.all);
 }
 
 #[test]

@@ -75,6 +75,8 @@ impl<'a> Expect<'a> {
         let name = item.name();
         match (self, name) {
             (Self::Root, Some("canvas")) => Self::Canvas(None),
+            // Its words may equal the name of a node.
+            (Self::Root, Some("family")) => Self::Note,
             (Self::Root, Some(name)) => {
                 let section = Section::ALL.into_iter().find(|section| section.key() == name);
                 section.map_or(Self::Any, Self::Section)

@@ -27,6 +27,12 @@ pub(crate) fn after_comma(text: &str, from: usize, end: usize) -> Option<usize> 
     }
 }
 
+/// The end of a comment on the rest of the line, which belongs to the entry before it; `at` if there is none.
+fn past_comment(text: &str, at: usize) -> usize {
+    let rest = text[at..].split('\n').next().unwrap_or_default();
+    if rest.trim_start().starts_with("//") { at + rest.trim_end_matches('\r').len() } else { at }
+}
+
 /// Adds an entry after the last one in brackets. It has a line of its own if the last one has.
 pub(crate) fn append(file: &File, body: &Body, entry: &str) -> Vec<Edit> {
     let text = &file.text;
@@ -39,9 +45,19 @@ pub(crate) fn append(file: &File, body: &Body, entry: &str) -> Vec<Edit> {
     let wide = begins_line(last.range.start) && begins_line(inside.end);
     let deep = indent(text, last.range.start).to_owned();
     match (after_comma(text, last.range.end, inside.end), wide) {
-        (Some(comma), true) => vec![Edit { range: comma..comma, text: format!("\n{deep}{entry},") }],
+        (Some(comma), true) => {
+            let at = past_comment(text, comma);
+            vec![Edit { range: at..at, text: format!("\n{deep}{entry},") }]
+        }
         (Some(comma), false) => vec![Edit { range: comma..comma, text: format!(" {entry}") }],
-        (None, true) => vec![Edit { range: last.range.end..last.range.end, text: format!(",\n{deep}{entry},") }],
+        (None, true) => {
+            let (end, at) = (last.range.end, past_comment(text, last.range.end));
+            if at == end {
+                return vec![Edit { range: end..end, text: format!(",\n{deep}{entry},") }];
+            }
+            let comma = Edit { range: end..end, text: ",".to_owned() };
+            vec![comma, Edit { range: at..at, text: format!("\n{deep}{entry},") }]
+        }
         (None, false) => vec![Edit { range: last.range.end..last.range.end, text: format!(", {entry}") }],
     }
 }

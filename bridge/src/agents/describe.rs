@@ -14,6 +14,8 @@ pub type DescribeRequest = Source;
 /// The contents of a graph.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 pub struct Described {
+    /// The family of its material, such as `stone`.
+    pub family: Option<String>,
     /// Width and height of the canvas in mm.
     pub size_mm: [f64; 2],
     /// Width and height of the pictures in pixels.
@@ -108,6 +110,7 @@ pub fn describe(
         node: graph.nodes[output.node].name.clone(),
     });
     Ok(Ok(Described {
+        family: graph.family.clone(),
         size_mm: graph.canvas.size_mm.to_array(),
         resolution: graph.canvas.resolution.to_array(),
         params: params.collect(),

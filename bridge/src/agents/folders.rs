@@ -1,16 +1,14 @@
 //! The folders that an agent may read and write. A file counts by its real location: it is found beneath an opened folder, and a
 //! link that leads out of that folder is refused.
 use super::Refusal;
+use super::save::{MOST_TEXT, save};
 use cap_std::ambient_authority;
-use cap_std::fs::{Dir, OpenOptions};
-use sha2::{Digest, Sha256};
+use cap_std::fs::Dir;
 use shibo_graph::Gate;
-use std::io::{ErrorKind, Read, Write};
+use std::io::{ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-/// The largest text of a graph in bytes.
-pub const MOST_TEXT: u64 = 1 << 20;
 /// The deepest folder that is listed.
 const DEEPEST: usize = 8;
 /// The most files that are listed.
@@ -183,67 +181,8 @@ impl Folders {
         }
         let above = inside.parent().filter(|above| !above.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let folder = root.dir.open_dir(above).map_err(|_| outside())?;
-        save(&folder, Path::new(&name), path, text, expect)
+        save(&folder, Path::new(&name), path, text, expect, &mut || {})
     }
-}
-
-/// Writes a file in an opened folder.
-fn save(folder: &Dir, name: &Path, path: &str, text: &str, expect: Option<&str>) -> Result<Option<String>, Refusal> {
-    let failed = |error: std::io::Error| {
-        Refusal::new("bad-file", format!("`{path}` cannot be written: {error}"), "check the folder and its free space")
-    };
-    let changed = |message: String, help: &'static str| Refusal::new("changed", message, help);
-    let before = match folder.symlink_metadata(name) {
-        Err(error) if error.kind() == ErrorKind::NotFound => None,
-        Err(error) => return Err(failed(error)),
-        Ok(metadata) if !metadata.is_file() => return Err(Refusal::outside(path)),
-        Ok(_) => {
-            let mut bytes = Vec::new();
-            folder.open(name).and_then(|file| file.take(MOST_TEXT + 1).read_to_end(&mut bytes)).map_err(failed)?;
-            Some(bytes)
-        }
-    };
-    match (&before, expect) {
-        (None, None) => {}
-        (None, Some(_)) => {
-            return Err(changed(format!("`{path}` does not exist"), "leave `expect` out for a new file"));
-        }
-        (Some(_), None) => {
-            let help = "give the SHA-256 of the text that you replace as `expect`";
-            return Err(changed(format!("`{path}` exists"), help));
-        }
-        (Some(bytes), Some(expect)) if !sha256(bytes).eq_ignore_ascii_case(expect) => {
-            return Err(changed(format!("`{path}` has changed"), "read the file again, and merge your changes"));
-        }
-        _ => {}
-    }
-    if before.is_none() {
-        let mut file = folder.open_with(name, OpenOptions::new().write(true).create_new(true)).map_err(failed)?;
-        let written = file.write_all(text.as_bytes()).and_then(|()| file.sync_all());
-        if let Err(error) = written {
-            // This call made the file, and a part of a text is no graph.
-            let _ = folder.remove_file(name);
-            return Err(failed(error));
-        }
-        return Ok(None);
-    }
-    // The file is whole at any time: the new text takes its place in one step.
-    let part = PathBuf::from(format!(".{}.{}.part", name.to_string_lossy(), std::process::id()));
-    let _ = folder.remove_file(&part);
-    let written = folder
-        .open_with(&part, OpenOptions::new().write(true).create_new(true))
-        .and_then(|mut file| file.write_all(text.as_bytes()).and_then(|()| file.sync_all()))
-        .and_then(|()| folder.rename(&part, folder, name));
-    if let Err(error) = written {
-        let _ = folder.remove_file(&part);
-        return Err(failed(error));
-    }
-    Ok(before.map(|bytes| String::from_utf8_lossy(&bytes).into_owned()))
-}
-
-/// The SHA-256 of bytes, in lower-case hexadecimal digits.
-pub fn sha256(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// Adds the graph files of a folder and of the folders in it, in order. Links are not followed.
@@ -274,6 +213,7 @@ fn list(dir: &Dir, base: &Path, depth: usize, found: &mut Vec<(String, String)>)
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+    use super::super::save::sha256;
     use super::*;
     use std::fs;
 

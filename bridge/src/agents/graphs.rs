@@ -1,5 +1,6 @@
 //! Graphs of agents: opened, checked, laid out, listed and saved.
-use super::folders::{Folders, MOST_TEXT, sha256};
+use super::folders::Folders;
+use super::save::{MOST_TEXT, sha256};
 use super::{MOST_DIAGNOSTICS, Refusal};
 use crate::check::{Located, located};
 use crate::diff::lines;
@@ -230,7 +231,7 @@ pub fn format(tools: &Tools, folders: &Folders, source: &Source) -> Result<Forma
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ListRequest {
-    /// Words of a name or of the first line; empty for all graphs.
+    /// Words of a name, of the first line or of the family; empty for all graphs.
     #[serde(default)]
     pub words: String,
 }
@@ -242,25 +243,44 @@ pub struct Listed {
     pub path: String,
     /// The first line of its first comment. It was written by the author of the graph.
     pub doc: String,
+    /// The family of its material, such as `stone`; empty if the graph names none.
+    pub family: String,
 }
 
-/// The shipped graphs and the readable files with all given words, and the number of further ones.
-pub fn list(tools: &Tools, folders: &Folders, request: &ListRequest) -> (Vec<Listed>, usize) {
+/// The graphs that can be used.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct ListedGraphs {
+    /// The graphs, shipped ones first.
+    pub graphs: Vec<Listed>,
+    /// The number of further graphs.
+    pub more: usize,
+}
+
+/// The shipped graphs and the readable files with all given words.
+pub fn list(tools: &Tools, folders: &Folders, request: &ListRequest) -> ListedGraphs {
     let library = tools.registry.library();
     let of_library = library.into_iter().flat_map(|library| {
         let text = |name: &str| Some(library.text(&library.find(name)?)?.to_owned());
         library.names().into_iter().filter_map(move |name| Some((format!("{SHIPPED}{name}"), text(name)?)))
     });
     let words: Vec<String> = request.words.split_whitespace().map(str::to_lowercase).collect();
-    let listed = of_library.chain(folders.graphs()).map(|(path, text)| Listed { path, doc: first_line(&text) });
+    let listed = of_library.chain(folders.graphs());
+    let listed = listed.map(|(path, text)| Listed { path, doc: first_line(&text), family: family(&text) });
     let has = |listed: &Listed| {
-        let text = format!("{} {}", listed.path, listed.doc).to_lowercase();
+        let text = format!("{} {} {}", listed.path, listed.doc, listed.family).to_lowercase();
         words.iter().all(|word| text.contains(word.as_str()))
     };
-    let mut found: Vec<Listed> = listed.filter(has).collect();
-    let more = found.len().saturating_sub(MOST_GRAPHS);
-    found.truncate(MOST_GRAPHS);
-    (found, more)
+    let mut graphs: Vec<Listed> = listed.filter(has).collect();
+    let more = graphs.len().saturating_sub(MOST_GRAPHS);
+    graphs.truncate(MOST_GRAPHS);
+    ListedGraphs { graphs, more }
+}
+
+/// The family that a text names, without control characters.
+fn family(text: &str) -> String {
+    let tree = syntax::Tree::parse(text);
+    let family = tree.value().and_then(|graph| graph.entry("family")?.value()?.string());
+    family.unwrap_or_default().chars().filter(|c| !c.is_control()).take(40).collect()
 }
 
 /// The first line of the first comment, without control characters.

@@ -4,14 +4,19 @@ mod describe;
 mod folders;
 mod graphs;
 mod nodes;
+mod save;
 
 pub use describe::{DescribeRequest, Described, describe};
-pub use folders::{Folders, MOST_TEXT, sha256};
+pub use folders::Folders;
 pub use graphs::{
-    Checked, FixArgs, Fixed, Formatted, Level, ListRequest, Listed, Opened, SaveRequest, Saved, Source, check,
-    findings, fix, format, list, load, open, save,
+    Checked, FixArgs, Fixed, Formatted, Level, ListRequest, Listed, ListedGraphs, Opened, SaveRequest, Saved, Source,
+    check, findings, fix, format, list, load, open, save,
 };
-pub use nodes::{KindRequest, SearchRequest, describe_node, search_nodes};
+pub use nodes::{
+    FoundKind, FoundKinds, KindManual, KindRequest, OutputManual, ParamManual, PortManual, SearchRequest,
+    describe_node, search_nodes,
+};
+pub use save::{MOST_TEXT, sha256};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,7 @@
 //! Two pictures of a material compared: size, direction, contrast, colour, and a distance that does not depend on where things lie.
 #![allow(clippy::disallowed_methods, reason = "no picture that is written is made here")]
 mod fourier;
+mod gauge;
 mod plane;
 mod spectrum;
 mod stats;
@@ -8,13 +9,14 @@ mod stats;
 mod tests;
 
 use fourier::{Spectrum, periodic};
+pub use gauge::{Gauge, Uneven};
 use plane::{Colors, flatten, oklab, part, resample, shown};
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use shibo_picture::Picture;
 use spectrum::{quarters, size_and_turn};
-pub use stats::Parts;
 use stats::{Bank, Stats};
+pub use stats::{Parts, Scale};
 
 /// Pixels of the compared pictures; finer pictures are scaled.
 const PIXELS: f64 = 256.0;
@@ -35,6 +37,7 @@ pub struct CompareRequest {
 }
 
 /// A measured difference.
+#[cfg_attr(feature = "agents", derive(schemars::JsonSchema))]
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measured<T> {
     /// The difference of A from B.
@@ -44,6 +47,7 @@ pub struct Measured<T> {
 }
 
 /// The differences of A from B. `None` where a difference cannot be measured.
+#[cfg_attr(feature = "agents", derive(schemars::JsonSchema))]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// Distance of the statistics; 0 for equal pictures.

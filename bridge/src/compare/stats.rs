@@ -33,6 +33,7 @@ const NOTICED: [f64; 5] = [0.012, 0.06, 0.06, 0.04, 0.04];
 const WEIGHTS: [f64; 5] = [1.0, 1.5, 0.5, 1.0, 0.5];
 
 /// Distances by block of statistics; 0 for equal pictures.
+#[cfg_attr(feature = "agents", derive(schemars::JsonSchema))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Parts {
     /// Quantiles of colours.
@@ -47,20 +48,97 @@ pub struct Parts {
     pub phase: f64,
 }
 
+impl Parts {
+    /// The parts in the order of the blocks.
+    pub fn blocks(&self) -> [f64; BLOCKS] {
+        [self.color, self.energy, self.shape, self.corr, self.phase]
+    }
+}
+
 /// The numbers of the five blocks, in the order of [`Parts`].
 pub(super) struct Stats {
-    blocks: [Vec<f64>; 5],
+    blocks: [Vec<f64>; BLOCKS],
+}
+
+/// The number of blocks.
+pub(super) const BLOCKS: usize = 5;
+
+/// The weights of the numbers of the statistics.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scale {
+    /// Numbers of each block.
+    counts: [usize; BLOCKS],
+    /// For each number, the difference that counts as one.
+    pub units: Vec<f64>,
+}
+
+impl Scale {
+    /// The scale if nothing is known about the graph: 2.2 times a difference that is hardly seen.
+    pub fn usual(counts: [usize; BLOCKS]) -> Self {
+        let units = (0..BLOCKS).flat_map(|block| vec![2.2 * NOTICED[block]; counts[block]]).collect();
+        Self { counts, units }
+    }
+
+    /// The scale if the variance of each number over seeds is known. Variances are shrunk by a fifth towards the median of their
+    /// block.
+    #[must_use]
+    pub fn of_seeds(&self, variances: &[f64]) -> Self {
+        let mut units = Vec::with_capacity(variances.len());
+        for (block, range) in self.ranges().into_iter().enumerate() {
+            let of_block = &variances[range];
+            let mut sorted = of_block.to_vec();
+            sorted.sort_unstable_by(f64::total_cmp);
+            let median = quantile(&sorted, 0.5);
+            let unit = |variance: &f64| {
+                (2.0 * (0.8 * variance + 0.2 * median) + NOTICED[block] * NOTICED[block]).max(1e-12).sqrt()
+            };
+            units.extend(of_block.iter().map(unit));
+        }
+        Self { counts: self.counts, units }
+    }
+
+    /// The numbers of each block, as ranges.
+    pub fn ranges(&self) -> [std::ops::Range<usize>; BLOCKS] {
+        let mut from = 0;
+        self.counts.map(|count| {
+            from += count;
+            from - count..from
+        })
+    }
+
+    /// The weight of each number in the distance; their sum is 1.
+    pub fn weights(&self) -> Vec<f64> {
+        let all: f64 = WEIGHTS.iter().sum();
+        let of = |block: usize| vec![WEIGHTS[block] / all / self.counts[block].max(1) as f64; self.counts[block]];
+        (0..BLOCKS).flat_map(of).collect()
+    }
+
+    /// The distance of two sets of numbers, and its parts by block. Small differences count by their square, large ones by their
+    /// size.
+    pub fn distance(&self, one: &[f64], other: &[f64]) -> (f64, Parts) {
+        let parts = self.ranges().map(|range| {
+            let count = range.len().max(1) as f64;
+            let rho = |at: usize| {
+                let z = (one[at] - other[at]) / self.units[at];
+                (1.0 + z * z).sqrt() - 1.0
+            };
+            range.map(rho).sum::<f64>() / count
+        });
+        let all = parts.iter().zip(WEIGHTS).map(|(part, weight)| part * weight).sum::<f64>();
+        let [color, energy, shape, corr, phase] = parts;
+        (all / WEIGHTS.iter().sum::<f64>(), Parts { color, energy, shape, corr, phase })
+    }
 }
 
 /// One-sided log-Gabor filters of all wavelengths and directions, for pictures of one size. A filter is a product of a part
 /// for its wavelength and a part for its direction.
-struct Filters {
+pub(super) struct Filters {
     radial: Vec<Vec<f64>>,
     angular: Vec<Vec<f64>>,
 }
 
 impl Filters {
-    fn of(width: usize, height: usize) -> Self {
+    pub(super) fn of(width: usize, height: usize) -> Self {
         let frequencies =
             (0..width * height).map(|index| (frequency(index % width, width), frequency(index / width, height)));
         let spread = 2.0 * libm::pow(libm::log(0.62), 2.0);
@@ -103,11 +181,16 @@ fn round_even(value: f64) -> usize {
 impl Stats {
     /// The statistics of a picture as shown on a screen, at least 9 pixels wide and high.
     pub(super) fn of(rgb: &Colors, bank: &mut Bank) -> Self {
+        let (width, height) = (rgb[0].width, rgb[0].height);
+        Self::with(rgb, bank.0.entry((width, height)).or_insert_with(|| Filters::of(width, height)))
+    }
+
+    /// The statistics with the filters of the picture's size.
+    pub(super) fn with(rgb: &Colors, filters_of: &Filters) -> Self {
         let mut lab = oklab(rgb);
         lab[0] = flatten(&lab[0]);
         let (width, height) = (lab[0].width, lab[0].height);
         let least = width.min(height);
-        let filters_of = bank.0.entry((width, height)).or_insert_with(|| Filters::of(width, height));
         let scales = (2..=SCALES).rev().find(|&scales| least as f64 / 4.5 >= libm::exp2(scales as f64)).unwrap_or(2);
         let margin = (least / 24).max(1);
         let spectrum = Spectrum::of(&periodic(&lab[0].centred()));
@@ -135,19 +218,18 @@ impl Stats {
 
     /// The distance to another picture, and its parts by block.
     pub(super) fn distance(&self, other: &Self) -> (f64, Parts) {
-        let mut parts = [0.0; 5];
-        for (index, part) in parts.iter_mut().enumerate() {
-            let (one, other) = (&self.blocks[index], &other.blocks[index]);
-            let rho = |(a, b): (&f64, &f64)| {
-                let z = (a - b) / (2.2 * NOTICED[index]);
-                (1.0 + z * z).sqrt() - 1.0
-            };
-            *part = one.iter().zip(other).map(rho).sum::<f64>() / one.len().min(other.len()).max(1) as f64;
-        }
-        let all =
-            parts.iter().zip(WEIGHTS).map(|(part, weight)| part * weight).sum::<f64>() / WEIGHTS.iter().sum::<f64>();
-        let [color, energy, shape, corr, phase] = parts;
-        (all, Parts { color, energy, shape, corr, phase })
+        self.scale().distance(&self.numbers(), &other.numbers())
+    }
+
+    /// All numbers, block by block.
+    pub(super) fn numbers(&self) -> Vec<f64> {
+        self.blocks.concat()
+    }
+
+    /// The usual scale of these numbers.
+    pub(super) fn scale(&self) -> Scale {
+        let [a, b, c, d, e] = &self.blocks;
+        Scale::usual([a, b, c, d, e].map(Vec::len))
     }
 
     /// The contrast of fine detail, of wavelengths of 3 and 6 pixels, as a logarithm.

@@ -69,7 +69,7 @@ impl Place {
             (Self::Graph, "graphs") => Self::Graphs,
             (Self::Graph, "presets") => Self::Presets,
             (Self::Graph, "pins") => Self::Pins,
-            (Self::Graph, "canvas" | "version") => Self::Value,
+            (Self::Graph, "canvas" | "version" | "family") => Self::Value,
             (Self::Graph, name) if ROOT.iter().any(|field| field.name == name) => Self::Names,
             (Self::Graphs, _) => Self::Graph,
             (Self::Presets, _) | (Self::Pins, "hold") | (Self::Use, "with") => Self::Names,

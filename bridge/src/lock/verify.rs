@@ -26,6 +26,8 @@ pub enum State {
     Newer,
     /// The lock has no picture to compare with.
     NotPinned,
+    /// The lock cannot be read.
+    BadFile,
 }
 
 /// A graph against its entry.
@@ -74,6 +76,18 @@ pub struct Because {
 }
 
 impl Verified {
+    /// A graph whose lock cannot be read. Nothing is compared.
+    pub fn unread() -> Self {
+        Self {
+            state: State::BadFile,
+            pictures: Vec::new(),
+            because: Vec::new(),
+            files: Vec::new(),
+            text_edited: false,
+            edits: Vec::new(),
+        }
+    }
+
     /// True if all pictures have the same bits.
     pub fn is_same(&self) -> bool {
         self.state == State::Same

@@ -106,7 +106,7 @@ mod tests {
     }
 
     /// Stages of the methods for leather, wood and synthesis, which no other program has as nodes.
-    const WITHOUT: [&str; 35] = [
+    const WITHOUT: [&str; 37] = [
         "AppearanceSpace",
         "BlendTimes",
         "BranchTime",
@@ -117,6 +117,7 @@ mod tests {
         "CorrectCoords",
         "DefineMass",
         "DetectLattice",
+        "DistanceTime",
         "DrawMeshWrinkles",
         "DrawWrinkles",
         "Emboss",
@@ -131,6 +132,7 @@ mod tests {
         "JacobianFromWarp",
         "JacobianMultiply",
         "JitterCoords",
+        "LayerTime",
         "MagnifyCoords",
         "PlaceWrinkles",
         "StartCoords",

@@ -11,6 +11,7 @@ use shibo_value::{Accepts, Canvas};
 pub(super) fn graph(registry: &Registry) -> Json {
     fields(ROOT, &["nodes"], |name| match name {
         "version" => Some(json!({ "const": 1 })),
+        "family" => Some(json!({ "type": "string", "maxLength": 40, "pattern": "^[a-z0-9]+( [a-z0-9]+)*$" })),
         "pins" => Some(pins(registry)),
         "canvas" => Some(canvas()),
         "imports" => Some(named(json!({ "type": "string" }))),

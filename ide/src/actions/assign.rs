@@ -36,10 +36,7 @@ pub fn assign(cx: Cx<'_>, preset: Option<&str>, values: &[(String, String)]) -> 
 
 /// Adds a preset with these values.
 pub fn add_preset(cx: Cx<'_>, name: &str, values: &[(String, String)]) -> Result<Vec<Edit>, String> {
-    let allowed = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | ' ');
-    if name.trim().is_empty() || !name.chars().all(allowed) {
-        return Err(format!("`{name}` cannot be the name of a preset: use letters, digits, `_` and `-`"));
-    }
+    check_preset_name(name)?;
     if cx.file.entry(Section::Presets, name).is_some() {
         return Err(format!("there is a preset `{name}` already"));
     }
@@ -52,6 +49,15 @@ pub fn add_preset(cx: Cx<'_>, name: &str, values: &[(String, String)]) -> Result
     }
     let entry = format!("{}: {{ {} }}", quote(name), entries.join(", "));
     Ok(add_to(cx.file, Section::Presets, &entry))
+}
+
+/// Refuses a text that cannot be the name of a preset.
+pub(super) fn check_preset_name(name: &str) -> Result<(), String> {
+    let allowed = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | ' ');
+    if name.trim().is_empty() || !name.chars().all(allowed) {
+        return Err(format!("`{name}` cannot be the name of a preset: use letters, digits, `_` and `-`"));
+    }
+    Ok(())
 }
 
 /// Turns the literal at a position into a parameter; `None` if there is no literal.

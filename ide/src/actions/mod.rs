@@ -4,6 +4,7 @@ mod assign;
 mod extract;
 mod formula;
 mod inline;
+mod keep;
 mod pin;
 mod refactor;
 mod retired;
@@ -11,6 +12,7 @@ mod retired;
 pub use super::rename::apply;
 pub use answers::{Answered, answered};
 pub use assign::{add_preset, alike, assign, promote};
+pub use keep::{driven, put_preset};
 pub use pin::{pinned, pinned_at};
 
 use super::diagnose::Finding;

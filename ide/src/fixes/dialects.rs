@@ -266,7 +266,8 @@ impl<'t> Scanned<'t> {
         let is_kind = |word: &str| is_plain(word) && word.starts_with(|c: char| c.is_ascii_uppercase());
         let key = at.checked_sub(2).map_or("", name);
         // `{ "type": "Perlin", … }`
-        if TYPES.contains(&name(at + 1)) && self.says(at + 2) == ":" && is_kind(name(at + 3)) {
+        let is_whole = !["(", "{"].contains(&self.says(at + 4));
+        if TYPES.contains(&name(at + 1)) && self.says(at + 2) == ":" && is_kind(name(at + 3)) && is_whole {
             let comma = usize::from(self.says(at + 4) == ",");
             *skip = at + 4 + comma;
             edits.push(to(*skip, format!("{}(", name(at + 3))));
@@ -327,6 +328,7 @@ mod tests {
             ("(a: $pitch * (2 + x), b: $q, c: \"$r\")", "(a: \"= $pitch * (2 + x)\", b: \"$q\", c: \"$r\")"),
             ("(a: Tile::Both, b: #ff8000)\n# c\n", "(a: Both, b: \"#ff8000\")\n// c\n"),
             ("```ron\n(a: 1)\n```\n", "(a: 1)\n"),
+            ("(p: { \"kind\": Integer(default: 1) })", "(p: { \"kind\": Integer(default: 1) })"),
         ] {
             assert_eq!(rewritten(foreign), expected);
         }

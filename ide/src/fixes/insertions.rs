@@ -100,10 +100,27 @@ fn candidates(cx: Cx<'_>, finding: &Finding) -> Vec<Edit> {
                 }
             }
             if more < 0
-                && matches!(token.kind(), TokenKind::Ident | TokenKind::Str | TokenKind::Number | TokenKind::Colon)
+                && matches!(
+                    token.kind(),
+                    TokenKind::Ident
+                        | TokenKind::Str
+                        | TokenKind::Number
+                        | TokenKind::Colon
+                        | TokenKind::Open
+                        | TokenKind::Comma
+                )
             {
-                let next = near.get(index + 1).filter(|next| !text[token.end()..next.start()].contains('\n'));
-                found.push(match next {
+                if open == "(" && token.kind() == TokenKind::Ident {
+                    // `Perlinsize` becomes `Perlin(size`.
+                    found.extend(torn(cx, token.range()).map(|at| insert(at, open)));
+                }
+                let next = near.get(index + 1);
+                let below = next.filter(|next| text[token.end()..next.start()].contains('\n'));
+                if let (Some(next), TokenKind::Open | TokenKind::Comma) = (below, token.kind()) {
+                    // An element that begins a line.
+                    found.push(insert(next.start(), open));
+                }
+                found.push(match next.filter(|_| below.is_none()) {
                     // `Kind field` becomes `Kind(field`.
                     Some(next) if token.kind() == TokenKind::Ident => {
                         Edit { range: token.end()..next.start(), text: open.to_owned() }
@@ -115,6 +132,19 @@ fn candidates(cx: Cx<'_>, finding: &Finding) -> Vec<Edit> {
         }
     }
     found
+}
+
+/// Words before brackets that are no kinds of nodes.
+const CALLED: [&str; 11] =
+    ["Use", "Each", "Number", "Integer", "Color", "Choice", "Switch", "Text", "File", "Gltf", "Usd"];
+
+/// The places behind kinds that begin a word, the longest kind first.
+fn torn(cx: Cx<'_>, word: Range<usize>) -> impl Iterator<Item = usize> {
+    let says = cx.file.at(&word);
+    let known = cx.registry().kinds().chain(CALLED).filter(|kind| says.len() > kind.len() && says.starts_with(kind));
+    let mut ends: Vec<usize> = known.map(|kind| word.start + kind.len()).collect();
+    ends.sort_unstable_by(|a, b| b.cmp(a));
+    ends.into_iter()
 }
 
 /// The number of opening brackets without a closing one, of each sort.

@@ -1,10 +1,13 @@
 //! Fixes of findings, as edits of the text.
 //!
 //! Each file makes the fixes of one sort of mistakes. All fixes but choices are tried before they are offered: the text with the
-//! edits is checked, and a fix that leaves its finding is dropped. A few new errors are allowed where the finding hid them.
+//! edits is checked, and a fix that leaves its finding is dropped. A few new errors are allowed where the finding hid them. Other
+//! faults nearby do not matter for a fix that replaces a value or writes another notation: only errors that it makes itself count.
 mod conflicts;
 mod dialects;
 mod elsewhere;
+mod formulas;
+mod imports;
 mod insertions;
 mod missing;
 mod scan;
@@ -21,7 +24,7 @@ use super::walk::{Spot, trail};
 use super::world::Cx;
 use serde::{Deserialize, Serialize};
 use shibo_graph::syntax::Tree;
-use trial::Trial;
+use trial::{Against, Trial};
 
 pub(crate) use missing::fields as needed_fields;
 pub use trial::{Errors, errors};
@@ -72,8 +75,8 @@ pub fn fixes(cx: Cx<'_>, findings: &[Finding]) -> Vec<Vec<Fix>> {
     let mut of = |finding: &Finding| {
         let file = cx.file.scope_at(finding.range.start);
         let found = candidates(cx.with(&file), finding);
-        if found.iter().all(|fix| fix.applies == Applies::Choice) {
-            return found;
+        if found.iter().all(|(fix, _)| fix.applies == Applies::Choice) {
+            return found.into_iter().map(|(fix, _)| fix).collect();
         }
         let trial = trial.get_or_insert_with(|| Trial::new(cx));
         offered(trial, finding, found)
@@ -81,41 +84,49 @@ pub fn fixes(cx: Cx<'_>, findings: &[Finding]) -> Vec<Vec<Fix>> {
     findings.iter().map(|finding| if finding.severity == Severity::Hint { Vec::new() } else { of(finding) }).collect()
 }
 
-/// All fixes that a finding may have, best first.
-fn candidates(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
+/// All fixes that a finding may have, best first, and the new errors that speak against each.
+fn candidates(cx: Cx<'_>, finding: &Finding) -> Vec<(Fix, Against)> {
     if finding.range.end > cx.file.text.len() {
         return Vec::new();
     }
+    let all = |fixes: Vec<Fix>| fixes.into_iter().map(|fix| (fix, Against::All)).collect::<Vec<_>>();
     let mut found = match finding.code.as_str() {
-        "conflict" => return conflicts::fixes(cx, finding),
+        "conflict" => return all(conflicts::fixes(cx, finding)),
         "syntax" => Vec::new(),
-        "cycle" => return structure::cuts(cx, finding),
-        "duplicate-key" => return structure::duplicates(cx, finding),
-        "missing-input" => missing::fixes(cx, finding),
-        "unknown-kind" if cx.registry().is_retired(cx.file.at(&finding.range)) => structure::successor(cx, finding),
-        "type-mismatch" | "out-of-range" | "bad-value" | "bad-name" | "not-finite" => values::fixes(cx, finding),
+        "cycle" => return all(structure::cuts(cx, finding)),
+        "duplicate-key" => return all(structure::duplicates(cx, finding)),
+        "missing-input" => all(missing::fixes(cx, finding)),
+        "unknown-kind" if cx.registry().is_retired(cx.file.at(&finding.range)) => {
+            all(structure::successor(cx, finding))
+        }
+        "type-mismatch" | "out-of-range" | "bad-value" | "bad-name" | "not-finite" => {
+            values::fixes(cx, finding).into_iter().map(|fix| (fix, Against::Touching)).collect()
+        }
         code if code.starts_with("unknown-") || matches!(code, "bad-expression" | "file-not-found") => {
-            words::fixes(cx, finding)
+            all(words::fixes(cx, finding))
         }
         _ => return Vec::new(),
     };
-    found.extend(dialects::fixes(cx, finding));
+    found.extend(dialects::fixes(cx, finding).into_iter().map(|fix| (fix, Against::Syntax)));
     match finding.code.as_str() {
-        "syntax" => found.extend(insertions::fixes(cx, finding)),
-        "type-mismatch" => found.extend(wires::fixes(cx, finding)),
+        "syntax" => found.extend(all(insertions::fixes(cx, finding))),
+        "type-mismatch" => found.extend(all(wires::fixes(cx, finding))),
+        // A name may only look unknown beside a lost bracket.
+        "bad-expression" => found = all(formulas::fixes(cx, finding)).into_iter().chain(found).collect(),
         _ => {}
     }
     found
 }
 
 /// Drops fixes that do not help. The best one keeps its certainty, unless a better one was dropped; the others are choices.
-fn offered(trial: &mut Trial<'_>, finding: &Finding, found: Vec<Fix>) -> Vec<Fix> {
+fn offered(trial: &mut Trial<'_>, finding: &Finding, found: Vec<(Fix, Against)>) -> Vec<Fix> {
     let mut tried: Vec<(usize, usize, Fix)> = Vec::new();
-    for (rank, fix) in found.into_iter().enumerate() {
+    for (rank, (fix, against)) in found.into_iter().enumerate() {
         if tried.iter().any(|(.., other)| other.edits == fix.edits) {
             continue;
         }
-        let made = if fix.applies == Applies::Choice { Some(usize::MAX) } else { trial.made(finding, &fix.edits) };
+        let made =
+            if fix.applies == Applies::Choice { Some(usize::MAX) } else { trial.made(finding, &fix.edits, against) };
         tried.extend(made.map(|made| (made, rank, fix)));
     }
     tried.sort_by_key(|(made, rank, _)| (*made, *rank));

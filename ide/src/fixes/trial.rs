@@ -3,7 +3,7 @@ use super::super::diagnose::Finding;
 use super::super::rename::{Edit, apply};
 use super::super::world::Cx;
 use shibo_graph::load_text;
-use shibo_value::diagnostics::Code;
+use shibo_value::diagnostics::{Code, Diagnostic, FileId};
 use std::collections::BTreeMap;
 
 /// Text that all trials of a run may read together, in bytes.
@@ -58,12 +58,45 @@ pub fn errors(cx: Cx<'_>, text: &str) -> Errors {
 }
 
 fn found(cx: Cx<'_>, text: &str, warnings: bool) -> Errors {
+    counted(&diagnostics(cx, text, warnings))
+}
+
+fn diagnostics(cx: Cx<'_>, text: &str, warnings: bool) -> Vec<Diagnostic> {
     let loaded = load_text(&cx.file.path, text, cx.registry(), &cx.world.options());
+    loaded.diagnostics.into_iter().filter(|one| warnings || !one.warning).collect()
+}
+
+fn counted(diagnostics: &[Diagnostic]) -> Errors {
     let mut errors = Errors::default();
-    for one in loaded.diagnostics.into_iter().filter(|one| warnings || !one.warning) {
-        *errors.0.entry((one.code, one.message)).or_default() += 1;
+    for one in diagnostics {
+        *errors.0.entry((one.code, one.message.clone())).or_default() += 1;
     }
     errors
+}
+
+/// Returns true if a diagnostic of a text touches the parts that edits have written.
+fn touches(one: &Diagnostic, edits: &[Edit]) -> bool {
+    let mut written = 0;
+    let mut read = 0;
+    one.span.file == FileId(0)
+        && edits.iter().any(|edit| {
+            written += edit.range.start - read;
+            let start = written;
+            written += edit.text.len();
+            read = edit.range.end;
+            one.span.start <= written && start <= one.span.end
+        })
+}
+
+/// The new errors that speak against a fix.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Against {
+    /// All of them: the fix is the best of several places or names.
+    All,
+    /// Those that touch its edits: the fix replaces a value, and others were only hidden.
+    Touching,
+    /// Those of the syntax: the fix writes the same in the notation of graphs.
+    Syntax,
 }
 
 /// Trials of fixes for one text.
@@ -79,15 +112,22 @@ impl<'a> Trial<'a> {
         Self { cx, before: found(cx, &cx.file.text, true), left }
     }
 
-    /// The number of errors that the edits bring to light; `None` if they do not help, or if they make
+    /// The number of errors that the edits bring to light and that speak against them; `None` if they do not help, or if they make
     /// more errors than the finding can hide.
-    pub(super) fn made(&mut self, finding: &Finding, edits: &[Edit]) -> Option<usize> {
+    pub(super) fn made(&mut self, finding: &Finding, edits: &[Edit], against: Against) -> Option<usize> {
         self.left = self.left.checked_sub(1)?;
-        let after = found(self.cx, &apply(&self.cx.file.text, edits), true);
+        let told = diagnostics(self.cx, &apply(&self.cx.file.text, edits), true);
+        let after = counted(&told);
         if after.of(finding) >= self.before.of(finding).max(1) {
             return None;
         }
-        let made = after.beyond(&self.before);
+        let speaks = |one: &&Diagnostic| match against {
+            Against::All => true,
+            Against::Touching => is_syntax(one.code) || touches(one, edits),
+            Against::Syntax => is_syntax(one.code),
+        };
+        let speaking: Vec<Diagnostic> = told.iter().filter(speaks).cloned().collect();
+        let made = counted(&speaking).beyond(&self.before);
         let fewer = after.syntax() < self.before.syntax();
         let tidy = after.syntax() <= self.before.syntax();
         let again = after.has_new(&self.before, &finding.code);

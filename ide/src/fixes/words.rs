@@ -3,11 +3,11 @@ use super::super::complete::complete;
 use super::super::diagnose::Finding;
 use super::super::expect::Expect;
 use super::super::file::{File, Section};
-use super::super::insert::add_to;
 use super::super::names::params_in;
 use super::super::rename::{Edit, apply};
 use super::super::world::Cx;
 use super::elsewhere::{kinds_elsewhere, meanings, squash};
+use super::imports::{self, graph_paths, is_graph};
 use super::{Applies, Fix, value_at};
 use shibo_graph::syntax::is_name;
 use std::ops::Range;
@@ -48,7 +48,11 @@ pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
     names.retain(|name| is_name(name));
     found.extend(nearest(cx, finding, &word, &names));
     if let Some((Expect::Use(_, _, Some("graph")), _)) = value_at(cx, at) {
-        found.extend(imports(cx, finding));
+        let (mut imports, named) = imports::fixes(cx, finding);
+        if named {
+            std::mem::swap(&mut found, &mut imports);
+        }
+        found.extend(imports);
     }
     found
 }
@@ -222,51 +226,6 @@ fn files(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
         names.retain(|name| is_graph(name));
     }
     nearest(cx, finding, &range, &names)
-}
-
-/// Paths of graphs that may be meant: those in the folder of a written path, in `lib`, and those of the library.
-fn graph_paths(cx: Cx<'_>, written: &str) -> Vec<String> {
-    let mut paths = Vec::new();
-    let parent = written.rsplit_once('/').map_or("", |(parent, _)| parent);
-    for folder in [parent, "lib", ""] {
-        for (name, is_folder) in cx.world.folder(&cx.file.folder().join(folder)) {
-            let path = if folder.is_empty() { name } else { format!("{folder}/{name}") };
-            if !is_folder && !paths.contains(&path) {
-                paths.push(path);
-            }
-        }
-    }
-    let shipped = shibo_library::graphs();
-    paths.extend(shipped.iter().map(|graph| format!("shibo:{}", graph.path.trim_end_matches(".ron"))));
-    paths
-}
-
-/// Returns true for the path of a graph rather than of a picture.
-fn is_graph(path: &str) -> bool {
-    path.starts_with("shibo:") || path.ends_with(".ron")
-}
-
-/// Imports a graph that a node uses without importing it.
-fn imports(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
-    let written = cx.file.at(&finding.range).trim_matches('"');
-    let stem = |path: &str| {
-        let name = path.trim_start_matches("shibo:").rsplit('/').next().unwrap_or_default();
-        name.trim_end_matches(".ron").to_owned()
-    };
-    let name = stem(written);
-    if name.is_empty() || cx.file.entry(Section::Imports, &name).is_some() {
-        return Vec::new();
-    }
-    let own = cx.file.path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-    let paths = graph_paths(cx, written).into_iter().filter(|path| is_graph(path) && path != own && stem(path) == name);
-    let fix = |path: String| {
-        let mut edits = add_to(cx.file, Section::Imports, &format!("\"{name}\": \"{path}\""));
-        if name != written {
-            edits.push(Edit { range: finding.range.clone(), text: format!("\"{name}\"") });
-        }
-        Fix::new(format!("Import `{path}`"), Applies::Likely, edits)
-    };
-    paths.map(fix).collect()
 }
 
 /// A field of the top level that is a misspelt section, if the graph lacks that section.

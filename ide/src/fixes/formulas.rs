@@ -1,0 +1,145 @@
+//! Fixes of lost or extra brackets in formulas: each place where one may stand is tried.
+use super::super::diagnose::Finding;
+use super::super::rename::Edit;
+use super::super::world::Cx;
+use super::{Applies, Fix};
+use shibo_graph::syntax::TokenKind;
+use shibo_graph::syntax::formula::{Formula, PartKind, WordKind, begins, content};
+use shibo_value::expression::described;
+use std::ops::Range;
+
+/// Longest formula in bytes whose places are tried; each is read as a whole.
+const LONGEST: usize = 2000;
+/// Most fixes for one finding.
+const TRIED: usize = 12;
+
+/// Inserts or removes a bracket in the formula of a finding.
+pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
+    let Some(place) = formula_at(cx, finding.range.start) else { return Vec::new() };
+    let text = cx.file.at(&place);
+    let formula = Formula::parse(text);
+    let count = |kind: WordKind| formula.words().iter().filter(|word| word.kind == kind).count();
+    let (open, close) = (count(WordKind::Open), count(WordKind::Close));
+    if text.len() > LONGEST || open == close {
+        return Vec::new();
+    }
+    let (sign, places) = if open > close { (")", ends(&formula)) } else { ("(", starts(&formula)) };
+    let inserted = |at: usize| format!("{}{sign}{}", &text[..at], &text[at..]);
+    let good: Vec<usize> = places.into_iter().filter(|at| is_needed(&inserted(*at), *at)).collect();
+    let mut found: Vec<Edit> =
+        good.into_iter().map(|at| Edit { range: place.start + at..place.start + at, text: sign.to_owned() }).collect();
+    let extra = if open > close { WordKind::Open } else { WordKind::Close };
+    let without = |range: &Range<usize>| format!("{}{}", &text[..range.start], &text[range.end..]);
+    let removed = formula.words().iter().filter(|word| word.kind == extra).map(|word| word.range.clone());
+    let removed: Vec<Range<usize>> = removed.filter(|range| !Formula::parse(&without(range)).is_faulty()).collect();
+    let is_sole = found.len() == 1;
+    // Without a place for the lost one, the other one is too much.
+    let edits =
+        removed.into_iter().map(|r| Edit { range: place.start + r.start..place.start + r.end, text: String::new() });
+    found.extend(edits);
+    let level = |index: usize| if index == 0 && is_sole { Applies::Sure } else { Applies::Likely };
+    let fix = |(index, edit): (usize, Edit)| {
+        let title = if edit.text.is_empty() {
+            format!("Remove `{}`", cx.file.at(&edit.range))
+        } else {
+            format!("Insert `{sign}`")
+        };
+        Fix::new(title, level(index), vec![edit])
+    };
+    found.into_iter().take(TRIED).enumerate().map(fix).collect()
+}
+
+/// The bytes of the formula that contains a position, without its equals sign.
+fn formula_at(cx: Cx<'_>, at: usize) -> Option<Range<usize>> {
+    let tokens = cx.file.tree.tokens();
+    let token = tokens.get(tokens.partition_point(|token| token.end() <= at)).filter(|token| token.start() <= at)?;
+    let literal = Some(token.range()).filter(|_| token.kind() == TokenKind::Str)?;
+    let inside = content(cx.file.at(&literal))?;
+    let inside = literal.start + inside.start..literal.start + inside.end;
+    // The body of a function has no equals sign.
+    let begin = begins(cx.file.at(&inside)).unwrap_or(0);
+    Some(inside.start + begin..inside.end)
+}
+
+/// The places for a closing bracket, the last one first.
+fn ends(formula: &Formula) -> Vec<usize> {
+    let is_value = |kind: WordKind| {
+        use WordKind as W;
+        matches!(kind, W::Number | W::Color | W::Param | W::Name | W::Letters | W::Close)
+    };
+    let first = formula.words().iter().position(|word| word.kind == WordKind::Open).unwrap_or(0);
+    let values = formula.words()[first..].iter().filter(|word| is_value(word.kind));
+    let mut places: Vec<usize> = values.map(|word| word.range.end).collect();
+    places.reverse();
+    places
+}
+
+/// The places for an opening bracket: behind the names of functions, and before values.
+fn starts(formula: &Formula) -> Vec<usize> {
+    let is_function = |name: &str| described().iter().any(|function| function.name == name);
+    let (mut calls, mut values) = (Vec::new(), Vec::new());
+    for (index, word) in formula.words().iter().enumerate() {
+        let says = formula.word(index);
+        let begins_value = match word.kind {
+            WordKind::Name => {
+                // `clamp a, 0, 1)`, and `clampa, 0, 1)`.
+                let parts = (1..=says.len()).filter(|end| says.is_char_boundary(*end) && is_function(&says[..*end]));
+                let longest_first: Vec<usize> = parts.map(|end| word.range.start + end).collect();
+                calls.extend(longest_first.into_iter().rev());
+                true
+            }
+            WordKind::Number | WordKind::Color | WordKind::Param | WordKind::Open | WordKind::Not => true,
+            WordKind::Operator => says == "-",
+            _ => false,
+        };
+        if begins_value {
+            values.push(word.range.start);
+        }
+    }
+    calls.extend(values);
+    calls
+}
+
+/// Returns true if a formula can be read and the bracket at a byte changes its meaning.
+fn is_needed(text: &str, at: usize) -> bool {
+    let formula = Formula::parse(text);
+    if formula.is_faulty() {
+        return false;
+    }
+    let is_it = |range: &Range<usize>| range.start == at || range.end == at + 1;
+    let bracket = formula.parts().iter().find(|part| part.kind == PartKind::Bracket && is_it(&part.range));
+    let Some(Range { start, end }) = bracket.map(|part| part.range.clone()) else { return true };
+    let without = format!("{} {} {}", &text[..start], &text[start + 1..end - 1], &text[end..]);
+    steps(&formula) != steps(&Formula::parse(&without))
+}
+
+/// The steps of a formula, each after those that it needs. Brackets are no steps.
+fn steps(formula: &Formula) -> Vec<(PartKind, String, usize)> {
+    let parts = formula.parts().iter().filter(|part| part.kind != PartKind::Bracket);
+    parts.map(|part| (part.kind, part.word.map_or("", |word| formula.word(word)).to_owned(), part.operands)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn places(text: &str) -> Vec<String> {
+        let formula = Formula::parse(text);
+        let (sign, places) = if text.matches('(').count() > text.matches(')').count() {
+            (")", ends(&formula))
+        } else {
+            ("(", starts(&formula))
+        };
+        let made = places.into_iter().map(|at| (format!("{}{sign}{}", &text[..at], &text[at..]), at));
+        made.filter(|(text, at)| is_needed(text, *at)).map(|(text, _)| text).collect()
+    }
+
+    #[test]
+    fn finds_the_places_of_a_lost_bracket() {
+        assert_eq!(places("0.1 * (a + b"), ["0.1 * (a + b)"]);
+        assert_eq!(places("0.1 * a + b)"), ["0.1 * (a + b)"]);
+        assert_eq!(places("clampa, 0, 1)"), ["clamp(a, 0, 1)", "(clampa, 0, 1)"]);
+        assert_eq!(places("(a + b * c"), ["(a + b) * c"]);
+        assert_eq!(places("sqrt(a + b"), ["sqrt(a + b)", "sqrt(a) + b"]);
+    }
+}

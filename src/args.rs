@@ -1,6 +1,6 @@
 //! The command line.
 use crate::{
-    cache, changes, check, compare, completions, diff, dump, fmt, git, graph, job, lsp, mcp, merge, migrate, new,
+    cache, changes, check, compare, completions, diff, dump, fit, fmt, git, graph, job, lsp, mcp, merge, migrate, new,
     nodes, pack, parts, pin, render, schema, watch,
 };
 use clap::{Args, Parser, Subcommand};
@@ -60,6 +60,8 @@ pub(crate) enum Command {
     Diff(diff::DiffArgs),
     /// Tell the differences between two pictures of a material.
     Compare(compare::CompareArgs),
+    /// Find the values with which a graph looks like a photograph.
+    Fit(fit::FitArgs),
     /// Merge two changed versions of a graph.
     Merge(merge::MergeArgs),
     /// Let git diff and merge graphs by this program.

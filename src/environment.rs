@@ -27,6 +27,12 @@ pub(crate) fn editor_dir() -> PathBuf {
     beside.unwrap_or_else(|| std::env::temp_dir().join("shibo-editor"))
 }
 
+/// Folder for what the user's running programs share: of the session, or else beside the folder for results.
+pub(crate) fn runtime_dir() -> Option<PathBuf> {
+    let session = variable("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|path| path.is_absolute());
+    session.map(|dir| dir.join("shibo")).or_else(|| Some(cache_dir()?.parent()?.join("shibo-editor")))
+}
+
 /// File with the address of the page that shows a graph file, for editors.
 pub(crate) fn page_note(graph: &Path) -> PathBuf {
     let hash: String = Sha256::digest(graph.as_os_str().as_encoded_bytes())

@@ -17,6 +17,7 @@ mod diff;
 mod dump;
 mod environment;
 mod find;
+mod fit;
 mod fmt;
 mod git;
 mod graph;
@@ -46,6 +47,7 @@ mod sweep;
 mod target;
 mod templates;
 mod terminal;
+mod view;
 mod watch;
 mod write;
 mod zip;
@@ -98,6 +100,7 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::Verify(args) => pin::verify::run(&args, terminal),
         Command::Diff(args) => diff::run(&args, terminal),
         Command::Compare(args) => compare::run(&args, terminal),
+        Command::Fit(args) => fit::run(&args, terminal),
         Command::Merge(args) => merge::run(&args, terminal),
         Command::Git(args) => git::run(&args, terminal),
         Command::Nodes(args) => nodes::run(&args, terminal),

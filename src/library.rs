@@ -7,7 +7,7 @@ use shibo_node::registry::Registry;
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-pub(crate) use shibo_library::{EXAMPLE_FILES, graphs};
+pub(crate) use shibo_library::{EXAMPLE_FILES, Graph, graphs};
 
 /// Makes the registry. A process has one command and so one registry; unit tests take that of Shibo.
 static MAKE: OnceLock<fn(PathBuf) -> Registry> = OnceLock::new();

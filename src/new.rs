@@ -6,6 +6,7 @@ use crate::terminal::{Style, Terminal};
 use clap::Args;
 use shibo_ide::actions::pinned;
 use shibo_value::diagnostics::suggest;
+use std::collections::BTreeMap;
 use std::fs::{self, OpenOptions};
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -83,8 +84,14 @@ fn everything(terminal: &Terminal) -> Result<(), Quit> {
         page.end();
     };
     section("Templates: shibo new NAME --from TEMPLATE", &mut TEMPLATES.iter().map(|t| (t.name, t.doc)));
-    let mut whole = graphs.iter().filter(|graph| !graph.is_part()).map(|graph| (graph.name, graph.doc()));
-    section("Graphs to render and to import: \"shibo:NAME\"", &mut whole);
+    let mut families: BTreeMap<&str, Vec<&library::Graph>> = BTreeMap::new();
+    for graph in graphs.iter().filter(|graph| !graph.is_part()) {
+        families.entry(graph.family().unwrap_or("others")).or_default().push(graph);
+    }
+    for (family, members) in families {
+        let title = format!("Graphs to render and to import, \"shibo:NAME\": {family}");
+        section(&title, &mut members.into_iter().map(|graph| (graph.name, graph.doc())));
+    }
     let mut parts = graphs.iter().filter(|graph| graph.is_part()).map(|graph| (graph.name, graph.doc()));
     section("Sub-graphs to import: \"shibo:NAME\"", &mut parts);
     page.push("For example `imports: { \"walnut\": \"shibo:walnut\" }`; `shibo nodes Use` tells more.").end();

@@ -13,6 +13,8 @@ pub(crate) enum Quit {
     Usage(String),
     /// An operation failed that has codes below 129 for other results.
     Fatal(String),
+    /// Ctrl-C; what could be written was written.
+    Interrupted,
     /// The program that reads stdout has closed it.
     Closed,
 }
@@ -26,7 +28,7 @@ impl Quit {
     /// Message of the failure, for use elsewhere.
     pub(crate) fn text(&self) -> String {
         match self {
-            Self::Shown | Self::Closed => "it could not be done".to_owned(),
+            Self::Shown | Self::Closed | Self::Interrupted => "it could not be done".to_owned(),
             Self::Failed(error) => format!("{error:#}"),
             Self::Usage(message) | Self::Fatal(message) => message.clone(),
         }
@@ -36,6 +38,7 @@ impl Quit {
     pub(crate) fn code(&self, terminal: &Terminal) -> ExitCode {
         match self {
             Self::Shown | Self::Closed => ExitCode::FAILURE,
+            Self::Interrupted => ExitCode::from(130),
             Self::Failed(error) => {
                 terminal.error(&format!("{error:#}"));
                 ExitCode::FAILURE

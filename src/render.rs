@@ -11,10 +11,11 @@ use crate::stats::Stats;
 use crate::sweep::{self, Axis, Variants, axis, variants};
 use crate::target::Target;
 use crate::terminal::Terminal;
+use crate::view::ViewArgs;
 use clap::{Args, ValueEnum};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::session::{Failure, RenderRequest, Report, Session};
-use shibo_graph::{Graph, GraphOutput, Storage};
+use shibo_graph::{Graph, GraphOutput};
 use shibo_picture::{Depth, Format};
 use shibo_value::Resolution;
 use std::collections::BTreeSet;
@@ -35,6 +36,7 @@ Examples:
   shibo render calf.ron --part 3/16 -o parts           one of 16 parts, for `shibo join parts -o maps`
   shibo render veins.ron --output lines --format svg   segments, for plotters and engravers
   shibo render calf.ron --as usd                       the material as a USD file with its textures
+  shibo render calf.ron --view ball                    the material on a ball, in the light of a studio
 
 A second run of the same graph only copies files; after an edit, nothing costly is computed that is not downstream of it.";
 
@@ -59,6 +61,8 @@ pub(crate) struct RenderArgs {
     /// Write the materials as files for another program; other outputs are left out.
     #[arg(long = "as", value_name = "TARGET", conflicts_with_all = ["node", "region", "combined", "format", "depth"])]
     pub(crate) target: Option<Target>,
+    #[command(flatten)]
+    pub(crate) view: ViewArgs,
     /// The pixels of the pictures, instead of the graph's: of the longer side, or width and height.
     #[arg(long, value_name = "N|WxH", value_parser = resolution)]
     pub(crate) resolution: Option<Resolution>,
@@ -172,6 +176,7 @@ pub(crate) fn run(args: &RenderArgs, terminal: &Terminal, start: Instant) -> Res
         report::show(terminal, &graph.advice(), &graph.sources);
         show_nodes(&mut graph, args)?;
         args.target.as_ref().map_or(Ok(()), |target| target.replace_outputs(&mut graph, !args.output.is_empty()))?;
+        args.view.replace_outputs(&mut graph, &registry, &args.output)?;
         sets.push(Set { graph, preset });
     }
     if args.part.is_some() && sets.len() > 1 && !args.out.to_string_lossy().contains(PRESET) {
@@ -273,20 +278,7 @@ pub(crate) fn add_node(graph: &mut Graph, name: &str) -> Result<String, Quit> {
         number += 1;
     }
     let span = node.span;
-    graph.outputs.push(GraphOutput {
-        export: None,
-        mesh: None,
-        name: file.clone(),
-        node: index,
-        output,
-        ty,
-        format: None,
-        depth: None,
-        combined: false,
-        range: None,
-        storage: Storage::default(),
-        span,
-    });
+    graph.outputs.push(GraphOutput::plain(file.clone(), (index, output), ty, span));
     Ok(file)
 }
 
@@ -308,7 +300,8 @@ pub(crate) fn request_of(
 ) -> RenderRequest {
     // The nodes of `--node` are the last outputs.
     let nodes = graph.outputs.iter().rev().take(args.node.len()).map(|output| output.name.clone());
-    let mut outputs = args.output.clone();
+    // The outputs of `--view` are those that `--output` names, under other names.
+    let mut outputs = if args.view.is_given() { Vec::new() } else { args.output.clone() };
     if !args.node.is_empty() {
         outputs.extend(nodes.collect::<Vec<_>>().into_iter().rev());
     }

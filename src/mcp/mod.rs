@@ -3,6 +3,8 @@
 #[cfg(feature = "mcp")]
 mod limits;
 #[cfg(feature = "mcp")]
+mod lines;
+#[cfg(feature = "mcp")]
 mod pages;
 #[cfg(feature = "mcp")]
 mod pictures;

@@ -1,5 +1,6 @@
 //! The protocol.
 use super::limits::Limits;
+use super::lines::Lines;
 use super::state::State;
 use super::tools::{Answer, TOOLS, object};
 use super::{McpArgs, pages};
@@ -16,8 +17,8 @@ use serde_json::Value as Json;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The longest line of the protocol in bytes.
-const LINE: usize = 8 << 20;
+/// The longest wait for the last answers to be written.
+const LAST: Duration = Duration::from_millis(300);
 /// The largest answer in bytes.
 const ANSWER: usize = 4 << 20;
 
@@ -38,14 +39,17 @@ pub(super) fn run(args: &McpArgs) -> Result<(), Quit> {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
     let runtime = runtime.map_err(|error| Quit::failed(format!("the server cannot start: {error}")))?;
     let served = runtime.block_on(async {
-        let transport =
-            AsyncRwTransport::new_server(tokio::io::stdin(), tokio::io::stdout()).with_max_line_length(LINE);
-        match server.serve(transport).await {
+        let lines = Lines::start(tokio::io::stdin(), tokio::io::stdout());
+        let transport = AsyncRwTransport::new_server(lines.questions, lines.answers);
+        let served = match server.serve(transport).await {
             Ok(running) => running.waiting().await.map(drop).map_err(|error| error.to_string()),
             // A client that leaves before the handshake is no failure.
             Err(rmcp::service::ServerInitializeError::ConnectionClosed(_)) => Ok(()),
             Err(error) => Err(error.to_string()),
-        }
+        };
+        // The last answers are still on their way to stdout.
+        let _ = tokio::time::timeout(LAST, lines.printed).await;
+        served
     });
     // Calls that still run are dropped with the process.
     runtime.shutdown_timeout(Duration::from_millis(300));
@@ -68,10 +72,7 @@ impl ServerHandler for Server {
             let hints = ToolAnnotations::new().read_only(!info.writes).open_world(false);
             let hints = if info.writes { hints.destructive(true).idempotent(true) } else { hints };
             let tool = Tool::new(info.name, info.doc, Arc::new(object((info.input)()))).with_annotations(hints);
-            match info.output {
-                Some(output) => tool.with_raw_output_schema(Arc::new(object(output()))),
-                None => tool,
-            }
+            tool.with_raw_output_schema(Arc::new(object((info.output)())))
         };
         Ok(ListToolsResult::with_all_items(TOOLS.iter().map(tool).collect()))
     }

@@ -6,9 +6,11 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value as Json, json};
 use shibo_bridge::agents::{
-    Checked, DescribeRequest, Described, FixArgs, Fixed, Formatted, KindRequest, ListRequest, Refusal, SaveRequest,
-    Saved, SearchRequest, Source, check, describe, describe_node, fix, format, list, save, search_nodes,
+    Checked, DescribeRequest, Described, FixArgs, Fixed, Formatted, FoundKinds, KindManual, KindRequest, ListRequest,
+    ListedGraphs, Refusal, SaveRequest, Saved, SearchRequest, Source, check, describe, describe_node, fix, format,
+    list, save, search_nodes,
 };
+use shibo_bridge::compare::Comparison;
 use shibo_engine::eval::CancelToken;
 
 /// The answer of a tool.
@@ -53,8 +55,8 @@ pub(super) struct ToolInfo {
     pub(super) name: &'static str,
     pub(super) doc: &'static str,
     pub(super) input: fn() -> Json,
-    /// The schema of the structured content, if it has one form.
-    pub(super) output: Option<fn() -> Json>,
+    /// The schema of the structured content.
+    pub(super) output: fn() -> Json,
     pub(super) writes: bool,
     pub(super) run: Run,
 }
@@ -81,7 +83,7 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         name: "search_nodes",
         doc: "Finds kinds of nodes by words, or by their names in other programs. Without words: all kinds.",
         input: schema::<SearchRequest>,
-        output: None,
+        output: schema::<FoundKinds>,
         writes: false,
         run: |state, arguments, _| with(arguments, |request| Answer::of(&search_nodes(&state.tools, &request))),
     },
@@ -89,7 +91,7 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         name: "describe_node",
         doc: "The manual of a kind: ports, parameters with ranges and units, outputs, and an example.",
         input: schema::<KindRequest>,
-        output: None,
+        output: schema::<KindManual>,
         writes: false,
         run: |state, arguments, _| with(arguments, |request| answer(describe_node(&state.tools, &request))),
     },
@@ -97,20 +99,15 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         name: "list_graphs",
         doc: "The shipped graphs, `shibo:NAME`, and the graph files that may be read.",
         input: schema::<ListRequest>,
-        output: None,
+        output: schema::<ListedGraphs>,
         writes: false,
-        run: |state, arguments, _| {
-            with(arguments, |request| {
-                let (graphs, more) = list(&state.tools, &state.folders, &request);
-                Answer::of(&json!({ "graphs": graphs, "more": more }))
-            })
-        },
+        run: |state, arguments, _| with(arguments, |request| Answer::of(&list(&state.tools, &state.folders, &request))),
     },
     ToolInfo {
         name: "describe_graph",
         doc: "The contents of a graph: parameters with ranges and units, presets, outputs, imports, nodes with their readers.",
         input: schema::<DescribeRequest>,
-        output: Some(schema::<Described>),
+        output: schema::<Described>,
         writes: false,
         run: |state, arguments, _| {
             with(arguments, |request| match describe(&state.tools, &state.folders, &request) {
@@ -124,7 +121,7 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         name: "check",
         doc: "All errors and warnings of a graph, each with line, column and remedy.",
         input: schema::<Source>,
-        output: Some(schema::<Checked>),
+        output: schema::<Checked>,
         writes: false,
         run: |state, arguments, _| with(arguments, |source| answer(check(&state.tools, &state.folders, &source))),
     },
@@ -132,7 +129,7 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         name: "fix",
         doc: "A graph after fixes of its errors: names, words of other programs, units, other notations, lost brackets. Saves nothing.",
         input: schema::<FixArgs>,
-        output: Some(schema::<Fixed>),
+        output: schema::<Fixed>,
         writes: false,
         run: |state, arguments, _| with(arguments, |args| answer(fix(&state.tools, &state.folders, &args))),
     },
@@ -140,7 +137,7 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         name: "format",
         doc: "A graph in the usual layout.",
         input: schema::<Source>,
-        output: Some(schema::<Formatted>),
+        output: schema::<Formatted>,
         writes: false,
         run: |state, arguments, _| with(arguments, |source| answer(format(&state.tools, &state.folders, &source))),
     },
@@ -148,7 +145,7 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         name: "render",
         doc: "A thumbnail of an output or a node as PNG, with the range and the mean of its values.",
         input: schema::<RenderRequest>,
-        output: Some(schema::<Rendered>),
+        output: schema::<Rendered>,
         writes: false,
         run: |state, arguments, cancel| {
             with(arguments, |request| match render(state, &request, cancel) {
@@ -161,7 +158,7 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         name: "compare",
         doc: "The differences between two pictures of a material, in words and numbers: size, direction, contrast, colour, detail.",
         input: schema::<CompareArgs>,
-        output: None,
+        output: schema::<Comparison>,
         writes: false,
         run: |state, arguments, cancel| {
             with(arguments, |args| match compare_pictures(state, &args, cancel) {
@@ -174,7 +171,7 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         name: "write",
         doc: "Saves a graph as a file `*.ron`. An existing file is replaced only if its SHA-256 is `expect`.",
         input: schema::<SaveRequest>,
-        output: Some(schema::<Saved>),
+        output: schema::<Saved>,
         writes: true,
         run: |state, arguments, _| with(arguments, |request| answer(save(&state.folders, &request))),
     },

@@ -35,11 +35,6 @@ impl LockFile {
         Ok(Self { path, before: Some(before), lock })
     }
 
-    /// True if this is the lock beside a graph.
-    pub(crate) fn is_beside(&self, graph: &Path) -> bool {
-        self.path == graph.with_file_name(LOCK)
-    }
-
     /// The entry of a graph.
     pub(crate) fn entry(&self, graph: &Path) -> Option<&Entry> {
         self.lock.0.get(&name(graph))

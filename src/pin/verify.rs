@@ -13,7 +13,7 @@ use crate::{library, open};
 use clap::Args;
 use serde::Serialize;
 use serde_json::{Value as Json, json};
-use shibo_bridge::lock::{RESOLUTION, State, Verified, VerifiedPicture, entry, text_hash, verified};
+use shibo_bridge::lock::{LOCK, RESOLUTION, State, Verified, VerifiedPicture, entry, text_hash, verified};
 use shibo_bridge::{DiffRequest, GraphText, Tools, diff};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::session::{Failure, Session};
@@ -28,7 +28,8 @@ Examples:
 
 The pictures of all outputs are rendered at 64 pixels and compared bit by bit with those that `shibo pin` kept in `shibo.lock`.
 A difference is explained: `changed` by a new version of a node or of a shipped graph, `edited` text or files, or a `defect` of
-the program, if neither happened. A graph without an entry is `not pinned`.
+the program, if neither happened. A graph without an entry is `not pinned`. A lock that cannot be read stops only the graphs of its
+folder: they are `bad-file`.
 
 Exit code: 0 if all pictures are the same, otherwise 1.";
 
@@ -65,14 +66,24 @@ pub(crate) fn run(args: &VerifyArgs, terminal: &Terminal) -> Result<(), Quit> {
     let session = open::session(library::registry(), &args.engine, terminal)?;
     let cancel = CancelToken::default();
     interrupt::cancel_on_signals(&cancel);
-    let mut lock: Option<LockFile> = None;
+    // The lock of the folder of the last graph; none if it cannot be read.
+    let mut known: Option<(PathBuf, Option<LockFile>)> = None;
     let (mut graphs, mut good) = (Vec::new(), true);
     for path in &files {
-        let lock = match lock.take().filter(|lock| lock.is_beside(path)) {
-            Some(known) => lock.insert(known),
-            None => lock.insert(LockFile::beside(path)?),
+        let beside = path.with_file_name(LOCK);
+        let (_, lock) = match known.take().filter(|(place, _)| *place == beside) {
+            Some(same) => known.insert(same),
+            None => {
+                let read = LockFile::beside(path).inspect_err(|quit| {
+                    quit.code(terminal);
+                });
+                known.insert((beside, read.ok()))
+            }
         };
-        let listed = check(path, lock, (args.format, terminal), &session, &cancel)?;
+        let listed = match lock {
+            Some(lock) => check(path, lock, (args.format, terminal), &session, &cancel)?,
+            None => Listed { path: path.display().to_string(), verified: Some(Verified::unread()), errors: None },
+        };
         good &= listed.verified.as_ref().is_some_and(Verified::is_same);
         if args.format == FormatArg::Human {
             terminal.print(&page(&listed, terminal))?;
@@ -145,6 +156,7 @@ fn page(listed: &Listed, terminal: &Terminal) -> Text {
         State::Defect => "defect",
         State::Newer => "newer",
         State::NotPinned => "not pinned",
+        State::BadFile => "bad-file",
     };
     page.push("  ").styled(Style::Accent, state);
     if verified.is_same() {
@@ -196,6 +208,7 @@ fn explain(page: &mut Text, verified: &Verified) {
         State::Newer => {
             page.push("  a newer Shibo made the entry in the lock; update Shibo, or pin the graph again").end()
         }
+        State::BadFile => page.push("  the lock of its folder cannot be read").end(),
         _ => page,
     };
 }

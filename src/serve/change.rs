@@ -6,6 +6,7 @@ use super::numbers;
 use super::scene::{is_own, lock};
 use super::stage::{Stage, Values};
 use super::texts::sha256;
+use super::wiring;
 use crate::write::{self, Refused};
 use axum::body::Bytes;
 use axum::extract::State;
@@ -147,12 +148,7 @@ fn place(stage: &Stage, base: &str, node: &str, field: &str) -> Result<Range<usi
     let scene = stage.scene().filter(|scene| scene.sha256 == base);
     let scene = scene.ok_or_else(|| ApiError::Conflict("the file is being read; try again in a moment".to_owned()))?;
     let target = scene.target(&format!("@{node}")).ok_or(ApiError::Unknown)?;
-    let fields = &scene.graph.nodes[target.node].fields;
-    let span = match field {
-        "" => Some(scene.graph.nodes[target.node].span),
-        _ => fields.iter().find(|(name, _)| name == field).map(|(_, span)| *span),
-    };
-    let span = span.ok_or(ApiError::Unknown)?;
+    let span = wiring::place(&scene.graph.nodes[target.node], &scene.graph.sources, field).ok_or(ApiError::Unknown)?;
     if !is_own(&scene, span) {
         return Err(ApiError::Failed(format!("`{node}` belongs to another file")));
     }

@@ -3,7 +3,7 @@ use super::app::{AboutQuery, ApiError, App, Of, Query2, aside, png};
 use super::levels;
 use super::object;
 use super::paint::Painter;
-use super::scene::{Preview, Scene, Target, lock};
+use super::scene::{Preview, Scene, Target, is_own, lock};
 use super::stage::Stage;
 use super::wiring;
 use axum::extract::{Query, State};
@@ -48,6 +48,8 @@ fn describe(look: &Look<'_>, stage: &Stage, scene: &Scene, target: &Target, long
         "doc": output.map_or("", |o| o.doc),
         "text": wiring::text(node, &scene.graph.sources),
         "fields": wiring::constants(scene, node, stage.session.registry()),
+        // The file of a sub-graph.
+        "file": (!is_own(scene, node.span)).then(|| scene.graph.sources.path(node.span.file).display().to_string()),
         "generation": scene.generation,
     });
     if let Some(Value::Material(material)) = look.value(target.node, target.output)? {

@@ -65,12 +65,24 @@ impl Guard {
     }
 }
 
+/// Page for an old address, such as that of a bookmark. It contains nothing of the graph.
+const MOVED: &str = include_str!("page/moved.html");
+
+/// Returns true for a request of a browser that will show the answer to its user.
+fn wants_page(headers: &HeaderMap) -> bool {
+    headers.get(header::ACCEPT).and_then(|kinds| kinds.to_str().ok()).is_some_and(|kinds| kinds.contains("text/html"))
+}
+
 /// Passes permitted requests on, and adds the headers to all answers.
 pub(super) async fn guard(State(guard): State<Arc<Guard>>, request: Request<Body>, next: Next) -> Response {
     let uri = request.uri();
     let authority = uri.authority().map(ToString::to_string);
     let mut response = match guard.refusal(request.method(), uri.path(), authority.as_deref(), request.headers()) {
         // A client without the token must not keep its connection.
+        Some(status) if status == StatusCode::NOT_FOUND && wants_page(request.headers()) => {
+            let kind = [(header::CONNECTION, "close"), (header::CONTENT_TYPE, "text/html; charset=utf-8")];
+            (status, kind, MOVED).into_response()
+        }
         Some(status) => (status, [(header::CONNECTION, "close")]).into_response(),
         None => {
             request.extensions().get::<Acquaintance>().into_iter().for_each(Acquaintance::make);

@@ -52,7 +52,7 @@ pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, Jumps), who: G
         .route("/{token}/export", post(export::export))
         .route("/{token}/export/{id}", get(export::fetch))
         .route("/{token}/export/{id}/stop", post(export::stop))
-        .route("/{token}/environment", get(environment::last).post(environment::take))
+        .route("/{token}/environment", get(environment::give).post(environment::take))
         .route("/{token}/show", post(editor::show))
         .route("/{token}/jump", post(editor::jump))
         .layer(DefaultBodyLimit::max(BODY))

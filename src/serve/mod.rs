@@ -1,6 +1,6 @@
 //! The page of `shibo watch`: a small server on the loopback interface.
 //!
-//! A request must contain the token of the run and must have been sent to exactly this address: Host, and Origin if
+//! A request must contain the token of the address and must have been sent to exactly this address: Host, and Origin if
 //! present, are compared. Requests never supply a path on disk. All is read-only except parameter values and the graph
 //! file, which is changed only while its content is the one the page has seen.
 mod app;
@@ -15,6 +15,7 @@ mod editor;
 mod environment;
 mod export;
 mod export_slots;
+mod forecast;
 mod guard;
 mod handlers;
 mod instead;
@@ -29,14 +30,15 @@ mod panorama;
 mod position;
 mod previews;
 mod scene;
-mod sky;
 mod stage;
 mod store;
 mod texts;
 mod thumb;
+mod token;
 mod wear;
 mod wiring;
 
+pub(crate) use forecast::Forecast;
 pub(crate) use position::SourcePosition;
 pub(crate) use scene::{COARSE, PictureInfo, Preview, Scene, Target, WHOLE};
 pub(crate) use stage::{Stage, Values};
@@ -88,19 +90,12 @@ pub(crate) fn start(
         )),
         _ => Quit::failed(format!("cannot listen on port {port}: {e}")),
     })?;
+    let token = token::token(port)?;
     let port = listener.local_addr().map_err(|e| Quit::failed(format!("cannot listen: {e}")))?.port();
-    let token = token()?;
     let url = format!("http://127.0.0.1:{port}/{token}/");
     let app = handlers::router(stage, (Arc::new(wishes), Arc::new(jump)), Guard::new(port, &token));
     runtime.spawn(connections::accept(listener, app));
     Ok(Server { url, runtime })
-}
-
-/// Returns a token of 128 random bits.
-fn token() -> Result<String, Quit> {
-    let mut bytes = [0_u8; 16];
-    getrandom::fill(&mut bytes).map_err(|e| Quit::failed(format!("the system has no random numbers: {e}")))?;
-    Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())
 }
 
 /// Asks the system to open a page in the browser. Without a browser, the user finds the address on the terminal.

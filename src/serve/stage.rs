@@ -15,7 +15,6 @@ use shibo_value::diagnostics::{Diagnostic, SourceMap, to_json};
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
 use tokio::sync::broadcast;
 
 /// Number of news items a page may miss before the whole state is sent again.
@@ -24,8 +23,6 @@ const BACKLOG: usize = 256;
 const MADE: usize = 200_000;
 /// Maximum number of errors sent to pages.
 const ERRORS: usize = 100;
-/// Delay before progress of some work is reported, and the time between two reports.
-const PROGRESS: Duration = Duration::from_millis(200);
 /// Longer source lines are cut, in characters.
 const LINE: usize = 240;
 
@@ -92,10 +89,10 @@ pub(crate) struct Stage {
     present: Mutex<Present>,
     news: broadcast::Sender<News>,
     focus: Mutex<Option<String>>,
-    /// Time of the last progress report, or of the start of the work.
-    progressed: Mutex<Option<Instant>>,
     /// Results made in this run, and the seconds they took.
-    made: Mutex<HashMap<Key, f64>>,
+    pub(super) made: Mutex<HashMap<Key, f64>>,
+    /// Seconds that each node took when it ran last, by its name.
+    pub(super) costs: Mutex<HashMap<String, f64>>,
 }
 
 impl Stage {
@@ -113,8 +110,8 @@ impl Stage {
             present: Mutex::default(),
             news: broadcast::Sender::new(BACKLOG),
             focus: Mutex::default(),
-            progressed: Mutex::default(),
             made: Mutex::default(),
+            costs: Mutex::default(),
         }
     }
 
@@ -212,23 +209,14 @@ impl Stage {
         let mut present = lock(&self.present);
         present.busy = busy;
         present.progress = None;
-        *lock(&self.progressed) = Some(Instant::now());
         drop(present);
         self.tell("busy", &json!({ "busy": busy }));
     }
 
-    /// Reports the progress of an evaluation.
-    pub(crate) fn progress(&self, node: &str, done: u64, total: u64) {
-        let now = Instant::now();
-        let mut last = lock(&self.progressed);
-        if last.is_some_and(|last| now.duration_since(last) < PROGRESS) {
-            return;
-        }
-        *last = Some(now);
-        drop(last);
-        let progress = json!({ "node": node, "done": done, "total": total });
+    /// Reports the progress of an evaluation: see [`Forecast::report`](super::Forecast::report).
+    pub(crate) fn progress(&self, progress: &Json) {
         lock(&self.present).progress = Some(progress.clone());
-        self.tell("progress", &progress);
+        self.tell("progress", progress);
     }
 
     /// Records the end of an evaluation; `first` and `all` are the ms until the first picture and until all pictures
@@ -236,6 +224,8 @@ impl Stage {
     pub(crate) fn done(&self, scene: &Scene, mut stats: Vec<NodeStats>, first: f64, all: f64) {
         let ran = stats.iter().filter(|s| s.state == NodeState::Computed).count();
         self.remember(scene, &mut stats);
+        let computed = stats.iter().filter(|stat| stat.state == NodeState::Computed);
+        lock(&self.costs).extend(computed.map(|stat| (stat.name.clone(), stat.seconds)));
         *lock(&scene.stats) = stats;
         let done = json!({ "generation": scene.generation, "ran": ran, "first_ms": first, "all_ms": all });
         lock(&self.present).done = Some(done.clone());

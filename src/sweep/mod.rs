@@ -123,6 +123,7 @@ fn graph(args: &RenderArgs, values: &[(&str, &str)], registry: &Registry, termin
     };
     show_nodes(&mut graph, args)?;
     args.target.as_ref().map_or(Ok(()), |target| target.replace_outputs(&mut graph, !args.output.is_empty()))?;
+    args.view.replace_outputs(&mut graph, registry, &args.output)?;
     Ok(graph)
 }
 

@@ -1,18 +1,21 @@
 //! The evaluation thread: makes the outputs of the newest graph, first as coarse and then as sharp pictures.
 use super::status_reporter::StatusReporter;
 use crate::report;
-use crate::serve::{COARSE, PictureInfo, Preview, Scene, Stage, Target, WHOLE};
+use crate::serve::{COARSE, Forecast, PictureInfo, Preview, Scene, Stage, Target, WHOLE};
 use shibo_engine::eval::{CancelToken, Event, NodeState, NodeStats, Observer};
 use shibo_engine::session::{Failure, Look};
 use shibo_graph::Graph;
 use shibo_picture::contained;
 use shibo_value::diagnostics::{Code, Diagnostic, SourceMap, Span};
 use shibo_value::{Channel, Type, Value};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Interval at which the disk cache is trimmed to its maximum size during evaluations.
 const TRIM: Duration = Duration::from_secs(20);
+/// Delay before progress of some work is reported, and the time between two reports.
+const PROGRESS: Duration = Duration::from_millis(200);
 
 /// A graph to evaluate.
 pub(super) struct Job {
@@ -94,7 +97,8 @@ pub(super) fn evaluate(desk: &LatestJob, stage: &Arc<Stage>, teller: &StatusRepo
     while let Some((job, cancel)) = desk.take() {
         stage.set_busy(true);
         let of = Of::new(&job);
-        let evaluation = Evaluation { stage, teller, since: job.since, first: Mutex::default() };
+        let evaluation =
+            Evaluation { stage, teller, since: job.since, first: Mutex::default(), pictures: Mutex::default() };
         if let Err(said) = contained(|| evaluation.run(job, &of, &cancel)) {
             // A panic fails only this graph.
             let error =
@@ -133,18 +137,20 @@ struct Evaluation<'a> {
     since: Instant,
     /// Time at which the first, coarse pictures were shown.
     first: Mutex<Option<Duration>>,
+    /// Pixels of the pictures that are made, and of all pictures.
+    pictures: Mutex<(f64, f64)>,
 }
 
-/// Collects warnings and forwards progress.
+/// Collects warnings and the progress of nodes.
 struct Watching<'a> {
-    stage: &'a Stage,
+    forecast: &'a Forecast,
     warnings: Mutex<Vec<Diagnostic>>,
 }
 
 impl Observer for Watching<'_> {
     fn event(&self, event: Event) {
         match event {
-            Event::Node { name, done, total } => self.stage.progress(&name, done, total),
+            Event::Node { name, done, total } => self.forecast.step(&name, done, total),
             Event::Warning(warning) => {
                 self.warnings.lock().unwrap_or_else(PoisonError::into_inner).push(warning);
             }
@@ -160,9 +166,10 @@ impl Evaluation<'_> {
             Err(failure) => return self.failed(failure, of),
         };
         let scene = Arc::new(Scene::new(job.generation, job.sha256, job.graph, keys));
-        let observer = Watching { stage: self.stage, warnings: Mutex::default() };
+        let forecast = self.stage.forecast(&scene);
+        let observer = Watching { forecast: &forecast, warnings: Mutex::default() };
         let result = self.stage.session.look(&scene.graph, &scene.keys, cancel, &observer, |look| {
-            self.outputs(look, &scene)?;
+            self.reported(look, &forecast, || self.outputs(look, &scene))?;
             Ok(look.stats())
         });
         let warnings = observer.warnings.into_inner().unwrap_or_else(PoisonError::into_inner);
@@ -170,6 +177,27 @@ impl Evaluation<'_> {
             Ok(stats) => self.finished(&scene, stats, &warnings, &job.cause),
             Err(failure) => self.failed(failure, of),
         }
+    }
+
+    /// Runs `work`, and reports its progress meanwhile.
+    fn reported<T>(&self, look: &Look<'_>, forecast: &Forecast, work: impl FnOnce() -> T) -> T {
+        let (over, ended) = channel::<()>();
+        std::thread::scope(|scope| {
+            scope.spawn(move || {
+                while ended.recv_timeout(PROGRESS) == Err(RecvTimeoutError::Timeout) {
+                    self.stage.progress(&forecast.report(&look.stats(), self.share()));
+                }
+            });
+            // The thread ends when the sender is dropped, also after a panic.
+            let _over = over;
+            work()
+        })
+    }
+
+    /// The share of pictures that are made, by their pixels.
+    fn share(&self) -> f64 {
+        let (made, all) = *self.pictures.lock().unwrap_or_else(PoisonError::into_inner);
+        made / all.max(1.0)
     }
 
     /// Shows all outputs, coarse and then sharp; the target shown last comes first.
@@ -183,14 +211,16 @@ impl Evaluation<'_> {
         };
         names.sort_by_key(|name| !is_focus(name));
         let mut adopted = false;
-        for longest in [COARSE, WHOLE] {
-            if longest == WHOLE && scene.size(WHOLE) == scene.size(COARSE) {
-                break;
-            }
+        let pixels = |longest| scene.size(longest).as_dvec2().element_product();
+        let sizes = if scene.size(WHOLE) == scene.size(COARSE) { &[COARSE][..] } else { &[COARSE, WHOLE] };
+        let all = sizes.iter().map(|longest| pixels(*longest)).sum::<f64>() * names.len() as f64;
+        *self.pictures.lock().unwrap_or_else(PoisonError::into_inner) = (0.0, all);
+        for &longest in sizes {
             for name in &names {
                 for target in self.targets(look, scene, name)? {
                     self.picture(look, scene, name, &target, longest, &mut adopted)?;
                 }
+                self.pictures.lock().unwrap_or_else(PoisonError::into_inner).0 += pixels(longest);
             }
             self.first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_with(|| self.since.elapsed());
         }

@@ -14,7 +14,7 @@ use shibo_graph::{Graph, Loaded};
 use shibo_picture::contained;
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 /// Interval at which the files are compared even without a hint.
 const IDLE: Duration = Duration::from_millis(250);
@@ -68,7 +68,7 @@ impl<'a> Watch<'a> {
             folders,
             settle: Settle::default(),
             held: None,
-            generation: 0,
+            generation: first_generation(),
             stopped: false,
             warned: Vec::new(),
         }
@@ -214,6 +214,13 @@ impl<'a> Watch<'a> {
             self.folders = None;
         }
     }
+}
+
+/// The milliseconds since 1970. A run that follows another one on the same port begins with larger numbers than that one
+/// had, so open pages do not mistake old pictures for new ones.
+fn first_generation() -> u64 {
+    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_millis()).unwrap_or(0)
 }
 
 /// Returns true for a missing `shibo.toml` in a folder above the graph. Such a folder is not watched, since many other

@@ -1,11 +1,12 @@
 // @ts-check
 // The page: keeps the server's state and the selected target.
+import { Connection } from './connection.js';
 import { controls } from './controls.js';
 import { $, element, notice, press, rove, say } from './dom.js';
 import { drops } from './drop.js';
 import { complain } from './errors.js';
 import { Exporter } from './export.js';
-import { legend, probe, probeMesh, status, tiling } from './facts.js';
+import { legend, probe, probeMesh, status, tiling, working } from './facts.js';
 import { inspect } from './inspector.js';
 import { Lit } from './lit.js';
 import { Looks } from './looks.js';
@@ -36,11 +37,20 @@ export const page = /** @type {Page} */ (/** @type {unknown} */ ({ state: null, 
 for (const group of document.querySelectorAll('[data-rove]')) rove(group);
 // The next values are sent only after the picture of the previous ones is announced: newer values would cancel its
 // computation.
+/** @type {Promise<unknown>} */
+let sending = Promise.resolve();
 const sendLatest = latest(async (/** @type {Values} */ values) => {
   const seen = new Promise((done) => { arrived = done; setTimeout(done, SEEN); });
-  await send({ preset: values.preset, set: [...values.set] });
+  sending = send({ preset: values.preset, set: [...values.set] });
+  await sending;
   await seen;
 });
+// Values still on their way must not follow those that a change of the file sets: they would come back as set by hand,
+// and the next save would write them.
+function settle() {
+  sendLatest.forget();
+  return sending.catch(() => {});
+}
 page.picture = new Picture($('picture'), {
   onview: (scale) => { say($('zoom'), scale === null ? '' : `${(scale * 100).toFixed(scale < 0.1 ? 1 : 0)} %`); page.controls?.placeWipe(); },
   oncursor: (pixel) => probe(page, pixel),
@@ -50,12 +60,13 @@ page.wire = new Wire($('wire'), page.picture);
 page.lit = new Lit($('lit'), $('light'));
 page.graph = new Graph($('graph'), { onselect: (name) => look(`@${name}`), onjump: jump, onlevel: (path) => crumbs(path) });
 page.parameters = new Parameters($('parameters'), {
-  onchange: (values, label, group) => { page.looks.record(values, label, group); sendLatest(values); saveable(); },
+  onchange: (values, label, group) => { page.looks.record(values, label, group); page.controls.live(); sendLatest(values); saveable(); },
   onsave: write,
 });
 page.looks = new Looks(body('looks'), {
-  apply: (values, tell) => { page.parameters.take(values); if (tell) sendLatest(values); saveable(); },
+  apply: (values, tell) => { page.controls.live(); page.parameters.take(values); if (tell) sendLatest(values); saveable(); },
   compare: compareLooks,
+  settle,
 });
 const measure = new Measure(body('measure'), {
   ontone: (tone) => { page.picture.tone = tone; sharpen(); page.picture.draw(); legend(page); },
@@ -63,6 +74,7 @@ const measure = new Measure(body('measure'), {
   facts: () => page.state.scene.canvas,
   online: (ends) => { page.picture.line = ends; page.picture.draw(); measure.cut(ends); },
 });
+const connection = new Connection(page, (values) => sendLatest(values));
 const exporter = new Exporter(body('export'), page);
 const sheet = new Sheet(body('sheet'), page);
 drops(page.lit, () => page.controls.setView('lit'));
@@ -70,7 +82,10 @@ $('measure').ontoggle = () => { sharpen(); measure.show(); };
 $('looks').ontoggle = () => page.looks.draw();
 $('sheet').ontoggle = () => sheet.show();
 
-function saveable() { $('save').disabled = !page.parameters.set.size; }
+function saveable() {
+  $('save').disabled = !page.parameters.set.size;
+  $('save').title = `Write the values set by hand into the file (Ctrl+S)${page.parameters.set.size ? `: ${page.parameters.byHand}` : ''}`;
+}
 
 // ---- messages of the server
 
@@ -79,6 +94,7 @@ const heard = {
   state(now) {
     page.state = now;
     root.dataset.online = 'yes';
+    connection.find(now.values);
     say($('file'), now.file);
     if (document.title !== `${now.file} · Shibo`) document.title = `${now.file} · Shibo`;
     page.looks.seen(now);
@@ -114,9 +130,7 @@ const heard = {
   progress(p) {
     if (!p) return;
     if (patience) { clearTimeout(patience); patience = undefined; wait(true); }
-    $('progress').classList.remove('unknown');
-    /** @type {HTMLElement} */ ($('progress').firstElementChild).style.width = `${(100 * p.done) / Math.max(1, p.total)}%`;
-    if (page.state) { page.state.progress = p; status(page); }
+    if (page.state) { page.state.progress = p; working(p); status(page); }
   },
   /** @param {Done} done */
   done(done) {
@@ -138,7 +152,13 @@ const heard = {
   // The editor shows a target.
   /** @param {{ target: string }} now */
   look({ target: wanted }) { if (page.state?.scene) look(wanted); },
-  offline() { root.dataset.online = 'no'; status(page); },
+  offline() {
+    root.dataset.online = 'no';
+    clearTimeout(patience);
+    wait(false);
+    connection.lose();
+    status(page);
+  },
 };
 
 // Shows that an evaluation takes longer.
@@ -149,6 +169,8 @@ function wait(on) {
   page.waiting = on;
   $('progress').classList.toggle('on', on);
   $('progress').classList.toggle('unknown', on);
+  $('working').hidden = !on;
+  if (on) say($('working'), 'evaluating …');
   status(page);
 }
 
@@ -356,18 +378,21 @@ function replace(parent, children) {
 
 // ---- the file
 
-// Changes the file; `after` are the parameter values to set afterwards.
+// Changes the file; `after` are the parameter values to set afterwards. Returns whether the file was changed.
 /** @param {unknown} change @param {Values} after @param {string} label */
 async function write(change, after, label) {
+  let written = false;
   try {
     page.parameters.take(after);
     await page.looks.save(change, after, label);
     notice(label);
+    written = true;
   } catch (error) {
     page.parameters.take(/** @type {Look} */ (page.looks.at).values);
     notice(/** @type {Error} */ (error).message, true);
   }
   saveable();
+  return written;
 }
 
 // ---- comparison of two looks

@@ -57,8 +57,17 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     $('pin').ariaPressed = String(!!comparison.before);
     press($('compares'), (b) => b.dataset.compare === comparison.mode);
     placeWipe();
-    picture.draw();
+    if (picture.fitted) picture.fit(); else picture.draw();
     legend(page);
+  }
+
+  // A change of values while two looks are compared: the right side shows the picture of now again.
+  function live() {
+    if (!comparison.after) return;
+    comparison.after = null;
+    page.looks.marked = page.looks.marked.filter((step) => step.label && comparison.before?.label === `${step.number}. ${step.label}`);
+    page.looks.draw();
+    compared();
   }
 
   function pin() {
@@ -175,7 +184,7 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     const key = e.key.length === 1 ? e.key.toLowerCase() : e.key;
     if (e.ctrlKey || e.metaKey) {
       // While the user types in a text field, the browser's own undo applies.
-      const text = target.matches?.('input[type=text], input[type=search], textarea');
+      const text = target.matches?.('input[type=text]:not(.number-box), input[type=search], textarea, .number-box[data-typed]');
       if (withControl[key] && !(text && key !== 's')) { e.preventDefault(); withControl[key](e); }
       return;
     }
@@ -237,5 +246,5 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
   setPlane('all');
   compared();
   queueMicrotask(() => setView('picture'));
-  return { placeWipe, compared, setView, setSeam, setDrawer, names };
+  return { placeWipe, compared, live, setView, setSeam, setDrawer, names };
 }

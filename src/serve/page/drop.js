@@ -153,14 +153,17 @@ function shape({ positions: p, uvs, normals, index }) {
   return { make: () => made, span: Math.sqrt(area / Math.max(flat, 1e-9)), foot, view: [0.5, 0.3, 3.2] };
 }
 
-/** @param {import('./lit.js').Lit} lit @param {Shape} made */
-function wear(lit, made) {
+/** @param {import('./lit.js').Lit} lit @param {Shape} made @param {string} file */
+function wear(lit, made, file) {
   for (const name of ['own true', 'own false']) {
     lit.meshes[name]?.free();
     delete lit.meshes[name];
   }
   lit.shapes.own = made;
-  /** @type {HTMLElement} */ (document.querySelector('[data-shape=own]')).hidden = false;
+  const button = /** @type {HTMLElement} */ (document.querySelector('[data-shape=own]'));
+  button.hidden = false;
+  button.textContent = file.replace(/\.(obj|glb)$/i, '');
+  button.title = `${file}, which was dropped on the page`;
   lit.setShape('own');
 }
 
@@ -190,7 +193,7 @@ async function take(lit, look, file) {
   try {
     const buffer = await file.arrayBuffer();
     const binary = buffer.byteLength > 28 && new DataView(buffer).getUint32(0, true) === 0x46546c67;
-    wear(lit, shape(binary ? glb(buffer) : obj(new TextDecoder().decode(buffer))));
+    wear(lit, shape(binary ? glb(buffer) : obj(new TextDecoder().decode(buffer))), file.name);
     look();
     notice(`${file.name} wears the material`);
   } catch (error) {

@@ -36,7 +36,7 @@ export function complain({ errors, warnings, scene }) {
 /** @param {Complaint} e @param {string} className */
 function complaint(e, className) {
   const made = text('div', className);
-  made.append(text('p', '', e.message), text('div', 'where', `${e.file}:${e.line}:${e.column}   ${e.code}`));
+  made.append(text('p', '', e.message));
   const pre = text('pre', '');
   for (const { n, text: content } of e.lines) {
     const at = n === e.line;
@@ -51,8 +51,9 @@ function complaint(e, className) {
     }
     pre.append(line);
   }
+  // The faulty line comes right after the message: the closed box has room for no more.
+  made.append(pre, text('div', 'where', `${e.file}:${e.line}:${e.column}   ${e.code}`));
   if (e.help) made.append(text('div', 'help', e.help));
-  made.append(pre);
   for (const r of e.related) made.append(text('div', 'where', `${r.file}:${r.line}:${r.column}   ${r.message}`));
   return made;
 }

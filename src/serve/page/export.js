@@ -33,7 +33,7 @@ export class Exporter {
       return [made, element('label', { htmlFor: id, textContent: text }), made];
     };
     const [what, ...whatRow] = select('export-what', 'What', [['map', 'This map'], ['maps', 'All maps'], ['gltf', 'glTF (.glb)']]);
-    const [size, ...sizeRow] = select('export-size', 'Longer side', [['', 'as in the graph'], ...SIZES.map((n) => /** @type {[number, string]} */ ([n, `${n} px`]))]);
+    const [size, ...sizeRow] = select('export-size', 'Resolution', [['', 'as in the graph'], ...SIZES.map((n) => /** @type {[number, string]} */ ([n, `${n} px`]))]);
     const [format, ...formatRow] = select('export-format', 'Format', [['', 'as in the graph'], ['png', 'PNG'], ['tiff', 'TIFF'], ['exr', 'EXR']]);
     this.share.onclick = () => this.shared();
     this.film.onclick = () => this.sequence();

@@ -88,6 +88,16 @@ export const probeMesh = latest(async (page, found) => {
   $('cursor').textContent = parts.join('   ·   ');
 });
 
+// Shows on the stage the node that is computed, the share of all work, and the time so far.
+/** @param {Progress} p */
+export function working(p) {
+  $('progress').classList.remove('unknown');
+  const share = Math.min(99, Math.floor(100 * p.share));
+  /** @type {HTMLElement} */ ($('progress').firstElementChild).style.width = `${share}%`;
+  const part = p.part === null ? '' : ` ${Math.floor(100 * p.part)} %`;
+  say($('working'), [`${p.node ?? 'pictures'}${part}`, `${share} % of all`, `${p.seconds.toFixed(p.seconds < 10 ? 1 : 0)} s`].join(' · '));
+}
+
 // Shows the current activity.
 /** @param {Page} page */
 export function status(page) {
@@ -97,7 +107,7 @@ export function status(page) {
   if (document.documentElement.dataset.online === 'no') { tell('not connected: is `shibo watch` running?', 'bad'); return; }
   if (!state) return;
   if (state.errors.length) { tell(`${state.errors.length} error${state.errors.length > 1 ? 's' : ''}: the last good picture stays`, 'bad'); return; }
-  if (page.waiting) { tell(state.progress ? `${state.progress.node} …` : 'evaluating …', 'busy'); return; }
+  if (page.waiting) { tell(state.progress?.node ? `${state.progress.node} …` : 'evaluating …', 'busy'); return; }
   /** @param {number} v */
   const ms = (v) => (v >= 999.5 ? `${(v / 1000).toFixed(1)} s` : `${v.toFixed(0)} ms`);
   const { done } = state;

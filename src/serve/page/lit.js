@@ -3,7 +3,7 @@
 // changes.
 import { camera } from './camera.js';
 import { $, press } from './dom.js';
-import { Behind, illuminate, panorama } from './environment.js';
+import { Behind, USUAL, illuminate } from './environment.js';
 import { Marks } from './marks.js';
 import { mesh, worn } from './net.js';
 import { FRAGMENT, VERTEX, isSoftware, linked } from './shaders.js';
@@ -16,13 +16,15 @@ import { SLOTS, bind, texture } from './textures.js';
 /** @type {[string, string, number, number, number, number, string?][]} */
 const SLIDERS = [
   ['repeat', 'Repeats', 1, 8, 1, 1], ['relief', 'Relief', 0, 4, 0.05, 1], ['exposure', 'Exposure', -2, 2, 0.05, 0, 'EV'],
-  ['light', 'Light round', -180, 180, 1, 0, '°'], ['lightHeight', 'Light height', 3, 88, 1, 37, '°'], ['lightSize', 'Light size', 0.2, 4, 0.1, 1], ['roughness', 'Roughness', 0.05, 1, 0.01, 0.5], ['metallic', 'Metal', 0, 1, 0.01, 0],
+  ['light', 'Light direction', -180, 180, 1, 0, '°'], ['lightHeight', 'Light height', 3, 88, 1, USUAL, '°'], ['lightSize', 'Light size', 0.2, 4, 0.1, 1], ['roughness', 'Roughness', 0.05, 1, 0.01, 0.5], ['metallic', 'Metal', 0, 1, 0.01, 0],
   ['anisotropy', 'Anisotropy', 0, 1, 0.01, 0], ['coat', 'Coat', 0, 1, 0.01, 0],
 ];
 
 // Time budget of a picture in ms, while something moves and at rest.
 const MOVING = 40;
 const RESTING = 900;
+// The view without perspective of a plane that fills the picture.
+const ABOVE = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -0.1, 0, 0, 0, 0, 1];
 const QUALITIES = [1, 0.75, 0.5, 0.35, 0.25, 0.15];
 
 /** @type {(selector: string) => NodeListOf<HTMLElement>} */
@@ -48,6 +50,9 @@ export class Lit {
     /** @type {Worn | null} */
     this.pinned = null;
     this.wipe = 0.5;
+    // True: the plane fills the picture and is seen from above, without perspective, as in pictures of Relief. Only tests
+    // set it.
+    this.above = false;
     /** @type {Record<string, Uploaded>} */
     this.meshes = {};
     /** @type {WebGL2RenderingContext | null} */
@@ -58,8 +63,6 @@ export class Lit {
     this.uniforms = {};
     /** @type {Record<string, { slider: HTMLInputElement, value: HTMLElement, unit: string, row: HTMLElement }>} */
     this.sliders = {};
-    /** @type {Panorama | undefined} */
-    this.own = undefined;
     /** @type {Asked | undefined} */
     this.asked = undefined;
     /** @type {Asked | undefined} */
@@ -122,6 +125,7 @@ export class Lit {
     gl.enable(gl.DEPTH_TEST);
     gl.uniform1f(this.uniforms.uFine, this.spare ? 0.4 : 1);
     this.setShape(this.shape);
+    this.staging.ready();
   }
 
   /** @param {string} text */
@@ -197,21 +201,12 @@ export class Lit {
     this.reset();
   }
 
-  // Sets light from the bytes of a panorama.
-  /** @param {ArrayBuffer} bytes */
-  setPanorama(bytes) {
-    this.start();
-    if (!this.gl) return;
-    if (this.own) this.gl.deleteTexture(this.own.texture);
-    this.own = panorama(this.gl, bytes);
-  }
-
-  // Light settings.
+  // Light settings. In a panorama the height of the light is fixed.
   /** @returns {Lighting} */
   get lighting() {
     const { light, lightHeight, lightSize, exposure } = this.values;
-    const { scene } = this.staging;
-    return { scene, own: this.staging.isOwn ? this.own ?? null : null, turn: light, key: [lightHeight, lightSize], exposure };
+    const { staging } = this;
+    return { light: staging.light ?? null, level: staging.level, turn: light, key: [staging.isOwn ? USUAL : lightHeight, lightSize], exposure };
   }
 
   /** @param {string} name @param {number} value */
@@ -343,6 +338,7 @@ export class Lit {
     }));
     const kept = new Set([...Object.values(made), ...Object.values(this.pinned?.maps ?? {})]);
     for (const map of Object.values(old)) if (map && !kept.has(map)) this.gl?.deleteTexture(map.texture);
+    await this.staging.ready();
     this.now = { maps: made, mm: scene.canvas.size_mm };
     const shown = new Set(Object.values(made).flatMap((map) => map?.channels ?? []));
     for (const name of ['roughness', 'metallic', 'anisotropy', 'coat']) this.sliders[name].row.hidden = shown.has(name);
@@ -411,7 +407,7 @@ export class Lit {
 
   paint() {
     const { gl, canvas } = this;
-    if (!gl || !this.now || !canvas.clientWidth) return;
+    if (!gl || !this.now || !canvas.clientWidth || this.staging.light === undefined) return;
     const mesh = this.mesh();
     const began = performance.now();
     this.quality = this.bearable(this.budget);
@@ -462,12 +458,12 @@ export class Lit {
     const repeat = perMm ? 1 : values.repeat;
     const heights = maps.uHeight?.range ?? [0, 0];
     const eye = this.eye();
-    const view = camera(eye, canvas.width / canvas.height);
+    const view = this.above ? ABOVE : camera(eye, canvas.width / canvas.height);
     const moved = this.relief === 'displacement' && !!maps.uHeight;
     gl.useProgram(this.program ?? null);
     bind(gl, (name) => u[name], maps);
     gl.uniformMatrix4fv(u.uView, false, view);
-    gl.uniform3fv(u.uEye, eye);
+    gl.uniform4f(u.uEye, ...(this.above ? /** @type {Vec3} */ ([0, 0, 1]) : eye), this.above ? 0 : 1);
     illuminate(gl, (name) => u[name], this.lighting);
     gl.uniform2f(u.uRepeat, repeat, perMm ? 1 : (repeat * mm[0]) / mm[1]);
     gl.uniform1f(u.uDisplace, moved ? (perMm ?? (span / repeat) / mm[0]) * values.relief : 0);

@@ -4,22 +4,24 @@ import { $, element, notice } from './dom.js';
 import { change } from './net.js';
 
 const MOST = 200;
-// A control at rest for this time has ended its step, in ms.
+// Keys that step a value within this time are one step, in ms.
 const REST = 900;
 const SIZE = 84;
 /** @type {(a: Values, b: Values) => boolean} */
 const same = (a, b) => JSON.stringify([a.preset, [...a.set].sort()]) === JSON.stringify([b.preset, [...b.set].sort()]);
 
 export class Looks {
-  // `apply` sets values; `compare` shows two steps together.
+  // `apply` sets values; `compare` shows two steps together; `settle` waits until values on their way to the server have
+  // arrived.
   /**
    * @param {HTMLElement} root
-   * @param {{ apply: (values: Values, tell: boolean) => void, compare: (steps: Look[] | null) => void }} on
+   * @param {{ apply: (values: Values, tell: boolean) => void, compare: (steps: Look[] | null) => void, settle: () => Promise<unknown> }} on
    */
-  constructor(root, { apply, compare }) {
+  constructor(root, { apply, compare, settle }) {
     this.root = root;
     this.apply = apply;
     this.compare = compare;
+    this.settle = settle;
     /** @type {Look[]} */
     this.steps = [];
     /** @type {Look | null} */
@@ -52,11 +54,13 @@ export class Looks {
     this.draw();
   }
 
-  // Records values set by the user; a drag of one control is one step.
+  // Records values set by the user. A drag of one control is one step, however long it takes: its group has a number.
   /** @param {Values} values @param {string} label @param {string | null} group */
   record(values, label, group) {
     const now = Date.now();
-    if (group && this.at?.group === group && now - this.touched < REST) {
+    // A value that is set again, or that a limit brings back, is no step.
+    if (this.at && same(values, this.at.values)) return;
+    if (group && this.at?.group === group && (group.includes(' #') || now - this.touched < REST)) {
       Object.assign(this.at, { values, label });
       this.draw();
     } else {
@@ -76,6 +80,7 @@ export class Looks {
   async write(what, values) {
     this.writing = true;
     try {
+      await this.settle();
       this.sha = await change(this.sha, what, { preset: values.preset, set: [...values.set] });
       return this.sha;
     } finally {

@@ -1,6 +1,7 @@
 // @ts-check
 // The measuring panel: histogram, black and white point, exposure, false colour, contour lines, profile.
 import { $, element, short } from './dom.js';
+import { evaluate, numberField } from './entry.js';
 import { histogram, profile } from './tone.js';
 
 const COLORS = ['#e0655f', '#58a866', '#5b8fe0'];
@@ -49,44 +50,44 @@ export class Measure {
   get open() { return /** @type {HTMLDetailsElement} */ (this.root.closest('details')).open; }
 
   build() {
-    /** @type {(id: string, text: string) => [HTMLInputElement, HTMLLabelElement, HTMLInputElement]} */
-    const number = (id, text) => {
-      const box = element('input', { type: 'number', id, step: 'any' });
-      return [box, element('label', { htmlFor: id, textContent: text }), box];
+    /** @type {(id: string, text: string, onset: () => void) => [HTMLInputElement, HTMLLabelElement]} */
+    const number = (id, text, onset) => {
+      const { box } = numberField({ id, name: text, onset });
+      return [box, element('label', { htmlFor: id, textContent: text })];
     };
     /** @type {(id: string, text: string) => [HTMLInputElement, HTMLLabelElement]} */
     const check = (id, text) => {
       const box = element('input', { type: 'checkbox', id });
       return [box, element('label', { htmlFor: id, className: 'check' }, box, text)];
     };
-    const [black, blackLabel] = number('black-point', 'Black point');
-    const [white, whiteLabel] = number('white-point', 'White point');
+    const ranged = () => { this.ranged = true; set(); };
+    const [black, blackLabel] = number('black-point', 'Black point', ranged);
+    const [white, whiteLabel] = number('white-point', 'White point', ranged);
     const [lock, lockLabel] = check('lock-range', 'Lock the range');
     const [heat, heatLabel] = check('false-colour', 'False colour');
     const [lines, linesLabel] = check('contours', 'Contour lines, every');
-    const [step] = number('contour-step', '');
+    const [step] = number('contour-step', 'Contour step', () => { this.stepped = true; set(); });
     step.ariaLabel = 'Step of the contour lines';
     const exposure = element('input', { type: 'range', id: 'picture-exposure', min: -6, max: 6, step: 0.25, value: 0 });
     const ev = element('span', { className: 'unit', textContent: '0 EV' });
     const auto = element('button', { textContent: 'Auto', title: 'From the least value to the greatest' });
-    const reset = element('button', { id: 'tone-reset', textContent: 'As it was' });
+    const reset = element('button', { id: 'tone-reset', textContent: 'Reset tone' });
     const set = () => {
       this.locked = lock.checked;
-      const [lo, hi] = [black.valueAsNumber, white.valueAsNumber];
+      const [lo, hi] = [evaluate(black.value), evaluate(white.value)];
       const given = Number.isFinite(lo) && Number.isFinite(hi) && hi > lo;
       this.tone = {
         range: given && (this.locked || this.ranged) ? [lo, hi] : null,
         exposure: exposure.valueAsNumber,
         heat: heat.checked,
-        contours: lines.checked && step.valueAsNumber > 0 ? step.valueAsNumber : 0,
+        contours: lines.checked && evaluate(step.value) > 0 ? evaluate(step.value) : 0,
       };
       ev.textContent = `${exposure.value} EV`;
       this.ontone(this.tone);
       this.show();
     };
-    for (const box of [black, white]) box.onchange = () => { this.ranged = true; set(); };
     for (const box of [lock, heat, lines]) box.onchange = set;
-    for (const box of [exposure, step]) box.oninput = set;
+    exposure.oninput = set;
     auto.onclick = () => {
       const found = this.found;
       if (!found) return;
@@ -119,7 +120,6 @@ export class Measure {
         cut('Down', () => { const [w, h] = size(); return [[w / 2, 0], [w / 2, h - 1]]; }),
         cut('None', () => null)),
     );
-    step.addEventListener('change', () => { this.stepped = true; });
     return { black, white, step };
   }
 

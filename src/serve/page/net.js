@@ -10,22 +10,32 @@ const query = (path, args) => `${path}?${new URLSearchParams(/** @type {Record<s
 /** @type {(response: Response, name: string) => string[]} */
 const header = (response, name) => /** @type {string} */ (response.headers.get(name)).split(' ');
 
+// A request whose failure says that there is no connection.
+/** @param {string} path @param {RequestInit} [options] */
+async function request(path, options) {
+  try {
+    return await fetch(path, options);
+  } catch {
+    throw new Error('no connection: is `shibo watch` running?');
+  }
+}
+
 /** @param {string} path @param {Args} args */
 export async function ask(path, args) {
-  const response = await fetch(query(path, args));
+  const response = await request(query(path, args));
   return response.status === 200 ? response.json() : null;
 }
 
 /** @param {string} path @param {Args} [args] */
 export async function bitmap(path, args) {
-  const response = await fetch(args ? query(path, args) : path);
+  const response = await request(args ? query(path, args) : path);
   if (response.status !== 200) return null;
   return createImageBitmap(await response.blob(), { colorSpaceConversion: 'none', premultiplyAlpha: 'none' });
 }
 
 /** @param {Args} args @returns {Promise<Samples | null>} */
 export async function samples(args, path = 'map') {
-  const response = await fetch(query(path, args));
+  const response = await request(query(path, args));
   if (response.status !== 200) return null;
   const [width, height, form, scale = 1] = header(response, 'x-map');
   return { width: +width, height: +height, form, scale: +scale, data: await response.arrayBuffer() };
@@ -41,7 +51,7 @@ export function worn(scene, { t, solid }, s) {
 // Unconverted values of a field for measuring: by rows, with the channels of a pixel together.
 /** @param {Args} args @returns {Promise<PictureValues | null>} */
 export async function exact(args) {
-  const response = await fetch(query('map', { ...args, exact: true }));
+  const response = await request(query('map', { ...args, exact: true }));
   if (response.status !== 200) return null;
   const [width, height, form, type, unit] = header(response, 'x-map');
   const data = new Float32Array(await response.arrayBuffer());
@@ -51,17 +61,18 @@ export async function exact(args) {
 // Mesh that shows the material: vertices of 11 numbers, triangles, length of one mm, and position of its middle, z up.
 /** @param {Args} args @returns {Promise<(Mesh & { perMm: number, middle: number[] }) | null>} */
 export async function mesh(args) {
-  const response = await fetch(query('mesh', args));
+  const response = await request(query('mesh', args));
   if (response.status !== 200) return null;
   const [vertices, indices, perMm, ...middle] = header(response, 'x-mesh').map(Number);
   const bytes = await response.arrayBuffer();
   return { data: new Float32Array(bytes, 0, vertices * 11), index: new Uint32Array(bytes, vertices * 44, indices), perMm, middle };
 }
 
-// Light of a panorama: of a file, or of the last one sent in this run, if any. See sky.rs.
-/** @param {File | null} file */
-export async function environment(file) {
-  const response = await fetch('environment', file ? { method: 'POST', headers: { 'content-type': 'application/octet-stream' }, body: file } : {});
+// Light of a panorama: of a file, or of the last one sent in this run, if any. With a name, that of an environment of
+// Relief. See serve/environment.rs.
+/** @param {File | null} file @param {string} [scene] */
+export async function environment(file, scene) {
+  const response = await request(scene ? query('environment', { scene }) : 'environment', file ? { method: 'POST', headers: { 'content-type': 'application/octet-stream' }, body: file } : {});
   if (response.status === 200) return response.arrayBuffer();
   if (response.status === 503) throw new Error('another panorama is being read');
   if (!response.ok) throw new Error((await response.text()) || 'it could not be read');
@@ -70,7 +81,7 @@ export async function environment(file) {
 
 /** @param {string} path @param {unknown} what */
 export function post(path, what) {
-  return fetch(path, { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(what) });
+  return request(path, { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(what) });
 }
 
 /** @param {SentValues} values */
@@ -89,11 +100,11 @@ export async function change(base, what, then = null) {
 /** @param {string} node */
 export const jump = (node) => post('jump', { node }).catch(() => {});
 
-// Runs one `work` at a time; of the calls made meanwhile, only the last one runs.
+// Runs one `work` at a time; of the calls made meanwhile, only the last one runs. `forget` drops that call.
 /**
  * @template {unknown[]} A
  * @param {(...args: A) => Promise<void>} work
- * @returns {(...args: A) => Promise<void>}
+ * @returns {((...args: A) => Promise<void>) & { forget: () => void }}
  */
 export function latest(work) {
   let running = false;
@@ -107,7 +118,7 @@ export function latest(work) {
     running = false;
     if (next) { const args = next; next = null; run(args); }
   };
-  return (...args) => run(args);
+  return Object.assign((/** @type {A} */ ...args) => run(args), { forget: () => { next = null; } });
 }
 
 // Receives news, through a shared worker if the browser has them.

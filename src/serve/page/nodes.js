@@ -7,8 +7,10 @@ import { paintBox } from './box.js';
 
 export const [W, H, DX, DY] = [168, 112, 220, 130];
 const KEPT = 600;
-// Minimum scale of a fit: labels of 12 pixels stay 11 pixels high.
+// Minimum scale when a level opens: labels of 12 pixels stay 11 pixels high.
 const READABLE = 0.92;
+// Minimum scale of a fit of the whole level.
+const LEAST = 0.01;
 /** @type {Record<string, Vec2>} */
 const NEXT = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
@@ -63,6 +65,8 @@ export class Graph {
     this.selected = null;
     this.hover = -1;
     this.fitted = true;
+    // True if the whole level is in view, false for a readable part of it.
+    this.whole = false;
     this.heat = false;
     // While pictures are made, thumbnails wait.
     this.patient = false;
@@ -238,7 +242,7 @@ export class Graph {
     this.byName = new Map(this.nodes.map((n, i) => [n.name, i]));
     this.canvas.dataset.nodes = String(this.nodes.length);
     this.canvas.dataset.level = level;
-    if (first) this.fit();
+    if (first) this.fit(false);
     await this.loadStats(generation);
   }
 
@@ -267,10 +271,12 @@ export class Graph {
     const [w, h] = [Math.round(canvas.clientWidth * this.ratio), Math.round(canvas.clientHeight * this.ratio)];
     if (!w || !h) return;
     [canvas.width, canvas.height] = [w, h];
-    if (this.fitted) this.fit(); else this.draw();
+    if (this.fitted) this.fit(this.whole); else this.draw();
   }
 
-  fit() {
+  // Brings the whole level into view; without `whole`, as much of it as is readable, with the outputs.
+  fit(whole = true) {
+    this.whole = whole;
     if (!this.nodes.length || !this.open) return;
     const [xs, ys] = [this.nodes.map((n) => n.x), this.nodes.map((n) => n.y)];
     /** @param {number[]} list */
@@ -279,9 +285,9 @@ export class Graph {
     const max = (list) => list.reduce((a, b) => Math.max(a, b));
     const [left, right, top, bottom] = [min(xs), max(xs) + W, min(ys), max(ys) + H];
     const [wide, high] = [this.canvas.clientWidth / (right - left + 60), this.canvas.clientHeight / (bottom - top + 40)];
-    this.scale = Math.min(Math.max(Math.min(wide, high), READABLE), innerWidth < 2400 ? 1.2 : 2);
+    this.scale = Math.min(Math.max(Math.min(wide, high), whole ? LEAST : READABLE), innerWidth < 2400 ? 1.2 : 2);
     this.center = [(left + right) / 2, (top + bottom) / 2];
-    // If the level does not fit, its right end with the outputs is shown.
+    // If the level does not fit at a readable size, its right end with the outputs is shown.
     const output = this.nodes.find((n) => n.shown) ?? this.nodes[this.nodes.length - 1];
     if (wide < this.scale) this.center[0] = right + 30 - this.canvas.clientWidth / 2 / this.scale;
     if (high < this.scale) this.center[1] = output.y + H / 2;

@@ -24,13 +24,13 @@ export function dragged(text, pixels) {
 
 // A formula with its numbers. `pieces` are its parts, of which every second one is a number; `onchange` gets the index
 // of a number and its new text.
-/** @param {string} name @param {string[]} pieces @param {(index: number, value: string) => void} onchange */
+/** @param {string} name @param {string[]} pieces @param {(index: number, value: string) => Promise<boolean>} onchange */
 export function formula(name, pieces, onchange) {
   const parts = pieces.map((piece, i) => (i % 2 ? number(name, piece, (value) => onchange((i - 1) / 2, value)) : piece));
   return element('div', { className: 'formula', role: 'group', ariaLabel: `Formula of ${name}` }, ...parts);
 }
 
-/** @param {string} name @param {string} text @param {(value: string) => void} onchange */
+/** @param {string} name @param {string} text @param {(value: string) => Promise<boolean>} onchange */
 function number(name, text, onchange) {
   const { value, lo, hi } = range(text);
   const made = element('span', { className: 'number', role: 'slider', tabIndex: 0, textContent: text, title: `Drag to change: ${lo} … ${+hi.toPrecision(6)}`,
@@ -45,10 +45,11 @@ function number(name, text, onchange) {
     made.ariaValueNow = made.textContent;
   };
   const leave = () => { held = false; move(0); };
-  const write = () => {
+  const write = async () => {
     held = false;
     const wanted = dragged(text, pixels);
-    if (Number(wanted) !== value) onchange(wanted);
+    // A number that the file refuses gives way to the one that stands there.
+    if (Number(wanted) !== value && !await onchange(wanted)) leave();
   };
   made.onpointerdown = (e) => { if (e.button) return; e.preventDefault(); made.focus(); made.setPointerCapture(e.pointerId); from = e.clientX - pixels; held = true; };
   made.onpointermove = (e) => { if (held) move(e.clientX - from); };

@@ -1,6 +1,7 @@
 // @ts-check
 // The parameters of the graph: sliders, presets, the origin of each value, and saving to the file.
-import { element, notice, say, short } from './dom.js';
+import { element, notice, say } from './dom.js';
+import { numberField, within } from './entry.js';
 
 /** @type {(text: string) => string} */
 const unquote = (text) => { try { return JSON.parse(text); } catch { return text.replace(/^"|"$/g, ''); } };
@@ -41,6 +42,12 @@ export class Parameters {
     this.busy = false;
     this.resync = false;
     this.moving = false;
+    // The control that is being dragged, and the number of drags so far.
+    /** @type {string | null} */
+    this.held = null;
+    this.drags = 0;
+    addEventListener('pointerup', () => this.release());
+    addEventListener('pointercancel', () => this.release());
     /** @type {string | undefined} */
     this.sha = undefined;
     /** @type {Values | undefined} */
@@ -76,19 +83,38 @@ export class Parameters {
     this.set = new Map(told.set);
   }
 
+  // Begins a drag of a control: until it is released, all its values are one step of the history.
+  /** @param {string} name */
+  hold(name) {
+    this.held = name;
+    this.drags += 1;
+  }
+
+  release() {
+    if (this.held !== null) this.moving = false;
+    this.held = null;
+  }
+
+  // The step to which a new value of a control belongs. Key presses in quick succession are one step, too.
+  /** @param {string} name */
+  gesture(name) { return this.held === name ? `${name} #${this.drags}` : name; }
+
   // For a moment after a change, news of the server may be outdated.
-  hold() {
+  settle(time = 600) {
     this.busy = true;
     clearTimeout(this.rest);
     this.rest = setTimeout(() => {
       this.busy = false;
       if (this.resync) { this.follow(); this.show(); }
-    }, 600);
+    }, time);
   }
 
   // Requested value: set by hand, or else the shown one.
   /** @param {Param} param */
   value(param) { return this.set.get(param.name) ?? param.value; }
+
+  // The values set by hand, as a text.
+  get byHand() { return [...this.set].map(([name, value]) => `${name} ${unquote(value)}`).join(', '); }
 
   get changed() { return this.params.filter((p) => this.value(p) !== p.default); }
 
@@ -97,8 +123,11 @@ export class Parameters {
     for (const button of /** @type {NodeListOf<HTMLButtonElement>} */ (this.root.querySelectorAll('.presets button'))) {
       const on = button.value === (this.preset ?? '');
       if (button.ariaPressed !== String(on)) button.ariaPressed = String(on);
-      const by = on && this.set.size ? ` + ${this.set.size} by hand` : '';
-      say(button, (button.value || 'as written') + by);
+    }
+    const note = this.root.querySelector('.by-hand');
+    if (note) {
+      say(/** @type {HTMLElement} */ (note), `+ ${this.set.size} by hand`);
+      note.classList.toggle('on', this.set.size > 0);
     }
     const none = !this.changed.length;
     for (const button of /** @type {NodeListOf<HTMLButtonElement>} */ (this.root.querySelectorAll('[data-needs=changed]'))) if (button.disabled !== none) button.disabled = none;
@@ -112,7 +141,7 @@ export class Parameters {
 
   /** @param {string} label @param {string | null} [group] */
   tell(label, group = null) {
-    this.hold();
+    this.settle();
     this.show();
     this.onchange(this.values, label, group);
   }
@@ -122,7 +151,7 @@ export class Parameters {
   take(values) {
     this.preset = values.preset;
     this.set = new Map(values.set);
-    this.hold();
+    this.settle();
     this.show();
   }
 
@@ -141,6 +170,8 @@ export class Parameters {
       made.onclick = () => { this.preset = name; this.set.clear(); this.tell(name ? `Preset ${name}` : 'As written'); };
       presets.append(made);
     }
+    // Its room is always there, so that the first movement of a slider does not move the panel.
+    if (scene.presets.length) presets.append(element('span', { className: 'by-hand' }));
     this.root.append(presets);
     if (!scene.params.length) {
       this.root.append(element('p', { className: 'doc', textContent: 'The graph declares no parameters. Look at a node, and make parameters of its values.' }));
@@ -168,7 +199,7 @@ export class Parameters {
   save() {
     if (!this.set.size) return;
     const preset = this.preset?.split('+').at(-1) ?? null;
-    this.onsave({ values: { set: [...this.set], preset } }, { preset: this.preset, set: new Map() }, preset ? `Saved to preset ${preset}` : 'Saved to file');
+    this.onsave({ values: { set: [...this.set], preset } }, { preset: this.preset, set: new Map() }, `Saved to ${preset ? `preset ${preset}` : 'file'}: ${this.byHand}`);
   }
 
   /** @param {Param} param */
@@ -180,9 +211,9 @@ export class Parameters {
     const row = element('div', { className: 'param', dataset: { param: param.name } }, head);
     const make = /** @type {Record<string, 'number' | 'bool' | 'color' | 'choice'>} */ ({ Number: 'number', Integer: 'number', Bool: 'bool', Color: 'color', Choice: 'choice' })[param.type] ?? 'text';
     const show = this[make](param, id, head, row);
+    // The origin of a value takes the place of the description, so that the panel does not move.
     const from = element('div', { className: 'from' });
-    row.append(from);
-    if (param.doc) row.append(element('div', { className: 'doc', textContent: param.doc }));
+    row.append(element('div', { className: 'below' }, from, element('div', { className: 'doc', textContent: param.doc })));
     this.rows.set(param.name, (now) => {
       const value = this.value(now);
       const byHand = this.set.has(now.name);
@@ -195,10 +226,12 @@ export class Parameters {
       if (reset.title !== why) reset.title = why;
       reset.onclick = () => this.change(now.name, byHand ? null : now.default, null);
       // The overridden value stays visible.
-      say(from, byHand ? `by hand; the file says ${unquote(now.default)}` : changed ? `by the preset; the file says ${unquote(now.default)}` : '');
+      const origin = byHand ? `by hand; the file says ${unquote(now.default)}` : changed ? `by the preset; the file says ${unquote(now.default)}` : '';
+      say(from, origin);
+      from.title = [origin, param.doc].filter(Boolean).join('\n');
       if (!row.contains(document.activeElement) || !this.moving) show(value);
     });
-    row.addEventListener('pointerdown', () => { this.moving = true; });
+    row.addEventListener('pointerdown', (e) => { this.moving = /** @type {Element} */ (e.target).matches('[type=range], [type=color]'); });
     row.addEventListener('change', () => { this.moving = false; });
     return row;
   }
@@ -206,30 +239,30 @@ export class Parameters {
   /** @param {Param} param @param {string} id @param {HTMLElement} head @param {HTMLElement} row @returns {Setter} */
   number(param, id, head, row) {
     const whole = param.type === 'Integer';
-    const box = element('input', { type: 'number', id, step: whole ? 1 : 'any' });
-    head.append(box, element('span', { className: 'unit', textContent: param.unit ?? '' }));
+    const { name, range, unit } = param;
     /** @type {HTMLInputElement | null} */
     let slider = null;
     /** @param {number} n @param {string | null} group */
     const send = (n, group) => {
       if (!Number.isFinite(n)) return;
-      const [lo, hi] = param.range ?? [-Infinity, Infinity];
-      const within = Math.min(Math.max(whole ? Math.round(n) : n, lo), hi);
+      const taken = within(n, range, whole);
       // Slider and field show the value at once, even if the file cannot be evaluated.
-      if (slider) slider.value = String(within);
-      box.value = short(within);
-      this.change(param.name, whole ? String(within) : String(+within.toPrecision(6)), group);
+      if (slider) slider.value = String(taken);
+      field.show(taken, true);
+      this.change(name, whole ? String(taken) : String(+taken.toPrecision(12)), group);
     };
-    if (param.range) {
-      const [lo, hi] = param.range;
-      const made = element('input', { type: 'range', min: lo, max: hi, step: whole ? 1 : 10 ** Math.floor(Math.log10((hi - lo) / 200)), ariaLabel: param.name.replaceAll('_', ' ') });
-      made.oninput = () => send(whole ? made.valueAsNumber : +made.valueAsNumber.toPrecision(4), param.name);
-      made.title = `${lo} … ${hi} ${param.unit ?? ''}`;
+    const field = numberField({ id, name: name.replaceAll('_', ' '), unit: unit ?? '', whole, range, onset: (n, stepped) => send(n, stepped ? name : null) });
+    head.append(field.box, element('span', { className: 'unit', textContent: unit ?? '' }));
+    if (range) {
+      const [lo, hi] = range;
+      const made = element('input', { type: 'range', min: lo, max: hi, step: whole ? 1 : 10 ** Math.floor(Math.log10((hi - lo) / 200)), ariaLabel: name.replaceAll('_', ' ') });
+      made.oninput = () => send(whole ? made.valueAsNumber : +made.valueAsNumber.toPrecision(4), this.gesture(name));
+      made.onpointerdown = () => this.hold(name);
+      made.title = `${lo} … ${hi} ${unit ?? ''}`;
       row.append(made);
       slider = made;
     }
-    box.onchange = () => send(box.valueAsNumber, null);
-    return (value) => { const n = Number(value); box.value = short(n); if (slider) slider.value = String(n); };
+    return (value) => { const n = Number(value); field.show(n); if (slider) slider.value = String(n); };
   }
 
   /** @param {Param} param @param {string} id @param {HTMLElement} head @returns {Setter} */
@@ -243,7 +276,12 @@ export class Parameters {
   /** @param {Param} param @param {string} id @param {HTMLElement} head @returns {Setter} */
   color(param, id, head) {
     const box = element('input', { type: 'color', id });
-    box.oninput = () => this.change(param.name, `"${box.value}"`);
+    // All colours until the picker closes are one step.
+    box.oninput = () => {
+      if (this.held !== param.name) this.hold(param.name);
+      this.change(param.name, `"${box.value}"`, this.gesture(param.name));
+    };
+    box.onchange = () => this.release();
     head.append(box);
     return (value) => { box.value = hex(value); };
   }

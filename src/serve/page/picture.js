@@ -144,7 +144,9 @@ export class Picture {
   fit() {
     const n = this.repeat ? 2 : 1;
     const [w, h] = [this.size[0] * n, this.size[1] * n];
-    const { width, height } = this.canvas;
+    const { height } = this.canvas;
+    // Side by side, each picture has half of the width.
+    const width = this.canvas.width / (this.comparison.before && this.comparison.mode === 'side' ? 2 : 1);
     /** @param {number} high */
     const within = (high) => Math.min(width / w, high / h) * (this.repeat ? 1 : 0.96);
     // The tools at the bottom must not cover the picture.

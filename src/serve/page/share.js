@@ -3,7 +3,7 @@
 import { worn } from './net.js';
 import { CHANNELS } from './textures.js';
 
-const MODULES = ['camera.js', 'shaders.js', 'textures.js', 'environment.js', 'shapes.js', 'viewer.js'];
+const MODULES = ['camera.js', 'light.js', 'shaders.js', 'textures.js', 'environment.js', 'shapes.js', 'viewer.js'];
 
 // Encodes a texture as a picture in the text: colours directly, single channels with sixteen bits split over two
 // channels.
@@ -79,9 +79,9 @@ export async function html(lit, title) {
   const back = backdrop(lit.staging.backdrop);
   /** @type {Shared} */
   const shared = {
-    maps: found, mm: scene.canvas.size_mm, shape: lit.shape, mesh: await mesh(lit), relief: lit.relief, values: lit.values,
-    turn: lit.turn, tilt: lit.tilt, distance: lit.distance, scene: lit.staging.scene, back,
-    behind: lit.staging.showsEnvironment, own: lit.staging.isOwn ? await packed(/** @type {Panorama} */ (lit.own).bytes) : null,
+    maps: found, mm: scene.canvas.size_mm, shape: lit.shape, mesh: await mesh(lit), relief: lit.relief, values: { ...lit.values, lightHeight: lit.lighting.key[0] },
+    turn: lit.turn, tilt: lit.tilt, distance: lit.distance, level: lit.staging.level, back,
+    behind: lit.staging.showsEnvironment, light: lit.staging.light ? await packed(lit.staging.light.bytes) : null,
   };
   const texts = await Promise.all(MODULES.map(async (name) => (await fetch(name)).text()));
   const script = texts.join('\n').replace(/^import .*$/gm, '').replace(/^export /gm, '');

@@ -1,16 +1,17 @@
 // @ts-check
 // Surroundings of the shape: environment, backdrop, shadow at its foot; and the view stored for each graph.
 import { $, element, keep, setting } from './dom.js';
+import { USUAL, lightOf } from './environment.js';
 import { environment } from './net.js';
 import { linked } from './shaders.js';
 
-const SCENES = ['Studio', 'Overcast sky', 'Evening', 'One light', 'Own HDRI'];
-const OWN = 4;
+// The environments of Relief, and the user's own panorama.
+const [STUDIO, LAMP, OWN] = ['Studio', 'Lamp', 'Own HDRI'];
+const SCENES = [STUDIO, 'Overcast', 'Window', 'Sky', LAMP, OWN];
 const BACKDROPS = ['As the page', 'Black', 'Grey', 'White', 'The environment'];
 const BEHIND = 4;
 // A plane shows its relief best in grazing light.
 const GRAZING = 14;
-const USUAL = 37;
 // Maximum number of graphs whose views are stored.
 const KEPT = 12;
 
@@ -18,7 +19,13 @@ export class Staging {
   /** @param {import('./lit.js').Lit} lit */
   constructor(lit) {
     this.lit = lit;
-    this.scene = 0;
+    this.scene = STUDIO;
+    // The light of each environment, once it is there.
+    /** @type {Record<string, Light>} */
+    this.lights = {};
+    // The light shown last, until that of the chosen environment is there.
+    /** @type {Light | null | undefined} */
+    this.before = undefined;
     this.backdrop = 0;
     this.shadow = true;
     /** @type {string | null} */
@@ -26,34 +33,59 @@ export class Staging {
     /** @type {number | undefined} */
     this.soon = undefined;
     this.byHand = false;
-    /** @param {string} id @param {string} text @param {string[]} options @param {(n: number) => void} set */
-    const select = (id, text, options, set) => {
-      const made = element('select', { id }, ...options.map((name, i) => element('option', { value: i, textContent: name })));
-      made.onchange = () => { set(+made.value); this.keepSoon(); };
+    /** @param {string} id @param {string} text @param {(string | number)[]} values @param {string[]} options @param {(value: string) => void} set */
+    const select = (id, text, values, options, set) => {
+      const made = element('select', { id }, ...options.map((name, i) => element('option', { value: values[i], textContent: name })));
+      made.onchange = () => { set(made.value); this.keepSoon(); };
       lit.panel.append(element('div', { className: 'param' }, element('label', { htmlFor: id, textContent: text }), made));
       return made;
     };
-    this.sceneBox = select('light-scene', 'Environment', SCENES, (n) => this.setScene(n));
+    this.sceneBox = select('light-scene', 'Environment', SCENES, SCENES, (name) => this.setScene(name));
     // Without a panorama the user's own environment cannot be chosen.
-    this.sceneBox.options[OWN].hidden = this.sceneBox.options[OWN].disabled = true;
-    this.backBox = select('light-backdrop', 'Backdrop', BACKDROPS, (n) => this.setBackdrop(n));
+    this.ownOption.hidden = this.ownOption.disabled = true;
+    this.backBox = select('light-backdrop', 'Backdrop', [...BACKDROPS.keys()], BACKDROPS, (n) => this.setBackdrop(+n));
     this.shadowBox = element('input', { type: 'checkbox', id: 'light-shadow', checked: true });
     this.shadowBox.onchange = () => { this.shadow = this.shadowBox.checked; this.keepSoon(); lit.draw(); };
     lit.panel.append(element('label', { className: 'check', htmlFor: 'light-shadow' }, this.shadowBox, 'Shadow on the ground'));
     this.shaped(lit.shape);
   }
 
-  get isOwn() { return this.scene === OWN && !!this.lit.own; }
+  get isOwn() { return this.scene === OWN; }
+
+  get ownOption() { return this.sceneBox.options[SCENES.indexOf(OWN)]; }
+
+  // The light to draw with; null for the lamp, undefined as long as there is none.
+  /** @returns {Light | null | undefined} */
+  get light() {
+    const found = this.scene === LAMP ? null : this.lights[this.scene];
+    if (found !== undefined) this.before = found;
+    return this.before;
+  }
+
+  // A plane is seen from above, as pictures of Relief; around other shapes the horizon is level. The studio and the lamp
+  // have none: they stand as the camera sees them.
+  get level() { return this.lit.shape !== 'plane' && this.scene !== STUDIO && this.scene !== LAMP; }
 
   get showsEnvironment() { return this.backdrop === BEHIND; }
 
-  /** @param {number} n */
-  setScene(n) {
-    this.scene = n;
-    this.sceneBox.value = String(n);
+  /** @param {string} name */
+  setScene(name) {
+    this.scene = name;
+    this.sceneBox.value = name;
     // In a panorama the height of the sun is fixed.
-    this.lit.sliders.lightHeight.row.hidden = n === OWN;
-    this.lit.draw();
+    this.lit.sliders.lightHeight.row.hidden = name === OWN;
+    return this.ready();
+  }
+
+  // Fetches the light of the chosen environment unless it is there, and draws with it.
+  async ready() {
+    const { lit, scene, lights } = this;
+    if (scene !== LAMP && scene !== OWN && lit.gl && !lights[scene]) {
+      // The server may have ended.
+      const bytes = await environment(null, scene).catch(() => null);
+      if (bytes && lit.gl) lights[scene] ??= lightOf(lit.gl, bytes);
+    }
+    if (scene === this.scene) lit.draw();
   }
 
   // Uses the user's own panorama as the environment: a file, or null for the last one of this run.
@@ -61,9 +93,13 @@ export class Staging {
   async setOwn(file) {
     const { lit } = this;
     const bytes = await environment(file);
-    if (bytes) lit.setPanorama(bytes);
-    if (!lit.own) return;
-    const option = this.sceneBox.options[OWN];
+    if (bytes) lit.start();
+    if (bytes && lit.gl) {
+      if (this.lights[OWN]) lit.gl.deleteTexture(this.lights[OWN].texture);
+      this.lights[OWN] = lightOf(lit.gl, bytes);
+    }
+    if (!this.lights[OWN]) return;
+    const option = this.ownOption;
     option.hidden = option.disabled = false;
     if (file) option.textContent = file.name;
     this.setScene(OWN);
@@ -99,7 +135,7 @@ export class Staging {
     Object.assign(lit, { turn, tilt, distance });
     this.byHand = true;
     for (const [name, value] of Object.entries({ light, lightHeight: height, lightSize: size, exposure })) lit.set(name, value);
-    if (scene === OWN) this.setOwn(null).catch(() => {}); else this.setScene(scene);
+    if (scene === OWN) this.setOwn(null).catch(() => {}); else this.setScene(SCENES.includes(scene) ? scene : STUDIO);
     this.shadow = shadow;
     this.setBackdrop(backdrop);
     this.backBox.value = backdrop;

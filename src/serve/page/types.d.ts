@@ -68,7 +68,8 @@ interface Complaint {
   related: { file: string; line: number; column: number; message: string }[];
 }
 
-interface Progress { node: string; done: number; total: number }
+/** The node that is computed, its own progress if it tells it, the share of all work, and the seconds so far. */
+interface Progress { node: string | null; part: number | null; share: number; seconds: number }
 interface Done { generation: number; ran: number; first_ms: number; all_ms: number }
 
 /** The preset and the values that the user chose, as the server has them. */
@@ -108,8 +109,8 @@ interface Sketch {
   lines?: [number, number, number, number, number?][] | null;
 }
 
-/** A constant in the text of a node, or a formula with numbers: every second one of its pieces. A node that is a formula has no name for it. */
-interface Constant { name: string; text: string; formula?: string[] | null; choices?: string[] | null; whole?: boolean; min?: number | null; max?: number | null; unit?: string | null; doc: string }
+/** A value in the text of a node, or a formula with numbers: every second one of its pieces. A node that is a formula has no name for it. `fixed` values stand in another file than the graph's; `now` is the value of a computed number. */
+interface Constant { name: string; text: string; fixed?: boolean; now?: number | null; formula?: string[] | null; choices?: string[] | null; whole?: boolean; min?: number | null; max?: number | null; unit?: string | null; doc: string }
 
 /** The server's description of a target. */
 interface About {
@@ -117,6 +118,8 @@ interface About {
   kind: string;
   doc: string;
   text: string;
+  /** The file of a node that is not in the graph's file. */
+  file?: string | null;
   channel?: string | null;
   channels?: string[] | null;
   fields: Constant[];
@@ -197,9 +200,15 @@ interface Worn<T extends Texture = LoadedTexture> { maps: Partial<Record<string,
 interface ChannelMap { t: string; id: string; solid?: string }
 type ChannelMaps = Record<string, ChannelMap>;
 
-/** The user's own panorama: see environment.js. */
-interface Panorama { bytes: ArrayBuffer; texture: WebGLTexture | null; irradiance: Float32Array; sun: Float32Array; light: Float32Array }
-interface Lighting { scene: number; own: Panorama | null; turn: number; key: Vec2; exposure: number }
+/** The rows of a matrix that turns vectors. */
+type Turn = [Vec3, Vec3, Vec3];
+/** An environment: see environment.js. */
+interface Light {
+  bytes: ArrayBuffer; texture: WebGLTexture | null; levels: Float32Array; diffuse: Float32Array;
+  key: Vec3; keyLight: Float32Array; keyColor: Float32Array;
+}
+/** Light around the shape; without `light`, that of the lamp. With `level`, the horizon of the environment is level. */
+interface Lighting { light: Light | null; level: boolean; turn: number; key: Vec2; exposure: number }
 type Uniforms = (name: string) => WebGLUniformLocation | null;
 
 /** Values of a picture, by rows, with the channels of a pixel together. */
@@ -254,10 +263,10 @@ interface Shared {
   turn: number;
   tilt: number;
   distance: number;
-  scene: number;
+  level: boolean;
   back: Vec3;
   behind: boolean;
-  own: string | null;
+  light: string | null;
 }
 
 /** The state that modules share: see app.js. */

@@ -1,7 +1,7 @@
 // @ts-check
 // Standalone viewer of a shared material: no server, no other file.
 import { camera } from './camera.js';
-import { Behind, illuminate, panorama } from './environment.js';
+import { Behind, illuminate, lightOf } from './environment.js';
 import { FRAGMENT, VERTEX, linked } from './shaders.js';
 import { SHAPES } from './shapes.js';
 import { SLOTS, bind, texture } from './textures.js';
@@ -54,7 +54,7 @@ export async function view(canvas, shared) {
   const maps = Object.fromEntries(slots.map((slot) => [slot, texture({ gl, mipHalf: half }, slot, found)]));
   /** @type {Omit<Shape, 'view'>} */
   const shape = shared.mesh ? await carried(shared.mesh) : SHAPES[shared.shape];
-  const own = shared.own ? panorama(gl, await bytes(shared.own)) : null;
+  const around = shared.light ? lightOf(gl, await bytes(shared.light)) : null;
   const behind = new Behind();
   // A mesh of the graph shows its textures once, without repeats; so does a shape cut from a solid.
   const perMm = shape.perMm ?? (shape.solid ? 2 / Math.max(...shared.mm) : null);
@@ -95,13 +95,13 @@ export async function view(canvas, shared) {
     const flat = Math.cos(eye.tilt);
     const from = /** @type {Vec3} */ ([Math.sin(eye.turn) * flat, Math.sin(eye.tilt), Math.cos(eye.turn) * flat].map((c) => c * eye.distance));
     /** @type {Lighting} */
-    const lighting = { scene: shared.scene, own, turn: light, key: [v.lightHeight, v.lightSize], exposure: v.exposure };
+    const lighting = { light: around, level: shared.level, turn: light, key: [v.lightHeight, v.lightSize], exposure: v.exposure };
     if (shared.behind) behind.paint(gl, from, canvas.width / canvas.height, lighting);
     gl.useProgram(program);
     gl.bindVertexArray(array);
     illuminate(gl, at, lighting);
     gl.uniformMatrix4fv(at('uView'), false, camera(from, canvas.width / canvas.height));
-    gl.uniform3fv(at('uEye'), from);
+    gl.uniform4f(at('uEye'), ...from, 1);
     gl.uniform2f(at('uRepeat'), repeat, perMm ? 1 : (repeat * shared.mm[0]) / shared.mm[1]);
     gl.uniform1f(at('uDisplace'), moved ? (perMm || (shape.span ?? 0) / repeat / shared.mm[0]) * v.relief : 0);
     gl.uniform2fv(at('uHeights'), shared.maps.height?.range ?? [0, 0]);

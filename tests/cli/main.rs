@@ -4,6 +4,7 @@
 mod bad;
 #[path = "../support/bless.rs"]
 mod bless;
+mod briefs;
 mod broken_graphs;
 mod cache;
 mod canvas;
@@ -17,6 +18,7 @@ mod export_directions;
 mod export_names;
 mod export_sets;
 mod faults;
+mod fit;
 mod fmt;
 mod foreign_pictures;
 mod formulas;
@@ -61,6 +63,8 @@ mod synthesis_rows;
 mod synthesis_surface;
 mod tools;
 mod versions;
+mod views;
+mod whole_files;
 mod windows;
 mod wood;
 mod wood_given;

@@ -116,6 +116,7 @@ fn tools_have_schemas_and_hints() {
     );
     for tool in tools {
         assert_eq!(tool["inputSchema"]["type"], "object", "{tool}");
+        assert_eq!(tool["outputSchema"]["type"], "object", "{tool}");
         assert_eq!(tool["annotations"]["readOnlyHint"], tool["name"] != "write", "{tool}");
     }
     assert!(client.ask("tools/call", &json!({ "name": "rm", "arguments": {} }))["error"]["code"].is_i64());
@@ -250,6 +251,12 @@ fn bad_lines_and_long_calls_do_not_end_the_server() {
     let desk = Desk::new();
     let Some(mut client) = Client::start(&desk, "mcp --seconds 1 --threads 1") else { return };
     writeln!(client.stdin.as_mut().unwrap(), "{}", "x".repeat(9 << 20)).unwrap();
+    let error = client.receive().unwrap();
+    assert_eq!((&error["id"], &error["error"]["code"]), (&Json::Null, &json!(-32600)), "{error}");
+    // A long call is answered by its number.
+    let text = "x".repeat(9 << 20);
+    let error = client.ask("tools/call", &json!({ "name": "check", "arguments": { "text": text } }));
+    assert!(error["error"]["message"].as_str().unwrap().contains("longer than 8 MiB"), "{error}");
     writeln!(client.stdin.as_mut().unwrap(), "not json").unwrap();
     let (content, good) = client.call("render", &json!({ "path": "shibo:oak", "size": 512 }));
     assert!(good || content["refused"]["code"] == "too-long", "{content}");

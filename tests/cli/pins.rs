@@ -97,6 +97,17 @@ fn pin_keeps_pictures_and_verify_compares_them() {
         ran.stdout
     );
     desk.write("shibo.lock", "{ \"a.ron\": 3 }");
+    // A lock that cannot be read stops only its own folder.
+    std::fs::create_dir_all(desk.path("good")).unwrap();
+    desk.write("good/c.ron", GRAPH);
+    desk.shibo("pin good/c.ron").expect(0);
+    let ran = desk.shibo("verify a.ron good/c.ron b.ron --format json").expect(1);
+    let found = ran.json();
+    let states: Vec<&str> = (0..3).map(|at| found["graphs"][at]["state"].as_str().unwrap()).collect();
+    assert_eq!(states, ["bad-file", "same", "bad-file"]);
+    let ran = desk.shibo("verify a.ron b.ron good/c.ron").expect(1);
+    assert_eq!(ran.stderr.matches("is no lock").count(), 1, "the lock is read once: {}", ran.stderr);
+    assert!(ran.stdout.contains("a.ron  bad-file\n") && ran.stdout.contains("c.ron  same"), "{}", ran.stdout);
     assert!(desk.shibo("verify a.ron").expect(1).stderr.contains("is no lock (`bad-file`): 1:"));
     let before = text(&desk);
     desk.shibo("pin a.ron").expect(1);

@@ -29,7 +29,7 @@ struct View {
 
 impl View {
     /// Opens the view with a shape, an environment, and an angle between light and eye.
-    fn open(shape: &str, scene: u32, aside: f64) -> Self {
+    fn open(shape: &str, scene: &str, aside: f64) -> Self {
         let place = Place::new(&graph("base_color: 0.5"));
         let watch = Watch::start(&place.graph, &[]);
         let browser = Browser::start();
@@ -38,10 +38,10 @@ impl View {
         page.wait(&format!("{ROOT}.shown && {ROOT}.final == 'true'"));
         page.key("2");
         page.wait(&format!("{LIT}.dataset.drawn > 1"));
-        // The light's azimuth is -0.8567.
+        // Azimuth of the lamp.
         page.eval(&format!(
-            "import('./app.js').then(({{ page }}) => {{ const l = page.lit; window.lit = l; l.setShape('{shape}'); l.staging.setScene({scene}); l.staging.shadow = false;
-               l.set('lightHeight', 3); l.turn = -0.8567 + {aside}; l.tilt = 0.05; l.bearable = () => 0.5; l.draw(); }})"
+            "import('./app.js').then(({{ page }}) => {{ const l = page.lit; window.lit = l; l.setShape('{shape}'); l.staging.setScene('{scene}'); l.staging.shadow = false;
+               l.set('lightHeight', 3); l.turn = -0.7002 + {aside}; l.tilt = 0.05; l.bearable = () => 0.5; l.draw(); }})"
         ));
         Self { place, page, _browser: browser, _watch: watch }
     }
@@ -100,14 +100,14 @@ impl Pixels {
     }
 }
 
-/// A single light in the dark, and the studio with soft boxes.
-const DARK: u32 = 3;
-const STUDIO: u32 = 0;
+/// A single light with a weak sky, and the studio with soft boxes.
+const LAMP: &str = "Lamp";
+const STUDIO: &str = "Studio";
 
-/// Highlights stretch across the brush lines, as in pictures of `Relief`, in the dark and in the studio.
+/// Highlights stretch across the brush lines, as in pictures of `Relief`, under the lamp and in the studio.
 #[test]
 fn shows_highlights_across_brush_lines() {
-    for scene in [DARK, STUDIO] {
+    for scene in [LAMP, STUDIO] {
         let mut view = View::open("sphere", scene, 0.0);
         let mut brushed = |angle: &str| {
             let metal =
@@ -118,7 +118,7 @@ fn shows_highlights_across_brush_lines() {
         assert!(along[1] > 1.5 * along[0], "lines along x in {scene}: {along:?}");
         let (_, upright, _) = brushed("90");
         assert!(upright[0] > 1.5 * upright[1], "lines along y in {scene}: {upright:?}");
-        if scene == DARK {
+        if scene == LAMP {
             // Lines fall to the right by 45°, so the highlight rises to the right. Rows are counted downwards.
             let (_, _, falls) = brushed("45");
             let (_, _, rises) = brushed("-45");
@@ -130,7 +130,7 @@ fn shows_highlights_across_brush_lines() {
 
 #[test]
 fn shows_specular_and_ior() {
-    let mut view = View::open("sphere", DARK, 0.0);
+    let mut view = View::open("sphere", LAMP, 0.0);
     let mut shiny = |more: &str| view.of(&format!("base_color: 0.02, roughness: 0.5{more}")).brightness();
     let plain = shiny("");
     let [weak, none] = [", specular: 0.4", ", specular: 0"].map(&mut shiny);
@@ -145,7 +145,7 @@ fn shows_specular_and_ior() {
 
 #[test]
 fn shows_emission() {
-    let mut view = View::open("sphere", DARK, 2.6);
+    let mut view = View::open("sphere", LAMP, 2.6);
     let mut glowing = |emission: &str| view.of(&format!("base_color: 0.02, emission: {emission}"));
     let [dark, green, strong] = ["(0, 0, 0)", "(0, 0.3, 0)", "(0, 4, 0)"].map(&mut glowing);
     let seen = |pixels: &Pixels, color| pixels.mean(color, 0..64);
@@ -160,7 +160,7 @@ fn shows_emission() {
 #[test]
 fn shows_subsurface_scattering() {
     // The light comes from the left, slightly from behind.
-    let mut view = View::open("sphere", DARK, 1.7);
+    let mut view = View::open("sphere", LAMP, 1.7);
     let [hard, half, soft] = ["0", "0.5", "1"]
         .map(|share| view.of(&format!("base_color: 0.8, roughness: 1, specular: 0, subsurface: {share}")));
     let lit = |pixels: &Pixels| pixels.mean(1, 0..64);
@@ -173,7 +173,7 @@ fn shows_subsurface_scattering() {
     );
     view.end();
     // Scattered light is missing where the light falls.
-    let mut view = View::open("sphere", DARK, 0.0);
+    let mut view = View::open("sphere", LAMP, 0.0);
     let [hard, soft] =
         ["0", "1"].map(|share| view.of(&format!("base_color: 0.3, roughness: 1, specular: 0, subsurface: {share}")));
     let middle = |pixels: &Pixels| pixels.mean(1, 28..36);
@@ -184,7 +184,7 @@ fn shows_subsurface_scattering() {
 /// A coat has its own roughness and normal.
 #[test]
 fn shows_the_surface_of_a_coat() {
-    let mut view = View::open("sphere", DARK, 0.0);
+    let mut view = View::open("sphere", LAMP, 0.0);
     let mut coated = |more: &str| view.of(&format!("base_color: 0.01, roughness: 1, specular: 0, coat: 1{more}"));
     let [smooth, satin] = [", coat_roughness: 0.1", ", coat_roughness: 0.6"].map(&mut coated);
     let most = |pixels: &Pixels| pixels.0.iter().map(|p| p[1]).fold(0.0, f64::max);

@@ -3,11 +3,14 @@
 mod axe;
 mod cancel;
 mod channels;
+mod connection;
 #[path = "../fuzz/damage.rs"]
 mod damage;
 mod editor;
+mod fields;
 mod formulas;
 mod language;
+mod light;
 #[path = "../support/long_work.rs"]
 mod long_work;
 mod lsp;
@@ -15,6 +18,7 @@ mod neovim;
 mod noise;
 mod own;
 mod page;
+mod progress;
 mod protocol;
 mod races;
 mod repairs;

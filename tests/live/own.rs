@@ -84,12 +84,14 @@ fn own_meshes_wear_the_material() {
     drop_file(&mut page, "roof.obj", ROOF.as_bytes());
     page.wait(&format!("{NOTICE} == 'roof.obj wears the material'"));
     assert_eq!(page.eval(&format!("[{OWN}.hidden, {OWN}.ariaPressed]")), json!([false, "true"]));
+    assert_eq!(page.eval(&format!("{OWN}.textContent")), "roof");
     page.wait("document.documentElement.dataset.view == 'lit' && document.getElementById('lit').dataset.drawn > 1");
     assert!(colours(&mut page) > 100);
     // Another mesh replaces it; an invalid file is reported and changes nothing.
     let drawn = page.eval("+document.getElementById('lit').dataset.drawn").as_f64().unwrap();
     drop_file(&mut page, "triangle.glb", &triangle());
     page.wait(&format!("{NOTICE} == 'triangle.glb wears the material'"));
+    assert_eq!(page.eval(&format!("{OWN}.textContent")), "triangle");
     page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
     for (name, bytes, why) in [
         ("empty.obj", &b""[..], "it has no triangles"),
@@ -166,8 +168,9 @@ fn own_panoramas_light_the_material() {
     page.wait(&format!("{NOTICE} == 'sky.exr lights the material'"));
     page.wait(&format!("document.documentElement.dataset.view == 'lit' && {LIT}.dataset.drawn > 1"));
     let chosen = "(() => { const b = document.getElementById('light-scene'); return [b.value, b.selectedOptions[0].textContent, document.getElementById('light-lightHeight').checkVisibility()]; })()";
-    assert_eq!(page.eval(chosen), json!(["4", "sky.exr", false]));
-    page.painted();
+    assert_eq!(page.eval(chosen), json!(["Own HDRI", "sky.exr", false]));
+    // Light that is brighter than white loses its colour.
+    page.redraw("const s = document.getElementById('light-exposure'); s.value = -2; s.oninput()");
     let [left, right] = redness(&mut page, LIT);
     assert!(left > 20.0 && right < left / 3.0, "{left} {right}");
     // It turns with the light.
@@ -192,7 +195,7 @@ fn own_panoramas_light_the_material() {
         drop_file(&mut page, name, bytes);
         page.wait(&format!("{NOTICE}.startsWith('{name} cannot be the environment: ') && {NOTICE}.includes('{why}')"));
     }
-    assert_eq!(page.eval(chosen), json!(["4", "sky.exr", false]));
+    assert_eq!(page.eval(chosen), json!(["Own HDRI", "sky.exr", false]));
     // The shared page contains the panorama.
     let downloads = tempfile::tempdir().unwrap();
     page.call(
@@ -216,7 +219,7 @@ fn own_panoramas_light_the_material() {
     let url = watch.url.clone();
     page.call("Page.navigate", json!({ "url": url }));
     page.wait("document.documentElement.dataset.final == 'true'");
-    page.wait("document.getElementById('light-scene').value == '4'");
+    page.wait("document.getElementById('light-scene').value == 'Own HDRI'");
 }
 
 #[test]

@@ -207,7 +207,8 @@ fn undoes_every_step() {
     slide(&mut page, "depth", 2.0);
     let lit = "[...document.querySelectorAll('.presets button')].filter(b => b.ariaPressed == 'true').map(b => b.textContent).join()";
     // Values set by hand are marked.
-    assert_eq!(page.eval(lit), "as written + 2 by hand");
+    assert_eq!(page.eval(lit), "as written");
+    assert_eq!(page.eval("document.querySelector('.by-hand.on').textContent"), "+ 2 by hand");
     assert_eq!(page.eval("document.querySelector('[data-param=depth] .from').textContent"), "by hand; the file says 1");
     page.eval("document.querySelector('.presets button[value=deep]').click()");
     page.wait(&format!("{ROOT}.final == 'true' && document.getElementById('param-depth').value == '3'"));

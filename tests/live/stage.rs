@@ -4,6 +4,7 @@ use crate::watching::browser::{Browser, Page};
 use crate::watching::{Place, Watch};
 use serde_json::json;
 use std::collections::BTreeSet;
+use std::fmt::Display;
 
 const ROOT: &str = "document.documentElement.dataset";
 const LIT: &str = "document.getElementById('lit')";
@@ -29,9 +30,9 @@ fn open(browser: &Browser, watch: &Watch) -> Page {
 }
 
 /// Sets a control of the panel, and waits for the next drawing.
-fn set(page: &mut Page, id: &str, value: u32, event: &str) {
+fn set(page: &mut Page, id: &str, value: impl Display, event: &str) {
     page.redraw(&format!(
-        "const b = document.getElementById('{id}'); if (b.type == 'checkbox') b.checked = !!{value}; else b.value = {value}; b.{event}()"
+        "const b = document.getElementById('{id}'); if (b.type == 'checkbox') b.checked = {value}; else b.value = '{value}'; b.{event}()"
     ));
 }
 
@@ -58,10 +59,10 @@ fn light_and_stage_are_set_and_stay_with_the_graph() {
         assert_eq!(page.eval(high), "14");
         page.eval("document.querySelector('[data-shape=sphere]').click()");
         assert_eq!(page.eval(high), "37");
-        // Each of four environments looks different, and so does each change of height, size and direction of the
-        // light.
+        // Each of the environments of Relief looks different, and so does each change of height, size and direction of
+        // the light.
         let mut looks = BTreeSet::new();
-        for scene in 0..4 {
+        for scene in ["Lamp", "Studio", "Overcast", "Window", "Sky"] {
             set(&mut page, "light-scene", scene, "onchange");
             looks.insert(seen(&mut page));
         }
@@ -69,14 +70,14 @@ fn light_and_stage_are_set_and_stay_with_the_graph() {
             set(&mut page, &format!("light-{slider}"), value, "oninput");
             looks.insert(seen(&mut page));
         }
-        assert_eq!(looks.len(), 7);
+        assert_eq!(looks.len(), 8);
         // The shadow falls on the ground below; without it nothing is drawn there.
         let ground = format!(
             "(() => {{ const c = {LIT}; const s = new OffscreenCanvas(c.width, c.height).getContext('2d'); s.drawImage(c, 0, 0);
                 return Math.max(...s.getImageData(0, 0.97 * c.height, c.width, 1).data.filter((_, i) => i % 4 == 3)); }})()"
         );
         assert!(page.eval(&ground).as_u64() > Some(20));
-        set(&mut page, "light-shadow", 0, "onchange");
+        set(&mut page, "light-shadow", false, "onchange");
         // A drawing of an earlier setting may come first.
         page.wait(&format!("{ground} === 0"));
         set(&mut page, "light-backdrop", 2, "onchange");
@@ -89,7 +90,7 @@ fn light_and_stage_are_set_and_stay_with_the_graph() {
     let watch = Watch::start(&place.graph, &[]);
     let mut page = open(&browser, &watch);
     let now = "['light-scene', 'light-backdrop', 'light-lightHeight', 'light-lightSize', 'light-light'].map(id => document.getElementById(id).value)";
-    assert_eq!(page.eval(now), json!(["3", "2", "80", "4", "120"]));
+    assert_eq!(page.eval(now), json!(["Sky", "2", "80", "4", "120"]));
     assert_eq!(page.eval("document.getElementById('light-shadow').checked"), false);
     assert_eq!(page.eval("document.querySelector('#views [data-view=lit]').textContent"), "3D");
 }

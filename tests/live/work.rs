@@ -56,7 +56,7 @@ fn a_slider_is_saved_to_the_file_and_that_is_undone() {
     page.press("s", 2);
     let saved = odd().replace("default: 1.0", "default: 2.0");
     page.wait(
-        "document.getElementById('save').disabled && document.getElementById('notice').textContent == 'Saved to file'",
+        "document.getElementById('save').disabled && document.getElementById('notice').textContent == 'Saved to file: depth 2'",
     );
     // No other byte changes.
     assert_eq!(place.text(), saved);
@@ -79,7 +79,7 @@ fn a_slider_is_saved_to_the_file_and_that_is_undone() {
     page.eval("(() => { const c = document.getElementById('param-tint'); c.value = '#ffffff'; c.oninput(); })()");
     page.wait("document.querySelector('[data-param=tint] .from').textContent.startsWith('by hand')");
     page.eval("document.getElementById('save').click()");
-    page.wait("document.getElementById('notice').textContent == 'Saved to preset deep'");
+    page.wait("document.getElementById('notice').textContent == 'Saved to preset deep: depth 3.5, tint #ffffff'");
     let deep = saved.replace("{ \"depth\": 3.0 }", "{ \"depth\": 3.5, \"tint\": (1.0, 1.0, 1.0) }");
     assert_eq!(place.text(), deep);
     wait_for_file(&mut page, &place);
@@ -281,7 +281,7 @@ fn maps_and_models_are_exported() {
     let (pixels, width) = alone.screenshot();
     let seen: std::collections::BTreeSet<_> =
         (90..150).flat_map(|y| (120..200).map(move |x| (x, y))).map(|(x, y)| pixels[y * width as usize + x]).collect();
-    assert!(seen.len() > 100, "{}", seen.len());
+    assert!(seen.len() > 50, "{}", seen.len());
     assert_calm(&alone);
     // A long export can be cancelled.
     page.eval("(() => { document.getElementById('export-what').value = 'maps'; document.getElementById('export-size').value = '8192'; document.getElementById('export-begin').click(); })()");

@@ -72,9 +72,66 @@ fn pictures(session: &Session, graph: &Graph, part: Window) -> Vec<(String, Fiel
     fields.into_iter().map(raster).collect()
 }
 
+/// The families of shipped graphs.
+const FAMILIES: [&str; 16] = [
+    "leather",
+    "wood",
+    "metal",
+    "stone",
+    "earth",
+    "concrete and plaster",
+    "ceramics and glass",
+    "paint and lacquer",
+    "fabric",
+    "knit and rope",
+    "plastic and rubber",
+    "paper and print",
+    "organic",
+    "ground cover",
+    "hybrid",
+    "study",
+];
+
+#[test]
+fn every_graph_names_its_family() {
+    let session = session();
+    for graph in shibo_library::graphs().iter().filter(|graph| !graph.is_part()) {
+        let loaded = load(&root("graphs").join(graph.path), session.registry(), &LoadOptions::default());
+        let family = loaded.graph.unwrap().family;
+        assert_eq!(family.as_deref(), graph.family(), "{}", graph.name);
+        assert!(family.is_some_and(|family| FAMILIES.contains(&family.as_str())), "{}", graph.name);
+    }
+}
+
 /// In these graphs a gap between threads, or a line of crossing seams, lies exactly on the edge, where steps are as
 /// large as in other gaps. The steps across the edge must not exceed the largest twentieth of the steps inside.
 const GAP_AT_EDGE: [&str; 2] = ["worn_strap", "quilted"];
+
+/// In these graphs a joint of boards or tiles, the edge of a thread, a crack or a scratch lies on the edge, and there are few
+/// like it. The steps across the edge must not exceed the largest step inside by much. A picture that is rolled by half its
+/// size shows no line.
+const JOINT_AT_EDGE: [&str; 20] = [
+    "bonded",
+    "braid",
+    "brick_wall",
+    "brushed_steel",
+    "carbon_twill",
+    "cardboard",
+    "celadon",
+    "concrete",
+    "denim",
+    "glazed_tile",
+    "herringbone",
+    "laid_paper",
+    "nacre",
+    "rope",
+    "rusted_plate",
+    "stucco",
+    "terrazzo_brass",
+    "venetian_plaster",
+    "woven_leather",
+    "zellige",
+];
 
 /// The mean step across the edges of the picture, divided by the given percentile of the steps inside.
 fn seam(tile: &Tile, percent: usize) -> f32 {
@@ -84,7 +141,7 @@ fn seam(tile: &Tile, percent: usize) -> f32 {
     let row = |a: usize, b: usize| (0..w).map(|x| (at(x, a) - at(x, b)).abs()).sum::<f32>() / w as f32;
     let inside = |mut steps: Vec<f32>| {
         steps.sort_by(f32::total_cmp);
-        steps[steps.len() * percent / 100].max(1e-9)
+        steps[(steps.len() * percent / 100).min(steps.len() - 1)].max(1e-9)
     };
     let across = column(0, w - 1) / inside((1..w).map(|x| column(x, x - 1)).collect());
     let down = row(0, h - 1) / inside((1..h).map(|y| row(y, y - 1)).collect());
@@ -101,7 +158,8 @@ fn every_graph_is_seamless_and_matches_golden() {
         loop {
             let Some(path) = left.lock().unwrap().next() else { return };
             // One session for both checks, so that objects without a resolution are made once.
-            has_no_seam(&session, &path);
+            let seams = seams(&session, &path);
+            found.lock().unwrap().0.extend(seams);
             for (name, picture) in shown(&session, &path) {
                 let golden = folder.join(format!("{name}.png"));
                 let problem = golden::compare(&golden, &picture).err();
@@ -121,27 +179,36 @@ fn every_graph_is_seamless_and_matches_golden() {
     assert!(problems.is_empty(), "{}", problems.join("\n"));
 }
 
-fn has_no_seam(session: &Session, path: &Path) {
+/// The outputs of a graph that have a seam.
+fn seams(session: &Session, path: &Path) -> Vec<String> {
+    let mut seams = Vec::new();
     let side = 256;
     let graph = graph(session, path, Some(side));
     assert!(session.advice(&graph).is_empty(), "{}", path.display());
     assert!(!graph.outputs.is_empty(), "{}", path.display());
     // A canvas that does not tile has no seam.
     if graph.canvas.tile == Tiling::NONE {
-        return;
+        return seams;
     }
-    let gap_at_edge = GAP_AT_EDGE.iter().any(|name| path.file_stem().is_some_and(|stem| stem == *name));
+    let is_one_of = |names: &[&str]| names.iter().any(|name| path.file_stem().is_some_and(|stem| stem == *name));
+    let (percent, most) = match () {
+        () if is_one_of(&GAP_AT_EDGE) => (95, 1.0),
+        () if is_one_of(&JOINT_AT_EDGE) => (100, 1.3),
+        () => (50, 1.6),
+    };
     for (name, field, tile) in pictures(session, &graph, Window::full(UVec2::splat(side))) {
         let place = format!("{} {name}", path.display());
         if graph.canvas.tile == Tiling::BOTH {
             assert_eq!(field.tiling(), Tiling::BOTH, "{place}");
         }
         if field.tiling() == Tiling::BOTH && field.as_constant().is_none() {
-            let (percent, most) = if gap_at_edge { (95, 1.0) } else { (50, 1.6) };
             let seam = seam(&tile, percent);
-            assert!(seam < most, "{place}: {seam}");
+            if seam >= most {
+                seams.push(format!("{place}: a seam of {seam}, at most {most}"));
+            }
         }
     }
+    seams
 }
 
 /// The golden pictures of a graph, by name.

@@ -83,7 +83,7 @@ const MISTAKES: [(&str, &str, &str); 27] = [
     ("size_mm: 110", "size: 110", "did you mean `size_mm`?"),
     ("outputs: {", "output: {", "did you mean `outputs`?"),
     (r#""leather": Material"#, r#""leather" Material"#, "write `\"name\": value`"),
-    (r#"material: "inlay", exposure"#, r#"material: "level", exposure"#, "Material comes from `"),
+    (r#"material: "inlay", environment"#, r#"material: "level", environment"#, "Material comes from `"),
     ("BlendMaterials", "MaterialBlend", "here it is called `BlendMaterials`"),
     (r#""gap": "="#, r#""panel": "="#, "give one of them another name"),
     (r#""lit": "picture""#, r#""lit": picture"#, "write `\"picture\"`"),

@@ -69,6 +69,7 @@ impl Watch {
             .arg(&cache)
             .args(args)
             .env("XDG_CACHE_HOME", &cache)
+            .env("XDG_RUNTIME_DIR", &cache)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())

@@ -12,6 +12,7 @@
 //! - [`to_json()`] and [`to_ron()`]: graphs in the JSON form; [`schema()`]: the JSON Schema of that form.
 //! - [`manual`]: the manual of nodes, and the search for nodes.
 //! - [`merge()`]: the text of a graph with the changes of two sides.
+//! - [`scene`]: the pictures of all targets of a graph, for the page, editors and agents.
 #[cfg(feature = "agents")]
 pub mod agents;
 pub mod check;
@@ -30,6 +31,7 @@ pub mod manual;
 pub mod merge;
 pub mod pictures;
 mod renames;
+pub mod scene;
 pub mod schema;
 mod shape;
 mod side;

@@ -1,5 +1,5 @@
 //! `shibo mcp`: a server for agents, over stdin and stdout. The operations are those of `shibo_bridge::agents`; this folder has the
-//! protocol, and pictures.
+//! protocol.
 #[cfg(feature = "mcp")]
 mod limits;
 #[cfg(feature = "mcp")]
@@ -7,11 +7,7 @@ mod lines;
 #[cfg(feature = "mcp")]
 mod pages;
 #[cfg(feature = "mcp")]
-mod pictures;
-#[cfg(feature = "mcp")]
 mod server;
-#[cfg(feature = "mcp")]
-mod state;
 #[cfg(feature = "mcp")]
 mod tools;
 

@@ -1,10 +1,10 @@
 //! The protocol.
 use super::limits::Limits;
 use super::lines::Lines;
-use super::state::State;
 use super::tools::{Answer, TOOLS, object};
 use super::{McpArgs, pages};
 use crate::quit::Quit;
+use crate::{environment, library};
 use rmcp::model::{
     CallToolRequestParams, CallToolResponse, CallToolResult, ContentBlock, Implementation, ListResourceTemplatesResult,
     ListResourcesResult, ListToolsResult, PaginatedRequestParams, ReadResourceRequestParams, ReadResourceResponse,
@@ -14,6 +14,9 @@ use rmcp::service::RequestContext;
 use rmcp::transport::async_rw::AsyncRwTransport;
 use rmcp::{ErrorData, RoleServer, ServerHandler, ServiceExt};
 use serde_json::Value as Json;
+use shibo_bridge::Tools;
+use shibo_bridge::agents::{Folders, State};
+use shibo_engine::session::Settings;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -21,6 +24,8 @@ use std::time::Duration;
 const LAST: Duration = Duration::from_millis(300);
 /// The largest answer in bytes.
 const ANSWER: usize = 4 << 20;
+/// Bytes of the cache on disk.
+const DISK: u64 = 1 << 30;
 
 const INSTRUCTIONS: &str = "Shibo makes textures from graphs of nodes, written as text in RON. Begin with `list_graphs` and \
 `describe_graph` to see graphs, and with `search_nodes` and `describe_node` to find nodes. Write a graph, `check` it until it has no \
@@ -32,9 +37,18 @@ struct Server {
     limits: Arc<Limits>,
 }
 
+/// The state for the folders and the limits of the command line.
+fn state(args: &McpArgs) -> Result<State, String> {
+    let folders = Folders::open(&args.read, &args.write)?;
+    let cache_dir = environment::cache_dir().and_then(|dir| Some(dir.parent()?.join("shibo-mcp")));
+    let (threads, memory) = (usize::from(args.threads), u64::from(args.memory) << 20);
+    let settings = Settings { threads, memory, cache_dir, disk: DISK };
+    Ok(State::new(Tools { import_paths: Vec::new(), ..library::tools() }, folders, settings))
+}
+
 /// Runs the server until stdin ends.
 pub(super) fn run(args: &McpArgs) -> Result<(), Quit> {
-    let state = Arc::new(State::new(args).map_err(Quit::Usage)?);
+    let state = Arc::new(state(args).map_err(Quit::Usage)?);
     let server = Server { state, limits: Arc::new(Limits::new(args.seconds)) };
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
     let runtime = runtime.map_err(|error| Quit::failed(format!("the server cannot start: {error}")))?;

@@ -1,14 +1,12 @@
 //! The tools: names, manuals, schemas, and the operations behind them.
-use super::pictures::{CompareArgs, NoPicture, RenderRequest, Rendered, compare_pictures, render};
-use super::state::State;
 use schemars::{JsonSchema, schema_for};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value as Json, json};
 use shibo_bridge::agents::{
-    Checked, DescribeRequest, Described, FixArgs, Fixed, Formatted, FoundKinds, KindManual, KindRequest, ListRequest,
-    ListedGraphs, Refusal, SaveRequest, Saved, SearchRequest, Source, check, describe, describe_node, fix, format,
-    list, save, search_nodes,
+    Checked, CompareArgs, DescribeRequest, Described, FixArgs, Fixed, Formatted, FoundKinds, KindManual, KindRequest,
+    ListRequest, ListedGraphs, NoPicture, Refusal, RenderRequest, Rendered, SaveRequest, Saved, SearchRequest, Source,
+    State, check, compare_pictures, describe, describe_node, fix, format, list, render, save, search_nodes,
 };
 use shibo_bridge::compare::Comparison;
 use shibo_engine::eval::CancelToken;

@@ -1,6 +1,5 @@
 //! State shared by all handlers of requests, and their errors.
 use super::position::Jumps;
-use super::scene::{Scene, Target, View};
 use super::stage::{Stage, Values};
 use axum::body::Bytes;
 use axum::extract::Query;
@@ -8,6 +7,7 @@ use axum::extract::rejection::QueryRejection;
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
+use shibo_bridge::scene::{Scene, Target, View};
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Failure, Look};
 use shibo_picture::contained;

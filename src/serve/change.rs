@@ -3,7 +3,6 @@
 //! it is; a file in the usual layout keeps that layout.
 use super::app::{ApiError, App, aside};
 use super::numbers;
-use super::scene::{is_own, lock};
 use super::stage::{Stage, Values};
 use super::texts::sha256;
 use super::wiring;
@@ -13,6 +12,7 @@ use axum::extract::State;
 use axum::response::Json;
 use serde::Deserialize;
 use serde_json::{Value as Data, json};
+use shibo_bridge::scene::{is_own, lock};
 use shibo_graph as graph;
 use shibo_ide::actions::{add_preset, alike, apply, assign, promote};
 use shibo_ide::format::keep_layout;

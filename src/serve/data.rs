@@ -2,8 +2,6 @@
 use super::app::{AboutQuery, ApiError, App, Of, Query2, aside, png};
 use super::levels;
 use super::object;
-use super::paint::Painter;
-use super::scene::{Preview, Scene, Target, is_own, lock};
 use super::stage::Stage;
 use super::wiring;
 use axum::extract::{Query, State};
@@ -11,6 +9,8 @@ use axum::response::{IntoResponse, Json, Response};
 use glam::UVec2;
 use serde::Deserialize;
 use serde_json::{Value as Data, json};
+use shibo_bridge::scene::paint::Painter;
+use shibo_bridge::scene::{COARSE, Preview, Scene, Target, WHOLE, is_own, lock};
 use shibo_engine::session::{Failure, Look};
 use shibo_value::{Type, Value, Window, linear_to_srgb};
 
@@ -33,7 +33,7 @@ pub(super) async fn look(State(app): State<App>, query: Query2<Sized>) -> Result
     // The node may have been deleted from the file while the page still shows it.
     let target = scene.target(&t).ok_or(ApiError::Nothing)?;
     app.stage.set_focus(&t);
-    let longest = s.clamp(1, super::WHOLE);
+    let longest = s.clamp(1, WHOLE);
     let answer = app.look(&scene, move |look, stage, scene| describe(look, stage, scene, &target, longest)).await?;
     Ok(Json(answer).into_response())
 }
@@ -62,7 +62,7 @@ fn describe(look: &Look<'_>, stage: &Stage, scene: &Scene, target: &Target, long
             about["shown"] = json!(scene.shown(target, manner.unit, stored));
         }
         Some(Preview::Pixels(pixels)) => {
-            let stored = scene.pixels(&stage.store, target, &pixels, super::WHOLE);
+            let stored = scene.pixels(&stage.store, target, &pixels, WHOLE);
             about["shown"] = json!(scene.shown_pixels(target, stored));
         }
         Some(Preview::Object(ty, _)) => about["object"] = ty.name().into(),
@@ -104,7 +104,7 @@ pub(super) async fn tile(State(app): State<App>, query: Query2<Place>) -> Result
             let known = lock(&scene.shown).get(&target.name).map(|shown| shown.range);
             let range = match known {
                 Some(range) => range,
-                None => scene.picture(look, &stage.store, &target, (&field, manner), scene.size(super::COARSE))?.range,
+                None => scene.picture(look, &stage.store, &target, (&field, manner), scene.size(COARSE))?.range,
             };
             let tile = look.raster(&field, &scene.graph.canvas.grid(size), window)?;
             Ok(Painter::new(manner.ty, range).png(&tile, &|| look.is_over()))

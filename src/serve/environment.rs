@@ -2,13 +2,13 @@
 //! an EXR panorama and gets back its light. That light is kept in memory for this run, so a reloaded page can fetch it
 //! again; nothing is written to disk.
 use super::app::{ApiError, App, Query2, aside};
-use super::scene::lock;
 use axum::body::{Bytes, to_bytes};
 use axum::extract::{Request, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use half::f16;
 use serde::Deserialize;
+use shibo_bridge::scene::lock;
 use shibo_kernel::surface::environment::{Environment, Map, Panorama, Scene, panorama};
 use shibo_picture::{Conversion, ReadLimits, header_bytes, read_bytes};
 

@@ -1,7 +1,6 @@
 //! Exports that a page requests: files are rendered into a temporary folder with progress reports, and fetched when
 //! finished.
 use super::app::{ApiError, App};
-use super::scene::lock;
 use super::stage::{Stage, Values};
 use crate::render::add_node;
 use crate::target::Target;
@@ -13,6 +12,7 @@ use axum::response::{IntoResponse, Json, Response};
 use clap::ValueEnum;
 use serde::Deserialize;
 use serde_json::{Value as Data, json};
+use shibo_bridge::scene::lock;
 use shibo_engine::eval::{CancelToken, Event, Observer};
 use shibo_engine::session::{Failure, RenderRequest};
 use shibo_graph::{self as graph, Graph, LoadOptions};

@@ -1,6 +1,6 @@
 //! The exports at work, and the files of finished ones.
-use super::scene::lock;
 use axum::body::Bytes;
+use shibo_bridge::scene::lock;
 use shibo_engine::eval::CancelToken;
 use std::collections::BTreeMap;
 use std::sync::Mutex;

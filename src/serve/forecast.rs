@@ -1,7 +1,7 @@
 //! Progress of an evaluation: the nodes that will run, weighted by the time that they took before.
-use super::scene::{Scene, lock};
 use super::stage::Stage;
 use serde_json::{Value as Json, json};
+use shibo_bridge::scene::{Scene, lock};
 use shibo_engine::eval::{NodeState, NodeStats};
 use std::collections::HashMap;
 use std::sync::Mutex;

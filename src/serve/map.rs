@@ -1,6 +1,5 @@
 //! Sends fields as textures for the lit view: raw samples without a file format.
 use super::app::{ApiError, App};
-use super::scene::{DisplayStyle, Preview};
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::HeaderName;
@@ -8,6 +7,7 @@ use axum::http::header;
 use axum::response::{IntoResponse, Response};
 use half::f16;
 use serde::Deserialize;
+use shibo_bridge::scene::{DisplayStyle, Preview};
 use shibo_picture::SrgbEncoder;
 use shibo_value::{Channel, Tile, Type, Window};
 

@@ -2,12 +2,12 @@
 //! surface.
 use super::app::{ApiError, App, Of};
 use super::coarse::Sent;
-use super::scene::Scene;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Json, Response};
 use glam::DVec3;
 use serde_json::{Value as Data, json};
+use shibo_bridge::scene::Scene;
 use shibo_engine::session::{Failure, Look};
 use shibo_value::{Atlas, Carried, Frames, Mesh, Shapes};
 use std::sync::Arc;

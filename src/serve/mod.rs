@@ -25,13 +25,9 @@ mod marks;
 mod mesh;
 mod numbers;
 mod object;
-mod paint;
 mod panorama;
 mod position;
-mod previews;
-mod scene;
 mod stage;
-mod store;
 mod texts;
 mod thumb;
 mod token;
@@ -40,9 +36,7 @@ mod wiring;
 
 pub(crate) use forecast::Forecast;
 pub(crate) use position::SourcePosition;
-pub(crate) use scene::{COARSE, PictureInfo, Preview, Scene, Target, WHOLE};
 pub(crate) use stage::{Stage, Values};
-pub(crate) use store::Store;
 
 use crate::quit::Quit;
 use guard::Guard;

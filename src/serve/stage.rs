@@ -2,11 +2,11 @@
 //! for pages.
 use super::export_slots::Exports;
 use super::panorama::Environment;
-use super::scene::{PictureInfo, Scene, has_solid, lock};
-use super::store::{Store, Stored};
 use super::texts::Texts;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
+use shibo_bridge::scene::{PictureInfo, Scene, has_solid, lock};
+use shibo_bridge::scene::{Store, Stored};
 use shibo_engine::eval::{NodeState, NodeStats};
 use shibo_engine::session::Session;
 use shibo_graph::LoadOptions;

@@ -1,6 +1,6 @@
 //! Earlier texts of the graph file by hash, so that a page can restore them.
-use super::scene::lock;
 use sha2::{Digest, Sha256};
+use shibo_bridge::scene::lock;
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 

@@ -1,14 +1,14 @@
 //! Thumbnails. The preview of a node is its full picture, shrunk, because a graph evaluated with so few pixels would
 //! look different.
 use super::app::{ApiError, App, Query2, png};
-use super::paint::{Painter, small};
-use super::scene::{COARSE, DisplayStyle, Preview, Scene, Target, WHOLE};
 use super::stage::{Stage, Values};
-use super::store::{Store, Stored};
 use axum::extract::{Query, State};
 use axum::response::Response;
 use petgraph::graph::NodeIndex;
 use serde::Deserialize;
+use shibo_bridge::scene::paint::{Painter, small};
+use shibo_bridge::scene::{COARSE, DisplayStyle, Preview, Scene, Target, WHOLE};
+use shibo_bridge::scene::{Store, Stored};
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Failure, Look};
 use shibo_graph as graph;
@@ -72,7 +72,7 @@ fn shrunk(
         Some(stored) => stored,
         None => {
             let tile = look.raster(field, &scene.graph.canvas.grid(size), Window::full(size))?;
-            let range = super::paint::range(manner.ty, &tile);
+            let range = shibo_bridge::scene::paint::range(manner.ty, &tile);
             made(Painter::new(manner.ty, range).small(&tile, LONGEST), range)
         }
     };
@@ -119,7 +119,7 @@ fn varied(
         Some(Preview::Field(field, manner)) => {
             let size = scene.size(COARSE);
             let tile = look.raster(&field, &scene.graph.canvas.grid(size), Window::full(size))?;
-            let range = given.map_or_else(|| super::paint::range(manner.ty, &tile), |(lo, hi)| [lo, hi]);
+            let range = given.map_or_else(|| shibo_bridge::scene::paint::range(manner.ty, &tile), |(lo, hi)| [lo, hi]);
             Ok(Some(Painter::new(manner.ty, range).small(&tile, VARIATION).0))
         }
         _ => Ok(None),

@@ -3,8 +3,6 @@
 use super::app::{ApiError, App, Query2};
 use super::instead::instead;
 use super::map::samples;
-use super::previews::single;
-use super::scene::{Scene, Target};
 use axum::extract::{Query, State};
 use axum::http::{HeaderName, header};
 use axum::response::{IntoResponse, Response};
@@ -12,8 +10,10 @@ use glam::{DVec2, DVec3, UVec2};
 use petgraph::Direction;
 use petgraph::graph::NodeIndex;
 use serde::Deserialize;
+use shibo_bridge::scene::{Scene, Target};
 use shibo_engine::session::{Failure, Look};
 use shibo_graph::Input;
+use shibo_kernel::ground::number::narrow;
 use shibo_nodes::cut_material;
 use shibo_value::{Channel, Cut, Field, Grid, Key, PictureFields, Solid, Tile, Tiling, Type, Value, Window};
 use std::collections::{HashMap, HashSet, VecDeque};
@@ -122,7 +122,7 @@ impl Placed {
                     let at = grid.center(to(window.x, i % width), to(window.y, i / width)) / size;
                     let p = self.shape.at(at.x, at.y) * self.radius;
                     // The trunk stands upright: its z is the shape's y.
-                    *value = single((self.middle + DVec3::new(p.x, -p.z, p.y))[axis]);
+                    *value = narrow((self.middle + DVec3::new(p.x, -p.z, p.y))[axis]);
                 }
             }
             Ok(())

@@ -4,8 +4,8 @@
 //! that a sub-graph computes from a parameter has the span of the value given to the parameter, in the `with` of the use
 //! or in a preset.
 use super::numbers;
-use super::scene::{Scene, is_own};
 use serde_json::{Value as Json, json};
+use shibo_bridge::scene::{Scene, is_own};
 use shibo_graph::syntax::{NodeKind, Tree};
 use shibo_graph::{GraphNode, Input};
 use shibo_node::registry::Registry;

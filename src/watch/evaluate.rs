@@ -1,7 +1,8 @@
 //! The evaluation thread: makes the outputs of the newest graph, first as coarse and then as sharp pictures.
 use super::status_reporter::StatusReporter;
 use crate::report;
-use crate::serve::{COARSE, Forecast, PictureInfo, Preview, Scene, Stage, Target, WHOLE};
+use crate::serve::{Forecast, Stage};
+use shibo_bridge::scene::{COARSE, PictureInfo, Preview, Scene, Target, WHOLE};
 use shibo_engine::eval::{CancelToken, Event, NodeState, NodeStats, Observer};
 use shibo_engine::session::{Failure, Look};
 use shibo_graph::Graph;

@@ -1,8 +1,8 @@
 //! Reports to the terminal, and to programs that read stdout.
 use crate::report;
-use crate::serve::PictureInfo;
 use crate::terminal::Terminal;
 use serde_json::{Value as Json, json};
+use shibo_bridge::scene::PictureInfo;
 use shibo_value::diagnostics::{Diagnostic, SourceMap, to_json};
 use std::time::Duration;
 

@@ -24,7 +24,9 @@ pub(crate) fn compare(path: &Path, made: &Picture) -> Result<(), String> {
     }
     if bless::blessing() {
         made.write(path)?;
-        bless::say("rewrote", path);
+        // The mean difference is what a line of library/changes.ron needs as `worst`.
+        let worst = difference.map(|difference| format!(", worst: {:.3}", difference.mean / 255.0));
+        bless::say(&format!("rewrote{}", worst.unwrap_or_default()), path);
         return Ok(());
     }
     let reason = match (&kept, difference) {

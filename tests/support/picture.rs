@@ -22,7 +22,8 @@ pub(crate) struct Picture {
 /// Difference of two pictures, in steps of an 8-bit sample.
 #[derive(Debug)]
 pub(crate) struct Difference {
-    mean: f64,
+    /// The mean, in steps of 255.
+    pub(crate) mean: f64,
     /// The 99.9th percentile.
     most: u8,
 }

@@ -1,10 +1,12 @@
-//! Operations for agents, which may use only some folders of the machine: list, describe, check, format and save graphs, and look
-//! nodes up. Each has a request that serde can read and an answer that it can write.
+//! Operations for agents, which may use only some folders of the machine: list, describe, check, format, render
+//! and save graphs, compare pictures, and look nodes up. Each has a request that serde can read and an answer that it can write.
 mod describe;
 mod folders;
 mod graphs;
 mod nodes;
+mod pictures;
 mod save;
+mod state;
 
 pub use describe::{DescribeRequest, Described, describe};
 pub use folders::Folders;
@@ -16,7 +18,9 @@ pub use nodes::{
     FoundKind, FoundKinds, KindManual, KindRequest, OutputManual, ParamManual, PortManual, SearchRequest,
     describe_node, search_nodes,
 };
+pub use pictures::{CompareArgs, NoPicture, RenderRequest, Rendered, compare_pictures, render};
 pub use save::{MOST_TEXT, sha256};
+pub use state::State;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

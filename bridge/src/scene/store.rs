@@ -9,17 +9,17 @@ const MOST: usize = 192 << 20;
 
 /// An encoded picture.
 #[derive(Debug)]
-pub(crate) struct Stored {
+pub struct Stored {
     /// Name, which identifies the content.
-    pub(crate) id: String,
+    pub id: String,
     /// The PNG file.
-    pub(crate) png: axum::body::Bytes,
+    pub png: bytes::Bytes,
     /// Width and height in pixels.
-    pub(crate) size: [u32; 2],
+    pub size: [u32; 2],
     /// Values shown as black and white.
-    pub(crate) range: [f32; 2],
+    pub range: [f32; 2],
     /// Type of the values.
-    pub(crate) ty: Type,
+    pub ty: Type,
 }
 
 #[derive(Default)]
@@ -31,11 +31,11 @@ struct Inner {
 }
 
 /// The pictures.
-pub(crate) struct Store(Mutex<Inner>);
+pub struct Store(Mutex<Inner>);
 
 impl Store {
     /// Creates an empty store for an engine that may use `memory` bytes.
-    pub(crate) fn new(memory: u64) -> Self {
+    pub fn new(memory: u64) -> Self {
         let budget = usize::try_from(memory / 8).unwrap_or(MOST).clamp(LEAST, MOST);
         Self(Mutex::new(Inner { budget, ..Inner::default() }))
     }
@@ -45,7 +45,7 @@ impl Store {
     }
 
     /// Returns the picture `id`.
-    pub(crate) fn get(&self, id: &str) -> Option<Arc<Stored>> {
+    pub fn get(&self, id: &str) -> Option<Arc<Stored>> {
         let mut inner = self.lock();
         inner.clock += 1;
         let now = inner.clock;
@@ -55,7 +55,7 @@ impl Store {
     }
 
     /// Stores a picture and drops the least recently used ones beyond the limit.
-    pub(crate) fn put(&self, picture: Arc<Stored>) {
+    pub fn put(&self, picture: Arc<Stored>) {
         let mut inner = self.lock();
         inner.clock += 1;
         let now = inner.clock;
@@ -83,7 +83,7 @@ mod tests {
     fn drops_least_recently_used_pictures() {
         let store = Store::new(64 << 20);
         let picture = |k: usize| {
-            let png = axum::body::Bytes::from(vec![0; 3 << 20]);
+            let png = bytes::Bytes::from(vec![0; 3 << 20]);
             Arc::new(Stored { id: k.to_string(), png, size: [1, 1], range: [0.0, 1.0], ty: Type::Gray })
         };
         for k in 0..40 {

@@ -1,11 +1,11 @@
 //! Thumbnails and comparisons of pictures for agents.
-use super::state::State;
-use crate::serve::{Preview, Scene, Target};
+use super::graphs::{Checked, Source, findings, load, open};
+use super::{Refusal, State};
+use crate::compare::Comparison;
+use crate::scene::{Preview, Scene, Target};
+use crate::{CompareRequest, compare};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use shibo_bridge::agents::{Checked, Refusal, Source, findings, load, open};
-use shibo_bridge::compare::Comparison;
-use shibo_bridge::{CompareRequest, compare};
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Failure, Look};
 use shibo_graph::Graph;
@@ -26,7 +26,7 @@ const MOST_PIXELS: u64 = 16 << 20;
 /// A picture of a graph.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RenderRequest {
+pub struct RenderRequest {
     /// The text of the graph, in RON.
     text: Option<String>,
     /// The path of a graph, or `shibo:NAME`.
@@ -46,7 +46,7 @@ pub(super) struct RenderRequest {
 
 /// Facts about a picture.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
-pub(super) struct Rendered {
+pub struct Rendered {
     /// The output or the node.
     target: String,
     /// Width and height in pixels.
@@ -71,7 +71,7 @@ pub(super) struct Rendered {
 /// Two pictures.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub(super) struct CompareArgs {
+pub struct CompareArgs {
     /// The first picture.
     a: Side,
     /// The second picture.
@@ -96,7 +96,9 @@ enum Side {
 }
 
 /// The reason why there is no picture.
-pub(super) enum NoPicture {
+#[derive(Debug)]
+pub enum NoPicture {
+    /// The operation is refused.
     Refused(Refusal),
     /// Errors of the graph.
     Faulty(Checked),
@@ -116,24 +118,22 @@ struct Made {
     channels: usize,
 }
 
-/// Renders a picture: PNG and facts.
-pub(super) fn render(
-    state: &State,
-    request: &RenderRequest,
-    cancel: &CancelToken,
-) -> Result<(Vec<u8>, Rendered), NoPicture> {
+/// Renders a picture of at most 512 pixels on its longest side: PNG and facts.
+///
+/// # Errors
+/// Fails if the graph has errors, if it may not be read, or if the target is no picture.
+pub fn render(state: &State, request: &RenderRequest, cancel: &CancelToken) -> Result<(Vec<u8>, Rendered), NoPicture> {
     let start = Instant::now();
     let mut made = make(state, request, cancel)?;
     made.facts.seconds = start.elapsed().as_secs_f64();
     Ok((made.png, made.facts))
 }
 
-/// Compares two pictures.
-pub(super) fn compare_pictures(
-    state: &State,
-    args: &CompareArgs,
-    cancel: &CancelToken,
-) -> Result<Comparison, NoPicture> {
+/// Compares two pictures, each a file or a picture of a graph.
+///
+/// # Errors
+/// Fails if one of the pictures cannot be read or made, or if they cannot be compared.
+pub fn compare_pictures(state: &State, args: &CompareArgs, cancel: &CancelToken) -> Result<Comparison, NoPicture> {
     let (a, b) = (side(state, &args.a, cancel)?, side(state, &args.b, cancel)?);
     let request = CompareRequest { width_mm_a: args.width_mm_a, width_mm_b: args.width_mm_b };
     compare(&a, &b, &request).map_err(|message| Refusal::new("bad-value", message, "give other pictures").into())

@@ -89,7 +89,7 @@ fn upright(size: DVec2) -> Cut {
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "rounding to f32 is meant")]
-pub(super) const fn single(v: f64) -> f32 {
+const fn single(v: f64) -> f32 {
     v as f32
 }
 

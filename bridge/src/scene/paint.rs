@@ -10,7 +10,7 @@ const SLACK: f32 = 1e-3;
 
 /// Values of a tile shown as black and white: 0 and 1 if all values lie between, else minimum and maximum. For vectors
 /// and matrices the range is symmetric about 0.
-pub(crate) fn range(ty: Type, tile: &Tile) -> [f32; 2] {
+pub fn range(ty: Type, tile: &Tile) -> [f32; 2] {
     let fold = |f: fn(f32, f32) -> f32, start| tile.data().iter().copied().filter(|v| v.is_finite()).fold(start, f);
     let (least, greatest) = (fold(f32::min, f32::INFINITY), fold(f32::max, f32::NEG_INFINITY));
     match ty {
@@ -25,7 +25,7 @@ pub(crate) fn range(ty: Type, tile: &Tile) -> [f32; 2] {
 }
 
 /// Maps values to colours.
-pub(crate) struct Painter {
+pub struct Painter {
     ty: Type,
     range: [f32; 2],
     srgb: Option<SrgbEncoder>,
@@ -33,18 +33,18 @@ pub(crate) struct Painter {
 
 impl Painter {
     /// Creates a painter for values of type `ty`; the ends of `range` become black and white.
-    pub(crate) fn new(ty: Type, range: [f32; 2]) -> Self {
+    pub fn new(ty: Type, range: [f32; 2]) -> Self {
         Self { ty, range, srgb: (ty == Type::Rgb).then(SrgbEncoder::new) }
     }
 
     /// Encodes a tile as PNG; `None` if it was stopped.
-    pub(crate) fn png(&self, tile: &Tile, until: &(dyn Fn() -> bool + Sync)) -> Option<Vec<u8>> {
+    pub fn png(&self, tile: &Tile, until: &(dyn Fn() -> bool + Sync)) -> Option<Vec<u8>> {
         let (bytes, channels) = self.bytes(tile, until);
         encode(&bytes, tile.window.width, tile.window.height, channels, until)
     }
 
     /// Encodes a tile as PNG, shrunk to at most `longest` pixels per side.
-    pub(crate) fn small(&self, tile: &Tile, longest: u32) -> (Vec<u8>, [u32; 2]) {
+    pub fn small(&self, tile: &Tile, longest: u32) -> (Vec<u8>, [u32; 2]) {
         let (bytes, channels) = self.bytes(tile, &|| false);
         small(&bytes, [tile.window.width, tile.window.height], channels, longest)
     }
@@ -96,7 +96,7 @@ impl Painter {
 }
 
 /// Shrinks pixels to at most `longest` per side, each the mean of the pixels it covers, and encodes them as PNG.
-pub(crate) fn small(bytes: &[u8], [width, height]: [u32; 2], channels: usize, longest: u32) -> (Vec<u8>, [u32; 2]) {
+pub fn small(bytes: &[u8], [width, height]: [u32; 2], channels: usize, longest: u32) -> (Vec<u8>, [u32; 2]) {
     let side = u64::from(width.max(height)).max(1);
     let scaled = |n: u32| match u64::from(n) * u64::from(longest) {
         _ if side <= u64::from(longest) => n,

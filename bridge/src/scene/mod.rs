@@ -1,8 +1,12 @@
 //! A displayed graph: its targets and their pictures.
-use super::paint::{Painter, range};
-use super::previews;
-use super::store::{Store, Stored};
+pub mod paint;
+mod previews;
+mod store;
+
+pub use store::{Store, Stored};
+
 use glam::UVec2;
+use paint::{Painter, range};
 use petgraph::graph::NodeIndex;
 use serde::Serialize;
 use shibo_engine::eval::{CancelToken, Keys, NodeStats};
@@ -14,37 +18,37 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Longest side of a picture that is sent whole; pages request tiles of larger ones.
-pub(crate) const WHOLE: u32 = 2048;
+pub const WHOLE: u32 = 2048;
 /// Longest side of the first, coarse picture.
-pub(crate) const COARSE: u32 = 512;
+pub const COARSE: u32 = 512;
 
 /// Locks a mutex whose content is always valid, even after a panic.
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Something in a graph that a page can show.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Target {
+pub struct Target {
     /// `OUTPUT`, `OUTPUT.CHANNEL`, `@NODE`, `@NODE:PORT`, and the last two with `.CHANNEL`.
-    pub(crate) name: String,
+    pub name: String,
     /// Node that makes the target.
-    pub(crate) node: NodeIndex,
+    pub node: NodeIndex,
     /// Index of the node's output.
-    pub(crate) output: usize,
+    pub output: usize,
     /// Channel of a material.
-    pub(crate) channel: Option<Channel>,
+    pub channel: Option<Channel>,
 }
 
 /// Style in which the values of a field are displayed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct DisplayStyle {
+pub struct DisplayStyle {
     /// Unit of the values.
-    pub(crate) unit: &'static str,
+    pub unit: &'static str,
     /// Type as which the values are painted.
-    pub(crate) ty: Type,
+    pub ty: Type,
     /// True if values may be non-finite; these are painted black or white.
-    pub(crate) holes: bool,
+    pub holes: bool,
 }
 
 impl DisplayStyle {
@@ -55,7 +59,7 @@ impl DisplayStyle {
 }
 
 /// Preview of a target.
-pub(crate) enum Preview {
+pub enum Preview {
     /// A field, painted as a picture.
     Field(Field, DisplayStyle),
     /// Pixels of an object, without a position on the canvas.
@@ -66,51 +70,51 @@ pub(crate) enum Preview {
 
 /// Description of a target's picture for pages.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct PictureInfo {
+pub struct PictureInfo {
     /// Name of the target.
-    pub(crate) target: String,
+    pub target: String,
     /// Address of the picture, relative to the page.
-    pub(crate) picture: String,
+    pub picture: String,
     /// Width and height.
-    pub(crate) size: [u32; 2],
+    pub size: [u32; 2],
     /// False if a sharper picture will follow.
     #[serde(rename = "final")]
-    pub(crate) is_final: bool,
+    pub is_final: bool,
     /// Values shown as black and white.
-    pub(crate) range: [f32; 2],
+    pub range: [f32; 2],
     /// Type of the field.
     #[serde(rename = "type")]
-    pub(crate) ty: String,
+    pub ty: String,
     /// Unit of the values, or empty.
-    pub(crate) unit: &'static str,
+    pub unit: &'static str,
     /// True if its pixels have no position on the canvas.
-    pub(crate) own: bool,
+    pub own: bool,
     /// Keeps the picture in memory while it is shown.
     #[serde(skip)]
-    pub(crate) stored: Arc<Stored>,
+    pub stored: Arc<Stored>,
 }
 
 /// A displayed graph.
-pub(crate) struct Scene {
+pub struct Scene {
     /// Number of the graph, counted within a run.
-    pub(crate) generation: u64,
+    pub generation: u64,
     /// Hash of the graph file.
-    pub(crate) sha256: String,
+    pub sha256: String,
     /// The graph.
-    pub(crate) graph: Graph,
+    pub graph: Graph,
     /// Keys of the graph.
-    pub(crate) keys: Keys,
+    pub keys: Keys,
     /// Pictures of outputs made so far.
-    pub(crate) shown: Mutex<BTreeMap<String, PictureInfo>>,
+    pub shown: Mutex<BTreeMap<String, PictureInfo>>,
     /// Statistics of the nodes so far.
-    pub(crate) stats: Mutex<Vec<NodeStats>>,
+    pub stats: Mutex<Vec<NodeStats>>,
     names: HashMap<String, NodeIndex>,
     /// Last id, and the cancel token of each running view.
     views: Mutex<(u64, BTreeMap<u64, CancelToken>)>,
 }
 
 /// A look into a scene that a page waits for. It is cancelled when the page stops waiting or a newer scene exists.
-pub(crate) struct View {
+pub struct View {
     scene: Arc<Scene>,
     id: u64,
     token: CancelToken,
@@ -118,7 +122,7 @@ pub(crate) struct View {
 
 impl View {
     /// Begins a look into `scene`.
-    pub(crate) fn new(scene: &Arc<Scene>) -> Self {
+    pub fn new(scene: &Arc<Scene>) -> Self {
         let token = CancelToken::default();
         let mut views = lock(&scene.views);
         views.0 += 1;
@@ -129,7 +133,7 @@ impl View {
     }
 
     /// Token that cancels the work.
-    pub(crate) fn token(&self) -> CancelToken {
+    pub fn token(&self) -> CancelToken {
         self.token.clone()
     }
 }
@@ -143,7 +147,7 @@ impl Drop for View {
 
 impl Scene {
     /// The atlas whose mesh shows the material: that of an exported file, or else the first of the graph.
-    pub(crate) fn mesh(&self) -> Option<(NodeIndex, usize)> {
+    pub fn mesh(&self) -> Option<(NodeIndex, usize)> {
         let exported = self.graph.outputs.iter().find_map(|output| match output.mesh {
             Some(ExportMesh::Atlas { node, output }) => Some((node, output)),
             _ => None,
@@ -156,7 +160,7 @@ impl Scene {
     }
 
     /// Creates a scene without pictures.
-    pub(crate) fn new(generation: u64, sha256: String, graph: Graph, keys: Keys) -> Self {
+    pub fn new(generation: u64, sha256: String, graph: Graph, keys: Keys) -> Self {
         let names = graph.nodes.node_indices().map(|index| (graph.nodes[index].name.clone(), index)).collect();
         Self {
             generation,
@@ -171,17 +175,17 @@ impl Scene {
     }
 
     /// Records the first picture of a target.
-    pub(crate) fn begin(&self, shown: &PictureInfo) {
+    pub fn begin(&self, shown: &PictureInfo) {
         lock(&self.shown).insert(shown.target.clone(), shown.clone());
     }
 
     /// Cancels all running looks.
-    pub(crate) fn cancel_views(&self) {
+    pub fn cancel_views(&self) {
         lock(&self.views).1.values().for_each(CancelToken::cancel);
     }
 
     /// Finds the target `name`.
-    pub(crate) fn target(&self, name: &str) -> Option<Target> {
+    pub fn target(&self, name: &str) -> Option<Target> {
         let target = |node, output, channel| Some(Target { name: name.to_owned(), node, output, channel });
         let split = |name| str::rsplit_once(name, '.').and_then(|(rest, c)| Some((rest, Channel::from_name(c)?)));
         if let Some(name) = name.strip_prefix('@') {
@@ -207,7 +211,7 @@ impl Scene {
     ///
     /// # Errors
     /// Fails if the value cannot be made.
-    pub(crate) fn sight(&self, look: &Look<'_>, target: &Target) -> Result<Option<Preview>, Failure> {
+    pub fn sight(&self, look: &Look<'_>, target: &Target) -> Result<Option<Preview>, Failure> {
         let Some(value) = look.value(target.node, target.output)? else { return Ok(None) };
         Ok(match value {
             Value::Material(material) => {
@@ -249,7 +253,7 @@ impl Scene {
     }
 
     /// Size of a picture whose longest side is at most `longest`.
-    pub(crate) fn size(&self, longest: u32) -> UVec2 {
+    pub fn size(&self, longest: u32) -> UVec2 {
         let full = self.graph.canvas.resolution;
         let side = full.max_element();
         if side <= longest {
@@ -260,7 +264,7 @@ impl Scene {
     }
 
     /// Returns the picture of a field in a size from the store, if it is there.
-    pub(crate) fn known(&self, store: &Store, target: &Target, field: &Field, size: UVec2) -> Option<Arc<Stored>> {
+    pub fn known(&self, store: &Store, target: &Target, field: &Field, size: UVec2) -> Option<Arc<Stored>> {
         store.get(&self.id(target, field, &self.graph.canvas.grid(size)))
     }
 
@@ -268,7 +272,7 @@ impl Scene {
     ///
     /// # Errors
     /// Fails if the picture cannot be made or has values that are not finite.
-    pub(crate) fn picture(
+    pub fn picture(
         &self,
         look: &Look<'_>,
         store: &Store,
@@ -295,7 +299,7 @@ impl Scene {
     }
 
     /// Returns a picture without a position on the canvas, at most `longest` pixels per side.
-    pub(crate) fn pixels(&self, store: &Store, target: &Target, pixels: &Pixels, longest: u32) -> Arc<Stored> {
+    pub fn pixels(&self, store: &Store, target: &Target, pixels: &Pixels, longest: u32) -> Arc<Stored> {
         let key = self.keys.output(target.node, target.output);
         let id = Key::of("flat preview", &[key.as_bytes(), &longest.to_le_bytes()]).to_string();
         store.get(&id).unwrap_or_else(|| {
@@ -310,7 +314,7 @@ impl Scene {
     }
 
     /// Name of the picture of a field on a grid.
-    pub(super) fn id(&self, target: &Target, field: &Field, grid: &Grid) -> String {
+    pub fn id(&self, target: &Target, field: &Field, grid: &Grid) -> String {
         let key = field.key().unwrap_or_else(|| {
             let channel = target.channel.map_or("", Channel::name);
             Key::of("channel", &[self.keys.output(target.node, target.output).as_bytes(), channel.as_bytes()])
@@ -331,7 +335,7 @@ impl Scene {
     }
 
     /// Describes a picture for pages.
-    pub(crate) fn shown(&self, target: &Target, unit: &'static str, stored: Arc<Stored>) -> PictureInfo {
+    pub fn shown(&self, target: &Target, unit: &'static str, stored: Arc<Stored>) -> PictureInfo {
         PictureInfo {
             target: target.name.clone(),
             picture: format!("picture/{}.png", stored.id),
@@ -346,7 +350,7 @@ impl Scene {
     }
 
     /// Describes a picture without a position on the canvas for pages.
-    pub(crate) fn shown_pixels(&self, target: &Target, stored: Arc<Stored>) -> PictureInfo {
+    pub fn shown_pixels(&self, target: &Target, stored: Arc<Stored>) -> PictureInfo {
         PictureInfo { own: true, is_final: true, ..self.shown(target, "", stored) }
     }
 }
@@ -360,11 +364,11 @@ fn unit_of(channel: Channel) -> &'static str {
 }
 
 /// Returns whether `span` lies in the graph file itself.
-pub(super) fn is_own(scene: &Scene, span: Span) -> bool {
+pub fn is_own(scene: &Scene, span: Span) -> bool {
     scene.graph.sources.path(span.file) == scene.graph.path
 }
 
 /// Returns whether the graph has a coloured solid.
-pub(super) fn has_solid(scene: &Scene) -> bool {
+pub fn has_solid(scene: &Scene) -> bool {
     scene.graph.nodes.node_weights().any(|node| node.outputs.contains(&Type::SolidColor))
 }

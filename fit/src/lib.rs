@@ -5,7 +5,7 @@
 //! on that model, because a render gives hundreds of numbers and each alone is nearly linear.
 //!
 //! 1. *Design*: the default, the presets, and points that fill the cube of unknowns evenly. Each render has another seed.
-//! 2. *Model*: kernel ridge regression of all numbers ([`ridge`]). It averages over seeds.
+//! 2. *Model*: kernel ridge regression of all numbers (`ridge`). It averages over seeds.
 //! 3. *Step*: minimise the distance of the modelled numbers by CMA-ES, and render that point and points around it.
 //! 4. *Answer*: the minimum of the last model, with errors from the slope of the model.
 //!

@@ -42,7 +42,7 @@ pub const STAND_INS: &str = r##"
     "lattice": ConnectNeighbors(points: "points"),
     "springs": DefineSprings(lattice: "lattice"),
     "segments": PlaceWrinkles(lattice: "lattice"),
-    "path": Path(points: [(-2, 3), (6, 11), (14, 3)]),
+    "path": Streamlines(),
     "curve": TrunkNodes(height: (-100, 100), count: 5),
     "skeleton": FitSkeleton(curve: "curve"),
     "pattern": ColorPattern(entries: 64),

@@ -10,10 +10,10 @@ use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Failure, Look};
 use shibo_graph::Graph;
 use shibo_picture::{Picture, ReadLimits, SampleKind, read_bytes};
+use shibo_value::clock::Stopwatch;
 use shibo_value::{Resolution, Window};
 use std::collections::BTreeMap;
 use std::io::Read as _;
-use std::time::Instant;
 
 /// The longest side of a picture in pixels.
 const MOST: u32 = 512;
@@ -123,7 +123,7 @@ struct Made {
 /// # Errors
 /// Fails if the graph has errors, if it may not be read, or if the target is no picture.
 pub fn render(state: &State, request: &RenderRequest, cancel: &CancelToken) -> Result<(Vec<u8>, Rendered), NoPicture> {
-    let start = Instant::now();
+    let start = Stopwatch::wall();
     let mut made = make(state, request, cancel)?;
     made.facts.seconds = start.elapsed().as_secs_f64();
     Ok((made.png, made.facts))

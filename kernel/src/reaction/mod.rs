@@ -43,7 +43,7 @@ const STABLE: f64 = 0.3;
 /// The share by which u diffuses less along the direction, and more across it, at full anisotropy.
 const ALONG: f64 = 0.3;
 
-/// How much faster v vanishes outside of the mask.
+/// The additional rate at which v vanishes outside of the mask.
 const CLEARED: f64 = 0.1;
 
 /// Concentration of v below which nothing has grown.

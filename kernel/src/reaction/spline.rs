@@ -62,12 +62,12 @@ impl Spline {
         4 * self.coefficients.len()
     }
 
-    /// What a column at `x` mm reads.
+    /// The points that a column at `x` mm reads.
     pub fn column(&self, x: f64) -> Taps {
         taps(x / self.cell.x, self.width)
     }
 
-    /// What a row at `y` mm reads.
+    /// The points that a row at `y` mm reads.
     pub fn row(&self, y: f64) -> Taps {
         taps(y / self.cell.y, self.height)
     }

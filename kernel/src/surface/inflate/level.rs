@@ -115,7 +115,7 @@ impl Level {
         });
     }
 
-    /// What is left of `b`.
+    /// Writes the residual `b` − A·`x`.
     pub(super) fn residual(&self, x: &[f32], b: &[f32], out: &mut [f32]) {
         let value = inlined(
             #[inline(always)]

@@ -156,7 +156,10 @@ mod tests {
         for (thing, version) in last {
             match thing {
                 Thing::Kind(kind) => assert_eq!(registry.info(kind).map(|info| info.version), Some(version), "{kind}"),
-                Thing::Graph(graph) => assert!(graphs().iter().any(|shipped| shipped.name == graph), "{graph}"),
+                Thing::Graph(graph) => assert!(
+                    graphs().iter().any(|shipped| shipped.path.strip_suffix(EXTENSION) == Some(graph)),
+                    "{graph}"
+                ),
                 Thing::All => {}
             }
         }

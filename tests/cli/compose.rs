@@ -380,7 +380,7 @@ fn shipped_materials_are_interchangeable() {
     let flat = ["noise_basics", "source_figures", "straight_vs_curved", "woven_leather"];
     let others = [&flat[..], &on_meshes[..]].concat();
     // Features of these are wider than the canvas of the others.
-    let wide = "brick_wall concrete forest_floor gravel sand_ripples snow stucco tyre_rubber urushi venetian_plaster verdigris";
+    let wide = "brick_wall concrete forest_floor gravel guided sand_ripples snow stucco tyre_rubber urushi venetian_plaster verdigris weeping_rust";
     let wide: Vec<&str> = wide.split(' ').collect();
     let lines = sections.flat_map(|section| section.lines().skip(1));
     let names: Vec<&str> = lines.filter_map(|line| line.split_whitespace().next()).collect();

@@ -23,9 +23,7 @@ pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
     if text.len() > LONGEST || open == close {
         return Vec::new();
     }
-    let (sign, places) = if open > close { (")", ends(&formula)) } else { ("(", starts(&formula)) };
-    let inserted = |at: usize| format!("{}{sign}{}", &text[..at], &text[at..]);
-    let good: Vec<usize> = places.into_iter().filter(|at| is_needed(&inserted(*at), *at)).collect();
+    let (sign, good) = places(text, open > close);
     let mut found: Vec<Edit> =
         good.into_iter().map(|at| Edit { range: place.start + at..place.start + at, text: sign.to_owned() }).collect();
     let extra = if open > close { WordKind::Open } else { WordKind::Close };
@@ -113,6 +111,26 @@ fn is_needed(text: &str, at: usize) -> bool {
     steps(&formula) != steps(&Formula::parse(&without))
 }
 
+/// The sign that a formula lacks, and the places where it may stand, the most likely ones first.
+fn places(text: &str, closing: bool) -> (&'static str, Vec<usize>) {
+    let formula = Formula::parse(text);
+    let (sign, places) = if closing { (")", ends(&formula)) } else { ("(", starts(&formula)) };
+    let inserted = |at: usize| format!("{}{sign}{}", &text[..at], &text[at..]);
+    let mut places: Vec<usize> = places.into_iter().filter(|at| is_needed(&inserted(*at), *at)).collect();
+    // Of brackets around a sum, the shortest are the most likely: `2 * (a + b) + c`. A lost `(` more likely belongs to a call.
+    let of_call = if closing { usize::MAX } else { 0 };
+    places.sort_by_key(|at| length(&inserted(*at), *at).unwrap_or(of_call));
+    (sign, places)
+}
+
+/// The length of the pair of brackets of which one is at a byte; `None` if they are those of a call.
+fn length(text: &str, at: usize) -> Option<usize> {
+    let formula = Formula::parse(text);
+    let is_it = |range: &Range<usize>| range.start == at || range.end == at + 1;
+    let bracket = formula.parts().iter().find(|part| part.kind == PartKind::Bracket && is_it(&part.range))?;
+    Some(bracket.range.len())
+}
+
 /// The steps of a formula, each after those that it needs. Brackets are no steps.
 fn steps(formula: &Formula) -> Vec<(PartKind, String, usize)> {
     let parts = formula.parts().iter().filter(|part| part.kind != PartKind::Bracket);
@@ -123,23 +141,19 @@ fn steps(formula: &Formula) -> Vec<(PartKind, String, usize)> {
 mod tests {
     use super::*;
 
-    fn places(text: &str) -> Vec<String> {
-        let formula = Formula::parse(text);
-        let (sign, places) = if text.matches('(').count() > text.matches(')').count() {
-            (")", ends(&formula))
-        } else {
-            ("(", starts(&formula))
-        };
-        let made = places.into_iter().map(|at| (format!("{}{sign}{}", &text[..at], &text[at..]), at));
-        made.filter(|(text, at)| is_needed(text, *at)).map(|(text, _)| text).collect()
+    fn repaired(text: &str) -> Vec<String> {
+        let (sign, places) = places(text, text.matches('(').count() > text.matches(')').count());
+        places.into_iter().map(|at| format!("{}{sign}{}", &text[..at], &text[at..])).collect()
     }
 
     #[test]
     fn finds_the_places_of_a_lost_bracket() {
-        assert_eq!(places("0.1 * (a + b"), ["0.1 * (a + b)"]);
-        assert_eq!(places("0.1 * a + b)"), ["0.1 * (a + b)"]);
-        assert_eq!(places("clampa, 0, 1)"), ["clamp(a, 0, 1)", "(clampa, 0, 1)"]);
-        assert_eq!(places("(a + b * c"), ["(a + b) * c"]);
-        assert_eq!(places("sqrt(a + b"), ["sqrt(a + b)", "sqrt(a) + b"]);
+        assert_eq!(repaired("0.1 * (a + b"), ["0.1 * (a + b)"]);
+        assert_eq!(repaired("0.1 * a + b)"), ["0.1 * (a + b)"]);
+        assert_eq!(repaired("clampa, 0, 1)"), ["clamp(a, 0, 1)", "(clampa, 0, 1)"]);
+        assert_eq!(repaired("(a + b * c"), ["(a + b) * c"]);
+        assert_eq!(repaired("c * (a - 1 + d")[0], "c * (a - 1) + d");
+        assert_eq!(repaired("2 + c * 1 - a) + d")[0], "2 + c * (1 - a) + d");
+        assert_eq!(repaired("sqrt(a + b"), ["sqrt(a + b)", "sqrt(a) + b"]);
     }
 }

@@ -29,6 +29,8 @@ struct Asked {
     with: BTreeSet<String>,
     presets: BTreeSet<String>,
     outputs: BTreeSet<String>,
+    /// Names of the nodes that use it.
+    nodes: BTreeSet<String>,
 }
 
 /// Imports a graph that a node uses without importing it. With others that were forgotten, if there are any.
@@ -106,6 +108,7 @@ fn asked(file: &File, graph: &str) -> Asked {
         let own = file.tree.nodes().find(|entry| entry.value().is_some_and(|value| value.range() == node.range()));
         if let Some(name) = own.and_then(Node::key_text) {
             outputs(file, &name, &mut asked.outputs);
+            asked.nodes.insert(name);
         }
     }
     asked
@@ -136,8 +139,10 @@ fn meant(cx: Cx<'_>, written: &str) -> Vec<Meant> {
         let other = stem(&path);
         let likeness = match () {
             () if other == name => 0,
-            () if parts(&name, &other) || parts(&other, &name) => 1,
-            () if evidence > 1 => 2,
+            // The node `"calf": Use(graph: "hide")` means `calf`.
+            () if asked.nodes.contains(&other) => 1,
+            () if parts(&name, &other) || parts(&other, &name) => 2,
+            () if evidence > 1 => 3,
             () => return None,
         };
         Some((likeness, path.starts_with("shibo:"), path))
@@ -151,7 +156,7 @@ fn meant(cx: Cx<'_>, written: &str) -> Vec<Meant> {
     found.sort_by_key(|(likeness, shipped, _)| (*likeness, *shipped));
     // `oak` may also mean `oak_cuts.ron`.
     let first = found.first().map(|(_, shipped, _)| *shipped);
-    let sole = found.iter().skip(1).all(|(likeness, shipped, _)| *likeness > 1 || Some(*shipped) != first);
+    let sole = found.iter().skip(1).all(|(likeness, shipped, _)| *likeness > 2 || Some(*shipped) != first);
     let meant = |(index, (likeness, _, path)): (usize, (usize, bool, String))| Meant {
         sure: index == 0 && likeness == 0 && sole,
         named: likeness == 0,

@@ -22,6 +22,10 @@ pages! {
     "leather": "Leather by the spring method.",
     "wood": "Wood from grown trees.",
     "synthesis": "More of a picture by exemplar synthesis.",
+    "deposits": "Layers, fronts, bent solids and growth.",
+    "fracture": "Cracks, flakes and plates.",
+    "yarn": "Cloth, knits, braids and ropes.",
+    "react": "Patterns of reaction and diffusion.",
     "surfaces": "Materials on meshes.",
     "hybrids": "Photographs and procedures together.",
     "interchange": "Files for other programs.",
@@ -60,6 +64,8 @@ pub(super) fn read(tools: &Tools, uri: &str) -> Option<(String, &'static str)> {
         return page.map(|(.., text)| ((*text).to_owned(), "text/markdown"));
     }
     let name = uri.strip_prefix(GRAPH)?;
-    let graph = library::graphs().into_iter().find(|graph| graph.name == name)?;
+    let graph = library::graphs()
+        .into_iter()
+        .find(|graph| graph.name == name || graph.path.strip_suffix(".ron") == Some(name))?;
     Some((graph.text.to_owned(), "text/plain"))
 }

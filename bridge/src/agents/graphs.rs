@@ -5,6 +5,7 @@ use super::{MOST_DIAGNOSTICS, Refusal};
 use crate::check::{Located, located};
 use crate::diff::lines;
 use crate::fix::ROUNDS;
+use crate::manual::{count_words, query_words};
 use crate::{CheckRequest, FixRequest, GraphText, Tools};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -231,7 +232,7 @@ pub fn format(tools: &Tools, folders: &Folders, source: &Source) -> Result<Forma
 #[derive(Clone, Debug, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ListRequest {
-    /// Words of a name, of the first line or of the family; empty for all graphs.
+    /// Words that begin a word of the name, of the first sentence, of the family or of a preset; empty for all graphs.
     #[serde(default)]
     pub words: String,
 }
@@ -241,7 +242,7 @@ pub struct ListRequest {
 pub struct Listed {
     /// The path: `shibo:NAME`, or that of a file.
     pub path: String,
-    /// The first line of its first comment. It was written by the author of the graph.
+    /// The first sentence of its first comment. It was written by the author of the graph.
     pub doc: String,
     /// The family of its material, such as `stone`; empty if the graph names none.
     pub family: String,
@@ -263,14 +264,13 @@ pub fn list(tools: &Tools, folders: &Folders, request: &ListRequest) -> ListedGr
         let text = |name: &str| Some(library.text(&library.find(name)?)?.to_owned());
         library.names().into_iter().filter_map(move |name| Some((format!("{SHIPPED}{name}"), text(name)?)))
     });
-    let words: Vec<String> = request.words.split_whitespace().map(str::to_lowercase).collect();
-    let listed = of_library.chain(folders.graphs());
-    let listed = listed.map(|(path, text)| Listed { path, doc: first_line(&text), family: family(&text) });
-    let has = |listed: &Listed| {
-        let text = format!("{} {} {}", listed.path, listed.doc, listed.family).to_lowercase();
-        words.iter().all(|word| text.contains(word.as_str()))
-    };
-    let mut graphs: Vec<Listed> = listed.filter(has).collect();
+    let words = query_words(&request.words);
+    let listed = of_library.chain(folders.graphs()).filter_map(|(path, text)| {
+        let listed = Listed { doc: first_sentence(&text), family: family(&text), path };
+        let searched = format!("{} {} {} {}", listed.path, listed.doc, listed.family, presets(&text).join(" "));
+        (count_words(&words, &searched) == words.len()).then_some(listed)
+    });
+    let mut graphs: Vec<Listed> = listed.collect();
     let more = graphs.len().saturating_sub(MOST_GRAPHS);
     graphs.truncate(MOST_GRAPHS);
     ListedGraphs { graphs, more }
@@ -283,10 +283,19 @@ fn family(text: &str) -> String {
     family.unwrap_or_default().chars().filter(|c| !c.is_control()).take(40).collect()
 }
 
-/// The first line of the first comment, without control characters.
-fn first_line(text: &str) -> String {
-    let line = text.lines().next().and_then(|line| line.strip_prefix("//")).unwrap_or_default();
-    line.trim().chars().filter(|c| !c.is_control()).take(200).collect()
+/// The names of the presets of a text.
+fn presets(text: &str) -> Vec<String> {
+    let tree = syntax::Tree::parse(text);
+    let presets = tree.value().and_then(|graph| graph.entry("presets")?.value());
+    presets.into_iter().flat_map(syntax::Node::entries).filter_map(syntax::Node::key_text).collect()
+}
+
+/// The first sentence of the comment at the start, without control characters.
+fn first_sentence(text: &str) -> String {
+    let lines = text.lines().map_while(|line| line.strip_prefix("//")).map(str::trim);
+    let comment = lines.take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ");
+    let sentence = comment.split_inclusive(". ").next().unwrap_or_default();
+    sentence.trim().chars().filter(|c| !c.is_control()).take(300).collect()
 }
 
 /// A graph to save.

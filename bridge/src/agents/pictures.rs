@@ -197,7 +197,13 @@ fn make(state: &State, request: &RenderRequest, cancel: &CancelToken) -> Result<
         session.look(&scene.graph, &scene.keys, cancel, &Silent, |look| paint(state, &scene, look, &target, side));
     let made = made.map_err(failed)?;
     session.trim();
-    let none = || Refusal::new("type-mismatch", format!("`{name}` is no picture"), "render a node that draws it");
+    let none = || match target.channel {
+        Some(channel) => {
+            let message = format!("the material does not set `{}`, so it has its default value", channel.name());
+            Refusal::new("type-mismatch", message, "render a channel that its `Material` sets")
+        }
+        None => Refusal::new("type-mismatch", format!("`{name}` is no picture"), "render a node that draws it"),
+    };
     Ok(made.ok_or_else(none)?)
 }
 

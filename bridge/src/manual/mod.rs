@@ -2,6 +2,8 @@
 mod search;
 
 pub use search::{Found, search};
+#[cfg(feature = "agents")]
+pub(crate) use search::{count_words, query_words};
 
 use serde_json::{Value as Json, json};
 use shibo_node::{Bounds, FieldInfo, KindInfo, Output, OutputType, ParamInfo, PortInfo, Role};

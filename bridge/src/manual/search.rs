@@ -33,31 +33,57 @@ fn squash(text: &str) -> String {
     plain.replace("colour", "color").replace("grey", "gray")
 }
 
-/// Rank of a kind for a query, lower is better; `None` if it does not match.
-fn rank(query: &str, kind: &str, summary: &str, elsewhere: &str) -> Option<(u8, usize)> {
+/// The words of a text in lower case; names of kinds are split at their capitals.
+fn words_of(text: &str) -> Vec<String> {
+    let mut spaced = String::with_capacity(text.len() + 16);
+    let mut before = ' ';
+    for c in text.chars() {
+        if c.is_uppercase() && before.is_lowercase() {
+            spaced.push(' ');
+        }
+        spaced.push(c);
+        before = c;
+    }
+    spaced.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty()).map(squash).collect()
+}
+
+/// Number of these words with which a word of a text begins.
+pub(crate) fn count_words(words: &[String], text: &str) -> usize {
+    let known = words_of(text);
+    words.iter().filter(|word| known.iter().any(|one| one.starts_with(word.as_str()))).count()
+}
+
+/// The words of a query.
+pub(crate) fn query_words(query: &str) -> Vec<String> {
+    query.split_whitespace().map(squash).filter(|word| !word.is_empty()).collect()
+}
+
+/// Rank of a kind for a query, lower is better: 0 to 3 for the whole query, and 4 plus the number of words that are missing.
+/// `None` if no word matches.
+fn rank(query: &str, kind: &str, summary: &str, elsewhere: &str) -> Option<(usize, usize)> {
     let (whole, name) = (squash(query), squash(kind));
-    let words: Vec<String> = query.split_whitespace().map(squash).filter(|word| !word.is_empty()).collect();
+    let words = query_words(query);
     if words.is_empty() {
         return None;
     }
-    let all_in = |text: &str| words.iter().all(|word| text.contains(word.as_str()));
     let rank = if name.starts_with(&whole) {
         0
     } else if name.contains(&whole) {
         1
     } else if elsewhere.split([',', ';', '.']).any(|one| squash(one).contains(&whole)) {
         2
-    } else if squash(summary).contains(&whole) {
+    } else if squash(summary).contains(&whole) && words.len() > 1 {
         3
-    } else if all_in(&squash(&format!("{kind} {summary} {elsewhere}"))) {
-        4
     } else {
-        return None;
+        match count_words(&words, &format!("{kind} {summary} {elsewhere}")) {
+            0 => return None,
+            count => 4 + words.len() - count,
+        }
     };
     Some((rank, name.len()))
 }
 
-/// Kinds that match a query, the best first.
+/// Kinds that match a query, the best first. If none has all its words, those with the most.
 pub fn search<'r>(registry: &'r Registry, query: &str) -> Vec<Found<'r>> {
     let kinds =
         registry.kinds().filter_map(|kind| registry.info(kind)).map(|info: &KindInfo| (&*info.kind, &*info.doc));
@@ -66,10 +92,12 @@ pub fn search<'r>(registry: &'r Registry, query: &str) -> Vec<Found<'r>> {
     for (kind, doc) in kinds.chain(words) {
         let (summary, names) = (summary(doc), elsewhere(doc));
         if let Some(rank) = rank(query, kind, &summary, &names) {
-            let elsewhere = (matches!(rank.0, 2 | 4) && !names.is_empty()).then_some(names);
+            let elsewhere = (matches!(rank.0, 2 | 4..) && !names.is_empty()).then_some(names);
             found.push((rank, Found { kind, summary, elsewhere }));
         }
     }
+    let most = found.iter().map(|((rank, _), _)| *rank).min().unwrap_or_default().max(4);
+    found.retain(|((rank, _), _)| *rank <= most);
     found.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.kind.cmp(b.1.kind)));
     found.into_iter().map(|(_, found)| found).collect()
 }
@@ -103,6 +131,18 @@ mod tests {
             let found = search(&registry, query);
             assert!(found.iter().any(|found| found.kind == kind), "{query}: {found:?}");
         }
+    }
+
+    #[test]
+    fn finds_kinds_with_most_of_the_words() {
+        let registry = shibo_library::registry(std::env::temp_dir().join("shibo-library"));
+        let kinds = |query: &str| search(&registry, query).into_iter().map(|found| found.kind).collect::<Vec<_>>();
+        // No manual has both words.
+        assert!(!kinds("overlapping scales").is_empty());
+        assert!(kinds("blend mask height").contains(&"HeightBlend"));
+        // Words are found by their beginnings: `canvas of another` has no word that begins with `hair`.
+        assert!(!kinds("hair").contains(&"TangentField"), "{:?}", kinds("hair"));
+        assert!(kinds("zzzz").is_empty());
     }
 
     /// Stages of the methods for leather, wood and synthesis, which no other program has as nodes.

@@ -15,6 +15,17 @@ const A: &str = "(
   outputs: { \"height\": \"both\" },
 )
 ";
+/// A graph that is never opened in the editor.
+const LAYER: &str = "(nodes: { \"a\": Perlin() }, outputs: { \"depth\": \"a\", \"sum\": \"= a * 2\" })\n";
+const C: &str = "(
+  imports: { \"layer\": \"layer\" },
+  nodes: {
+    \"layer\": Use(graph: \"layer\"),
+    \"b\": Blur(input: \"layer.\", radius: 1),
+  },
+  outputs: { \"o\": \"b\" },
+)
+";
 const B: &str = "(imports: { \"a\": \"a\" }, nodes: { \"a\": Use(graph: \"a\"), \"soft\": Blur(input: \"a.height\", radius: 1) }, outputs: { \"o\": \"soft\" })\n";
 
 #[test]
@@ -23,6 +34,8 @@ fn runs_editing_session_in_neovim() {
     let root = folder.path().canonicalize().unwrap();
     fs::write(root.join("a.ron"), A).unwrap();
     fs::write(root.join("b.ron"), B).unwrap();
+    fs::write(root.join("layer.ron"), LAYER).unwrap();
+    fs::write(root.join("c.ron"), C).unwrap();
     let repository = Path::new(env!("CARGO_MANIFEST_DIR"));
     let run = Command::new("nvim")
         .args(["--headless", "-u", "NONE", "-i", "NONE", "-S"])
@@ -39,5 +52,6 @@ fn runs_editing_session_in_neovim() {
         .replace("points: \"\"", "points: \"points\"")
         .replace("\"height\"", "\"relief\"");
     assert_eq!(fs::read_to_string(root.join("a.ron")).unwrap(), expected);
+    assert_eq!(fs::read_to_string(root.join("c.ron")).unwrap(), C.replace("layer.\"", "layer.depth\""));
     assert_eq!(fs::read_to_string(root.join("b.ron")).unwrap(), B.replace("a.height", "a.relief"));
 }

@@ -28,16 +28,19 @@ vim.api.nvim_buf_set_text(0, error.lnum, error.col, error.lnum, error.end_col, {
 local of = function(code) return vim.tbl_filter(function(d) return d.code == code end, diagnostics()) end
 wait('the error is gone', function() return #of('unknown-kind') == 0 end, diagnostics)
 
+-- Accepts the first offer behind a text.
+local function accept(before, wanted)
+  local row, column = unpack(vim.fn.searchpos(before, 'ew'))
+  vim.api.nvim_win_set_cursor(0, { row, column })
+  local answer = vim.lsp.buf_request_sync(0, 'textDocument/completion', vim.lsp.util.make_position_params(), 60000)
+  local _, first = next(answer or {})
+  local items = first and first.result and first.result.items or {}
+  check(wanted .. ' is offered first', items[1] and items[1].label == wanted, items[1])
+  vim.lsp.util.apply_text_edits({ items[1].textEdit }, 0, 'utf-16')
+end
+
 -- The node of the right type comes first.
-local at = vim.fn.search('Dots(points: "')
-local column = vim.api.nvim_buf_get_lines(0, at - 1, at, true)[1]:find('""', 1, true)
-vim.api.nvim_win_set_cursor(0, { at, column })
-local params = vim.lsp.util.make_position_params()
-local answer = vim.lsp.buf_request_sync(0, 'textDocument/completion', params, 60000)
-local _, first = next(answer or {})
-local items = first and first.result and first.result.items or {}
-check('the points are offered first', items[1] and items[1].label == 'points', items[1])
-vim.lsp.util.apply_text_edits({ items[1].textEdit }, 0, 'utf-16')
+accept('Dots(points: "', 'points')
 wait('the graph is sound', function() return #diagnostics() == 0 end, diagnostics)
 
 -- Renames an output in two files.
@@ -49,5 +52,12 @@ wait('the other file is changed', function()
   return other > 0 and table.concat(vim.api.nvim_buf_get_lines(other, 0, -1, true)):find('a%.relief') ~= nil
 end)
 if vim.lsp.buf.format then vim.lsp.buf.format({ timeout_ms = 60000 }) else vim.lsp.buf.formatting_sync(nil, 60000) end
+
+-- The output of an imported graph, which is not open and whose path has no extension, is offered behind the dot.
+vim.cmd('silent write')
+vim.cmd('edit ' .. folder .. '/c.ron')
+wait('the missing output is shown', function() return #diagnostics() > 0 end, diagnostics)
+accept('"layer\\.', 'layer.depth')
+wait('the imported output is found', function() return #diagnostics() == 0 end, diagnostics)
 vim.cmd('silent wall')
 vim.cmd('qall!')

@@ -99,10 +99,11 @@ pub fn import_path(
     let all = Gate::default();
     let settings = search_paths((from, &all), &mut Vec::new(), &mut SourceMap::default(), &mut Report::default());
     let paths = [further, &settings].concat();
-    let found = find(name, folder, (&paths, open), library).path;
+    let is_file = |path: &Path| open(path) || path.is_file();
+    let found = find(name, folder, (&paths, &is_file), library).path;
     let exists = match within(&found) {
         Some(inside) => library.is_some_and(|library| library.text(&inside).is_some()),
-        None => open(&found) || found.is_file(),
+        None => is_file(&found),
     };
     exists.then_some(found)
 }

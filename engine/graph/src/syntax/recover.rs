@@ -379,16 +379,30 @@ impl Parser<'_> {
         false
     }
 
-    /// Reports that the closing bracket is missing here.
+    /// Reports that the closing bracket is missing: at the end of the line if the bracket was opened there, else at the next
+    /// token.
     pub(super) fn not_closed(&mut self, opening: usize, kind: NodeKind) {
-        let message = match kind {
-            NodeKind::Parens => "expected `)` before this",
-            NodeKind::List => "expected `]` before this",
-            _ => "expected `}` before this",
+        let (before, after) = match kind {
+            NodeKind::Parens => ("expected `)` before this", "expected `)` after this"),
+            NodeKind::List => ("expected `]` before this", "expected `]` after this"),
+            _ => ("expected `}` before this", "expected `}` after this"),
         };
-        self.fault_here(message, "close the bracket before it");
+        self.fault_here(before, "close the bracket before it");
+        let last = self.tokens[self.at.saturating_sub(1)].range();
+        let is_comma = self.word(self.at.saturating_sub(1)) == ",";
+        let ends_line = self.at < self.tokens.len()
+            && self.starts_line(self.at)
+            && self.line(self.tokens[opening].start()) == self.line(last.start);
         if let Some(fault) = self.faults.last_mut() {
             fault.bracket = Some(self.tokens[opening].range());
+            if ends_line {
+                // The comma after the bracket is missing, too.
+                self.recovering = true;
+                fault.range = last;
+                if !is_comma {
+                    (fault.message, fault.help) = (after.into(), Some("close the bracket"));
+                }
+            }
         }
         // More fields may belong here.
         if kind == NodeKind::Parens {

@@ -359,7 +359,9 @@ fn reports_one_mistake_once_at_its_place() {
         ("\"b\" Bands(),", 9, "expected colon"),
         ("\"b\": Bands(pitch 1),", 22, "expected colon"),
         ("\"b\": Bands(pitch: ),", 23, "expected a value"),
-        ("\"b\": Bands(pitch: 1, size: 2", 5, "expected `)`"),
+        ("\"b\": Bands(pitch: 1, size: 2", 32, "expected `)` after this"),
+        ("\"b\": Bands(pitch: 1, size: 2,", 33, "expected `)` before this"),
+        ("\"b\": Bands(size: [1, 2", 26, "expected `]` after this"),
         ("\"b\": Bands(pitch: 1)),", 25, "closes nothing"),
         ("\"b\": Bands pitch: 1),", 16, "expected `(`"),
         ("\"b\": Bands(pitch: 1],", 24, "expected `)`"),
@@ -392,8 +394,7 @@ fn reports_one_mistake_once_at_its_place() {
     ] {
         let text = graph(line);
         let found = broken(&text);
-        let at_end = message == "expected `)`" && column == 5;
-        let wanted = (if at_end { 5 } else { 4 }, column);
+        let wanted = (4, column);
         assert_eq!(found.len(), 1, "{line}\n{found:#?}");
         assert_eq!((found[0].0, found[0].1), wanted, "{line}\n{found:#?}");
         assert!(found[0].2.contains(message), "{line}\n{found:#?}");
@@ -408,9 +409,28 @@ fn reports_one_mistake_once_at_its_place() {
 }
 
 #[test]
+fn reports_a_missing_bracket_in_its_line() {
+    let text = include_str!("../../../../graphs/calf.ron").replace("\r\n", "\n");
+    let lines: Vec<&str> = text.lines().collect();
+    let mut asked = 0;
+    for (index, line) in lines.iter().enumerate() {
+        let count = |c: char| line.matches(c).count();
+        let is_whole =
+            count('(') > 0 && [('(', ')'), ('[', ']'), ('{', '}')].iter().all(|(a, b)| count(*a) == count(*b));
+        let Some(end) = line.trim_end().strip_suffix("),").map(str::len).filter(|_| is_whole) else { continue };
+        let mut torn: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
+        torn[index].remove(end);
+        let found = broken(&torn.join("\n"));
+        assert_eq!((found.len(), found[0].0), (1, index + 1), "{line}\n{found:#?}");
+        asked += 1;
+    }
+    assert!(asked > 20, "{asked}");
+}
+
+#[test]
 fn keeps_other_sections_when_a_bracket_is_missing() {
     for (text, line) in [
-        ("(\n  canvas: (size: 1,\n  nodes: {\n    \"a\": A(),\n  },\n  outputs: { \"o\": \"a\" },\n)\n", 3),
+        ("(\n  canvas: (size: 1,\n  nodes: {\n    \"a\": A(),\n  },\n  outputs: { \"o\": \"a\" },\n)\n", 2),
         ("(\n  canvas: (size: 1),\n  nodes: {\n    \"a\": A(),\n  outputs: { \"o\": \"a\" },\n)\n", 5),
         ("(\n  canvas: (size: 1),\n  nodes: \n    \"a\": A(),\n  },\n  outputs: { \"o\": \"a\" },\n)\n", 4),
         ("\n  canvas: (size: 1),\n  nodes: {\n    \"a\": A(),\n  },\n  outputs: { \"o\": \"a\" },\n)\n", 2),

@@ -14,6 +14,7 @@ mod light;
 #[path = "../support/long_work.rs"]
 mod long_work;
 mod lsp;
+mod narrow;
 mod neovim;
 mod noise;
 mod own;

@@ -41,10 +41,11 @@ export function paintBox(graph, node, i, colors, marked) {
   const high = scale < 0.3 ? H - 12 : THUMB;
   thumbnail(graph, node, colors, high);
   if (scale < 0.3) return;
-  c.fillStyle = node.shown ? colors.accent : colors.text;
+  // On the red of the costs only the colour of texts can be read.
+  c.fillStyle = node.shown && !graph.heat ? colors.accent : colors.text;
   c.font = '600 13px system-ui, sans-serif';
   c.fillText(node.outside ? `↗ ${node.label}` : node.label, x + 9, y + 85, W - 18);
-  c.fillStyle = colors.dim;
+  c.fillStyle = graph.heat ? colors.text : colors.dim;
   c.font = '12px system-ui, sans-serif';
   c.fillText(node.kind, x + 9, y + 102, W - 76);
   if (!sum) return;

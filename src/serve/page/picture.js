@@ -149,10 +149,11 @@ export class Picture {
     const width = this.canvas.width / (this.comparison.before && this.comparison.mode === 'side' ? 2 : 1);
     /** @param {number} high */
     const within = (high) => Math.min(width / w, high / h) * (this.repeat ? 1 : 0.96);
-    // The tools at the bottom must not cover the picture.
+    // The tools over the bottom must not cover the picture. In narrow windows they stand below it.
     const tools = $('picture-tools');
+    const floats = getComputedStyle(tools).position === 'absolute';
     const room = (tools.offsetHeight + 20) * this.ratio;
-    const covered = tools.offsetHeight && (height + h * within(height)) / 2 > height - room && height > 3 * room;
+    const covered = floats && tools.offsetHeight && (height + h * within(height)) / 2 > height - room && height > 3 * room;
     this.scale = within(covered ? height - room : height);
     this.center = [w / 2, h / 2 + (covered ? room / 2 / this.scale : 0)];
     this.fitted = true;

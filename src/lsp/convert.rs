@@ -130,7 +130,7 @@ pub(super) fn completion(one: &Completion, index: usize, lines: &Lines, uri: &st
         label_details: Some(CompletionItemLabelDetails { detail: None, description: Some(short(&one.detail)) }),
         detail: (!one.detail.is_empty()).then(|| one.detail.clone()),
         sort_text: Some(format!("{index:05}")),
-        filter_text: quoted.then(|| format!("\"{}", one.label)),
+        filter_text: one.elsewhere.clone().or_else(|| quoted.then(|| format!("\"{}", one.label))),
         insert_text_format: Some(format),
         text_edit: Some(CompletionTextEdit::Edit(TextEdit::new(lines.span(&one.replace), text))),
         tags: one.deprecated.then(|| vec![CompletionItemTag::DEPRECATED]),

@@ -1,10 +1,8 @@
 //! Searches nodes by description, or by their names in other programs.
-use shibo_ide::manual::doc::{DocBlock, blocks, summary};
+use shibo_ide::manual::doc::summary;
+use shibo_ide::manual::elsewhere;
 use shibo_node::KindInfo;
 use shibo_node::registry::Registry;
-
-/// Start of the manual's paragraph that names the equivalent nodes of other programs.
-const ELSEWHERE: &str = "Elsewhere:";
 
 /// A kind that was found, its first sentence, and its names in other programs if they are the reason.
 #[derive(Debug, PartialEq, Eq)]
@@ -17,13 +15,9 @@ pub struct Found<'r> {
     pub elsewhere: Option<String>,
 }
 
-/// Names of a kind in other programs, from its manual.
+/// Names of a kind in other programs, in one line.
 fn elsewhere(doc: &str) -> String {
-    let paragraph = blocks(doc).into_iter().find_map(|block| match block {
-        DocBlock::Paragraph(text) => text.strip_prefix(ELSEWHERE).map(|names| names.trim().replace('*', "")),
-        _ => None,
-    });
-    paragraph.unwrap_or_default()
+    elsewhere::paragraph(doc).split_whitespace().collect::<Vec<_>>().join(" ").replace('*', "")
 }
 
 /// Keeps letters and digits, in lower case: `ColorRamp`, `color ramp` and `colour_ramp` then differ by at most one

@@ -1,7 +1,7 @@
 //! Completion of fields and keys.
 use super::super::docs;
 use super::super::expect::Expect;
-use super::super::file::Section;
+use super::super::file::{File, Section};
 use super::super::habits::signature;
 use super::super::names::quote;
 use super::super::view::Body;
@@ -9,6 +9,10 @@ use super::super::world::Cx;
 use super::{Ask, Completion, Sort, Topic};
 use shibo_node::{FieldInfo, ParamType, Role};
 use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Latest place of the default among the options of a choice, from 0.
+const LATEST: usize = 3;
 
 impl<'a> Ask<'a> {
     /// Keys allowed in brackets; `named` if a colon follows already.
@@ -142,8 +146,7 @@ impl<'a> Ask<'a> {
 
     /// Options of a choice; those that usually occur with the present fields come first.
     pub(super) fn choices(&self, expect: Expect<'a>) -> Vec<Completion> {
-        let mut words = docs::words(expect);
-        words.extend(self.declared_options(expect).into_iter().map(|word| (word, String::new())));
+        let words = docs::words(expect);
         let habits = self.cx.world.habits();
         let owner = self.owner(expect);
         let args = self.trail.node().map_or(&[][..], |level| &level.body.items[..]);
@@ -151,11 +154,10 @@ impl<'a> Ask<'a> {
             Expect::Value(_, param) => param.choices.iter().find(|choice| choice.name == word),
             _ => None,
         };
-        let mut found = Vec::new();
+        let mut found = self.declared_options(expect);
         for (i, (word, doc)) in words.iter().enumerate() {
             let usual = owner.map_or(0.0, |(kind, field)| habits.choice(kind, field, &signature(args, field), word));
-            let default = matches!(expect, Expect::Value(_, param) if param.written.starts_with(word.as_str()));
-            let score = 0.05 * i as f64 - 2.0 * (1.0 + usual).ln() + if default { 1.0 } else { 0.0 };
+            let score = 0.05 * i as f64 - 2.0 * (1.0 + usual).ln();
             let detail = doc.lines().next().unwrap_or_default();
             let offer = self.offer(word, Sort::Choice, detail, Topic::Text(doc.clone()), score);
             let takes = of_param(word).is_some_and(|choice| choice.has_arguments) && !self.before_bracket();
@@ -165,16 +167,42 @@ impl<'a> Ask<'a> {
                 offer
             });
         }
+        // The default need not be written, so graphs have it seldom; still it is one of the first that users look for.
+        found.sort_by(|a, b| a.score.total_cmp(&b.score));
+        let default = |one: &Completion| matches!(expect, Expect::Value(_, param) if param.written == one.label);
+        if let Some(index) = found.iter().position(default)
+            && index > LATEST
+        {
+            found[index].score = found[LATEST - 1].score;
+        }
         found
     }
 
+    /// The parameter that gets a value here, in a preset or in `with`, and its graph.
+    fn given_param(&self, expect: Expect<'a>) -> Option<(Arc<File>, &'a str)> {
+        let (file, name) = match expect {
+            Expect::Preset(name) => (Arc::new(self.cx.file.clone()), name),
+            Expect::With(import, Some(name)) => (self.cx.imported(import)?, name),
+            _ => return None,
+        };
+        file.entry(Section::Params, name).is_some().then_some((file, name))
+    }
+
+    /// Type of the parameter that gets a value here.
+    pub(super) fn declared(&self, expect: Expect<'a>) -> Option<String> {
+        let (file, name) = self.given_param(expect)?;
+        file.head(file.entry(Section::Params, name)?).map(str::to_owned)
+    }
+
     /// Options of the choice parameter that gets a value here; it belongs to this graph or to an imported one.
-    fn declared_options(&self, expect: Expect<'a>) -> Vec<String> {
-        match expect {
-            Expect::Preset(name) => self.cx.file.options(name),
-            Expect::With(import, Some(name)) => self.cx.imported(import).map_or(Vec::new(), |file| file.options(name)),
-            _ => Vec::new(),
-        }
+    pub(super) fn declared_options(&self, expect: Expect<'a>) -> Vec<Completion> {
+        let Some((file, name)) = self.given_param(expect) else { return Vec::new() };
+        let options = file.options(name).into_iter().enumerate();
+        let detail = format!("an option of {name}");
+        let topic = || Topic::Text(String::new());
+        options
+            .map(|(i, word)| self.offer_text(&word, Sort::Choice, &detail, topic(), 0.05 * i as f64 - 20.0))
+            .collect()
     }
 
     /// Returns whether a bracket follows the replaced text.

@@ -5,9 +5,19 @@ use super::super::file::Section;
 use super::super::habits;
 use super::super::view::{Body, Shape};
 use super::super::walk::Spot;
-use super::{Ask, Completion, Sort, Topic};
+use super::{Ask, Completion, Sort, Topic, matches};
+use crate::manual::elsewhere;
 use shibo_node::{KindInfo, OutputType, Role};
 use shibo_value::{Accepts, Type};
+
+/// Kinds that users of other programs look for first. The shipped graphs often write formulas in their place.
+const EVERYDAY: [&str; 8] = ["Blend", "Blur", "GradientMap", "Levels", "Perlin", "Switch", "Transform", "Worley"];
+
+/// The word whose manual describes formulas.
+const FORMULA: &str = "formula";
+
+/// Fewest letters, in bytes, that find a name of another program.
+const LEAST: usize = 3;
 
 /// Keywords that include other graphs.
 const COMPOSED: [&str; 2] = ["Use", "Each"];
@@ -43,7 +53,31 @@ impl<'a> Ask<'a> {
                 if body.is_some() { (kind.to_owned(), false) } else { (format!("{kind}{rest}"), true) };
             found.push(Completion { insert, snippet, ..offer });
         }
+        if body.is_none() {
+            found.push(Completion { topic: Topic::Kind(FORMULA.to_owned()), ..self.any_formula("a formula", 40.0) });
+        }
+        self.name_elsewhere(&mut found);
         found
+    }
+
+    /// Marks the kinds whose name in another program begins with the typed letters, if their own name does not.
+    fn name_elsewhere(&self, found: &mut [Completion]) {
+        let is_called = |one: &Completion, kind: &str| match &one.topic {
+            Topic::Kind(own) => own == kind,
+            _ => false,
+        };
+        let typed = self.cx.file.text.get(self.replace.start..self.at).unwrap_or_default();
+        if typed.len() < LEAST {
+            return;
+        }
+        for (kind, name) in elsewhere::begin_with(self.cx.registry(), typed) {
+            let own = |one: &&mut Completion| is_called(one, kind) && matches(typed, kind).is_none_or(|rank| rank > 1);
+            if let Some(one) = found.iter_mut().find(own) {
+                let name = name.split_whitespace().collect::<Vec<_>>().join(" ");
+                one.detail = format!("{name} in other programs: {}", one.detail);
+                one.elsewhere = Some(name);
+            }
+        }
     }
 
     /// The brackets after the word, if there are any.
@@ -72,7 +106,8 @@ impl<'a> Ask<'a> {
     fn popular(&self, kind: &str, name: Option<&str>) -> f64 {
         let habits = self.cx.world.habits();
         let named = name.map_or(0.0, |name| habits.named(name, kind));
-        -(1.0 + habits.kind(kind)).ln() - 3.0 * (1.0 + named).ln()
+        let everyday = if EVERYDAY.contains(&kind) { 1.5 } else { 0.0 };
+        -(1.0 + habits.kind(kind)).ln() - everyday - 3.0 * (1.0 + named).ln()
     }
 
     /// Score of a kind by how common it is here.

@@ -81,6 +81,8 @@ pub struct Completion {
     pub replace: Range<usize>,
     /// True if the item is deprecated.
     pub deprecated: bool,
+    /// Name in another program that the typed letters begin, if the item is offered for that reason.
+    pub elsewhere: Option<String>,
     /// Rank; lower is better.
     score: f64,
 }
@@ -164,7 +166,7 @@ impl<'a> Ask<'a> {
                 self.keys(level.inside, level.body, true)
             }
             Spot::Between => {
-                let Some(level) = last else { return Vec::new() };
+                let Some(level) = last else { return self.graph() };
                 if level.body.bracket == b'[' {
                     self.element(level.inside)
                 } else {
@@ -177,7 +179,7 @@ impl<'a> Ask<'a> {
     /// Completes a word that is a value or the beginning of a key.
     fn on_word(&mut self, expect: Expect<'a>, word: Range<usize>) -> Vec<Completion> {
         self.replace = word;
-        let Some(level) = self.trail.last() else { return Vec::new() };
+        let Some(level) = self.trail.last() else { return self.graph() };
         match level.item {
             Some(item) if item.key.is_none() && level.body.bracket != b'[' => {
                 self.keys(level.inside, level.body, false)
@@ -185,6 +187,24 @@ impl<'a> Ask<'a> {
             Some(item) if item.key.is_none() => self.element(level.inside),
             _ => self.value(expect),
         }
+    }
+
+    /// A new graph, for a file without one.
+    fn graph(&self) -> Vec<Completion> {
+        if self.cx.file.body().is_some() {
+            return Vec::new();
+        }
+        let nodes = "  nodes: {\n    \"${2:noise}\": ${3:Perlin(size: 4)},\n  },\n  outputs: { \"${4:height}\": \"${2:noise}\" },\n)\n";
+        let whole = "(\n  version: 1,\n  canvas: (size_mm: ${1:40}),\n";
+        let form = |(index, (label, detail, text)): (usize, (&str, &str, String))| {
+            let offer = self.offer(label, Sort::Value, detail, Topic::Text(detail.to_owned()), index as f64);
+            Completion { insert: text, snippet: true, ..offer }
+        };
+        let forms = [
+            ("graph", "A graph with a canvas, nodes and outputs.", format!("{whole}{nodes}")),
+            ("nodes", "A graph with nodes and outputs, on the usual canvas.", format!("(\n{nodes}")),
+        ];
+        forms.into_iter().enumerate().map(form).collect()
     }
 
     /// Completes an element of a list.
@@ -245,6 +265,7 @@ impl<'a> Ask<'a> {
             snippet: false,
             replace: self.replace.clone(),
             deprecated: false,
+            elsewhere: None,
             score,
         }
     }
@@ -263,7 +284,8 @@ impl<'a> Ask<'a> {
             .into_iter()
             .filter_map(|one| {
                 let typed = text.get(one.replace.start..self.at)?.trim_start_matches('"');
-                Some((matches(typed, &one.label)?, one))
+                let rank = if one.elsewhere.is_some() { Some(1) } else { matches(typed, &one.label) };
+                Some((rank?, one))
             })
             .collect();
         ranked.sort_by(|(a, x), (b, y)| a.cmp(b).then(x.score.total_cmp(&y.score)).then_with(|| x.label.cmp(&y.label)));

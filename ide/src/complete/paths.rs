@@ -3,7 +3,7 @@ use super::{Ask, Completion, Sort, Topic};
 use std::ops::Range;
 
 /// Extensions of picture files.
-const PICTURES: [&str; 6] = ["png", "jpg", "jpeg", "tif", "tiff", "exr"];
+const PICTURES: [&str; 7] = ["png", "jpg", "jpeg", "tif", "tiff", "exr", "hdr"];
 
 impl Ask<'_> {
     /// Files that a node can read.

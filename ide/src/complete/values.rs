@@ -15,15 +15,19 @@ impl<'a> Ask<'a> {
     /// Completes after a colon.
     pub(super) fn value(&self, expect: Expect<'a>) -> Vec<Completion> {
         let mut found = self.choices(expect);
-        if expect.takes_nodes() {
+        let declared = self.declared(expect);
+        if declared.as_deref() == Some("Bool") {
+            found.extend(self.bools());
+        }
+        if expect.takes_nodes() && declared.is_none() {
             found.extend(self.kinds(expect).into_iter().map(|c| Completion { score: c.score + 20.0, ..c }));
         }
         if let Some(fits) = expect.reference(self.cx) {
             found.extend(self.references(expect, &|ty| fitness(ty, fits)));
         }
         match expect {
-            Expect::Entry(Section::Params, _) => found.extend(PARAM_TYPES.map(|ty| self.declaration(ty.name()))),
-            Expect::Entry(Section::Inputs, _) => found.extend(Accepts::all().map(|ty| self.declaration(ty.name()))),
+            Expect::Entry(Section::Params, _) => found.extend(self.declarations(PARAM_TYPES.map(|ty| ty.name()))),
+            Expect::Entry(Section::Inputs, _) => found.extend(self.declarations(Accepts::all().map(Accepts::name))),
             Expect::Entry(Section::Outputs, _) => found.extend(self.output_forms()),
             Expect::Value(_, param) => {
                 found.extend(self.default(&param.written));
@@ -61,6 +65,7 @@ impl<'a> Ask<'a> {
             _ => {}
         }
         let mut found = self.named(expect).unwrap_or_default();
+        found.extend(self.declared_options(expect));
         if let Some(fits) = expect.reference(self.cx) {
             let fits = |ty| fitness(ty, fits);
             found.extend(self.references(expect, &fits));
@@ -108,11 +113,7 @@ impl<'a> Ask<'a> {
     /// Parameters of the graph as `$name`; those of a matching type and name come first.
     pub(super) fn params(&self, expect: Expect<'a>) -> Vec<Completion> {
         let mut found = Vec::new();
-        let point = match expect {
-            Expect::Port(_, port, _) => !super::super::docs::only_wires(port),
-            Expect::Entry(section, _) => section == Section::Nodes,
-            _ => false,
-        };
+        let point = matches!(expect, Expect::Port(_, port, _) if !super::super::docs::only_wires(port));
         if point && !self.quoted {
             found.push(self.any_formula("a formula", 40.0));
         }
@@ -151,7 +152,7 @@ impl<'a> Ask<'a> {
     }
 
     /// The quotes of a formula.
-    fn any_formula(&self, what: &str, score: f64) -> Completion {
+    pub(super) fn any_formula(&self, what: &str, score: f64) -> Completion {
         let offer = self.offer("= …", Sort::Value, what, Topic::Text(String::new()), score);
         Completion { insert: "\"= $0\"".to_owned(), snippet: true, ..offer }
     }
@@ -204,8 +205,13 @@ impl<'a> Ask<'a> {
         colors.0.iter().map(offer).collect()
     }
 
+    /// Declarations of these types, in this order.
+    fn declarations<'t>(&self, types: impl IntoIterator<Item = &'t str>) -> Vec<Completion> {
+        types.into_iter().enumerate().map(|(index, ty)| self.declaration(ty, index as f64)).collect()
+    }
+
     /// A declaration of this type with its required fields.
-    fn declaration(&self, ty: &str) -> Completion {
+    fn declaration(&self, ty: &str, score: f64) -> Completion {
         let default = match ty {
             "Number" | "Gray" | "Field" | "EveryField" | "Direction" => "${1:0.5}",
             "Integer" => "${1:1}",
@@ -218,7 +224,7 @@ impl<'a> Ask<'a> {
             "Number" | "Integer" => format!("default: {default}, range: ($2), doc: \"$3\""),
             _ => format!("default: {default}, doc: \"$2\""),
         };
-        let offer = self.offer(ty, Sort::Kind, "", Topic::Text(String::new()), 0.0);
+        let offer = self.offer(ty, Sort::Kind, "", Topic::Text(String::new()), score);
         if self.cx.file.text[self.replace.end..].trim_start().starts_with('(') {
             return offer;
         }

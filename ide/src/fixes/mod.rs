@@ -5,10 +5,10 @@
 //! faults nearby do not matter for a fix that replaces a value or writes another notation: only errors that it makes itself count.
 mod conflicts;
 mod dialects;
-mod elsewhere;
 mod formulas;
 mod imports;
 mod insertions;
+mod meanings;
 mod missing;
 mod scan;
 mod structure;
@@ -28,6 +28,7 @@ use trial::{Against, Trial};
 
 pub(crate) use missing::fields as needed_fields;
 pub use trial::{Errors, errors};
+pub(crate) use words::is_misspelt;
 
 /// Most fixes of a finding that are not choices.
 const OFFERED: usize = 3;

@@ -6,9 +6,10 @@ use super::super::file::{File, Section};
 use super::super::names::params_in;
 use super::super::rename::{Edit, apply};
 use super::super::world::Cx;
-use super::elsewhere::{kinds_elsewhere, meanings, squash};
 use super::imports::{self, graph_paths, is_graph};
+use super::meanings::meanings;
 use super::{Applies, Fix, value_at};
+use crate::manual::elsewhere::{self, squash};
 use shibo_graph::syntax::is_name;
 use std::ops::Range;
 
@@ -85,7 +86,7 @@ fn nearest(cx: Cx<'_>, finding: &Finding, word: &Range<usize>, names: &[String])
     let wrong = cx.file.at(word);
     let mut ranked = ranked(wrong, names.iter().map(String::as_str));
     if finding.code == "unknown-kind" {
-        for kind in kinds_elsewhere(cx.registry(), wrong) {
+        for kind in elsewhere::kinds(cx.registry(), wrong) {
             if !ranked.iter().any(|(_, name)| *name == kind) {
                 ranked.push((Near::Elsewhere, kind));
             }
@@ -160,6 +161,11 @@ fn near(wrong: &str, name: &str) -> Option<Near> {
     }
     let short = a.len().min(b.len());
     (short > 2 && (a.contains(&b) || b.contains(&a))).then_some(Near::Part(a.len().abs_diff(b.len())))
+}
+
+/// Returns whether a word is another one with at most one typing error.
+pub(crate) fn is_misspelt(wrong: &str, name: &str) -> bool {
+    matches!(near(wrong, name), Some(Near::Same | Near::Form | Near::Typed(0..=1)))
 }
 
 /// Typing errors between two words: letters added, left out, replaced, or two exchanged.

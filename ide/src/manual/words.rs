@@ -37,6 +37,7 @@ pub static WORDS: LazyLock<Vec<Word>> = LazyLock::new(|| {
         word(GRAPH_FILE, "graph", section("A graph file, `(nodes: {…}, outputs: {…})`.", schema::ROOT)),
         word(GRAPH_FILE, "canvas", section("The canvas of a graph, `canvas: (size_mm: 40)`.", schema::CANVAS)),
         word(GRAPH_FILE, "params", params()),
+        word(GRAPH_FILE, "formula", FORMULA.to_owned()),
         word(GRAPH_FILE, "inputs", section("An input of a graph, `\"field\": Gray(default: 0.5)`.", schema::INPUT)),
         word(
             GRAPH_FILE,
@@ -109,6 +110,19 @@ A sub-graph declares its inputs in `inputs`: `"height": Gray(default: 0.5)`, `"g
 Nodes inside of an instance are `wood/year` for `dump` and `render --node`; an output of it is `wood.material`.
 
 Elsewhere: Substance Designer *Graph Instance*; Blender *Node Group*; Houdini *Subnet*; Material Maker *Group*; Unreal *Material Function*."#;
+
+const FORMULA: &str = r#"A value that is computed from nodes, parameters and the position: in place of a node, in a port, or for a parameter.
+
+```ron
+nodes: {
+  "grey":   "= 0.5",
+  "waves":  Perlin(size: 3),
+  "relief": "= 0.8 * waves + 0.2 * smoothstep(0, 1, u)",
+  "soft":   Blur(input: "= abs(waves - grey)", radius: "= 2 * $radius"),
+},
+```
+
+Elsewhere: Substance Designer *Uniform Color*, *Pixel Processor*, *Value Processor*; Blender *Math*, *Vector Math*, *Value*, *RGB*; Houdini *Constant*, *VEX Snippet*; Material Maker *Uniform*, *Math*; Unreal *Constant*, *Custom*."#;
 
 const EACH: &str = r#"Several instances of another graph, of which one shows in every piece: the boards of a floor, the scales of a skin.
 

@@ -8,6 +8,11 @@ use super::walk::{Spot, Trail, trail};
 use super::world::Cx;
 use std::ops::Range;
 
+/// Stands between the options of a choice.
+const OR: &str = " | ";
+/// Most options that are listed for a field without the cursor.
+const FEW: usize = 3;
+
 /// Fields of a node or other brackets.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signature {
@@ -32,21 +37,6 @@ pub fn signature(cx: Cx<'_>, at: usize) -> Option<Signature> {
     let level = trail.levels.iter().rev().find(|level| !describe(level.inside).is_empty())?;
     let fields = describe(level.inside);
     let word = level.value.word().map(|word| cx.file.at(&word)).unwrap_or_default();
-    let mut label = format!("{word}(");
-    let mut places = Vec::new();
-    for (i, (name, takes, doc)) in fields.iter().enumerate() {
-        if i > 0 {
-            label.push_str(", ");
-        }
-        let start = label.len();
-        label.push_str(name);
-        if !takes.is_empty() {
-            label.push_str(": ");
-            label.push_str(takes);
-        }
-        places.push((start..label.len(), doc.clone()));
-    }
-    label.push(')');
     let name = level.item.and_then(|item| {
         let bare = || item.value.as_ref().map(|value| cx.file.at(&value.range));
         item.name().or_else(bare)
@@ -57,8 +47,25 @@ pub fn signature(cx: Cx<'_>, at: usize) -> Option<Signature> {
     });
     // Before the next field is named, the first missing one is active.
     let free = || fields.iter().position(|(field, ..)| level.body.get(field).is_none());
+    let active = active.or_else(free);
+    let mut label = format!("{word}(");
+    let mut places = Vec::new();
+    for (i, (name, takes, doc)) in fields.iter().enumerate() {
+        if i > 0 {
+            label.push_str(", ");
+        }
+        let start = label.len();
+        label.push_str(name);
+        let takes = if active == Some(i) { takes.clone() } else { few(takes) };
+        if !takes.is_empty() {
+            label.push_str(": ");
+            label.push_str(&takes);
+        }
+        places.push((start..label.len(), doc.clone()));
+    }
+    label.push(')');
     let doc = docs::first_sentence(word, cx.kind(word));
-    Some(Signature { label, doc, fields: places, active: active.or_else(free) })
+    Some(Signature { label, doc, fields: places, active })
 }
 
 /// Signature of the function in a formula whose brackets contain a position.
@@ -86,7 +93,16 @@ fn call(cx: Cx<'_>, trail: &Trail<'_>, at: usize) -> Option<Signature> {
     })
 }
 
-/// Names, types and manuals of the fields of brackets.
+/// The first options of a list.
+fn few(takes: &str) -> String {
+    let options: Vec<&str> = takes.split(OR).collect();
+    match options.get(FEW) {
+        Some(_) => format!("{}{OR}…", options[..FEW].join(OR)),
+        None => takes.to_owned(),
+    }
+}
+
+/// Names, types and manuals of the fields of brackets. The type of a choice is the list of its options.
 fn describe(inside: Expect<'_>) -> Vec<(String, String, String)> {
     let fields = docs::fields(inside);
     if fields.is_empty() {
@@ -96,6 +112,9 @@ fn describe(inside: Expect<'_>) -> Vec<(String, String, String)> {
     let short = |field: &shibo_node::FieldInfo| match &field.role {
         shibo_node::Role::Port(port) if port.list => format!("[{}]", port.ty),
         shibo_node::Role::Port(port) => port.ty.to_string(),
+        shibo_node::Role::Param(param) if !param.choices.is_empty() => {
+            param.choices.iter().map(|choice| choice.name.as_str()).collect::<Vec<_>>().join(OR)
+        }
         shibo_node::Role::Param(param) => param.ty.to_string(),
     };
     let of = |field: &shibo_node::FieldInfo| {

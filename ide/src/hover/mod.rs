@@ -4,12 +4,12 @@ mod formula;
 use super::docs;
 use super::evaluate;
 use super::expect::Expect;
-use super::file::Section;
+use super::file::{File, Section};
 use super::formula::FormulaText;
 use super::functions;
 use super::names::{self, Symbol};
 use super::types::Types;
-use super::view::{Shape, Value};
+use super::view::{Item, Shape, Value};
 use super::walk::{Spot, trail};
 use super::world::{Cx, is_use};
 use shibo_node::parse_color;
@@ -65,6 +65,10 @@ pub fn hover(cx: Cx<'_>, at: usize, pictures: &dyn Pictures) -> Option<Hover> {
             Some(Hover { range: key.range.clone(), markdown })
         }
         Spot::Value(expect, value) => {
+            let is_reference = value.text().is_some_and(|text| text.starts_with(['$', '=']));
+            if let Some(markdown) = given_text(cx, expect, trail.entry()).filter(|_| !is_reference) {
+                return Some(Hover { range: value.range.clone(), markdown });
+            }
             if let Some(word) = value.word().filter(|word| word.start <= at && at <= word.end) {
                 let markdown = word_text(cx, expect, cx.file.at(&word), pictures)?;
                 return Some(Hover { range: word, markdown });
@@ -110,10 +114,24 @@ fn key_text(cx: Cx<'_>, inside: Expect<'_>, name: &str, pictures: &dyn Pictures)
             param_text(inner, name).or_else(|| node_text(inner, name, None, pictures))
         }
         Expect::Section(Section::Imports | Section::Graphs) => graph_text(cx, name),
+        Expect::Section(Section::Presets) => preset_text(cx.file, name),
         Expect::Section(Section::Functions) => {
             let found = functions::find(cx, super::file::head_name(name))?;
             Some(function_text(&found))
         }
+        _ => None,
+    }
+}
+
+/// Text for the value of a parameter of a graph: its default, or its value in a preset or in `with`.
+fn given_text(cx: Cx<'_>, expect: Expect<'_>, entry: Option<(Section, &Item)>) -> Option<String> {
+    match expect {
+        Expect::Preset(name) => param_text(cx, name),
+        Expect::With(import, Some(name)) => {
+            let file = cx.imported(import)?;
+            param_text(Cx { world: cx.world, file: &file }, name)
+        }
+        Expect::Param(_, Some("default")) => param_text(cx, entry?.1.name()?),
         _ => None,
     }
 }
@@ -181,8 +199,7 @@ fn named(cx: Cx<'_>, at: usize, pictures: &dyn Pictures) -> Option<Hover> {
         Symbol::File(path) => picture_text(&cx.file.folder().join(path), pictures)?,
         Symbol::GivenPreset(import, name) => {
             let file = cx.imported(import)?;
-            let body = file.entry(Section::Presets, name)?.value.as_ref()?;
-            format!("preset **{name}**\n\n```ron\n{}\n```", file.at(&body.range))
+            preset_text(&file, name)?
         }
         _ => return None,
     };
@@ -267,10 +284,20 @@ fn param_text(cx: Cx<'_>, name: &str) -> Option<String> {
     if let Some(range) = written("range") {
         let _ = write!(text, ", range {range}");
     }
+    let options: Vec<String> = cx.file.options(name).iter().map(|option| format!("`{option}`")).collect();
+    if !options.is_empty() {
+        let _ = write!(text, ", one of {}", options.join(", "));
+    }
     if let Some(doc) = cx.file.text_of(value, "doc") {
         let _ = write!(text, "\n\n{doc}");
     }
     Some(text)
+}
+
+/// Text for a preset of a graph.
+fn preset_text(file: &File, name: &str) -> Option<String> {
+    let body = file.entry(Section::Presets, name)?.value.as_ref()?;
+    Some(format!("preset **{name}**\n\n```ron\n{}\n```", file.at(&body.range)))
 }
 
 /// Text for the graph of an import.

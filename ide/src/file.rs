@@ -192,6 +192,29 @@ impl File {
         self.body().is_some_and(|body| body.get(Section::Nodes.key()).is_some())
     }
 
+    /// Returns whether a file is meant as a graph: it is one, or its name ends in `.shibo.ron`, or it has a canvas, or a
+    /// misspelt section of nodes: a map with a formula or one of the kinds of nodes, or a map that is still empty and has a
+    /// name like `nodes`.
+    pub fn is_meant_as_graph(&self, is_kind: &dyn Fn(&str) -> bool) -> bool {
+        let is_node = |item: &Item| {
+            let formula = item.value.as_ref().and_then(Value::text).is_some_and(|text| text.starts_with('='));
+            item.key.is_some() && (formula || self.head(item).is_some_and(is_kind))
+        };
+        let is_meant = |item: &Item| {
+            let Some((name, body)) = item.name().zip(item.value.as_ref().and_then(Value::body)) else { return false };
+            match body.bracket {
+                b'(' => name == "canvas",
+                b'{' if body.items.is_empty() => crate::fixes::is_misspelt(name, Section::Nodes.key()),
+                b'{' => body.items.iter().any(is_node),
+                _ => false,
+            }
+        };
+        let named = self.path.to_string_lossy().ends_with(".shibo.ron");
+        self.is_graph()
+            || (named && self.root.is_some())
+            || self.body().is_some_and(|body| body.items.iter().any(is_meant))
+    }
+
     /// Brackets of a section.
     pub fn section(&self, section: Section) -> Option<&Body> {
         self.home(section)?.value(section.key())?.body()

@@ -1,5 +1,6 @@
 //! Code lenses: actions shown above the line of an output or node.
 use super::file::Section;
+use super::structure::LISTED;
 use super::world::Cx;
 use std::ops::Range;
 
@@ -28,7 +29,8 @@ pub struct Lens {
 /// The lenses of a file. Nodes of local graphs have none, because the page shows them where they are used.
 pub fn lenses(cx: Cx<'_>) -> Vec<Lens> {
     let of = |section: Section, acts: &'static [Act]| {
-        cx.file.entries(section).iter().filter_map(|item| item.key.as_ref()).flat_map(move |key| {
+        let keys = cx.file.entries(section).iter().filter_map(|item| item.key.as_ref());
+        keys.take(LISTED).flat_map(move |key| {
             acts.iter().map(move |act| Lens { range: key.range.clone(), act: *act, name: key.name.clone() })
         })
     };

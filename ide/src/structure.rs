@@ -11,6 +11,9 @@ use shibo_value::Accepts;
 use std::ops::Range;
 use std::path::PathBuf;
 
+/// Most names of one section in an outline, and most that get lenses: damaged texts may have tens of thousands.
+pub(crate) const LISTED: usize = 4000;
+
 /// An entry of the outline.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
@@ -55,7 +58,7 @@ fn sections(cx: Cx<'_>) -> Vec<Entry> {
         let inner = item.value.as_ref().and_then(Value::body);
         let children = match (section, inner) {
             (Some(section), Some(inner)) => {
-                inner.items.iter().filter_map(|item| child(cx, &types, section, item)).collect()
+                inner.items.iter().filter_map(|item| child(cx, &types, section, item)).take(LISTED).collect()
             }
             _ => Vec::new(),
         };

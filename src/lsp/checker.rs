@@ -163,7 +163,7 @@ impl Checker {
         let file = open.file.clone();
         let mut found: BTreeMap<PathBuf, (Arc<str>, Vec<Finding>)> = BTreeMap::new();
         let mut seen = Vec::new();
-        if file.is_graph() {
+        if file.is_meant_as_graph(&|kind| self.registry.info(kind).is_some()) {
             let Loaded { graph, diagnostics, sources, files } =
                 load_text(path, &file.text, &self.registry, &self.options());
             let mut all = diagnostics;
@@ -208,6 +208,7 @@ impl Checker {
         let mut seen = BTreeSet::new();
         let mut diagnostics = Vec::new();
         let mut lines: Option<Lines> = None;
+        let mut related = BTreeMap::new();
         for (text, findings) in lists {
             // Ranges from a check of an older text do not fit this one.
             if open.is_some_and(|open| open.file.text != *text) {
@@ -216,7 +217,7 @@ impl Checker {
             let lines = lines.get_or_insert_with(|| Lines::new(text.clone(), self.encoding));
             for finding in findings {
                 if seen.insert((finding.range.start, finding.range.end, finding.severity, finding.message.clone())) {
-                    diagnostics.push(self.diagnostic(finding, lines));
+                    diagnostics.push(self.diagnostic(finding, lines, &mut related));
                 }
             }
         }
@@ -231,7 +232,8 @@ impl Checker {
         (self.send)(Message::Notification(Notification::new(method, params)));
     }
 
-    fn diagnostic(&self, finding: &Finding, lines: &Lines) -> Diagnostic {
+    /// A finding as a diagnostic; `known` keeps the lines of files with related places.
+    fn diagnostic(&self, finding: &Finding, lines: &Lines, known: &mut BTreeMap<PathBuf, Lines>) -> Diagnostic {
         let severity = match finding.severity {
             Severity::Error => DiagnosticSeverity::ERROR,
             Severity::Warning => DiagnosticSeverity::WARNING,
@@ -244,8 +246,11 @@ impl Checker {
         let tags: Vec<DiagnosticTag> = tags.into_iter().flatten().collect();
         let help = finding.help.as_ref().map_or(String::new(), |help| format!("\n{help}"));
         let related = finding.related.iter().filter_map(|(path, range, message)| {
-            let file = self.workspace.file(path)?;
-            let lines = Lines::new(file.text.clone(), self.encoding);
+            if !known.contains_key(path) {
+                let file = self.workspace.file(path)?;
+                known.insert(path.clone(), Lines::new(file.text.clone(), self.encoding));
+            }
+            let lines = known.get(path)?;
             let uri = self.open.get(path).map(|open| open.uri.clone()).or_else(|| uris::uri(path))?;
             Some(DiagnosticRelatedInformation {
                 location: Location::new(uri, lines.span(range)),

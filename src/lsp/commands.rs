@@ -4,10 +4,11 @@ use super::event::Jump;
 use super::server::Server;
 use crate::serve::open_browser;
 use lsp_server::ErrorCode;
-use lsp_types::{ExecuteCommandParams, Position, Range, ShowDocumentParams, ShowMessageParams, Uri};
+use lsp_types::{ExecuteCommandParams, MessageType, Position, Range, ShowDocumentParams, ShowMessageParams, Uri};
 use serde_json::Value as Json;
 use shibo_ide::lens::node_at;
-use shibo_ide::{Cx, identity};
+use shibo_ide::{Cx, File, Section, World, identity};
+use std::path::Path;
 use std::str::FromStr;
 use std::thread;
 
@@ -32,11 +33,26 @@ impl Server {
             "shibo.show" => {
                 let node =
                     name.ok_or_else(|| bad("the second argument is the name of a node, or a position in one"))?;
+                if !self.is_saved(&path, &node) {
+                    let message =
+                        format!("`{node}` is not in the saved file yet: save the file, then the page can show it");
+                    self.tell("window/showMessage", ShowMessageParams { typ: MessageType::INFO, message });
+                    return Ok(Json::Null);
+                }
                 thread::spawn(move || pages.show(&path, &format!("@{node}")));
             }
             other => return Err(Refusal(ErrorCode::InvalidParams, format!("there is no command `{other}`"))),
         }
         Ok(Json::Null)
+    }
+
+    /// Returns false if a node is in the text of the editor and is missing in the file on disk, which the page shows.
+    fn is_saved(&self, path: &Path, node: &str) -> bool {
+        let name = node.split(['.', '/']).next().unwrap_or_default();
+        let has = |file: &File| file.entry(Section::Nodes, name).is_some();
+        let Ok(saved) = std::fs::read_to_string(path) else { return true };
+        let open = self.workspace.file(path).is_some_and(|file| has(&file));
+        !open || has(&File::new(path, saved))
     }
 
     /// Name given to a command, as a text or as a cursor position.

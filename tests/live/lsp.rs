@@ -100,6 +100,37 @@ fn other_files_get_no_diagnostics() {
 }
 
 #[test]
+fn misspelt_sections_are_reported_where_nothing_else_is() {
+    let (_folder, path, mut client) = with("(nods: { \"a\": Perlin() })");
+    let told = client.diagnostics(&path, 1);
+    assert!(told.iter().any(|d| d["message"].as_str().unwrap().contains("`nods`")), "{told:?}");
+    client.stop();
+}
+
+#[test]
+fn names_of_other_programs_pass_the_filter_of_editors() {
+    let text = "(nodes: { \"a\": Voro })";
+    let (_folder, path, mut client) = with(text);
+    let at = text.find(" })").unwrap();
+    let answer = client.at("textDocument/completion", &path, (0, at));
+    let found = &answer["items"][0];
+    assert_eq!((&found["label"], &found["filterText"]), (&json!("Worley"), &json!("Voronoi")), "{found}");
+    client.stop();
+}
+
+#[test]
+fn nodes_that_are_not_saved_are_not_shown_silently() {
+    let (_folder, path, mut client) = with(GRAPH);
+    let changed = GRAPH.replace("\"soft\": Blur", "\"new\": Perlin(size: 2),\n    \"soft\": Blur");
+    client.change(&path, 2, &changed);
+    client.ask("workspace/executeCommand", &json!({ "command": "shibo.show", "arguments": [uri(&path), "new"] }));
+    let told = client.wait(|message| message["method"] == "window/showMessage");
+    let text = told["params"]["message"].as_str().unwrap();
+    assert!(text.contains("`new`") && text.contains("save the file"), "{text}");
+    client.stop();
+}
+
+#[test]
 fn diagnostics_follow_changes_on_disk() {
     let (_folder, path, mut client) = with(GRAPH);
     assert!(client.diagnostics(&path, 1).is_empty());

@@ -5,6 +5,7 @@ mod edits;
 mod formula_changes;
 mod formulas;
 mod local_graphs;
+mod offers;
 mod places;
 
 use super::{Cx, File, Habits, Workspace, World};

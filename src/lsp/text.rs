@@ -41,6 +41,8 @@ impl Encoding {
 pub(super) struct Lines {
     text: Arc<str>,
     starts: Vec<usize>,
+    /// True if bytes and characters are the same, so that nothing need be counted in a long line.
+    is_ascii: bool,
     encoding: Encoding,
     /// Last converted position as byte, line and character; the next one is often just after it.
     last: Cell<(usize, usize, usize)>,
@@ -52,7 +54,8 @@ impl Lines {
         let bytes = text.as_bytes();
         let ends = |i: &usize| bytes[*i] == b'\n' || (bytes[*i] == b'\r' && bytes.get(i + 1) != Some(&b'\n'));
         let starts = std::iter::once(0).chain((0..bytes.len()).filter(ends).map(|i| i + 1)).collect();
-        Self { text, starts, encoding, last: Cell::new((0, 0, 0)) }
+        let is_ascii = text.is_ascii();
+        Self { text, starts, is_ascii, encoding, last: Cell::new((0, 0, 0)) }
     }
 
     /// A line without its line ending, and its offset.
@@ -106,6 +109,7 @@ impl Lines {
         let part = &self.text[from..offset];
         let character = before
             + match self.encoding {
+                _ if self.is_ascii => part.len(),
                 Encoding::Utf8 => part.len(),
                 Encoding::Utf16 => part.chars().map(char::len_utf16).sum(),
             };

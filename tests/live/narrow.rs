@@ -40,7 +40,7 @@ fn controls_are_whole_in_narrow_windows() {
     let browser = Browser::start();
     for (width, height) in [(390, 840), (600, 900), (1280, 800)] {
         let mut page = opened(&browser, &watch, width, height);
-        // A control with its focus ring lies inside the window, and inside of all parts that cut off what is outside.
+        // A control with its focus ring lies inside the window, and inside all parts that clip their contents.
         let cut = "e => { const s = getComputedStyle(e), ring = parseFloat(s.outlineWidth) + parseFloat(s.outlineOffset), r = e.getBoundingClientRect(); \
             for (let a = e.parentElement; a; a = a.parentElement) { if (getComputedStyle(a).overflowX === 'visible') continue; \
             const b = a.getBoundingClientRect(), left = b.left + a.clientLeft, top = b.top + a.clientTop; \

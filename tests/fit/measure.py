@@ -89,7 +89,7 @@ def hexed(rgb):
 
 
 def lit_by(text, width, azimuth, elevation):
-    """The text with a canvas of another size and another direction of the light."""
+    """The text with a canvas of another size and another direction of the light. `elevation` may be None."""
     text = re.sub(r"size_mm:\s*(\([^)]*\)|[^,)]+)", f"size_mm: {width}", text, count=1)
     node = re.search(r'"lit":\s*"([\w-]+)"', text[text.index("outputs:"):]) if "outputs:" in text else None
     name = node.group(1) if node else "lit"
@@ -101,20 +101,15 @@ def lit_by(text, width, azimuth, elevation):
         depth += {"(": 1, ")": -1}.get(text[end], 0)
         end += 1
     body = re.sub(r",?\s*(azimuth|elevation):\s*[^,)]+", "", text[at.end():end - 1]).rstrip().rstrip(",")
-    return text[:at.end()] + body + f", azimuth: {azimuth:.1f}, elevation: {elevation:.1f}" + text[end - 1:], True
+    high = "" if elevation is None else f", elevation: {elevation:.1f}"
+    return text[:at.end()] + body + f", azimuth: {azimuth:.1f}" + high + text[end - 1:], True
 
 
-def measure(program, name, seed, folder, extra):
-    rng = random.Random(f"{name} {seed}")
-    source = ROOT / "graphs" / f"{name}.ron"
-    form = json.loads(run(program, "fmt", "--to", "json", source))
-    size = form.get("canvas", {}).get("size_mm", 100)
-    size = min(size) if isinstance(size, list) else size
-    width = round(0.5 * size, 2)
-    params, presets = form["params"], form.get("presets", {})
-    start = rng.choice([{}] + list(presets.values()))
+def draw(form, rng):
+    """Hidden values of a graph, and the ranges of its numbers: low, high, and whether they are directions of half a turn."""
+    start = rng.choice([{}] + list(form.get("presets", {}).values()))
     hidden, ranges = {}, {}
-    for key, value in params.items():
+    for key, value in form["params"].items():
         kind, body = next(iter(value.items())) if len(value) == 1 else (value.get("type"), value)
         default = body["default"]
         if kind == "Number" and "range" in body:
@@ -126,6 +121,34 @@ def measure(program, name, seed, folder, extra):
         elif kind == "Color" and (rgb := color(start.get(key, default))):
             hidden[key] = hexed([v + 0.12 * (2 * rng.random() - 1) for v in rgb])
     hidden.pop("exposure", None)
+    return hidden, ranges
+
+
+def misses(found, hidden, ranges):
+    """For each fitted number: its error as a share of the range, whether it counts as determined, whether the error holds, its name."""
+    rows = []
+    for key, one in found["parameters"].items():
+        if key not in ranges:
+            continue
+        low, high, half = ranges[key]
+        apart = abs(one["value"] - hidden[key])
+        apart = min(apart, 180 - apart) if half else apart
+        share = apart / (high - low)
+        if low > 0 and high / low > 3:
+            share = abs(np.log(one["value"] / hidden[key])) / np.log(high / low)
+        rows.append((float(share), one["determined"], bool(share <= 2.5 * one["error_share"]), key))
+    return rows
+
+
+def measure(program, name, seed, folder, extra):
+    rng = random.Random(f"{name} {seed}")
+    source = ROOT / "graphs" / f"{name}.ron"
+    form = json.loads(run(program, "fmt", "--to", "json", source))
+    size = form.get("canvas", {}).get("size_mm", 100)
+    size = min(size) if isinstance(size, list) else size
+    width = round(0.5 * size, 2)
+    presets = form.get("presets", {})
+    hidden, ranges = draw(form, rng)
     graphs = folder / "graphs"
     if not graphs.exists():
         shutil.copytree(ROOT / "graphs", graphs)
@@ -163,28 +186,16 @@ def measure(program, name, seed, folder, extra):
     for judge in (wasserstein, gram):
         f, g = (float(np.mean([judge(b, a) for b in group])) for group in (floor, fits))
         row[judge.__name__] = (f, g, min(judge(b, a) for b in others))
-    errors, determined, held = [], 0, 0
-    for key, one in found["parameters"].items():
-        if key not in ranges:
-            continue
-        low, high, half = ranges[key]
-        apart = abs(one["value"] - hidden[key])
-        apart = min(apart, 180 - apart) if half else apart
-        share = apart / (high - low)
-        if low > 0 and high / low > 3:
-            share = abs(np.log(one["value"] / hidden[key])) / np.log(high / low)
-        determined += int(one["determined"])
-        held += int(share <= 2.5 * one["error_share"])
-        errors.append((float(share), one["determined"], key))
+    errors = misses(found, hidden, ranges)
     row["numbers"] = len(errors)
-    row["determined"] = determined
-    row["held"] = held
+    row["determined"] = sum(d for _, d, _, _ in errors)
+    row["held"] = sum(h for _, _, h, _ in errors)
     row["error"] = float(np.median([e for e, *_ in errors])) if errors else None
-    sure = [e for e, d, _ in errors if d]
+    sure = [e for e, d, *_ in errors if d]
     row["error_determined"] = float(np.median(sure)) if sure else None
     row |= {key: found[key] for key in ("distance", "floor", "start", "cpu_s", "unreached", "refused")}
     row["preset"] = (found["nearest_preset"] or {}).get("distance")
-    row["detail"] = {key: round(e, 3) for e, _, key in errors}
+    row["detail"] = {key: round(e, 3) for e, *_, key in errors}
     return row
 
 

@@ -2,8 +2,8 @@
 use crate::quit::Quit;
 use crate::report;
 use crate::terminal::Terminal;
-use crate::write::{self, Refused};
 use shibo_bridge::json::TextFault;
+use shibo_bridge::write::{self, Refused};
 use shibo_graph::Limits;
 use shibo_graph::syntax::{SyntaxError, Tree};
 use shibo_value::diagnostics::{Code, Diagnostic, SourceMap, Span};

@@ -49,7 +49,6 @@ mod templates;
 mod terminal;
 mod view;
 mod watch;
-mod write;
 mod zip;
 
 use args::{Cli, Command};

@@ -4,8 +4,8 @@ use crate::library;
 use crate::quit::Quit;
 use crate::report::count;
 use crate::terminal::Terminal;
-use crate::write::{self, Refused};
 use clap::Args;
+use shibo_bridge::write::{self, Refused};
 use shibo_bridge::{MergeRequest, merge};
 use std::path::{Path, PathBuf};
 

@@ -38,6 +38,7 @@ mod side;
 #[cfg(test)]
 mod testing;
 mod three;
+pub mod write;
 
 pub use check::{CheckRequest, check};
 pub use compare::{CompareRequest, compare};

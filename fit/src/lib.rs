@@ -1,6 +1,6 @@
 //! Finds the values of parameters with which a graph looks like a photograph.
 //!
-//! The method knows neither graphs nor files. It gets unknowns, the numbers of a photograph ([`shibo_bridge::compare::Gauge`]) and
+//! The method knows neither graphs nor files; [`graph`] applies it to them. It gets unknowns, the numbers of a photograph ([`shibo_bridge::compare::Gauge`]) and
 //! something that renders values at a seed and measures the result. It models each number as a function of the unknowns and searches
 //! on that model, because a render gives hundreds of numbers and each alone is nearly linear.
 //!
@@ -14,6 +14,7 @@
 #![allow(clippy::disallowed_methods, reason = "no picture that is written is made here")]
 mod answer;
 mod cma;
+pub mod graph;
 mod linear;
 mod random;
 mod ridge;

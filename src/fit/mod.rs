@@ -1,11 +1,6 @@
 //! `shibo fit`: finds the values of parameters with which a graph looks like a photograph.
-mod drawn;
-mod evaluate;
-mod light;
-mod photo;
-mod preset;
-mod report;
-mod setup;
+mod among;
+mod progress;
 mod sheet;
 
 use crate::args::{ValueArgs, region};
@@ -15,18 +10,14 @@ use crate::interrupt;
 use crate::library;
 use crate::open;
 use crate::quit::Quit;
-use crate::report as diagnostics;
-use crate::terminal::Terminal;
+use crate::terminal::{Terminal, is_unsafe};
 use clap::Args;
-use evaluate::Evaluator;
-use light::Light;
-use photo::Photo;
-use setup::Setup;
+use progress::Progress;
+use shibo_bridge::write::{self, Refused as NotWritten};
+use shibo_bridge::{GraphText, Tools};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::session::{Session, Settings};
-use shibo_fit::{Failure, Fit, Problem, fit};
-use shibo_graph::{LoadOptions, Loaded};
-use shibo_value::clock::Stopwatch;
+use shibo_fit::graph::{Bench, Fitted, Fitting, Light, Photo, Refused, Request, name_for};
 use shibo_value::diagnostics::FileId;
 use std::path::{Path, PathBuf};
 
@@ -38,18 +29,24 @@ Examples:
   shibo fit goat.ron scan.jpg --fixed age,bare         all but these
   shibo fit walnut.ron flat.png --output material.base_color --width-mm 80
   shibo fit goat.ron scan.jpg --width-mm 40 --format json --sheet fit.png
+  shibo fit --among stone scan.jpg --width-mm 160      which shipped graph is nearest
 
 The photograph need not show the same place as the render: statistics are compared, not pixels. Each value has an error, and values
 that the photograph does not determine are named. Ctrl-C writes the best values so far; the exit code is then 130.";
 
 /// Find the values with which a graph looks like a photograph.
 #[derive(Args, Debug)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, allow_missing_positional = true)]
 pub(crate) struct FitArgs {
     /// The graph file, or `shibo:NAME` for a graph that comes with the program.
-    graph: PathBuf,
+    #[arg(required_unless_present = "among")]
+    graph: Option<PathBuf>,
     /// The photograph.
+    #[arg(required = true)]
     photo: PathBuf,
+    /// Rank shipped graphs in place of GRAPH, and fit the nearest three: names of graphs or of families, or `all`.
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', conflicts_with_all = ["graph", "preset", "start", "only", "fixed", "sheet"])]
+    among: Vec<String>,
     /// Width of the photograph in mm; found too if not given.
     #[arg(long, value_name = "W")]
     width_mm: Option<f64>,
@@ -69,7 +66,7 @@ pub(crate) struct FitArgs {
     #[arg(long, value_name = "PRESET")]
     start: Option<String>,
     /// Direction of the light: found, that of the graph, or azimuth and elevation in degrees.
-    #[arg(long, value_name = "auto|graph|AZ,EL", default_value = "auto", value_parser = light::light, allow_hyphen_values = true)]
+    #[arg(long, value_name = "auto|graph|AZ,EL", default_value = "auto", allow_hyphen_values = true)]
     light: Light,
     /// Take only this part of the photograph, in pixels.
     #[arg(long, value_name = "X,Y,W,H", value_parser = region)]
@@ -108,124 +105,117 @@ pub(crate) struct FitArgs {
 
 /// Runs the command.
 pub(crate) fn run(args: &FitArgs, terminal: &Terminal) -> Result<(), Quit> {
-    let clock = (Stopwatch::process(), Stopwatch::wall());
-    check(args)?;
-    let registry = library::registry();
-    let of_library = args.graph.to_string_lossy().starts_with("shibo:");
-    let before = if of_library { None } else { Some(text(&args.graph, read(&args.graph).map_err(Quit::failed)?)?) };
-    let loaded = open::load_text(&args.graph, before.clone(), &registry, &ValueArgs::default(), None);
+    let request = request(args);
+    request.check("--", args.width_mm).map_err(|refused| quit(refused, terminal))?;
+    let tools = library::tools();
+    let Some(path) = &args.graph else {
+        return among::run(args, &request, &tools, terminal);
+    };
+    let of_library = path.to_string_lossy().starts_with("shibo:");
+    let before = if of_library { None } else { Some(text(path, read(path).map_err(Quit::failed)?)?) };
+    let loaded = open::load_text(path, before.clone(), &tools.registry, &ValueArgs::default(), None);
     let sources = loaded.sources.clone();
     let graph = open::graph(loaded, terminal)?;
-    let before = before.or_else(|| Some(sources.text(FileId(0)).to_string())).unwrap_or_default();
-    let photo = Photo::read(args, terminal)?;
+    let before = before.unwrap_or_else(|| sources.text(FileId(0)).to_string());
+    let photo = photo(args, terminal)?;
     let cancel = CancelToken::default();
     interrupt::cancel_on_signals(&cancel);
-    let settings =
-        Settings { threads: usize::from(args.threads), memory: u64::from(args.memory) << 20, ..Settings::default() };
-    let session = Session::new(registry, &settings).map_err(|error| Quit::Failed(error.into()))?;
-    let setup = Setup::of(args, &session, (&graph, &before), &photo, &cancel, terminal)?;
-    photo.warn(&setup.gauge, setup.stretched, terminal);
-    let evaluator = Evaluator::new(args, &session, &setup, &cancel, terminal, clock.1);
-    // A graph that fails as it is fails as in `render`.
-    evaluator.try_start().map_err(|failure| open::failed(failure.0, &failure.1, terminal))?;
-    let problem = Problem {
-        unknowns: setup.unknowns.clone(),
-        starts: setup.starts.clone(),
-        target: setup.gauge.numbers(&photo.picture, setup.stretched),
-        scale: setup.gauge.scale().clone(),
-        renders: args.renders.map(|count| count as usize),
+    let session = session(args, &tools)?;
+    let bench = Bench { tools: &tools, session: &session, cancel: &cancel };
+    let file = GraphText { path: graph.path.clone(), text: before };
+    let fitting = Fitting::of(bench, &file, &graph, &photo, &request).map_err(|refused| quit(refused, terminal))?;
+    fitting.warnings().iter().for_each(|warning| terminal.warning(warning));
+    let progress = Progress::new(args, terminal);
+    progress.announce(&fitting, &photo);
+    let fitted = fitting.run(&|done, status| progress.tell(done, status));
+    progress.finish();
+    let fitted = fitted.map_err(|refused| quit(refused, terminal))?;
+    finish(args, &fitted, (path, &file, of_library), bench, terminal)
+}
+
+/// A session that keeps results in memory alone.
+fn session(args: &FitArgs, tools: &Tools) -> Result<Session, Quit> {
+    let (threads, memory) = (usize::from(args.threads), u64::from(args.memory) << 20);
+    let settings = Settings { threads, memory, ..Settings::default() };
+    Session::new(tools.registry.clone(), &settings).map_err(|error| Quit::Failed(error.into()))
+}
+
+/// The options of the fit.
+fn request(args: &FitArgs) -> Request {
+    Request {
+        output: args.output.clone(),
+        preset: args.preset.clone().unwrap_or_else(|| name_for(&args.photo)),
+        only: args.only.clone(),
+        fixed: args.fixed.clone(),
+        start: args.start.clone(),
+        set: Vec::new(),
+        light: args.light,
+        fine: args.fine,
+        seconds: args.seconds,
+        renders: args.renders,
         seed: args.seed,
-    };
-    evaluator.announce(&photo);
-    let fitted = fit(&problem, &evaluator);
-    evaluator.finish();
-    let fitted = fitted.map_err(|failure| none(failure, terminal))?;
-    let done = Done { args, setup: &setup, photo: &photo, fit: &fitted, cpu: clock.0.elapsed().as_secs_f64() };
-    finish(&done, &evaluator, &before, of_library, terminal)
-}
-
-/// A finished fit.
-struct Done<'d> {
-    args: &'d FitArgs,
-    setup: &'d Setup,
-    photo: &'d Photo,
-    fit: &'d Fit,
-    cpu: f64,
-}
-
-fn none(failure: Failure, terminal: &Terminal) -> Quit {
-    match failure {
-        Failure::Cancelled => {
-            terminal.error("interrupted before the first render; nothing was written");
-            Quit::Interrupted
-        }
-        Failure::AllRefused => Quit::failed(
-            "the graph refused all values at this size of the canvas: give a larger --width-mm, or fix parameters with --fixed",
-        ),
+        threads: usize::from(args.threads),
     }
 }
 
-/// Checks numbers before any file is read.
-fn check(args: &FitArgs) -> Result<(), Quit> {
-    let positive = |name: &str, value: Option<f64>| match value {
-        Some(value) if !(value.is_finite() && value > 0.0) => {
-            Err(Quit::Usage(format!("{name} is {value}; it must be a number above 0")))
+fn photo(args: &FitArgs, terminal: &Terminal) -> Result<Photo, Quit> {
+    let name = args.photo.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let name: String = name.chars().filter(|c| !is_unsafe(*c)).collect();
+    Photo::read(&args.photo, &name, args.width_mm, args.crop).map_err(|refused| quit(refused, terminal))
+}
+
+/// The end of the command if there is no fit.
+fn quit(refused: Refused, terminal: &Terminal) -> Quit {
+    match refused {
+        Refused::Usage(message) => Quit::Usage(message),
+        Refused::Unfit(message) => Quit::failed(message),
+        Refused::Graph(failure, sources) => open::failed(failure, &sources, terminal),
+        Refused::Cancelled => {
+            terminal.error("interrupted before the first render; nothing was written");
+            Quit::Interrupted
         }
-        _ => Ok(()),
-    };
-    positive("--width-mm", args.width_mm)?;
-    positive("--seconds", args.seconds)
+    }
 }
 
 /// Writes the preset, the sheet and the report.
 fn finish(
-    done: &Done<'_>,
-    evaluator: &Evaluator<'_>,
-    before: &str,
-    of_library: bool,
+    args: &FitArgs,
+    fitted: &Fitted<'_>,
+    (path, file, of_library): (&Path, &GraphText, bool),
+    bench: Bench<'_>,
     terminal: &Terminal,
 ) -> Result<(), Quit> {
-    let args = done.args;
-    let (name, after) = preset::text(done, before)?;
-    check_text(&args.graph, &after, &name, evaluator.session, terminal)?;
-    let mut written = Ok(());
-    if !args.dry_run && !of_library {
-        written = preset::write(&args.graph, before, &after);
-    }
-    let in_file = !args.dry_run && !of_library && written.is_ok();
-    if let Some(path) = &args.sheet
-        && !done.fit.cancelled
+    let preset = fitted.preset();
+    let after = preset.put(file, bench.tools).map_err(|refused| match quit(refused, terminal) {
+        Quit::Shown => Quit::failed(format!("`{}` was left alone: it would not load with the preset", path.display())),
+        other => other,
+    })?;
+    let written = if args.dry_run || of_library { Ok(false) } else { put(path, &file.text, &after) };
+    if let Some(sheet) = &args.sheet
+        && !fitted.fit.cancelled
     {
-        sheet::write(path, done, evaluator)?;
+        sheet::write(sheet, fitted)?;
     }
+    let in_file = written.as_ref().is_ok_and(|written| *written);
     match args.format {
-        FormatArg::Json => terminal.json(&report::json(done, &name))?,
-        FormatArg::Human => {
-            let lines = preset::lines(done, &name);
-            terminal.data(&report::page(done, &name, in_file.then_some(args.graph.as_path()), &lines))?;
-        }
+        FormatArg::Json => terminal.json(&fitted.json())?,
+        FormatArg::Human => terminal.data(&fitted.page(in_file.then_some(path)))?,
     }
     if let Err(message) = written {
         // The values are not lost if the file cannot be written.
         if matches!(args.format, FormatArg::Json) {
-            terminal.say(&preset::lines(done, &name));
+            terminal.say(&preset.lines());
         }
         return Err(Quit::failed(message));
     }
-    if done.fit.cancelled { Err(Quit::Interrupted) } else { Ok(()) }
+    if fitted.fit.cancelled { Err(Quit::Interrupted) } else { Ok(()) }
 }
 
-/// A text that does not load with its new preset is not written.
-fn check_text(path: &Path, text: &str, preset: &str, session: &Session, terminal: &Terminal) -> Result<(), Quit> {
-    let options = LoadOptions {
-        preset: Some(preset.to_owned()),
-        import_paths: crate::environment::import_paths().to_vec(),
-        ..LoadOptions::default()
-    };
-    let loaded: Loaded = shibo_graph::load_text(path, text, session.registry(), &options);
-    if loaded.graph.is_none() {
-        diagnostics::show(terminal, &loaded.diagnostics, &loaded.sources);
-        return Err(Quit::failed(format!("`{}` was left alone: it would not load with the preset", path.display())));
-    }
-    Ok(())
+/// Writes the file, or says why it was left alone.
+fn put(path: &Path, before: &str, after: &str) -> Result<bool, String> {
+    let shown = path.display();
+    write::change(path, before, after).map(|()| true).map_err(|refused| match refused {
+        NotWritten::Changed => format!("`{shown}` was saved meanwhile, and left alone; the preset is above"),
+        NotWritten::Failed(error) => format!("cannot write `{shown}`: {error}; the preset is above"),
+    })
 }

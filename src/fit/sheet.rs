@@ -1,30 +1,21 @@
 //! The picture of a fit: the photograph, the fit at two seeds, and the start.
-use super::Done;
-use super::evaluate::Evaluator;
 use crate::quit::Quit;
 use crate::sweep::{Layout, Sheet};
-use shibo_fit::{Amount, Ask};
+use shibo_fit::graph::Fitted;
 use shibo_picture::Picture;
 use shibo_value::{Canvas, Tile, TileMode, Window};
 use std::path::Path;
 
 /// Writes the sheet.
-pub(super) fn write(path: &Path, done: &Done<'_>, evaluator: &Evaluator<'_>) -> Result<(), Quit> {
+pub(super) fn write(path: &Path, fitted: &Fitted<'_>) -> Result<(), Quit> {
     let labels = ["photograph", "fit", "fit, other seed", "start"];
     let longest = labels.iter().map(|label| label.len()).max().unwrap_or(1);
     let mut sheet = Sheet::create(path, Layout::List { count: labels.len(), longest }, "fit")?;
-    let found: Vec<Amount> = done.fit.found.iter().map(|found| found.amount).collect();
-    let ask = |amounts: &[Amount], combination: usize, seed: u32| Ask { amounts: amounts.to_vec(), combination, seed };
-    let start = done.setup.starts.first();
-    let asks = [
-        Some(ask(&found, done.fit.combination, 101)),
-        Some(ask(&found, done.fit.combination, 102)),
-        start.map(|start| ask(&start.amounts, start.combination, 101)),
-    ];
-    sheet.add(tile(&done.photo.picture, done.setup.stretched), labels[0].to_owned())?;
-    for (ask, label) in asks.into_iter().zip(&labels[1..]) {
-        let picture = ask.and_then(|ask| evaluator.picture(&ask).ok());
-        sheet.add(picture.and_then(|picture| tile(&picture, done.setup.stretched)), (*label).to_owned())?;
+    let photo = Some(fitted.fitting.photo().picture().clone());
+    let pictures = [photo, fitted.picture(101), fitted.picture(102), fitted.fitting.picture_of_start(101)];
+    for (picture, label) in pictures.into_iter().zip(labels) {
+        let stretched = fitted.fitting.is_stretched();
+        sheet.add(picture.and_then(|picture| tile(&picture, stretched)), label.to_owned())?;
     }
     sheet.finish()
 }

@@ -3,8 +3,8 @@ use super::revision::{Repository, git, line};
 use crate::environment;
 use crate::quit::Quit;
 use crate::terminal::Terminal;
-use crate::write;
 use clap::{Args, Subcommand};
+use shibo_bridge::write;
 use std::fs;
 use std::path::PathBuf;
 

@@ -1,8 +1,8 @@
 //! `shibo.lock` of a folder, on disk.
 use crate::graph_files::{read, text};
 use crate::quit::Quit;
-use crate::write::{self, Refused};
 use shibo_bridge::lock::{Entry, LOCK, Lock, MOST_BYTES};
+use shibo_bridge::write::{self, Refused};
 use shibo_value::diagnostics::Code;
 use std::path::{Path, PathBuf};
 

@@ -3,7 +3,7 @@
 //! these.
 use super::Variants;
 use crate::quit::Quit;
-use crate::write;
+use shibo_bridge::write;
 use std::collections::HashMap;
 use std::fs::OpenOptions;
 use std::io::Write;

@@ -103,7 +103,7 @@ fn bad_input_is_refused_with_a_remedy() {
         ("fit a.ron scan.png --light 30", 2, "AZIMUTH,ELEVATION"),
         ("fit a.ron scan.png --light 30,40", 2, "no `Relief`"),
         ("fit a.ron scan.png --crop 0,0,300,300", 2, "128 × 128 pixels"),
-        ("fit a.ron scan.png --crop 0,0,12,300", 2, "--crop is not inside"),
+        ("fit a.ron scan.png --crop 0,0,12,300", 2, "crop is not inside"),
         ("fit a.ron scan.png --crop 0,0,12,100", 1, "at least 16 a side"),
         ("fit a.ron a.ron --width-mm 40", 1, "a.ron"),
         ("fit a.ron none.png --width-mm 40", 1, "none.png"),
@@ -119,6 +119,49 @@ fn bad_input_is_refused_with_a_remedy() {
         assert!(ran.stderr.contains(part), "{line}: {}", ran.stderr);
     }
     assert_eq!(desk.read("a.ron"), GRAPH.as_bytes());
+}
+
+#[test]
+fn among_ranks_shipped_graphs_and_fits_the_nearest() {
+    let desk = Desk::new();
+    desk.shibo("render shibo:cork -o out --output lit --resolution 256 --set seed=77").expect(0);
+    std::fs::rename(desk.path("out/lit.png"), desk.path("scan.png")).unwrap();
+    let line = "fit --among concrete,cork,brushed_steel,sandstone scan.png --width-mm 100 --renders 8 --quiet";
+    let found = desk.shibo(&format!("{line} --format json")).expect(0).json();
+    let ranking = found["ranking"].as_array().unwrap();
+    assert_eq!((&ranking[0]["graph"], ranking.len()), (&Json::from("cork"), 4), "{found}");
+    assert_eq!(ranking[0]["preset"], Json::Null, "{found}");
+    let distance = |at: usize| ranking[at]["distance"].as_f64().unwrap();
+    assert!((1..4).all(|at| distance(at - 1) <= distance(at)) && distance(0) < 0.5 * distance(1), "{found}");
+    // The nearest three are fitted.
+    let fits = found["fits"].as_array().unwrap();
+    let graphs = |rows: &[Json]| rows.iter().map(|row| row["graph"].clone()).collect::<Vec<_>>();
+    assert_eq!(graphs(fits), graphs(&ranking[..3]));
+    assert!(fits[0]["fit"]["parameters"].is_object(), "{found}");
+    let page = desk.shibo(line).expect(0).stdout;
+    assert!(page.lines().nth(1).unwrap().starts_with("cork "), "{page}");
+    assert!(page.contains("cork comes nearest, at the preset\n    // fitted to scan.png, 100 mm wide: "), "{page}");
+}
+
+#[test]
+fn among_takes_families_and_refuses_unknown_names() {
+    let desk = desk();
+    let cases = [
+        ("fit --among stoen scan.png", "did you mean `stone`?"),
+        ("fit --among zzzzzz scan.png", "the families are: ceramics and glass, concrete and plaster,"),
+        ("fit --among stone a.ron scan.png", "cannot be used with"),
+        ("fit --among stone --preset a scan.png", "cannot be used with"),
+        ("fit scan.png", "<GRAPH>"),
+    ];
+    for (line, part) in cases {
+        let ran = desk.shibo(line).expect(2);
+        assert!(ran.stderr.contains(part), "{line}: {}", ran.stderr);
+    }
+    // A word of a family stands for it: here, `plastic and rubber`.
+    let found =
+        desk.shibo("fit --among rubber scan.png --width-mm 40 --renders 8 --quiet --format json").expect(0).json();
+    let all = [&found["ranking"], &found["refused"]].map(|rows| rows.as_array().unwrap().len());
+    assert_eq!(all[0] + all[1], 3, "{found}");
 }
 
 #[cfg(unix)]

@@ -3,15 +3,11 @@
 use super::drawn::{drawn, ron};
 use super::light::{Light, relief};
 use super::photo::Photo;
-use super::{FitArgs, preset};
-use crate::environment;
-use crate::open;
-use crate::quit::Quit;
-use crate::terminal::Terminal;
+use super::{Bench, Refused, Request};
+use crate::{Amount, Ask, Kind, Start, Unknown, Unknowns};
+use shibo_bridge::GraphText;
 use shibo_bridge::compare::{CompareRequest, Gauge, compare};
-use shibo_engine::eval::CancelToken;
-use shibo_engine::session::Session;
-use shibo_fit::{Amount, Ask, Kind, Start, Unknown, Unknowns};
+use shibo_engine::session::Failure;
 use shibo_graph::{Graph, GraphParam, LoadOptions, load_text};
 use shibo_ide::actions::{apply, driven};
 use shibo_ide::{Cx, Workspace};
@@ -19,7 +15,6 @@ use shibo_node::parse_color;
 use shibo_value::diagnostics::did_you_mean;
 use shibo_value::{Resolution, Type, linear_to_srgb};
 use std::path::PathBuf;
-use std::sync::Arc;
 
 /// The parameters that are added to the text.
 const WIDTH: &str = "fit_width_mm";
@@ -45,7 +40,9 @@ pub(super) struct Setup {
     pub(super) written: Vec<GraphParam>,
     /// Values of parameters that are no unknowns, for each combination.
     pub(super) combinations: Vec<Vec<(String, String)>>,
-    /// Values of the added parameters that are known.
+    /// Folders of imports.
+    import_paths: Vec<PathBuf>,
+    /// Values of the added parameters that are known, and of sub-graphs.
     known: Vec<(String, String)>,
     /// Numbers of the graph's own seed parameter, if it has one.
     seeds: Option<(f64, f64)>,
@@ -55,17 +52,15 @@ pub(super) struct Setup {
 
 impl Setup {
     pub(super) fn of(
-        args: &FitArgs,
-        session: &Session,
-        (graph, before): (&Graph, &str),
+        bench: Bench<'_>,
+        (graph, file): (&Graph, &GraphText),
         photo: &Photo,
-        cancel: &CancelToken,
-        terminal: &Terminal,
-    ) -> Result<Self, Quit> {
+        args: &Request,
+    ) -> Result<Self, Refused> {
         let output = output(args, graph)?;
         let base = match &args.start {
-            None => graph.params.clone(),
-            Some(preset) => loaded(session, graph, before, preset, terminal)?,
+            None if args.set.is_empty() => graph.params.clone(),
+            preset => loaded(bench, file, preset.as_deref(), &args.set)?,
         };
         let (written, left) = chosen(args, graph)?;
         let kinds: Vec<Kind> = written.iter().filter_map(kind).collect();
@@ -93,12 +88,11 @@ impl Setup {
             written.iter().zip(&kinds).map(of).collect()
         };
         // A preset that is replaced is no start, so a second run has the same result.
-        let replaced = preset::name(args);
-        let others = graph.presets.iter().filter(|name| **name != replaced);
+        let others = graph.presets.iter().filter(|name| **name != args.preset);
         for preset in std::iter::once(None).chain(others.map(Some)) {
             let mut params = match preset {
                 None => base.clone(),
-                Some(preset) => loaded(session, graph, before, preset, terminal)?,
+                Some(preset) => loaded(bench, file, Some(preset), &[])?,
             };
             for (param, own) in params.iter_mut().zip(&base).filter(|(param, _)| excluded(&param.name)) {
                 param.value.clone_from(&own.value);
@@ -114,7 +108,7 @@ impl Setup {
         let discrete = graph.params.iter().find(|param| args.only.contains(&param.name) && is_discrete(param));
         if let Some(param) = discrete.filter(|_| combinations.len() < 2) {
             let name = &param.name;
-            return Err(Quit::Usage(format!(
+            return Err(Refused::Usage(format!(
                 "`{name}` has separate values, which are taken from presets, and no two presets differ in it: add presets that differ"
             )));
         }
@@ -127,19 +121,22 @@ impl Setup {
             gauge,
             output,
             stretched: false,
-            path: graph.path.clone(),
-            text: before.to_owned(),
+            path: file.path.clone(),
+            text: file.text.clone(),
             unknowns: Unknowns(Vec::new()),
             starts,
             presets,
             written,
             combinations,
-            known: Vec::new(),
+            import_paths: bench.tools.import_paths.clone(),
+            // Values of sub-graphs are no parameters of this file, and hold in all renders.
+            known: args.set.iter().filter(|(name, _)| name.contains('.')).cloned().collect(),
             seeds,
             left,
         };
-        let picture = drawn(session, &setup.small(session, graph, before)?, &setup.output, cancel);
-        let picture = picture.map_err(|failure| open::failed(failure, &graph.sources, terminal))?;
+        let small = setup.small(bench, file)?;
+        let picture = drawn(bench.session, &small, &setup.output, bench.cancel);
+        let picture = picture.map_err(|failure| Refused::Graph(failure, small.sources.clone()))?;
         setup.stretched = picture.channels == 1;
         let mut extra = Vec::new();
         let width = match photo.width_mm {
@@ -159,10 +156,10 @@ impl Setup {
                 width
             }
         };
-        let mut file = Workspace::new(Arc::new(crate::library::registry()), Vec::new())
-            .with_import_paths(environment::import_paths().to_vec());
-        let file = (file.open(&setup.path, before), file);
-        let cx = Cx { world: &file.1, file: &file.0 };
+        let mut world = Workspace::new(bench.tools.registry.clone(), Vec::new())
+            .with_import_paths(bench.tools.import_paths.clone());
+        let opened = world.open(&setup.path, file.text.as_str());
+        let cx = Cx { world: &world, file: &opened };
         let lit = relief(graph, &setup.output, cx);
         let mut fields: Vec<(String, &str, String)> = Vec::new();
         let mut params = format!("\"{WIDTH}\": Number(default: {width:?})");
@@ -188,15 +185,15 @@ impl Setup {
                 }
             }
         } else if matches!(args.light, Light::From(..)) {
-            return Err(Quit::Usage(format!(
-                "the light of `{}` cannot be set: it is no `Relief` of this file; leave out --light",
+            return Err(Refused::Usage(format!(
+                "the light of `{}` cannot be set: it is no `Relief` of this file; leave out the light",
                 setup.output
             )));
         }
         let fields: Vec<(&str, &str, &str)> = fields.iter().map(|(a, b, c)| (a.as_str(), *b, c.as_str())).collect();
         let size = format!("\"${WIDTH}\"");
-        let edits = driven(cx, &params, &[("size_mm", &size)], &fields).map_err(Quit::failed)?;
-        setup.text = apply(before, &edits);
+        let edits = driven(cx, &params, &[("size_mm", &size)], &fields).map_err(Refused::Unfit)?;
+        setup.text = apply(&file.text, &edits);
         setup.starts.iter_mut().for_each(|start| start.amounts.extend(extra.iter().copied()));
         setup.unknowns = Unknowns(unknowns);
         Ok(setup)
@@ -208,14 +205,10 @@ impl Setup {
     }
 
     /// The graph as it is, at the resolution of the comparison.
-    fn small(&self, session: &Session, graph: &Graph, before: &str) -> Result<Graph, Quit> {
-        let options = LoadOptions {
-            resolution: Some(Resolution::Longer(2 * self.side())),
-            import_paths: environment::import_paths().to_vec(),
-            ..LoadOptions::default()
-        };
-        let loaded = load_text(&graph.path, before, session.registry(), &options);
-        loaded.graph.ok_or_else(|| Quit::failed("the graph does not load at a small resolution"))
+    fn small(&self, bench: Bench<'_>, file: &GraphText) -> Result<Graph, Refused> {
+        let resolution = Some(Resolution::Longer(2 * self.side()));
+        let options = LoadOptions { resolution, import_paths: self.import_paths.clone(), ..LoadOptions::default() };
+        read(bench, file, &options)
     }
 
     /// The options to load the text at some values.
@@ -232,7 +225,7 @@ impl Setup {
         LoadOptions {
             set,
             resolution: Some(resolution),
-            import_paths: environment::import_paths().to_vec(),
+            import_paths: self.import_paths.clone(),
             ..LoadOptions::default()
         }
     }
@@ -243,38 +236,37 @@ impl Setup {
     }
 }
 
-/// The values of a preset.
+/// The parameters at a preset and further values.
 fn loaded(
-    session: &Session,
-    graph: &Graph,
-    before: &str,
-    preset: &str,
-    terminal: &Terminal,
-) -> Result<Vec<GraphParam>, Quit> {
+    bench: Bench<'_>,
+    file: &GraphText,
+    preset: Option<&str>,
+    set: &[(String, String)],
+) -> Result<Vec<GraphParam>, Refused> {
     let options = LoadOptions {
-        preset: Some(preset.to_owned()),
-        import_paths: environment::import_paths().to_vec(),
+        preset: preset.map(ToOwned::to_owned),
+        set: set.to_vec(),
+        import_paths: bench.tools.import_paths.clone(),
         ..LoadOptions::default()
     };
-    let loaded = load_text(&graph.path, before, session.registry(), &options);
-    match loaded.graph {
-        Some(graph) => Ok(graph.params),
-        None => {
-            crate::report::show(terminal, &loaded.diagnostics, &loaded.sources);
-            Err(Quit::Shown)
-        }
-    }
+    read(bench, file, &options).map(|graph| graph.params)
+}
+
+/// Loads the graph with options.
+fn read(bench: Bench<'_>, file: &GraphText, options: &LoadOptions) -> Result<Graph, Refused> {
+    let loaded = load_text(&file.path, &file.text, bench.session.registry(), options);
+    loaded.graph.ok_or(Refused::Graph(Failure::Errors(loaded.diagnostics), loaded.sources))
 }
 
 /// The output that is compared.
-fn output(args: &FitArgs, graph: &Graph) -> Result<String, Quit> {
+fn output(args: &Request, graph: &Graph) -> Result<String, Refused> {
     let names: Vec<&str> = graph.outputs.iter().map(|output| output.name.as_str()).collect();
     if let Some(name) = &args.output {
         let first = name.split('.').next().unwrap_or_default();
         if !names.contains(&name.as_str()) && !names.contains(&first) {
             let near = did_you_mean(first, names.iter().copied());
             let help = near.map_or(format!("it has {}", names.join(", ")), |near| format!("did you mean `{near}`?"));
-            return Err(Quit::Usage(format!("the graph has no output `{name}`; {help}")));
+            return Err(Refused::Usage(format!("the graph has no output `{name}`; {help}")));
         }
         return Ok(name.clone());
     }
@@ -286,20 +278,20 @@ fn output(args: &FitArgs, graph: &Graph) -> Result<String, Quit> {
         .map(|name| format!("{name}.base_color"))
         .or_else(|| of(Type::Rgb))
         .or_else(|| of(Type::Gray))
-        .ok_or_else(|| Quit::failed("the graph has no output that is a picture: give it one"))
+        .ok_or_else(|| Refused::Unfit("the graph has no output that is a picture: give it one".to_owned()))
 }
 
 /// Parameters that are not fitted, each with the reason.
-type Left = Vec<(String, &'static str)>;
+pub type Left = Vec<(String, &'static str)>;
 
 /// The fitted parameters, and the others.
-fn chosen(args: &FitArgs, graph: &Graph) -> Result<(Vec<GraphParam>, Left), Quit> {
+fn chosen(args: &Request, graph: &Graph) -> Result<(Vec<GraphParam>, Left), Refused> {
     let names: Vec<&str> = graph.params.iter().map(|param| param.name.as_str()).collect();
     for name in args.only.iter().chain(&args.fixed) {
         if !names.contains(&name.as_str()) {
             let near = did_you_mean(name, names.iter().copied());
             let help = near.map_or(format!("it has {}", names.join(", ")), |near| format!("did you mean `{near}`?"));
-            return Err(Quit::Usage(format!("the graph has no parameter `{name}`; {help}")));
+            return Err(Refused::Usage(format!("the graph has no parameter `{name}`; {help}")));
         }
     }
     let (mut chosen, mut left) = (Vec::new(), Vec::new());
@@ -318,7 +310,7 @@ fn chosen(args: &FitArgs, graph: &Graph) -> Result<(Vec<GraphParam>, Left), Quit
     }
     let discrete = args.only.iter().any(|name| left.iter().any(|(one, _)| one == name));
     if chosen.is_empty() && !discrete {
-        return Err(Quit::Usage(
+        return Err(Refused::Usage(
             "nothing is left to fit: the graph needs parameters with ranges, or colours".to_owned(),
         ));
     }

@@ -1,9 +1,8 @@
 //! The photograph.
-use super::FitArgs;
-use crate::quit::Quit;
-use crate::terminal::Terminal;
+use super::Refused;
 use shibo_bridge::compare::Gauge;
 use shibo_picture::{Picture, ReadLimits, read};
+use std::path::Path;
 
 /// Fewest pixels of a side.
 const LEAST: u32 = 16;
@@ -11,43 +10,66 @@ const LEAST: u32 = 16;
 const SMALL: u32 = 64;
 
 /// A photograph, cut to the square in its middle.
-pub(super) struct Photo {
+pub struct Photo {
     pub(super) picture: Picture,
     /// The name of the file, without folders.
     pub(super) name: String,
     /// Size of the file's picture in pixels.
     pub(super) size: [u32; 2],
+    /// The given width of the cut part in mm.
+    pub(super) given_mm: Option<f64>,
     /// Width of the square in mm, if the width of the file is known.
     pub(super) width_mm: Option<f64>,
+    /// Faults that do not prevent a fit.
+    warnings: Vec<String>,
 }
 
 impl Photo {
-    pub(super) fn read(args: &FitArgs, terminal: &Terminal) -> Result<Self, Quit> {
-        let shown = args.photo.display();
-        let picture = read(&args.photo, &ReadLimits::default()).map_err(|error| Quit::failed(error.to_string()))?;
+    /// Reads a photograph. `name` stands in reports and comments; `width_mm` is the width of the picture, or of `crop`: x, y, width and
+    /// height in pixels.
+    ///
+    /// # Errors
+    ///
+    /// Fails for a file that is no picture, and as [`of`](Self::of) does.
+    pub fn read(path: &Path, name: &str, width_mm: Option<f64>, crop: Option<[u32; 4]>) -> Result<Self, Refused> {
+        let picture = read(path, &ReadLimits::default()).map_err(|error| Refused::Unfit(error.to_string()))?;
+        Self::of(&picture, (&path.display().to_string(), name), width_mm, crop)
+    }
+
+    /// A photograph that is in memory, and what it is called: in messages, and in reports.
+    ///
+    /// # Errors
+    ///
+    /// Fails if the part is outside or smaller than 16 pixels, and if it has one colour or a sample that is no number.
+    pub fn of(
+        picture: &Picture,
+        (shown, name): (&str, &str),
+        width_mm: Option<f64>,
+        crop: Option<[u32; 4]>,
+    ) -> Result<Self, Refused> {
         let size = [picture.width, picture.height];
-        let [x, y, width, height] = args.crop.unwrap_or([0, 0, size[0], size[1]]);
+        let [x, y, width, height] = crop.unwrap_or([0, 0, size[0], size[1]]);
         let inside =
             |from: u32, count: u32, all: u32| count > 0 && from.checked_add(count).is_some_and(|end| end <= all);
         if !inside(x, width, size[0]) || !inside(y, height, size[1]) {
-            return Err(Quit::Usage(format!(
-                "--crop is not inside `{shown}`, which has {} × {} pixels",
+            return Err(Refused::Usage(format!(
+                "crop is not inside `{shown}`, which has {} × {} pixels",
                 size[0], size[1]
             )));
         }
         let side = width.min(height);
         if side < LEAST {
-            return Err(Quit::failed(format!(
+            return Err(Refused::Unfit(format!(
                 "`{shown}` has {width} × {height} pixels; at least {LEAST} a side are needed: take a larger photograph"
             )));
         }
-        let square = part(&picture, [x + (width - side) / 2, y + (height - side) / 2], side);
+        let square = part(picture, [x + (width - side) / 2, y + (height - side) / 2], side);
         let data = square.data_channels();
         for channel in 0..data {
             if let Some(at) = square.plane(channel).iter().position(|sample| !sample.is_finite()) {
                 let (column, row) = (at % side as usize, at / side as usize);
-                return Err(Quit::failed(format!(
-                    "`{shown}` has a sample that is no number at pixel {column}, {row} of its square: repair it, or take another part with --crop"
+                return Err(Refused::Unfit(format!(
+                    "`{shown}` has a sample that is no number at pixel {column}, {row} of its square: repair it, or take another part"
                 )));
             }
         }
@@ -58,18 +80,39 @@ impl Photo {
             plane.iter().all(|sample| (sample - plane[0]).abs() < 1e-4)
         });
         if flat || high <= low {
-            return Err(Quit::failed(format!(
+            return Err(Refused::Unfit(format!(
                 "`{shown}` has one colour, so there is nothing to fit: take a photograph of a material"
             )));
         }
+        let mut warnings = Vec::new();
         if side < SMALL {
-            terminal.warning(&format!(
+            warnings.push(format!(
                 "`{shown}` has {side} pixels a side: few wavelengths can be compared, and errors are large; {SMALL} or more are better"
             ));
         }
-        let name = args.photo.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        let width_mm = args.width_mm.map(|mm| mm * f64::from(side) / f64::from(width));
-        Ok(Self { picture: square, name, size, width_mm })
+        let name = name.chars().filter(|c| !c.is_control()).collect();
+        let square_mm = width_mm.map(|mm| mm * f64::from(side) / f64::from(width));
+        Ok(Self { picture: square, name, size, given_mm: width_mm, width_mm: square_mm, warnings })
+    }
+
+    /// The square, for pictures beside each other.
+    pub fn picture(&self) -> &Picture {
+        &self.picture
+    }
+
+    /// The name in reports.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Width and height in pixels, before it was cut.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// Width of the square in mm, if it is known.
+    pub fn width_mm(&self) -> Option<f64> {
+        self.width_mm
     }
 
     /// Pixels of a side of the square.
@@ -77,18 +120,19 @@ impl Photo {
         self.picture.width
     }
 
-    /// Warns of faults that spoil a fit.
-    pub(super) fn warn(&self, gauge: &Gauge, stretched: bool, terminal: &Terminal) {
+    /// Faults that spoil a fit.
+    pub(super) fn warnings(&self, gauge: &Gauge, stretched: bool) -> Vec<String> {
+        let mut warnings = self.warnings.clone();
         let found = gauge.uneven(&self.picture);
         let name = &self.name;
         if found.light > 0.3 {
-            terminal.warning(&format!(
+            warnings.push(format!(
                 "`{name}` is lit unevenly: slow changes are {:.0} % of the variance of its lightness, and are left out",
                 100.0 * found.light
             ));
         }
         if found.clipped > 0.02 && !stretched {
-            terminal.warning(&format!(
+            warnings.push(format!(
                 "{:.0} % of the pixels of `{name}` are clipped to black or white: expose it less, or crop it",
                 100.0 * found.clipped
             ));
@@ -96,11 +140,10 @@ impl Photo {
         if let Some([left, right]) = gauge.halves(&self.picture, stretched) {
             let apart = gauge.scale_of_halves().distance(&left, &right).0;
             if apart > 3.0 * HALVES {
-                terminal.warning(&format!(
-                    "the halves of `{name}` differ much ({apart:.2}): crop it to one material with --crop"
-                ));
+                warnings.push(format!("the halves of `{name}` differ much ({apart:.2}): crop it to one material"));
             }
         }
+        warnings
     }
 }
 

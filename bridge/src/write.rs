@@ -1,9 +1,10 @@
 //! Writes files completely or not at all, and never over a text that another program saved at the same time.
 use shibo_picture::AtomicFile;
+use shibo_value::clock::Stopwatch;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, Write};
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Maximum wait for a lock on the file held by another program.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -13,21 +14,21 @@ const LINGER: Duration = Duration::from_millis(10);
 const TURNS: usize = 100;
 
 /// Writes a whole file. After a failure the old content remains.
-pub(crate) fn whole(path: &Path, content: &[u8]) -> io::Result<()> {
+pub fn whole(path: &Path, content: &[u8]) -> io::Result<()> {
     let mut file = AtomicFile::create(path)?;
     file.write_all(content)?;
     file.commit()
 }
 
 /// Like [`whole`], and creates missing parent folders.
-pub(crate) fn whole_with_folders(path: &Path, content: &[u8]) -> io::Result<()> {
+pub fn whole_with_folders(path: &Path, content: &[u8]) -> io::Result<()> {
     path.parent().map_or(Ok(()), fs::create_dir_all)?;
     whole(path, content)
 }
 
 /// Reason why a file was not changed.
 #[derive(Debug)]
-pub(crate) enum Refused {
+pub enum Refused {
     /// The file has another content than the change is based on, because another program has saved it.
     Changed,
     /// A system error.
@@ -46,7 +47,7 @@ impl From<io::Error> for Refused {
 /// Where the system supports it, the new and the old file are exchanged in one step and the old content is compared
 /// afterwards. A text that another program saves at any moment is either taken out and put back, or is written later
 /// and stays.
-pub(crate) fn change(path: &Path, before: &str, after: &str) -> Result<(), Refused> {
+pub fn change(path: &Path, before: &str, after: &str) -> Result<(), Refused> {
     changed(path, (before.as_bytes(), after.as_bytes()), AtomicFile::exchange, &mut |_| {})
 }
 
@@ -132,11 +133,13 @@ fn lock(file: &File) -> io::Result<Option<File>> {
         return Ok(None);
     }
     let Ok(file) = file.try_clone() else { return Ok(None) };
-    let end = Instant::now() + PATIENCE;
+    let clock = Stopwatch::wall();
     loop {
         match file.try_lock() {
             Ok(()) => return Ok(Some(file)),
-            Err(fs::TryLockError::WouldBlock) if Instant::now() < end => std::thread::sleep(Duration::from_millis(5)),
+            Err(fs::TryLockError::WouldBlock) if clock.elapsed() < PATIENCE => {
+                std::thread::sleep(Duration::from_millis(5))
+            }
             Err(fs::TryLockError::WouldBlock) => {
                 return Err(io::Error::new(io::ErrorKind::ResourceBusy, "another program has locked it"));
             }

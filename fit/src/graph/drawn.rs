@@ -1,7 +1,7 @@
 //! Pictures of outputs, and values as text.
+use crate::Amount;
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Failure, Session};
-use shibo_fit::Amount;
 use shibo_graph::Graph;
 use shibo_picture::{Picture, SampleKind};
 use shibo_value::{Field, Tile, Window};

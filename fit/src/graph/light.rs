@@ -3,15 +3,27 @@ use shibo_graph::Graph;
 use shibo_ide::{Cx, Section};
 
 /// The direction of the light.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Light {
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Light {
+    /// Found with the other values.
+    #[default]
     Auto,
+    /// That of the graph.
     Graph,
+    /// Azimuth and elevation in degrees.
     From(f64, f64),
 }
 
-/// Parses `--light`.
-pub(super) fn light(text: &str) -> Result<Light, String> {
+impl std::str::FromStr for Light {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        light(text)
+    }
+}
+
+/// Parses `auto`, `graph`, or two angles.
+fn light(text: &str) -> Result<Light, String> {
     match text {
         "auto" => return Ok(Light::Auto),
         "graph" => return Ok(Light::Graph),

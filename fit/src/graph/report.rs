@@ -1,8 +1,8 @@
 //! The report of a fit: in words, and as JSON.
-use super::Done;
+use super::Fitted;
 use super::drawn::ron;
+use crate::{Amount, End, Found};
 use serde_json::{Map, Value as Data, json};
-use shibo_fit::{Amount, End, Found};
 use std::path::Path;
 
 const BLOCKS: [(&str, &str); 5] = [
@@ -17,15 +17,15 @@ const BLOCKS: [(&str, &str); 5] = [
 const REACHED: (f64, f64) = (2.0, 0.3);
 
 /// The blocks that the fit does not reach.
-fn unreached(done: &Done<'_>) -> Vec<usize> {
-    let fit = done.fit;
+fn unreached(done: &Fitted<'_>) -> Vec<usize> {
+    let fit = &done.fit;
     let Some(floor) = fit.floor else { return Vec::new() };
     (0..BLOCKS.len()).filter(|at| fit.distance.blocks[*at] > REACHED.0 * floor.blocks[*at] + REACHED.1).collect()
 }
 
 /// The smallest distance of a preset.
-fn nearest<'d>(done: &Done<'d>) -> Option<(f64, &'d str)> {
-    let presets = done.fit.starts.iter().skip(1).zip(&done.setup.presets);
+fn nearest<'d>(done: &'d Fitted<'_>) -> Option<(f64, &'d str)> {
+    let presets = done.fit.starts.iter().skip(1).zip(&done.fitting.setup.presets);
     presets.filter_map(|(distance, name)| Some(((*distance)?, name.as_str()))).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
@@ -36,9 +36,21 @@ fn number(value: f64, error: f64) -> String {
     format!("{value:.places$}")
 }
 
-/// The report for people.
-pub(super) fn page(done: &Done<'_>, name: &str, file: Option<&Path>, lines: &str) -> String {
-    let (fit, setup) = (done.fit, done.setup);
+impl Fitted<'_> {
+    /// The report for people. `file` is the file that got the preset; without it, the report has the preset.
+    pub fn page(&self, file: Option<&Path>) -> String {
+        page(self, file)
+    }
+
+    /// The report for programs.
+    pub fn json(&self) -> Data {
+        json(self)
+    }
+}
+
+fn page(done: &Fitted<'_>, file: Option<&Path>) -> String {
+    let (name, lines) = (&done.fitting.request.preset, done.preset().lines());
+    let (fit, setup) = (&done.fit, &done.fitting.setup);
     let mut page = match file {
         Some(file) => format!("{}: preset \"{name}\" written ({} values)\n", file.display(), setup.written.len()),
         None => format!("preset \"{name}\":\n{lines}\n"),
@@ -121,8 +133,8 @@ fn value(found: &Found, unit: &str) -> String {
     }
 }
 
-fn light(done: &Done<'_>, widest: usize) -> String {
-    let [_, azimuth, elevation] = done.setup.hidden().map(|at| at.and_then(|at| done.fit.found.get(at)));
+fn light(done: &Fitted<'_>, widest: usize) -> String {
+    let [_, azimuth, elevation] = done.fitting.setup.hidden().map(|at| at.and_then(|at| done.fit.found.get(at)));
     let Some(azimuth) = azimuth else { return String::new() };
     let angle = |found: &Found| match found.amount {
         Amount::Number(value) => number(value, found.error.max(1.0)),
@@ -132,9 +144,8 @@ fn light(done: &Done<'_>, widest: usize) -> String {
     format!("  {:widest$}  from {}°{high} (only for this comparison)\n", "light", angle(azimuth))
 }
 
-/// The report for programs.
-pub(super) fn json(done: &Done<'_>, name: &str) -> Data {
-    let (fit, setup) = (done.fit, done.setup);
+fn json(done: &Fitted<'_>) -> Data {
+    let (fit, setup) = (&done.fit, &done.fitting.setup);
     let plain = |found: Option<&Found>| match found.map(|found| found.amount) {
         Some(Amount::Number(value)) => Some(value),
         _ => None,
@@ -165,7 +176,7 @@ pub(super) fn json(done: &Done<'_>, name: &str) -> Data {
         })
         .collect();
     json!({
-        "preset": name,
+        "preset": done.fitting.request.preset,
         "distance": fit.distance.distance,
         "floor": fit.floor.map(|floor| floor.distance),
         "start": fit.starts.first().copied().flatten(),
@@ -173,7 +184,7 @@ pub(super) fn json(done: &Done<'_>, name: &str) -> Data {
         "renders": fit.renders,
         "refused": fit.refused,
         "cpu_s": done.cpu,
-        "width_mm": plain(width).or(done.photo.width_mm),
+        "width_mm": plain(width).or(done.fitting.photo.width_mm),
         "width_fitted": width.is_some(),
         "light": azimuth.map(|found| json!({ "azimuth": plain(Some(found)), "elevation": plain(elevation) })),
         "unreached": unreached(done).into_iter().map(|at| BLOCKS[at].0).collect::<Vec<_>>(),

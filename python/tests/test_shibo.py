@@ -279,10 +279,114 @@ def test_other_python_runs_meanwhile(session):
     assert len(ticks) >= 3
 
 
+FITTED = """(
+  canvas: (size_mm: 40, resolution: 96, tile: Both, seed: 1),
+  params: {
+    "size": Number(default: 4, range: (2, 8), unit: "mm", doc: "Size of the bumps"),
+    "amount": Number(default: 0.5, range: (0, 1), doc: "Contrast"),
+    "color": Color(default: "#806040", doc: "Colour"),
+  },
+  nodes: {
+    "bumps": Fractal(size: "$size", octaves: 2, seed: 1),
+    "tint": "= $color * (1 - $amount * bumps)",
+  },
+  outputs: { "picture": "tint" },
+)
+"""
+
+
+@pytest.fixture
+def fitted(tmp_path, session):
+    """A graph, and an array of it at hidden values."""
+    path = tmp_path / "fitted.ron"
+    path.write_text(FITTED)
+    graph = shibo.load(path, session=session)
+    values = {"size": 3, "amount": 0.8, "color": "#907050", "seed": 9}
+    return graph, graph.render("picture", resolution=128, values=values)
+
+
+def test_fit_finds_hidden_values_and_writes_a_preset(fitted):
+    graph, photo = fitted
+    before = graph.path.read_text()
+    told = []
+    found = shibo.fit(graph, photo, width_mm=40, renders=60, progress=lambda *step: told.append(step))
+    assert abs(found.parameters["size"]["value"] - 3) < 0.45, found.report
+    assert abs(found.parameters["amount"]["value"] - 0.8) < 0.12, found.report
+    assert found.parameters["color"]["value"].startswith("#")
+    assert found.distance < 2.5 * found.floor and found.distance < 0.5 * found.start
+    assert found.width_mm == 40 and found.light is None
+    assert told and all(name == "fit" and 0 < done <= total for name, done, total in told)
+    assert graph.path.read_text() == before, "a fit alone changes nothing"
+    # The same bits for any number of threads.
+    again = shibo.fit(graph, photo, width_mm=40, renders=60, threads=1)
+    assert (again.values, again.distance) == (found.values, found.distance)
+    found.write("scan")
+    kept = [line for line in graph.path.read_text().splitlines() if line in before.splitlines()]
+    assert kept == before.splitlines()
+    assert "// fitted to the array, 40 mm wide: " in graph.path.read_text()
+    assert shibo.load(graph.path, preset="scan").params["size"]["value"] == found.values["size"]
+    # The values are nearer to the picture than those of the graph.
+    start = shibo.compare(graph.render("picture", resolution=128), photo, width_mm=40)["distance"]
+    graph.set(found.values)
+    assert shibo.compare(graph.render("picture", resolution=128), photo, width_mm=40)["distance"] < 0.5 * start
+
+
+def test_fit_holds_values_and_refuses_bad_requests(fitted):
+    graph, photo = fitted
+    graph.set(size=3, color="#907050")
+    found = shibo.fit(graph, photo, width_mm=40, only=["amount"], renders=20)
+    assert list(found.parameters) == ["amount"] and found.values["size"] == "3"
+    assert abs(found.parameters["amount"]["value"] - 0.8) < 0.15, found.report
+    for wrong, message in [
+        ({"only": ["colr"]}, "did you mean `color`"),
+        ({"width_mm": 0}, "width_mm is 0; it must be a number above 0"),
+        ({"output": "pictures"}, "did you mean `picture`"),
+        ({"light": (30, 40)}, "no `Relief`"),
+        ({"crop": (0, 0, 300, 300)}, "128 . 128 pixels"),
+    ]:
+        with pytest.raises(shibo.ShiboError, match=message):
+            shibo.fit(graph, photo, **{"width_mm": 40, "renders": 8, **wrong})
+    with pytest.raises(shibo.ShiboError, match="one colour"):
+        shibo.fit(graph, np.full((64, 64, 3), 0.5), width_mm=40)
+    with pytest.raises(ValueError, match="is no picture"):
+        shibo.fit(graph, np.zeros((4, 4, 4, 4)), width_mm=40)
+    with pytest.raises(shibo.ShiboError, match="none"):
+        shibo.fit(graph, "none.png", width_mm=40)
+    with pytest.raises(ValueError, match="exclude each other"):
+        shibo.fit(graph, photo, only=["size"], fixed=["color"])
+
+
+def test_an_exception_in_progress_stops_a_fit(fitted):
+    graph, photo = fitted
+
+    def stop(name, done, total):
+        raise RuntimeError(f"stopped after {done}")
+
+    start = time.monotonic()
+    with pytest.raises(RuntimeError, match="stopped after"):
+        shibo.fit(graph, photo, width_mm=40, renders=100_000, progress=stop)
+    # Much longer than stopping takes, and much shorter than the fit would take.
+    assert time.monotonic() - start < 60
+
+
+def test_compare_takes_arrays_and_files(fitted, tmp_path):
+    graph, photo = fitted
+    same = shibo.compare(photo, photo, width_mm=40)
+    assert same["distance"] == 0 and same["words"] == ["no difference that one would see"]
+    # Bytes count as shown on a screen.
+    shown = np.where(photo <= 0.0031308, 12.92 * photo, 1.055 * np.maximum(photo, 1e-9) ** (1 / 2.4) - 0.055)
+    assert shibo.compare((255 * shown + 0.5).astype(np.uint8), photo, width_mm=40)["distance"] < 0.05
+    graph.write(tmp_path / "out", resolution=128, values={"color": "#305090", "seed": 9})
+    blue = shibo.compare(tmp_path / "out" / "picture.png", photo, width_mm=40)
+    assert blue["parts"]["color"] > 1 and any("blue" in words for words in blue["words"])
+    with pytest.raises(shibo.ShiboError, match="above 0"):
+        shibo.compare(photo, photo, width_mm=-1)
+
+
 def test_the_package_is_documented():
     for name in shibo.__all__:
         thing = getattr(shibo, name)
         assert thing.__doc__, name
-    for name in ("load", "check", "graphs"):
+    for name in ("load", "check", "compare", "fit", "graphs"):
         assert getattr(shibo, name).__annotations__, name
     assert (pathlib.Path(shibo.__file__).parent / "py.typed").exists()

@@ -89,10 +89,14 @@ pub(super) fn run(args: &FitArgs, request: &Request, tools: &Tools, terminal: &T
 /// The shipped graphs of these names and families.
 fn chosen(names: &[String]) -> Result<Vec<library::Graph>, Quit> {
     let all: Vec<library::Graph> = library::graphs().into_iter().filter(|graph| !graph.is_part()).collect();
-    let words = |family: &str| family.split(" and ").map(ToOwned::to_owned).collect::<Vec<_>>();
-    let is_of = |graph: &library::Graph, name: &str| {
-        let family = graph.family().unwrap_or_default();
-        graph.name == name || family == name || words(family).iter().any(|word| word == name)
+    let family = |graph: &library::Graph| graph.family().unwrap_or_default();
+    let is_family = |name: &str| all.iter().any(|graph| family(graph) == name);
+    let is_graph = |name: &str| all.iter().any(|graph| graph.name == name);
+    // A family comes before a graph of the same name, and a graph before a word of a family.
+    let is_of = |graph: &library::Graph, name: &str| match name {
+        _ if is_family(name) => family(graph) == name,
+        _ if is_graph(name) => graph.name == name,
+        _ => family(graph).split(" and ").any(|word| word == name),
     };
     for name in names.iter().filter(|name| *name != "all") {
         if all.iter().any(|graph| is_of(graph, name)) {
@@ -111,7 +115,7 @@ fn chosen(names: &[String]) -> Result<Vec<library::Graph>, Quit> {
     let wanted = |graph: &library::Graph| {
         names.iter().any(|name| is_of(graph, name) || (name == "all" && graph.family() != Some(STUDY)))
     };
-    Ok(all.into_iter().filter(wanted).collect())
+    Ok(all.iter().filter(|graph| wanted(graph)).copied().collect())
 }
 
 /// A shipped graph and its text.

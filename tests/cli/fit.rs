@@ -126,13 +126,19 @@ fn among_ranks_shipped_graphs_and_fits_the_nearest() {
     let desk = Desk::new();
     desk.shibo("render shibo:cork -o out --output lit --resolution 256 --set seed=77").expect(0);
     std::fs::rename(desk.path("out/lit.png"), desk.path("scan.png")).unwrap();
-    let line = "fit --among concrete,cork,brushed_steel,sandstone scan.png --width-mm 100 --renders 8 --quiet";
+    let line =
+        "fit --among concrete,cork,brushed_steel,sandstone,brick_wall scan.png --width-mm 100 --renders 8 --quiet";
     let found = desk.shibo(&format!("{line} --format json")).expect(0).json();
     let ranking = found["ranking"].as_array().unwrap();
     assert_eq!((&ranking[0]["graph"], ranking.len()), (&Json::from("cork"), 4), "{found}");
     assert_eq!(ranking[0]["preset"], Json::Null, "{found}");
     let distance = |at: usize| ranking[at]["distance"].as_f64().unwrap();
     assert!((1..4).all(|at| distance(at - 1) <= distance(at)) && distance(0) < 0.5 * distance(1), "{found}");
+    // Concrete has boards that do not fit 100 mm.
+    assert_eq!(
+        (&found["refused"][0]["graph"], found["refused"].as_array().unwrap().len()),
+        (&Json::from("concrete"), 1)
+    );
     // The nearest three are fitted.
     let fits = found["fits"].as_array().unwrap();
     let graphs = |rows: &[Json]| rows.iter().map(|row| row["graph"].clone()).collect::<Vec<_>>();

@@ -1,5 +1,7 @@
 //! A graph file as a Python object.
 use crate::diagnostics::{Diagnostic, all, errors, exception, failed};
+use crate::fit::{Fit, Options, fitted};
+use crate::photo::Photo;
 use crate::session::Session;
 use crate::values::{Pixels, given};
 use crate::wait;
@@ -7,6 +9,7 @@ use numpy::{IxDyn, PyArray, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::{PyRuntimeWarning, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use shibo_bridge::Tools;
 use shibo_engine::session::{RenderRequest, Session as Engine};
 use shibo_graph::{self as engine, LoadOptions};
 use shibo_picture::export::Chosen;
@@ -19,7 +22,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 #[pyclass(frozen, module = "shibo")]
 pub(crate) struct Graph {
     session: Arc<Engine>,
-    import_paths: Vec<PathBuf>,
+    tools: Tools,
     path: PathBuf,
     state: Mutex<State>,
 }
@@ -44,7 +47,7 @@ impl Graph {
             set: state.set.clone(),
             resolution,
             working_dir: std::env::current_dir().unwrap_or_default(),
-            import_paths: self.import_paths.clone(),
+            import_paths: self.tools.import_paths.clone(),
             ..LoadOptions::default()
         };
         let loaded = py.detach(|| self.session.load(&self.path, &options));
@@ -96,8 +99,8 @@ impl Graph {
         values: &Bound<'_, PyDict>,
     ) -> PyResult<Self> {
         let state = State { preset, set: given(values)?, loaded: None };
-        let Session { inner, import_paths } = session.get();
-        let graph = Self { session: inner.clone(), import_paths: import_paths.clone(), path, state: Mutex::default() };
+        let Session { inner, tools } = session.get();
+        let graph = Self { session: inner.clone(), tools: tools.clone(), path, state: Mutex::default() };
         graph.change(py, state)?;
         Ok(graph)
     }
@@ -266,6 +269,22 @@ impl Graph {
         };
         let done = wait::for_result(py, progress, |cancel, told| self.session.render(&graph, &request, cancel, told))?;
         Ok(finished(py, &graph, done)?.files)
+    }
+
+    /// Finds the values with which an output looks like a photograph.
+    #[pyo3(signature = (photo, options, *, progress=None))]
+    fn fit(
+        &self,
+        py: Python<'_>,
+        photo: Photo<'_>,
+        options: Options,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Fit> {
+        let state = self.state().clone();
+        // The values of the state are those to begin with; presets are compared without them.
+        let graph = self.load(py, &State::default(), None)?;
+        let request = options.request(state.preset, state.set, &photo)?;
+        fitted(py, (&self.session, &self.tools), (&self.path, &graph), (&photo, &options), &request, progress)
     }
 }
 

@@ -1,7 +1,10 @@
 //! The classes and functions behind the Python package `shibo`, which documents them (`package/shibo/_shibo.pyi`). The crate of an
 //! extension module has a few lines: Shibo's own (`python/`), and that of a pack of nodes (`examples/pack/python`).
+mod compare;
 mod diagnostics;
+mod fit;
 mod graph;
+mod photo;
 mod session;
 mod values;
 mod wait;
@@ -24,9 +27,11 @@ pub fn fill(module: &Bound<'_, PyModule>, registry: fn(PathBuf) -> Registry) -> 
     REGISTRY.get_or_init(|| registry);
     module.add("ShiboError", module.py().get_type::<diagnostics::ShiboError>())?;
     module.add_class::<diagnostics::Diagnostic>()?;
+    module.add_class::<fit::Fit>()?;
     module.add_class::<graph::Graph>()?;
     module.add_class::<session::Session>()?;
     module.add_function(wrap_pyfunction!(check, module)?)?;
+    module.add_function(wrap_pyfunction!(compare::compare, module)?)?;
     module.add_function(wrap_pyfunction!(graphs, module)?)?;
     module.add("VERSION", env!("CARGO_PKG_VERSION"))
 }
@@ -47,7 +52,7 @@ fn graphs() -> Vec<&'static str> {
 fn check(path: PathBuf, session: &Bound<'_, session::Session>) -> Vec<diagnostics::Diagnostic> {
     let options = shibo_graph::LoadOptions {
         working_dir: std::env::current_dir().unwrap_or_default(),
-        import_paths: session.get().import_paths.clone(),
+        import_paths: session.get().tools.import_paths.clone(),
         ..shibo_graph::LoadOptions::default()
     };
     let loaded = session.get().inner.load(&path, &options);

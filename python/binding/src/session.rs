@@ -1,8 +1,10 @@
 //! The session: threads and caches shared by graphs.
 use crate::diagnostics::exception;
 use pyo3::prelude::*;
+use shibo_bridge::Tools;
 use shibo_engine::eval::DiskCache;
 use shibo_engine::session::{Session as Engine, Settings};
+use shibo_graph::Gate;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -10,8 +12,8 @@ use std::sync::Arc;
 #[pyclass(frozen, module = "shibo")]
 pub(crate) struct Session {
     pub(crate) inner: Arc<Engine>,
-    /// More folders for imports.
-    pub(crate) import_paths: Vec<PathBuf>,
+    /// The kinds of nodes, and more folders for imports.
+    pub(crate) tools: Tools,
 }
 
 #[pymethods]
@@ -36,9 +38,15 @@ impl Session {
             cache_dir,
             disk: u64::from(cache_size) << 20,
         };
-        let made = py.detach(|| Engine::new(crate::registry(library), &settings));
+        let made = py.detach(|| {
+            let registry = Arc::new(crate::registry(library));
+            Engine::new(registry.clone(), &settings).map(|engine| (engine, registry))
+        });
         match made {
-            Ok(engine) => Ok(Self { inner: Arc::new(engine), import_paths: import_path }),
+            Ok((engine, registry)) => {
+                let tools = Tools { registry, import_paths: import_path, gate: Gate::default() };
+                Ok(Self { inner: Arc::new(engine), tools })
+            }
             Err(error) => Err(exception(py, error.to_string(), Vec::new())),
         }
     }

@@ -8,21 +8,28 @@
 
 from __future__ import annotations
 
+import json
 import os
 import pathlib
 import tempfile
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Optional
+from typing import Any, Optional, Union
+
+import numpy as np
 
 from . import _shibo
 from ._shibo import Diagnostic, ShiboError
 from ._types import Array as Array
 from ._types import Canvas as Canvas
+from ._types import Comparison as Comparison
 from ._types import Depth as Depth
 from ._types import Format as Format
+from ._types import Found as Found
+from ._types import Light as Light
 from ._types import Parameter as Parameter
 from ._types import Path as Path
+from ._types import Photo as Photo
 from ._types import Progress as Progress
 from ._types import Region as Region
 from ._types import Rendered as Rendered
@@ -30,7 +37,7 @@ from ._types import Resolution as Resolution
 from ._types import Value as Value
 
 __version__ = _shibo.VERSION
-__all__ = ["Diagnostic", "Graph", "Session", "ShiboError", "check", "graphs", "load"]
+__all__ = ["Diagnostic", "Fit", "Graph", "Session", "ShiboError", "check", "compare", "fit", "graphs", "load"]
 
 
 def _cache_home() -> Optional[pathlib.Path]:
@@ -237,3 +244,134 @@ def check(path: Path, *, session: Optional[Session] = None) -> list[Diagnostic]:
 def graphs() -> list[str]:
     """Returns the names of the shipped graphs, which load as `shibo:NAME`."""
     return _shibo.graphs()
+
+
+class Fit:
+    """The values with which a graph looks like a photograph; made by `fit`. `graph.set(found.values)` takes them over."""
+
+    def __init__(self, native: _shibo.Fit) -> None:
+        self._native = native
+        self._data: dict[str, Any] = json.loads(native.json)
+
+    def __repr__(self) -> str:
+        return f"<shibo.Fit at distance {self.distance:.2f}>"
+
+    @property
+    def values(self) -> dict[str, str]:
+        """The values of the preset, as RON."""
+        return dict(self._native.values)
+
+    @property
+    def parameters(self) -> dict[str, Found]:
+        """The fitted parameters by name, each with its error."""
+        return dict(self._data["parameters"])
+
+    @property
+    def distance(self) -> float:
+        """The distance from the photograph."""
+        return float(self._data["distance"])
+
+    @property
+    def floor(self) -> Optional[float]:
+        """The distance between two seeds of the found values; None if the time was too short for it."""
+        return _number(self._data["floor"])
+
+    @property
+    def start(self) -> Optional[float]:
+        """The distance of the graph before the fit; None if it refuses its values at this size."""
+        return _number(self._data["start"])
+
+    @property
+    def renders(self) -> int:
+        """The number of renders."""
+        return int(self._data["renders"])
+
+    @property
+    def width_mm(self) -> float:
+        """Width of the compared square in mm: given, or fitted."""
+        return float(self._data["width_mm"])
+
+    @property
+    def light(self) -> Optional[Light]:
+        """The found direction of the light; None if it was no unknown."""
+        light: Optional[Light] = self._data["light"]
+        return light
+
+    @property
+    def unreached(self) -> list[str]:
+        """The groups of statistics whose difference is clearly above the floor."""
+        return list(self._data["unreached"])
+
+    @property
+    def report(self) -> str:
+        """The report of `shibo fit`, in words."""
+        return self._native.report
+
+    def write(self, name: Optional[str] = None) -> None:
+        """Writes the values into the graph file as a preset, by default named after the photograph. An existing preset of
+        that name is replaced; all other text stays byte for byte."""
+        self._native.write(name)
+
+
+def _number(value: Optional[float]) -> Optional[float]:
+    return None if value is None else float(value)
+
+
+def _photo(photo: Photo) -> Photo:
+    """A path as it is; an array of bytes or of 32-bit floats."""
+    if isinstance(photo, (str, os.PathLike)):
+        return photo
+    array = np.asarray(photo)
+    return array if array.dtype == np.uint8 else array.astype(np.float32, copy=False)
+
+
+def compare(
+    a: Photo, b: Photo, *, width_mm: Optional[float] = None, width_mm_b: Optional[float] = None
+) -> Comparison:
+    """Returns the differences of the picture `a` from `b`, as `shibo compare` does. Pictures need not show the same place.
+
+    `width_mm` is the width of the pictures, `width_mm_b` that of the second one if it is another one."""
+    found: Comparison = json.loads(_shibo.compare(_photo(a), _photo(b), width_mm=width_mm, width_mm_b=width_mm_b))
+    return found
+
+
+def fit(
+    graph: Union[Graph, Path],
+    photo: Photo,
+    *,
+    width_mm: Optional[float] = None,
+    output: Optional[str] = None,
+    only: Sequence[str] = (),
+    fixed: Sequence[str] = (),
+    light: Union[str, tuple[float, float]] = "auto",
+    crop: Optional[Region] = None,
+    fine: bool = False,
+    seconds: Optional[float] = None,
+    renders: Optional[int] = None,
+    seed: int = 1,
+    threads: int = 0,
+    progress: Optional[Progress] = None,
+) -> Fit:
+    """Finds the values with which a graph looks like a photograph, as `shibo fit` does. The graph stays as it is.
+
+    `width_mm` is the width of the photograph; without it the size is fitted too. The search begins with the preset and the
+    values of the graph. `only` fits these parameters, `fixed` all but these. `light` is `auto`, `graph`, or azimuth and
+    elevation in degrees. `crop` takes a part of the photograph. `renders` bounds the work; so does `seconds`, but then the
+    result depends on the speed of the machine. `progress` is called with "fit", the finished renders and all renders.
+    Ctrl-C, or an exception in `progress`, stops the work. Faults of the photograph are warnings."""
+    if not isinstance(graph, Graph):
+        graph = load(graph)
+    options = {
+        "width_mm": width_mm,
+        "output": output,
+        "only": list(only),
+        "fixed": list(fixed),
+        "light": light if isinstance(light, str) else ",".join(map(str, light)),
+        "crop": crop,
+        "fine": fine,
+        "seconds": seconds,
+        "renders": renders,
+        "seed": seed,
+        "threads": threads,
+    }
+    return Fit(graph._native.fit(_photo(photo), options, progress=progress))

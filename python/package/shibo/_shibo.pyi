@@ -1,11 +1,11 @@
 # The extension module. Use the package, which documents its classes and functions.
 
 from pathlib import Path as FilePath
-from typing import Optional, Union, final
+from typing import Any, Optional, Union, final
 
-from ._types import Array, Canvas, Depth, Format, Parameter, Path, Progress, Region, Resolution, Value
+from ._types import Array, Canvas, Depth, Format, Parameter, Path, Photo, Progress, Region, Resolution, Value
 
-__all__ = ["VERSION", "Diagnostic", "Graph", "Session", "ShiboError", "check", "graphs"]
+__all__ = ["VERSION", "Diagnostic", "Fit", "Graph", "Session", "ShiboError", "check", "compare", "graphs"]
 
 VERSION: str
 
@@ -87,6 +87,20 @@ class Graph:
         values: Optional[dict[str, Value]] = None,
         progress: Optional[Progress] = None,
     ) -> list[FilePath]: ...
+    def fit(self, photo: Photo, options: dict[str, Any], *, progress: Optional[Progress] = None) -> Fit: ...
+
+@final
+class Fit:
+    @property
+    def json(self) -> str: ...
+    @property
+    def report(self) -> str: ...
+    @property
+    def values(self) -> list[tuple[str, str]]: ...
+    @property
+    def name(self) -> str: ...
+    def write(self, name: Optional[str]) -> None: ...
 
 def check(path: Path, session: Session) -> list[Diagnostic]: ...
+def compare(a: Photo, b: Photo, *, width_mm: Optional[float] = None, width_mm_b: Optional[float] = None) -> str: ...
 def graphs() -> list[str]: ...

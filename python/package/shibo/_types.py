@@ -54,3 +54,86 @@ class Canvas(TypedDict):
     tile: Literal["Both", "X", "Y", "None"]
     """The directions in which pictures repeat."""
     seed: int
+
+
+Photo = Union[Path, npt.NDArray[Any]]
+"""A picture file, or an array (height, width) or (height, width, channels): bytes as shown on a screen, or floats as
+`Graph.render` makes them, with linear colours."""
+
+
+class Measured(TypedDict):
+    """A measured difference. The error of a factor is a factor."""
+
+    value: float
+    error: float
+
+
+class MeasuredColor(TypedDict):
+    """A difference of colours in OKLab, in hundredths: lightness, green to red, blue to yellow."""
+
+    value: tuple[float, float, float]
+    error: float
+
+
+class MeasuredShift(TypedDict):
+    """A shift to the right and down, in shares of the width."""
+
+    value: tuple[float, float]
+    error: float
+
+
+class Parts(TypedDict):
+    """The distance by groups of statistics."""
+
+    color: float
+    energy: float
+    shape: float
+    corr: float
+    phase: float
+
+
+class Comparison(TypedDict):
+    """The differences of a picture from another one; None where a difference cannot be measured."""
+
+    distance: float
+    """0 for equal pictures."""
+    floor: Optional[float]
+    """The distance between the halves of the second picture."""
+    parts: Parts
+    size: Optional[Measured]
+    """The factor by which the first picture is coarser."""
+    turn: Optional[Measured]
+    """Degrees by which the first picture is turned counter-clockwise."""
+    contrast: Optional[Measured]
+    color: Optional[MeasuredColor]
+    detail: Optional[Measured]
+    """Contrast of fine detail over all contrast, as a factor."""
+    gloss: Optional[Measured]
+    """Height of highlights over the contrast, as a factor."""
+    shift: Optional[MeasuredShift]
+    """A shift, if the pictures show one place."""
+    words: list[str]
+    """The differences that one would see."""
+
+
+class Found(TypedDict):
+    """The found value of a parameter."""
+
+    value: Union[float, str]
+    """A number, or a colour as `#rrggbb`."""
+    error: float
+    """Its standard error, in `unit`."""
+    error_share: float
+    """Its standard error as a share of the range."""
+    determined: bool
+    """False if the photograph does not determine the value."""
+    unit: Optional[str]
+    end: Optional[Literal["low", "high"]]
+    """The end of the range at which the value is."""
+
+
+class Light(TypedDict):
+    """The direction of the light, in degrees."""
+
+    azimuth: float
+    elevation: Optional[float]

@@ -185,14 +185,11 @@ mod tests {
         let registry = shibo_library::registry(std::env::temp_dir().join("shibo-library"));
         for kind in registry.kinds() {
             let doc = registry.info(kind).unwrap().doc.clone();
-            let paragraph = blocks(&doc).into_iter().find_map(|block| match block {
-                DocBlock::Paragraph(text) => text.strip_prefix(ELSEWHERE).map(str::to_owned),
-                _ => None,
-            });
-            let Some(paragraph) = paragraph else {
+            let paragraph = elsewhere::paragraph(&doc);
+            if paragraph.is_empty() {
                 assert!(WITHOUT.contains(&kind), "`{kind}` does not say what it is called elsewhere");
                 continue;
-            };
+            }
             assert!(!WITHOUT.contains(&kind), "`{kind}` says what it is called elsewhere");
             let names: Vec<&str> = paragraph.split('*').skip(1).step_by(2).collect();
             assert!(!names.is_empty(), "`{kind}` names no node of another program");

@@ -17,6 +17,10 @@ use std::sync::{Mutex, PoisonError};
 /// Called after each render, by any thread: with the number of finished renders, and the state at the begin of their batch.
 pub type Watch<'w> = &'w (dyn Fn(usize, &Status) + Sync);
 
+/// The name of a preset, or `None` for the graph as it is, and the distance of its values from the photograph. The distance is `None` if
+/// the graph refuses the values.
+pub type StartDistance<'n> = (Option<&'n str>, Option<f64>);
+
 /// A graph and a photograph, ready to be fitted.
 pub struct Fitting<'f> {
     pub(super) bench: Bench<'f>,
@@ -106,13 +110,12 @@ impl<'f> Fitting<'f> {
         Ok(Fitted { fitting: self, fit, cpu: self.clocks.0.elapsed().as_secs_f64() })
     }
 
-    /// The values to begin with: the name of the preset, or `None` for the graph as it is, and the distance from the photograph. The
-    /// distance is `None` if the graph refuses the values.
+    /// The values to begin with, each with its distance from the photograph.
     ///
     /// # Errors
     ///
     /// Fails if it is cancelled.
-    pub fn starts(&self, watch: Watch<'_>) -> Result<Vec<(Option<&str>, Option<f64>)>, Refused> {
+    pub fn starts(&self, watch: Watch<'_>) -> Result<Vec<StartDistance<'_>>, Refused> {
         let asks: Vec<Ask> = (0..self.setup.starts.len()).filter_map(|at| self.start(at)).collect();
         let target = self.target();
         let distance = |outcome: Outcome| match outcome {

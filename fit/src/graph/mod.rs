@@ -10,7 +10,7 @@ mod preset;
 mod report;
 mod setup;
 
-pub use evaluate::{Fitting, Watch};
+pub use evaluate::{Fitting, StartDistance, Watch};
 pub use light::Light;
 pub use photo::Photo;
 pub use preset::{Preset, name_for};

@@ -1,6 +1,6 @@
 //! Light for the lit view, in one format: the environments of `Relief`, and the user's own. For the latter, a page sends
-//! an EXR panorama and gets back its light. That light is kept in memory for this run, so a reloaded page can fetch it
-//! again; nothing is written to disk.
+//! a panorama (EXR or HDR) and gets back its light. That light is kept in memory for this run, so a reloaded page can
+//! fetch it again; nothing is written to disk.
 use super::app::{ApiError, App, Query2, aside};
 use axum::body::{Bytes, to_bytes};
 use axum::extract::{Request, State};
@@ -10,7 +10,7 @@ use half::f16;
 use serde::Deserialize;
 use shibo_bridge::scene::lock;
 use shibo_kernel::surface::environment::{Environment, Map, Panorama, Scene, panorama};
-use shibo_picture::{Conversion, ReadLimits, header_bytes, read_bytes};
+use shibo_picture::{Conversion, FileFormat, Header, ReadError, ReadLimits, header_bytes, read_bytes};
 
 /// Maximum file size in bytes: 8192 × 4096 pixels with 16 bits per channel fit.
 const MOST: usize = 256 << 20;
@@ -87,10 +87,12 @@ pub(super) async fn take(State(app): State<App>, request: Request) -> Result<Res
 }
 
 fn light(file: &[u8]) -> Result<Bytes, String> {
-    if !file.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        return Err("it is no OpenEXR file".to_owned());
-    }
-    let header = header_bytes(file).map_err(|error| error.to_string())?;
+    let is_light = |header: &Header| matches!(header.format, FileFormat::Exr | FileFormat::Hdr);
+    let header = match header_bytes(file) {
+        Ok(header) if is_light(&header) => header,
+        Ok(_) | Err(ReadError::UnknownFormat(_)) => return Err("it is neither OpenEXR nor Radiance HDR".to_owned()),
+        Err(error) => return Err(error.to_string()),
+    };
     let mut picture = read_bytes(file, &LIMITS).map_err(|error| error.to_string())?;
     Conversion::of_file(&header).0.apply(&mut picture);
     let plane = |channel: u8| picture.plane(if picture.channels < 3 { 0 } else { channel });
@@ -137,6 +139,6 @@ mod tests {
 
     #[test]
     fn rejects_files_that_are_no_panoramas() {
-        assert!(light(b"not a picture").unwrap_err().contains("no OpenEXR file"));
+        assert!(light(b"not a picture").unwrap_err().contains("neither OpenEXR nor Radiance HDR"));
     }
 }

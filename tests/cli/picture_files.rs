@@ -43,9 +43,12 @@ fn check_reports_bad_pictures() {
     print.segments[1].1 = frame(8, 4);
     let cases: &[(&[u8], &str)] = &[
         (b"", "the file is empty"),
-        (b"not a picture\n", "it is text, not a picture; it must be PNG, JPEG, TIFF or OpenEXR"),
-        (b"RIFF\x10\0\0\0WEBPVP8 ", "it is WebP; it must be PNG, JPEG, TIFF or OpenEXR: convert it to PNG"),
-        (b"BM\x10\0\0\0", "it is BMP; it must be PNG, JPEG, TIFF or OpenEXR: convert it to PNG"),
+        (b"not a picture\n", "it is text, not a picture; it must be PNG, JPEG, TIFF, OpenEXR or Radiance HDR"),
+        (
+            b"RIFF\x10\0\0\0WEBPVP8 ",
+            "it is WebP; it must be PNG, JPEG, TIFF, OpenEXR or Radiance HDR: convert it to PNG",
+        ),
+        (b"BM\x10\0\0\0", "it is BMP; it must be PNG, JPEG, TIFF, OpenEXR or Radiance HDR: convert it to PNG"),
         (&png[..png.len() / 2], "the file is truncated: it ends within the chunk `IDAT`; copy or save it again"),
         (&png[..png.len() - 12], "the file is truncated: its last chunk, `IEND`, is missing; copy or save it again"),
         (&lzw[..lzw.len() / 2], "copy or save it again"),

@@ -7,8 +7,6 @@ const STARTS: &[(&[u8], &str)] = &[
     (b"GIF8", "GIF"),
     (b"BM", "BMP"),
     (b"8BPS", "a Photoshop document (PSD or PSB)"),
-    (b"#?RADIANCE", "Radiance HDR"),
-    (b"#?RGBE", "Radiance HDR"),
     (b"DDS ", "DDS"),
     (b"qoif", "QOI"),
     (b"\x00\x00\x01\x00", "an icon (ICO)"),

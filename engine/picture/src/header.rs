@@ -1,7 +1,7 @@
 //! Format detection and reading of headers, without decoding.
 
 use super::limits::{FileError, ReadError, ReadLimits, list};
-use super::{SampleKind, foreign, read_exr, read_jpeg, read_png, read_tiff};
+use super::{SampleKind, foreign, read_exr, read_hdr, read_jpeg, read_png, read_tiff};
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
 use std::path::Path;
@@ -17,6 +17,8 @@ pub enum FileFormat {
     Tiff,
     /// OpenEXR.
     Exr,
+    /// Radiance HDR.
+    Hdr,
 }
 
 /// The header of a picture.
@@ -114,6 +116,7 @@ fn of_reader<R: BufRead + Seek>(mut reader: R, layer: Option<&str>) -> Result<He
         FileFormat::Jpeg => read_jpeg::header(reader),
         FileFormat::Tiff => read_tiff::header(reader),
         FileFormat::Exr => read_exr::header(reader, layer),
+        FileFormat::Hdr => read_hdr::header(reader),
     }?;
     of_layer(header, layer)
 }
@@ -156,6 +159,7 @@ fn checked<R: BufRead + Seek>(
         }
         FileFormat::Tiff => read_tiff::check(reader, length, limits),
         FileFormat::Exr => read_exr::check(reader, length, limits, layer),
+        FileFormat::Hdr => read_hdr::check(reader, length, limits),
     }?;
     of_layer(header, layer)
 }
@@ -227,6 +231,7 @@ pub(super) fn sniff(start: &[u8]) -> Result<FileFormat, ReadError> {
         [0xff, 0xd8, 0xff, ..] => Ok(FileFormat::Jpeg),
         [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => Ok(FileFormat::Tiff),
         [0x76, 0x2f, 0x31, 0x01, ..] => Ok(FileFormat::Exr),
+        _ if start.starts_with(b"#?RADIANCE") || start.starts_with(b"#?RGBE") => Ok(FileFormat::Hdr),
         _ => Err(ReadError::UnknownFormat(foreign::name_of_start(start))),
     }
 }

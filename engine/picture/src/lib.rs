@@ -1,7 +1,7 @@
 //! Picture files: reads files of users and writes results of graphs.
 //!
-//! **Reading** ([`read`], [`read_bytes`], [`header`]) supports PNG, JPEG, TIFF and OpenEXR, detected by content. Files
-//! are not trusted. Only regular files are opened. The sizes in the header are compared with [`ReadLimits`] and with
+//! **Reading** ([`read`], [`read_bytes`], [`header`]) supports PNG, JPEG, TIFF, OpenEXR and Radiance HDR, detected by
+//! content. Files are not trusted. Only regular files are opened. The sizes in the header are compared with [`ReadLimits`] and with
 //! the maximum that the file's length can hold before anything is allocated. Then the file is followed to its end,
 //! chunk by chunk, marker by marker or block by block, before a sample is decoded; [`check`] does only this. A
 //! truncated or corrupt file is an error, never half a picture.
@@ -35,6 +35,7 @@ mod primaries;
 mod raster;
 mod read;
 mod read_exr;
+mod read_hdr;
 mod read_jpeg;
 mod read_png;
 mod read_tiff;

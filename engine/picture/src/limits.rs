@@ -67,7 +67,7 @@ pub enum ReadError {
     #[error("the file is empty; save the picture again")]
     Empty,
     /// A format that is not supported.
-    #[error("{0}; it must be PNG, JPEG, TIFF or OpenEXR: convert it to PNG, TIFF, JPEG or EXR")]
+    #[error("{0}; it must be PNG, JPEG, TIFF, OpenEXR or Radiance HDR: convert it to PNG, TIFF, JPEG or EXR")]
     UnknownFormat(String),
     /// The file ends before the picture does.
     #[error("the file is truncated: {0}; copy or save it again")]

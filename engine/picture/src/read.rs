@@ -2,7 +2,7 @@
 
 use super::header::{FileFormat, load, position, sniff};
 use super::limits::{FileError, ReadError, ReadLimits};
-use super::{Picture, read_exr, read_jpeg, read_png, read_tiff};
+use super::{Picture, read_exr, read_hdr, read_jpeg, read_png, read_tiff};
 use std::path::Path;
 
 /// Reads a picture. Needs memory for the file, the stored samples and the `f32` samples at the same time.
@@ -42,6 +42,7 @@ pub fn read_bytes(bytes: &[u8], limits: &ReadLimits) -> Result<Picture, ReadErro
         FileFormat::Jpeg => read_jpeg::read(bytes, limits),
         FileFormat::Tiff => read_tiff::read(bytes, limits),
         FileFormat::Exr => read_exr::read(bytes, limits, None),
+        FileFormat::Hdr => read_hdr::read(bytes, limits),
     }
 }
 

@@ -1,6 +1,6 @@
 //! [`Image`]: a picture from a file.
 //!
-//! PNG, JPEG, TIFF and OpenEXR. Only the header is read until a pixel is needed. A pixel of the result that covers
+//! PNG, JPEG, TIFF, OpenEXR and Radiance HDR. Only the header is read until a pixel is needed. A pixel of the result that covers
 //! several pixels of the picture shows their area average, so small results do not alias. Cost: decoding once, then
 //! O(pixels).
 use super::pixels::{Crop, Pick, PicturePlacement, PictureSource, Pixels};
@@ -71,7 +71,7 @@ pub enum Wrap {
 /// Elsewhere: Substance Designer *Bitmap*; Blender *Image Texture*; Houdini *File*; Material Maker *Image*.
 #[node]
 pub struct Image {
-    /// The file: PNG, JPEG, TIFF or OpenEXR; relative to the graph file. `<UDIM>` in its name stands for the numbers of
+    /// The file: PNG, JPEG, TIFF, OpenEXR or Radiance HDR; relative to the graph file. `<UDIM>` in its name stands for the numbers of
     /// tiles.
     pub path: FilePath,
     /// Layer or channel of an OpenEXR file: `normal` for channels such as `normal.X`, or `height`. By default its

@@ -102,7 +102,10 @@ fn names_unsupported_formats() {
     ] {
         let message = refused(start);
         assert!(message.starts_with(name), "{message}");
-        assert!(message.ends_with("it must be PNG, JPEG, TIFF or OpenEXR: convert it to PNG, TIFF, JPEG or EXR"));
+        assert!(
+            message
+                .ends_with("it must be PNG, JPEG, TIFF, OpenEXR or Radiance HDR: convert it to PNG, TIFF, JPEG or EXR")
+        );
     }
     assert!(matches!(check_bytes(b"", &LIMITS), Err(ReadError::Empty)));
 }

@@ -86,7 +86,7 @@ fn keyboard_reaches_all_controls() {
     assert_eq!(page.eval("document.getElementById('measure').open"), true);
     page.eval("document.querySelectorAll('details').forEach(d => { d.open = true; }); document.activeElement.blur(); window.reached = new Set()");
     let count = page.eval(&format!("{CONTROLS}.length")).as_u64().unwrap();
-    for _ in 0..2 * count {
+    for _ in 0..3 * count {
         page.press("Tab", 0);
         page.eval("reached.add(document.activeElement)");
     }

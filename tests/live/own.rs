@@ -60,8 +60,21 @@ fn drop_file(page: &mut Page, name: &str, bytes: &[u8]) {
     ));
 }
 
+/// A material without relief or colour of its own.
+fn matte() -> String {
+    MATERIAL.replace("base_color: \"noise\"", "base_color: 0.7").replace("height: \"noise\"", "metallic: 0")
+}
+
+const LIT: &str = "document.getElementById('lit')";
 const NOTICE: &str = "document.getElementById('notice').textContent";
 const OWN: &str = "document.querySelector('[data-shape=own]')";
+
+/// The notice about a mesh that gets its texture coordinates from the page.
+fn projected(name: &str) -> String {
+    format!(
+        "{NOTICE} == '{name} wears the material; it has no texture coordinates, so the material is projected on it from six sides'"
+    )
+}
 
 /// Number of colours in the middle of the window, which is drawn at half its size.
 fn colours(page: &mut Page) -> usize {
@@ -95,12 +108,12 @@ fn own_meshes_wear_the_material() {
     page.wait(&format!("document.getElementById('lit').dataset.drawn > {drawn}"));
     for (name, bytes, why) in [
         ("empty.obj", &b""[..], "it has no triangles"),
-        ("bare.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "it has no texture coordinates"),
         ("odd.obj", b"v 0 0 0\nf 1/1 2/2 3/3\n", "which is not there"),
         ("torn.glb", &triangle()[..90], ""),
+        ("notes.txt", b"v 0 0 0\n", "only meshes (OBJ, glb) and panoramas (EXR, HDR)"),
     ] {
         drop_file(&mut page, name, bytes);
-        page.wait(&format!("{NOTICE}.startsWith('{name} is no OBJ or glb mesh') && {NOTICE}.includes('{why}')"));
+        page.wait(&format!("{NOTICE}.startsWith('{name} cannot wear the material: ') && {NOTICE}.includes('{why}')"));
     }
     assert_eq!(page.eval(&format!("{OWN}.ariaPressed")), "true");
     // The shared page contains the mesh.
@@ -155,14 +168,11 @@ fn redness(page: &mut Page, canvas: &str) -> [f64; 2] {
 
 #[test]
 fn own_panoramas_light_the_material() {
-    const LIT: &str = "document.getElementById('lit')";
-    let place = Place::new(
-        &MATERIAL.replace("base_color: \"noise\"", "base_color: 0.7").replace("height: \"noise\"", "metallic: 0"),
-    );
+    let place = Place::new(&matte());
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = browser.open(&watch.url);
-    page.size(640, 480, 0.5);
+    page.size(800, 600, 0.5);
     page.wait("document.documentElement.dataset.final == 'true'");
     drop_file(&mut page, "sky.exr", &panorama(128, 64));
     page.wait(&format!("{NOTICE} == 'sky.exr lights the material'"));
@@ -188,7 +198,7 @@ fn own_panoramas_light_the_material() {
     // An invalid file is reported and changes nothing.
     let whole = panorama(128, 64);
     for (name, bytes, why) in [
-        ("text.exr", &b"not a picture"[..], "it is no OpenEXR file"),
+        ("text.exr", &b"not a picture"[..], "it is neither OpenEXR nor Radiance HDR"),
         ("torn.exr", &whole[..whole.len() / 2], "the file is truncated"),
         ("square.exr", &panorama(64, 64), "a panorama is twice as wide as high"),
     ] {
@@ -220,6 +230,56 @@ fn own_panoramas_light_the_material() {
     page.call("Page.navigate", json!({ "url": url }));
     page.wait("document.documentElement.dataset.final == 'true'");
     page.wait("document.getElementById('light-scene').value == 'Own HDRI'");
+}
+
+#[test]
+fn meshes_without_texture_coordinates_wear_the_material() {
+    let place = Place::new(MATERIAL);
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = browser.open(&watch.url);
+    page.size(640, 480, 0.5);
+    page.wait("document.documentElement.dataset.final == 'true'");
+    let bust = std::fs::read(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs/meshes/bust.glb")).unwrap();
+    for (name, bytes) in [("bare.obj", &b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"[..]), ("bust.glb", &bust)] {
+        drop_file(&mut page, name, bytes);
+        page.wait(&projected(name));
+    }
+    page.wait("document.documentElement.dataset.view == 'lit' && document.getElementById('lit').dataset.drawn > 1");
+    assert!(colours(&mut page) > 100);
+    assert!(page.complaints.is_empty(), "{:?}", page.complaints);
+}
+
+/// A panorama as Radiance HDR: the left half is red light, the right half is dark.
+fn radiance(width: usize, height: usize) -> Vec<u8> {
+    let mut file = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
+    for _ in 0..height {
+        let [high, low] = u16::try_from(width).unwrap().to_be_bytes();
+        let [left, right] = [width / 2, width - width / 2].map(|n| u8::try_from(128 + n).unwrap());
+        file.extend([2, 2, high, low, left, 200, right, 2]);
+        for value in [1, 1, 130] {
+            file.extend([left, value, right, value]);
+        }
+    }
+    file
+}
+
+#[test]
+fn radiance_panoramas_light_the_material() {
+    let place = Place::new(&matte());
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = browser.open(&watch.url);
+    page.size(800, 600, 0.5);
+    page.wait("document.documentElement.dataset.final == 'true'");
+    drop_file(&mut page, "sky.hdr", &radiance(128, 64));
+    page.wait(&format!("{NOTICE} == 'sky.hdr lights the material'"));
+    page.wait(&format!("document.documentElement.dataset.view == 'lit' && {LIT}.dataset.drawn > 1"));
+    page.redraw("const s = document.getElementById('light-exposure'); s.value = -2; s.oninput()");
+    let [left, right] = redness(&mut page, LIT);
+    assert!(left > 20.0 && right < left / 3.0, "{left} {right}");
+    drop_file(&mut page, "torn.hdr", &radiance(128, 64)[..200]);
+    page.wait(&format!("{NOTICE}.startsWith('torn.hdr cannot be the environment: the file is truncated')"));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 // @ts-check
 // The user's own files, dropped on the page or chosen. A mesh (OBJ or glb) becomes a shape that shows the material, and
-// stays in the browser. A panorama (EXR) becomes the environment; the server computes its light. Vertices are as in
+// stays in the browser. A panorama (EXR or HDR) becomes the environment; the server computes its light. Vertices are as in
 // shapes.js.
 import { $, element, notice } from './dom.js';
 
@@ -102,14 +102,54 @@ function glb(buffer) {
   return found;
 }
 
+// Texture coordinates for a mesh without them: each triangle is projected along the axis that its normal is nearest to,
+// so that the material repeats once over the largest side. Vertices of several projections are split.
+/** @param {Triangles} triangles @returns {Triangles} */
+function projected({ positions: p, normals: given, index }) {
+  const side = [0, 1, 2].map((k) => p.reduce(([a, b], v, i) => (i % 3 === k ? [Math.min(a, v), Math.max(b, v)] : [a, b]), [Infinity, -Infinity]));
+  const size = Math.max(...side.map(([a, b]) => b - a)) || 1;
+  /** @type {(list: number[], at: number) => number[]} */
+  const of = (list, at) => [list[3 * at], list[3 * at + 1], list[3 * at + 2]];
+  const faces = [];
+  const smooth = given.length === p.length ? given : p.map(() => 0);
+  for (let i = 0; i + 2 < index.length; i += 3) {
+    const corners = index.slice(i, i + 3);
+    const [a, b, c] = corners.map((at) => of(p, at));
+    const [x, y] = [b, c].map((to) => to.map((v, k) => v - a[k]));
+    const n = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]];
+    if (smooth !== given) for (const at of corners) for (let k = 0; k < 3; k += 1) smooth[3 * at + k] += n[k];
+    faces.push({ corners, n });
+  }
+  /** @type {Triangles} */
+  const found = { positions: [], uvs: [], normals: [], index: [] };
+  const known = new Map();
+  for (const { corners, n } of faces) {
+    const axis = n.reduce((best, v, k) => (Math.abs(v) > Math.abs(n[best]) ? k : best), 0);
+    const sign = Math.sign(n[axis]) || 1;
+    for (const at of corners) {
+      const key = 6 * at + 2 * axis + Number(sign > 0);
+      if (!known.has(key)) {
+        const [x, y, z] = of(p, at);
+        const [u, v] = [[-sign * z, y], [x, -sign * z], [sign * x, y]][axis];
+        known.set(key, known.size);
+        found.positions.push(x, y, z);
+        found.normals.push(...of(smooth, at));
+        found.uvs.push(u / size, -v / size);
+      }
+      found.index.push(known.get(key));
+    }
+  }
+  return found;
+}
+
 // Converts a mesh to a shape: inside a ball of radius 1, with normals and tangents. `span` is the mean length of one
 // turn of u.
 /** @param {Triangles} triangles @returns {Shape} */
-function shape({ positions: p, uvs, normals, index }) {
+function shape(triangles) {
+  const { positions: p, uvs, normals, index } = triangles;
   const count = p.length / 3;
   if (!index.length) throw new Error('it has no triangles');
   if (index.length / 3 > MOST) throw new Error(`it has more than ${MOST} triangles`);
-  if (uvs.length !== 2 * count) throw new Error('it has no texture coordinates');
   if (!p.every(Number.isFinite) || !uvs.every(Number.isFinite) || !index.every((i) => i < count)) throw new Error('it has numbers that are none');
   const sides = [0, 1, 2].map((k) => p.reduce(([a, b], v, i) => (i % 3 === k ? [Math.min(a, v), Math.max(b, v)] : [a, b]), [Infinity, -Infinity]));
   const middle = sides.map(([a, b]) => (a + b) / 2);
@@ -189,15 +229,20 @@ async function takePanorama(lit, look, file) {
 /** @param {import('./lit.js').Lit} lit @param {() => void} look @param {File} file */
 async function take(lit, look, file) {
   const start = new Uint8Array(await file.slice(0, 4).arrayBuffer());
-  if (/\.(exr|hdr)$/i.test(file.name) || [0x76, 0x2f, 0x31, 0x01].every((b, i) => start[i] === b)) { await takePanorama(lit, look, file); return; }
+  // The first bytes of OpenEXR and of Radiance.
+  const isPanorama = [[0x76, 0x2f, 0x31, 0x01], [0x23, 0x3f]].some((magic) => magic.every((b, i) => start[i] === b));
+  if (isPanorama || /\.(exr|hdr)$/i.test(file.name)) { await takePanorama(lit, look, file); return; }
   try {
     const buffer = await file.arrayBuffer();
     const binary = buffer.byteLength > 28 && new DataView(buffer).getUint32(0, true) === 0x46546c67;
-    wear(lit, shape(binary ? glb(buffer) : obj(new TextDecoder().decode(buffer))), file.name);
+    if (!binary && !/\.(obj|glb)$/i.test(file.name)) throw new Error('only meshes (OBJ, glb) and panoramas (EXR, HDR) can be shown');
+    const found = binary ? glb(buffer) : obj(new TextDecoder().decode(buffer));
+    const mapped = 3 * found.uvs.length === 2 * found.positions.length;
+    wear(lit, shape(mapped ? found : projected(found)), file.name);
     look();
-    notice(`${file.name} wears the material`);
+    notice(`${file.name} wears the material${mapped ? '' : '; it has no texture coordinates, so the material is projected on it from six sides'}`);
   } catch (error) {
-    notice(`${file.name} is no OBJ or glb mesh to wear it, and no EXR panorama: ${/** @type {Error} */ (error).message}`, true);
+    notice(`${file.name} cannot wear the material: ${/** @type {Error} */ (error).message}`, true);
   }
 }
 
@@ -213,7 +258,7 @@ export function drops(lit, look) {
     return [button, input];
   };
   const mesh = choice('own', 'Own mesh …', '.obj,.glb', 'Choose an OBJ or glb file, or drop one on the page');
-  const light = choice('hdri', 'Own HDRI …', '.exr', 'Choose an EXR panorama as the environment, or drop one on the page');
+  const light = choice('hdri', 'Own HDRI …', '.exr,.hdr', 'Choose an EXR or HDR panorama as the environment, or drop one on the page');
   $('light').append(element('div', { className: 'row' }, ...mesh, ...light));
   addEventListener('dragover', (e) => { if (e.dataTransfer && [...e.dataTransfer.types].includes('Files')) e.preventDefault(); });
   addEventListener('drop', (e) => {

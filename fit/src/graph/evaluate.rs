@@ -1,7 +1,7 @@
 //! A prepared fit: it renders the graph at values that the search asks for, on several threads.
 use super::drawn::drawn;
 use super::photo::Photo;
-use super::setup::{Left, Setup};
+use super::setup::Setup;
 use super::{Bench, Fitted, Refused, Request};
 use crate::{Ask, Outcome, Problem, Renders, Status, fit};
 use shibo_bridge::GraphText;
@@ -80,11 +80,6 @@ impl<'f> Fitting<'f> {
     /// The number of parameters that are fitted.
     pub fn parameters(&self) -> usize {
         self.setup.written.len()
-    }
-
-    /// The parameters that are not fitted, each with the reason.
-    pub fn left(&self) -> &Left {
-        &self.setup.left
     }
 
     /// True if numbers from the smallest to the largest are shown as black to white.

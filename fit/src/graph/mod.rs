@@ -14,7 +14,6 @@ pub use evaluate::{Fitting, StartDistance, Watch};
 pub use light::Light;
 pub use photo::Photo;
 pub use preset::{Preset, name_for};
-pub use setup::Left;
 
 use crate::{Failure, Fit};
 use shibo_bridge::Tools;

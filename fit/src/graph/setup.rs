@@ -282,7 +282,7 @@ fn output(args: &Request, graph: &Graph) -> Result<String, Refused> {
 }
 
 /// Parameters that are not fitted, each with the reason.
-pub type Left = Vec<(String, &'static str)>;
+type Left = Vec<(String, &'static str)>;
 
 /// The fitted parameters, and the others.
 fn chosen(args: &Request, graph: &Graph) -> Result<(Vec<GraphParam>, Left), Refused> {

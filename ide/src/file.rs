@@ -204,7 +204,7 @@ impl File {
             let Some((name, body)) = item.name().zip(item.value.as_ref().and_then(Value::body)) else { return false };
             match body.bracket {
                 b'(' => name == "canvas",
-                b'{' if body.items.is_empty() => crate::fixes::is_misspelt(name, Section::Nodes.key()),
+                b'{' if body.items.is_empty() => super::spelling::is_misspelt(name, Section::Nodes.key()),
                 b'{' => body.items.iter().any(is_node),
                 _ => false,
             }

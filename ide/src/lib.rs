@@ -31,6 +31,7 @@ pub mod navigate;
 mod paths;
 pub mod rename;
 mod signature;
+mod spelling;
 pub mod structure;
 #[cfg(test)]
 mod tests;

@@ -28,7 +28,6 @@ use trial::{Against, Trial};
 
 pub(crate) use missing::fields as needed_fields;
 pub use trial::{Errors, errors};
-pub(crate) use words::is_misspelt;
 
 /// Most fixes of a finding that are not choices.
 const OFFERED: usize = 3;

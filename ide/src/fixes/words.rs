@@ -5,6 +5,7 @@ use super::super::expect::Expect;
 use super::super::file::{File, Section};
 use super::super::names::params_in;
 use super::super::rename::{Edit, apply};
+use super::super::spelling::{LONGEST, distance};
 use super::super::world::Cx;
 use super::imports::{self, graph_paths, is_graph};
 use super::meanings::meanings;
@@ -13,8 +14,6 @@ use crate::manual::elsewhere::{self, squash};
 use shibo_graph::syntax::is_name;
 use std::ops::Range;
 
-/// Longer words, in bytes, are not compared.
-const LONGEST: usize = 64;
 /// Most names offered for a word.
 const OFFERED: usize = 4;
 /// Fewest letters of a word with two typing errors.
@@ -161,30 +160,6 @@ fn near(wrong: &str, name: &str) -> Option<Near> {
     }
     let short = a.len().min(b.len());
     (short > 2 && (a.contains(&b) || b.contains(&a))).then_some(Near::Part(a.len().abs_diff(b.len())))
-}
-
-/// Returns whether a word is another one with at most one typing error.
-pub(crate) fn is_misspelt(wrong: &str, name: &str) -> bool {
-    matches!(near(wrong, name), Some(Near::Same | Near::Form | Near::Typed(0..=1)))
-}
-
-/// Typing errors between two words: letters added, left out, replaced, or two exchanged.
-fn distance(a: &str, b: &str) -> usize {
-    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
-    let mut rows: [Vec<usize>; 3] = [vec![0; b.len() + 1], vec![0; b.len() + 1], (0..=b.len()).collect()];
-    for i in 1..=a.len() {
-        rows.rotate_left(1);
-        rows[2][0] = i;
-        for j in 1..=b.len() {
-            let other = usize::from(a[i - 1] != b[j - 1]);
-            let mut best = (rows[1][j] + 1).min(rows[2][j - 1] + 1).min(rows[1][j - 1] + other);
-            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
-                best = best.min(rows[0][j - 2] + 1);
-            }
-            rows[2][j] = best;
-        }
-    }
-    rows[2][b.len()]
 }
 
 /// Parameters that do not exist, as `$name` in a text.

@@ -398,6 +398,8 @@ impl Parser<'_> {
             if ends_line {
                 // The comma after the bracket is missing, too.
                 self.recovering = true;
+                // An earlier mistake in the line may be the cause.
+                fault.weak = true;
                 fault.range = last;
                 if !is_comma {
                     (fault.message, fault.help) = (after.into(), Some("close the bracket"));

@@ -92,7 +92,6 @@ fn names_unsupported_formats() {
         (b"\0\0\0\x20ftypheic\0\0", "it is HEIC"),
         (b"\0\0\0\x20ftypisom\0\0", "it is a film"),
         (b"8BPS\0\x01", "it is a Photoshop document"),
-        (b"#?RADIANCE\n", "it is Radiance HDR"),
         (b"P6\n3 4\n255\n", "it is PNM"),
         (b"<?xml version=\"1.0\"?>\n<svg>", "it is SVG"),
         (b"\xef\xbb\xbf<!DOCTYPE html><html>", "it is a web page"),

@@ -1,5 +1,6 @@
 //! Evaluates single nodes in unit tests, without a graph.
 use shibo_kernel::ground::math::{cos, sin};
+use shibo_kernel::ground::number::narrow;
 use shibo_node::{Call, DynNode, Node, Outputs};
 use shibo_picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
 use shibo_value::diagnostics::Problem;
@@ -194,6 +195,19 @@ pub(crate) fn field<N: Node>(node: &N, inputs: &[Value]) -> Field {
         Some(Value::Field(field)) => field.clone(),
         other => panic!("the main output is no field: {other:?}"),
     }
+}
+
+/// A field on the test canvas whose values depend on x alone, in mm from 0 to 32.
+pub(crate) fn by_x(value: fn(f64) -> f64) -> Value {
+    Field::generate(shibo_value::Type::Gray, Tiling::BOTH, move |out, _| {
+        let (grid, window) = (out.grid, out.window);
+        let width = window.width.cast_signed();
+        for (k, v) in (0..).zip(out.plane_mut(0)) {
+            *v = narrow(value(grid.center(window.x + k % width, window.y).x.rem_euclid(32.0)));
+        }
+        Ok(())
+    })
+    .into()
 }
 
 /// A test picture for filters: round lumps with hard edges, periodic with [`canvas`].

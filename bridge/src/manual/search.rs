@@ -16,15 +16,13 @@ pub struct Found<'r> {
 }
 
 /// Names of a kind in other programs, in one line.
-fn elsewhere(doc: &str) -> String {
+fn names_elsewhere(doc: &str) -> String {
     elsewhere::paragraph(doc).split_whitespace().collect::<Vec<_>>().join(" ").replace('*', "")
 }
 
-/// Keeps letters and digits, in lower case: `ColorRamp`, `color ramp` and `colour_ramp` then differ by at most one
-/// letter.
+/// The letters and digits in lower case, in American spelling: `ColorRamp` and `colour ramp` are then equal.
 fn squash(text: &str) -> String {
-    let plain: String = text.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect();
-    plain.replace("colour", "color").replace("grey", "gray")
+    elsewhere::squash(text).replace("colour", "color").replace("grey", "gray")
 }
 
 /// The words of a text in lower case; names of kinds are split at their capitals.
@@ -84,7 +82,7 @@ pub fn search<'r>(registry: &'r Registry, query: &str) -> Vec<Found<'r>> {
     let mut found = Vec::new();
     let words = shibo_ide::manual::words::WORDS.iter().map(|word| (word.name, &*word.doc));
     for (kind, doc) in kinds.chain(words) {
-        let (summary, names) = (summary(doc), elsewhere(doc));
+        let (summary, names) = (summary(doc), names_elsewhere(doc));
         if let Some(rank) = rank(query, kind, &summary, &names) {
             let elsewhere = (matches!(rank.0, 2 | 4..) && !names.is_empty()).then_some(names);
             found.push((rank, Found { kind, summary, elsewhere }));
@@ -104,8 +102,8 @@ mod tests {
     #[test]
     fn finds_names_of_other_programs() {
         let doc = "Does a thing.\n\nElsewhere: Substance Designer *Tile Sampler*, Material Maker *Tiler*.";
-        assert_eq!(elsewhere(doc), "Substance Designer Tile Sampler, Material Maker Tiler.");
-        assert_eq!(elsewhere("Nothing."), "");
+        assert_eq!(names_elsewhere(doc), "Substance Designer Tile Sampler, Material Maker Tiler.");
+        assert_eq!(names_elsewhere("Nothing."), "");
     }
 
     #[test]

@@ -36,7 +36,7 @@ impl Photo {
         Self::of(&picture, (&path.display().to_string(), name), width_mm, crop)
     }
 
-    /// A photograph that is in memory, and what it is called: in messages, and in reports.
+    /// A photograph that is in memory. `shown` is its name in messages, `name` its name in reports and comments.
     ///
     /// # Errors
     ///

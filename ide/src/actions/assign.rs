@@ -40,6 +40,15 @@ pub fn add_preset(cx: Cx<'_>, name: &str, values: &[(String, String)]) -> Result
     if cx.file.entry(Section::Presets, name).is_some() {
         return Err(format!("there is a preset `{name}` already"));
     }
+    let entry = format!("{}: {}", quote(name), preset_of(cx, values)?);
+    Ok(add_to(cx.file, Section::Presets, &entry))
+}
+
+/// A preset with these values as text, each in the notation of the default of its parameter.
+///
+/// # Errors
+/// A parameter that the file does not declare.
+pub(super) fn preset_of(cx: Cx<'_>, values: &[(String, String)]) -> Result<String, String> {
     let mut entries = Vec::new();
     for (param, value) in values {
         let item = cx.file.entry(Section::Params, param);
@@ -47,8 +56,7 @@ pub fn add_preset(cx: Cx<'_>, name: &str, values: &[(String, String)]) -> Result
         let declared = declared.ok_or_else(|| format!("the file declares no parameter `{param}`"))?;
         entries.push(format!("{}: {}", quote(param), alike(cx, &declared.range, value)));
     }
-    let entry = format!("{}: {{ {} }}", quote(name), entries.join(", "));
-    Ok(add_to(cx.file, Section::Presets, &entry))
+    Ok(if entries.is_empty() { "{}".to_owned() } else { format!("{{ {} }}", entries.join(", ")) })
 }
 
 /// Refuses a text that cannot be the name of a preset.

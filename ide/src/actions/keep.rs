@@ -4,7 +4,7 @@ use super::super::insert::{add_to, append, indent};
 use super::super::names::quote;
 use super::super::rename::Edit;
 use super::super::world::Cx;
-use super::assign::{alike, check_preset_name};
+use super::assign::{check_preset_name, preset_of};
 
 /// Adds a preset with these values, given as RON, or replaces the preset of that name. A line `comment` stands above it where the
 /// presets have lines of their own; it replaces a comment there that begins with the same word.
@@ -13,14 +13,7 @@ use super::assign::{alike, check_preset_name};
 /// A wrong name, or a parameter that the file does not declare.
 pub fn put_preset(cx: Cx<'_>, name: &str, comment: &str, values: &[(String, String)]) -> Result<Vec<Edit>, String> {
     check_preset_name(name)?;
-    let mut entries = Vec::new();
-    for (param, value) in values {
-        let item = cx.file.entry(Section::Params, param);
-        let declared = item.and_then(|item| item.value.as_ref()?.body()?.value("default"));
-        let declared = declared.ok_or_else(|| format!("the file declares no parameter `{param}`"))?;
-        entries.push(format!("{}: {}", quote(param), alike(cx, &declared.range, value)));
-    }
-    let body = if entries.is_empty() { "{}".to_owned() } else { format!("{{ {} }}", entries.join(", ")) };
+    let body = preset_of(cx, values)?;
     let text = &cx.file.text;
     if let Some(item) = cx.file.entry(Section::Presets, name) {
         let value = item.value.as_ref().map_or(item.range.clone(), |value| value.range.clone());

@@ -37,7 +37,7 @@ pub(crate) fn kinds<'r>(registry: &'r Registry, word: &str) -> Vec<&'r str> {
 }
 
 /// The letters and digits of a text, in lower case.
-pub(crate) fn squash(text: &str) -> String {
+pub fn squash(text: &str) -> String {
     text.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 

@@ -1,7 +1,8 @@
 //! Offers in places without a node: presets, `with`, empty files, and names of other programs.
 use super::super::complete;
-use super::super::hover::{self, Evaluated, Pictures};
+use super::super::hover;
 use super::super::{Cx, Workspace, World, signature};
+use super::edits::NoPictures;
 use super::{offered, with};
 use std::path::Path;
 use std::sync::Arc;
@@ -46,26 +47,6 @@ fn of_preset(values: &str) -> Vec<(String, String)> {
 
 fn first(found: &[(String, String)], count: usize) -> Vec<&str> {
     found.iter().take(count).map(|(label, _)| label.as_str()).collect()
-}
-
-struct NoPictures;
-
-impl Pictures for NoPictures {
-    fn kind(&self, _kind: &str) -> Option<String> {
-        None
-    }
-
-    fn node(&self, _path: &Path, _node: &str) -> Option<Evaluated> {
-        None
-    }
-
-    fn node_in(&self, _path: &Path, _text: &str, _node: &str) -> Option<Evaluated> {
-        None
-    }
-
-    fn file(&self, _path: &Path) -> Option<String> {
-        None
-    }
 }
 
 fn hovered(text: &str) -> String {

@@ -238,34 +238,22 @@ impl Node for Grow {
 mod tests {
     use super::*;
     use crate::conform::{conforms, field, part};
-    use crate::testing::{OnCanvas as _, canvas, outputs, port};
+    use crate::testing::{OnCanvas as _, by_x, canvas, outputs, port};
     use glam::UVec2;
-    use shibo_value::{Canvas, Value};
+    use shibo_value::Canvas;
 
     fn node() -> Grow {
         Grow { size: 0.6, spacing: 9.0, drip: 8.0, ..Grow::default() }
     }
 
-    fn mask(value: fn(f64) -> f64) -> Value {
-        Field::generate(Type::Gray, Tiling::BOTH, move |out, _| {
-            let (grid, window) = (out.grid, out.window);
-            let width = window.width.cast_signed();
-            for (k, v) in (0..).zip(out.plane_mut(0)) {
-                *v = narrow(value(grid.center(window.x + k % width, window.y).x.rem_euclid(32.0)));
-            }
-            Ok(())
-        })
-        .into()
-    }
-
     #[test]
     fn conforms_with_all_inputs() {
         conforms(&node(), &[]);
-        let half = || mask(|x| if x < 16.0 { 1.0 } else { 0.0 });
+        let half = || by_x(|x| if x < 16.0 { 1.0 } else { 0.0 });
         let fed = Grow { exposure: port(0), cavity: Some(port(1)), start: Some(port(2)), ..node() };
-        conforms(&fed, &[half(), half(), mask(|x| if x < 2.0 { 1.0 } else { 0.0 })]);
+        conforms(&fed, &[half(), half(), by_x(|x| if x < 2.0 { 1.0 } else { 0.0 })]);
         conforms(&Grow { size: 1e5, spacing: 1e5, amount: 0.0, roughness: 1.0, ..node() }, &[]);
-        conforms(&Grow { exposure: port(0), stagger: 0.0, ..node() }, &[mask(|_| 0.0)]);
+        conforms(&Grow { exposure: port(0), stagger: 0.0, ..node() }, &[by_x(|_| 0.0)]);
     }
 
     #[test]
@@ -294,7 +282,7 @@ mod tests {
     #[test]
     fn hollows_are_grown_over_first() {
         let fed = Grow { cavity: Some(port(0)), stagger: 0.0, amount: 2.0, hollows: 3.0, ..node() };
-        let found = field(&fed, &[mask(|x| if x < 16.0 { 1.0 } else { 0.0 })], "mask");
+        let found = field(&fed, &[by_x(|x| if x < 16.0 { 1.0 } else { 0.0 })], "mask");
         let sum = |x: i32| part(&found, &canvas(), x, 0, 24, 64).data().iter().sum::<f32>();
         assert!(sum(4) > 1.5 * sum(36), "{} {}", sum(4), sum(36));
     }
@@ -302,7 +290,7 @@ mod tests {
     #[test]
     fn growth_starts_at_a_mask() {
         let fed = Grow { start: Some(port(0)), spacing: 0.0, roughness: 0.2, ..node() };
-        let started = || mask(|x| if x < 4.0 { 1.0 } else { 0.0 });
+        let started = || by_x(|x| if x < 4.0 { 1.0 } else { 0.0 });
         let ids = part(&field(&fed, &[started()], "id"), &canvas(), 0, 0, 64, 64);
         assert!(ids.data().iter().all(|id| *id == 0.0 || *id == 1.0));
         assert_eq!((ids.row(0, 30)[4], ids.row(0, 30)[62], ids.row(0, 30)[32]), (1.0, 1.0, 0.0));
@@ -317,6 +305,6 @@ mod tests {
         assert_eq!(refused(Grow { spacing: 0.0, ..node() }), Some((Code::BadValue, Some("spacing".into()))));
         assert_eq!(refused(Grow { drip: 33.0, ..node() }), Some((Code::OutOfRange, Some("drip".into()))));
         let fed = Grow { exposure: port(0), ..node() };
-        assert!(outputs(&fed, &[mask(|x| if x < 3.0 { f64::NAN } else { 1.0 })], &canvas()).is_err());
+        assert!(outputs(&fed, &[by_x(|x| if x < 3.0 { f64::NAN } else { 1.0 })], &canvas()).is_err());
     }
 }

@@ -223,24 +223,12 @@ impl Node for Fracture {
 mod tests {
     use super::*;
     use crate::conform::{conforms, field, part};
-    use crate::testing::{OnCanvas as _, canvas, crop, outputs, port};
+    use crate::testing::{OnCanvas as _, by_x, canvas, crop, outputs, port};
     use glam::UVec2;
     use shibo_value::{Value, Window};
 
     fn node() -> Fracture {
         Fracture { spacing: 4.0, pitch: Some(0.8), ..Fracture::default() }
-    }
-
-    fn ramp(value: fn(f64) -> f64) -> Value {
-        Field::generate(Type::Gray, Tiling::BOTH, move |out, _| {
-            let (grid, window) = (out.grid, out.window);
-            let width = window.width.cast_signed();
-            for (k, v) in (0..).zip(out.plane_mut(0)) {
-                *v = narrow(value(grid.center(window.x + k % width, window.y).x.rem_euclid(32.0)));
-            }
-            Ok(())
-        })
-        .into()
     }
 
     #[test]
@@ -284,7 +272,7 @@ mod tests {
     #[test]
     fn thin_layers_have_finer_cracks() {
         let node = Fracture { thickness: port(0), spacing: 5.0, ..node() };
-        let cracks = node_field(&node, ramp(|x| if x < 16.0 { 0.25 } else { 1.0 }));
+        let cracks = node_field(&node, by_x(|x| if x < 16.0 { 0.25 } else { 1.0 }));
         let mean = |x: i32| part(&cracks, &canvas(), x, 0, 24, 64).data().iter().sum::<f32>();
         assert!(mean(4) < 0.75 * mean(36), "{} {}", mean(4), mean(36));
     }
@@ -292,7 +280,7 @@ mod tests {
     #[test]
     fn weak_places_break_first() {
         let node = Fracture { strength: port(0), shrink: 0.8, ..node() };
-        let cracks = node_field(&node, ramp(|x| if x < 16.0 { 0.5 } else { 1.0 }));
+        let cracks = node_field(&node, by_x(|x| if x < 16.0 { 0.5 } else { 1.0 }));
         let mean = |x: i32| part(&cracks, &canvas(), x, 0, 16, 64).data().iter().sum::<f32>();
         assert!(mean(8) < 0.6 * mean(40), "{} {}", mean(8), mean(40));
     }
@@ -312,7 +300,7 @@ mod tests {
     #[test]
     fn a_value_that_is_not_finite_is_reported() {
         let node = Fracture { strength: port(0), ..node() };
-        assert!(outputs(&node, &[ramp(|x| if x < 3.0 { f64::NAN } else { 1.0 })], &canvas()).is_err());
+        assert!(outputs(&node, &[by_x(|x| if x < 3.0 { f64::NAN } else { 1.0 })], &canvas()).is_err());
     }
 
     #[test]

@@ -13,71 +13,113 @@ impl Solid {
     }
 }
 
-/// Evaluates solids at quads of points, each solid once per set of points.
-struct AtQuads {
-    /// The planes of each set: first the original points, then sets to which solids are moved; two rows each.
-    points: Vec<[Arc<[f32]>; 3]>,
+/// A set of points at which solids are evaluated.
+struct Set<'a> {
+    /// The planes of their coordinates. Quads have two rows: the points and those beside them along x, and those along y
+    /// and z.
+    points: [Arc<[f32]>; 3],
+    in_quads: bool,
+    /// The set and the solid that moved it here; `None` for the original points.
+    moved_by: Option<(usize, &'a Solid)>,
+    /// The same points in quads, if that set is made.
+    quads: Option<usize>,
+}
+
+/// Evaluates solids at sets of points, each solid once per set: in quads where its code or that of a reader needs them,
+/// else at single points, which are a quarter of the work.
+struct AtQuads<'a> {
+    /// First the original points, then the same in quads, then sets to which solids are moved.
+    sets: Vec<Set<'a>>,
     pixel: f32,
     /// Index of the moved set, by the original set and the solid that moves it.
     moved: HashMap<(usize, FieldId), usize>,
     known: HashMap<(usize, FieldId), Arc<[f32]>>,
 }
 
-impl AtQuads {
+/// A solid in a set of points.
+type Task<'a> = (usize, &'a Solid);
+
+impl<'a> AtQuads<'a> {
     fn new(points: &[&[f32]; 3], pixel: f32) -> Self {
         let axis = |axis: usize| -> Arc<[f32]> {
             let beside = |along: usize| if axis == along { pixel } else { 0.0 };
             let upper = points[axis].iter().flat_map(|v| [*v, *v + beside(0)]);
             upper.chain(points[axis].iter().flat_map(|v| [*v + beside(1), *v + beside(2)])).collect()
         };
-        Self { points: vec![[0, 1, 2].map(axis)], pixel, moved: HashMap::new(), known: HashMap::new() }
+        let single = Set { points: points.map(Arc::from), in_quads: false, moved_by: None, quads: Some(1) };
+        let quads = Set { points: [0, 1, 2].map(axis), in_quads: true, moved_by: None, quads: Some(1) };
+        Self { sets: vec![single, quads], pixel, moved: HashMap::new(), known: HashMap::new() }
     }
 
-    /// The values of `solid` at the first point of each quad. Uses a work-list, because solids may read each other in
-    /// long chains.
-    fn values(mut self, solid: &Solid) -> Vec<f32> {
-        let mut open = vec![(0, solid)];
+    /// The values of `solid` at the points. Uses a work-list, because solids may read each other in long chains.
+    fn values(mut self, solid: &'a Solid) -> Vec<f32> {
+        let mut open: Vec<Task<'a>> = vec![(0, solid)];
         while let Some(&(set, top)) = open.last() {
-            let wanted: Vec<(usize, &Solid)> = match top.body() {
-                _ if self.known.contains_key(&(set, top.id())) => {
-                    open.pop();
-                    continue;
-                }
-                Body::Computed { inputs, .. } => inputs.iter().map(|input| (set, input)).collect(),
-                Body::Channels { of, .. } => vec![(set, of)],
-                Body::Moved { inner, place, .. } => {
-                    vec![self.move_to(set, place).map_or((set, place), |to| (to, inner))]
-                }
-            };
+            if self.known.contains_key(&(set, top.id())) {
+                open.pop();
+                continue;
+            }
             let before = open.len();
+            let wanted = self.wanted(set, top);
             open.extend(wanted.into_iter().filter(|(set, solid)| !self.known.contains_key(&(*set, solid.id()))));
             if open.len() == before {
                 let values = self.compute(set, top);
                 self.known.insert((set, top.id()), values);
             }
         }
-        let n = self.points[0][0].len();
-        let all = self.known.get(&(0, solid.id()));
-        all.map_or_else(Vec::new, |all| {
-            all.chunks(n.max(1)).flat_map(|plane| plane[..n / 2].iter().step_by(2).copied()).collect()
-        })
+        self.known.get(&(0, solid.id())).map_or_else(Vec::new, |all| all.to_vec())
+    }
+
+    /// The values that a solid needs first.
+    fn wanted(&mut self, set: usize, solid: &'a Solid) -> Vec<Task<'a>> {
+        match solid.body() {
+            Body::Computed { source, .. } if source.wants().quads && !self.sets[set].in_quads => {
+                vec![self.in_quads(set).map_or_else(|first| first, |quads| (quads, solid))]
+            }
+            Body::Computed { inputs, .. } => inputs.iter().map(|input| (set, input)).collect(),
+            Body::Channels { of, .. } => vec![(set, of)],
+            Body::Moved { inner, place, .. } => vec![self.move_to(set, place).map_or((set, place), |to| (to, inner))],
+        }
+    }
+
+    /// The same points in quads, or a value that is needed first to move quads there.
+    fn in_quads(&mut self, set: usize) -> Result<usize, Task<'a>> {
+        let mut moves: Vec<Task<'a>> = Vec::new();
+        let mut from = set;
+        let mut quads = loop {
+            match (self.sets[from].quads, self.sets[from].moved_by) {
+                (Some(quads), _) => break quads,
+                (None, Some((before, place))) => {
+                    moves.push((from, place));
+                    from = before;
+                }
+                (None, None) => break from,
+            }
+        };
+        while let Some((to, place)) = moves.pop() {
+            quads = self.move_to(quads, place).ok_or((quads, place))?;
+            self.sets[to].quads = Some(quads);
+        }
+        Ok(quads)
     }
 
     /// The set of points to which `place` moves `set`, if its values there are known.
-    fn move_to(&mut self, set: usize, place: &Solid) -> Option<usize> {
+    fn move_to(&mut self, set: usize, place: &'a Solid) -> Option<usize> {
         if let Some(to) = self.moved.get(&(set, place.id())) {
             return Some(*to);
         }
         let moved = self.known.get(&(set, place.id()))?;
-        let n = self.points[set][0].len();
-        self.points.push([0, 1, 2].map(|axis| moved[axis * n..(axis + 1) * n].into()));
-        self.moved.insert((set, place.id()), self.points.len() - 1);
-        Some(self.points.len() - 1)
+        let n = self.sets[set].points[0].len();
+        let points = [0, 1, 2].map(|axis| moved[axis * n..(axis + 1) * n].into());
+        let (to, in_quads) = (self.sets.len(), self.sets[set].in_quads);
+        self.sets.push(Set { points, in_quads, moved_by: Some((set, place)), quads: in_quads.then_some(to) });
+        self.moved.insert((set, place.id()), to);
+        Some(to)
     }
 
     /// The values of a solid whose inputs are known.
     fn compute(&mut self, set: usize, solid: &Solid) -> Arc<[f32]> {
-        let points = self.points[set].clone();
+        let Set { points, in_quads, quads, .. } = &self.sets[set];
         let n = points[0].len();
         let known = |set: usize, input: &Solid| self.known.get(&(set, input.id())).cloned().unwrap_or_default();
         match solid.body() {
@@ -89,15 +131,83 @@ impl AtQuads {
                 let all = known(set, of);
                 channels.iter().flat_map(|c| all[c * n..(c + 1) * n].iter().copied()).collect()
             }
+            Body::Computed { source, .. } if source.wants().quads && !in_quads => {
+                let all = known(quads.unwrap_or(set), solid);
+                let first = |plane: &[f32]| plane[..2 * n].iter().step_by(2).copied().collect::<Vec<f32>>();
+                all.chunks((4 * n).max(1)).flat_map(first).collect()
+            }
             Body::Computed { source, inputs } => {
                 let inputs: Vec<Arc<[f32]>> = inputs.iter().map(|input| known(set, input)).collect();
                 let inputs: Vec<Planes<'_>> = inputs.iter().map(|values| Planes::new(values, n)).collect();
                 let place = Patch::of([&points[0], &points[1], &points[2]]);
-                let patch = Patch { columns: n / 2, rows: 2, space: true, pixel: self.pixel, ..place };
+                let rows = if *in_quads { 2 } else { 1 };
+                let patch = Patch { columns: n / rows, rows, space: true, pixel: self.pixel, ..place };
                 let mut out = vec![0.0; n * solid.channels()];
                 source.fill(&patch, &inputs, &mut out.chunks_mut(n.max(1)).collect::<Vec<_>>());
                 out.into()
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{SolidSource, Type, Wants};
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    /// A solid: its inputs and the coordinates at each point, combined by `body`; counts the points.
+    struct Sum {
+        quads: bool,
+        count: Arc<AtomicUsize>,
+        body: fn([f32; 3], f32, &Patch<'_>) -> f32,
+    }
+
+    impl SolidSource for Sum {
+        fn fill(&self, patch: &Patch<'_>, inputs: &[Planes<'_>], out: &mut [&mut [f32]]) {
+            self.count.fetch_add(patch.len(), Ordering::Relaxed);
+            for (channel, out) in out.iter_mut().enumerate() {
+                for (k, out) in out.iter_mut().enumerate() {
+                    let at = [0, 1, 2].map(|axis: usize| patch.place[(axis + channel) % 3][k]);
+                    *out = (self.body)(at, inputs.iter().map(|input| input.plane(0)[k]).sum(), patch);
+                }
+            }
+            if self.quads {
+                assert!(patch.rows == 2 && patch.columns % 2 == 0 && patch.pixel > 0.0);
+            }
+        }
+
+        fn wants(&self) -> Wants {
+            Wants { place: true, quads: self.quads, rounded: false }
+        }
+    }
+
+    fn solid(
+        ty: Type,
+        quads: bool,
+        inputs: Vec<Solid>,
+        body: fn([f32; 3], f32, &Patch<'_>) -> f32,
+    ) -> (Solid, Arc<AtomicUsize>) {
+        let count = Arc::new(AtomicUsize::new(0));
+        (Solid::new(ty, inputs, Sum { quads, count: count.clone(), body }), count)
+    }
+
+    #[test]
+    fn single_points_are_enough_where_no_code_wants_quads() {
+        let points: [Vec<f32>; 3] = [0.0, 10.0, 20.0].map(|from| (0..5).map(|k| from + k as f32).collect());
+        let points = [&points[0][..], &points[1], &points[2]];
+        let (below, below_count) = solid(Type::Solid, false, vec![], |[x, y, _], _, _| x + y);
+        let (shift, _) = solid(Type::SolidVector, false, vec![], |[x, ..], _, _| x + 1.0);
+        let moved = below.moved(shift, false);
+        let (ring, ring_count) = solid(Type::Solid, true, vec![moved.clone()], |[.., z], input, _| 100.0 * z + input);
+        let (top, top_count) = solid(Type::Solid, false, vec![ring, moved.clone()], |_, input, _| input);
+        // Only single points of a solid that no code reads in quads.
+        let alone = moved.quads(&points, 0.5);
+        assert_eq!(alone, [12.0, 14.0, 16.0, 18.0, 20.0]);
+        assert_eq!(below_count.swap(0, Ordering::Relaxed), 5);
+        let all = top.quads(&points, 0.5);
+        assert_eq!(all, [0, 1, 2, 3, 4].map(|k| 2000.0 + 100.0 * k as f32 + 2.0 * (12.0 + 2.0 * k as f32)));
+        let counts = [&below_count, &ring_count, &top_count].map(|count| count.load(Ordering::Relaxed));
+        assert_eq!(counts, [25, 20, 5]);
     }
 }

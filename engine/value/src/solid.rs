@@ -36,8 +36,8 @@ pub struct Patch<'a> {
     /// The normal of a rounded surface whose facets are the quads, in the frame of the facet: its components to the
     /// right, down and along the facet's normal. `None` if there is none, and for code that does not need it.
     pub rounded: Option<[&'a [f32]; 3]>,
-    /// True if quads lie in space instead of on a surface: a point, and the points `pixel` mm beside it along x, y and
-    /// z.
+    /// True if the points lie in space instead of on a surface. A quad is then a point and the points `pixel` mm beside it
+    /// along x, y and z.
     pub space: bool,
     /// Maximum distance between neighbours in mm; 0 for single points without a footprint.
     pub pixel: f32,

@@ -32,6 +32,7 @@ pub mod sites;
 pub mod slide;
 pub mod solver;
 pub mod sow;
+pub mod sparse;
 pub mod strokes;
 pub mod subdivide;
 pub mod texels;

@@ -37,6 +37,7 @@ assets! {
     "numbers.js" "text/javascript; charset=utf-8",
     "objects.js" "text/javascript; charset=utf-8",
     "params.js" "text/javascript; charset=utf-8",
+    "photo.js" "text/javascript; charset=utf-8",
     "picture.js" "text/javascript; charset=utf-8",
     "shaders.js" "text/javascript; charset=utf-8",
     "shapes.js" "text/javascript; charset=utf-8",

@@ -14,7 +14,7 @@ use serde_json::{Value as Data, json};
 use shibo_bridge::scene::{is_own, lock};
 use shibo_bridge::write::{self, Refused};
 use shibo_graph as graph;
-use shibo_ide::actions::{add_preset, alike, apply, assign, promote};
+use shibo_ide::actions::{add_preset, alike, apply, assign, promote, put_preset};
 use shibo_ide::format::keep_layout;
 use shibo_ide::rename::Edit;
 use shibo_ide::{Cx, Workspace};
@@ -39,6 +39,8 @@ enum Change {
     Values { set: Vec<(String, String)>, preset: Option<String> },
     /// Adds a preset with these values.
     Preset { name: String, set: Vec<(String, String)> },
+    /// Puts the values that the last fit found into a preset of this name.
+    Fitted { name: String },
     /// Turns a constant of a node into a parameter.
     Promote { node: String, field: String },
     /// Sets a constant of a node.
@@ -112,6 +114,10 @@ fn edited(stage: &Stage, base: &str, before: &str, change: &Change) -> Result<St
     let edits = match change {
         Change::Values { set, preset } => assign(cx, preset.as_deref(), set),
         Change::Preset { name, set } => add_preset(cx, name, set),
+        Change::Fitted { name } => {
+            let found = stage.photographs.found().ok_or_else(|| ApiError::Failed("no fit is finished".to_owned()))?;
+            put_preset(cx, name, &found.comment, &found.values)
+        }
         Change::Promote { node, field } => {
             let place = place(stage, base, node, field)?;
             promote(cx, place.start)

@@ -4,7 +4,7 @@ use super::assets::asset;
 use super::guard::{Guard, guard};
 use super::position::Jumps;
 use super::stage::{News, Stage, Values};
-use super::{change, data, editor, environment, export, map, marks, mesh, thumb, wear};
+use super::{change, data, editor, environment, export, map, marks, mesh, photo, thumb, wear};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::rejection::BytesRejection;
@@ -53,6 +53,10 @@ pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, Jumps), who: G
         .route("/{token}/export/{id}", get(export::fetch))
         .route("/{token}/export/{id}/stop", post(export::stop))
         .route("/{token}/environment", get(environment::give).post(environment::take))
+        .route("/{token}/photo", post(photo::take))
+        .route("/{token}/photo/beside", get(photo::beside))
+        .route("/{token}/photo/fit", post(photo::fit))
+        .route("/{token}/photo/stop", post(photo::stop))
         .route("/{token}/show", post(editor::show))
         .route("/{token}/jump", post(editor::jump))
         .layer(DefaultBodyLimit::max(BODY))

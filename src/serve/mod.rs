@@ -26,6 +26,7 @@ mod mesh;
 mod numbers;
 mod object;
 mod panorama;
+mod photo;
 mod position;
 mod stage;
 mod texts;

@@ -2,6 +2,7 @@
 //! for pages.
 use super::export_slots::Exports;
 use super::panorama::Environment;
+use super::photo::Photographs;
 use super::texts::Texts;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};
@@ -82,6 +83,8 @@ pub(crate) struct Stage {
     pub(super) exports: Exports,
     /// Environment sent by a page.
     pub(super) environment: Environment,
+    /// The photograph of a page, and its fit.
+    pub(super) photographs: Photographs,
     /// Held while a page changes the file.
     pub(super) writing: Mutex<()>,
     /// Hash of the content that a page wrote last.
@@ -105,6 +108,7 @@ impl Stage {
             texts: Texts::default(),
             exports: Exports::default(),
             environment: Environment::default(),
+            photographs: Photographs::default(),
             writing: Mutex::default(),
             own: Mutex::default(),
             present: Mutex::default(),

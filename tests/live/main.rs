@@ -19,6 +19,7 @@ mod neovim;
 mod noise;
 mod own;
 mod page;
+mod photo;
 mod progress;
 mod protocol;
 mod races;

@@ -53,7 +53,7 @@ fn triangle() -> Vec<u8> {
     file
 }
 
-fn drop_file(page: &mut Page, name: &str, bytes: &[u8]) {
+pub(crate) fn drop_file(page: &mut Page, name: &str, bytes: &[u8]) {
     page.eval(&format!(
         "(() => {{ const data = new DataTransfer(); data.items.add(new File([new Uint8Array({bytes:?})], '{name}')); \
          window.dispatchEvent(new DragEvent('drop', {{ dataTransfer: data, bubbles: true, cancelable: true }})); }})()"
@@ -110,7 +110,7 @@ fn own_meshes_wear_the_material() {
         ("empty.obj", &b""[..], "it has no triangles"),
         ("odd.obj", b"v 0 0 0\nf 1/1 2/2 3/3\n", "which is not there"),
         ("torn.glb", &triangle()[..90], ""),
-        ("notes.txt", b"v 0 0 0\n", "only meshes (OBJ, glb) and panoramas (EXR, HDR)"),
+        ("notes.txt", b"v 0 0 0\n", "only meshes (OBJ, glb), panoramas (EXR, HDR) and photographs (PNG, JPEG, TIFF)"),
     ] {
         drop_file(&mut page, name, bytes);
         page.wait(&format!("{NOTICE}.startsWith('{name} cannot wear the material: ') && {NOTICE}.includes('{why}')"));

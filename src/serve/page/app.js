@@ -14,6 +14,7 @@ import { Measure } from './measure.js';
 import { ask, bitmap, exact, jump, latest, news, send } from './net.js';
 import { Graph } from './nodes.js';
 import { Parameters } from './params.js';
+import { Photo } from './photo.js';
 import { Picture } from './picture.js';
 import { Sheet } from './sheet.js';
 import { CHANNELS } from './textures.js';
@@ -77,7 +78,8 @@ const measure = new Measure(body('measure'), {
 const connection = new Connection(page, (values) => sendLatest(values));
 const exporter = new Exporter(body('export'), page);
 const sheet = new Sheet(body('sheet'), page);
-drops(page.lit, () => page.controls.setView('lit'));
+const photo = new Photo(body('photo'), page, write);
+drops(page.lit, () => page.controls.setView('lit'), (file) => photo.take(file));
 $('measure').ontoggle = () => { sharpen(); measure.show(); };
 $('looks').ontoggle = () => page.looks.draw();
 $('sheet').ontoggle = () => sheet.show();
@@ -149,6 +151,8 @@ const heard = {
   },
   /** @param {ExportNews} now */
   export(now) { exporter.heard(now); },
+  /** @param {FitNews} now */
+  fit(now) { photo.heard(now); },
   // The editor shows a target.
   /** @param {{ target: string }} now */
   look({ target: wanted }) { if (page.state?.scene) look(wanted); },
@@ -326,6 +330,7 @@ async function show(now) {
 
 /** @param {Shown} now @param {number} generation @param {string} sha256 */
 function mark(now, generation, sha256) {
+  if (now.final) photo.compare();
   Object.assign(root.dataset, { shown: now.target, generation, sha: sha256, final: now.final, picture: now.picture });
   $('empty').hidden = true;
 }

@@ -1,7 +1,7 @@
 // @ts-check
 // The user's own files, dropped on the page or chosen. A mesh (OBJ or glb) becomes a shape that shows the material, and
-// stays in the browser. A panorama (EXR or HDR) becomes the environment; the server computes its light. Vertices are as in
-// shapes.js.
+// stays in the browser. A panorama (EXR or HDR) becomes the environment; the server computes its light. A picture is a
+// photograph to compare with: see photo.js. Vertices are as in shapes.js.
 import { $, element, notice } from './dom.js';
 
 const MOST = 2e6;
@@ -225,17 +225,23 @@ async function takePanorama(lit, look, file) {
   }
 }
 
+// The first bytes of PNG, JPEG and TIFF.
+const PHOTOS = [[0x89, 0x50, 0x4e, 0x47], [0xff, 0xd8, 0xff], [0x49, 0x49, 0x2a], [0x4d, 0x4d, 0x00, 0x2a]];
+
 // Loads a file; shows an error if that fails.
-/** @param {import('./lit.js').Lit} lit @param {() => void} look @param {File} file */
-async function take(lit, look, file) {
+/** @param {import('./lit.js').Lit} lit @param {() => void} look @param {(file: File) => void} photo @param {File} file */
+async function take(lit, look, photo, file) {
   const start = new Uint8Array(await file.slice(0, 4).arrayBuffer());
+  /** @param {number[][]} kinds */
+  const begins = (kinds) => kinds.some((magic) => magic.every((b, i) => start[i] === b));
+  if (begins(PHOTOS)) { photo(file); return; }
   // The first bytes of OpenEXR and of Radiance.
-  const isPanorama = [[0x76, 0x2f, 0x31, 0x01], [0x23, 0x3f]].some((magic) => magic.every((b, i) => start[i] === b));
+  const isPanorama = begins([[0x76, 0x2f, 0x31, 0x01], [0x23, 0x3f]]);
   if (isPanorama || /\.(exr|hdr)$/i.test(file.name)) { await takePanorama(lit, look, file); return; }
   try {
     const buffer = await file.arrayBuffer();
     const binary = buffer.byteLength > 28 && new DataView(buffer).getUint32(0, true) === 0x46546c67;
-    if (!binary && !/\.(obj|glb)$/i.test(file.name)) throw new Error('only meshes (OBJ, glb) and panoramas (EXR, HDR) can be shown');
+    if (!binary && !/\.(obj|glb)$/i.test(file.name)) throw new Error('only meshes (OBJ, glb), panoramas (EXR, HDR) and photographs (PNG, JPEG, TIFF) can be shown');
     const found = binary ? glb(buffer) : obj(new TextDecoder().decode(buffer));
     const mapped = 3 * found.uvs.length === 2 * found.positions.length;
     wear(lit, shape(mapped ? found : projected(found)), file.name);
@@ -246,13 +252,13 @@ async function take(lit, look, file) {
   }
 }
 
-// Accepts files dropped anywhere on the page, or chosen; `look` switches to the lit view.
-/** @param {import('./lit.js').Lit} lit @param {() => void} look */
-export function drops(lit, look) {
+// Accepts files dropped anywhere on the page, or chosen; `look` switches to the lit view, and `photo` takes a photograph.
+/** @param {import('./lit.js').Lit} lit @param {() => void} look @param {(file: File) => void} photo */
+export function drops(lit, look, photo) {
   /** @param {string} id @param {string} text @param {string} accept @param {string} title */
   const choice = (id, text, accept, title) => {
     const input = element('input', { type: 'file', id: `${id}-file`, accept, hidden: true, ariaLabel: text.replace(' …', '') });
-    input.onchange = () => { if (input.files?.[0]) take(lit, look, input.files[0]); input.value = ''; };
+    input.onchange = () => { if (input.files?.[0]) take(lit, look, photo, input.files[0]); input.value = ''; };
     const button = element('button', { id: `${id}-choose`, textContent: text, title });
     button.onclick = () => input.click();
     return [button, input];
@@ -264,6 +270,6 @@ export function drops(lit, look) {
   addEventListener('drop', (e) => {
     if (!e.dataTransfer?.files.length) return;
     e.preventDefault();
-    take(lit, look, e.dataTransfer.files[0]);
+    take(lit, look, photo, e.dataTransfer.files[0]);
   });
 }

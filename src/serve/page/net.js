@@ -79,6 +79,15 @@ export async function environment(file, scene) {
   return null;
 }
 
+// Sends a photograph to compare with; without a file, the page has put it away.
+/** @param {File | null} file @returns {Promise<{ name: string, size: Vec2 }>} */
+export async function sendPhoto(file) {
+  const path = query('photo', { name: file?.name ?? '' });
+  const response = await request(path, { method: 'POST', headers: { 'content-type': 'application/octet-stream' }, body: file ?? '' });
+  if (!response.ok) throw new Error((await response.text()) || 'it could not be read');
+  return response.status === 200 ? response.json() : { name: '', size: [0, 0] };
+}
+
 /** @param {string} path @param {unknown} what */
 export function post(path, what) {
   return request(path, { method: 'POST', headers: { 'content-type': 'application/json' }, body: JSON.stringify(what) });

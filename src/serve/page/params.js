@@ -55,6 +55,9 @@ export class Parameters {
     /** @type {number | undefined} */
     this.rest = undefined;
     this.shape = '';
+    // Errors of values that a fit found.
+    /** @type {Map<string, { text: string, loose: boolean }>} */
+    this.errors = new Map();
   }
 
   get values() { return { preset: this.preset, set: new Map(this.set) }; }
@@ -141,9 +144,17 @@ export class Parameters {
 
   /** @param {string} label @param {string | null} [group] */
   tell(label, group = null) {
+    this.errors = new Map();
     this.settle();
     this.show();
     this.onchange(this.values, label, group);
+  }
+
+  // Shows the errors of values that a fit found, until a value is changed.
+  /** @param {Map<string, { text: string, loose: boolean }>} errors */
+  mark(errors) {
+    this.errors = errors;
+    this.show();
   }
 
   // Takes values from elsewhere, for example from the history.
@@ -151,6 +162,7 @@ export class Parameters {
   take(values) {
     this.preset = values.preset;
     this.set = new Map(values.set);
+    this.errors = new Map();
     this.settle();
     this.show();
   }
@@ -227,7 +239,9 @@ export class Parameters {
       reset.onclick = () => this.change(now.name, byHand ? null : now.default, null);
       // The overridden value stays visible.
       const origin = byHand ? `by hand; the file says ${unquote(now.default)}` : changed ? `by the preset; the file says ${unquote(now.default)}` : '';
-      say(from, origin);
+      const error = this.errors.get(now.name);
+      row.classList.toggle('loose', error?.loose ?? false);
+      say(from, error ? `fitted: ${error.text}` : origin);
       from.title = [origin, param.doc].filter(Boolean).join('\n');
       if (!row.contains(document.activeElement) || !this.moving) show(value);
     });

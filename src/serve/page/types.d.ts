@@ -98,6 +98,21 @@ type ExportNews = { id: string } & (
   | { state: 'cancelled' }
 );
 
+/** A value that a fit found. */
+interface FoundValue { value: number | string; error: number; determined: boolean; unit: string | null }
+/** News of a fit: see serve/photo.rs. */
+type FitNews = { id: number } & (
+  | { state: 'running'; done: number; total: number; best: number | null; floor: number | null }
+  | {
+    state: 'done';
+    name: string;
+    set: [string, string][];
+    report: { distance: number; floor: number | null; width_mm: number | null; width_fitted: boolean; parameters: Record<string, FoundValue> };
+  }
+  | { state: 'failed'; message: string }
+  | { state: 'cancelled' }
+);
+
 /** Points, or lines with their ends and whether they are whole, in mm. */
 interface Sketch {
   size_mm: Vec2;

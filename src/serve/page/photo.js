@@ -16,6 +16,9 @@ export class Photo {
     this.file = '';
     /** @type {number | null} */
     this.fit = null;
+    // News that came before the answer with the number of the fit.
+    /** @type {FitNews[] | null} */
+    this.early = null;
     this.input = element('input', { type: 'file', id: 'photo-file', accept: '.png,.jpg,.jpeg,.tif,.tiff', hidden: true, ariaLabel: 'Choose a photograph' });
     this.input.onchange = () => { if (this.input.files?.[0]) this.take(this.input.files[0]); this.input.value = ''; };
     const choose = element('button', { id: 'photo-choose', textContent: 'Choose …', title: 'Choose a photograph of the material, or drop one on the page' });
@@ -116,12 +119,16 @@ export class Photo {
     this.end.hidden = this.bar.hidden = false;
     this.bar.removeAttribute('value');
     this.kept.hidden = true;
+    this.early = [];
     const answer = await post('photo/fit', { g: state.scene.generation, ...(this.mm ? { mm: this.mm } : {}) }).catch(() => null);
     if (answer?.status !== 200) {
       this.finish(answer ? (await answer.text()) || 'The graph has changed meanwhile; try again.' : 'Not connected.');
       return;
     }
     this.fit = (await answer.json()).id;
+    const { early } = this;
+    this.early = null;
+    for (const news of early ?? []) this.heard(news);
   }
 
   /** @param {string} text */
@@ -134,7 +141,9 @@ export class Photo {
   // News of a fit.
   /** @param {FitNews} news */
   heard(news) {
-    if (this.fit !== null && news.id !== this.fit) return;
+    // Other pages hear the news, too.
+    if (this.fit === null) { this.early?.push(news); return; }
+    if (news.id !== this.fit) return;
     this.root.dataset.fit = news.state;
     if (news.state === 'running') {
       this.bar.value = news.done / Math.max(1, news.total);

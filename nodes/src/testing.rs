@@ -168,6 +168,11 @@ pub(crate) fn raster(field: &Field, canvas: &Canvas) -> Tile {
     fill(field, &canvas.grid(canvas.resolution), Window::full(canvas.resolution)).unwrap()
 }
 
+/// The same, or the reason why there is no picture.
+pub(crate) fn tried(field: &Field, canvas: &Canvas) -> Result<Tile, Stop> {
+    fill(field, &canvas.grid(canvas.resolution), Window::full(canvas.resolution))
+}
+
 /// Compares the first channel of a field on [`canvas`] with its rendering at twice the resolution, averaged to the same
 /// pixels: the RMS difference, divided by the standard deviation of the average.
 pub(crate) fn unlike_average(field: &Field) -> f64 {

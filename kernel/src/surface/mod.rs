@@ -3,6 +3,7 @@
 pub mod combine_normals;
 pub mod curvature;
 pub mod display;
+pub mod envelope;
 pub mod environment;
 pub mod inflate;
 pub mod layers;

@@ -4,15 +4,18 @@ mod bevel;
 mod blend_normals;
 mod cavity;
 mod curvature_map;
+mod draft;
 mod emboss;
 mod height_to_normal;
 mod inflate;
+mod lowered;
 mod normal_to_height;
 mod pillow;
 mod raised_edge;
 mod relief;
 mod slope_map;
 mod surroundings;
+mod tool_reach;
 mod view;
 
 pub use ambient_occlusion::AmbientOcclusion;
@@ -20,6 +23,7 @@ pub use bevel::{Bevel, BevelSide};
 pub use blend_normals::BlendNormals;
 pub use cavity::Cavity;
 pub use curvature_map::CurvatureMap;
+pub use draft::{Draft, Keep, Pull};
 pub use emboss::{Emboss, EmbossCurve};
 pub use height_to_normal::HeightToNormal;
 pub use inflate::{DomeProfile, Inflate};
@@ -29,6 +33,7 @@ pub use raised_edge::RaisedEdge;
 pub use relief::Relief;
 pub use slope_map::SlopeMap;
 pub use surroundings::Surroundings;
+pub use tool_reach::{Tip, ToolReach};
 pub use view::{View, ViewShape};
 
 use shibo_node::registry::{Family, Kind};
@@ -51,6 +56,8 @@ pub fn family() -> Family {
             Kind::of::<SlopeMap>(),
             Kind::of::<Cavity>(),
             Kind::of::<AmbientOcclusion>(),
+            Kind::of::<Draft>(),
+            Kind::of::<ToolReach>(),
             Kind::of::<Relief>(),
             Kind::of::<View>(),
         ],

@@ -4,7 +4,7 @@ use serde_json::{Map, Value as Json, json};
 use shibo_graph::schema::{CANVAS, INPUT, LAYOUT, LOCAL, PARAM_TYPES, PINS, ROOT, instance, output, param};
 use shibo_node::ParamType;
 use shibo_node::registry::Registry;
-use shibo_picture::export::{FieldDecl, TARGETS, Takes};
+use shibo_picture::export::{FieldDecl, NumberForm, Numbers, TARGETS, Takes};
 use shibo_value::{Accepts, Canvas};
 
 /// A graph file.
@@ -62,11 +62,28 @@ fn takes(field: &FieldDecl) -> Json {
         Takes::Truth(default) => json!({ "type": "boolean", "default": default }),
         Takes::Words(words) | Takes::Word(words) => json!({ "enum": words() }),
         Takes::Quality => json!({ "type": "number", "minimum": 1, "maximum": 100 }),
-        Takes::Material | Takes::Gray | Takes::Output => definition("reference"),
+        Takes::Material | Takes::Gray | Takes::Height | Takes::Output => definition("reference"),
         Takes::Ids => definition("wire"),
         Takes::Mesh => any(vec![json!({ "enum": field.takes.words() }), definition("reference")]),
         Takes::Value => json!({}),
+        Takes::Numbers(numbers) => number_forms(&numbers),
     }
+}
+
+/// The values that a field of numbers takes.
+fn number_forms(numbers: &Numbers) -> Json {
+    let [least, most] = numbers.range;
+    let ty = if matches!(numbers.form, NumberForm::Whole | NumberForm::Counts) { "integer" } else { "number" };
+    let one = json!({ "type": ty, "minimum": least, "maximum": most });
+    let pair = json!({ "type": "array", "items": one, "minItems": 2, "maxItems": 2 });
+    let form = match numbers.form {
+        NumberForm::One | NumberForm::Whole => one,
+        NumberForm::Counts => pair,
+        NumberForm::Rising => json!({ "type": "array", "items": one, "minItems": 1 }),
+        NumberForm::Pairs => json!({ "type": "array", "items": pair, "minItems": 1 }),
+    };
+    let words = (numbers.words)();
+    if words.is_empty() { form } else { any(vec![json!({ "enum": words }), form]) }
 }
 
 fn pins(registry: &Registry) -> Json {
@@ -189,10 +206,11 @@ pub(super) fn export() -> impl Iterator<Item = (String, Json)> {
     let words = std::iter::once("File").chain(TARGETS.iter().map(|target| target.info().name));
     words.map(|name| {
         let declared = output(name);
-        let needs =
-            |field: &&FieldDecl| field.name == "from" || matches!(field.takes, Takes::Material | Takes::Word(_));
+        let needs = |field: &&FieldDecl| {
+            field.name == "from" || matches!(field.takes, Takes::Material | Takes::Height | Takes::Word(_))
+        };
         let required: Vec<&str> = declared.iter().filter(needs).map(|field| field.name).collect();
-        let own = |name: &str| (name == "range").then(pair);
+        let own = |name: &str| (name == "range").then(|| any(vec![pair(), json!({ "enum": ["Fit"] })]));
         (format!("output.{name}"), fields(declared, &required, own))
     })
 }

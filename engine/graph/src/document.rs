@@ -369,8 +369,12 @@ fn output(entry: &Entry, report: &mut Report) -> OutputDecl {
     let combined = [("true", true), ("false", false)];
     decl.combined =
         read::get(&fields, "combined").and_then(|part| choice(part, "combined", &combined, report)).unwrap_or_default();
-    decl.range = read::get(&fields, "range").and_then(|part| params::range(part, report));
     decl.storage = storage::read(&fields, decl.format, report);
+    if let Some(part) = read::get(&fields, "range") {
+        let is_word = matches!(part.shape(), Shape::Word(_));
+        decl.storage.fit = is_word && choice(part, "range", &[("Fit", true)], report).unwrap_or_default();
+        decl.range = if is_word { None } else { params::range(part, report) };
+    }
     if let (Some(format), Some(depth), Some(part)) = (decl.format, decl.depth, read::get(&fields, "depth")) {
         check_depth(format, depth, part, report);
     }

@@ -7,21 +7,28 @@ use super::remedy::write_luminance;
 use crate::diagnostics::Code;
 use crate::node::{Arg, MaterialInputs};
 use crate::registry::Internal;
-use crate::value::{Accepts, Atlas, Carried, Type};
+use crate::value::{Accepts, Atlas, Carried, Channel, Type};
 use crate::{Export, ExportMesh};
 use petgraph::graph::NodeIndex;
 use std::borrow::Cow;
 
 impl Linker<'_> {
-    /// The export of an output of type `ty`, if any; reports errors.
-    pub(super) fn export(&mut self, decl: &OutputDecl, from: &SyntaxValue, ty: Type) -> Result<Option<Export>, ()> {
+    /// The export of an output of type `ty` of a node, if any; reports errors.
+    pub(super) fn export(
+        &mut self,
+        decl: &OutputDecl,
+        from: &SyntaxValue,
+        (flat, ty): (usize, Type),
+    ) -> Result<Option<Export>, ()> {
         let Some(export) = &decl.export else { return Ok(None) };
         let kind = export.target.target.info().name;
         let mut fields = Vec::new();
         for (name, part) in &export.fields {
             fields.push((*name, self.packed(kind, part)?));
         }
-        if fields.is_empty() && ty != Type::Material {
+        if export.target.target.info().has_height() {
+            self.check_height(from, (flat, ty), kind)?;
+        } else if fields.is_empty() && ty != Type::Material {
             let message = format!("`{kind}` takes a material; `{}` is {ty}", shorten(from.str().trim_matches('"')));
             let help = match ty {
                 Type::SolidMaterial => {
@@ -36,6 +43,27 @@ impl Linker<'_> {
             return Err(());
         }
         Ok(Some(Export { target: export.target.clone(), fields }))
+    }
+
+    /// Checks that an output is a height, or a material that has one; reports an error.
+    fn check_height(&mut self, from: &SyntaxValue, (flat, ty): (usize, Type), kind: &str) -> Result<(), ()> {
+        let name = shorten(from.str().trim_matches('"'));
+        let (message, help) = match ty {
+            Type::Gray => return Ok(()),
+            // The channels of a faulty material are unknown.
+            Type::Material if self.flats[flat].channels.is_none_or(|all| all.has(Channel::Height)) => return Ok(()),
+            Type::Material => {
+                let help = "give the material the channel `height`, in mm, or name a field";
+                (format!("`{kind}` takes a height; the material `{name}` has none"), help)
+            }
+            Type::Rgb => (format!("`{kind}` takes a height in mm; `{name}` is {ty}"), "take a channel, or `luminance`"),
+            _ => {
+                let help = "name a field of one number per pixel, in mm, or a material with a height";
+                (format!("`{kind}` takes a height in mm; `{name}` is {ty}"), help)
+            }
+        };
+        self.report.push(from.error(Code::TypeMismatch, message).help(help));
+        Err(())
     }
 
     /// A node that cuts the material in space of an output along the mesh of its export. `None` if the mesh is not an

@@ -53,7 +53,7 @@ impl Linker<'_> {
             if let Some(cut) = cut {
                 (flat, output, ty) = (cut, 0, Type::Material);
             }
-            let Ok(export) = self.export(decl, from, ty) else { continue };
+            let Ok(export) = self.export(decl, from, (flat, ty)) else { continue };
             if named {
                 self.claim(decl, (flat, ty), export.as_ref(), &mut names);
             }

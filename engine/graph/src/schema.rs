@@ -162,7 +162,11 @@ const FILE: &[FieldDecl] = &[
     FieldDecl::new("format", "The file format.", Takes::Words(|| Format::ALL.map(Format::name).to_vec())),
     FieldDecl::new("depth", "The type of the samples.", Takes::Words(|| Depth::ALL.map(Depth::name).to_vec())),
     FieldDecl::new("combined", "Writes all channels of a material into one file; only in `Exr`.", Takes::Truth(false)),
-    FieldDecl::new("range", "The values of the smallest and the largest integer: `(0, 1)`.", Takes::Value),
+    FieldDecl::new(
+        "range",
+        "The values of the smallest and the largest integer: `(0, 1)`. With `Fit` they are the smallest and the largest value of the field.",
+        Takes::Value,
+    ),
     FieldDecl::new(
         "mip",
         "Writes an `Exr` or a `Tiff` in tiles with mip levels, as renderers read textures.",

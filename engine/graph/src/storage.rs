@@ -12,6 +12,8 @@ pub struct Storage {
     pub mip: bool,
     /// The mip levels of a roughness grow by the variance of the averaged normals.
     pub widen_roughness: bool,
+    /// The range of integers is that of the values.
+    pub fit: bool,
     /// The `y` of normals points down, as in Direct3D.
     pub normal_down: bool,
     /// The colour space of colours; chosen by the format if not stated.
@@ -20,7 +22,7 @@ pub struct Storage {
 
 impl Default for Storage {
     fn default() -> Self {
-        Self { mip: false, widen_roughness: true, normal_down: false, color_space: None }
+        Self { mip: false, widen_roughness: true, fit: false, normal_down: false, color_space: None }
     }
 }
 

@@ -44,6 +44,7 @@ mod statements;
 mod turn;
 mod udim;
 mod write;
+mod write_bilevel;
 mod write_exr;
 mod write_jpeg;
 mod write_png;

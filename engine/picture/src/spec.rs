@@ -1,6 +1,7 @@
 //! Specifications of pictures to write, and the errors of writing.
 
 use super::mips::MipFilter;
+use crate::value::diagnostics::Problem;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -206,6 +207,23 @@ pub struct PictureSpec {
 }
 
 impl PictureSpec {
+    /// A grey picture of data without metadata, for [`write_bilevel`](super::write_bilevel).
+    pub(crate) fn bilevel((width, height): (u32, u32), format: Format, pixel_mm: [f32; 2]) -> Self {
+        Self {
+            width,
+            height,
+            channels: vec!["Y".to_owned()],
+            format,
+            depth: Depth::U8,
+            encoding: Encoding::default(),
+            compression: Compression::Fast,
+            mips: Vec::new(),
+            chromaticities: None,
+            pixel_mm: Some(pixel_mm),
+            metadata: Vec::new(),
+        }
+    }
+
     /// Checks that the file can be written.
     ///
     /// # Errors
@@ -363,6 +381,9 @@ pub enum WriteError {
         /// Rows of the picture.
         height: u32,
     },
+    /// The values do not suit the file.
+    #[error("{0}")]
+    Unfit(Box<Problem>),
     /// The disk is full.
     #[error("`{}` cannot be written: the disk is full; make room or write elsewhere", .path.display())]
     DiskFull {

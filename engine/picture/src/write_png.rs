@@ -67,16 +67,7 @@ impl<W: Write + 'static> PngSink<W> {
         if spec.encoding.transfer == Transfer::Srgb {
             encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
         }
-        if let Some([xppu, yppu]) = spec.density(1000.0, i32::MAX.unsigned_abs()) {
-            encoder.set_pixel_dims(Some(PixelDimensions { xppu, yppu, unit: Unit::Meter }));
-        }
-        for (name, text) in &spec.metadata {
-            let (name, text) = (keyword(name), text.replace('\0', " "));
-            // A `tEXt` chunk is Latin-1; other text goes into a UTF-8 `iTXt` chunk.
-            let added =
-                if text.is_ascii() { encoder.add_text_chunk(name, text) } else { encoder.add_itxt_chunk(name, text) };
-            added.map_err(to_io)?;
-        }
+        describe(&mut encoder, spec)?;
         let writer = encoder.write_header().map_err(to_io)?;
         let stream = writer.into_stream_writer_with_size(CHUNK_BYTES).map_err(to_io)?;
         Ok(Self { stream, bytes: Vec::new(), failure })
@@ -102,6 +93,21 @@ impl<W: Write + 'static> PngSink<W> {
     }
 }
 
+/// Sets the size of pixels and the texts of a header.
+pub(super) fn describe<W: Write>(encoder: &mut Encoder<'_, W>, spec: &PictureSpec) -> io::Result<()> {
+    if let Some([xppu, yppu]) = spec.density(1000.0, i32::MAX.unsigned_abs()) {
+        encoder.set_pixel_dims(Some(PixelDimensions { xppu, yppu, unit: Unit::Meter }));
+    }
+    for (name, text) in &spec.metadata {
+        let (name, text) = (keyword(name), text.replace('\0', " "));
+        // A `tEXt` chunk is Latin-1; other text goes into a UTF-8 `iTXt` chunk.
+        let added =
+            if text.is_ascii() { encoder.add_text_chunk(name, text) } else { encoder.add_itxt_chunk(name, text) };
+        added.map_err(to_io)?;
+    }
+    Ok(())
+}
+
 /// The first error.
 fn taken(failure: &Failure) -> Option<io::Error> {
     failure.lock().unwrap_or_else(PoisonError::into_inner).take()
@@ -115,7 +121,7 @@ fn keyword(name: &str) -> String {
     if word.is_empty() { "Comment".into() } else { word.into() }
 }
 
-fn to_io(error: EncodingError) -> io::Error {
+pub(super) fn to_io(error: EncodingError) -> io::Error {
     match error {
         EncodingError::IoError(error) => error,
         error => io::Error::other(error),

@@ -12,7 +12,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 
 mod directory;
 mod tiled;
-use directory::Directory;
+pub(super) use directory::Directory;
 pub(super) use tiled::TiledSink;
 
 /// The uncompressed bytes of a strip.
@@ -89,7 +89,7 @@ impl<W: Write + Seek> TiffSink<W> {
 
 /// Writes the beginning of a file for `samples` bytes of samples; returns whether offsets have 64 bits, and the length
 /// written.
-fn begin(output: &mut impl Write, samples: u64) -> io::Result<(bool, u64)> {
+pub(super) fn begin(output: &mut impl Write, samples: u64) -> io::Result<(bool, u64)> {
     // Decided by the uncompressed size. The margin of 1/16 is larger than any overhead of DEFLATE.
     let big = samples > u64::from(u32::MAX) / 16 * 15;
     let header: &[u8] = if big { b"II\x2b\0\x08\0\0\0\0\0\0\0\0\0\0\0" } else { b"II\x2a\0\0\0\0\0" };
@@ -98,7 +98,12 @@ fn begin(output: &mut impl Write, samples: u64) -> io::Result<(bool, u64)> {
 }
 
 /// Writes the directories at the end of a file, and the offset of the first directory at the beginning.
-fn end<W: Write + Seek>(output: &mut W, big: bool, mut position: u64, directories: &[Directory]) -> io::Result<()> {
+pub(super) fn end<W: Write + Seek>(
+    output: &mut W,
+    big: bool,
+    mut position: u64,
+    directories: &[Directory],
+) -> io::Result<()> {
     // Directories begin at even offsets.
     if position % 2 == 1 {
         output.write_all(&[0])?;
@@ -193,7 +198,7 @@ fn directory(spec: &PictureSpec, big: bool, (width, height): (u32, u32), blocks:
 }
 
 /// A number as the quotient of two integers, as exact as an `f32`.
-fn ratio(number: f32) -> [u32; 2] {
+pub(super) fn ratio(number: f32) -> [u32; 2] {
     // More digits would only show the rounding to `f32`.
     let most = 4e6;
     let scale = [10_000_u32, 1000, 100, 10, 1].into_iter().find(|scale| number * *scale as f32 <= most).unwrap_or(1);

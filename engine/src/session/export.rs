@@ -24,12 +24,24 @@ impl Render<'_, '_> {
         for (name, source) in sources {
             fields.extend(self.run.values(&[*source])?.first().and_then(Value::field).map(|field| (*name, field)));
         }
+        if target.info().has_height() {
+            let height = match value {
+                Value::Material(material) => material.get(Channel::Height).cloned(),
+                value => value.field(),
+            };
+            fields.extend(height.map(|height| ("height", height)));
+        }
         let bare = Material::default();
         let material = if let Value::Material(material) = value { material } else { &bare };
         let (material, shape) = self.on_mesh(output, material)?;
         let canvas = &self.planner.graph.canvas;
-        let place =
-            ExportContext { stem: self.planner.stem(output), size_mm: canvas.size_mm, wraps: self.wraps(output) };
+        let place = ExportContext {
+            stem: self.planner.stem(output),
+            size_mm: canvas.size_mm,
+            wraps: self.wraps(output, fields.first().map(|(_, field)| field)),
+            metadata: planned.metadata.clone(),
+            trace: self.session.registry.tracer(),
+        };
         let source = Source { material: &material, shape: &shape, fields, place };
         let files = target.write(&source, options).map_err(|error| Failure::File(error.to_string()))?;
         self.warn_lost(output, target.info().title, &files.lost());
@@ -37,9 +49,10 @@ impl Render<'_, '_> {
         Ok(Job { planned, fields, lines: None, beyond: 0, mips: Vec::new(), files: Some(files) })
     }
 
-    /// Directions in which the pictures of an export repeat. The pictures of an atlas do not repeat.
-    fn wraps(&self, output: &GraphOutput) -> [bool; 2] {
-        let tile = self.planner.graph.canvas.tile;
+    /// Directions in which the pictures of an export repeat, or one of its fields. The pictures of an atlas do not
+    /// repeat.
+    fn wraps(&self, output: &GraphOutput, field: Option<&Field>) -> [bool; 2] {
+        let tile = field.map_or(Tiling::BOTH, Field::tiling).and(self.planner.graph.canvas.tile);
         let tile = if output.mesh.is_some_and(ExportMesh::is_atlas) { Tiling::NONE } else { tile };
         [tile.x, tile.y]
     }
@@ -72,7 +85,8 @@ impl Render<'_, '_> {
         let (planned, window) = (&job.planned, self.planner.window);
         let size = (UVec2::new(window.width, window.height), self.pixel_mm());
         let how = (self.planner.request.dither, compression);
-        let writer = files.create(&planned.path, &planned.output.name, size, self.wraps(planned.output), how);
+        let wraps = self.wraps(planned.output, None);
+        let writer = files.create(&planned.path, &planned.output.name, size, wraps, how);
         writer.map(|writer| Sink::Export(Box::new(writer))).map_err(|error| Failure::File(error.to_string()))
     }
 }

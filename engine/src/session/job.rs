@@ -21,6 +21,23 @@ pub(super) struct Job<'g> {
     pub(super) files: Option<Files>,
 }
 
+impl Job<'_> {
+    /// Samples of a pixel.
+    pub(super) fn samples(&self) -> usize {
+        self.fields.iter().map(|(_, field)| field.channels()).sum()
+    }
+
+    /// True if the range of the picture is that of its values.
+    pub(super) fn is_fitted(&self) -> bool {
+        self.files.is_none() && self.planned.output.storage.fit && self.planned.depth.is_integer()
+    }
+
+    /// True if all values are held in memory before files are made of them.
+    pub(super) fn is_held(&self) -> bool {
+        self.is_fitted() || matches!(self.files, Some(Files::Heights(_)))
+    }
+}
+
 /// Paths of the files that jobs write or that are copied from the cache, in planned order.
 pub(super) fn files(planned: &[PathBuf], jobs: &[Job<'_>]) -> Vec<PathBuf> {
     let made = |path: &PathBuf| {

@@ -3,6 +3,7 @@ mod bands;
 mod clipped;
 mod export;
 mod files;
+mod fitted;
 mod job;
 mod look;
 mod part;

@@ -69,6 +69,12 @@ impl Session {
                 let message = format!("`{}` has mip levels, which are made of whole pictures", picture.output.name);
                 return Err(Failure::Usage(format!("{message}; write it without `mip`, or leave --part out")));
             }
+            if let Some(picture) =
+                pictures.iter().find(|picture| picture.output.storage.fit && picture.depth.is_integer())
+            {
+                let message = format!("`{}` has the range of the whole picture", picture.output.name);
+                return Err(Failure::Usage(format!("{message}; state a range as numbers, or leave --part out")));
+            }
             let file = request.dir.join(part.file_name(stem));
             let mut header = render.header(part, stem, &pictures);
             let report = |known: bool| {

@@ -45,6 +45,8 @@ pub(super) struct Planned<'g> {
     pub(super) depth: Depth,
     pub(super) range: (f64, f64),
     pub(super) metadata: Vec<(String, String)>,
+    /// True for a height in mm.
+    pub(super) is_height: bool,
     /// The key of the encoded file.
     pub(super) key: Key,
 }
@@ -128,8 +130,10 @@ impl Planner<'_> {
             depth,
             range,
             metadata: Vec::new(),
+            is_height: false,
             key,
         };
+        planned.is_height = self.is_height(&planned);
         planned.metadata = self.metadata(&planned);
         planned.key = self.file_key(&planned, pixels(ty));
         Ok(planned)
@@ -199,6 +203,20 @@ impl Planner<'_> {
         Ok((format, depth))
     }
 
+    /// True if a file holds heights in mm.
+    fn is_height(&self, planned: &Planned<'_>) -> bool {
+        let Planned { output, part, .. } = planned;
+        let node = &self.graph.nodes[output.node].node;
+        match part {
+            OutputPart::Channel(channel) => *channel == Channel::Height,
+            OutputPart::Field if output.ty == Type::Gray => {
+                node.outputs().get(output.output).and_then(|own| node.unit(own)) == Some("mm")
+            }
+            OutputPart::Export(export) => export.target.target.info().has_height(),
+            _ => false,
+        }
+    }
+
     fn metadata(&self, planned: &Planned<'_>) -> Vec<(String, String)> {
         let canvas = &self.graph.canvas;
         let params: Vec<String> = self.graph.params.iter().map(|p| format!("{}: {}", p.name, p.value)).collect();
@@ -210,6 +228,14 @@ impl Planner<'_> {
             ("shibo:size_mm".into(), format!("{} {}", canvas.size_mm.x, canvas.size_mm.y)),
             ("shibo:parameters".into(), params.join(", ")),
         ];
+        if planned.is_height {
+            let pixel = canvas.size_mm / canvas.resolution.as_dvec2();
+            metadata.push(("shibo:pixel_mm".into(), format!("{} {}", pixel.x, pixel.y)));
+            let is_picture = !matches!(planned.part, OutputPart::Export(_));
+            if is_picture && planned.depth.is_integer() && !planned.output.storage.fit {
+                metadata.push(("shibo:height_mm".into(), format!("{} {}", planned.range.0, planned.range.1)));
+            }
+        }
         if planned.output.storage.mip {
             metadata.extend(texture_attributes([canvas.tile.x, canvas.tile.y]));
         }
@@ -232,6 +258,9 @@ impl Planner<'_> {
         let part = planned.part.name();
         let mut parts: Vec<&[u8]> = vec![planned.key.as_bytes(), part.as_bytes(), ty.name().as_bytes()];
         parts.extend([planned.format.extension().as_bytes(), range.as_flattened(), &pixels, &how]);
+        if storage.fit {
+            parts.push(b"fit");
+        }
         parts.extend(planned.metadata.iter().flat_map(|(name, value)| [name.as_bytes(), value.as_bytes()]));
         Key::of("file", &parts)
     }

@@ -1,4 +1,5 @@
 //! Renders the outputs of a graph to picture files.
+use super::fitted::Fitted;
 use super::job::{Job, files};
 use super::plan::{OutputPart, Planned, Planner, Wanted, decode_channels, encode_channels, wanted};
 use super::sink::Sink;
@@ -245,6 +246,10 @@ impl<'r> Render<'r, '_> {
         if !jobs.is_empty() {
             self.bands(&jobs, &mut writers, &grid)?;
         }
+        // All files are complete before the first one gets its name.
+        for (job, writer) in jobs.iter().zip(&mut writers) {
+            writer.complete().map_err(|error| unfit(error, job))?;
+        }
         for (job, segments) in lines.iter().filter_map(|job| Some((job, job.lines.as_ref()?))) {
             self.write_lines(job, segments, &grid)?;
         }
@@ -272,13 +277,15 @@ impl<'r> Render<'r, '_> {
 
     /// Refuses pictures that exceed the memory budget, before anything is allocated.
     fn check_size(&self, jobs: &[&Job<'_>]) -> Result<(), Failure> {
-        let channels: usize = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field.channels()).sum();
+        let channels: usize = jobs.iter().map(|job| job.samples()).sum();
         let band = u64::from(self.planner.window.width) * u64::from(TILE) * 4 * channels as u64 * 2;
-        if band <= self.session.memory {
+        let held: usize = jobs.iter().filter(|job| job.is_held()).map(|job| job.samples()).sum();
+        let whole = self.planner.window.len() as u64 * 4 * held as u64;
+        if band.max(whole) <= self.session.memory {
             return Ok(());
         }
-        let message =
-            format!("a band of the picture needs {} MiB; {} MiB are allowed", band >> 20, self.session.memory >> 20);
+        let (what, bytes) = if band > whole { ("a band of the picture", band) } else { ("the whole height", whole) };
+        let message = format!("{what} needs {} MiB; {} MiB are allowed", bytes >> 20, self.session.memory >> 20);
         let help = "lower the resolution, render fewer outputs at a time, or raise --memory";
         let span = self.planner.graph.canvas_span;
         Err(Failure::Errors(vec![Diagnostic::new(Code::TooLarge, span, message).help(help)]))
@@ -288,6 +295,9 @@ impl<'r> Render<'r, '_> {
         let failed = |e: WriteError| Failure::File(e.to_string());
         if let Some(files) = &job.files {
             return self.exported(job, files, self.compression());
+        }
+        if job.is_fitted() {
+            return Ok(Sink::Fitted(Box::new(Fitted::new(&job.planned, self.spec(job)))));
         }
         let writer = Writer::create(&job.planned.path, &self.spec(job));
         writer.map(|writer| Sink::Picture(Box::new(writer))).map_err(failed)
@@ -363,5 +373,15 @@ impl<'r> Render<'r, '_> {
         if small {
             store.put_file(job.planned.key, &job.planned.path, self.run.spent());
         }
+    }
+}
+
+/// The failure of files that cannot be made of a job's values, at the output.
+fn unfit(error: WriteError, job: &Job<'_>) -> Failure {
+    match error {
+        WriteError::Unfit(problem) => {
+            Failure::Errors(vec![Diagnostic::from_problem(*problem, job.planned.output.span)])
+        }
+        error => Failure::File(error.to_string()),
     }
 }

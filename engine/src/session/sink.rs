@@ -1,5 +1,6 @@
 //! Destinations for the blocks of pictures.
 use super::Failure;
+use super::fitted::Fitted;
 use crate::export::FilesWriter;
 use crate::picture::{AtomicFile, PartWriter, WriteError, WriteStats, Writer};
 use crate::value::{Grid, Tile, Window};
@@ -11,6 +12,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub(super) enum Sink {
     Picture(Box<Writer>),
     Export(Box<FilesWriter>),
+    /// A picture whose range is that of its values.
+    Fitted(Box<Fitted>),
     /// A part, and the index of the picture in it.
     Part(Arc<Mutex<PartWriter>>, usize),
 }
@@ -25,6 +28,10 @@ impl Sink {
         let done = match self {
             Self::Picture(writer) => writer.write_rows(planes, block.height),
             Self::Export(writer) => writer.write_rows(planes, block.height),
+            Self::Fitted(fitted) => {
+                fitted.add(planes);
+                Ok(())
+            }
             Self::Part(writer, number) => {
                 let place = [block.x.cast_unsigned(), block.y.cast_unsigned(), block.width, block.height];
                 writer.lock().unwrap_or_else(PoisonError::into_inner).write_block(*number, planes, place)
@@ -33,11 +40,21 @@ impl Sink {
         done.map_err(|error| failed(&error))
     }
 
+    /// Makes files that need all rows, without their names.
+    pub(super) fn complete(&mut self) -> Result<(), WriteError> {
+        match self {
+            Self::Export(writer) => writer.complete(),
+            Self::Fitted(fitted) => fitted.complete(),
+            Self::Picture(_) | Self::Part(..) => Ok(()),
+        }
+    }
+
     /// Closes the file under its final name; returns statistics of the pictures written.
     pub(super) fn finish(self) -> Result<Vec<WriteStats>, Failure> {
         let done = match self {
             Self::Picture(writer) => writer.finish().map(|written| vec![written]),
             Self::Export(writer) => writer.finish(),
+            Self::Fitted(fitted) => fitted.finish(),
             Self::Part(..) => Ok(Vec::new()),
         };
         done.map_err(|error| failed(&error))

@@ -76,6 +76,10 @@ codes! {
     BadName = "bad-name",
     /// Values that contradict each other.
     BadValue = "bad-value",
+    /// A height deeper than a tool or a material allows.
+    TooDeep = "too-deep",
+    /// A field that must repeat and does not.
+    DoesNotTile = "does-not-tile",
     /// A simulation or computation that left the range of numbers.
     Diverged = "diverged",
     /// Useful advice, not an error; used by warnings.

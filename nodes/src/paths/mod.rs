@@ -12,6 +12,8 @@ pub use path::Path;
 pub use stitch::Stitch;
 pub use streamlines::Streamlines;
 
+pub(crate) use outline::traced;
+
 use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.

@@ -1,6 +1,7 @@
 //! Bundles: the pictures of a material, and documents that refer to them.
 use super::archive::archive;
 use super::colors::Colors;
+use super::heights::Trace;
 use super::set;
 use crate::value::{Channel, Field, Material, Type};
 use crate::{
@@ -20,6 +21,10 @@ pub struct ExportContext {
     pub size_mm: DVec2,
     /// Directions in which pictures repeat beyond their edges.
     pub wraps: [bool; 2],
+    /// Metadata for the headers of pictures of a height.
+    pub metadata: Vec<(String, String)>,
+    /// Finds level lines.
+    pub trace: Option<Trace>,
 }
 
 /// The format of the samples of a picture.

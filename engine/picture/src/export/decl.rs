@@ -24,6 +24,7 @@ impl FieldDecl {
     pub fn manual(&self) -> String {
         match self.takes {
             Takes::Truth(default) => format!("{} Default `{default}`.", self.doc),
+            Takes::Numbers(numbers) => format!("{} {}", self.doc, numbers.manual()),
             Takes::Words(words) | Takes::Word(words) => format!("{} One of `{}`.", self.doc, words().join("`, `")),
             _ => self.doc.to_owned(),
         }
@@ -45,6 +46,10 @@ pub enum Takes {
     Material,
     /// The name of an output that is one number per pixel.
     Gray,
+    /// The name of an output that is a height in mm, or of a material with a height.
+    Height,
+    /// Numbers, or words instead of them.
+    Numbers(Numbers),
     /// The name of an output of any type.
     Output,
     /// The name of an output that is ids.
@@ -62,6 +67,7 @@ impl Takes {
             Self::Output => Some(None),
             Self::Material => Some(Some(Type::Material)),
             Self::Gray => Some(Some(Type::Gray)),
+            Self::Height => Some(None),
             Self::Ids => Some(Some(Type::Ids)),
             Self::Mesh => Some(Some(Atlas::TYPE)),
             _ => None,
@@ -73,9 +79,71 @@ impl Takes {
         match self {
             Self::Truth(_) => vec!["true", "false"],
             Self::Words(words) | Self::Word(words) => words(),
+            Self::Numbers(numbers) => (numbers.words)(),
             Self::Mesh => names(&SimpleShape::ALL),
             _ => Vec::new(),
         }
+    }
+}
+
+/// The form of numbers in a field.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NumberForm {
+    /// A number.
+    One,
+    /// A whole number.
+    Whole,
+    /// Two whole numbers, `(1, 1)`.
+    Counts,
+    /// A list, `[0.1, 0.2]`, whose numbers rise.
+    Rising,
+    /// A list of pairs, `[(0, 0), (1, 1)]`. The numbers of both columns rise.
+    Pairs,
+}
+
+/// Numbers that a field takes.
+#[derive(Clone, Copy, Debug)]
+pub struct Numbers {
+    /// Their form.
+    pub form: NumberForm,
+    /// The least and the greatest number.
+    pub range: [f64; 2],
+    /// The numbers if the field is left out; empty if there are words, of which the first is the default, or no default.
+    pub default: &'static [f64],
+    /// Words that may stand instead of numbers.
+    pub words: fn() -> Vec<&'static str>,
+}
+
+impl Numbers {
+    /// Numbers of a form within a range, with their default.
+    pub const fn new(form: NumberForm, range: [f64; 2], default: &'static [f64]) -> Self {
+        Self { form, range, default, words: Vec::new }
+    }
+
+    /// Numbers, or words of which the first is the default.
+    pub const fn or(form: NumberForm, range: [f64; 2], words: fn() -> Vec<&'static str>) -> Self {
+        Self { form, range, default: &[], words }
+    }
+
+    /// The allowed values in a sentence.
+    fn manual(&self) -> String {
+        let [least, most] = self.range;
+        let words = (self.words)();
+        let listed = if words.is_empty() { String::new() } else { format!("One of `{}`, or ", words.join("`, `")) };
+        let (one, several) = if listed.is_empty() { ("A number", "Numbers") } else { ("a number", "numbers") };
+        let form = match self.form {
+            NumberForm::One => format!("{one} from {least} to {most}."),
+            NumberForm::Whole => format!("{} whole number from {least} to {most}.", &one[..1]),
+            NumberForm::Counts => format!("{several}, `(1, 1)`, whole and from {least} to {most}."),
+            NumberForm::Rising => format!("{several} in a list, rising, from {least} to {most}."),
+            NumberForm::Pairs => format!("{several} in a list of pairs, rising, from {least} to {most}."),
+        };
+        let default = match (words.first(), self.default) {
+            (Some(word), _) => format!(" Default `{word}`."),
+            (None, [one]) => format!(" Default {one}."),
+            _ => String::new(),
+        };
+        format!("{listed}{form}{default}")
     }
 }
 

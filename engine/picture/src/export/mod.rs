@@ -3,11 +3,16 @@
 mod archive;
 mod bundle;
 mod colors;
+mod contours;
 mod decl;
 mod directions;
+mod engrave;
+mod films;
 mod glb;
 mod gltf;
 mod gltf_target;
+mod heights;
+mod lines;
 mod materialx;
 mod names;
 mod network;
@@ -22,9 +27,10 @@ mod usd;
 
 pub use bundle::{Bundle, BundleWriter, ExportContext, Map};
 pub use colors::Colors;
-pub use decl::{FieldDecl, Takes, names};
+pub use decl::{FieldDecl, NumberForm, Numbers, Takes, names};
 pub use glb::GlbWriter;
 pub use gltf::{Exported, Texture};
+pub use heights::{Heights, Trace};
 pub use preset::y_down;
 pub use shape::Shape;
 pub use solids::SimpleShape;
@@ -33,5 +39,14 @@ pub use target::{
 };
 
 /// All targets.
-pub const TARGETS: &[&dyn ExportTarget] =
-    &[&gltf_target::Gltf, &obj::Obj, &materialx::MaterialX, &usd::Usd, &preset::Preset, &pack::Pack];
+pub const TARGETS: &[&dyn ExportTarget] = &[
+    &gltf_target::Gltf,
+    &obj::Obj,
+    &materialx::MaterialX,
+    &usd::Usd,
+    &preset::Preset,
+    &pack::Pack,
+    &films::Films,
+    &engrave::Engrave,
+    &contours::Contours,
+];

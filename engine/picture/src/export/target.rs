@@ -9,13 +9,16 @@ use super::colors::Colors;
 use super::decl::{FieldDecl, Takes};
 use super::glb::GlbWriter;
 use super::gltf::Exported;
+use super::heights::{Heights, HeightsWriter};
 use super::shape::Shape;
+use crate::value::diagnostics::Problem;
 use crate::value::{Channel, Field, Material};
 use crate::{Compression, WriteError, WriteStats};
 use glam::UVec2;
 use std::fmt;
 use std::io;
 use std::path::Path;
+use std::sync::Arc;
 
 /// The target with this word in graph files.
 pub fn target_named(name: &str) -> Option<&'static dyn ExportTarget> {
@@ -29,6 +32,11 @@ pub trait ExportTarget: Sync {
 
     /// The files that it makes.
     fn plan(&self, options: &Options) -> Plan;
+
+    /// Options that contradict each other.
+    fn check(&self, _options: &Options) -> Option<Problem> {
+        None
+    }
 
     /// The pictures and documents of an output. Fields are not evaluated here.
     ///
@@ -50,7 +58,7 @@ pub struct TargetInfo {
     /// One sentence for editors.
     pub doc: &'static str,
     /// The fields of its brackets in graph files: one that takes a [`Takes::Material`], which must be written, or some
-    /// that take a [`Takes::Gray`], of which one must be written; and options.
+    /// that take a [`Takes::Gray`], of which one must be written, or one that takes a [`Takes::Height`]; and options.
     pub fields: &'static [FieldDecl],
     /// The choices for all materials of a graph, `shibo render --as NAME`: name, one sentence, and options.
     pub variants: &'static [Variant],
@@ -60,6 +68,11 @@ impl TargetInfo {
     /// Returns true if its files contain a mesh.
     pub fn has_mesh(&self) -> bool {
         self.fields.iter().any(|field| matches!(field.takes, Takes::Mesh))
+    }
+
+    /// Returns true if its files are made of a height.
+    pub fn has_height(&self) -> bool {
+        self.fields.iter().any(|field| matches!(field.takes, Takes::Height))
     }
 }
 
@@ -128,7 +141,7 @@ impl Plan {
 pub struct Options(Vec<(&'static str, OptionValue)>);
 
 /// The value of an option.
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, PartialEq)]
 pub enum OptionValue {
     /// For [`Takes::Truth`].
     Truth(bool),
@@ -136,6 +149,8 @@ pub enum OptionValue {
     Word(&'static str),
     /// For [`Takes::Quality`], 1 to 100.
     Quality(u8),
+    /// For [`Takes::Numbers`]: all numbers, pairs one after another.
+    Numbers(Arc<[f64]>),
 }
 
 impl fmt::Debug for OptionValue {
@@ -145,6 +160,7 @@ impl fmt::Debug for OptionValue {
             Self::Truth(value) => value.fmt(f),
             Self::Word(word) => f.write_str(word),
             Self::Quality(value) => value.fmt(f),
+            Self::Numbers(values) => values.fmt(f),
         }
     }
 }
@@ -153,28 +169,42 @@ impl Options {
     /// The options that are given, and the defaults of the others.
     pub fn new(fields: &[FieldDecl], given: &[(&str, OptionValue)]) -> Self {
         let value = |field: &FieldDecl| {
-            let given = given.iter().find(|(name, _)| *name == field.name).map(|(_, value)| *value);
+            let given = given.iter().find(|(name, _)| *name == field.name).map(|(_, value)| value.clone());
             given.or_else(|| match field.takes {
                 Takes::Truth(value) => Some(OptionValue::Truth(value)),
                 Takes::Words(words) => words().first().copied().map(OptionValue::Word),
+                Takes::Numbers(numbers) => match (numbers.words)().first() {
+                    Some(word) => Some(OptionValue::Word(word)),
+                    None => (!numbers.default.is_empty()).then(|| OptionValue::Numbers(numbers.default.into())),
+                },
                 _ => None,
             })
         };
         Self(fields.iter().filter_map(|field| Some((field.name, value(field)?))).collect())
     }
 
-    fn get(&self, name: &str) -> Option<OptionValue> {
-        self.0.iter().find(|(known, _)| *known == name).map(|(_, value)| *value)
+    fn get(&self, name: &str) -> Option<&OptionValue> {
+        self.0.iter().find(|(known, _)| *known == name).map(|(_, value)| value)
+    }
+
+    /// The numbers of an option, if it has some.
+    pub fn numbers(&self, name: &str) -> Option<&[f64]> {
+        if let Some(OptionValue::Numbers(numbers)) = self.get(name) { Some(numbers) } else { None }
+    }
+
+    /// The only number of an option, if it has one.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        self.numbers(name)?.first().copied()
     }
 
     /// Returns true if an option is `true`.
     pub fn is(&self, name: &str) -> bool {
-        self.get(name) == Some(OptionValue::Truth(true))
+        self.get(name) == Some(&OptionValue::Truth(true))
     }
 
     /// The meaning of the word that an option has; the first choice if it has none.
     pub fn word<T: Copy, const N: usize>(&self, name: &str, choices: &[(&'static str, T); N]) -> T {
-        let chosen = choices.iter().find(|(word, _)| self.get(name) == Some(OptionValue::Word(word)));
+        let chosen = choices.iter().find(|(word, _)| self.get(name) == Some(&OptionValue::Word(word)));
         chosen.unwrap_or(&choices[0]).1
     }
 
@@ -182,7 +212,7 @@ impl Options {
     pub fn colors(&self) -> Colors {
         match (self.word("colors", &Colors::ALL), self.get("quality")) {
             (false, _) => Colors::Png,
-            (true, Some(OptionValue::Quality(quality))) => Colors::Jpeg(quality),
+            (true, Some(OptionValue::Quality(quality))) => Colors::Jpeg(*quality),
             (true, _) => Colors::Jpeg(Colors::QUALITY),
         }
     }
@@ -194,7 +224,7 @@ pub struct Source<'a> {
     pub material: &'a Material,
     /// The mesh that shows the material: a plane if the target takes none.
     pub shape: &'a Shape,
-    /// The fields for [`Takes::Gray`], by the names of the target's fields.
+    /// The fields for [`Takes::Gray`] and [`Takes::Height`], by the names of the target's fields.
     pub fields: Vec<(&'static str, Field)>,
     /// The names of the files, and the canvas.
     pub place: ExportContext,
@@ -206,6 +236,8 @@ pub enum Files {
     Glb(Box<(Exported, Shape)>),
     /// Pictures and documents.
     Bundle(Bundle),
+    /// Files of a height that are made when all of it is known.
+    Heights(Heights),
 }
 
 impl Files {
@@ -214,6 +246,7 @@ impl Files {
         match self {
             Self::Glb(export) => export.0.textures.iter().flat_map(|texture| texture.fields.clone()).collect(),
             Self::Bundle(bundle) => bundle.maps.iter().flat_map(|map| map.fields.clone()).collect(),
+            Self::Heights(heights) => vec![heights.field.clone()],
         }
     }
 
@@ -222,6 +255,7 @@ impl Files {
         match self {
             Self::Glb(export) => export.0.files().collect(),
             Self::Bundle(bundle) => bundle.files().map(str::to_owned).collect(),
+            Self::Heights(heights) => heights.maker.names(),
         }
     }
 
@@ -230,6 +264,7 @@ impl Files {
         match self {
             Self::Glb(export) => export.0.lost(),
             Self::Bundle(bundle) => bundle.lost.clone(),
+            Self::Heights(_) => Vec::new(),
         }
     }
 
@@ -255,6 +290,10 @@ impl Files {
                 let folder = path.parent().unwrap_or_else(|| Path::new(""));
                 FilesWriter::Bundle(Box::new(BundleWriter::create(folder, bundle.clone(), size, how)?))
             }
+            Self::Heights(heights) => {
+                let folder = path.parent().unwrap_or_else(|| Path::new(""));
+                FilesWriter::Heights(Box::new(HeightsWriter::new(heights, folder, size.0, how.1)))
+            }
         })
     }
 }
@@ -266,6 +305,8 @@ pub enum FilesWriter {
     Glb(Box<GlbWriter>),
     /// Pictures and documents.
     Bundle(Box<BundleWriter>),
+    /// Files of a height.
+    Heights(Box<HeightsWriter>),
 }
 
 impl FilesWriter {
@@ -277,7 +318,20 @@ impl FilesWriter {
         match self {
             Self::Glb(writer) => writer.write_rows(planes, rows),
             Self::Bundle(writer) => writer.write_rows(planes, rows),
+            Self::Heights(writer) => {
+                writer.add(planes);
+                Ok(())
+            }
         }
+    }
+
+    /// Makes files that need all rows, without their names. After that, [`finish`](Self::finish) fails only if rows are
+    /// missing or the system refuses.
+    ///
+    /// # Errors
+    /// If files cannot be made of these values, or the system refuses.
+    pub fn complete(&mut self) -> Result<(), WriteError> {
+        if let Self::Heights(writer) = self { writer.complete() } else { Ok(()) }
     }
 
     /// Completes all files and gives them their names; returns statistics of the pictures.
@@ -288,6 +342,7 @@ impl FilesWriter {
         match self {
             Self::Glb(writer) => writer.finish(),
             Self::Bundle(writer) => writer.finish(),
+            Self::Heights(writer) => writer.finish(),
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::io;
 
 /// Tags in ascending order, as the format requires.
-pub(super) struct Directory {
+pub(crate) struct Directory {
     big: bool,
     entries: Vec<Entry>,
 }
@@ -22,25 +22,25 @@ const RATIONAL: u16 = 5;
 const LONG8: u16 = 16;
 
 impl Directory {
-    pub(super) fn new(big: bool) -> Self {
+    pub(crate) fn new(big: bool) -> Self {
         Self { big, entries: Vec::new() }
     }
 
-    pub(super) fn shorts(&mut self, tag: u16, values: &[u16]) {
+    pub(crate) fn shorts(&mut self, tag: u16, values: &[u16]) {
         self.add(tag, SHORT, values.len(), values.iter().flat_map(|value| value.to_le_bytes()).collect());
     }
 
-    pub(super) fn longs(&mut self, tag: u16, values: &[u32]) {
+    pub(crate) fn longs(&mut self, tag: u16, values: &[u32]) {
         self.add(tag, LONG, values.len(), values.iter().flat_map(|value| value.to_le_bytes()).collect());
     }
 
     /// A tag with a rational number.
-    pub(super) fn ratio(&mut self, tag: u16, [above, below]: [u32; 2]) {
+    pub(crate) fn ratio(&mut self, tag: u16, [above, below]: [u32; 2]) {
         self.add(tag, RATIONAL, 1, [above.to_le_bytes(), below.to_le_bytes()].concat());
     }
 
     /// A tag with offsets in the file or lengths.
-    pub(super) fn places(&mut self, tag: u16, values: &[u64]) {
+    pub(crate) fn places(&mut self, tag: u16, values: &[u64]) {
         if self.big {
             self.add(tag, LONG8, values.len(), values.iter().flat_map(|value| value.to_le_bytes()).collect());
         } else {
@@ -49,7 +49,7 @@ impl Directory {
         }
     }
 
-    pub(super) fn text(&mut self, tag: u16, text: &str) {
+    pub(crate) fn text(&mut self, tag: u16, text: &str) {
         let mut value = text.replace('\0', " ").into_bytes();
         value.push(0);
         self.add(tag, ASCII, value.len(), value);
@@ -62,7 +62,7 @@ impl Directory {
 
     /// Bytes of the directory for the given offset; values that do not fit their entries follow it. `more`: another
     /// directory follows.
-    pub(super) fn bytes(&self, place: u64, more: bool) -> io::Result<Vec<u8>> {
+    pub(crate) fn bytes(&self, place: u64, more: bool) -> io::Result<Vec<u8>> {
         let (field, count_bytes) = if self.big { (8, 8) } else { (4, 2) };
         let length = count_bytes + self.entries.len() * (4 + 2 * field) + field;
         let (mut table, mut values) = (Vec::new(), Vec::new());

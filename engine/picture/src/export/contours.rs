@@ -1,0 +1,148 @@
+//! Contour lines of a height, as SVG and as DXF.
+mod dxf;
+
+use super::decl::{FieldDecl, NumberForm, Numbers, Takes, names};
+use super::heights::{HeightMap, Heights, Maker, Part, refused, text_file, told};
+use super::lines::{Line, Rimmed, simplified, svg_path};
+use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
+use crate::WriteError;
+use crate::value::diagnostics::Code;
+use std::fmt::Write;
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+/// True for DXF.
+const FORMATS: [(&str, bool); 2] = [("Svg", false), ("Dxf", true)];
+
+/// The most levels of a file.
+const MOST: f64 = 10_000.0;
+
+/// The target.
+pub(super) struct Contours;
+
+impl ExportTarget for Contours {
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Contours",
+                title: "contour lines",
+                doc: "Contour lines of a height, for plotters and CAD.",
+                fields: &[
+                    FieldDecl::new("height", "The height in mm, or a material that has one.", Takes::Height),
+                    FieldDecl::new(
+                        "step",
+                        "The difference between levels in mm. Levels are multiples of it.",
+                        Takes::Numbers(Numbers::new(NumberForm::One, [1e-3, 100.0], &[0.1])),
+                    ),
+                    FieldDecl::new(
+                        "levels",
+                        "The levels in mm, instead of `step`.",
+                        Takes::Numbers(Numbers::new(NumberForm::Rising, [-1e6, 1e6], &[])),
+                    ),
+                    FieldDecl::new(
+                        "tolerance",
+                        "The greatest distance of simplified lines from the exact ones, in mm.",
+                        Takes::Numbers(Numbers::new(NumberForm::One, [0.0, 1.0], &[0.005])),
+                    ),
+                    FieldDecl::new("format", "The format of the file.", Takes::Words(|| names(&FORMATS))),
+                ],
+                variants: &[],
+            }
+        }
+    }
+
+    fn plan(&self, options: &Options) -> Plan {
+        Plan::one(if options.word("format", &FORMATS) { "dxf" } else { "svg" })
+    }
+
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        let maker = LineMaker {
+            stem: source.place.stem.clone(),
+            step: options.number("step").unwrap_or(0.1),
+            levels: options.numbers("levels").map(<[f64]>::to_vec),
+            tolerance: options.number("tolerance").unwrap_or(0.0),
+            dxf: options.word("format", &FORMATS),
+        };
+        Ok(Files::Heights(Heights::of(source, Arc::new(maker))))
+    }
+}
+
+#[derive(Clone, Debug)]
+struct LineMaker {
+    stem: String,
+    step: f64,
+    levels: Option<Vec<f64>>,
+    tolerance: f64,
+    dxf: bool,
+}
+
+/// The lines of a level.
+struct Level {
+    height: f64,
+    lines: Vec<Line>,
+}
+
+impl LineMaker {
+    fn levels(&self, map: &HeightMap) -> Result<Vec<f64>, WriteError> {
+        if let Some(levels) = &self.levels {
+            return Ok(levels.clone());
+        }
+        let (least, greatest) = map.range();
+        let (first, last) = ((least / self.step).ceil(), (greatest / self.step).floor());
+        if last - first >= MOST {
+            let message =
+                format!("`step: {}` gives {} levels; at most {MOST} are allowed", self.step, last - first + 1.0);
+            let help = format!("write `step: {}` or more", told((greatest - least) / MOST + 5e-5));
+            return Err(refused(Code::TooLarge, message, help));
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "multiples within the heights")]
+        let multiples = first as i64..=last as i64;
+        Ok(multiples.map(|k| k as f64 * self.step).collect())
+    }
+
+    fn traced(&self, map: &HeightMap) -> Result<Vec<Level>, WriteError> {
+        let rimmed = Rimmed::of(map)?;
+        let level = |height: f64| {
+            let mut lines = rimmed.lines(map, height)?;
+            lines.iter_mut().for_each(|line| line.points = simplified(line, self.tolerance));
+            Ok(Level { height, lines })
+        };
+        self.levels(map)?
+            .into_iter()
+            .map(level)
+            .filter(|level| !matches!(level, Ok(level) if level.lines.is_empty()))
+            .collect()
+    }
+}
+
+impl Maker for LineMaker {
+    fn names(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    fn make(&self, map: &HeightMap, folder: &Path) -> Result<Vec<Part>, WriteError> {
+        let levels = self.traced(map)?;
+        let (extension, text) =
+            if self.dxf { ("dxf", dxf::text(&levels, map.size_mm.y)) } else { ("svg", svg(&levels, map)) };
+        let path = folder.join(format!("{}.{extension}", self.stem));
+        Ok(vec![Part::File(text_file(&path, &text)?)])
+    }
+}
+
+/// Lines in mm with y down, and a group for each level.
+fn svg(levels: &[Level], map: &HeightMap) -> String {
+    let size = map.size_mm;
+    let mut text = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}mm\" height=\"{h}mm\" viewBox=\"0 0 {w} {h}\">\n<g fill=\"none\" stroke=\"black\" stroke-width=\"0.05\">\n",
+        w = size.x,
+        h = size.y
+    );
+    for level in levels {
+        let height = told(level.height);
+        let data = svg_path(&level.lines);
+        let _ = writeln!(text, "<g id=\"level_{height}\" data-height-mm=\"{height}\"><path d=\"{data}\"/></g>");
+    }
+    text.push_str("</g>\n</svg>\n");
+    text
+}

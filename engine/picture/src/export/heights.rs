@@ -1,0 +1,231 @@
+//! Files that are made of a height once all of its rows are known: films, greys for a laser, level lines.
+//!
+//! The height is held in memory, 4 bytes a sample.
+use super::bundle::ExportContext;
+use super::set;
+use super::target::Source;
+use crate::value::diagnostics::{Code, Problem};
+use crate::value::{Field, Path as Lines, Type};
+use crate::{AtomicFile, Compression, WriteError, WriteStats};
+use glam::{DVec2, UVec2};
+use std::fmt;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Finds the lines on which samples have a value, given the samples row by row, their number across and down, and the
+/// value. Sample (i, j) lies at (i + ½, j + ½); higher samples lie on the right of a line.
+pub type Trace = fn(&[f32], UVec2, f64) -> Lines;
+
+/// Files of a height before its rows are computed.
+#[derive(Clone, Debug)]
+pub struct Heights {
+    /// The height in mm.
+    pub field: Field,
+    pub(super) place: ExportContext,
+    pub(super) maker: Arc<dyn Maker>,
+}
+
+impl Heights {
+    /// Files made by `maker` of the height of a source.
+    pub(super) fn of(source: &Source<'_>, maker: Arc<dyn Maker>) -> Self {
+        let field = source.fields.first().map(|(_, field)| field.clone());
+        Self { field: field.unwrap_or_else(|| Field::constant(Type::Gray, &[0.0])), place: source.place.clone(), maker }
+    }
+}
+
+/// Makes the files of a height.
+pub(super) trait Maker: fmt::Debug + Send + Sync {
+    /// The names of the files.
+    fn names(&self) -> Vec<String>;
+
+    /// The complete files, without their names.
+    ///
+    /// # Errors
+    /// The height does not suit the files, or the system refuses.
+    fn make(&self, map: &HeightMap, folder: &Path) -> Result<Vec<Part>, WriteError>;
+}
+
+/// A file without its name.
+pub(super) enum Part {
+    /// A file that refers to no others.
+    File(AtomicFile),
+    /// A file that refers to others.
+    Document(AtomicFile),
+}
+
+impl Part {
+    /// A document with this text.
+    pub(super) fn document(path: &Path, text: &str) -> Result<Self, WriteError> {
+        text_file(path, text).map(Self::Document)
+    }
+}
+
+/// A file with this text, without its name.
+pub(super) fn text_file(path: &Path, text: &str) -> Result<AtomicFile, WriteError> {
+    let made = AtomicFile::create(path).and_then(|mut file| file.write_all(text.as_bytes()).map(|()| file));
+    made.map_err(|error| WriteError::at(path, error))
+}
+
+/// A height with all of its samples.
+#[derive(Debug)]
+pub(super) struct HeightMap {
+    /// Samples across and down.
+    pub size: UVec2,
+    /// Size of a sample in mm.
+    pub pixel: DVec2,
+    /// The canvas in mm.
+    pub size_mm: DVec2,
+    /// Directions in which the height repeats.
+    pub wraps: [bool; 2],
+    /// Heights in mm, row by row.
+    pub values: Vec<f32>,
+    pub compression: Compression,
+    /// Metadata for headers.
+    pub metadata: Vec<(String, String)>,
+    trace: Option<Trace>,
+}
+
+impl HeightMap {
+    /// A row of samples.
+    pub(super) fn row(&self, y: u32) -> &[f32] {
+        &self.values[y as usize * self.size.x as usize..][..self.size.x as usize]
+    }
+
+    /// The least and the greatest height.
+    pub(super) fn range(&self) -> (f64, f64) {
+        let (least, greatest) =
+            self.values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+        (f64::from(least), f64::from(greatest))
+    }
+
+    /// The middle of the lowest sample in mm, and its height.
+    pub(super) fn lowest(&self) -> (DVec2, f64) {
+        let (mut at, mut least) = (0, f32::INFINITY);
+        for (k, v) in self.values.iter().enumerate() {
+            if *v < least {
+                (at, least) = (k, *v);
+            }
+        }
+        let width = self.size.x as usize;
+        let place = DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5) * self.pixel;
+        (place, f64::from(least))
+    }
+
+    /// The lines on which samples have a value; see [`Trace`].
+    pub(super) fn trace(&self, samples: &[f32], size: UVec2, level: f64) -> Result<Lines, WriteError> {
+        let missing = || refused(Code::BadValue, "this program finds no level lines", "write pictures instead");
+        self.trace.map(|trace| trace(samples, size, level)).ok_or_else(missing)
+    }
+}
+
+/// The error of a height that does not suit a file.
+pub(super) fn refused(code: Code, message: impl Into<String>, help: impl Into<String>) -> WriteError {
+    WriteError::Unfit(Box::new(Problem::new(code, message).help(help)))
+}
+
+/// A number for messages and names, with at most four digits after the point.
+pub(super) fn told(value: f64) -> String {
+    let text = format!("{value:.4}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+/// A place for messages.
+pub(super) fn place(at: DVec2) -> String {
+    format!("({:.2}, {:.2}) mm", at.x, at.y)
+}
+
+/// The files of a height while its rows are computed. Dropping the writer leaves no files.
+#[derive(Debug)]
+pub struct HeightsWriter {
+    maker: Arc<dyn Maker>,
+    folder: PathBuf,
+    map: HeightMap,
+    made: Option<(Vec<AtomicFile>, Vec<AtomicFile>)>,
+}
+
+impl HeightsWriter {
+    /// Starts files of a height of `size` samples in `folder`.
+    pub(super) fn new(heights: &Heights, folder: &Path, size: UVec2, compression: Compression) -> Self {
+        let place = heights.place.clone();
+        let map = HeightMap {
+            size,
+            pixel: place.size_mm / size.as_dvec2(),
+            size_mm: place.size_mm,
+            wraps: place.wraps,
+            values: Vec::with_capacity(size.x as usize * size.y as usize),
+            compression,
+            metadata: place.metadata,
+            trace: place.trace,
+        };
+        Self { maker: Arc::clone(&heights.maker), folder: folder.to_owned(), map, made: None }
+    }
+
+    /// Adds rows.
+    pub(super) fn add(&mut self, planes: &[&[f32]]) {
+        self.map.values.extend_from_slice(planes.first().copied().unwrap_or_default());
+    }
+
+    /// Makes the files, without their names.
+    pub(super) fn complete(&mut self) -> Result<(), WriteError> {
+        let (size, found) = (self.map.size, self.map.values.len());
+        if found != size.x as usize * size.y as usize {
+            let end = u32::try_from(found / size.x.max(1) as usize).unwrap_or(u32::MAX);
+            return Err(WriteError::Rows { first: 0, end, height: size.y });
+        }
+        let (mut files, mut documents) = (Vec::new(), Vec::new());
+        for part in self.maker.make(&self.map, &self.folder)? {
+            match part {
+                Part::File(file) => files.push(file),
+                Part::Document(file) => documents.push(file),
+            }
+        }
+        self.map.values = Vec::new();
+        self.made = Some((files, documents));
+        Ok(())
+    }
+
+    /// Gives the files their names.
+    pub(super) fn finish(mut self) -> Result<Vec<WriteStats>, WriteError> {
+        if self.made.is_none() {
+            self.complete()?;
+        }
+        let (files, documents) = self.made.unwrap_or_default();
+        set::commit(files, documents).map(|()| Vec::new())
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+
+    /// A height of `width` columns on pixels of 1 mm.
+    pub(in super::super) fn map(width: u32, values: &[f32]) -> HeightMap {
+        let size = UVec2::new(width, u32::try_from(values.len()).unwrap() / width);
+        HeightMap {
+            size,
+            pixel: DVec2::ONE,
+            size_mm: size.as_dvec2(),
+            wraps: [false; 2],
+            values: values.to_vec(),
+            compression: Compression::Fast,
+            metadata: Vec::new(),
+            trace: None,
+        }
+    }
+
+    /// The error of files that are refused.
+    pub(in super::super) fn problem(made: Result<Vec<Part>, WriteError>) -> Problem {
+        match made {
+            Err(WriteError::Unfit(problem)) => *problem,
+            Err(other) => panic!("{other}"),
+            Ok(_) => panic!("it worked"),
+        }
+    }
+
+    #[test]
+    fn numbers_in_messages_are_short() {
+        assert_eq!([0.25, -0.000_01, 3.0, 0.123_456].map(told), ["0.25", "0", "3", "0.1235"]);
+    }
+}

@@ -18,6 +18,7 @@ mod export_directions;
 mod export_names;
 mod export_sets;
 mod faults;
+mod films;
 mod fit;
 mod fmt;
 mod foreign_pictures;

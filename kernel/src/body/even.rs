@@ -1,0 +1,300 @@
+//! Even triangles: right triangles whose longest edge is halved until no place is over the error (right-triangulated
+//! irregular network, Evans, Kirkpatrick and Townsend 1997).
+//!
+//! Each block has 2^k + 1 posts a side, which are laid on its samples in order. Where a block has fewer samples than
+//! posts, two posts share a sample, and triangles between them have no area and are left out. The error of a triangle is
+//! the exact maximum over its samples and crossings. The error of a post is the largest one of the triangles that it
+//! halves and of all that depend on it, so one pass over the posts gives the triangles for any error.
+use super::heights::{BLOCK, Heights, cuts, single};
+use super::patch::{Patch, Spot, Tolerance};
+use super::scan::{self, Taken};
+use super::tiles::{Mesh, Tiles};
+use rayon::prelude::*;
+
+/// The errors of all posts of a height field.
+#[derive(Debug)]
+pub struct Even {
+    tiles: Tiles,
+    /// Number of intervals between posts of a block.
+    posts: usize,
+    /// For each block, the least error at which a post is no vertex, row by row.
+    errors: Vec<Vec<f32>>,
+}
+
+/// No sample counts as a vertex.
+struct Nothing;
+
+impl Taken for Nothing {
+    fn taken(&self, _: usize, _: usize) -> bool {
+        false
+    }
+}
+
+/// A post: column and row.
+type Post = [usize; 2];
+
+/// A block at work.
+struct Block {
+    patch: Patch,
+    posts: usize,
+    /// The sample of each column and row of posts.
+    across: Vec<u8>,
+    down: Vec<u8>,
+}
+
+impl Block {
+    fn new(heights: &Heights, tolerance: Tolerance, tiles: &Tiles, posts: usize, block: usize) -> Self {
+        let mut patch = Patch::new(tolerance);
+        patch.load(heights, tiles.columns(block), tiles.rows(block));
+        let [across, down] = [patch.width, patch.height].map(|count| samples(count, posts));
+        Self { patch, posts, across, down }
+    }
+
+    fn spot(&self, [column, row]: Post) -> Spot {
+        [self.across[column], self.down[row]]
+    }
+
+    fn index(&self, [column, row]: Post) -> usize {
+        row * (self.posts + 1) + column
+    }
+
+    /// The error of a triangle; 0 if it has no area.
+    fn error(&self, corners: [Post; 3]) -> f32 {
+        let spots = corners.map(|post| self.spot(post));
+        if area(&self.patch, spots) == 0 {
+            return 0.0;
+        }
+        let share = scan::worst(&self.patch, &Nothing, spots).share;
+        let near = single(share);
+        if f64::from(near) < share { near.next_up() } else { near }
+    }
+
+    fn raise(&self, errors: &mut [f32], post: Post, error: f32) {
+        let at = &mut errors[self.index(post)];
+        *at = at.max(error);
+    }
+
+    /// The corners of all squares with sides of `size` posts.
+    fn squares(&self, size: usize) -> impl Iterator<Item = Post> + use<> {
+        let posts = self.posts;
+        (0..posts).step_by(size).flat_map(move |y| (0..posts).step_by(size).map(move |x| [x, y]))
+    }
+
+    /// Measures the four triangles between the centre and the sides of each square.
+    fn sides(&self, errors: &mut [f32], size: usize) {
+        let (half, quarter) = (size / 2, size / 4);
+        for [x, y] in self.squares(size) {
+            let centre = [x + half, y + half];
+            let corners = [[x, y], [x + size, y], [x + size, y + size], [x, y + size]];
+            for side in 0..4 {
+                let (a, b) = (corners[side], corners[(side + 1) % 4]);
+                let middle = between(a, b);
+                let mut error = self.error([a, b, centre]);
+                if quarter > 0 {
+                    for corner in [a, b] {
+                        error = error.max(errors[self.index(between(corner, centre))]);
+                    }
+                }
+                self.raise(errors, middle, error);
+            }
+        }
+    }
+
+    /// Measures the two triangles of each square.
+    fn halves(&self, errors: &mut [f32], size: usize) {
+        for [x, y] in self.squares(size) {
+            for corners in triangles([x, y], size) {
+                self.raise(errors, [x + size / 2, y + size / 2], self.error(corners));
+            }
+        }
+        self.depend(errors, size);
+    }
+
+    /// Gives the centre of each square at least the errors of its sides.
+    fn depend(&self, errors: &mut [f32], size: usize) {
+        let half = size / 2;
+        for [x, y] in self.squares(size) {
+            for post in [[x + half, y], [x + half, y + size], [x, y + half], [x + size, y + half]] {
+                self.raise(errors, [x + half, y + half], errors[self.index(post)]);
+            }
+        }
+    }
+
+    /// Gives posts that share a sample with the centre of a square the error of the centre: without that, one side of an
+    /// edge would have a vertex on it and the other none. Returns true if an error changed.
+    fn share(&self, errors: &mut [f32]) -> bool {
+        let mut changed = false;
+        for [x, y] in self.squares(2) {
+            let centre = errors[self.index([x + 1, y + 1])];
+            for post in [[x + 1, y], [x + 1, y + 2], [x, y + 1], [x + 2, y + 1]] {
+                if self.spot(post) == self.spot([x + 1, y + 1]) && errors[self.index(post)] < centre {
+                    self.raise(errors, post, centre);
+                    changed = true;
+                }
+            }
+        }
+        changed
+    }
+
+    /// The triangles at an error.
+    fn mesh(&self, errors: &[f32], error: f64) -> Mesh {
+        let mut mesh = Mesh::default();
+        mesh.size = [self.patch.width, self.patch.height].map(|at| u8::try_from(at).unwrap_or(u8::MAX));
+        let mut numbers = vec![u16::MAX; (BLOCK + 1) * (BLOCK + 1)];
+        let mut waiting: Vec<[Post; 3]> = Vec::new();
+        for [a, b, c] in triangles([0, 0], self.posts) {
+            // The right angle is the corner that no diagonal touches.
+            let apex = [a, b, c].into_iter().find(|p| [a, b, c].iter().all(|q| p[0] == q[0] || p[1] == q[1]));
+            let apex = apex.unwrap_or(c);
+            let others: Vec<Post> = [a, b, c].into_iter().filter(|p| *p != apex).collect();
+            waiting.push([others[0], others[1], apex]);
+        }
+        while let Some([a, b, apex]) = waiting.pop() {
+            let whole = (a[0] + b[0]).is_multiple_of(2) && (a[1] + b[1]).is_multiple_of(2);
+            if whole {
+                let middle = between(a, b);
+                let own = errors[self.index(middle)];
+                if f64::from(own) > error {
+                    waiting.extend([[b, apex, middle], [apex, a, middle]]);
+                    continue;
+                }
+                mesh.error = mesh.error.max(f64::from(own));
+            }
+            let mut spots = [a, b, apex].map(|post| self.spot(post));
+            match area(&self.patch, spots) {
+                0 => continue,
+                area if area < 0 => spots.swap(0, 1),
+                _ => {}
+            }
+            mesh.triangles.push(spots.map(|spot| {
+                let number = &mut numbers[usize::from(spot[1]) * (BLOCK + 1) + usize::from(spot[0])];
+                if *number == u16::MAX {
+                    *number = u16::try_from(mesh.spots.len()).unwrap_or(u16::MAX);
+                    mesh.spots.push(spot);
+                }
+                *number
+            }));
+        }
+        mesh
+    }
+}
+
+/// Twice the area of a triangle in half steps; positive if x turns to y.
+fn area(patch: &Patch, spots: [Spot; 3]) -> i32 {
+    let [a, b, c] = spots.map(|spot| patch.place(spot));
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+fn between(a: Post, b: Post) -> Post {
+    [usize::midpoint(a[0], b[0]), usize::midpoint(a[1], b[1])]
+}
+
+/// The two triangles of a square. Diagonals of neighbouring squares are mirrored, so that they meet in the corners of
+/// larger squares and in their centres.
+fn triangles([x, y]: Post, size: usize) -> [[Post; 3]; 2] {
+    let [a, b, c, d] = [[x, y], [x + size, y], [x + size, y + size], [x, y + size]];
+    if (x / size + y / size).is_multiple_of(2) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+}
+
+/// The sample of each post on a side with `intervals` between samples.
+fn samples(intervals: usize, posts: usize) -> Vec<u8> {
+    (0..=posts).map(|post| u8::try_from(post * intervals / posts).unwrap_or(u8::MAX)).collect()
+}
+
+impl Even {
+    /// Measures all triangles. The tolerance states whether the field is bent; its error does not matter. `None` if
+    /// `stop` returns true.
+    pub fn new(heights: &Heights, tolerance: Tolerance, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
+        // Shares of an error of 1 mm are errors in mm.
+        let tolerance = Tolerance { error: 1.0, ..tolerance };
+        let intervals = heights.size().map(|count| count - 1);
+        let mut posts = BLOCK;
+        while posts > 2 && intervals.iter().any(|count| posts / 2 >= *count) {
+            posts /= 2;
+        }
+        let [columns, rows] = intervals.map(|count| cuts(count, posts));
+        let tiles = Tiles::new(columns, rows, heights.repeats);
+        let count = tiles.meshes.len();
+        let mut even = Self { tiles, posts, errors: vec![vec![0.0; (posts + 1) * (posts + 1)]; count] };
+        let mut size = 2;
+        while size <= posts {
+            if stop() {
+                return None;
+            }
+            even.each(heights, tolerance, |block, errors| block.sides(errors, size));
+            even.join(size);
+            even.each(heights, tolerance, |block, errors| block.halves(errors, size));
+            while size == 2 {
+                let changed: Vec<bool> = even.each(heights, tolerance, |block, errors| {
+                    let changed = block.share(errors);
+                    block.depend(errors, 2);
+                    changed
+                });
+                let joined = even.join(2);
+                if !joined && !changed.contains(&true) {
+                    break;
+                }
+                even.each(heights, tolerance, |block, errors| block.depend(errors, 2));
+            }
+            size *= 2;
+        }
+        Some(even)
+    }
+
+    /// Does the same with all blocks.
+    fn each<T: Send>(
+        &mut self,
+        heights: &Heights,
+        tolerance: Tolerance,
+        work: impl Fn(&Block, &mut [f32]) -> T + Sync,
+    ) -> Vec<T> {
+        let (tiles, posts) = (&self.tiles, self.posts);
+        let one = |(index, errors): (usize, &mut Vec<f32>)| {
+            work(&Block::new(heights, tolerance, tiles, posts, index), errors)
+        };
+        self.errors.par_iter_mut().enumerate().map(one).collect()
+    }
+
+    /// Gives the middles of sides with `size` posts the larger error of both blocks. Returns true if an error changed.
+    fn join(&mut self, size: usize) -> bool {
+        let mut sides: Vec<Vec<f32>> = vec![Vec::new(); self.tiles.side_count()];
+        let posts = self.posts;
+        let middles = move || (size / 2..posts).step_by(size);
+        let place = move |side: usize, at: usize| match side {
+            0 => at,
+            1 => posts * (posts + 1) + at,
+            2 => at * (posts + 1),
+            _ => at * (posts + 1) + posts,
+        };
+        for (block, errors) in self.errors.iter().enumerate() {
+            for (own, side) in self.tiles.sides_of(block).into_iter().enumerate() {
+                let known = &mut sides[side];
+                known.resize(posts / size, 0.0);
+                for (known, at) in known.iter_mut().zip(middles()) {
+                    *known = known.max(errors[place(own, at)]);
+                }
+            }
+        }
+        let mut changed = false;
+        for (block, errors) in self.errors.iter_mut().enumerate() {
+            for (own, side) in self.tiles.sides_of(block).into_iter().enumerate() {
+                for (known, at) in sides[side].iter().zip(middles()) {
+                    let error = &mut errors[place(own, at)];
+                    changed |= *error < *known;
+                    *error = error.max(*known);
+                }
+            }
+        }
+        changed
+    }
+
+    /// The triangles at an error in mm.
+    pub fn mesh(&self, heights: &Heights, tolerance: Tolerance) -> Tiles {
+        let mut tiles = self.tiles.clone();
+        let one = |(index, errors): (usize, &Vec<f32>)| {
+            Block::new(heights, tolerance, &self.tiles, self.posts, index).mesh(errors, tolerance.error)
+        };
+        tiles.meshes = self.errors.par_iter().enumerate().map(one).collect();
+        tiles
+    }
+}

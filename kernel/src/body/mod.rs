@@ -1,0 +1,29 @@
+//! Bodies with a relief: closed meshes of height fields, with an exact bound of their distance to the field.
+//!
+//! [`Heights`] are the samples of a canvas and of its rims. [`fewest()`] and [`even()`] divide them into triangles, in
+//! blocks. [`Plate`] and [`Roll`] close the surface to a body and give its vertices and triangles one by one.
+mod budget;
+mod builder;
+mod even;
+mod fewest;
+mod heights;
+mod patch;
+mod plate;
+mod roll;
+mod scan;
+mod sides;
+mod table;
+mod tiles;
+
+pub use budget::{Mesher, Pattern};
+pub use builder::{Figures, Receiver, Vertex};
+pub use even::Even;
+pub use fewest::fewest;
+pub use heights::Heights;
+pub use patch::Tolerance;
+pub use plate::Plate;
+pub use roll::Roll;
+pub use tiles::Tiles;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,148 @@
+//! A block of samples: the piece of a height field that is triangulated at once, with its positions and its tolerance.
+use super::heights::{BLOCK, Heights};
+
+/// How a body bends the field round an axis; `None` for a plate.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bend {
+    /// Radius at height 0 in mm.
+    pub(super) radius: f64,
+    /// Angle of a half step in radians.
+    pub(super) half_angle: f64,
+}
+
+/// The tolerance of a triangulation.
+#[derive(Clone, Copy, Debug)]
+pub struct Tolerance {
+    /// The largest distance to the field that is allowed, in mm.
+    pub(super) error: f64,
+    /// The bend of a roll.
+    pub(super) bend: Option<Bend>,
+}
+
+/// The share of the error of a roll that heights may use; chords of its circles use the rest.
+const HEIGHTS: f64 = 0.75;
+
+impl Tolerance {
+    /// The tolerance of a plate.
+    pub const fn flat(error: f64) -> Self {
+        Self { error, bend: None }
+    }
+
+    /// The tolerance of a roll with this radius at height 0 in mm, and `columns` intervals between samples all round.
+    pub fn round(error: f64, radius: f64, columns: usize) -> Self {
+        let half_angle = std::f64::consts::PI / columns.max(1) as f64;
+        Self { error, bend: Some(Bend { radius, half_angle }) }
+    }
+
+    /// The distance to the field that vertices may leave between them.
+    pub(super) fn heights(&self) -> f64 {
+        if self.bend.is_some() { HEIGHTS * self.error } else { self.error }
+    }
+
+    /// The distance between a flat facet and the field interpolated in the angle, relative to the share of the error
+    /// that it may use. The facet is `width` half steps wide, has `slope` mm of height per half step across, and lies
+    /// between the heights `low` and `high`. In polar coordinates the radius along a straight line has the second
+    /// derivative r + 2 r'² / r, so the distance is at most an eighth of that, times the angle squared.
+    pub(super) fn sagitta(&self, width: f64, slope: f64, low: f64, high: f64) -> f64 {
+        self.bow(width, slope, low, high) / ((1.0 - HEIGHTS) * self.error)
+    }
+
+    /// The distance of [`sagitta`](Self::sagitta) in mm.
+    pub(super) fn bow(&self, width: f64, slope: f64, low: f64, high: f64) -> f64 {
+        let Some(bend) = self.bend else { return 0.0 };
+        let (angle, turn) = (width * bend.half_angle, slope / bend.half_angle);
+        let least = (bend.radius + low).max(1e-9);
+        (bend.radius + high + 2.0 * turn * turn / least) * angle * angle / 8.0
+    }
+}
+
+/// A block of at most 65 × 65 samples.
+#[derive(Clone, Debug)]
+pub(super) struct Patch {
+    /// Number of intervals between samples in each direction.
+    pub(super) width: usize,
+    pub(super) height: usize,
+    /// Heights in rows of `BLOCK + 1`.
+    values: Vec<f32>,
+    /// Positions in half steps from the corner of the block.
+    pub(super) across: [i32; BLOCK + 1],
+    pub(super) down: [i32; BLOCK + 1],
+    /// 1 in a direction in which the first interval is a half step, else 0.
+    short: [i32; 2],
+    pub(super) tolerance: Tolerance,
+}
+
+/// A sample of a block: column and row.
+pub(super) type Spot = [u8; 2];
+
+impl Patch {
+    pub(super) fn new(tolerance: Tolerance) -> Self {
+        let (across, down) = ([0; BLOCK + 1], [0; BLOCK + 1]);
+        let values = vec![0.0; (BLOCK + 1) * (BLOCK + 1)];
+        Self { width: 0, height: 0, values, across, down, short: [0; 2], tolerance }
+    }
+
+    /// Takes the samples between two columns and two rows, ends included.
+    pub(super) fn load(&mut self, heights: &Heights, [left, right]: [usize; 2], [top, bottom]: [usize; 2]) {
+        (self.width, self.height) = (right - left, bottom - top);
+        let columns = heights.across.len();
+        for (row, to) in (top..=bottom).zip(self.values.chunks_mut(BLOCK + 1)) {
+            let from = &heights.values[row * columns + left..=row * columns + right];
+            to[..from.len()].copy_from_slice(from);
+        }
+        let local = |to: &mut [i32; BLOCK + 1], from: &[i32]| {
+            to.iter_mut().zip(from).for_each(|(to, at)| *to = at - from[0]);
+            i32::from(from[1] - from[0] == 1)
+        };
+        self.short =
+            [local(&mut self.across, &heights.across[left..=right]), local(&mut self.down, &heights.down[top..=bottom])];
+    }
+
+    #[inline]
+    pub(super) fn at(&self, column: usize, row: usize) -> f64 {
+        f64::from(self.values[row * (BLOCK + 1) + column])
+    }
+
+    #[inline]
+    pub(super) fn of(&self, [column, row]: Spot) -> f64 {
+        self.at(usize::from(column), usize::from(row))
+    }
+
+    /// The heights of a row from its first column.
+    #[inline]
+    pub(super) fn row(&self, row: usize) -> &[f32] {
+        &self.values[row * (BLOCK + 1)..=row * (BLOCK + 1) + self.width]
+    }
+
+    /// The position of a sample in half steps.
+    #[inline]
+    pub(super) fn place(&self, [column, row]: Spot) -> [i32; 2] {
+        [self.across[usize::from(column)], self.down[usize::from(row)]]
+    }
+
+    /// The last column at or left of a position, at most the last but one; and the part of the way to the next column.
+    #[inline]
+    pub(super) fn column(&self, x: f64) -> (usize, f64) {
+        find(&self.across, self.short[0], self.width, x)
+    }
+
+    /// As [`column`](Self::column), for rows.
+    #[inline]
+    pub(super) fn row_at(&self, y: f64) -> (usize, f64) {
+        find(&self.down, self.short[1], self.height, y)
+    }
+
+    /// True if a sample lies on a side of the block.
+    #[inline]
+    pub(super) fn on_side(&self, column: usize, row: usize) -> bool {
+        column == 0 || row == 0 || column == self.width || row == self.height
+    }
+}
+
+#[inline]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positions lie in the block")]
+fn find(places: &[i32; BLOCK + 1], short: i32, intervals: usize, at: f64) -> (usize, f64) {
+    let index = (((at + f64::from(short)) * 0.5) as usize).min(intervals - 1);
+    let (low, high) = (f64::from(places[index]), f64::from(places[index + 1]));
+    (index, (at - low) / (high - low))
+}

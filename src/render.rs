@@ -333,7 +333,11 @@ pub(crate) fn request_of(
 fn finish(args: &RenderArgs, set: &Set, done: Report, terminal: &Terminal, start: Instant) -> Result<(), Quit> {
     let graph = &set.graph;
     if !args.progress.quiet {
-        done.files.iter().for_each(|file| terminal.say(&format!("wrote {}", file.display())));
+        for file in &done.files {
+            let note = done.notes.iter().find(|(noted, _)| noted == file);
+            let note = note.map_or(String::new(), |(_, note)| format!(": {note}"));
+            terminal.say(&format!("wrote {}{note}", file.display()));
+        }
         if done.files.is_empty() {
             terminal.warning("the graph has no outputs; name what to render in `outputs: { … }`");
         }

@@ -8,9 +8,10 @@
 //! Each folder is a module that uses only modules listed before it: [`ground`], [`noise`], [`filter`], [`pointwise`],
 //! [`strokes`], [`shape`], [`path`], [`pattern`], [`scatter`], [`mesh`], [`surface`], [`leather`], [`springs`],
 //! [`wood`], [`deposits`], [`fracture`], [`reaction`], [`yarn`],
-//! [`synthesis`]. From the engine they use `shibo_value` alone.
+//! [`synthesis`], [`body`]. From the engine they use `shibo_value` alone.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the system's own functions"))]
 
+pub mod body;
 pub mod deposits;
 pub mod filter;
 pub mod fracture;

@@ -106,7 +106,10 @@ impl Linker<'_> {
                 let also = plan.also.iter().map(|suffix| format!("{}_{suffix}", decl.name));
                 channels().into_iter().chain(also).chain([decl.name.clone()]).collect()
             }
-            Some(_) => vec![decl.name.clone()],
+            Some(plan) => {
+                let also = plan.also.iter().map(|suffix| format!("{}_{suffix}", decl.name));
+                also.chain([decl.name.clone()]).collect()
+            }
             None if ty == Type::Material && !decl.combined => channels(),
             None => vec![decl.name.clone()],
         };

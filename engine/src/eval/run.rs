@@ -260,6 +260,11 @@ impl<'g> Run<'g> {
         }
     }
 
+    /// True if the work was cancelled.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
+    }
+
     /// The diagnostic for a failure of field work, at the node that caused it; `None` if the work was cancelled.
     pub fn diagnose(&self, stop: Stop, fallback: crate::diagnostics::Span) -> Option<Diagnostic> {
         let Stop::Failed(problem) = stop else { return None };

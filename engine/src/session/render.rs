@@ -7,7 +7,7 @@ use super::storage::{self, encoding};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{CancelToken, Event, Fields, Neighbor, NodeStats, Observer, Run, Shelf};
-use crate::export::SimpleShape;
+use crate::export::{SimpleShape, Told};
 use crate::graph::{ExportMesh, Graph, GraphOutput};
 use crate::picture::{
     AtomicFile, Compression, Depth, Drawing, Encoding, Format, PictureSpec, WriteError, WriteStats, Writer,
@@ -50,6 +50,8 @@ pub struct RenderRequest {
 pub struct Report {
     /// The files, in the order of the graph's outputs.
     pub files: Vec<PathBuf>,
+    /// Figures of files, such as the number of triangles of a body.
+    pub notes: Vec<(PathBuf, String)>,
     /// The work done for each node.
     pub nodes: Vec<NodeStats>,
 }
@@ -75,8 +77,8 @@ impl Session {
             let pictures = render.pictures(&wanted)?;
             let planned: Vec<PathBuf> = pictures.iter().map(|p| p.path.clone()).collect();
             let jobs = render.jobs(pictures)?;
-            render.write(&jobs)?;
-            Ok(Report { files: files(&planned, &jobs), nodes: run.stats_for(wanted.iter().map(|(output, _)| *output)) })
+            let notes = render.write(&jobs)?;
+            Ok(Report { files: files(&planned, &jobs), notes, nodes: run.stats_for(wanted.iter().map(|(output, _)| *output)) })
         })
     }
 }
@@ -209,13 +211,13 @@ impl<'r> Render<'r, '_> {
     fn jobs(&self, pictures: Vec<Planned<'r>>) -> Result<Vec<Job<'r>>, Failure> {
         let mut missing = Vec::new();
         for planned in pictures {
-            // For an export of several files, the cache holds only the tiles of its textures.
-            let one = match &planned.part {
-                OutputPart::Export(export) => export.target.plan().one_file,
+            // For an export of several files, or of a body, the cache holds only the tiles of its fields.
+            let cached = match &planned.part {
+                OutputPart::Export(export) => export.target.plan().cached,
                 _ => true,
             };
             let copied = match &self.session.caches.store {
-                Some(store) if one => store
+                Some(store) if cached => store
                     .get_file(planned.key, &planned.path)
                     .map_err(|e| Failure::File(format!("cannot write `{}`: {e}", planned.path.display())))?,
                 _ => false,
@@ -234,9 +236,11 @@ impl<'r> Render<'r, '_> {
         missing.into_iter().zip(values).map(|(planned, value)| self.job(planned, &value)).collect()
     }
 
-    fn write(&self, jobs: &[Job<'_>]) -> Result<(), Failure> {
+    /// Computes and writes the files; returns figures of some of them.
+    fn write(&self, jobs: &[Job<'_>]) -> Result<Vec<(PathBuf, String)>, Failure> {
+        let mut notes = Vec::new();
         if jobs.is_empty() {
-            return Ok(());
+            return Ok(notes);
         }
         let graph = self.planner.graph;
         let grid = graph.canvas.grid(graph.canvas.resolution);
@@ -248,7 +252,16 @@ impl<'r> Render<'r, '_> {
         }
         // All files are complete before the first one gets its name.
         for (job, writer) in jobs.iter().zip(&mut writers) {
-            writer.complete().map_err(|error| unfit(error, job))?;
+            let stop = || self.run.is_cancelled();
+            writer.complete(&stop).map_err(|error| if stop() { Failure::Cancelled } else { unfit(error, job) })?;
+        }
+        for (job, writer) in jobs.iter().zip(&writers) {
+            let Told { note, advice } = writer.told();
+            notes.extend(note.map(|note| (job.planned.path.clone(), note)));
+            for message in advice {
+                let warning = Diagnostic::new(Code::Advice, job.planned.output.span, message);
+                self.observer.event(Event::Warning(warning.as_warning()));
+            }
         }
         for (job, segments) in lines.iter().filter_map(|job| Some((job, job.lines.as_ref()?))) {
             self.write_lines(job, segments, &grid)?;
@@ -259,7 +272,7 @@ impl<'r> Render<'r, '_> {
             }
             self.keep(job);
         }
-        Ok(())
+        Ok(notes)
     }
 
     /// Checks sizes, prepares fields and limits the computed pixels to the area, before the first block of pictures.
@@ -364,7 +377,7 @@ impl<'r> Render<'r, '_> {
 
     fn keep(&self, job: &Job<'_>) {
         let Some(store) = self.session.caches.store.as_ref().filter(|_| match &job.planned.part {
-            OutputPart::Export(export) => export.target.plan().one_file,
+            OutputPart::Export(export) => export.target.plan().cached,
             _ => true,
         }) else {
             return;

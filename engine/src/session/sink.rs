@@ -1,7 +1,7 @@
 //! Destinations for the blocks of pictures.
 use super::Failure;
 use super::fitted::Fitted;
-use crate::export::FilesWriter;
+use crate::export::{FilesWriter, Told};
 use crate::picture::{AtomicFile, PartWriter, WriteError, WriteStats, Writer};
 use crate::value::{Grid, Tile, Window};
 use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
@@ -41,12 +41,17 @@ impl Sink {
     }
 
     /// Makes files that need all rows, without their names.
-    pub(super) fn complete(&mut self) -> Result<(), WriteError> {
+    pub(super) fn complete(&mut self, stop: &(dyn Fn() -> bool + Sync)) -> Result<(), WriteError> {
         match self {
-            Self::Export(writer) => writer.complete(),
+            Self::Export(writer) => writer.complete(stop),
             Self::Fitted(fitted) => fitted.complete(),
             Self::Picture(_) | Self::Part(..) => Ok(()),
         }
+    }
+
+    /// Texts for the user about files that [`complete`](Self::complete) made.
+    pub(super) fn told(&self) -> Told {
+        if let Self::Export(writer) = self { writer.told() } else { Told::default() }
     }
 
     /// Closes the file under its final name; returns statistics of the pictures written.

@@ -78,6 +78,10 @@ codes! {
     BadValue = "bad-value",
     /// A height deeper than a tool or a material allows.
     TooDeep = "too-deep",
+    /// A body that needs more triangles than are allowed.
+    OverBudget = "over-budget",
+    /// A body with a wall that is too thin.
+    ThinWall = "thin-wall",
     /// A field that must repeat and does not.
     DoesNotTile = "does-not-tile",
     /// A simulation or computation that left the range of numbers.

@@ -21,6 +21,8 @@ pub struct Heights {
     /// True if the first and the last column (the first and the last row) are the same line of the field, so that both
     /// must get the same vertices.
     pub(super) repeats: [bool; 2],
+    /// Number of columns for a pixel.
+    finer: usize,
 }
 
 impl Heights {
@@ -55,6 +57,7 @@ impl Heights {
             down: with_rims(height),
             half_mm: pixel_mm.map(|mm| 0.5 * mm),
             repeats,
+            finer: 1,
         }
     }
 
@@ -85,12 +88,17 @@ impl Heights {
         });
         let across = (0..=wide).map(|x| whole(2 * x)).collect();
         let half_mm = [plain.half_mm[0] / finer as f64, plain.half_mm[1]];
-        Self { values: out, across, down: plain.down, half_mm, repeats: [true, repeats] }
+        Self { values: out, across, down: plain.down, half_mm, repeats: [true, repeats], finer }
     }
 
     /// Number of columns and rows of samples, rims included.
     pub fn size(&self) -> [usize; 2] {
         [self.across.len(), self.down.len()]
+    }
+
+    /// Number of columns for a pixel.
+    pub fn finer(&self) -> usize {
+        self.finer
     }
 
     /// The height of a sample in mm.

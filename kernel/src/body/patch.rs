@@ -34,6 +34,13 @@ impl Tolerance {
         Self { error, bend: Some(Bend { radius, half_angle }) }
     }
 
+    /// The share of the error that the chord between neighbouring samples uses, for steps as steep as `steepest` (a
+    /// ratio of lengths) and heights between `extent`.
+    pub fn chord(&self, steepest: f64, extent: (f64, f64)) -> f64 {
+        let slope = self.bend.map_or(0.0, |bend| steepest * bend.radius * bend.half_angle);
+        self.sagitta(2.0, slope, extent.0, extent.1)
+    }
+
     /// The distance to the field that vertices may leave between them.
     pub(super) fn heights(&self) -> f64 {
         if self.bend.is_some() { HEIGHTS * self.error } else { self.error }

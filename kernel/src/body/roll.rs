@@ -14,8 +14,6 @@ pub struct Roll<'a> {
     pub tiles: &'a Tiles,
     /// The number of repeats round the roll and along it.
     pub repeats: [usize; 2],
-    /// The number of columns of samples for a pixel.
-    pub finer: usize,
     /// The diameter of the bore in mm; 0 for a solid roll.
     pub bore: f64,
     /// The largest distance of the bore's chords from its circle, in mm.
@@ -51,7 +49,7 @@ impl Roll<'_> {
         let [wide, high] = self.heights.size().map(|count| count - 1);
         let columns = wide * self.repeats[0];
         let (radius, length, height) = (self.radius(), self.length(), self.heights.size_mm()[1]);
-        let turn = |column: f64| (column + 0.5 * self.finer as f64) * TAU / columns as f64;
+        let turn = |column: f64| (column + 0.5 * self.heights.finer() as f64) * TAU / columns as f64;
         let turns: Vec<(f64, f64)> = (0..columns).map(|column| libm::sincos(turn(column as f64))).collect();
         let place = |column: usize, row: usize| {
             let tile = (row / high).min(self.repeats[1] - 1);

@@ -260,7 +260,7 @@ fn rolls_are_closed_and_within_the_error() {
         for even in [false, true] {
             let tolerance = Tolerance::round(0.02, radius, columns);
             let tiles = tiles(&heights, tolerance, even);
-            let roll = Roll { heights: &heights, tiles: &tiles, repeats, finer: 2, bore, error: 0.02 };
+            let roll = Roll { heights: &heights, tiles: &tiles, repeats, bore, error: 0.02 };
             assert!((roll.radius() - radius).abs() < 1e-9);
             let mut memory = Memory::default();
             let figures = roll.build(&mut memory).unwrap();

@@ -1,5 +1,7 @@
-//! USD packages: a ZIP archive of uncompressed files, each aligned to 64 bytes, so that readers can use them in place.
-//! The stage comes first. Entries have no dates, so the same content gives the same bytes.
+//! ZIP archives. Entries have no dates, so the same content gives the same bytes.
+//!
+//! USD packages have uncompressed files, each aligned to 64 bytes, so that readers can use them in place; the stage comes
+//! first. 3MF packages are compressed.
 use crate::AtomicFile;
 use std::io::{self, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::Path;
@@ -32,6 +34,42 @@ pub(super) fn archive(
     }
     zip.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.commit()
+}
+
+/// Writes a compressed package of some texts and one file, whose content is read from its start. The package has no
+/// name yet.
+///
+/// # Errors
+/// If the system refuses.
+pub(super) fn package(
+    path: &Path,
+    texts: &[(&str, &str)],
+    (name, content): (&str, &mut AtomicFile),
+) -> io::Result<AtomicFile> {
+    let length = content.seek(SeekFrom::End(0))?;
+    content.seek(SeekFrom::Start(0))?;
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .compression_level(Some(1))
+        .large_file(length > u64::from(u32::MAX) / 2)
+        .last_modified_time(DateTime::default());
+    let mut file = AtomicFile::create(path)?;
+    let mut zip = ZipWriter::new(BufWriter::with_capacity(1 << 20, &mut file));
+    let mut add = || {
+        for (name, text) in texts {
+            zip.start_file(*name, options)?;
+            zip.write_all(text.as_bytes())?;
+        }
+        zip.start_file(name, options)?;
+        io::copy(content, &mut zip).map(drop)
+    };
+    if let Err(error) = add() {
+        // As in `archive`.
+        std::mem::forget(zip);
+        return Err(error);
+    }
+    zip.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
+    Ok(file)
 }
 
 fn fill<W: Write + Seek>(

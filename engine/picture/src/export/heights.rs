@@ -7,7 +7,7 @@ use super::target::Source;
 use crate::value::diagnostics::{Code, Problem};
 use crate::value::{Field, Path as Lines, Type};
 use crate::{AtomicFile, Compression, WriteError, WriteStats};
-use glam::{DVec2, UVec2};
+use glam::{DVec2, UVec2, Vec2Swizzles};
 use std::fmt;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -34,6 +34,9 @@ impl Heights {
     }
 }
 
+/// Returns true if the work is to stop.
+pub(super) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
+
 /// Makes the files of a height.
 pub(super) trait Maker: fmt::Debug + Send + Sync {
     /// The names of the files.
@@ -44,6 +47,14 @@ pub(super) trait Maker: fmt::Debug + Send + Sync {
     /// # Errors
     /// The height does not suit the files, or the system refuses.
     fn make(&self, map: &HeightMap, folder: &Path) -> Result<Vec<Part>, WriteError>;
+
+    /// As [`make`](Self::make), for makers that take long: they end soon after `stop` returns true.
+    ///
+    /// # Errors
+    /// As [`make`](Self::make); an interrupted system call if the work was stopped.
+    fn make_until(&self, map: &HeightMap, folder: &Path, _stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
+        self.make(map, folder)
+    }
 }
 
 /// A file without its name.
@@ -52,6 +63,10 @@ pub(super) enum Part {
     File(AtomicFile),
     /// A file that refers to others.
     Document(AtomicFile),
+    /// Figures of the main file, for the user.
+    Note(String),
+    /// A warning about the height.
+    Advice(String),
 }
 
 impl Part {
@@ -90,6 +105,19 @@ impl HeightMap {
     /// A row of samples.
     pub(super) fn row(&self, y: u32) -> &[f32] {
         &self.values[y as usize * self.size.x as usize..][..self.size.x as usize]
+    }
+
+    /// The map turned by 90°, with these values.
+    pub(super) fn turned(&self, values: Vec<f32>) -> Self {
+        Self {
+            size: self.size.yx(),
+            pixel: self.pixel.yx(),
+            size_mm: self.size_mm.yx(),
+            wraps: [self.wraps[1], self.wraps[0]],
+            values,
+            metadata: self.metadata.clone(),
+            ..*self
+        }
     }
 
     /// The least and the greatest height.
@@ -143,6 +171,16 @@ pub struct HeightsWriter {
     folder: PathBuf,
     map: HeightMap,
     made: Option<(Vec<AtomicFile>, Vec<AtomicFile>)>,
+    told: Told,
+}
+
+/// Texts for the user about finished files.
+#[derive(Clone, Debug, Default)]
+pub struct Told {
+    /// Figures of the main file.
+    pub note: Option<String>,
+    /// Warnings.
+    pub advice: Vec<String>,
 }
 
 impl HeightsWriter {
@@ -159,7 +197,7 @@ impl HeightsWriter {
             metadata: place.metadata,
             trace: place.trace,
         };
-        Self { maker: Arc::clone(&heights.maker), folder: folder.to_owned(), map, made: None }
+        Self { maker: Arc::clone(&heights.maker), folder: folder.to_owned(), map, made: None, told: Told::default() }
     }
 
     /// Adds rows.
@@ -168,17 +206,19 @@ impl HeightsWriter {
     }
 
     /// Makes the files, without their names.
-    pub(super) fn complete(&mut self) -> Result<(), WriteError> {
+    pub(super) fn complete(&mut self, stop: Stop<'_>) -> Result<(), WriteError> {
         let (size, found) = (self.map.size, self.map.values.len());
         if found != size.x as usize * size.y as usize {
             let end = u32::try_from(found / size.x.max(1) as usize).unwrap_or(u32::MAX);
             return Err(WriteError::Rows { first: 0, end, height: size.y });
         }
         let (mut files, mut documents) = (Vec::new(), Vec::new());
-        for part in self.maker.make(&self.map, &self.folder)? {
+        for part in self.maker.make_until(&self.map, &self.folder, stop)? {
             match part {
                 Part::File(file) => files.push(file),
                 Part::Document(file) => documents.push(file),
+                Part::Note(note) => self.told.note = Some(note),
+                Part::Advice(advice) => self.told.advice.push(advice),
             }
         }
         self.map.values = Vec::new();
@@ -186,10 +226,15 @@ impl HeightsWriter {
         Ok(())
     }
 
+    /// Texts about the files that were made.
+    pub(super) fn told(&self) -> Told {
+        self.told.clone()
+    }
+
     /// Gives the files their names.
     pub(super) fn finish(mut self) -> Result<Vec<WriteStats>, WriteError> {
         if self.made.is_none() {
-            self.complete()?;
+            self.complete(&|| false)?;
         }
         let (files, documents) = self.made.unwrap_or_default();
         set::commit(files, documents).map(|()| Vec::new())

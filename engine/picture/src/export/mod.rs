@@ -1,6 +1,7 @@
 //! Export to files that hold more than one picture: materials on a mesh as glTF, OBJ or USD, MaterialX documents, and
 //! picture sets for a program.
 mod archive;
+mod body;
 mod bundle;
 mod colors;
 mod contours;
@@ -18,7 +19,9 @@ mod names;
 mod network;
 mod obj;
 mod pack;
+mod plate;
 mod preset;
+mod roll;
 mod set;
 mod shape;
 mod solids;
@@ -30,7 +33,7 @@ pub use colors::Colors;
 pub use decl::{FieldDecl, NumberForm, Numbers, Takes, names};
 pub use glb::GlbWriter;
 pub use gltf::{Exported, Texture};
-pub use heights::{Heights, Trace};
+pub use heights::{Heights, Told, Trace};
 pub use preset::y_down;
 pub use shape::Shape;
 pub use solids::SimpleShape;
@@ -49,4 +52,6 @@ pub const TARGETS: &[&dyn ExportTarget] = &[
     &films::Films,
     &engrave::Engrave,
     &contours::Contours,
+    &plate::Plate,
+    &roll::Roll,
 ];

@@ -9,7 +9,7 @@ use super::colors::Colors;
 use super::decl::{FieldDecl, Takes};
 use super::glb::GlbWriter;
 use super::gltf::Exported;
-use super::heights::{Heights, HeightsWriter};
+use super::heights::{Heights, HeightsWriter, Stop, Told};
 use super::shape::Shape;
 use crate::value::diagnostics::Problem;
 use crate::value::{Channel, Field, Material};
@@ -122,17 +122,24 @@ pub struct Plan {
     pub one_file: bool,
     /// Further names of pictures, after `output_`.
     pub also: &'static [&'static str],
+    /// True if the files may come from a cache.
+    pub cached: bool,
 }
 
 impl Plan {
     /// A main file with the pictures of channels beside it.
     pub(super) const fn several(extension: &'static str) -> Self {
-        Self { extension, one_file: false, also: &[] }
+        Self { extension, one_file: false, also: &[], cached: false }
     }
 
     /// One file.
     pub(super) const fn one(extension: &'static str) -> Self {
-        Self { extension, one_file: true, also: &[] }
+        Self { extension, one_file: true, also: &[], cached: true }
+    }
+
+    /// One file, and a report beside it if wanted. It is made in each run, because the run tells its figures.
+    pub(super) const fn body(extension: &'static str, report: bool) -> Self {
+        Self { extension, one_file: true, also: if report { &["report"] } else { &[] }, cached: false }
     }
 }
 
@@ -330,8 +337,13 @@ impl FilesWriter {
     ///
     /// # Errors
     /// If files cannot be made of these values, or the system refuses.
-    pub fn complete(&mut self) -> Result<(), WriteError> {
-        if let Self::Heights(writer) = self { writer.complete() } else { Ok(()) }
+    pub fn complete(&mut self, stop: Stop<'_>) -> Result<(), WriteError> {
+        if let Self::Heights(writer) = self { writer.complete(stop) } else { Ok(()) }
+    }
+
+    /// Texts for the user about files that [`complete`](Self::complete) made.
+    pub fn told(&self) -> Told {
+        if let Self::Heights(writer) = self { writer.told() } else { Told::default() }
     }
 
     /// Completes all files and gives them their names; returns statistics of the pictures.

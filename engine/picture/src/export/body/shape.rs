@@ -1,0 +1,242 @@
+//! Makes a body of a height: takes its options, finds triangles within the limits, and writes the files.
+use super::super::heights::{HeightMap, Part, Stop, place, refused, text_file, told};
+use super::super::target::{Options, Source};
+use super::files::Body;
+use super::report::{Facts, grouped, json, line};
+use super::{FORMS, Format, OVER, PATTERNS};
+use crate::WriteError;
+use crate::value::diagnostics::Code;
+use glam::DVec2;
+use shibo_kernel::body::{Figures, Heights, Mesher, Pattern, Receiver, Tiles, Tolerance};
+use std::fmt;
+use std::io;
+use std::path::Path;
+
+/// The options that all bodies have.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Common {
+    pub(in super::super) stem: String,
+    pub(in super::super) error: f64,
+    triangles: f64,
+    coarsen: bool,
+    pattern: Pattern,
+    pub(in super::super) mould: bool,
+    wall: f64,
+    format: Format,
+    report: bool,
+}
+
+/// The numbers of a shape after its heights are known.
+pub(in super::super) struct Made {
+    /// The samples.
+    pub(in super::super) heights: Heights,
+    /// The bend of the field.
+    pub(in super::super) tolerance: Tolerance,
+    /// The part of the error that rounding to the numbers of the file may use.
+    pub(in super::super) rounding: f64,
+    /// The wall at height 0, in mm.
+    pub(in super::super) wall: f64,
+    /// The radius of a roll.
+    pub(in super::super) radius: Option<f64>,
+    /// How the samples were turned: from a place on them to a place on the picture.
+    pub(in super::super) on_picture: Box<dyn Fn([f64; 2]) -> DVec2>,
+}
+
+/// A body of a certain shape.
+pub(in super::super) trait Shape: fmt::Debug + Send + Sync {
+    /// The kind of output.
+    fn kind(&self) -> &'static str;
+
+    /// Takes the samples of a map. `values` are its heights, or those of the mould.
+    ///
+    /// # Errors
+    /// The height does not suit the shape.
+    fn samples(&self, map: &HeightMap, values: &[f32], common: &Common) -> Result<Made, WriteError>;
+
+    /// Number of triangles of the body.
+    fn triangles(&self, made: &Made, tiles: &Tiles) -> u64;
+
+    /// Hands the body out.
+    ///
+    /// # Errors
+    /// Those of the receiver.
+    fn build(&self, made: &Made, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures>;
+}
+
+impl Common {
+    pub(in super::super) fn new(source: &Source<'_>, options: &Options) -> Self {
+        let number = |name: &str| options.number(name).unwrap_or_default();
+        Self {
+            stem: source.place.stem.clone(),
+            error: number("error"),
+            triangles: number("triangles"),
+            coarsen: options.word("over", &OVER),
+            pattern: options.word("pattern", &PATTERNS),
+            mould: options.word("form", &FORMS),
+            wall: number("wall"),
+            format: Self::format(options),
+            report: options.is("report"),
+        }
+    }
+
+    /// The format that options state.
+    pub(in super::super) fn format(options: &Options) -> Format {
+        options.word("format", &Format::ALL)
+    }
+
+    /// The names of the files.
+    pub(in super::super) fn names(&self) -> Vec<String> {
+        let mut names = vec![format!("{}.{}", self.stem, self.format.extension())];
+        if self.report {
+            names.push(format!("{}_report.json", self.stem));
+        }
+        names
+    }
+
+    /// The heights of the body, and of the samples row by row: opposite and mirrored for a mould.
+    fn values(&self, map: &HeightMap) -> Vec<f32> {
+        if !self.mould {
+            return map.values.clone();
+        }
+        (0..map.size.y).flat_map(|y| map.row(y).iter().rev().map(|height| -height)).collect()
+    }
+
+    /// Makes the files of a shape.
+    ///
+    /// # Errors
+    /// The height does not suit the shape, the body needs too many triangles, or the system refuses.
+    pub(in super::super) fn make(
+        &self,
+        shape: &dyn Shape,
+        map: &HeightMap,
+        folder: &Path,
+        stop: Stop<'_>,
+    ) -> Result<Vec<Part>, WriteError> {
+        let made = shape.samples(map, &self.values(map), self)?;
+        let thinnest = self.thinnest(&made)?;
+        if made.rounding > 0.5 * self.error {
+            let message = format!("the file rounds places by up to {:.2e} mm, and `error` is {} mm", made.rounding, self.error);
+            return Err(refused(Code::BadValue, message, format!("write `error: {:.1e}` or more", 2.1 * made.rounding)));
+        }
+        let [name, ..] = &self.names()[..] else { return Ok(Vec::new()) };
+        let path = folder.join(name);
+        let failed = |error| WriteError::at(&path, error);
+        let stopped = || failed(io::ErrorKind::Interrupted.into());
+        let mesher = Mesher::new(&made.heights, self.pattern, made.tolerance, stop).ok_or_else(stopped)?;
+        let within = |error: f64| (error - made.rounding).max(0.5 * error);
+        let mut tiles = mesher.within(within(self.error)).ok_or_else(stopped)?;
+        let mut advice = advice(&made, map, self.error);
+        let needed = shape.triangles(&made, &tiles);
+        if needed as f64 > self.triangles {
+            let fits = |tiles: &Tiles| shape.triangles(&made, tiles) as f64 <= self.triangles;
+            let found = mesher.fitting(self.error, within, fits);
+            if stop() {
+                return Err(stopped());
+            }
+            tiles = self.coarser(needed, found, &mut advice)?;
+        }
+        let mut body = Body::create(&path, self.format, stop).map_err(failed)?;
+        let figures = shape.build(&made, &tiles, &mut body).map_err(failed)?;
+        let file = body.finish(&path).map_err(failed)?;
+        let (least, greatest, _) = made.heights.extent();
+        let facts = Facts {
+            kind: shape.kind(),
+            error: tiles.error() + made.rounding,
+            height: (least, greatest),
+            thinnest,
+            pitch: map.pixel.to_array(),
+            radius: made.radius,
+        };
+        let mut parts = vec![Part::File(file), Part::Note(line(&figures, &facts))];
+        if self.report {
+            let text = json(self, &figures, &facts, &advice);
+            let path = folder.join(format!("{}_report.json", self.stem));
+            parts.push(Part::Document(text_file(&path, &text)?));
+        }
+        parts.extend(advice.into_iter().map(Part::Advice));
+        Ok(parts)
+    }
+
+    /// The thinnest wall and its place on the picture.
+    fn thinnest(&self, made: &Made) -> Result<(f64, [f64; 2]), WriteError> {
+        let (least, _, [column, row]) = made.heights.extent();
+        let wall = made.wall + f64::from(least);
+        let at = (made.on_picture)(made.heights.place(column, row));
+        if wall >= self.wall && wall > 0.0 {
+            return Ok((wall, at.to_array()));
+        }
+        let message = format!("the wall is {} mm thick at {}; {} mm are the least", told(wall), place(at), told(self.wall));
+        let help = if made.radius.is_some() {
+            "make the bore smaller, or put more repeats `around`"
+        } else {
+            "raise `thickness`, or reduce the depth of the height"
+        };
+        Err(refused(Code::ThinWall, message, help))
+    }
+
+    /// The triangles of a larger error, or the reason why there are none.
+    fn coarser(
+        &self,
+        needed: u64,
+        found: Option<(f64, Tiles)>,
+        advice: &mut Vec<String>,
+    ) -> Result<Tiles, WriteError> {
+        let allowed = grouped(whole(self.triangles));
+        let message = format!("{} mm needs {} triangles; {allowed} are allowed", self.error, grouped(needed));
+        match found {
+            Some((error, tiles)) if self.coarsen => {
+                advice.push(format!("{message}, so the error is {error} mm"));
+                Ok(tiles)
+            }
+            Some((error, _)) => {
+                let help = format!("write `triangles: {}`, or `error: {error}`", rounded_up(needed));
+                Err(refused(Code::OverBudget, message, help))
+            }
+            None => {
+                let help = format!("write `triangles: {}`; no error needs few enough", rounded_up(needed));
+                Err(refused(Code::OverBudget, message, help))
+            }
+        }
+    }
+}
+
+/// Hints about the heights.
+fn advice(made: &Made, map: &HeightMap, error: f64) -> Vec<String> {
+    let (least, greatest, _) = made.heights.extent();
+    let range = f64::from(greatest) - f64::from(least);
+    let mut advice = Vec::new();
+    if range > 0.1 * map.size_mm.min_element() {
+        let message = "heights are in mm; multiply them if they are numbers from 0 to 1";
+        advice.push(format!("the height has a range of {} mm on {} mm: {message}", told(range), told(map.size_mm.min_element())));
+    }
+    let pitch = map.pixel.max_element();
+    if 4.0 * pitch < error {
+        let message = "a lower `--resolution` gives the same body";
+        advice.push(format!("samples are {} mm apart, and `error` is {} mm: {message}", told(pitch), told(error)));
+    }
+    advice
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number within its range")]
+fn whole(number: f64) -> u64 {
+    number as u64
+}
+
+/// A number rounded up to two digits.
+fn rounded_up(number: u64) -> u64 {
+    let mut unit = 1;
+    while number / unit >= 100 {
+        unit *= 10;
+    }
+    number.div_ceil(unit) * unit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounds_up_to_two_digits() {
+        assert_eq!([7, 99, 101, 8_012_345].map(rounded_up), [7, 99, 110, 8_100_000]);
+    }
+}

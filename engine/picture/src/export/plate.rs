@@ -1,0 +1,161 @@
+//! A plate with a relief, for printers and mills.
+use super::body::{
+    Common, ERROR, FORM, FORMAT, HEIGHT, Made, OVERFLOW, PATTERN, REPORT, Shape, TRIANGLES, WALL, number,
+};
+use super::decl::{FieldDecl, NumberForm, Numbers, Takes};
+use super::heights::{HeightMap, Heights, Maker, Part, Stop, refused};
+use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
+use crate::WriteError;
+use crate::value::diagnostics::Code;
+use glam::DVec2;
+use shibo_kernel::body::{self, Figures, Receiver, Tiles, Tolerance};
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The target.
+pub(super) struct Plate;
+
+impl ExportTarget for Plate {
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Plate",
+                title: "a plate",
+                doc: "A plate with a height as its relief: a closed body for printers and mills.",
+                fields: &[
+                    HEIGHT,
+                    number("thickness", "The distance from the bottom to height 0, in mm.", [0.05, 1000.0], &[3.0]),
+                    FieldDecl::new(
+                        "tiles",
+                        "The number of canvases across and down. More than one needs a height that tiles.",
+                        Takes::Numbers(Numbers::new(NumberForm::Counts, [1.0, 1000.0], &[1.0, 1.0])),
+                    ),
+                    ERROR,
+                    TRIANGLES,
+                    OVERFLOW,
+                    PATTERN,
+                    FORM,
+                    WALL,
+                    FORMAT,
+                    REPORT,
+                ],
+                variants: &[
+                    ("stl", "A plate with the relief of the material, as STL", &[]),
+                    (
+                        "3mf",
+                        "A plate with the relief of the material, as 3MF",
+                        &[("format", OptionValue::Word("ThreeMf"))],
+                    ),
+                    ("ply", "A plate with the relief of the material, as PLY", &[("format", OptionValue::Word("Ply"))]),
+                ],
+            }
+        }
+    }
+
+    fn plan(&self, options: &Options) -> Plan {
+        Plan::body(Common::format(options).extension(), options.is("report"))
+    }
+
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        let tiles = options.numbers("tiles").unwrap_or(&[1.0, 1.0]);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "whole numbers within their range")]
+        let tiles = [tiles[0] as usize, tiles[1] as usize];
+        let thickness = options.number("thickness").unwrap_or_default();
+        let maker = PlateMaker { common: Common::new(source, options), thickness, tiles };
+        Ok(Files::Heights(Heights::of(source, Arc::new(maker))))
+    }
+}
+
+#[derive(Clone, Debug)]
+struct PlateMaker {
+    common: Common,
+    thickness: f64,
+    tiles: [usize; 2],
+}
+
+impl Maker for PlateMaker {
+    fn names(&self) -> Vec<String> {
+        self.common.names()
+    }
+
+    fn make(&self, map: &HeightMap, folder: &Path) -> Result<Vec<Part>, WriteError> {
+        self.make_until(map, folder, &|| false)
+    }
+
+    fn make_until(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
+        self.common.make(self, map, folder, stop)
+    }
+}
+
+impl Shape for PlateMaker {
+    fn kind(&self) -> &'static str {
+        "Plate"
+    }
+
+    fn samples(&self, map: &HeightMap, values: &[f32], common: &Common) -> Result<Made, WriteError> {
+        for (axis, side) in ["left to right", "top to bottom"].into_iter().enumerate() {
+            if self.tiles[axis] > 1 && !map.wraps[axis] {
+                let message = format!("the height does not tile from {side}, and `tiles` repeats it there");
+                let help = "make it on a canvas that tiles, with nodes that keep it so, or leave `tiles` out";
+                return Err(refused(Code::DoesNotTile, message, help));
+            }
+        }
+        let size = map.size.as_usizevec2().to_array();
+        let heights = body::Heights::of_canvas(values, size, map.pixel.to_array(), map.wraps);
+        let (_, greatest, _) = heights.extent();
+        let [width, height] = heights.size_mm();
+        let across = (self.tiles[0] as f64 * width).max(self.tiles[1] as f64 * height);
+        let rounding = rounding(self.thickness + f64::from(greatest).abs(), across, heights.steepest());
+        let (mould, canvas) = (common.mould, width);
+        let on_picture =
+            move |[x, y]: [f64; 2]| DVec2::new(if mould { canvas - x } else { x }, y);
+        Ok(Made {
+            heights,
+            tolerance: Tolerance::flat(self.common.error),
+            rounding,
+            wall: self.thickness,
+            radius: None,
+            on_picture: Box::new(on_picture),
+        })
+    }
+
+    fn triangles(&self, _: &Made, tiles: &Tiles) -> u64 {
+        body::Plate::triangles(tiles, self.tiles)
+    }
+
+    fn build(&self, made: &Made, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures> {
+        let plate =
+            body::Plate { heights: &made.heights, tiles, thickness: self.thickness, repeats: self.tiles };
+        plate.build(receiver)
+    }
+}
+
+/// The distance that rounding to `f32` may add: half a step of the number for a height of up to `up` mm, and half a step
+/// of the number for a place of up to `across` mm, on facets up to twice as steep as the steps between samples.
+pub(super) fn rounding(up: f64, across: f64, steepest: f64) -> f64 {
+    let half_step = |value: f64| {
+        // Numbers below 2^k are multiples of 2^(k - 24).
+        let mut power = 1.0_f64;
+        while power <= value {
+            power *= 2.0;
+        }
+        while power > 2.0 * value.max(1e-6) {
+            power *= 0.5;
+        }
+        0.5 * power / 16_777_216.0
+    };
+    half_step(up) + 2.0 * steepest * half_step(across)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_is_half_a_step_of_the_numbers() {
+        // Numbers from 2 to 4 are 2^-22 apart, those from 32 to 64 2^-18.
+        assert_eq!(rounding(3.0, 60.0, 0.0), 0.5 / 4_194_304.0);
+        assert_eq!(rounding(3.0, 60.0, 1.0), 0.5 / 4_194_304.0 + 1.0 / 262_144.0);
+    }
+}

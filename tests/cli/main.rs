@@ -40,6 +40,7 @@ mod migrate;
 mod mips;
 mod nodes;
 mod obj;
+mod objects;
 mod once;
 mod own_files;
 mod parts;

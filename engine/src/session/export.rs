@@ -29,7 +29,13 @@ impl Render<'_, '_> {
                 Value::Material(material) => material.get(Channel::Height).cloned(),
                 value => value.field(),
             };
-            fields.extend(height.map(|height| ("height", height)));
+            let Some(height) = height else {
+                let message = format!("`{}` has no height", output.name);
+                let help = "give the material the channel `height`, in mm, or name another output with `--output`";
+                let error = Diagnostic::new(Code::TypeMismatch, output.span, message).help(help);
+                return Err(Failure::Errors(vec![error]));
+            };
+            fields.push(("height", height));
         }
         let bare = Material::default();
         let material = if let Value::Material(material) = value { material } else { &bare };

@@ -17,7 +17,7 @@ use crate::value::{Channel, Field, Grid, Key, Renders, Segments, TILE, Value, Wi
 use glam::DVec2;
 use petgraph::graph::NodeIndex;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// The outputs to render, and the form of their files.
@@ -76,9 +76,17 @@ impl Session {
             let render = Render::new(self, run, planner, observer, window);
             let pictures = render.pictures(&wanted)?;
             let planned: Vec<PathBuf> = pictures.iter().map(|p| p.path.clone()).collect();
-            let jobs = render.jobs(pictures)?;
+            let (jobs, copies) = render.jobs(pictures)?;
             let notes = render.write(&jobs)?;
-            Ok(Report { files: files(&planned, &jobs), notes, nodes: run.stats_for(wanted.iter().map(|(output, _)| *output)) })
+            for copy in copies {
+                let path = copy.target().to_owned();
+                copy.commit().map_err(|error| unwritten(&path, &error))?;
+            }
+            Ok(Report {
+                files: files(&planned, &jobs),
+                notes,
+                nodes: run.stats_for(wanted.iter().map(|(output, _)| *output)),
+            })
         })
     }
 }
@@ -207,9 +215,10 @@ impl<'r> Render<'r, '_> {
         Ok(channels)
     }
 
-    /// Copies cached files; returns jobs for the others.
-    fn jobs(&self, pictures: Vec<Planned<'r>>) -> Result<Vec<Job<'r>>, Failure> {
-        let mut missing = Vec::new();
+    /// Jobs for files that are not cached, and copies of the others. Copies get their names after all jobs are done,
+    /// because a job may refuse its values.
+    fn jobs(&self, pictures: Vec<Planned<'r>>) -> Result<(Vec<Job<'r>>, Vec<AtomicFile>), Failure> {
+        let (mut missing, mut copies) = (Vec::new(), Vec::new());
         for planned in pictures {
             // For an export of several files, or of a body, the cache holds only the tiles of its fields.
             let cached = match &planned.part {
@@ -217,16 +226,19 @@ impl<'r> Render<'r, '_> {
                 _ => true,
             };
             let copied = match &self.session.caches.store {
-                Some(store) if cached => store
-                    .get_file(planned.key, &planned.path)
-                    .map_err(|e| Failure::File(format!("cannot write `{}`: {e}", planned.path.display())))?,
-                _ => false,
+                Some(store) if cached => {
+                    let copy = AtomicFile::create(&planned.path)
+                        .and_then(|copy| Ok(store.get_file(planned.key, copy.temporary())?.then_some(copy)));
+                    copy.map_err(|error| unwritten(&planned.path, &error))?
+                }
+                _ => None,
             };
-            if !copied {
-                missing.push(planned);
+            match copied {
+                Some(copy) => copies.push(copy),
+                None => missing.push(planned),
             }
         }
-        self.made(missing)
+        Ok((self.made(missing)?, copies))
     }
 
     /// Evaluates pictures to jobs with fields.
@@ -387,6 +399,10 @@ impl<'r> Render<'r, '_> {
             store.put_file(job.planned.key, &job.planned.path, self.run.spent());
         }
     }
+}
+
+fn unwritten(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::File(format!("cannot write `{}`: {error}", path.display()))
 }
 
 /// The failure of files that cannot be made of a job's values, at the output.

@@ -111,7 +111,8 @@ mod tests {
 
     #[test]
     fn finds_the_least_error_that_fits() {
-        let values: Vec<f32> = (0..60 * 60).map(|n| ((n % 60) as f32 * 0.7).sin() * ((n / 60) as f32 * 0.4).cos()).collect();
+        let values: Vec<f32> =
+            (0..60 * 60).map(|n| ((n % 60) as f32 * 0.7).sin() * ((n / 60) as f32 * 0.4).cos()).collect();
         let heights = Heights::of_canvas(&values, [60, 60], [0.1; 2], [false; 2]);
         for pattern in [Pattern::Fewest, Pattern::Even] {
             let mesher = Mesher::new(&heights, pattern, Tolerance::flat(1.0), &|| false).unwrap();

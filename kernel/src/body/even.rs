@@ -64,9 +64,18 @@ impl Block {
         if area(&self.patch, spots) == 0 {
             return 0.0;
         }
-        let share = scan::worst(&self.patch, &Nothing, spots).share;
-        let near = single(share);
-        if f64::from(near) < share { near.next_up() } else { near }
+        above(scan::worst(&self.patch, &Nothing, spots).share)
+    }
+
+    /// The distance of a sample from the middle between two others, if both are as far from it.
+    fn bend(&self, a: Post, middle: Post, b: Post) -> Option<f32> {
+        let spots = [a, middle, b].map(|post| self.spot(post));
+        let [p, q, r] = spots.map(|spot| self.patch.place(spot));
+        if p[0] + r[0] != 2 * q[0] || p[1] + r[1] != 2 * q[1] || p == q || self.patch.tolerance.bend.is_some() {
+            return None;
+        }
+        let [a, middle, b] = spots.map(|spot| self.patch.of(spot));
+        Some(above((0.5 * (a + b) - middle).abs()))
     }
 
     fn raise(&self, errors: &mut [f32], post: Post, error: f32) {
@@ -89,7 +98,9 @@ impl Block {
             for side in 0..4 {
                 let (a, b) = (corners[side], corners[(side + 1) % 4]);
                 let middle = between(a, b);
-                let mut error = self.error([a, b, centre]);
+                // A triangle of two intervals has one sample, on its longest edge.
+                let small = if size == 2 { self.bend(a, middle, b) } else { None };
+                let mut error = small.unwrap_or_else(|| self.error([a, b, centre]));
                 if quarter > 0 {
                     for corner in [a, b] {
                         error = error.max(errors[self.index(between(corner, centre))]);
@@ -177,6 +188,12 @@ impl Block {
         }
         mesh
     }
+}
+
+/// The least `f32` that is no smaller.
+fn above(value: f64) -> f32 {
+    let near = single(value);
+    if f64::from(near) < value { near.next_up() } else { near }
 }
 
 /// Twice the area of a triangle in half steps; positive if x turns to y.

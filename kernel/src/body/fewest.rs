@@ -170,9 +170,7 @@ impl Work {
             table.changed.push(next.triangle);
         }
         let triangles: Vec<[u16; 3]> = (0..table.len()).map(|triangle| table.numbers(triangle)).collect();
-        let error = |triangle: u32| {
-            scan::reached(patch, table.triangle(triangle), self.states[triangle as usize].1)
-        };
+        let error = |triangle: u32| scan::reached(patch, table.triangle(triangle), self.states[triangle as usize].1);
         let error = (0..table.len()).map(error).fold(0.0, f64::max);
         let size = [patch.width, patch.height].map(|at| u8::try_from(at).unwrap_or(u8::MAX));
         Mesh { spots: table.spots.clone(), triangles, error, size }

@@ -67,13 +67,7 @@ impl Heights {
     ///
     /// # Panics
     /// If `values` has another length, a side has no pixel, or `finer` is 0.
-    pub fn round(
-        values: &[f32],
-        [width, height]: [usize; 2],
-        pixel_mm: [f64; 2],
-        repeats: bool,
-        finer: usize,
-    ) -> Self {
+    pub fn round(values: &[f32], [width, height]: [usize; 2], pixel_mm: [f64; 2], repeats: bool, finer: usize) -> Self {
         assert!(finer > 0, "columns are not left out");
         let wide = width * finer;
         let plain = Self::of_canvas(values, [width, height], pixel_mm, [true, repeats]);

@@ -101,8 +101,10 @@ impl Patch {
             to.iter_mut().zip(from).for_each(|(to, at)| *to = at - from[0]);
             i32::from(from[1] - from[0] == 1)
         };
-        self.short =
-            [local(&mut self.across, &heights.across[left..=right]), local(&mut self.down, &heights.down[top..=bottom])];
+        self.short = [
+            local(&mut self.across, &heights.across[left..=right]),
+            local(&mut self.down, &heights.down[top..=bottom]),
+        ];
     }
 
     #[inline]

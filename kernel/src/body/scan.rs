@@ -174,15 +174,20 @@ pub(super) fn worst<T: Taken>(patch: &Patch, taken: &T, corners: [Spot; 3]) -> W
     search.edge(a, b);
     search.edge(b, c);
     search.edge(c, a);
-    // The rows and columns that a triangle spans are further apart than its samples, so small ones have none inside.
-    let plane = Plane::new(patch, corners);
-    search.inside(&plane, corners);
+    // A triangle with a sample inside spans two intervals in both directions.
+    let spans = |axis: usize| {
+        let [a, b, c] = corners.map(|spot| spot[axis]);
+        a.max(b).max(c) - a.min(b).min(c)
+    };
+    if spans(0) > 1 && spans(1) > 1 {
+        search.inside(&Plane::new(patch, corners), corners);
+    }
     let spot = search.spot.map(|at| u8::try_from(at).unwrap_or(0));
     let heights = match search.distance > 0.0 {
         true => Worst { share: search.distance / patch.tolerance.heights(), spot },
         false => Worst::NONE,
     };
-    if patch.tolerance.bend.is_none() { heights } else { heights.or(bowed(patch, taken, &plane, corners)) }
+    if patch.tolerance.bend.is_none() { heights } else { heights.or(bowed(patch, taken, corners)) }
 }
 
 /// The largest distance in mm of a triangle that is finished.
@@ -208,7 +213,8 @@ fn spread(patch: &Patch, corners: [Spot; 3]) -> (f64, f64, f64) {
 }
 
 /// A place that divides the widest edge of a triangle, if the triangle is too wide for the bend of a roll.
-fn bowed<T: Taken>(patch: &Patch, taken: &T, plane: &Plane, corners: [Spot; 3]) -> Worst {
+fn bowed<T: Taken>(patch: &Patch, taken: &T, corners: [Spot; 3]) -> Worst {
+    let plane = Plane::new(patch, corners);
     let (width, low, high) = spread(patch, corners);
     let share = patch.tolerance.sagitta(width, plane.slope[0], low, high);
     if share <= 1.0 {
@@ -230,9 +236,7 @@ fn bowed<T: Taken>(patch: &Patch, taken: &T, plane: &Plane, corners: [Spot; 3]) 
     let near = rows.chain(middle.checked_sub(1));
     let free = near.into_iter().find(|row| !taken.taken(column, *row));
     match free {
-        Some(row) if wide(&edge) > 1 => {
-            Worst { share, spot: [column, row].map(|at| u8::try_from(at).unwrap_or(0)) }
-        }
+        Some(row) if wide(&edge) > 1 => Worst { share, spot: [column, row].map(|at| u8::try_from(at).unwrap_or(0)) },
         _ => Worst::NONE,
     }
 }

@@ -83,12 +83,10 @@ fn distance(heights: &Heights, tiles: &Tiles) -> f64 {
         for triangle in &mesh.triangles {
             let spots = triangle.map(|at| mesh.spots[usize::from(at)]);
             let samples = spots.map(|[x, y]| (left + usize::from(x), top + usize::from(y)));
-            let p = samples.map(|(x, y)| {
-                [f64::from(heights.across[x]), f64::from(heights.down[y]), f64::from(heights.at(x, y))]
-            });
-            let turn = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
-                (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-            };
+            let p = samples
+                .map(|(x, y)| [f64::from(heights.across[x]), f64::from(heights.down[y]), f64::from(heights.at(x, y))]);
+            let turn =
+                |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
             let flat = p.map(|[x, y, _]| [x, y]);
             let area = turn(flat[0], flat[1], flat[2]);
             assert!(area > 0.0);
@@ -110,14 +108,18 @@ fn distance(heights: &Heights, tiles: &Tiles) -> f64 {
             for k in 0..3 {
                 let (a, b) = (p[k], p[(k + 1) % 3]);
                 // Crossings with lines of both directions, by search in the list of positions.
-                for (axis, lines, others) in [(0, &heights.across, &heights.down), (1, &heights.down, &heights.across)] {
+                for (axis, lines, others) in [(0, &heights.across, &heights.down), (1, &heights.down, &heights.across)]
+                {
                     let (low, high) = (a[axis].min(b[axis]), a[axis].max(b[axis]));
-                    for (line, at) in lines.iter().enumerate().filter(|(_, at)| f64::from(**at) > low && f64::from(**at) < high) {
+                    for (line, at) in
+                        lines.iter().enumerate().filter(|(_, at)| f64::from(**at) > low && f64::from(**at) < high)
+                    {
                         let t = (f64::from(*at) - a[axis]) / (b[axis] - a[axis]);
                         let (other, z) = (a[1 - axis] + t * (b[1 - axis] - a[1 - axis]), a[2] + t * (b[2] - a[2]));
                         let n = others.partition_point(|place| f64::from(*place) <= other).clamp(1, others.len() - 1);
                         let part = (other - f64::from(others[n - 1])) / f64::from(others[n] - others[n - 1]);
-                        let height = |n: usize| f64::from(if axis == 0 { heights.at(line, n) } else { heights.at(n, line) });
+                        let height =
+                            |n: usize| f64::from(if axis == 0 { heights.at(line, n) } else { heights.at(n, line) });
                         most = most.max((z - height(n - 1) - part * (height(n) - height(n - 1))).abs());
                     }
                 }
@@ -153,7 +155,8 @@ fn plates_are_closed_and_within_the_error_at_samples_and_crossings() {
         for repeats in [[false; 2], [true; 2], [true, false]] {
             let values = rough(width, height, 3);
             let heights = Heights::of_canvas(&values, [width, height], [0.03, 0.05], repeats);
-            for (error, even) in [(0.2, false), (0.02, false), (0.005, false), (0.2, true), (0.02, true), (0.005, true)] {
+            for (error, even) in [(0.2, false), (0.02, false), (0.005, false), (0.2, true), (0.02, true), (0.005, true)]
+            {
                 let tiles = tiles(&heights, Tolerance::flat(error), even);
                 let (memory, figures) = plate(&heights, &tiles, [1, 1]);
                 assert_eq!(memory.euler(), 2, "{width} × {height}, {error}, {even}");
@@ -176,7 +179,11 @@ fn volume_is_that_of_the_bilinear_field() {
     for y in 0..51 {
         for x in 0..71 {
             let ([left, top], [right, bottom]) = (heights.place(x, y), heights.place(x + 1, y + 1));
-            let mean = 0.25 * [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)].iter().map(|(x, y)| f64::from(heights.at(*x, *y))).sum::<f64>();
+            let mean = 0.25
+                * [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]
+                    .iter()
+                    .map(|(x, y)| f64::from(heights.at(*x, *y)))
+                    .sum::<f64>();
             volume += (right - left) * (bottom - top) * (3.0 + mean);
         }
     }
@@ -222,7 +229,9 @@ fn radial(heights: &Heights, tiles: &Tiles, columns: usize, radius: f64) -> f64 
     for (block, mesh) in tiles.meshes.iter().enumerate() {
         let (left, top) = (tiles.columns(block)[0], tiles.rows(block)[0]);
         for triangle in &mesh.triangles {
-            let samples = triangle.map(|at| mesh.spots[usize::from(at)]).map(|[x, y]| (left + usize::from(x), top + usize::from(y)));
+            let samples = triangle
+                .map(|at| mesh.spots[usize::from(at)])
+                .map(|[x, y]| (left + usize::from(x), top + usize::from(y)));
             let angle = |x: f64| x * std::f64::consts::TAU / columns as f64;
             let p = samples.map(|(x, y)| {
                 let r = radius + f64::from(heights.at(x, y));
@@ -232,7 +241,8 @@ fn radial(heights: &Heights, tiles: &Tiles, columns: usize, radius: f64) -> f64 
             let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
             let d: f64 = (0..3).map(|k| n[k] * p[0][k]).sum();
             let flat = samples.map(|(x, y)| [x as f64, f64::from(heights.down[y])]);
-            let turn = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            let turn =
+                |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
             let [xs, ys] = [0, 1].map(|axis| samples.map(|s| if axis == 0 { s.0 } else { s.1 }));
             for y in *ys.iter().min().unwrap()..=*ys.iter().max().unwrap() {
                 for x in *xs.iter().min().unwrap()..=*xs.iter().max().unwrap() {

@@ -108,8 +108,7 @@ impl Shape for PlateMaker {
         let across = (self.tiles[0] as f64 * width).max(self.tiles[1] as f64 * height);
         let rounding = rounding(self.thickness + f64::from(greatest).abs(), across, heights.steepest());
         let (mould, canvas) = (common.mould, width);
-        let on_picture =
-            move |[x, y]: [f64; 2]| DVec2::new(if mould { canvas - x } else { x }, y);
+        let on_picture = move |[x, y]: [f64; 2]| DVec2::new(if mould { canvas - x } else { x }, y);
         Ok(Made {
             heights,
             tolerance: Tolerance::flat(self.common.error),
@@ -125,8 +124,7 @@ impl Shape for PlateMaker {
     }
 
     fn build(&self, made: &Made, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures> {
-        let plate =
-            body::Plate { heights: &made.heights, tiles, thickness: self.thickness, repeats: self.tiles };
+        let plate = body::Plate { heights: &made.heights, tiles, thickness: self.thickness, repeats: self.tiles };
         plate.build(receiver)
     }
 }

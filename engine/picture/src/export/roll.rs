@@ -119,7 +119,8 @@ impl RollMaker {
         let share = tolerance.chord(steepest, extent);
         let finer = share.sqrt().max(LEAST_COLUMNS / columns).ceil().max(1.0);
         if columns * finer > MOST_COLUMNS {
-            let message = format!("the roll has {} columns of samples; at most 1,000,000 are possible", columns * finer);
+            let message =
+                format!("the roll has {} columns of samples; at most 1,000,000 are possible", columns * finer);
             return Err(refused(Code::TooLarge, message, "lower the resolution or `around`, or raise `error`"));
         }
         Ok(finer as usize)
@@ -146,14 +147,16 @@ impl Shape for RollMaker {
         let pixel = map.pixel.to_array();
         let radius = around as f64 * map.size_mm.x / TAU;
         if self.bore >= 2.0 * radius {
-            let message = format!("the bore of {} mm is no smaller than the roll, {} mm", told(self.bore), told(2.0 * radius));
+            let message =
+                format!("the bore of {} mm is no smaller than the roll, {} mm", told(self.bore), told(2.0 * radius));
             return Err(refused(Code::BadValue, message, "make the bore smaller, or put more repeats `around`"));
         }
         let plain = body::Heights::round(values, size, pixel, map.wraps[1], 1);
         let (least, greatest, _) = plain.extent();
         let (least, greatest) = (f64::from(least), f64::from(greatest));
         if radius + least <= 0.0 {
-            let message = format!("the height goes {} mm down, and the roll has a radius of {} mm", told(-least), told(radius));
+            let message =
+                format!("the height goes {} mm down, and the roll has a radius of {} mm", told(-least), told(radius));
             return Err(refused(Code::BadValue, message, "put more repeats `around`, or reduce the height"));
         }
         let finer = self.finer((around * size[0]) as f64, radius, (least, greatest), plain.steepest())?;
@@ -188,12 +191,6 @@ impl Shape for RollMaker {
 
 impl RollMaker {
     fn roll<'a>(&self, made: &'a Made, tiles: &'a Tiles) -> body::Roll<'a> {
-        body::Roll {
-            heights: &made.heights,
-            tiles,
-            repeats: self.repeats,
-            bore: self.bore,
-            error: self.common.error,
-        }
+        body::Roll { heights: &made.heights, tiles, repeats: self.repeats, bore: self.bore, error: self.common.error }
     }
 }

@@ -187,7 +187,8 @@ mod tests {
         assert_eq!(bytes.len(), 84 + 4 * 50);
         assert!(!bytes.starts_with(b"solid"));
         assert_eq!(u32::from_le_bytes(bytes[80..84].try_into().unwrap()), 4);
-        let numbers: Vec<f32> = bytes[84..96].chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+        let numbers: Vec<f32> =
+            bytes[84..96].chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
         assert_eq!(numbers, [0.0, 0.0, -1.0]);
     }
 
@@ -196,7 +197,10 @@ mod tests {
         let bytes = written(Format::Ply);
         let end = bytes.windows(11).position(|w| w == b"end_header\n").unwrap() + 11;
         let header = std::str::from_utf8(&bytes[..end]).unwrap();
-        assert!(header.contains("element vertex 0000000004\n") && header.contains("element face 0000000004\n"), "{header}");
+        assert!(
+            header.contains("element vertex 0000000004\n") && header.contains("element face 0000000004\n"),
+            "{header}"
+        );
         assert_eq!(bytes.len() - end, 4 * 12 + 4 * 13);
     }
 
@@ -214,7 +218,10 @@ mod tests {
         assert_eq!(names, ["[Content_Types].xml", "_rels/.rels", "3D/3dmodel.model"]);
         let mut text = String::new();
         zip.by_name("3D/3dmodel.model").unwrap().read_to_string(&mut text).unwrap();
-        assert!(text.contains("<vertex x=\"1.5\" y=\"0\" z=\"0\"/>") && text.contains("v1=\"2\" v2=\"0\" v3=\"3\""), "{text}");
+        assert!(
+            text.contains("<vertex x=\"1.5\" y=\"0\" z=\"0\"/>") && text.contains("v1=\"2\" v2=\"0\" v3=\"3\""),
+            "{text}"
+        );
         assert_eq!(bytes, written(Format::ThreeMf));
     }
 }

@@ -56,18 +56,19 @@ pub(super) const fn number(
 }
 
 /// A field with one whole number.
-pub(super) const fn count(name: &'static str, doc: &'static str, range: [f64; 2], default: &'static [f64]) -> FieldDecl {
+pub(super) const fn count(
+    name: &'static str,
+    doc: &'static str,
+    range: [f64; 2],
+    default: &'static [f64],
+) -> FieldDecl {
     FieldDecl::new(name, doc, Takes::Numbers(Numbers::new(NumberForm::Whole, range, default)))
 }
 
 pub(super) const HEIGHT: FieldDecl =
     FieldDecl::new("height", "The height in mm, or a material that has one.", Takes::Height);
-pub(super) const ERROR: FieldDecl = number(
-    "error",
-    "The largest distance between the body and the height, in mm.",
-    [1e-4, 10.0],
-    &[0.01],
-);
+pub(super) const ERROR: FieldDecl =
+    number("error", "The largest distance between the body and the height, in mm.", [1e-4, 10.0], &[0.01]);
 pub(super) const TRIANGLES: FieldDecl =
     count("triangles", "The most triangles of the file.", [100.0, MOST], &[5_000_000.0]);
 pub(super) const OVERFLOW: FieldDecl = FieldDecl::new(

@@ -115,8 +115,13 @@ impl Common {
         let made = shape.samples(map, &self.values(map), self)?;
         let thinnest = self.thinnest(&made)?;
         if made.rounding > 0.5 * self.error {
-            let message = format!("the file rounds places by up to {:.2e} mm, and `error` is {} mm", made.rounding, self.error);
-            return Err(refused(Code::BadValue, message, format!("write `error: {:.1e}` or more", 2.1 * made.rounding)));
+            let message =
+                format!("the file rounds places by up to {:.2e} mm, and `error` is {} mm", made.rounding, self.error);
+            return Err(refused(
+                Code::BadValue,
+                message,
+                format!("write `error: {:.1e}` or more", 2.1 * made.rounding),
+            ));
         }
         let [name, ..] = &self.names()[..] else { return Ok(Vec::new()) };
         let path = folder.join(name);
@@ -165,7 +170,8 @@ impl Common {
         if wall >= self.wall && wall > 0.0 {
             return Ok((wall, at.to_array()));
         }
-        let message = format!("the wall is {} mm thick at {}; {} mm are the least", told(wall), place(at), told(self.wall));
+        let message =
+            format!("the wall is {} mm thick at {}; {} mm are the least", told(wall), place(at), told(self.wall));
         let help = if made.radius.is_some() {
             "make the bore smaller, or put more repeats `around`"
         } else {
@@ -175,12 +181,7 @@ impl Common {
     }
 
     /// The triangles of a larger error, or the reason why there are none.
-    fn coarser(
-        &self,
-        needed: u64,
-        found: Option<(f64, Tiles)>,
-        advice: &mut Vec<String>,
-    ) -> Result<Tiles, WriteError> {
+    fn coarser(&self, needed: u64, found: Option<(f64, Tiles)>, advice: &mut Vec<String>) -> Result<Tiles, WriteError> {
         let allowed = grouped(whole(self.triangles));
         let message = format!("{} mm needs {} triangles; {allowed} are allowed", self.error, grouped(needed));
         match found {
@@ -207,7 +208,11 @@ fn advice(made: &Made, map: &HeightMap, error: f64) -> Vec<String> {
     let mut advice = Vec::new();
     if range > 0.1 * map.size_mm.min_element() {
         let message = "heights are in mm; multiply them if they are numbers from 0 to 1";
-        advice.push(format!("the height has a range of {} mm on {} mm: {message}", told(range), told(map.size_mm.min_element())));
+        advice.push(format!(
+            "the height has a range of {} mm on {} mm: {message}",
+            told(range),
+            told(map.size_mm.min_element())
+        ));
     }
     let pitch = map.pixel.max_element();
     if 4.0 * pitch < error {

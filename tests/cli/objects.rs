@@ -1,0 +1,142 @@
+//! Plates and rolls, end to end.
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+
+use crate::support::Desk;
+use std::collections::BTreeMap;
+
+/// A graph with a relief of about 0.5 mm on a canvas of 8 mm.
+fn graph(tile: &str, outputs: &str) -> String {
+    format!(
+        "(canvas: (size_mm: 8, resolution: 96, tile: {tile}, seed: 3),
+          nodes: {{ \"waves\": Perlin(size: 2), \"h\": \"= 0.5 * waves\", \"m\": Material(height: \"h\"),
+                   \"flat\": Material(roughness: 0.5) }},
+          outputs: {{ {outputs} }})"
+    )
+}
+
+fn desk(tile: &str, outputs: &str) -> Desk {
+    let desk = Desk::new();
+    desk.write("a.ron", graph(tile, outputs));
+    desk
+}
+
+/// The triangles of a binary STL.
+fn stl(bytes: &[u8]) -> Vec<[[f32; 3]; 3]> {
+    let count = u32::from_le_bytes(bytes[80..84].try_into().unwrap()) as usize;
+    assert_eq!(bytes.len(), 84 + 50 * count);
+    let number = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+    let corner = |at: usize| [number(at), number(at + 4), number(at + 8)];
+    (0..count).map(|n| [12, 24, 36].map(|at| corner(84 + 50 * n + at))).collect()
+}
+
+/// Checks that each edge is used once in each direction; returns the volume.
+fn volume(triangles: &[[[f32; 3]; 3]]) -> f64 {
+    let mut edges: BTreeMap<[[u32; 3]; 2], i32> = BTreeMap::new();
+    let mut volume = 0.0;
+    for triangle in triangles {
+        let bits = triangle.map(|corner| corner.map(f32::to_bits));
+        for k in 0..3 {
+            let (a, b) = (bits[k], bits[(k + 1) % 3]);
+            assert_ne!(a, b);
+            *edges.entry(if a < b { [a, b] } else { [b, a] }).or_default() += if a < b { 1 } else { 1000 };
+        }
+        let [a, b, c] = triangle.map(|corner| corner.map(f64::from));
+        let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
+        volume += (a[0] * cross[0] + a[1] * cross[1] + a[2] * cross[2]) / 6.0;
+    }
+    assert!(edges.values().all(|uses| *uses == 1001), "the body is not closed");
+    volume
+}
+
+#[test]
+fn a_plate_is_closed_and_its_line_tells_its_figures() {
+    let desk = desk("Both", "\"p\": Plate(height: \"h\", report: true), \"q\": Plate(height: \"m\")");
+    let said = desk.shibo("render a.ron -o out").expect(0).stderr;
+    let triangles = stl(&desk.read("out/p.stl"));
+    let volume = volume(&triangles);
+    let report: serde_json::Value = serde_json::from_slice(&desk.read("out/p_report.json")).unwrap();
+    assert_eq!(report["triangles"], triangles.len());
+    assert!((report["volume_mm3"].as_f64().unwrap() - volume).abs() < 1e-3);
+    assert!((volume / 192.0 - 1.0).abs() < 0.1, "{volume}");
+    assert!(report["error_mm"].as_f64().unwrap() <= 0.01);
+    assert_eq!((&report["kind"], &report["closed"]), (&"Plate".into(), &true.into()));
+    let line = said.lines().find(|line| line.contains("p.stl")).unwrap();
+    assert!(line.contains("triangles, error 0.0100 mm, ") && line.ends_with(" mm³, closed"), "{line}");
+    // A material stands for its height, and any run gives the same bytes.
+    assert_eq!(desk.read("out/p.stl"), desk.read("out/q.stl"));
+    desk.shibo("render a.ron -o again --threads 1").expect(0);
+    assert_eq!(desk.read("out/p.stl"), desk.read("again/p.stl"));
+}
+
+#[test]
+fn any_material_with_a_height_becomes_a_body() {
+    let desk = desk("X", "\"m\": \"m\"");
+    for (target, file, head) in [
+        ("stl", "m.stl", &b"Shibo"[..]),
+        ("3mf", "m.3mf", b"PK"),
+        ("ply", "m.ply", b"ply\nformat binary_little_endian"),
+    ] {
+        desk.shibo(&format!("render a.ron -o {target} --as {target}")).expect(0);
+        assert!(desk.read(&format!("{target}/{file}")).starts_with(head), "{target}");
+    }
+    desk.write("b.ron", graph("X", "\"f\": \"flat\""));
+    let told = desk.shibo("render b.ron -o b --as stl").expect(1).stderr;
+    assert!(told.contains("has no height"), "{told}");
+}
+
+#[test]
+fn rolls_and_moulds_are_closed() {
+    let desk = desk(
+        "Both",
+        "\"r\": Roll(height: \"h\", around: 2, along: 2, form: Mould, bore: 1.5),
+         \"y\": Roll(height: \"h\", around: 3, direction: Y, pattern: Even, error: 0.02),
+         \"p\": Plate(height: \"h\", tiles: (2, 1), form: Mould, pattern: Even)",
+    );
+    desk.shibo("render a.ron -o out").expect(0);
+    let of = |file: &str| volume(&stl(&desk.read(file)));
+    let core = |around: f64, length: f64, bore: f64| {
+        let radius = around * 8.0 / std::f64::consts::TAU;
+        std::f64::consts::PI * (radius * radius - bore * bore / 4.0) * length
+    };
+    assert!((of("out/r.stl") / core(2.0, 16.0, 1.5) - 1.0).abs() < 0.1);
+    assert!((of("out/y.stl") / core(3.0, 8.0, 0.0) - 1.0).abs() < 0.1);
+    assert!((of("out/p.stl") / 384.0 - 1.0).abs() < 0.1);
+}
+
+#[test]
+fn refused_bodies_leave_all_files_as_they_were() {
+    let refused = |tile: &str, output: &str, code: &str, message: &str, help: &str| {
+        let desk = desk(tile, &format!("\"picture\": \"h\", \"p\": {output}"));
+        // The picture is in the cache, so it would only be copied.
+        desk.shibo("render a.ron -o cached --output picture").expect(0);
+        desk.write("out/picture.png", "before");
+        let told = desk.shibo("render a.ron -o out").expect(1).stderr;
+        assert!(told.contains(code) && told.contains(message) && told.contains(help), "{told}");
+        assert!(told.contains("a.ron:"), "{told}");
+        assert_eq!(desk.read("out/picture.png"), b"before");
+        assert!(!desk.path("out/p.stl").exists());
+    };
+    refused("Both", "Plate(height: \"h\", triangles: 500)", "over-budget", "500 are allowed", "or `error: 0.");
+    refused("Both", "Plate(height: \"h\", thickness: 0.1)", "thin-wall", "mm thick at (", "`thickness`");
+    refused("X", "Plate(height: \"h\", tiles: (1, 2))", "does-not-tile", "from top to bottom", "`tiles`");
+    refused("Y", "Roll(height: \"h\", around: 2)", "does-not-tile", "goes round", "tiles");
+    refused("Both", "Roll(height: \"h\", around: 1, bore: 30)", "bad-value", "no smaller than the roll", "`around`");
+    let desk = desk(
+        "Both",
+        "\"p\": Roll(height: \"h\"), \"q\": Plate(height: \"h\", thickness: 0), \"s\": Plate(height: \"flat\")",
+    );
+    let told = desk.shibo("check a.ron").expect(1).stderr;
+    for part in ["`Roll` has no `around`", "thickness is `0`", "the material `flat` has none"] {
+        assert!(told.contains(part), "{part} is not in\n{told}");
+    }
+}
+
+#[test]
+fn coarser_bodies_keep_their_budget_and_warn() {
+    let desk = desk("Both", "\"p\": Plate(height: \"h\", triangles: 2000, over: Coarsen)");
+    let said = desk.shibo("render a.ron -o out").expect(0).stderr;
+    assert!(said.contains("so the error is 0."), "{said}");
+    let triangles = stl(&desk.read("out/p.stl"));
+    assert!(triangles.len() <= 2000, "{}", triangles.len());
+    volume(&triangles);
+}

@@ -3,8 +3,8 @@
 //!
 //! Each block has 2^k + 1 posts a side, which are laid on its samples in order. Where a block has fewer samples than
 //! posts, two posts share a sample, and triangles between them have no area and are left out. The error of a triangle is
-//! the exact maximum over its samples and crossings. The error of a post is the largest one of the triangles that it
-//! halves and of all that depend on it, so one pass over the posts gives the triangles for any error.
+//! the exact maximum over its samples and crossings. The error of a post is the largest one of the triangles
+//! halved there and of all smaller ones below them, so one pass over the posts gives the triangles for any error.
 use super::heights::{BLOCK, Heights, cuts, single};
 use super::patch::{Patch, Spot, Tolerance};
 use super::scan::{self, Taken};

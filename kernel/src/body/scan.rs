@@ -4,7 +4,7 @@ use super::patch::{Patch, Spot};
 /// The worst place of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Worst {
-    /// The distance relative to what is allowed there: above 1 the triangle must be divided.
+    /// The distance relative to the allowed one: above 1 the triangle must be divided.
     pub(super) share: f64,
     /// The sample that is to become a vertex.
     pub(super) spot: Spot,

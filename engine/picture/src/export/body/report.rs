@@ -1,4 +1,4 @@
-//! What is told about a body: the line at the end of a render, and the report.
+//! Texts about a body: the line at the end of a render, and the report.
 use super::Common;
 use serde_json::{Value as Json, json};
 use shibo_kernel::body::Figures;

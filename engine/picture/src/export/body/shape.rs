@@ -8,6 +8,7 @@ use crate::WriteError;
 use crate::value::diagnostics::Code;
 use glam::DVec2;
 use shibo_kernel::body::{Figures, Heights, Mesher, Pattern, Receiver, Tiles, Tolerance};
+use std::borrow::Cow;
 use std::fmt;
 use std::io;
 use std::path::Path;
@@ -94,9 +95,9 @@ impl Common {
     }
 
     /// The heights of the body, and of the samples row by row: opposite and mirrored for a mould.
-    fn values(&self, map: &HeightMap) -> Vec<f32> {
+    fn values<'a>(&self, map: &'a HeightMap) -> Cow<'a, [f32]> {
         if !self.mould {
-            return map.values.clone();
+            return Cow::Borrowed(&map.values);
         }
         (0..map.size.y).flat_map(|y| map.row(y).iter().rev().map(|height| -height)).collect()
     }

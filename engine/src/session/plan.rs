@@ -210,7 +210,9 @@ impl Planner<'_> {
         match part {
             OutputPart::Channel(channel) => *channel == Channel::Height,
             OutputPart::Field if output.ty == Type::Gray => {
-                node.outputs().get(output.output).and_then(|own| node.unit(own)) == Some("mm")
+                let unit = node.outputs().get(output.output).and_then(|own| node.unit(own));
+                // A formula has no unit. A range that fits its values is asked for heights.
+                unit.map_or(output.storage.fit, |unit| unit == "mm")
             }
             OutputPart::Export(export) => export.target.target.info().has_height(),
             _ => false,

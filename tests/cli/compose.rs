@@ -376,19 +376,21 @@ fn shipped_materials_are_interchangeable() {
     let sections = list.split("\n\n").filter(|section| section.starts_with("Graphs to render"));
     // Materials made on a mesh have no flat picture `lit`.
     let on_meshes = ["bound_handle", "chair_seat", "dressed_bust", "plank", "rope_on_torus", "turned_bowl"];
-    // Strips of woven_leather and runs of weeping_rust are too long for the small canvas, and their grain is too fine for the
-    // large one.
-    let flat = ["noise_basics", "source_figures", "straight_vs_curved", "weeping_rust", "woven_leather"];
+    // Strips of woven_leather are too long for the small canvas, and its grain is too fine for the large one.
+    let flat = ["noise_basics", "source_figures", "straight_vs_curved", "woven_leather"];
     let others = [&flat[..], &on_meshes[..]].concat();
     // Features of these are wider than the canvas of the others.
     let wide = "brick_wall concrete forest_floor gravel guided sand_ripples snow stucco tyre_rubber urushi venetian_plaster verdigris";
     let wide: Vec<&str> = wide.split(' ').collect();
+    // The number of fibres and the length of runs follow the canvas.
+    let both = ["suede", "weeping_rust"];
     let lines = sections.flat_map(|section| section.lines().skip(1));
     let names: Vec<&str> = lines.filter_map(|line| line.split_whitespace().next()).collect();
     assert!(names.len() > 25, "{names:?}");
     for (size, is_wide) in [(30, false), (600, true)] {
         let mut text = format!("(version: 1, canvas: (size_mm: {size}, tile: None), imports: {{\n");
-        let materials = || names.iter().filter(|name| !others.contains(name) && wide.contains(name) == is_wide);
+        let fits = |name: &str| both.contains(&name) || wide.contains(&name) == is_wide;
+        let materials = || names.iter().filter(|name| !others.contains(name) && fits(name));
         for name in materials() {
             text += &format!("\"{name}\": \"shibo:{name}\",\n");
         }

@@ -1,4 +1,4 @@
-//! Films for an etcher: pictures of one bit that open a mask step by step, so that the etched depths add up to a height.
+//! Films for an etcher: pictures of one bit that open a mask step by step. The etched depths add up to a height.
 mod depths;
 mod page;
 

@@ -2,20 +2,16 @@
 //!
 //! The height is held in memory, 4 bytes a sample.
 use super::bundle::ExportContext;
+pub use super::bundle::Trace;
 use super::set;
-use super::target::Source;
 use crate::value::diagnostics::{Code, Problem};
-use crate::value::{Field, Path as Lines, Type};
+use crate::value::{Field, Path as Lines};
 use crate::{AtomicFile, Compression, WriteError, WriteStats};
 use glam::{DVec2, UVec2, Vec2Swizzles};
 use std::fmt;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-
-/// Finds the lines on which samples have a value, given the samples row by row, their number across and down, and the
-/// value. Sample (i, j) lies at (i + ½, j + ½); higher samples lie on the right of a line.
-pub type Trace = fn(&[f32], UVec2, f64) -> Lines;
 
 /// Files of a height before its rows are computed.
 #[derive(Clone, Debug)]
@@ -24,14 +20,6 @@ pub struct Heights {
     pub field: Field,
     pub(super) place: ExportContext,
     pub(super) maker: Arc<dyn Maker>,
-}
-
-impl Heights {
-    /// Files made by `maker` of the height of a source.
-    pub(super) fn of(source: &Source<'_>, maker: Arc<dyn Maker>) -> Self {
-        let field = source.fields.first().map(|(_, field)| field.clone());
-        Self { field: field.unwrap_or_else(|| Field::constant(Type::Gray, &[0.0])), place: source.place.clone(), maker }
-    }
 }
 
 /// Returns true if the work is to stop.

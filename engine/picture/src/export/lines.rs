@@ -9,6 +9,9 @@ use std::fmt::Write;
 /// The most samples of a height whose level lines are made.
 const MOST: u64 = 1 << 27;
 
+/// Distance in pixels within which a point lies on the rim.
+const RIM: f64 = 1e-3;
+
 /// A line; the end of a closed one is its beginning.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Line {
@@ -100,11 +103,40 @@ pub(super) fn outlines(map: &HeightMap, level: f64) -> Result<Vec<Line>, WriteEr
         own.max(across)
     };
     // Samples on the rim stand for samples half a pixel farther out.
-    let mm = |p: DVec2| ((p - 1.0) * map.pixel).clamp(DVec2::ZERO, map.size_mm);
+    let inner = map.size.as_dvec2();
+    // Rounding moves points a little off the rim.
+    let axis = |u: f64, inner: f64| match u - 1.0 {
+        u if u < RIM => 0.0,
+        u if u > inner - RIM => inner,
+        u => u,
+    };
+    let mm = |p: DVec2| DVec2::new(axis(p.x, inner.x), axis(p.y, inner.y)) * map.pixel;
     let mut lines = Rimmed::new(map, beyond)?.traced(map, level, mm)?;
     let tolerance = 0.1 * map.pixel.min_element();
-    lines.iter_mut().for_each(|line| line.points = simplified(line, tolerance));
+    for line in &mut lines {
+        line.points = with_corners(&line.points, map);
+        line.points = simplified(line, tolerance);
+    }
     Ok(lines)
+}
+
+/// Adds the corner of the canvas between points on both of its sides that are a pixel apart.
+fn with_corners(points: &[DVec2], map: &HeightMap) -> Vec<DVec2> {
+    let far = map.size.as_dvec2() * map.pixel;
+    let on_rim = |p: DVec2| [p.x == 0.0 || p.x == far.x, p.y == 0.0 || p.y == far.y];
+    let mut all = Vec::with_capacity(points.len() + 4);
+    for (k, p) in points.iter().enumerate() {
+        let before = if k == 0 { *p } else { points[k - 1] };
+        if (*p - before).abs().cmple(map.pixel).all() {
+            match (on_rim(before), on_rim(*p)) {
+                ([true, false], [false, true]) => all.push(DVec2::new(before.x, p.y)),
+                ([false, true], [true, false]) => all.push(DVec2::new(p.x, before.y)),
+                _ => {}
+            }
+        }
+        all.push(*p);
+    }
+    all
 }
 
 /// The points that are left if none of the others is farther than `tolerance` from the line: D. Douglas, T. Peucker,

@@ -9,10 +9,10 @@ use super::colors::Colors;
 use super::decl::{FieldDecl, Takes};
 use super::glb::GlbWriter;
 use super::gltf::Exported;
-use super::heights::{Heights, HeightsWriter, Stop, Told};
+use super::heights::{Heights, HeightsWriter, Maker, Stop, Told};
 use super::shape::Shape;
 use crate::value::diagnostics::Problem;
-use crate::value::{Channel, Field, Material};
+use crate::value::{Channel, Field, Material, Type};
 use crate::{Compression, WriteError, WriteStats};
 use glam::UVec2;
 use std::fmt;
@@ -302,6 +302,14 @@ impl Files {
                 FilesWriter::Heights(Box::new(HeightsWriter::new(heights, folder, size.0, how.1)))
             }
         })
+    }
+}
+
+impl Heights {
+    /// Files made by `maker` of the height of a source.
+    pub(super) fn of(source: &Source<'_>, maker: Arc<dyn Maker>) -> Self {
+        let field = source.fields.first().map(|(_, field)| field.clone());
+        Self { field: field.unwrap_or_else(|| Field::constant(Type::Gray, &[0.0])), place: source.place.clone(), maker }
     }
 }
 

@@ -59,9 +59,9 @@ pub enum Keep {
 /// 1.5° for each 0.025 mm of depth, so `steepest` is 90° minus that.
 ///
 /// ```ron
-/// "cells": Worley(size: 7),
-/// "walls": Remap(input: "cells.border", from: (0, 0.3), to: (0, 0.8), clamp: true),
-/// "released": Draft(input: "walls", steepest: 35),
+/// "noise": Perlin(size: 8),
+/// "hills": Remap(input: "noise", from: (0.3, 0.7), to: (0, 4), clamp: true),
+/// "released": Draft(input: "hills", steepest: 35, span: 4),
 /// "example": Relief(height: "released"),
 /// ```
 ///

@@ -1,6 +1,6 @@
 //! Signed distances of outlines: closed polygons with any number of parts and holes.
 //!
-//! A point is inside if the outlines wind around it (the non-zero rule of fonts). Distances are exact: a window is
+//! A point is inside if the outlines wind around it (the non-zero rule of fonts), or an odd number of times. Distances are exact: a window is
 //! divided into small blocks, and each block uses only the edges that can be nearest to one of its pixels. O(edges ·
 //! blocks + pixels · edges near).
 use crate::ground::number::narrow;
@@ -33,10 +33,30 @@ impl Edge {
     }
 }
 
+/// Winding numbers of points inside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Winding {
+    /// All but 0.
+    #[default]
+    NonZero,
+    /// Odd numbers.
+    Odd,
+}
+
+impl Winding {
+    const fn is_inside(self, number: i32) -> bool {
+        match self {
+            Self::NonZero => number != 0,
+            Self::Odd => number % 2 != 0,
+        }
+    }
+}
+
 /// Outlines on the canvas.
 #[derive(Clone, Debug)]
 pub struct Outline {
     edges: Vec<Edge>,
+    rule: Winding,
     low: DVec2,
     high: DVec2,
     /// Distance of two copies; 0 without copies.
@@ -51,7 +71,13 @@ impl Outline {
         let low = edges.iter().map(|e| e.from).fold(DVec2::INFINITY, DVec2::min);
         let high = edges.iter().map(|e| e.from).fold(DVec2::NEG_INFINITY, DVec2::max);
         let period = DVec2::new(if tiling.x { size.x } else { 0.0 }, if tiling.y { size.y } else { 0.0 });
-        Self { edges, low, high, period }
+        Self { edges, rule: Winding::NonZero, low, high, period }
+    }
+
+    /// The same outlines with another inside.
+    #[must_use]
+    pub fn with_rule(self, rule: Winding) -> Self {
+        Self { rule, ..self }
     }
 
     /// The edges.
@@ -151,7 +177,7 @@ impl Outline {
                 }
             }
         }
-        inside(&all, frame, out);
+        inside(&all, self.rule, frame, out);
     }
 }
 
@@ -165,7 +191,7 @@ fn nearest(edges: &[Edge], low: DVec2, high: DVec2) -> Vec<Edge> {
 }
 
 /// Negates the distances of pixels that lie inside.
-fn inside(edges: &[Edge], frame: &Frame, out: &mut [f32]) {
+fn inside(edges: &[Edge], rule: Winding, frame: &Frame, out: &mut [f32]) {
     let rect = frame.window;
     let mut crossings: Vec<(f64, i32)> = Vec::new();
     let (top, bottom) = (frame.center(0, rect.y)[1], frame.center(0, rect.y + rect.height.cast_signed() - 1)[1]);
@@ -187,7 +213,7 @@ fn inside(edges: &[Edge], frame: &Frame, out: &mut [f32]) {
             while let Some((_, turns)) = next.next_if(|(place, _)| *place <= at) {
                 winding += turns;
             }
-            if winding != 0 {
+            if rule.is_inside(winding) {
                 *out = -*out;
             }
         }

@@ -42,6 +42,7 @@ fn stamps(count: u64, turned: bool, scaled: bool) -> Vec<Stamp> {
             turn: DVec2::from_angle(angle).as_vec2(),
             value: (0.5 + 0.5 * draw(4)) as f32,
             id: n as u32 + 1,
+            picture: 0,
         }
     };
     (0..columns * columns).map(stamp).collect()

@@ -14,9 +14,9 @@ const AT_ONCE: u32 = 256;
 pub(super) enum Hidden<'a> {
     /// Nothing hides a stamp.
     Never,
-    /// The block's content hides a stamp if it is nowhere less than these pictures times the stamp's value (or than 0
-    /// if `zero`). `any_order`: the result does not depend on the order of drawing.
-    Below { pictures: &'a [&'a [f32]], zero: bool, any_order: bool },
+    /// The block's content hides a stamp if it is nowhere less than the channels of its picture times the stamp's value
+    /// (or than 0 if `zero`). `any_order`: the result does not depend on the order of drawing.
+    Below { pictures: Vec<&'a [&'a [f32]]>, zero: bool, any_order: bool },
     /// The block's content hides a stamp if it is nowhere less than 1.
     Full,
     /// A later stamp that covers the whole block hides it; stamps are opaque.
@@ -157,7 +157,7 @@ impl<'a> Blocks<'a> {
     }
 
     /// Visits the blocks in which a stamp may be visible, stamp by stamp in the order of drawing, until `stop` returns
-    /// true. `visit` gets the block, the positions of its pixels, and one number per picture of [`Hidden::Below`] (one
+    /// true. `visit` gets the block, the positions of its pixels, and one number per channel of [`Hidden::Below`] (one
     /// for other rules), in which it stores the smallest value of the block after drawing.
     #[inline(always)]
     pub(super) fn each(
@@ -170,7 +170,7 @@ impl<'a> Blocks<'a> {
         let mut near = self.set.near(self.frame);
         let mut width = 1;
         if let Hidden::Below { pictures, any_order, .. } = hidden {
-            width = pictures.len().max(1);
+            width = pictures.first().map_or(1, |channels| channels.len().max(1));
             if *any_order {
                 // Large values first: they hide most.
                 near.sort_by(|a, b| stamps[b.stamp as usize].value.total_cmp(&stamps[a.stamp as usize].value));
@@ -184,9 +184,10 @@ impl<'a> Blocks<'a> {
                 return;
             }
             let laid = self.laid(near);
+            let picture = stamps[near.stamp as usize].picture as usize;
             let [rows, columns] = laid.placed.blocks(self.frame);
             if let Hidden::Below { pictures, zero, .. } = hidden {
-                let summits = || pictures.iter().map(|picture| laid.summit(picture, *zero));
+                let summits = || pictures[picture].iter().map(|picture| laid.summit(picture, *zero));
                 let mut rows =
                     rows.clone().map(|j| &least[(j * self.columns + columns.start) * width..][..columns.len() * width]);
                 if rows.all(|row| {
@@ -206,7 +207,8 @@ impl<'a> Blocks<'a> {
                     let seen = match hidden {
                         Hidden::Never => true,
                         Hidden::Below { pictures, zero, .. } => {
-                            !(pictures.iter().zip(&*least)).all(|(p, least)| laid.peak(p, middle, *zero) <= *least)
+                            let channels = pictures[picture].iter().zip(&*least);
+                            !channels.into_iter().all(|(channel, least)| laid.peak(channel, middle, *zero) <= *least)
                         }
                         Hidden::Full => least[0] < 1.0,
                         Hidden::Later => covered[k] <= n,

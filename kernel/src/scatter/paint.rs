@@ -36,17 +36,24 @@ pub enum Content {
     Angle,
 }
 
-/// The pictures to stamp, in the layout of a [`Layout`].
-#[derive(Clone, Debug)]
-pub struct Source<'a> {
-    /// Their layout.
-    pub layout: &'a Layout,
-    /// Channels of the content; at least one.
+/// A picture to stamp, in the layout of a [`Layout`].
+#[derive(Clone, Debug, Default)]
+pub struct Picture<'a> {
+    /// Channels of the content: at least one, and as many as other pictures have.
     pub values: Vec<&'a [f32]>,
     /// Opacity, 0..1; opaque if `None`.
     pub shape: Option<&'a [f32]>,
     /// Height, for [`Overlap::ByHeight`]; the first channel if `None`.
     pub height: Option<&'a [f32]>,
+}
+
+/// The pictures to stamp.
+#[derive(Clone, Debug)]
+pub struct Source<'a> {
+    /// Their layout.
+    pub layout: &'a Layout,
+    /// The pictures; a stamp shows the one that it names. At least one.
+    pub pictures: Vec<Picture<'a>>,
     /// Effect on the content; heights are always multiplied by the value of the stamp.
     pub content: Content,
     /// For [`Overlap::ByHeight`]: height of the ground in the window; stamps below it are hidden.
@@ -54,9 +61,10 @@ pub struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// Opaque pictures, multiplied by the values of the stamps, without ground.
+    /// One opaque picture, multiplied by the values of the stamps, without ground.
     pub fn new(layout: &'a Layout, values: Vec<&'a [f32]>) -> Self {
-        Self { layout, values, shape: None, height: None, content: Content::Scaled, ground: None }
+        let pictures = vec![Picture { values, ..Picture::default() }];
+        Self { layout, pictures, content: Content::Scaled, ground: None }
     }
 }
 
@@ -105,7 +113,7 @@ pub fn paint(
             Overlap::ByHeight => painter.highest(stop, &mut planes),
             Overlap::Max => painter.blend(
                 stop,
-                (&mut planes, Hidden::Below { pictures: &source.values, zero: true, any_order: true }),
+                (&mut planes, Hidden::Below { pictures: painter.contents(), zero: true, any_order: true }),
                 #[inline(always)]
                 |out, value, cover| {
                     let value = value * cover;
@@ -138,16 +146,32 @@ impl Painter<'_> {
     }
 
     /// The rule of [`Overlap::Over`] for hidden stamps.
-    const fn under(&self) -> Hidden<'static> {
-        if self.source.shape.is_some() { Hidden::Never } else { Hidden::Later }
+    fn under(&self) -> Hidden<'static> {
+        if self.source.pictures.iter().any(|picture| picture.shape.is_some()) { Hidden::Never } else { Hidden::Later }
     }
 
-    /// The pictures that decide the highest stamp.
-    fn heights(&self) -> &[&[f32]] {
-        match &self.source.height {
+    /// The picture of a stamp.
+    #[inline(always)]
+    fn picture(&self, stamp: u32) -> &Picture<'_> {
+        &self.source.pictures[self.set.stamps()[stamp as usize].picture as usize]
+    }
+
+    /// The channels of each picture.
+    fn contents(&self) -> Vec<&[&[f32]]> {
+        self.source.pictures.iter().map(|picture| &picture.values[..]).collect()
+    }
+
+    /// The channel that decides how high a picture is.
+    fn height<'p>(&self, picture: &'p Picture<'_>) -> &'p [&'p [f32]] {
+        match &picture.height {
             Some(height) if self.overlap == Overlap::ByHeight => std::slice::from_ref(height),
-            _ => self.source.values.get(..1).unwrap_or(&[]),
+            _ => picture.values.get(..1).unwrap_or(&[]),
         }
+    }
+
+    /// The channels that decide the highest stamp, for each picture.
+    fn heights(&self) -> Vec<&[&[f32]]> {
+        self.source.pictures.iter().map(|picture| self.height(picture)).collect()
     }
 
     /// Draws the content by a rule for the existing value, the stamp's value, and its coverage.
@@ -167,8 +191,9 @@ impl Painter<'_> {
                     &hidden,
                     #[inline(always)]
                     |block, span, least| {
-                        let cover = self.edges(self.opacity(span));
-                        for (n, (plane, data)) in planes.iter_mut().zip(&self.source.values).enumerate() {
+                        let picture = self.picture(block.number);
+                        let cover = self.edges(self.opacity(picture, span));
+                        for (n, (plane, data)) in planes.iter_mut().zip(&picture.values).enumerate() {
                             let factor = self.content(data, block, span, &mut values);
                             block.draw(
                                 plane,
@@ -218,9 +243,9 @@ impl Painter<'_> {
 
     /// Opacity of the stamp at the pixels, 0..1.
     #[inline(always)]
-    fn opacity(&self, span: &mut Span) -> Values {
+    fn opacity(&self, picture: &Picture<'_>, span: &mut Span) -> Values {
         let mut cover = span.cover;
-        if let Some(shape) = self.source.shape {
+        if let Some(shape) = picture.shape {
             let mut opacity = [0.0; BLOCK];
             span.read(shape, &mut opacity);
             for (cover, opacity) in cover.iter_mut().zip(&opacity) {
@@ -232,9 +257,9 @@ impl Painter<'_> {
 
     /// Coverage and height of a stamp in a block.
     #[inline(always)]
-    fn texels(&self, factor: f32, span: &mut Span) -> Texels {
-        let mut texels = Texels { cover: self.opacity(span), height: [0.0; BLOCK] };
-        let (Some(data), false) = (self.heights().first(), self.overlap == Overlap::Over) else { return texels };
+    fn texels(&self, picture: &Picture<'_>, factor: f32, span: &mut Span) -> Texels {
+        let mut texels = Texels { cover: self.opacity(picture, span), height: [0.0; BLOCK] };
+        let (Some(data), false) = (self.height(picture).first(), self.overlap == Overlap::Over) else { return texels };
         span.read(data, &mut texels.height);
         if self.overlap == Overlap::ByHeight {
             texels.height.iter_mut().for_each(|h| *h *= factor);
@@ -257,9 +282,10 @@ impl Painter<'_> {
                     &hidden,
                     #[inline(always)]
                     |block, span, least| {
-                        let texels = self.texels(block.value, span);
+                        let picture = self.picture(block.number);
+                        let texels = self.texels(picture, block.value, span);
                         let cover = self.edges(texels.cover);
-                        for (plane, data) in planes.iter_mut().zip(&self.source.values) {
+                        for (plane, data) in planes.iter_mut().zip(&picture.values) {
                             let factor = self.content(data, block, span, &mut values);
                             block.pixels(
                                 #[inline(always)]
@@ -294,7 +320,7 @@ impl Painter<'_> {
                     &Hidden::Full,
                     #[inline(always)]
                     |block, span, least| {
-                        let cover = self.opacity(span);
+                        let cover = self.opacity(self.picture(block.number), span);
                         block.draw(
                             plane,
                             #[inline(always)]
@@ -323,7 +349,7 @@ impl Painter<'_> {
                     &hidden,
                     #[inline(always)]
                     |block, span, least| {
-                        let texels = self.texels(block.value, span);
+                        let texels = self.texels(self.picture(block.number), block.value, span);
                         block.pixels(
                             #[inline(always)]
                             |k, at| {

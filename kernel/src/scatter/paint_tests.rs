@@ -1,7 +1,7 @@
 //! Tests of [`paint`](super::paint).
 #![expect(clippy::cast_possible_truncation, reason = "small numbers of a test")]
 use super::atlas::Layout;
-use super::paint::{Content, Overlap, Source, Target, paint};
+use super::paint::{Content, Overlap, Picture, Source, Target, paint};
 use super::set::{Stamp, StampSet};
 use crate::ground::hash::Hash;
 use crate::ground::window::{Frame, WindowExt as _};
@@ -19,7 +19,8 @@ fn dome(side: usize) -> Vec<f32> {
 fn stamps() -> Vec<Stamp> {
     let stamp = |n: u32, x: f64, y: f64, half: f32, degrees: f32, value: f32| {
         let (sin, cos) = degrees.to_radians().sin_cos();
-        Stamp { center: DVec2::new(x, y), half: Vec2::new(half, 0.7 * half), turn: Vec2::new(cos, sin), value, id: n }
+        let (center, half, turn) = (DVec2::new(x, y), Vec2::new(half, 0.7 * half), Vec2::new(cos, sin));
+        Stamp { center, half, turn, value, id: n, picture: 0 }
     };
     vec![
         stamp(1, 10.0, 8.0, 4.0, 0.0, 1.0),
@@ -35,7 +36,8 @@ fn drawn(overlap: Overlap, frame: &Frame, background: f32, shape: bool) -> Vec<f
     let (mut data, mut ones) = (vec![0.0; layout.len()], vec![0.0; layout.len()]);
     layout.build(dome(side), &mut data);
     layout.build(vec![1.0; side * side], &mut ones);
-    let source = Source { shape: shape.then_some(&ones[..]), ..Source::new(&layout, vec![&data]) };
+    let picture = Picture { values: vec![&data], shape: shape.then_some(&ones[..]), height: None };
+    let source = Source { pictures: vec![picture], ..Source::new(&layout, Vec::new()) };
     let set = StampSet::new(stamps(), (DVec2::new(30.0, 20.0), Tiling::BOTH));
     let mut out = vec![background; frame.window.len()];
     paint(&|| false, (&set, &source, overlap), frame, Target::Values(vec![&mut out]));
@@ -136,9 +138,15 @@ fn crowd(count: u32) -> Vec<Stamp> {
             turn: if n.is_multiple_of(3) { Vec2::X } else { Vec2::from_angle(7.0 * draw(4) as f32) },
             value: (1.4 * draw(5) - 0.2) as f32,
             id: n + 1,
+            picture: u32::from(n % 5 < 2),
         }
     };
     (0..count).map(stamp).collect()
+}
+
+/// Two opaque pictures.
+fn both<'a>(pictures: [&'a [f32]; 2]) -> Vec<Picture<'a>> {
+    pictures.map(|values| Picture { values: vec![values], ..Picture::default() }).to_vec()
 }
 
 /// Drawing all stamps at once must give the same bits as drawing each stamp by itself and combining them by the
@@ -148,10 +156,13 @@ fn keeps_bits_when_culling_hidden_stamps() {
     let frame = Frame::new(Window::of(-3, 5, 101, 77), [0.131, 0.127]);
     let (side, area) = (16, frame.window.len());
     let layout = Layout::new(side, side);
-    let (mut data, mut ones) = (vec![0.0; layout.len()], vec![0.0; layout.len()]);
+    let [mut data, mut ones, mut other] = [(); 3].map(|()| vec![0.0; layout.len()]);
     layout.build(dome(side), &mut data);
     layout.build(vec![1.0; side * side], &mut ones);
-    let (content, full) = (Source::new(&layout, vec![&data]), Source::new(&layout, vec![&ones]));
+    layout.build(dome(side).iter().map(|v| 0.3 + 0.4 * v).collect(), &mut other);
+    // Two stamps of five show the second picture.
+    let content = Source { pictures: both([&data, &other]), ..Source::new(&layout, Vec::new()) };
+    let full = Source { pictures: both([&ones, &ones]), ..Source::new(&layout, Vec::new()) };
     let canvas = (DVec2::new(30.0, 20.0), Tiling::BOTH);
     let draw = |stamps: &[Stamp], source: &Source<'_>, overlap: Overlap, what: u8, background: f32| {
         let (set, mut out) = (StampSet::new(stamps.to_vec(), canvas), vec![background; area]);
@@ -207,7 +218,8 @@ fn shows_last_stamp_where_it_covers() {
     let mut ones = vec![0.0; layout.len()];
     layout.build(vec![1.0], &mut ones);
     let set = StampSet::new(crowd(300), (DVec2::new(30.0, 20.0), Tiling::BOTH));
-    let source = Source::new(&layout, vec![&ones]);
+    let picture = Picture { values: vec![&ones], ..Picture::default() };
+    let source = Source { pictures: vec![picture; 2], ..Source::new(&layout, Vec::new()) };
     let [mut values, mut ids] = [0.0, 0.0].map(|v| vec![v; frame.window.len()]);
     paint(&|| false, (&set, &source, Overlap::Over), &frame, Target::Values(vec![&mut values]));
     paint(&|| false, (&set, &source, Overlap::Over), &frame, Target::Ids(&mut ids));
@@ -233,7 +245,8 @@ fn rotates_angles_and_hides_stamps_below_ground() {
     assert!(angle.iter().all(|v| [-1.0, 10.0, 47.0, -110.0, 100.0].iter().any(|known| (v - known).abs() < 1e-3)));
     // Heights are 1, 0.8, 1 and -0.5; the ground is at 0.9 on the left, at 2 on the right.
     let ground: Vec<f32> = (0..240 * 160).map(|k| if k % 240 < 92 { 0.9 } else { 2.0 }).collect();
-    let source = Source { height: Some(&ones), ground: Some(&ground), ..Source::new(&layout, vec![&ones]) };
+    let picture = Picture { values: vec![&ones], shape: None, height: Some(&ones) };
+    let source = Source { pictures: vec![picture], ground: Some(&ground), ..Source::new(&layout, Vec::new()) };
     let mut ids = vec![0.0; frame.window.len()];
     paint(&|| false, (&set, &source, Overlap::ByHeight), &frame, Target::Ids(&mut ids));
     for k in 0..ids.len() {

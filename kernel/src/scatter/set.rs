@@ -17,6 +17,8 @@ pub struct Stamp {
     pub value: f32,
     /// Its number, from 1.
     pub id: u32,
+    /// Index of its picture.
+    pub picture: u32,
 }
 
 /// A stamp near a window: its index in the order of drawing, and its copy of the canvas.
@@ -190,7 +192,14 @@ mod tests {
         let stamp = |n: u32| {
             let draw = |k: u64| hash.with(n.into()).unit(k);
             let half = Vec2::new(0.1 + hash.with(n.into()).unit_f32(2), 0.2);
-            Stamp { center: DVec2::new(draw(0), draw(1)) * size, half, turn: Vec2::X, value: 1.0, id: n + 1 }
+            Stamp {
+                center: DVec2::new(draw(0), draw(1)) * size,
+                half,
+                turn: Vec2::X,
+                value: 1.0,
+                id: n + 1,
+                picture: 0,
+            }
         };
         for tiling in [Tiling::BOTH, Tiling { x: true, y: false }, Tiling::NONE] {
             let set = StampSet::new((0..500).map(stamp).collect(), (size, tiling));

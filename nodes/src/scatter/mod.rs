@@ -11,8 +11,9 @@ mod varied;
 
 pub use fibers::Fibers;
 pub use plan::Order;
-pub use scatter_material::{ScatterHeights, ScatterMaterial};
+pub use scatter_material::{OtherMaterial, ScatterHeights, ScatterMaterial};
 pub use scratches::Scratches;
+pub use sown::OtherStamp;
 pub use stamps::Scatter;
 pub use tile_sampler::TileSampler;
 

@@ -3,8 +3,8 @@
 //! All channels are drawn by the kernel of [`TileSampler`](super::TileSampler), from the same stamps and with the same
 //! heights, so the same stamp shows in all of them. A tile that no stamp touches is a copy of the ground. With `Over`,
 //! ground under opaque stamps is not computed. Cost: that of `Scatter` for each channel.
-use super::plan::{Order, StampPlan};
-use super::sown::{Ground, Sown, StampQuantity};
+use super::plan::{Choice, Order, StampPlan};
+use super::sown::{Ground, Sown, StampFields, StampQuantity};
 use super::tile_sampler::too_large;
 use super::varied::varied;
 use crate::normals::normals;
@@ -14,7 +14,7 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::scatter::paint::{Content, Overlap};
 use shibo_node::{
-    CanvasFacts, Context, Direction, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Range, Xy, choice,
+    CanvasFacts, Context, Direction, Fact, Gray, In, MaterialInputs, Node, Output, Outputs, Range, Xy, choice, node,
 };
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Channel, ChannelSet, Field, Material, Points, Stop, Type};
@@ -38,7 +38,7 @@ varied! {
     ///
     /// The whole canvas of the material becomes one stamp of `size` mm. Its `opacity`, or `shape`, cuts out the stamp.
     /// Normals are made from the heights of the result; the coat is flat on stamps. Angles of anisotropy turn with the
-    /// stamps.
+    /// stamps. `others` adds materials with sizes of their own, which are drawn in turn at random.
     ///
     /// ```ron
     /// "form": Shape(form: Ellipse, size: (39, 31)),
@@ -69,6 +69,8 @@ varied! {
         /// rectangle without one.
         #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
         shape: Option<In<Gray>>,
+        /// Further materials to stamp, each with its own size. Every place draws one of all at random, by their weights.
+        others: Vec<OtherMaterial>,
         [steering]
         [sizes]
         /// Smallest and largest factor on the heights; each stamp draws one at random.
@@ -85,6 +87,24 @@ varied! {
         [order]
         [seed]
     }
+}
+
+/// Another material of [`ScatterMaterial`].
+#[node]
+pub struct OtherMaterial {
+    /// Material to stamp; its whole canvas becomes a stamp.
+    pub material: In<Material>,
+    /// Opacity of the stamp, 0..1, over the same canvas. If not given, the opacity of the material, or a full rectangle
+    /// without one.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    pub shape: Option<In<Gray>>,
+    /// Width and height of the stamp at scale 1; `size` of the node if not given.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    pub size: Option<Xy>,
+    /// Frequency of the stamp, relative to the first one, whose weight is 1.
+    #[schemars(range(min = 0, max = 1e6))]
+    #[default(1.0)]
+    pub weight: f64,
 }
 
 /// Channels that are not copied from stamps: normals would have to be rotated, and opacity cuts stamps out.
@@ -105,33 +125,45 @@ impl Node for ScatterMaterial {
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
     fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
-        too_large(DVec2::new(self.size.x, self.size.y), self.scale, canvas)
+        too_large(&self.choices(), self.scale, canvas)
     }
 
     fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet {
         let ground = if self.ground.is_some() { inputs.at("ground") } else { ChannelSet::NONE };
-        result(inputs.at("material"), ground)
+        let others = (1..=self.others.len()).map(|number| inputs.at(&format!("others.{number}.material")));
+        result(others.fold(inputs.at("material"), ChannelSet::union), ground)
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
-        let (material, points) = (cx.get(&self.material)?, cx.get(&self.points)?);
+        let points = cx.get(&self.points)?;
+        let mut stamps = vec![(cx.get(&self.material)?, cx.get_opt(&self.shape)?)];
+        for other in &self.others {
+            stamps.push((cx.get(&other.material)?, cx.get_opt(&other.shape)?));
+        }
+        let materials: Vec<&Material> = stamps.iter().map(|(material, _)| &**material).collect();
         let ground = cx.get_opt(&self.ground)?;
         let ground = ground.as_deref().cloned().unwrap_or_else(|| Material::new([]));
         let places = points.positions.iter().map(|p| p.as_dvec2());
         let hash = Hash::new(cx.seed(self.seed));
         let plan = self.plan(self.height_scale);
         let set = Arc::new(plan.stamps(cx, places, (hash, f64::from(points.pitch), points.periodic))?);
-        let height = raised(&material, self.offset);
+        let has_height = materials.iter().any(|material| material.get(Channel::Height).is_some());
+        let fields = |(material, shape): &(Arc<Material>, Option<Field>)| {
+            let height = has_height.then(|| raised(material, self.offset));
+            StampFields {
+                input: height.clone().unwrap_or_else(|| Channel::Height.default_field()),
+                shape: shape.clone().or_else(|| material.get(Channel::Opacity).cloned()),
+                height,
+            }
+        };
         let base = Sown {
-            input: height.clone().unwrap_or_else(|| Channel::Height.default_field()),
-            shape: cx.get_opt(&self.shape)?.or_else(|| material.get(Channel::Opacity).cloned()),
+            stamps: stamps.iter().map(fields).collect(),
             // Without heights, the last stamp shows.
-            overlap: if height.is_none() || self.heights == ScatterHeights::Over {
+            overlap: if !has_height || self.heights == ScatterHeights::Over {
                 Overlap::Over
             } else {
                 Overlap::ByHeight
             },
-            height,
             set,
             content: Content::Scaled,
             ground: Ground::Flat(0.0),
@@ -140,7 +172,7 @@ impl Node for ScatterMaterial {
         let cover = cx.shared_field("mask", base.field(StampQuantity::Cover, points.periodic));
         let stamped =
             Stamped { base, cover: cover.clone(), sinks: self.heights == ScatterHeights::Max, points: &points };
-        let has = |channel: Channel| [&*material, &ground].iter().any(|m| m.get(channel).is_some());
+        let has = |channel: Channel| materials.iter().chain([&&ground]).any(|m| m.get(channel).is_some());
         let height = has(Channel::Height).then(|| {
             let adds = self.heights == ScatterHeights::Add;
             cx.shared_field("height", stamped.channel(Channel::Height, None, &ground, adds))
@@ -150,10 +182,11 @@ impl Node for ScatterMaterial {
                 (Channel::Height, height) => height.clone()?,
                 (Channel::Normal, Some(height)) => normals(height),
                 (channel, _) if !LEFT.contains(channel) && has(*channel) => {
-                    stamped.channel(*channel, Some(material.or_default(*channel)), &ground, false)
+                    let contents = materials.iter().map(|material| material.or_default(*channel)).collect();
+                    stamped.channel(*channel, Some(contents), &ground, false)
                 }
                 (Channel::CoatNormal | Channel::Opacity, _) if ground.get(*channel).is_some() => {
-                    stamped.channel(*channel, Some(channel.default_field()), &ground, false)
+                    stamped.channel(*channel, Some(vec![channel.default_field(); materials.len()]), &ground, false)
                 }
                 _ => return None,
             };
@@ -177,12 +210,12 @@ fn result(material: ChannelSet, ground: ChannelSet) -> ChannelSet {
 }
 
 /// The height of a material, raised.
-fn raised(material: &Material, offset: f64) -> Option<Field> {
-    let (height, offset) = (material.get(Channel::Height)?.clone(), narrow(offset));
+fn raised(material: &Material, offset: f64) -> Field {
+    let (height, offset) = (material.or_default(Channel::Height), narrow(offset));
     if offset == 0.0 {
-        return Some(height);
+        return height;
     }
-    Some(each(&height, move |height| height + offset))
+    each(&height, move |height| height + offset)
 }
 
 /// Stamps on a ground.
@@ -195,8 +228,8 @@ struct Stamped<'a> {
 }
 
 impl Stamped<'_> {
-    /// A channel of the result; `content` is that of the stamps, by default their height.
-    fn channel(&self, channel: Channel, content: Option<Field>, ground: &Material, adds: bool) -> Field {
+    /// A channel of the result; `contents` are those of the stamps, by default their heights.
+    fn channel(&self, channel: Channel, contents: Option<Vec<Field>>, ground: &Material, adds: bool) -> Field {
         let values = ground.or_default(channel);
         let tiling = self.points.periodic.and(values.tiling());
         let kind = match channel {
@@ -204,8 +237,12 @@ impl Stamped<'_> {
             Channel::AnisotropyAngle => Content::Angle,
             _ => Content::Steady,
         };
+        let mut stamps = self.base.stamps.clone();
+        if let Some(contents) = contents {
+            stamps.iter_mut().zip(contents).for_each(|(stamp, content)| stamp.input = content);
+        }
         let sown = Sown {
-            input: content.unwrap_or_else(|| self.base.input.clone()),
+            stamps,
             content: kind,
             overlap: if adds { Overlap::Add } else { self.base.overlap },
             ground: self.ground(values, ground),
@@ -311,6 +348,34 @@ mod tests {
                 (at(&made, Channel::AnisotropyAngle, 5, 5), at(&made, Channel::AnisotropyAngle, 13, 14)),
                 (10.0, 0.0)
             );
+        }
+    }
+
+    #[test]
+    fn other_materials_are_drawn_in_their_own_size() {
+        let mut all = inputs(&[(8.0, 8.0), (22.0, 22.0)]).to_vec();
+        let other = Material::new([(Channel::Height, number(3.0)), (Channel::Coat, number(0.6))]);
+        all.push(other.into());
+        let others = vec![OtherMaterial {
+            material: port(3),
+            size: Some(Xy::new(2.0, 2.0)),
+            weight: 1e6,
+            ..OtherMaterial::default()
+        }];
+        let made = |heights| {
+            let node = ScatterMaterial { others: others.clone(), heights, ..node() };
+            let made = outputs(&node, &all, &canvas()).unwrap();
+            match made.take("material", true) {
+                Some(Value::Material(material)) => (**material).clone(),
+                _ => panic!("no material"),
+            }
+        };
+        for heights in [ScatterHeights::Max, ScatterHeights::Over] {
+            let made = made(heights);
+            let both = |x, y| (at(&made, Channel::Height, x, y), at(&made, Channel::Coat, x, y));
+            assert_eq!((both(8, 8), both(22, 22), both(10, 8)), ((3.0, 0.6), (3.0, 0.6), (0.5, 1.0)), "{heights:?}");
+            // The default replaces a roughness that the other material lacks.
+            assert_eq!(at(&made, Channel::Roughness, 8, 8), 0.5);
         }
     }
 

@@ -2,17 +2,17 @@
 use glam::{DVec2, UVec2, Vec2};
 use shibo_kernel::ground::tile;
 use shibo_kernel::scatter::atlas::Layout;
-use shibo_kernel::scatter::paint::{self, Content, Overlap, Source, Target};
+use shibo_kernel::scatter::paint::{self, Content, Overlap, Picture, Source, Target};
 use shibo_kernel::scatter::set::StampSet;
 use shibo_kernel::surface::layers::bounds;
-use shibo_node::{Output, Outputs};
+use shibo_node::{AnyField, Context, Gray, In, Output, Outputs, Xy, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Tiling, Type, Window};
 use std::sync::Arc;
 
 /// The outputs of `TileSampler` and `Scatter`.
 pub(super) const OUTPUTS: &[Output] = &[
-    Output::like("result", &["input"], "The stamps, on `background`."),
+    Output::like("result", &["input", "others"], "The stamps, on `background`."),
     Output::new("mask", Type::Gray, "How much of the place stamps cover, 0..1."),
     Output::new("ids", Type::Ids, "The number of the stamp that is seen, from 1; 0 where there is none."),
     Output::new(
@@ -50,12 +50,51 @@ pub(super) enum Ground {
     },
 }
 
-/// Data shared by all fields of one node.
+/// Another stamp of a scatter.
+#[node]
+pub struct OtherStamp {
+    /// Field to stamp; its whole canvas becomes a stamp.
+    pub input: In<AnyField>,
+    /// Opacity of the stamp, 0..1, over the same canvas; a full rectangle if not given.
+    #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
+    pub shape: Option<In<Gray>>,
+    /// Height of the stamp, for `ByHeight`; the input itself if not given.
+    pub height: Option<In<Gray>>,
+    /// Width and height of the stamp at scale 1; `size` of the node if not given.
+    #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
+    pub size: Option<Xy>,
+    /// Frequency of the stamp, relative to the first one, whose weight is 1.
+    #[schemars(range(min = 0, max = 1e6))]
+    #[default(1.0)]
+    pub weight: f64,
+}
+
+/// The fields of a stamp.
 #[derive(Clone)]
-pub(super) struct Sown {
+pub(super) struct StampFields {
     pub(super) input: Field,
     pub(super) shape: Option<Field>,
     pub(super) height: Option<Field>,
+}
+
+/// The fields of all stamps: those of the first one, and `others`.
+pub(super) fn stamps(
+    cx: &Context<'_>,
+    (input, shape, height): (&In<AnyField>, &Option<In<Gray>>, &Option<In<Gray>>),
+    others: &[OtherStamp],
+) -> Result<Vec<StampFields>, Stop> {
+    let of = |input: &In<AnyField>, shape: &Option<In<Gray>>, height: &Option<In<Gray>>| -> Result<StampFields, Stop> {
+        Ok(StampFields { input: cx.get(input)?, shape: cx.get_opt(shape)?, height: cx.get_opt(height)? })
+    };
+    let others = others.iter().map(|other| of(&other.input, &other.shape, &other.height));
+    [of(input, shape, height)].into_iter().chain(others).collect()
+}
+
+/// Data shared by all fields of one node.
+#[derive(Clone)]
+pub(super) struct Sown {
+    /// The pictures to stamp; at least one.
+    pub(super) stamps: Vec<StampFields>,
     pub(super) set: Arc<StampSet>,
     pub(super) overlap: Overlap,
     pub(super) content: Content,
@@ -66,10 +105,11 @@ pub(super) struct Sown {
 impl Sown {
     /// The outputs, which repeat as `tiling` says.
     pub(super) fn outputs(self, tiling: Tiling) -> Result<Outputs, Stop> {
-        if self.input.ty() == Type::Normal {
+        if let Some(number) = self.stamps.iter().position(|stamp| stamp.input.ty() == Type::Normal) {
             let message = "input is a normal map, which would have to be turned with the stamps";
             let help = "stamp the height, and make the normals of the result with `HeightToNormal`";
-            return Err(Problem::new(Code::TypeMismatch, message).at("input").help(help).into());
+            let field = if number == 0 { "input" } else { "others" };
+            return Err(Problem::new(Code::TypeMismatch, message).at(field).help(help).into());
         }
         Ok(Outputs::one(self.field(StampQuantity::Values, tiling))
             .with("mask", self.field(StampQuantity::Cover, tiling))
@@ -80,7 +120,7 @@ impl Sown {
     /// The field of one quantity, which repeats as `tiling` says.
     pub(super) fn field(&self, what: StampQuantity, tiling: Tiling) -> Field {
         let ty = match what {
-            StampQuantity::Values => self.input.ty(),
+            StampQuantity::Values => tile::widest(self.stamps.iter().map(|stamp| &stamp.input)),
             StampQuantity::Cover => Type::Gray,
             StampQuantity::Ids => Type::Ids,
             StampQuantity::Local => Type::Vec2,
@@ -98,17 +138,25 @@ struct Shown {
 }
 
 impl Shown {
-    /// The content, the shape and the height, each if it is read.
-    fn parts(&self) -> [Option<&Field>; 3] {
-        let Sown { input, shape, height, overlap, .. } = &self.sown;
-        let by_height = *overlap == Overlap::ByHeight && self.what != StampQuantity::Cover;
-        let height = height.as_ref().filter(|_| by_height);
+    /// The content, the shape and the height of each stamp, if they are read.
+    fn parts(&self) -> Vec<[Option<&Field>; 3]> {
+        let overlap = self.sown.overlap;
+        let by_height = overlap == Overlap::ByHeight && self.what != StampQuantity::Cover;
         let content = match self.what {
             StampQuantity::Values => true,
             StampQuantity::Cover => false,
-            StampQuantity::Ids | StampQuantity::Local => *overlap != Overlap::Over,
+            StampQuantity::Ids | StampQuantity::Local => overlap != Overlap::Over,
         };
-        [Some(input).filter(|_| content), shape.as_ref(), height]
+        let stamps = self.sown.stamps.iter().map(|stamp| {
+            let height = stamp.height.as_ref().filter(|_| by_height);
+            [Some(&stamp.input).filter(|_| content), stamp.shape.as_ref(), height]
+        });
+        stamps.collect()
+    }
+
+    /// All fields of stamps that are read.
+    fn read(&self) -> Vec<&Field> {
+        self.parts().into_iter().flatten().flatten().collect()
     }
 
     /// The grid on which the stamp is read: as many pixels as the largest stamp has on `grid`.
@@ -191,13 +239,13 @@ impl FieldSource for Shown {
 
     fn whole(&self, grid: &Grid) -> Vec<Read<'_>> {
         let (grid, pixels) = self.stamp_grid(grid);
-        self.parts().into_iter().flatten().map(|field| Read::new(field, &grid, Window::full(pixels))).collect()
+        self.read().into_iter().map(|field| Read::new(field, &grid, Window::full(pixels))).collect()
     }
 
     fn prepare(&self, grid: &Grid, pictures: &dyn Pictures) -> Result<Option<Tile>, Stop> {
         let (stamp_grid, pixels) = self.stamp_grid(grid);
-        let parts = self.parts();
-        let channels = parts.iter().flatten().map(|field| field.channels()).sum();
+        let parts = self.read();
+        let channels = parts.iter().map(|field| field.channels()).sum();
         if channels == 0 {
             return Ok(None);
         }
@@ -205,7 +253,7 @@ impl FieldSource for Shown {
         let width = u32::try_from(layout.len()).unwrap_or(u32::MAX);
         let mut prepared = Tile::new(stamp_grid, Window { x: 0, y: 0, width, height: 1 }, channels);
         let mut planes = prepared.planes_mut().into_iter();
-        for number in 0..parts.iter().flatten().count() {
+        for number in 0..parts.len() {
             let picture = pictures.read(number, Window::full(pixels))?;
             for channel in 0..picture.channels() {
                 pictures.check()?;
@@ -220,7 +268,7 @@ impl FieldSource for Shown {
 
     fn prepare_bytes(&self, grid: &Grid) -> u64 {
         let (_, pixels) = self.stamp_grid(grid);
-        let channels: usize = self.parts().iter().flatten().map(|field| field.channels()).sum();
+        let channels: usize = self.read().iter().map(|field| field.channels()).sum();
         // The picture, its pyramid, and both in the layout of the kernel.
         u64::from(pixels.x + 2) * u64::from(pixels.y + 2) * channels as u64 * 24
     }
@@ -232,7 +280,7 @@ impl FieldSource for Shown {
     fn fill(&self, given: &Given<'_>, out: &mut Tile) -> Result<(), Stop> {
         let (_, pixels) = self.stamp_grid(&out.grid);
         let parts = self.parts();
-        let nothing_read = parts.iter().all(Option::is_none);
+        let nothing_read = parts.iter().flatten().all(Option::is_none);
         // If no field is read, only the outlines count.
         let layout = if nothing_read { Layout::new(1, 1) } else { Layout::new(pixels.x as usize, pixels.y as usize) };
         let mut next = 0;
@@ -242,15 +290,24 @@ impl FieldSource for Shown {
             next += field.channels();
             (from..next).map(|channel| prepared.plane(channel)).collect()
         };
-        let values = planes(parts[0]);
-        let (shape, height) = (planes(parts[1]).first().copied(), planes(parts[2]).first().copied());
+        let channels = if self.what == StampQuantity::Values { out.channels() } else { 1 };
+        let mut pictures = Vec::with_capacity(parts.len());
+        for [content, shape, height] in &parts {
+            let mut values = planes(*content);
+            // A grey stamp among colours.
+            if let [only] = values[..] {
+                values = vec![only; channels];
+            }
+            let (shape, height) = (planes(*shape).first().copied(), planes(*height).first().copied());
+            pictures.push(Picture { values, shape, height });
+        }
         let (frame, Sown { set, overlap, content, .. }) = (tile::frame(out), &self.sown);
         if !self.lay(given, out) {
             return given.check();
         }
         let under = self.under().1.len();
         let ground = (under > usize::from(self.what == StampQuantity::Values)).then(|| given.tile(under).plane(0));
-        let source = Source { shape, height, content: *content, ground, ..Source::new(&layout, values) };
+        let source = Source { layout: &layout, pictures, content: *content, ground };
         let stop = || given.check().is_err();
         let how = (&**set, &source, *overlap);
         let mut planes = out.planes_mut();

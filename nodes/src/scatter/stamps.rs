@@ -1,8 +1,8 @@
 //! [`Scatter`]: one field stamped on points.
 //!
 //! Uses the kernel of [`TileSampler`](super::TileSampler).
-use super::plan::{Order, StampPlan};
-use super::sown::{self, Ground, Sown};
+use super::plan::{Choice, Order, StampPlan};
+use super::sown::{self, Ground, OtherStamp, Sown};
 use super::tile_sampler::too_large;
 use super::varied::varied;
 use glam::DVec2;
@@ -18,12 +18,16 @@ varied! {
     /// Stamps a field on points: pebbles, leaves, rivets, drops. The whole canvas of the input becomes one stamp of
     /// `size` mm.
     ///
-    /// `TileSampler` does the same on a grid.
+    /// `others` adds stamps with sizes of their own. `TileSampler` does the same on a grid.
     ///
     /// ```ron
     /// "pebble": Shape(form: Ellipse, size: (38, 30), softness: 24),
+    /// "chip": Shape(form: Polygon, size: 38, sides: 5, softness: 12),
     /// "points": PoissonPoints(pitch: 4),
-    /// "pebbles": Scatter(input: "pebble.mask", points: "points", size: 6, scale: (0.5, 1.1), turn: (0, 360), value: (1, 2)),
+    /// "pebbles": Scatter(
+    ///   input: "pebble.mask", points: "points", size: 6, scale: (0.5, 1.1), turn: (0, 360), value: (1, 2),
+    ///   others: [(input: "chip.mask", size: (3, 2.4), weight: 1.5)],
+    /// ),
     /// "example": Relief(height: "pebbles"),
     /// ```
     ///
@@ -39,6 +43,8 @@ varied! {
         shape: Option<In<Gray>>,
         /// Height of the stamp, for `ByHeight`; the input itself if not given.
         height: Option<In<Gray>>,
+        /// Further stamps, each with its own size. Every place draws one of all stamps at random, by their weights.
+        others: Vec<OtherStamp>,
         [steering]
         [sizes]
         /// Smallest and largest factor on the values; each stamp draws one at random.
@@ -63,7 +69,7 @@ impl Node for Scatter {
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Seed];
 
     fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
-        too_large(DVec2::new(self.size.x, self.size.y), self.scale, canvas)
+        too_large(&self.choices(), self.scale, canvas)
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
@@ -73,9 +79,7 @@ impl Node for Scatter {
         let hash = Hash::new(cx.seed(self.seed));
         let set = plan.stamps(cx, places, (hash, f64::from(points.pitch), points.periodic))?;
         let sown = Sown {
-            input: cx.get(&self.input)?,
-            shape: cx.get_opt(&self.shape)?,
-            height: cx.get_opt(&self.height)?,
+            stamps: sown::stamps(cx, (&self.input, &self.shape, &self.height), &self.others)?,
             set: Arc::new(set),
             overlap: self.overlap,
             content: Content::Scaled,
@@ -103,6 +107,27 @@ mod tests {
             ..Points::default()
         }
         .into()
+    }
+
+    #[test]
+    fn other_stamps_have_their_own_size_and_colour() {
+        let other = OtherStamp { input: port(2), size: Some(Xy::new(2.0, 6.0)), weight: 1e6, ..OtherStamp::default() };
+        let node = Scatter { input: port(0), points: port(1), others: vec![other], ..Scatter::default() };
+        let (grey, red) = (Field::constant(Type::Gray, &[0.5]), Field::constant(Type::Rgb, &[1.0, 0.0, 0.0]));
+        let inputs: [Value; 3] = [grey.into(), points(), red.into()];
+        conforms(&node, &inputs);
+        // Practically all stamps are of the second sort: 2 × 6 mm are 4 × 12 pixels.
+        let mask = part(&field(&node, &inputs, "mask"), &canvas(), 0, 0, 64, 64);
+        assert_eq!(mask.data().iter().sum::<f32>(), 144.0);
+        let colors = part(&field(&node, &inputs, "result"), &canvas(), 0, 0, 64, 64);
+        assert_eq!([0, 1, 2].map(|k| colors.row(k, 8)[8]), [1.0, 0.0, 0.0]);
+        // With weight 0, all are of the first sort, whose grey becomes a colour.
+        let OtherStamp { input, size, .. } = node.others.into_iter().next().unwrap();
+        let none = OtherStamp { input, size, weight: 0.0, ..OtherStamp::default() };
+        let node = Scatter { input: port(0), points: port(1), others: vec![none], ..Scatter::default() };
+        let colors = part(&field(&node, &inputs, "result"), &canvas(), 0, 0, 64, 64);
+        assert_eq!([0, 1, 2].map(|k| colors.row(k, 8)[8]), [0.5; 3]);
+        assert_eq!(colors.plane(1).iter().sum::<f32>(), 96.0);
     }
 
     #[test]

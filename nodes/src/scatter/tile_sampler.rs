@@ -3,8 +3,8 @@
 //! The stamp is read once per resolution, with as many pixels as the largest stamp has; its pyramid serves smaller
 //! stamps, with interpolation between pixels. A tile then costs the stamps that overlap it. Control fields are read at
 //! the middle of each stamp, from four samples per pitch. See [`kernel::paint`](shibo_kernel::scatter::paint).
-use super::plan::{Order, PLACE, StampPlan};
-use super::sown::{self, Ground, Sown};
+use super::plan::{Choice, Order, PLACE, StampPlan};
+use super::sown::{self, Ground, OtherStamp, Sown};
 use super::varied::varied;
 use crate::bounds::{exceeds, told};
 use glam::DVec2;
@@ -42,6 +42,8 @@ varied! {
         height: Option<In<Gray>>,
         /// Positions of the stamps, instead of a grid; `pitch`, `stagger` and `jitter` then have no effect.
         points: Option<In<Points>>,
+        /// Further stamps, each with its own size. Every place draws one of all stamps at random, by their weights.
+        others: Vec<OtherStamp>,
         [steering]
         /// Distance between columns and between rows; one number sets both.
         #[schemars(extend("exclusiveMinimum" = 0.0, "maximum" = 1e5, "unit" = "mm"))]
@@ -97,8 +99,7 @@ impl Node for TileSampler {
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile, Fact::Seed];
 
     fn check(&self, canvas: &CanvasFacts) -> Vec<Problem> {
-        let size = DVec2::new(self.size.x, self.size.y);
-        let mut problems = too_large(size, self.scale, canvas);
+        let mut problems = too_large(&self.choices(), self.scale, canvas);
         let count = self.grid(canvas).0.element_product();
         if self.points.is_none() && count > MOST_STAMPS {
             let message = format!("pitch would make about {count:.0} stamps; at most {MOST_STAMPS:.0} are allowed");
@@ -146,9 +147,7 @@ impl Node for TileSampler {
             }
         };
         let sown = Sown {
-            input: cx.get(&self.input)?,
-            shape: cx.get_opt(&self.shape)?,
-            height: cx.get_opt(&self.height)?,
+            stamps: sown::stamps(cx, (&self.input, &self.shape, &self.height), &self.others)?,
             set: Arc::new(set),
             overlap: self.overlap,
             content: Content::Scaled,
@@ -160,14 +159,14 @@ impl Node for TileSampler {
 }
 
 /// Refuses stamps larger than four canvases, which would overlap themselves that often.
-pub(super) fn too_large(size: DVec2, scale: Range, canvas: &CanvasFacts) -> Vec<Problem> {
-    let (largest, most) = (size.max_element() * scale.hi, 4.0 * canvas.size_mm().max_element());
-    if !exceeds(largest, most) {
-        return Vec::new();
-    }
-    let (largest, most) = (told(largest), told(most));
+pub(super) fn too_large(choices: &[Choice], scale: Range, canvas: &CanvasFacts) -> Vec<Problem> {
+    let most = 4.0 * canvas.size_mm().max_element();
+    let largest = |choice: &Choice| choice.size.max_element() * scale.hi;
+    let Some(number) = choices.iter().position(|choice| exceeds(largest(choice), most)) else { return Vec::new() };
+    let (largest, most) = (told(largest(&choices[number])), told(most));
     let message = format!("size makes stamps of up to {largest} mm; they must be at most {most} mm");
-    vec![Problem::new(Code::OutOfRange, message).at("size").help("that is four times the canvas")]
+    let field = if number == 0 { "size" } else { "others" };
+    vec![Problem::new(Code::OutOfRange, message).at(field).help("that is four times the canvas")]
 }
 
 #[cfg(test)]

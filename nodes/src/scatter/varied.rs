@@ -56,10 +56,22 @@ macro_rules! varied {
         }
 
         impl $name {
+            /// The size of `size` or of another stamp in mm.
+            fn size_of(&self, other: Option<Xy>) -> DVec2 {
+                let size = other.unwrap_or(self.size);
+                DVec2::new(size.x, size.y)
+            }
+
+            /// The stamps to choose from: the main one, and `others`.
+            fn choices(&self) -> Vec<Choice> {
+                let others = self.others.iter().map(|other| Choice { size: self.size_of(other.size), weight: other.weight });
+                [Choice { size: self.size_of(None), weight: 1.0 }].into_iter().chain(others).collect()
+            }
+
             /// The variation of stamps; `value` is the range of factors on the values.
             fn plan(&self, value: Range) -> StampPlan<'_> {
                 StampPlan {
-                    size: DVec2::new(self.size.x, self.size.y),
+                    choices: self.choices(),
                     scale: self.scale,
                     turn: self.turn,
                     value,

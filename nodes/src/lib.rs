@@ -113,7 +113,6 @@ pub fn registry_with(more: impl IntoIterator<Item = Family>) -> Registry {
     let registry = Registry::new(families().into_iter().chain(more))
         .with_internal(Internal::LayField, Kind::of::<space::Transform>())
         .with_internal(Internal::LayMaterial, Kind::of::<space::LaidMaterial>())
-        .with_internal(Internal::LayIds, Kind::of::<space::LaidIds>())
         .with_internal(Internal::ChooseField, Kind::of::<combine::Choose>())
         .with_internal(Internal::ChooseMaterial, Kind::of::<combine::ChooseMaterial>())
         .with_internal(Internal::Formula, Kind::of::<formulas::Formula>())

@@ -8,6 +8,7 @@ use crate::degrees::sin_cos;
 use glam::{DMat2, DVec2};
 use plan::ReadPlan;
 use shibo_kernel::filter::resample::{self, SamplePositions};
+use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
 use shibo_node::Xy;
 use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
@@ -49,9 +50,12 @@ impl Placement {
         *offset == Xy::new(0.0, 0.0) && angle % 360.0 == 0.0 && *scale == Xy::new(1.0, 1.0)
     }
 
-    /// `input` transformed on a canvas of this size; normals are rotated with it.
+    /// `input` transformed on a canvas of this size; normals and vectors are rotated with it, matrices transformed.
     pub(crate) fn place(&self, input: &Field, size: DVec2) -> Field {
-        let turned = input.ty() == Type::Normal && self.angle % 360.0 != 0.0;
+        let turned = match input.ty() {
+            Type::Normal | Type::Vec2 => self.angle % 360.0 != 0.0,
+            ty => ty == Type::Jacobian,
+        };
         if self.is_identity() || (input.as_constant().is_some() && !turned) {
             return input.clone();
         }
@@ -153,8 +157,11 @@ impl FieldSource for Moved {
         } else {
             Self::resample(input, &plan, out);
         }
-        if self.input.ty() == Type::Normal && self.turn != (0.0, 1.0) {
-            turn_normals(out, self.turn);
+        match self.input.ty() {
+            Type::Normal if self.turn != (0.0, 1.0) => turn_normals(out, self.turn),
+            Type::Vec2 if self.turn != (0.0, 1.0) => turn_vectors(out, self.turn),
+            Type::Jacobian => map_matrices(out, self.inverse),
+            _ => {}
         }
         Ok(())
     }
@@ -174,5 +181,27 @@ fn turn_normals(out: &mut Tile, (sin, cos): (f64, f64)) {
     for (x, y) in x.iter_mut().zip(y) {
         let (a, b) = (*x - 0.5, *y - 0.5);
         (*x, *y) = (0.5 + (cos * a + sin * b), 0.5 + (cos * b - sin * a));
+    }
+}
+
+/// Turns vectors with the picture.
+fn turn_vectors(out: &mut Tile, (sin, cos): (f64, f64)) {
+    let (sin, cos) = (narrow(sin), narrow(cos));
+    if let [x, y] = &mut out.planes_mut()[..] {
+        for (x, y) in x.iter_mut().zip(y.iter_mut()) {
+            (*x, *y) = (cos * *x - sin * *y, sin * *x + cos * *y);
+        }
+    }
+}
+
+/// Matrices map steps on the canvas; those on the result are mapped to the input first.
+fn map_matrices(out: &mut Tile, inverse: DMat2) {
+    let [a, b, c, d] = [inverse.x_axis.x, inverse.y_axis.x, inverse.x_axis.y, inverse.y_axis.y].map(narrow);
+    let mut planes = out.planes_mut();
+    for row in planes.chunks_exact_mut(2) {
+        let [left, right] = row else { continue };
+        for (x, y) in left.iter_mut().zip(right.iter_mut()) {
+            (*x, *y) = (*x * a + *y * c, *x * b + *y * d);
+        }
     }
 }

@@ -5,7 +5,7 @@ use shibo_node::{Call, DynNode, Node, Outputs};
 use shibo_picture::{Compression, Depth, Encoding, Format, PictureSpec, Writer};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{
-    Canvas, Evaluator, Field, Given, Grid, Mesh, Pictures, Piece, Read, Stop, Tile, Tiling, Value, Window,
+    Canvas, Evaluator, Field, Given, Grid, Mesh, Pictures, Piece, Read, Stop, Tile, Tiling, Type, Value, Window,
 };
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -35,6 +35,19 @@ pub(crate) fn write_tiff(path: &std::path::Path, width: u32, channels: &[&str], 
     let mut writer = Writer::create(path, &spec).expect("a folder to write to");
     writer.write_rows(planes, height).expect("room");
     writer.finish().expect("room");
+}
+
+/// Stripes of 4 mm; neighbouring stripes have very different numbers.
+pub(crate) fn pieces() -> Field {
+    Field::generate(Type::Ids, Tiling::BOTH, |out: &mut Tile, _| {
+        let (grid, window) = (out.grid, out.window);
+        for row in 0..out.height() {
+            for (id, x) in out.row_mut(0, row).iter_mut().zip(window.x..) {
+                *id = if grid.center(x, 0).x.rem_euclid(8.0) < 4.0 { 100.0 } else { 9000.0 };
+            }
+        }
+        Ok(())
+    })
 }
 
 /// An engine without a cache: it computes every request again.

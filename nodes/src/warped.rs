@@ -1,7 +1,7 @@
 //! A field seen through displacements: the core of [`Warp`](crate::space::Warp).
 use shibo_kernel::filter::warp::{self, WarpSpec};
 use shibo_kernel::ground::tile;
-use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Window};
+use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Type, Window};
 
 /// A field seen through displacements.
 pub(crate) struct Warped {
@@ -36,6 +36,10 @@ impl FieldSource for Warped {
         let (by, input) = (given.tile(0), given.tile(1));
         let views: Vec<_> = (0..out.channels()).map(|channel| tile::view(input, channel)).collect();
         let (window, spec) = (out.window, self.spec(&out.grid));
+        if self.input.ty() == Type::Ids {
+            warp::warp_nearest(&views[0], window, [by.plane(0), by.plane(1)], &spec, out.plane_mut(0));
+            return Ok(());
+        }
         warp::warp(&views, window, [by.plane(0), by.plane(1)], &spec, &mut out.planes_mut());
         Ok(())
     }

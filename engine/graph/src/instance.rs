@@ -17,7 +17,7 @@ use std::borrow::Cow;
 
 /// Returns true if an instance's value of this type can be laid out.
 pub(super) fn can_move(ty: Type) -> bool {
-    ty == Type::Ids || can_choose(ty)
+    matches!(ty, Type::Ids | Type::Vec2 | Type::Jacobian) || can_choose(ty)
 }
 
 /// Returns true if `Each` can select among values of this type.
@@ -168,8 +168,7 @@ impl Linker<'_> {
         }
         let layout = self.flats[flat].layout.as_ref()?;
         let ty = self.type_of(target).filter(|ty| !can_move(*ty))?;
-        let message =
-            format!("`canvas` moves colours, numbers, normals, ids and materials; {} is {ty}", shorten(part.str()));
+        let message = format!("`canvas` moves fields and materials; {} is {ty}", shorten(part.str()));
         let help = "draw it in the sub-graph, or leave `canvas` out of that `Use`";
         Some(part.error(Code::TypeMismatch, message).help(help).related(layout.part.span(), "it is moved here"))
     }

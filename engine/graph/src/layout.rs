@@ -92,11 +92,7 @@ impl Layout {
         if !same {
             args.push(("pivot", Arg::Ron(&middle)));
         }
-        let role = match ty {
-            Type::Material => Internal::LayMaterial,
-            Type::Ids => Internal::LayIds,
-            _ => Internal::LayField,
-        };
+        let role = if ty == Type::Material { Internal::LayMaterial } else { Internal::LayField };
         let (kind, built) = registry.internal(role, &args)?;
         Some((kind.to_owned(), built.ok()?))
     }

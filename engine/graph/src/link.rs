@@ -273,6 +273,9 @@ impl Linker<'_> {
             let slots = self.flats[flat].slots.iter().filter(|_| self.flats[flat].formula.is_none());
             let mut errors: Vec<_> = slots.filter_map(check).collect();
             if errors.is_empty() {
+                errors = self.mixed_types(flat);
+            }
+            if errors.is_empty() {
                 errors = self.mixed_spaces(flat);
             }
             if !errors.is_empty() {

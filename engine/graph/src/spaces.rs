@@ -5,6 +5,9 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::node::OutputType;
 use crate::value::{Accepts, Type};
 
+/// Types of fields that go only with fields of the same type.
+const ALONE: [Type; 3] = [Type::Ids, Type::Vec2, Type::Jacobian];
+
 impl Linker<'_> {
     /// Returns true if a solid or a material of solids is at one of these ports of a node.
     pub(super) fn reads_space(&self, flat: usize, ports: &[&str]) -> bool {
@@ -44,6 +47,10 @@ impl Linker<'_> {
         if has(&[Type::Rgb, Type::SolidColor, Type::SolidVector]) {
             return Some(Type::Rgb);
         }
+        // Vectors, matrices and numbers of pieces are not converted.
+        if let Some(ty) = ALONE.into_iter().find(|ty| has(&[*ty])) {
+            return Some(ty);
+        }
         // A port value with an error could have any of these types.
         let unknown = types.contains(&None) || (!self.flats[flat].good && types.is_empty());
         (!unknown).then_some(Type::Gray)
@@ -80,6 +87,29 @@ impl Linker<'_> {
             open.extend(node.slots.iter().map(|slot| &slot.target));
         }
         true
+    }
+
+    /// Errors at the values of a node that would have to become vectors, matrices or numbers of pieces, because others
+    /// are. Only ports that decide the type of an output count.
+    pub(super) fn mixed_types(&self, flat: usize) -> Vec<Diagnostic> {
+        let node = &self.flats[flat];
+        let outputs = node.info.iter().flat_map(|info| info.outputs).map(|output| output.ty);
+        let ports = outputs.filter_map(|ty| match ty {
+            OutputType::Like(ports) | OutputType::ValueOf(ports) => Some(ports),
+            _ => None,
+        });
+        let ports: Vec<&str> = ports.flatten().copied().collect();
+        let typed = || {
+            let slots = node.slots.iter().filter(|slot| is_at(slot, &ports));
+            slots.filter_map(|slot| Some((slot, self.field_type(&slot.target)?)))
+        };
+        let Some((first, wanted)) = typed().find(|(_, ty)| ALONE.contains(ty)) else { return Vec::new() };
+        let error = |slot: &Slot, ty: Type| {
+            let message = format!("{} is {ty}, but {} is {wanted}; they do not go together", slot.port, first.port);
+            let error = slot.part.error(Code::TypeMismatch, message);
+            error.help(format!("connect {wanted} to both")).related(first.part.span(), format!("this is {wanted}"))
+        };
+        typed().filter(|(_, ty)| *ty != wanted).map(|(slot, ty)| error(slot, ty)).collect()
     }
 
     /// Errors at the values of a node that are on the canvas, if other values are in space.

@@ -83,13 +83,11 @@ pub type Successor = fn(&str, &Registry) -> Option<String>;
 /// The role of a kind that graph files do not name: the engine adds its nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Internal {
-    /// Lays out the fields of an instance. The three kinds that lay out have a port `input` and the parameters `scale`,
+    /// Lays out the fields of an instance. The two kinds that lay out have a port `input` and the parameters `scale`,
     /// `angle`, `offset` and `pivot`.
     LayField,
     /// Lays out the materials of an instance.
     LayMaterial,
-    /// Lays out the ids of an instance.
-    LayIds,
     /// Chooses among the fields of several instances. The two kinds that choose have the ports `ids` and `inputs`, a
     /// list.
     ChooseField,

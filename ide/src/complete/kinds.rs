@@ -123,9 +123,12 @@ impl<'a> Ask<'a> {
 fn main_fits(info: &KindInfo, port: Accepts) -> bool {
     match info.outputs.first().map(|output| output.ty) {
         Some(OutputType::Fixed(ty)) => ty.fits(port),
-        Some(OutputType::Like(_)) => Type::Gray.fits(port) || Type::Rgb.fits(port) || Type::Normal.fits(port),
-        Some(OutputType::ValueOf(_)) => {
-            [Type::Gray, Type::Rgb, Type::Normal, Type::Solid, Type::SolidColor].iter().any(|ty| ty.fits(port))
+        Some(OutputType::Like(ports)) => {
+            [Type::Gray, Type::Rgb, Type::Normal].iter().any(|ty| ty.fits(port)) || passes_on(info, ports, port)
+        }
+        Some(OutputType::ValueOf(ports)) => {
+            let types = [Type::Gray, Type::Rgb, Type::Normal, Type::Solid, Type::SolidColor];
+            types.iter().any(|ty| ty.fits(port)) || passes_on(info, ports, port)
         }
         Some(OutputType::ColorOf(_)) => Type::Rgb.fits(port) || Type::SolidColor.fits(port),
         Some(OutputType::NumberOf(_)) => Type::Gray.fits(port) || Type::Solid.fits(port),
@@ -133,6 +136,12 @@ fn main_fits(info: &KindInfo, port: Accepts) -> bool {
         Some(OutputType::Told) => true,
         None => false,
     }
+}
+
+/// Returns whether an output of the type of these ports may be vectors, matrices or numbers of pieces that fit a port.
+fn passes_on(info: &KindInfo, ports: &[&str], port: Accepts) -> bool {
+    let takes = |ty: Type| info.ports().any(|(field, own)| ports.contains(&&*field.name) && ty.fits(own.ty));
+    [Type::Vec2, Type::Ids, Type::Jacobian].into_iter().any(|ty| ty.fits(port) && takes(ty))
 }
 
 /// Penalty of a kind for the fields already present: fields it lacks, and required fields that are missing.

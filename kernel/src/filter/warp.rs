@@ -114,6 +114,22 @@ pub fn warp(sources: &[View<'_>], rect: Window, [dx, dy]: [&[f32]; 2], spec: &Wa
     );
 }
 
+/// Like [`warp`], but takes the nearest pixel, for numbers that must not be interpolated.
+///
+/// # Panics
+/// If the source does not cover [`WarpSpec::reads`], or a plane is smaller than `rect`.
+pub fn warp_nearest(source: &View<'_>, rect: Window, [dx, dy]: [&[f32]; 2], spec: &WarpSpec, out: &mut [f32]) {
+    let (ax, ay) = (spec.axis(0), spec.axis(1));
+    let shift = |axis: Axis, d: f32| floor_int(axis.pixels(d) + 0.5).1;
+    let columns = rect.columns().max(1);
+    let rows = out.chunks_exact_mut(columns).zip(dx.chunks_exact(columns).zip(dy.chunks_exact(columns)));
+    for ((row, (dx, dy)), y) in rows.zip(rect.y..) {
+        for ((out, (dx, dy)), x) in row.iter_mut().zip(dx.iter().zip(dy)).zip(rect.x..) {
+            *out = source.at(x + shift(ax, *dx), y + shift(ay, *dy));
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -131,6 +147,16 @@ mod tests {
         warp(&[view], rect, offsets, &spec, &mut [&mut out]);
         for (k, v) in (0..).zip(&out) {
             assert_eq!(*v, view.at(k % 6 + 2, k / 6 - 1));
+        }
+        // Less than half a pixel more or less changes nothing.
+        for by in [0.7, 1.2] {
+            let offsets = [&[by; 30][..], &[-0.25; 30][..]];
+            let mut nearest = vec![0.0; 30];
+            warp_nearest(&view, rect, offsets, &spec, &mut nearest);
+            let shift = if by < 1.0 { 1 } else { 2 };
+            for (k, v) in (0..).zip(&nearest) {
+                assert_eq!(*v, view.at(k % 6 + shift, k / 6 - 1), "{by}");
+            }
         }
     }
 

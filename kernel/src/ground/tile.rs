@@ -34,9 +34,12 @@ pub fn channel(tile: &Tile, channel: usize) -> &[f32] {
     tile.plane(channel.min(tile.channels() - 1))
 }
 
-/// Type of a channel-wise result of these fields: the widest of their types.
+/// Type of a channel-wise result of these fields: the widest of their types. Vectors, matrices and numbers of pieces go
+/// only with their own type.
 pub fn widest<'a>(fields: impl IntoIterator<Item = &'a Field>) -> Type {
     fields.into_iter().fold(Type::Gray, |widest, field| match (widest, field.ty()) {
+        (alone @ (Type::Vec2 | Type::Ids | Type::Jacobian), _)
+        | (_, alone @ (Type::Vec2 | Type::Ids | Type::Jacobian)) => alone,
         (Type::Normal, _) | (_, Type::Normal) => Type::Normal,
         (Type::Rgb, _) | (_, Type::Rgb) => Type::Rgb,
         _ => Type::Gray,

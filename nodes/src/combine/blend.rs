@@ -5,14 +5,19 @@
 //! not clamped to 0..1. Cost: O(pixels), bound by memory; a layer that a mask hides in a whole tile is not computed
 //! there.
 use crate::anywhere::{field, is_constant, is_solid, pointwise, widest_type};
+use crate::chosen::Chosen;
 use crate::masked::{self, Masked, Mix};
 use shibo_kernel::ground::math::saturate;
 use shibo_kernel::ground::tile::{channel, widest};
 use shibo_kernel::pointwise::blend::{self as kernel, BlendMode};
-use shibo_node::{Anywhere, Context, Fact, FieldOrSolid, In, Node, Number, Output, Outputs, node};
+use shibo_node::{Anywhere, Context, EveryFieldOrSolid, Fact, In, Node, Number, Output, Outputs, node};
+use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Halo, Planes, Stop, Tile, Type};
 
 /// Lays one field over another, everywhere or through a mask; or one solid over another, through a solid.
+///
+/// Vectors and matrices are blended component by component, and only with their own type. Numbers of pieces are never
+/// mixed: those of the top layer show where `mask` times `opacity` is at least ½, and `mode` must be `Normal`.
 ///
 /// ```ron
 /// "clouds": Fractal(size: 14),
@@ -27,9 +32,9 @@ use shibo_value::{Field, Halo, Planes, Stop, Tile, Type};
 #[node]
 pub struct Blend {
     /// The layer below, a.
-    pub base: In<FieldOrSolid>,
+    pub base: In<EveryFieldOrSolid>,
     /// The layer above, b.
-    pub top: In<FieldOrSolid>,
+    pub top: In<EveryFieldOrSolid>,
     /// Where the top layer shows, 0..1; values are clamped to that range. Everywhere if not given.
     #[schemars(extend("minimum" = 0.0, "maximum" = 1.0))]
     pub mask: Option<In<Number>>,
@@ -70,6 +75,24 @@ impl Layers {
 }
 
 impl Blend {
+    /// The blend of numbers of pieces.
+    fn pieces(&self, [base, top]: [Field; 2], mask: Option<Field>, opacity: Field) -> Result<Field, Problem> {
+        if self.mode != BlendMode::Normal {
+            let message = "`base` and `top` are numbers of pieces, which are not computed with";
+            return Err(Problem::new(Code::BadValue, message).at("mode").help("write `mode: Normal`"));
+        }
+        let shown = match mask {
+            None => opacity,
+            Some(mask) => {
+                Field::map(Type::Gray, [mask, opacity], Halo::NONE, |out: &mut Tile, [mask, opacity]: [&Tile; 2]| {
+                    kernel::both_masks(mask.plane(0), opacity.plane(0), out.data_mut());
+                    Ok(())
+                })
+            }
+        };
+        Ok(Chosen::field(&shown, vec![base, top], |shown| usize::from(shown >= 0.5)))
+    }
+
     /// The blend of solids, or of constants.
     fn by_place(
         &self,
@@ -101,12 +124,17 @@ impl Node for Blend {
         let (base, top) = (cx.get(&self.base)?, cx.get(&self.top)?);
         let (mask, opacity) = (cx.get_opt(&self.mask)?, cx.get(&self.opacity)?);
         let all = [&base, &top, &opacity];
-        if all.into_iter().chain(&mask).any(is_solid) || all.into_iter().chain(&mask).all(is_constant) {
+        let pieces = base.ty() == Type::Ids || top.ty() == Type::Ids;
+        let constant = !pieces && all.into_iter().chain(&mask).all(is_constant);
+        if constant || all.into_iter().chain(&mask).any(is_solid) {
             return Ok(Outputs::one(self.by_place(base, top, mask, opacity)?));
         }
         let (base, top) = (field(base, "base")?, field(top, "top")?);
         let (mask, opacity) = (mask.map(|mask| field(mask, "mask")).transpose()?, field(opacity, "opacity")?);
         let ty = widest([&base, &top]);
+        if ty == Type::Ids {
+            return Ok(Outputs::one(self.pieces([base, top], mask, opacity)?));
+        }
         let mut layers = Layers { mode: self.mode, opacity: 1.0 };
         let mut masks = Vec::new();
         for field in mask.into_iter().chain([opacity]) {
@@ -198,6 +226,27 @@ mod tests {
         assert!(mixed.iter().enumerate().all(|(k, v)| *v == grey[k % grey.len()] * color[k]));
         assert_eq!(blend(BlendMode::Add, &[rgb(), gray(), number(0.0)]), color);
         assert_eq!(blend(BlendMode::Add, &[gray(), rgb(), number(0.0)])[4096..8192], grey);
+    }
+
+    #[test]
+    fn vectors_mix_and_numbers_of_pieces_are_chosen() {
+        let vector = |x: f32, y: f32| Field::constant(Type::Vec2, &[x, y]);
+        let mixed = blend(BlendMode::Normal, &[vector(1.0, 2.0), vector(3.0, -2.0), gray(), number(1.0)]);
+        let weights: Vec<f32> = values(&gray()).iter().map(|m| m.clamp(0.0, 1.0)).collect();
+        for (k, weight) in weights.iter().enumerate() {
+            assert!(
+                (mixed[k] - 1.0 - 2.0 * weight).abs() < 1e-5 && (mixed[4096 + k] - 2.0 + 4.0 * weight).abs() < 1e-5
+            );
+        }
+        assert_eq!(blend(BlendMode::Add, &[vector(1.0, 2.0), vector(3.0, -2.0)])[4095..4097], [4.0, 0.0]);
+        let ids = |id: f32| Field::constant(Type::Ids, &[id]);
+        let chosen = blend(BlendMode::Normal, &[ids(7.0), ids(900.0), gray(), number(0.9)]);
+        for (id, weight) in chosen.iter().zip(&weights) {
+            assert_eq!(*id, if weight * 0.9 >= 0.5 { 900.0 } else { 7.0 }, "{weight}");
+        }
+        assert_eq!(blend(BlendMode::Normal, &[ids(7.0), ids(900.0)])[0], 900.0);
+        let add = Blend { base: port(0), top: port(1), mode: BlendMode::Add, ..Blend::default() };
+        assert!(crate::testing::outputs(&add, &[ids(7.0).into(), ids(9.0).into()], &canvas()).is_err());
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::bounds::at_most_half;
 use crate::warped::Warped;
 use shibo_kernel::ground::math::{clamp, cos_degrees, sin_degrees};
 use shibo_kernel::ground::number::narrow;
-use shibo_node::{AnyField, CanvasFacts, Context, Direction, Fact, Gray, In, Node, Output, Outputs, node};
+use shibo_node::{CanvasFacts, Context, Direction, EveryField, Fact, Gray, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Field, Halo, Stop, Tile, Type};
 
@@ -23,7 +23,7 @@ use shibo_value::{Field, Halo, Stop, Tile, Type};
 #[node]
 pub struct DirectionalWarp {
     /// Field to push.
-    pub input: In<AnyField>,
+    pub input: In<EveryField>,
     /// Displacement: 0 is none, 1 moves by `amount`, −1 by `amount` the other way. Values are clamped to -1..1.
     #[schemars(extend("minimum" = -1.0, "maximum" = 1.0))]
     pub by: In<Gray>,

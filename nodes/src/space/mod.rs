@@ -1,7 +1,6 @@
 //! Space: moves, rotates, scales and warps fields, and makes fields of directions.
 mod crop;
 mod directional_warp;
-mod laid_ids;
 mod laid_material;
 mod mirror;
 mod orientation_field;
@@ -14,7 +13,6 @@ mod wrap;
 
 pub use crop::Crop;
 pub use directional_warp::DirectionalWarp;
-pub use laid_ids::LaidIds;
 pub use laid_material::LaidMaterial;
 pub use mirror::{Mirror, MirrorAxis};
 pub use orientation_field::OrientationField;

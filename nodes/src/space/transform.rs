@@ -7,10 +7,11 @@
 //! pixels, so that it is filtered only once. Cost: O(pixels), and that of the input on another grid.
 use crate::moved::Placement;
 use glam::DVec2;
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, In, Node, Output, Outputs, Xy, node};
+use shibo_node::{CanvasFacts, Context, EveryField, Fact, In, Node, Output, Outputs, Xy, node};
 use shibo_value::{Field, Stop, Tiling};
 
-/// Moves, rotates and scales a field. Normals are rotated with it.
+/// Moves, rotates and scales a field. Normals and vectors are rotated with it; vectors keep their length. Numbers of
+/// pieces stay whole: each pixel takes the nearest one. Matrices (`Jacobian`) turn and stretch features with the field.
 ///
 /// On a canvas that tiles, the result tiles if the canvas then holds a whole number of repeats of the input: always if
 /// the input is only moved, and for example with `scale: 0.5`, or with `angle: 90` on a square canvas.
@@ -25,7 +26,7 @@ use shibo_value::{Field, Stop, Tiling};
 #[node]
 pub struct Transform {
     /// Field to move.
-    pub input: In<AnyField>,
+    pub input: In<EveryField>,
     /// Shift of the features, to the right and down.
     #[schemars(extend("minimum" = -1e6, "maximum" = 1e6, "unit" = "mm"))]
     pub offset: Xy,
@@ -79,9 +80,9 @@ impl Node for Transform {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{canvas, check_field, field, lumps, port, raster, render};
+    use crate::testing::{canvas, check_field, field, lumps, pieces, port, raster, render};
     use glam::DVec2;
-    use shibo_value::{Canvas, Field, Type};
+    use shibo_value::{Canvas, Field, Type, Value};
 
     fn node() -> Transform {
         Transform { input: port(0), ..Transform::default() }
@@ -110,6 +111,38 @@ mod tests {
         let normal = Field::constant(Type::Normal, &[1.0, 0.5, 0.5]);
         let turned = raster(&field(&Transform { angle: 90.0, ..node() }, &[normal.into()]), &canvas());
         assert_eq!([turned.plane(0)[0], turned.plane(1)[0], turned.plane(2)[0]], [0.5, 0.0, 0.5]);
+    }
+
+    #[test]
+    fn vectors_turn_and_matrices_follow_the_features() {
+        let constant = |ty, values: &[f32]| Value::from(Field::constant(ty, values));
+        let at = |node: Transform, input: Value| {
+            let tile = raster(&field(&node, &[input]), &canvas());
+            (0..tile.channels()).map(|k| (tile.plane(k)[77] * 1e4).round() / 1e4).collect::<Vec<_>>()
+        };
+        let turned = || Transform { angle: 90.0, scale: Xy::new(2.0, 2.0), ..node() };
+        assert_eq!(at(turned(), constant(Type::Vec2, &[3.0, 1.0])), [-1.0, 3.0]);
+        // Features turned from +x to +y and twice as large: a step down in the canvas is half a step to the right there.
+        assert_eq!(at(turned(), constant(Type::Jacobian, &[1.0, 0.0, 0.0, 1.0])), [0.0, 0.5, -0.5, 0.0]);
+        assert_eq!(at(node(), constant(Type::Vec2, &[3.0, 1.0])), [3.0, 1.0]);
+    }
+
+    #[test]
+    fn numbers_of_pieces_stay_whole_and_lie_where_they_are_moved() {
+        let node = Transform { angle: 30.0, offset: Xy::new(1.3, 0.4), ..node() };
+        let laid = field(&node, &[pieces().into()]);
+        check_field(&laid);
+        let (ids, grid) = (raster(&laid, &canvas()), canvas().grid(canvas().resolution));
+        let (sin, cos) = (0.5, libm::cos(std::f64::consts::FRAC_PI_6));
+        for (k, id) in (0..).zip(ids.plane(0)) {
+            let p = grid.center(k % 64, k / 64);
+            // The inverse by hand: subtract the offset, then rotate back about the middle.
+            let (dx, dy) = (p.x - 1.3 - 16.0, p.y - 0.4 - 16.0);
+            let x = (16.0 + cos * dx + sin * dy).rem_euclid(8.0);
+            let far = (x - 4.0).abs().min(x.min(8.0 - x)) > 0.5;
+            assert!(*id == 100.0 || *id == 9000.0, "{id}");
+            assert!(!far || (*id == 100.0) == (x < 4.0), "{p}: {id} at {x}");
+        }
     }
 
     #[test]

@@ -9,11 +9,22 @@ use shibo_kernel::ground::hash::Hash;
 use shibo_kernel::ground::tile;
 use shibo_kernel::noise::cells::CellShape;
 use shibo_kernel::noise::fractal::{Noise, NoiseSpec};
-use shibo_node::{AnyField, CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, Vec2Field, node};
+use shibo_node::{CanvasFacts, Context, EveryField, Fact, Gray, In, Node, Output, Outputs, Vec2Field, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
 
 /// Warps a field: straight lines become wavy. The displacements are noise, or connected fields.
+///
+/// A place p of the result shows the input at p + d(p), where d is the displacement there: if d is (2, 0), everything
+/// moves 2 mm to the left. By default d is noise: `size` is the length of its waves, and `amount` the largest
+/// displacement; half of all places move by less than a third of it. Up to an amount of about a quarter of `size`, lines
+/// only bend; with more, the picture folds, and places show twice. Small waves on large ones look most natural: use two
+/// nodes, the second with a smaller `size` and `amount`.
+///
+/// `by` takes displacements from elsewhere: `Curl` for eddies, a formula such as `"= (0.5 * sin(360 * 3 * v), 0)"`,
+/// or one constant for each piece, which moves the picture in every piece by another vector. `x` and `y` take grey
+/// fields. Vectors and numbers of pieces can be warped too: vectors keep their direction, and numbers of pieces stay
+/// whole. `DirectionalWarp` pushes in one direction, `WarpMaterial` warps a whole material.
 ///
 /// ```ron
 /// "cells":   Worley(size: 8),
@@ -25,7 +36,7 @@ use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
 #[node]
 pub struct Warp {
     /// Field to warp.
-    pub input: In<AnyField>,
+    pub input: In<EveryField>,
     /// Displacements in mm, instead of noise; `amount` has no effect on them.
     pub by: Option<In<Vec2Field>>,
     /// Displacement to the right, instead of noise: 0 is `-amount`, ½ is none, 1 is `amount`.
@@ -172,6 +183,22 @@ mod tests {
         let input = crate::testing::raster(&lumps(), &crate::testing::canvas());
         assert_eq!(a, b);
         assert_eq!(a.row(0, 7)[..62], input.row(0, 7)[2..]);
+    }
+
+    #[test]
+    fn numbers_of_pieces_stay_whole_and_vectors_are_moved() {
+        let pieces = crate::testing::pieces();
+        let ids = field(&Warp { amount: 3.0, ..node() }, &[pieces.clone().into()]);
+        check_field(&ids);
+        let tile = crate::testing::raster(&ids, &crate::testing::canvas());
+        assert!(tile.data().iter().all(|id| *id == 100.0 || *id == 9000.0));
+        assert_ne!(tile, crate::testing::raster(&pieces, &crate::testing::canvas()));
+        let vectors = Field::map(Type::Vec2, [lumps()], Halo::NONE, |out: &mut Tile, [lumps]: [&Tile; 1]| {
+            out.plane_mut(0).copy_from_slice(lumps.plane(0));
+            Ok(())
+        });
+        let warped = render(&node(), &[vectors.into()]);
+        assert_eq!(warped.plane(0), render(&node(), &[lumps().into()]).plane(0));
     }
 
     #[test]

@@ -76,6 +76,29 @@ fn a_formula_that_grows_breaks_the_tiling_where_the_growth_shows() {
     assert!(advice("\"a\": \"waves\", \"b\": \"twice\"").contains("the output `b` does not tile: node `twice`"));
     assert!(advice("\"a\": \"soft\"").contains("the output `a` does not tile: node `twice`"));
     assert!(advice("\"a\": \"lost\"").contains("the output `a` does not tile: node `lost`"));
+    // The remedy is one for formulas.
+    let ran = desk.shibo("check a.ron").expect(0);
+    assert!(ran.stderr.contains("fract(4 * v)"), "{}", ran.stderr);
+}
+
+#[test]
+fn vectors_go_only_with_vectors() {
+    let desk = Desk::new();
+    let check = |top: &str| {
+        desk.write(
+            "a.ron",
+            format!(
+                "(nodes: {{ \"flow\": Curl(size: 9), \"grey\": Perlin(size: 5), \"other\": Curl(size: 4),\n\
+                 \"both\": Blend(base: \"flow\", top: {top}), \"bent\": Warp(input: \"grey\", by: \"both\"),\n\
+                 \"moved\": Transform(input: \"both\", angle: 90) }}, outputs: {{ \"a\": \"bent\", \"b\": \"moved.x\" }})"
+            ),
+        );
+        desk.shibo("check a.ron")
+    };
+    check("\"other\"").expect(0);
+    check("(0.5, 1)").expect(0);
+    let ran = check("\"grey\"").expect(1);
+    assert!(ran.stderr.contains("top is Gray, but base is Vec2") && ran.stderr.contains("a.ron:2:"), "{}", ran.stderr);
 }
 
 #[test]

@@ -19,11 +19,15 @@ impl Graph {
         let order = petgraph::algo::toposort(&self.nodes, None).unwrap_or_default();
         let repeats = self.repeats(&order);
         let outputs = self.outputs_of(&order, &repeats);
-        let at_fault = repeats.at_fault;
+        let at_fault = &repeats.at_fault;
         let mut found: Vec<NodeIndex> =
             order.into_iter().filter(|node| at_fault[node.index()] && !outputs[node.index()].is_empty()).collect();
         found.sort_unstable();
-        found.into_iter().map(|node| (node, self.breaks_tiling(&self.nodes[node], &outputs[node.index()]))).collect()
+        let warning = |node: NodeIndex| {
+            let is_formula = repeats.knows[node.index()];
+            self.breaks_tiling(&self.nodes[node], is_formula, &outputs[node.index()])
+        };
+        found.into_iter().map(|node| (node, warning(node))).collect()
     }
 
     /// Finds the nodes that do not tile as the canvas does, although all their inputs do. A formula that grows from one
@@ -78,7 +82,7 @@ impl Graph {
         outputs
     }
 
-    fn breaks_tiling(&self, node: &GraphNode, outputs: &[usize]) -> Diagnostic {
+    fn breaks_tiling(&self, node: &GraphNode, is_formula: bool, outputs: &[usize]) -> Diagnostic {
         let names: Vec<_> = outputs.iter().take(NAMED).map(|&i| format!("`{}`", self.outputs[i].name)).collect();
         let what = match &names[..] {
             [name] => format!("the output {name} does"),
@@ -89,6 +93,9 @@ impl Graph {
         // Names of nodes contain no dots, except names of layout nodes for outputs of instances.
         let help = if node.name.contains('.') {
             "turn it by a multiple of 90° and make it smaller by a whole number, or say `tile: None` in the canvas"
+        } else if is_formula {
+            "let the position repeat a whole number of times: `sin(360 * 3 * u)`, `fract(4 * v)`, `noise(8 * u, 8 * v)`; \
+             or close the seam by `MakeTileable`, or say `tile: None` in the canvas"
         } else {
             "make that node periodic, or say `tile: None` in the canvas"
         };

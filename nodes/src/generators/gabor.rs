@@ -13,9 +13,16 @@ use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
 /// Short stripes of one width, in a direction that may differ from place to place: grain, brushed metal, ripples, pores
 /// along fibres.
 ///
-/// Values lie in 0..1 with mean ½ and deviation 0.155. A small `bandwidth` gives long trains of even waves, a large one
-/// a noise that merely favours the direction. `aspect` makes each stripe longer, and `spread` lets stripes cross. On a
-/// tiling canvas the noise repeats.
+/// The noise is a sum of many wave packets: each is a few parallel stripes that fade out on all sides. `wavelength` is
+/// the distance from one stripe to the next. `bandwidth` sets how many stripes a packet has: about five at 0.25, which
+/// gives trains of even waves as in ripples of sand; fewer than two at 1; at 2 it is a noise that merely favours the
+/// direction. `aspect` makes each stripe longer, and `spread` turns packets at random, so that stripes cross. Values
+/// lie in 0..1 with mean ½ and deviation 0.155; multiply the noise by a depth in mm for a height. On a tiling canvas the
+/// noise repeats.
+///
+/// Good starting points: brushed metal `wavelength: 0.15, aspect: 12, spread: 1`; ripples `wavelength: 6, bandwidth:
+/// 0.5, aspect: 2, spread: 8`; pores of wood `wavelength: 0.4, aspect: 10`, then `Threshold`. Connect `direction` to make
+/// stripes follow a path (`FlowFromPaths`), eddies (`Curl`) or the slope of a field (`VectorField`).
 ///
 /// ```ron
 /// "eddies": Curl(size: 22),

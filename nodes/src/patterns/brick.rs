@@ -14,13 +14,22 @@ use shibo_value::{Stop, Tiling};
 
 /// Bricks, tiles, boards: pieces with gaps and bevels between them, in seven layouts.
 ///
-/// Pieces partition the plane: in a gap, `gap` is 1, and `ids`, `local` and `angle` are the values of the nearest
-/// piece. `local.x` runs along the long side and is never mirrored. On a canvas that tiles, the size of pieces is
-/// changed to the nearest one that fits, gaps stay the same, and a warning gives the change.
+/// The main output is a height: 0 on the pieces, `depth` lower in the gaps, with a slope of width `bevel` between. Pieces
+/// partition the plane: in a gap, `gap` is 1, and `ids`, `local` and `angle` are the values of the nearest piece. On a
+/// canvas that tiles, the size of pieces is changed to the nearest one that fits, gaps stay the same, and a warning
+/// gives the change.
+///
+/// `ids` makes pieces differ: the formula `"= random(floor.ids)"` is another grey for each, `RegionRandom` does the
+/// same within a range, and `RegionGradient` tilts each piece. `local` is the place in mm from the middle of the piece;
+/// its x runs along the long side and is never mirrored. Use it to draw something on every piece, or to lay wood along
+/// each board: together with `ids`, formulas such as `"= floor.local + 50 * random(floor.ids)"` show another part of a
+/// pattern on every piece.
 ///
 /// ```ron
 /// "floor": Brick(layout: Herringbone, size: (9.6, 4.6), gap: 0.4, bevel: 0.5, angle: 0),
-/// "example": Relief(height: "floor"),
+/// "tone": "= mix(#7d4a2b, #b98a5a, random(floor.ids))",
+/// "color": Blend(base: "tone", top: "#2a2320", mask: "floor.gap"),
+/// "example": Relief(height: "floor", base_color: "color"),
 /// ```
 ///
 /// Elsewhere: Substance Designer *Brick Generator*, *Tile Generator*; Material Maker *Bricks*; Blender *Brick Texture*.

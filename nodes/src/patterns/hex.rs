@@ -13,13 +13,19 @@ use shibo_value::{Stop, Tiling};
 
 /// Regular hexagons: honeycombs, tiles, scales.
 ///
-/// At angle 0 two sides of each hexagon are horizontal, and two corners lie left and right. On a canvas that tiles,
-/// hexagons are stretched a little so that a whole number fits, and a warning gives the change. A canvas whose height
-/// is 1.732 times its width fits exactly.
+/// `size` and `gap` add up to the distance from one hexagon to the next. At angle 0 two sides of each hexagon are
+/// horizontal, and two corners lie left and right. On a canvas that tiles, hexagons are stretched a little so that a
+/// whole number fits, and a warning gives the change. A canvas whose height is 1.732 times its width fits exactly.
+///
+/// The main output is a height: 0 on the hexagons, `depth` lower in the gaps. `ids` gives each hexagon a number: the
+/// formula `"= random(comb.ids)"` is another grey for each of them, and `RegionGradient` tilts each another way.
+/// `local` is the place within a hexagon in mm, for a picture in each. `Brick(layout: Hexagonal)` lays longer ones.
 ///
 /// ```ron
 /// "comb": Hex(size: 3.5, gap: 0.5, bevel: 1.2, profile: Round, depth: 0.8),
-/// "example": Relief(height: "comb"),
+/// "tone": "= mix(#6b4a2a, #d9a441, random(comb.ids))",
+/// "color": Blend(base: "tone", top: "#2a2320", mask: "comb.gap"),
+/// "example": Relief(height: "comb", base_color: "color"),
 /// ```
 ///
 /// Elsewhere: Material Maker *Beehive*.

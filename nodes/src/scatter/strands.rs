@@ -59,7 +59,8 @@ impl StrandPlan<'_> {
             let most = (MOST_STROKES / pieces / size.element_product() * 100.0).floor();
             let message =
                 format!("density makes {count:.0} strands; on this canvas it must be at most {most} in a cm²");
-            return vec![Problem::new(Code::TooLarge, message).at("density")];
+            let help = format!("write `density: {most}` or less, or make the strands shorter or straighter");
+            return vec![Problem::new(Code::TooLarge, message).at("density").help(help)];
         }
         let most = 4.0 * size.max_element();
         if self.length.hi > most {

@@ -1,8 +1,8 @@
 //! Signed distances of outlines: closed polygons with any number of parts and holes.
 //!
-//! A point is inside if the outlines wind around it (the non-zero rule of fonts), or an odd number of times. Distances are exact: a window is
-//! divided into small blocks, and each block uses only the edges that can be nearest to one of its pixels. O(edges ·
-//! blocks + pixels · edges near).
+//! A point is inside if the outlines wind around it (the non-zero rule of fonts), or by the even-odd rule if they do so an
+//! odd number of times. Distances are exact: a window is divided into small blocks, and each block uses only the edges
+//! that can be nearest to one of its pixels. O(edges · blocks + pixels · edges near).
 use crate::ground::number::narrow;
 use crate::ground::window::{Frame, WindowExt as _, index};
 use glam::DVec2;

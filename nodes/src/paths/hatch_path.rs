@@ -21,7 +21,7 @@ const MOST_ROWS: f64 = 1e6;
 /// "leaf": Path(d: "M 4 30 C 4 8 22 2 36 6 C 36 22 26 36 4 30 Z M 26 10 C 20 9 15 14 16 20 C 22 21 27 16 26 10 Z"),
 /// "rows": HatchPath(path: "leaf", pitch: 0.8, angle: 30),
 /// "tatami": Stitch(path: "rows", pitch: 4, width: 0.8, twist: 1.2, pull: 0.1, spread: 0.8),
-/// "color": Blend(base: "#2b3140", top: "= tint(#5f9a4a, 0.6 + 0.4 * tatami.shade)", mask: "tatami.mask"),
+/// "color": Blend(base: "#2b3140", top: "= #5f9a4a * (0.5 + 0.5 * tatami.shade)", mask: "tatami.mask"),
 /// "example": Relief(height: "tatami", base_color: "color"),
 /// ```
 ///

@@ -20,9 +20,9 @@ use shibo_value::{self as value, Stop, Tiling, Type};
 /// "star": Path(d: "M 20 5 L 24.5 15 L 35 16 L 27 23.5 L 29.5 34 L 20 28 L 10.5 34 L 13 23.5 L 5 16 L 15.5 15 Z", reach: 3),
 /// "seam": OffsetPath(path: "star", distance: 1.7),
 /// "sewn": Stitch(path: "seam", pitch: 2.4, width: 0.8, pull: 0.2),
-/// "rims": OffsetPath(path: "star", distance: -1.6, copies: 3),
-/// "rim": Path(outline: "rims", reach: 0.7),
-/// "patch": "= smoothstep(-0.4, 0.4, star.across) - sewn.pull + 0.5 * smoothstep(0.7, 0.2, rim.distance)",
+/// "rims": OffsetPath(path: "star", distance: -1.2, copies: 3),
+/// "rim": Path(outline: "rims", reach: 0.6),
+/// "patch": "= smoothstep(-0.4, 0.4, star.across) - sewn.pull + 0.5 * smoothstep(0.5, 0.2, rim.distance)",
 /// "height": Blend(base: "patch", top: "= patch + sewn", mask: "sewn.mask"),
 /// "example": Relief(height: "height"),
 /// ```

@@ -17,7 +17,7 @@ use shibo_value::{Field, Halo, Stop, Tile, Tiling, Type};
 ///
 /// A place p of the result shows the input at p + d(p), where d is the displacement there: if d is (2, 0), everything
 /// moves 2 mm to the left. By default d is noise: `size` is the length of its waves, and `amount` the largest
-/// displacement; half of all places move by less than a third of it. Up to an amount of about a quarter of `size`, lines
+/// displacement; three of four places move by less than half of it. Up to an amount of about a quarter of `size`, lines
 /// only bend; with more, the picture folds, and places show twice. Small waves on large ones look most natural: use two
 /// nodes, the second with a smaller `size` and `amount`.
 ///

@@ -13,13 +13,6 @@ pub(crate) fn colors() -> bool {
     variable("NO_COLOR").is_none() && variable("TERM").is_none_or(|term| term != "dumb")
 }
 
-/// Folder for pictures of the library, beside the folder for results; the folder for temporary files if there is no
-/// home.
-pub(crate) fn library_dir() -> PathBuf {
-    let beside = cache_dir().and_then(|dir| Some(dir.parent()?.join("shibo-library")));
-    beside.unwrap_or_else(|| std::env::temp_dir().join("shibo-library"))
-}
-
 /// Folder for pictures that editors show, beside the folder for results; the folder for temporary files if there is no
 /// home.
 pub(crate) fn editor_dir() -> PathBuf {

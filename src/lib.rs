@@ -55,16 +55,15 @@ use args::{Cli, Command};
 use clap::Parser;
 use quit::Quit;
 use shibo_node::registry::Registry;
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
 use terminal::Terminal;
 
 /// Runs the command with the arguments of the process, and returns its exit code. `registry` makes the kinds of nodes and the
-/// graphs that can be imported by name; it gets the folder into which the library's pictures and meshes are unpacked.
+/// graphs that can be imported by name.
 /// `shibo_library::registry` is that of Shibo, `shibo_library::registry_with` adds families of other crates. It is called
 /// several times and must return the same kinds each time.
-pub fn main(registry: fn(PathBuf) -> Registry) -> ExitCode {
+pub fn main(registry: fn() -> Registry) -> ExitCode {
     let start = Instant::now();
     library::set(registry);
     let terminal = Terminal::new();

@@ -4,22 +4,21 @@ use shibo_bridge::Tools;
 use shibo_graph::Gate;
 use shibo_ide::migrate;
 use shibo_node::registry::Registry;
-use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 pub(crate) use shibo_library::{EXAMPLE_FILES, Graph, graphs};
 
 /// Makes the registry. A process has one command and so one registry; unit tests take that of Shibo.
-static MAKE: OnceLock<fn(PathBuf) -> Registry> = OnceLock::new();
+static MAKE: OnceLock<fn() -> Registry> = OnceLock::new();
 
 /// Sets what makes the registry. The first call of a process counts.
-pub(crate) fn set(make: fn(PathBuf) -> Registry) {
+pub(crate) fn set(make: fn() -> Registry) {
     MAKE.get_or_init(|| make);
 }
 
 /// Registry with all nodes and the graphs of the library.
 pub(crate) fn registry() -> Registry {
-    let registry = MAKE.get_or_init(|| shibo_library::registry)(environment::library_dir());
+    let registry = MAKE.get_or_init(|| shibo_library::registry)();
     registry.with_successor(migrate::successor).with_retired_fields(migrate::is_retired_field)
 }
 

@@ -11,9 +11,8 @@ use std::sync::Arc;
 
 /// The shipped nodes, without import folders.
 pub(crate) fn tools() -> Tools {
-    let folder = std::env::temp_dir().join("shibo-library");
     Tools {
-        registry: Arc::new(shibo_library::registry(folder)),
+        registry: Arc::new(shibo_library::registry()),
         import_paths: Vec::new(),
         gate: shibo_graph::Gate::default(),
     }

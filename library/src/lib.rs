@@ -1,11 +1,6 @@
 //! The graphs that ship with Shibo, and the kinds of nodes: what graph files may refer to by name. Programs that load
 //! graphs begin with [`registry`].
-use sha2::{Digest, Sha256};
 use shibo_node::registry::{Family, Library, Registry};
-use shibo_picture::AtomicFile;
-use std::fs;
-use std::io::Write;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// All files of the folder `graphs`, by their paths in it.
@@ -26,16 +21,15 @@ pub const CHANGES: &str = include_str!("../changes.ron");
 const PARTS: &str = "lib/";
 const EXTENSION: &str = ".ron";
 
-/// All nodes, and the graphs that ship with the program. Pictures and meshes that these graphs read are unpacked into
-/// `folder`. It is created if missing, and several programs may share it.
-pub fn registry(folder: PathBuf) -> Registry {
-    registry_with(folder, [])
+/// All nodes, and the graphs that ship with the program.
+pub fn registry() -> Registry {
+    registry_with([])
 }
 
 /// The same with families of nodes from other crates. Give the result a fingerprint of their code ([`Registry::with_code`]),
 /// so that a cache never returns results of another version.
-pub fn registry_with(folder: PathBuf, more: impl IntoIterator<Item = Family>) -> Registry {
-    shibo_nodes::registry_with(more).with_library(Arc::new(Shipped { folder })).with_changes(CHANGES)
+pub fn registry_with(more: impl IntoIterator<Item = Family>) -> Registry {
+    shibo_nodes::registry_with(more).with_library(Arc::new(Shipped)).with_changes(CHANGES)
 }
 
 /// A graph that ships with the program.
@@ -83,10 +77,8 @@ fn content(path: &str) -> Option<&'static [u8]> {
     FILES.iter().find(|(name, _)| *name == path).map(|(_, bytes)| *bytes)
 }
 
-/// The files that ship with the program, and the folder where they are unpacked.
-struct Shipped {
-    folder: PathBuf,
-}
+/// The files that ship with the program.
+struct Shipped;
 
 impl Library for Shipped {
     fn names(&self) -> Vec<&str> {
@@ -102,30 +94,9 @@ impl Library for Shipped {
         content(path).and_then(|bytes| std::str::from_utf8(bytes).ok())
     }
 
-    fn file(&self, path: &str) -> Result<PathBuf, String> {
-        let bytes = content(path).ok_or_else(|| format!("there is no file `{path}` in the library"))?;
-        unpack(&self.folder, path, bytes)
+    fn file(&self, path: &str) -> Option<&'static [u8]> {
+        content(path)
     }
-}
-
-/// Writes a file of the library into `folder`, unless it exists there. Its name holds a hash of its content, so that
-/// several versions of the program can share the folder.
-fn unpack(folder: &Path, path: &str, bytes: &[u8]) -> Result<PathBuf, String> {
-    let hash: String = Sha256::digest(bytes).iter().take(8).map(|byte| format!("{byte:02x}")).collect();
-    let name = path.rsplit('/').next().unwrap_or(path);
-    let file = folder.join(format!("{hash}-{name}"));
-    if fs::read(&file).is_ok_and(|found| found == bytes) {
-        return Ok(file);
-    }
-    // Another process, perhaps on another machine, may write the same file at the same time.
-    let write = || {
-        fs::create_dir_all(folder)?;
-        let mut part = AtomicFile::create(&file)?;
-        part.write_all(bytes)?;
-        part.commit()
-    };
-    write().map_err(|error| format!("cannot write `{}`, which the library needs: {error}", file.display()))?;
-    Ok(file)
 }
 
 #[cfg(test)]
@@ -136,7 +107,7 @@ mod tests {
 
     #[test]
     fn graphs_are_found_by_name() {
-        let shipped = Shipped { folder: PathBuf::new() };
+        let shipped = Shipped;
         assert_eq!(shipped.find("walnut").as_deref(), Some("walnut.ron"));
         assert_eq!(shipped.find("wrinkles").as_deref(), Some("lib/wrinkles.ron"));
         assert_eq!(shipped.find("nothing"), None);
@@ -150,7 +121,7 @@ mod tests {
     #[test]
     fn changes_name_things_that_exist_and_their_versions() {
         let changes = Changes::read(CHANGES).unwrap();
-        let registry = registry(PathBuf::new());
+        let registry = registry();
         assert_eq!(registry.changes(), &changes);
         let last: BTreeMap<Thing<'_>, u32> = changes.since(0).map(|line| (line.thing(), line.version)).collect();
         for (thing, version) in last {
@@ -163,18 +134,5 @@ mod tests {
                 Thing::All => {}
             }
         }
-    }
-
-    #[test]
-    fn files_are_unpacked_once_and_mended() {
-        let folder = tempfile::tempdir().unwrap();
-        let dir = folder.path().join("a/b");
-        let file = unpack(&dir, "pictures/x.png", b"content").unwrap();
-        assert_eq!(fs::read(&file).unwrap(), b"content");
-        fs::write(&file, b"something else").unwrap();
-        assert_eq!(unpack(&dir, "pictures/x.png", b"content"), Ok(file.clone()));
-        assert_eq!(fs::read(&file).unwrap(), b"content");
-        assert_ne!(unpack(&dir, "pictures/x.png", b"other").unwrap(), file);
-        assert_eq!(fs::read_dir(&dir).unwrap().count(), 2, "nothing else is left");
     }
 }

@@ -4,7 +4,6 @@ use shibo_node::{Call, DynNode};
 use shibo_nodes::mesh::LoadMesh;
 use shibo_value::diagnostics::Problem;
 use shibo_value::{Canvas, Evaluator, Field, Grid, Stop, Tile, Tiling, Value, Window};
-use std::path::PathBuf;
 use std::time::Instant;
 
 /// An engine that makes no fields: loading needs none.
@@ -41,7 +40,7 @@ fn main() {
         Canvas { size_mm: glam::DVec2::splat(100.0), resolution: glam::UVec2::splat(64), tile: Tiling::NONE, seed: 1 };
     let start = Instant::now();
     for path in std::env::args().skip(1).filter(|arg| !arg.starts_with('-')) {
-        let files = [("path", PathBuf::from(&path))];
+        let files = [("path", (&path).into())];
         let call = Call { kind: "LoadMesh", canvas: &canvas, inputs: &[], files: &files, evaluator: &Bare };
         let (mut best, mut triangles) = ([f64::INFINITY; 2], 0);
         for _ in 0..5 {

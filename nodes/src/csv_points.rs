@@ -1,6 +1,6 @@
 //! Points in CSV files, one per line.
 use shibo_value::diagnostics::{Code, Problem};
-use std::path::Path;
+use shibo_value::files::FileHandle;
 use std::str::FromStr;
 
 /// The largest coordinate that files and graphs may contain.
@@ -9,13 +9,13 @@ pub(crate) const FARTHEST: f64 = 1e7;
 /// Reads a file of at most `most` lines with N finite numbers each, in the format that `form` describes. `field` is the
 /// parameter that names the file.
 pub(crate) fn read<T: FromStr + Copy + Into<f64>, const N: usize>(
-    path: &Path,
+    file: &FileHandle,
     (field, form): (&str, &str),
     most: usize,
 ) -> Result<Vec<[T; N]>, Problem> {
     let bad = |line: u64, what: &str| {
         let message =
-            format!("`{}`, line {line}: {what}; it must be `{form}` in mm, within ±{FARTHEST:e}", path.display());
+            format!("`{}`, line {line}: {what}; it must be `{form}` in mm, within ±{FARTHEST:e}", file.display());
         Problem::new(Code::BadFile, message).at(field)
     };
     let mut reader = csv::ReaderBuilder::new()
@@ -23,8 +23,7 @@ pub(crate) fn read<T: FromStr + Copy + Into<f64>, const N: usize>(
         .flexible(true)
         .trim(csv::Trim::All)
         .comment(Some(b'#'))
-        .from_path(path)
-        .map_err(|e| bad(0, &e.to_string()))?;
+        .from_reader(file.open().map_err(|e| bad(0, &e.to_string()))?);
     let mut points = Vec::new();
     for record in reader.records() {
         let line = |e: &csv::Error| e.position().map_or(0, csv::Position::line);
@@ -52,7 +51,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("points.csv");
         std::fs::write(&path, [0xff, 0xfe, 0x00]).unwrap();
-        assert_eq!(read::<f64, 3>(&path, ("file", "x,y,z"), 9).unwrap_err().code, Code::BadFile);
+        assert_eq!(read::<f64, 3>(&(&path).into(), ("file", "x,y,z"), 9).unwrap_err().code, Code::BadFile);
     }
 
     #[test]
@@ -61,7 +60,7 @@ mod tests {
         let path = folder.path().join("points.csv");
         let read = |text: &str| {
             std::fs::write(&path, text).unwrap();
-            super::read::<f32, 2>(&path, ("file", "x,y"), 3)
+            super::read::<f32, 2>(&(&path).into(), ("file", "x,y"), 3)
         };
         assert_eq!(read("# places\n1, 2\n\n3.5,-4\n").unwrap(), [[1.0, 2.0], [3.5, -4.0]]);
         for (text, line, words) in [

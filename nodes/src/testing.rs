@@ -161,7 +161,7 @@ pub(crate) fn port<T>(n: u32) -> shibo_node::In<T> {
 /// A mesh of the shipped graphs.
 pub(crate) fn shipped_mesh(name: &str) -> Arc<Mesh> {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../graphs/meshes").join(name);
-    let (files, canvas) = ([("path", path)], canvas());
+    let (files, canvas) = ([("path", (&path).into())], canvas());
     let call = Call { kind: "LoadMesh", canvas: &canvas, inputs: &[], files: &files, evaluator: &Plain };
     let loaded = DynNode::evaluate(&crate::mesh::LoadMesh::default(), &call).unwrap();
     let Some(Value::Mesh(mesh)) = loaded.take("mesh", true).cloned() else { panic!("no mesh") };

@@ -179,7 +179,7 @@ impl Checker {
             own.1.extend(hints(cx));
             seen = files.iter().map(|path| (identity(path), state_of(path))).collect();
             let pictures = graph.iter().flat_map(|graph| graph.nodes.node_weights()).flat_map(|node| &node.files);
-            seen.extend(pictures.map(|(_, path)| (identity(path), state_of(path))));
+            seen.extend(pictures.map(|(_, file)| (identity(file.path()), state_of(file.path()))));
         }
         let before = self.checked.insert(path.to_owned(), Checked { found, seen });
         let mut files: BTreeSet<PathBuf> = before.into_iter().flat_map(|checked| checked.found.into_keys()).collect();

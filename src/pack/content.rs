@@ -121,7 +121,7 @@ impl Content {
 }
 
 /// Returns true for a file of the user.
-fn is_own(path: &Path) -> bool {
+pub(super) fn is_own(path: &Path) -> bool {
     !path.starts_with(LIBRARY)
 }
 

@@ -2,7 +2,6 @@
 mod content;
 
 use crate::args::ValueArgs;
-use crate::environment;
 use crate::library;
 use crate::open;
 use crate::quit::Quit;
@@ -10,7 +9,7 @@ use crate::report;
 use crate::terminal::Terminal;
 use crate::zip;
 use clap::Args;
-use content::Content;
+use content::{Content, is_own};
 use shibo_bridge::write;
 use shibo_graph::Graph;
 use shibo_value::diagnostics::{Code, Diagnostic};
@@ -92,10 +91,9 @@ fn load(path: &Path, values: ValueArgs, terminal: &Terminal) -> Result<Graph, Qu
 /// Adds all files of a graph except library graphs.
 fn collect(graph: &Graph, content: &mut Content, terminal: &Terminal) -> Result<(), Quit> {
     content.add(graph);
-    let unpacked = environment::library_dir();
     let (mut errors, mut relative) = (Vec::new(), Vec::new());
     for node in graph.nodes.node_weights() {
-        for (field, path) in node.files.iter().filter(|(_, path)| !path.starts_with(&unpacked)) {
+        for (field, file) in node.files.iter().filter(|(_, file)| is_own(file.path())) {
             let written = node.node.files().into_iter().find(|(name, _)| name == field).map(|(_, written)| &written.0);
             let span = node.field_span(Some(field));
             if let Some(written) = written.filter(|written| Path::new(written).is_absolute()) {
@@ -105,7 +103,7 @@ fn collect(graph: &Graph, content: &mut Content, terminal: &Terminal) -> Result<
             } else {
                 relative.extend(written.map(|written| (span, written)));
             }
-            content.add_file(path);
+            content.add_file(file.path());
         }
     }
     errors.extend(relative.into_iter().filter_map(|(span, written)| content.climbs(graph, span, written)));

@@ -1,6 +1,6 @@
 //! Files that a graph reads, and detection of changes of their content.
 use sha2::{Digest, Sha256};
-use shibo_engine::eval::Signature;
+use shibo_value::files::Facts;
 use std::collections::BTreeMap;
 use std::fs::{self, File, Metadata};
 use std::io;
@@ -23,7 +23,7 @@ pub(super) enum FileState {
 
 #[derive(Clone, Copy, Debug)]
 struct Print {
-    signature: Option<Signature>,
+    signature: Option<Facts>,
     read: SystemTime,
     state: FileState,
 }
@@ -32,7 +32,7 @@ impl Print {
     fn of(path: &Path) -> Self {
         let read = SystemTime::now();
         let metadata = fs::metadata(path);
-        let signature = metadata.as_ref().ok().map(Signature::of);
+        let signature = metadata.as_ref().ok().map(Facts::of);
         let state = match &metadata {
             Ok(metadata) if metadata.is_file() => hash(path).map_or_else(|e| without(&e), FileState::Content),
             Ok(_) => FileState::Unreadable,
@@ -43,9 +43,9 @@ impl Print {
 
     /// Returns whether the file has certainly not changed, judged without reading it.
     fn holds(&self, path: &Path) -> bool {
-        let signature = fs::metadata(path).ok().as_ref().map(Signature::of);
+        let signature = fs::metadata(path).ok().as_ref().map(Facts::of);
         let readable = matches!(self.state, FileState::Content(_) | FileState::Missing);
-        let tells = |signature: Signature| signature.length() > READ_AGAIN || !signature.may_hide_a_change(self.read);
+        let tells = |signature: Facts| signature.length > READ_AGAIN || !signature.may_hide_a_change(self.read);
         readable && signature == self.signature && signature.is_none_or(tells)
     }
 }
@@ -95,7 +95,7 @@ impl Files {
 
     /// Records the content of a file that was just read elsewhere.
     pub(super) fn note(&mut self, path: &Path, before: Option<Metadata>, state: FileState) {
-        let signature = before.as_ref().map(Signature::of);
+        let signature = before.as_ref().map(Facts::of);
         self.prints.insert(path.to_owned(), Print { signature, read: SystemTime::now(), state });
     }
 

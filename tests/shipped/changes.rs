@@ -275,7 +275,7 @@ fn split(args: &str) -> Vec<&str> {
 
 /// The rule with these digests.
 fn rule(digests: Digests) -> Rule {
-    let registry = Arc::new(shibo_library::registry(std::env::temp_dir()));
+    let registry = Arc::new(shibo_library::registry());
     let session = Session::new(registry.clone(), &Settings { threads: 2, ..Settings::default() }).unwrap();
     Rule { session, registry, digests: Mutex::new(digests), problems: Mutex::default() }
 }

@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn manuals_list_names_in_other_programs() {
-        let registry = shibo_library::registry(std::env::temp_dir().join("shibo-library"));
+        let registry = shibo_library::registry();
         let pairs = [
             ("ColorRamp", "GradientMap"),
             ("Node Group", "Use"),
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn finds_kinds_with_most_of_the_words() {
-        let registry = shibo_library::registry(std::env::temp_dir().join("shibo-library"));
+        let registry = shibo_library::registry();
         let kinds = |query: &str| search(&registry, query).into_iter().map(|found| found.kind).collect::<Vec<_>>();
         // No manual has both words.
         assert!(!kinds("overlapping scales").is_empty());
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn finds_every_kind_by_its_listed_names() {
-        let registry = shibo_library::registry(std::env::temp_dir().join("shibo-library"));
+        let registry = shibo_library::registry();
         for kind in registry.kinds() {
             let doc = registry.info(kind).unwrap().doc.clone();
             let paragraph = elsewhere::paragraph(&doc);

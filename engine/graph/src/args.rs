@@ -12,8 +12,9 @@ use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::node::{Arg, Bounds, DynNode, KindInfo, ParamInfo, ParamType, Role};
 use crate::picture::{is_udim, udim_files};
 use crate::syntax::{TokenKind as Kind, is_infinity, number, suffix};
+use crate::value::files::FileHandle;
 use std::borrow::Cow;
-use std::path::PathBuf;
+use std::path::Path;
 
 impl Linker<'_> {
     /// Reads the fields of a node: its wires, and its parameters with those of the graph substituted.
@@ -203,28 +204,17 @@ impl Linker<'_> {
                 continue;
             }
             let named = base.unwrap_or(folder).join(&path.0);
-            let path = match self.on_disk(named) {
-                Ok(path) => path,
-                Err(fault) => {
-                    found.push(place.error(fault.code, fault.message));
-                    readable = false;
-                    continue;
-                }
-            };
-            let is_set = is_udim(&path);
-            match paths_of(path, built.takes_udim()) {
-                Ok(paths) => {
-                    let pass = |path: &PathBuf| if is_set { self.gate.pass(path.clone()) } else { Ok(path.clone()) };
-                    let good = |path: &PathBuf| pass(path).and_then(|path| check_file(&path));
-                    let faults = paths.iter().filter_map(|path| good(path).err());
+            match self.files_of(&named, built.takes_udim()) {
+                Ok(handles) => {
+                    let faults = handles.iter().filter_map(|file| check_file(file).err());
                     let faults: Vec<_> = faults.map(|fault| place.error(fault.code, fault.message)).collect();
                     readable &= faults.is_empty();
                     found.extend(faults);
-                    files.extend(paths.into_iter().map(|path| (field, path)));
+                    files.extend(handles.into_iter().map(|file| (field, file)));
                 }
-                Err(message) => {
-                    let help = "`<UDIM>` stands for the numbers of tiles, from 1001 on, in the names of files that lie side by side";
-                    found.push(place.error(Code::FileNotFound, message).help(help));
+                Err((fault, help)) => {
+                    let error = place.error(fault.code, fault.message);
+                    found.push(help.map_or(error.clone(), |help| error.help(help)));
                     readable = false;
                 }
             }
@@ -236,22 +226,11 @@ impl Linker<'_> {
                 _ => locate(problem),
             }));
         }
-        self.looked_at.extend(files.iter().map(|(_, path)| path.clone()));
+        let outside = files.iter().map(|(_, file)| file.path()).filter(|path| imports::within(path).is_none());
+        self.looked_at.extend(outside.map(Path::to_owned));
         self.flats[flat].files = files;
         self.flats[flat].good &= found.iter().all(|diagnostic| diagnostic.warning);
         found.into_iter().for_each(|diagnostic| self.report.push(diagnostic));
-    }
-}
-
-/// The file at a path, or the files of all UDIM tiles.
-fn paths_of(path: PathBuf, takes_udim: bool) -> Result<Vec<PathBuf>, String> {
-    if !takes_udim || !is_udim(&path) {
-        return Ok(vec![path]);
-    }
-    let files = udim_files(&path).unwrap_or_default();
-    match files.is_empty() {
-        true => Err(format!("there is no file of a tile for `{}`", path.display())),
-        false => Ok(files.into_iter().map(|file| file.path).collect()),
     }
 }
 
@@ -282,15 +261,27 @@ pub(super) fn at(place: &SyntaxValue, problem: &Problem) -> Diagnostic {
 }
 
 impl Linker<'_> {
-    /// The file on disk for a path, which may belong to the library, or for a set of files.
-    fn on_disk(&self, path: PathBuf) -> Result<PathBuf, Fault> {
-        match (imports::within(&path), self.registry.library()) {
-            (Some(inside), Some(library)) => {
-                library.file(&inside).map_err(|message| Fault::new(Code::FileNotFound, message))
-            }
-            _ if is_udim(&path) => self.gate.pass_set(path),
-            _ => self.gate.pass(path),
+    /// The file at a path, which may belong to the library, or the files of all UDIM tiles. An error may have a help.
+    fn files_of(&self, path: &Path, takes_udim: bool) -> Result<Vec<FileHandle>, (Fault, Option<&'static str>)> {
+        let plain = |fault| (fault, None);
+        if let (Some(inside), Some(library)) = (imports::within(path), self.registry.library()) {
+            let missing = || format!("there is no file `{inside}` in the library");
+            let content = library.file(&inside).ok_or_else(|| Fault::new(Code::FileNotFound, missing()));
+            return Ok(vec![FileHandle::in_memory(imports::library_path(&inside), content.map_err(plain)?)]);
         }
+        if !is_udim(path) {
+            return Ok(vec![self.gate.pass(path).map_err(plain)?]);
+        }
+        let set = self.gate.pass_set(path).map_err(plain)?;
+        let found = if takes_udim { udim_files(self.gate.files(), &set).unwrap_or_default() } else { Vec::new() };
+        if takes_udim && found.is_empty() {
+            let fault = Fault::new(Code::FileNotFound, format!("there is no file of a tile for `{}`", set.display()));
+            let help =
+                "`<UDIM>` stands for the numbers of tiles, from 1001 on, in the names of files that lie side by side";
+            return Err((fault, Some(help)));
+        }
+        let paths = if takes_udim { found.into_iter().map(|file| file.path).collect() } else { vec![set] };
+        paths.into_iter().map(|path| self.gate.pass_in_set(path).map_err(plain)).collect()
     }
 }
 

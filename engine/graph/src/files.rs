@@ -13,6 +13,7 @@ use crate::diagnostics::{Code, Diagnostic, FileId, Problem, SourceMap, Span};
 use crate::node::DynNode;
 use crate::registry::Library;
 use crate::syntax::{NodeKind, Tree};
+use crate::value::files::FileHandle;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -46,8 +47,8 @@ pub(super) struct FileChecks {
 
 impl FileChecks {
     /// The problems with the files of a node of this kind.
-    pub(super) fn of(&mut self, kind: &str, node: &dyn DynNode, files: &[(&'static str, PathBuf)]) -> &[Problem] {
-        let paths = files.iter().map(|(_, path)| path.clone()).collect();
+    pub(super) fn of(&mut self, kind: &str, node: &dyn DynNode, files: &[(&'static str, FileHandle)]) -> &[Problem] {
+        let paths = files.iter().map(|(_, file)| file.path().to_owned()).collect();
         let known = self.known.entry((kind.to_owned(), node.canonical(), paths));
         known.or_insert_with(|| node.check_files(files))
     }
@@ -85,7 +86,7 @@ impl<'a> Files<'a> {
         Self {
             limits: &options.limits,
             library,
-            overlay: options.overlay.iter().map(|(path, text)| (identity(path), text.clone())).collect(),
+            overlay: options.overlay.iter().map(|(path, text)| (options.gate.identity(path), text.clone())).collect(),
             paths: options.import_paths.clone(),
             gate: &options.gate,
             sources: SourceMap::default(),
@@ -121,7 +122,7 @@ impl<'a> Files<'a> {
             self.report.push(error.help(format!("`shibo fmt --to ron {}` converts it", path.display())));
             return None;
         }
-        let identity = identity(path);
+        let identity = self.gate.identity(path);
         self.by_path.insert(identity.clone(), None);
         // The main graph must be the first text.
         let file = self.sources.add(path, text.clone());
@@ -138,7 +139,7 @@ impl<'a> Files<'a> {
 
     /// The text that replaces the content of a file.
     fn laid_over(&self, path: &Path) -> Option<&Arc<str>> {
-        (!self.overlay.is_empty()).then(|| self.overlay.get(&identity(path))).flatten()
+        (!self.overlay.is_empty()).then(|| self.overlay.get(&self.gate.identity(path))).flatten()
     }
 
     /// The text of a file on disk or in the library.
@@ -153,7 +154,7 @@ impl<'a> Files<'a> {
                 .library
                 .and_then(|library| text(library, &inside))
                 .ok_or_else(|| Fault::new(Code::FileNotFound, format!("there is no file `{}`", path.display()))),
-            None => read_text(&self.gate.pass(path.to_owned())?, self.limits.max_file_bytes),
+            None => read_text(&self.gate.pass(path)?, self.limits.max_file_bytes),
         }
     }
 
@@ -204,7 +205,7 @@ impl<'a> Files<'a> {
         let entry = &doc.document.imports[index];
         let name = read::text(&entry.value, "an import", &mut self.report)?;
         let path = self.path_of(doc, entry, &name)?;
-        let identity = identity(&path);
+        let identity = self.gate.identity(&path);
         match self.by_path.get(&identity) {
             Some(Some(known)) => return Some(*known),
             Some(None) => {
@@ -250,8 +251,7 @@ impl<'a> Files<'a> {
             }
             return found;
         }
-        let on_disk = |path: &Path| self.gate.pass(path.to_owned()).is_ok_and(|path| path.is_file());
-        let is_file = |path: &Path| on_disk(path) || self.laid_over(path).is_some();
+        let is_file = |path: &Path| self.gate.has(path) || self.laid_over(path).is_some();
         let found = imports::find(name, doc.folder(), (&self.paths, &is_file), self.library);
         self.looked_at.extend(found.missing);
         if imports::within(&found.path).is_none() {
@@ -259,10 +259,4 @@ impl<'a> Files<'a> {
         }
         Some(found.path)
     }
-}
-
-/// A canonical path, equal for all paths to one file. The file need not exist, but its folder should.
-fn identity(path: &Path) -> PathBuf {
-    let beside = || Some(path.parent()?.canonicalize().ok()?.join(path.file_name()?));
-    path.canonicalize().ok().or_else(beside).unwrap_or_else(|| path.to_owned())
 }

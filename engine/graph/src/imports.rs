@@ -40,7 +40,7 @@ pub(super) fn within(path: &Path) -> Option<String> {
 }
 
 /// The full path of a library file.
-fn library_path(inside: &str) -> PathBuf {
+pub(super) fn library_path(inside: &str) -> PathBuf {
     Path::new(LIBRARY).join(inside)
 }
 
@@ -99,7 +99,7 @@ pub fn import_path(
     let all = Gate::default();
     let settings = search_paths((from, &all), &mut Vec::new(), &mut SourceMap::default(), &mut Report::default());
     let paths = [further, &settings].concat();
-    let is_file = |path: &Path| open(path) || path.is_file();
+    let is_file = |path: &Path| open(path) || all.has(path);
     let found = find(name, folder, (&paths, &is_file), library).path;
     let exists = match within(&found) {
         Some(inside) => library.is_some_and(|library| library.text(&inside).is_some()),
@@ -152,11 +152,11 @@ pub(super) fn search_paths(
     let exists = |path: &PathBuf| {
         // Also record missing files: a nearer one could be created.
         looked_at.push(path.clone());
-        gate.pass(path.clone()).is_ok_and(|path| path.exists())
+        gate.pass(path).is_ok_and(|file| file.facts().is_ok())
     };
     let Some(path) = places(folder).into_iter().find(exists) else { return Vec::new() };
     let folder = path.parent().unwrap_or(folder).to_path_buf();
-    let text = match gate.pass(path.clone()).and_then(|path| read_text(&path, MOST)) {
+    let text = match gate.pass(&path).and_then(|file| read_text(&file, MOST)) {
         Ok(text) => text,
         Err(Fault { code, message, .. }) => {
             let file = sources.add(path, String::new());

@@ -3,6 +3,7 @@ use super::storage::Storage;
 use crate::diagnostics::{Diagnostic, SourceMap, Span};
 use crate::export::{Chosen, SimpleShape};
 use crate::node::DynNode;
+use crate::value::files::FileHandle;
 use crate::value::{Canvas, ChannelSet, Field, Type};
 use petgraph::Direction;
 use petgraph::graph::{DiGraph, NodeIndex};
@@ -92,8 +93,8 @@ pub struct GraphNode {
     pub slots: Vec<String>,
     /// The types of its outputs, in the order of [`DynNode::outputs`].
     pub outputs: Vec<Type>,
-    /// Its files: the parameter that names each, and the path.
-    pub files: Vec<(&'static str, PathBuf)>,
+    /// Its files, with the parameter that names each.
+    pub files: Vec<(&'static str, FileHandle)>,
     /// The channels of the node's material; empty if it makes none.
     pub channels: ChannelSet,
     /// The place of its kind.

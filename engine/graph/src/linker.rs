@@ -9,6 +9,7 @@ use super::report::Report;
 use crate::diagnostics::Span;
 use crate::node::{DynNode, KindInfo};
 use crate::registry::Registry;
+use crate::value::files::FileHandle;
 use crate::value::{Accepts, Canvas, Channel, ChannelSet, Field, Type};
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -175,7 +176,7 @@ pub(super) struct Flat<'a> {
     /// `None` for a type hidden by an error.
     pub(super) outputs: Vec<Option<Type>>,
     /// Its files, with their parameters.
-    pub(super) files: Vec<(&'static str, PathBuf)>,
+    pub(super) files: Vec<(&'static str, FileHandle)>,
     /// For a node that makes a picture: true if it has one channel; `None` if an error hides it.
     pub(super) gray: Option<bool>,
     /// The channels of its material; `None` if an error hides them.

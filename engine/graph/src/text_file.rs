@@ -1,6 +1,7 @@
 //! Reads text files.
 use crate::diagnostics::Code;
-use std::io::Read;
+use crate::value::files::{FileHandle, FileKind};
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// Reason why a file cannot be used.
@@ -25,35 +26,34 @@ impl Fault {
     }
 }
 
-/// Opens a readable file. Only regular files are opened, since opening a pipe could block forever.
-pub(super) fn check_file(path: &Path) -> Result<std::fs::File, Fault> {
-    let shown = path.display();
-    let explain = |error: std::io::Error| match error.kind() {
-        std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory => {
+/// Checks that a file is a regular one that exists. Other files are never opened, since opening a pipe could block forever.
+pub(super) fn check_file(file: &FileHandle) -> Result<(), Fault> {
+    let shown = file.display();
+    let facts = file.facts().map_err(|error| match error.kind() {
+        ErrorKind::NotFound | ErrorKind::NotADirectory => {
             Fault::new(Code::FileNotFound, format!("there is no file `{shown}`"))
         }
-        _ => Fault::new(Code::BadFile, format!("`{shown}` cannot be read: {error}")),
-    };
-    let metadata = std::fs::metadata(path).map_err(explain)?;
-    if metadata.is_dir() {
-        return Err(Fault::new(Code::BadFile, format!("`{shown}` is a folder; it must be a file")));
+        _ => unreadable(file, &error),
+    })?;
+    match facts.kind {
+        FileKind::Regular => Ok(()),
+        FileKind::Folder => Err(Fault::new(Code::BadFile, format!("`{shown}` is a folder; it must be a file"))),
+        FileKind::Other(_) => Err(Fault::new(Code::BadFile, format!("`{shown}` is not a regular file"))),
     }
-    if !metadata.is_file() {
-        return Err(Fault::new(Code::BadFile, format!("`{shown}` is not a regular file")));
-    }
-    std::fs::File::open(path).map_err(explain)
+}
+
+fn unreadable(file: &FileHandle, error: &std::io::Error) -> Fault {
+    Fault::new(Code::BadFile, format!("`{}` cannot be read: {error}", file.display()))
 }
 
 /// Reads a text of limited length.
-pub(super) fn read_text(path: &Path, limit: u64) -> Result<String, Fault> {
-    let file = check_file(path)?;
-    let shown = path.display();
-    let mut bytes = Vec::new();
-    let read = file.take(limit + 1).read_to_end(&mut bytes);
-    read.map_err(|e| Fault::new(Code::BadFile, format!("`{shown}` cannot be read: {e}")))?;
-    if bytes.len() as u64 > limit {
-        return Err(Fault::too_large(path, limit));
-    }
+pub(super) fn read_text(file: &FileHandle, limit: u64) -> Result<String, Fault> {
+    check_file(file)?;
+    let shown = file.display();
+    let bytes = file.bytes(limit).map_err(|error| match error.kind() {
+        ErrorKind::FileTooLarge => Fault::too_large(file.path(), limit),
+        _ => unreadable(file, &error),
+    })?;
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let prefix = String::from_utf8_lossy(&error.as_bytes()[..at]).into_owned();

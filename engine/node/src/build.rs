@@ -5,11 +5,11 @@ use super::{
 use crate::canonical::canonical;
 use crate::diagnostics::Problem;
 use crate::value::expression::Growth;
+use crate::value::files::FileHandle;
 use crate::value::{Canvas, ChannelSet, Stop, Tiling, Type};
 use serde::de::value::{SeqDeserializer, StrDeserializer, U32Deserializer};
 use serde::de::{DeserializeSeed, Deserializer, Error as _, IntoDeserializer, MapAccess, Visitor};
 use std::fmt;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 /// The value of one field of a node struct.
@@ -73,7 +73,7 @@ pub trait DynNode: Send + Sync {
     /// See [`Node::files`].
     fn files(&self) -> Vec<(&'static str, &FilePath)>;
     /// See [`Node::makes_gray`].
-    fn makes_gray(&self, files: &[(&'static str, PathBuf)]) -> bool;
+    fn makes_gray(&self, files: &[(&'static str, FileHandle)]) -> bool;
     /// See [`Node::type_of_output`].
     fn type_of_output(&self, inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>>;
     /// See [`Node::unit`].
@@ -82,7 +82,7 @@ pub trait DynNode: Send + Sync {
     fn takes_udim(&self) -> bool;
 
     /// See [`Node::check_files`].
-    fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem>;
+    fn check_files(&self, files: &[(&'static str, FileHandle)]) -> Vec<Problem>;
     /// See [`Node::channels`].
     fn channels(&self, inputs: &MaterialInputs<'_>) -> ChannelSet;
     /// See [`Node::takes`].
@@ -151,7 +151,7 @@ impl<T: Node> DynNode for T {
         Node::files(self)
     }
 
-    fn makes_gray(&self, files: &[(&'static str, PathBuf)]) -> bool {
+    fn makes_gray(&self, files: &[(&'static str, FileHandle)]) -> bool {
         Node::makes_gray(self, files)
     }
 
@@ -167,7 +167,7 @@ impl<T: Node> DynNode for T {
         Node::takes_udim(self)
     }
 
-    fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
+    fn check_files(&self, files: &[(&'static str, FileHandle)]) -> Vec<Problem> {
         Node::check_files(self, files)
     }
 

@@ -1,9 +1,9 @@
 //! The view of a node while it is evaluated.
 use super::{CanvasFacts, In, PortType};
 use crate::diagnostics::{Code, Problem};
+use crate::value::files::FileHandle;
 use crate::value::{Accepts, Canvas, Cut, Evaluator, Field, Key, Solid, Stop, Tiling, Type, Value};
 use glam::DVec2;
-use std::path::{Path, PathBuf};
 
 /// The data that the engine passes to a node to evaluate it. The node sees it as a [`Context`].
 pub struct Call<'a> {
@@ -13,8 +13,8 @@ pub struct Call<'a> {
     pub canvas: &'a Canvas,
     /// The values at its ports, by slot.
     pub inputs: &'a [Value],
-    /// Its resolved files: the parameter that names each, and the path.
-    pub files: &'a [(&'static str, PathBuf)],
+    /// Its files, with the parameter that names each.
+    pub files: &'a [(&'static str, FileHandle)],
     /// The engine.
     pub evaluator: &'a dyn Evaluator,
 }
@@ -28,7 +28,7 @@ pub struct Context<'a> {
     pub evaluator: &'a dyn Evaluator,
     kind: &'a str,
     inputs: &'a [Value],
-    files: &'a [(&'static str, PathBuf)],
+    files: &'a [(&'static str, FileHandle)],
 }
 
 impl<'a> Context<'a> {
@@ -109,14 +109,14 @@ impl Context<'_> {
         self.evaluator.cuts().map_or_else(|| solid.cut(cut), |cuts| cuts.cut(solid, cut))
     }
 
-    /// The paths of all files that the parameter `field` names; several only with `<UDIM>`.
-    pub fn files(&self, field: &str) -> Vec<&Path> {
-        self.files.iter().filter(|(name, _)| *name == field).map(|(_, path)| path.as_path()).collect()
+    /// All files that the parameter `field` names; several only with `<UDIM>`.
+    pub fn files(&self, field: &str) -> Vec<&FileHandle> {
+        self.files.iter().filter(|(name, _)| *name == field).map(|(_, file)| file).collect()
     }
 
-    /// The path of the file that the parameter `field` names.
-    pub fn file(&self, field: &str) -> Option<&Path> {
-        self.files.iter().find(|(name, _)| *name == field).map(|(_, path)| path.as_path())
+    /// The file that the parameter `field` names.
+    pub fn file(&self, field: &str) -> Option<&FileHandle> {
+        self.files.iter().find(|(name, _)| *name == field).map(|(_, file)| file)
     }
 
     /// Fails if the work was cancelled. Call it about every millisecond during long work.

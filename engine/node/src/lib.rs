@@ -72,8 +72,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use shibo_value::diagnostics::{self, Problem};
 use shibo_value::expression::Growth;
+use shibo_value::files::FileHandle;
 use shibo_value::{self as value, ChannelSet, Stop, Tiling, Type};
-use std::path::PathBuf;
 
 /// The fingerprint of this crate's code and of the libraries that it uses.
 pub const CODE: &str = env!("CODE_FINGERPRINT");
@@ -256,7 +256,7 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
 
     /// For a node that makes a `Picture`: true if it has one channel, so that ports for any field accept it as `Gray`.
     /// Reads only the headers of its files; other functions report files that cannot be read.
-    fn makes_gray(&self, _files: &[(&'static str, PathBuf)]) -> bool {
+    fn makes_gray(&self, _files: &[(&'static str, FileHandle)]) -> bool {
         false
     }
 
@@ -278,7 +278,7 @@ pub trait Node: Serialize + DeserializeOwned + JsonSchema + Default + Send + Syn
 
     /// Checks the files themselves as far as possible without evaluating: headers, sizes, completeness. All files
     /// exist; each comes with the parameter that names it. Advice is reported as warnings.
-    fn check_files(&self, _files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
+    fn check_files(&self, _files: &[(&'static str, FileHandle)]) -> Vec<Problem> {
         Vec::new()
     }
 

@@ -4,7 +4,6 @@ use crate::value::{Atlas, Field, Key, Path};
 use crate::{Arg, Built, Functions, KindInfo, Node};
 use glam::UVec2;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 /// A registered kind of node.
@@ -47,11 +46,8 @@ pub trait Library: Send + Sync {
     /// The text of the graph at that path.
     fn text(&self, path: &str) -> Option<&str>;
 
-    /// A file on disk with the content of the library file at that path, for a node that reads it.
-    ///
-    /// # Errors
-    /// The reason why there is no such file, as a message.
-    fn file(&self, path: &str) -> Result<PathBuf, String>;
+    /// The content of the file at that path, for a node that reads it.
+    fn file(&self, path: &str) -> Option<&'static [u8]>;
 }
 
 /// All kinds that graph files may use.

@@ -1,10 +1,9 @@
 //! Format detection and reading of headers, without decoding.
 
 use super::limits::{FileError, ReadError, ReadLimits, list};
+use super::value::files::{Content, FileHandle, FileKind};
 use super::{SampleKind, foreign, read_exr, read_hdr, read_jpeg, read_png, read_tiff};
-use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
-use std::path::Path;
 
 /// The formats that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -67,16 +66,16 @@ pub struct HeaderStatements {
 ///
 /// # Errors
 /// When the file cannot be opened or is not a picture that [`read`](super::read) supports.
-pub fn header(path: &Path) -> Result<Header, FileError> {
-    of_file(path, None)
+pub fn header(file: impl Into<FileHandle>) -> Result<Header, FileError> {
+    of_file(&file.into(), None)
 }
 
 /// Like [`header`], for the channels that [`read_layer`](super::read_layer) gives for this name.
 ///
 /// # Errors
 /// See [`header`]; also when there is no such layer or channel.
-pub fn header_layer(path: &Path, layer: &str) -> Result<Header, FileError> {
-    of_file(path, Some(layer))
+pub fn header_layer(file: impl Into<FileHandle>, layer: &str) -> Result<Header, FileError> {
+    of_file(&file.into(), Some(layer))
 }
 
 /// A text in the metadata of an EXR file, by its name in [`PictureSpec::metadata`](super::PictureSpec); `None` for
@@ -84,20 +83,20 @@ pub fn header_layer(path: &Path, layer: &str) -> Result<Header, FileError> {
 ///
 /// # Errors
 /// See [`header`].
-pub fn text(path: &Path, name: &str) -> Result<Option<String>, FileError> {
-    let reading =
-        open(path, &ReadLimits { max_file_bytes: u64::MAX, ..ReadLimits::default() }).and_then(|(file, _)| {
-            let mut reader = BufReader::new(file);
-            let start = reader.fill_buf().map_err(ReadError::Io)?;
-            if sniff(start)? == FileFormat::Exr { read_exr::text(reader, name) } else { Ok(None) }
-        });
-    reading.map_err(|reason| FileError { path: path.to_path_buf(), reason })
+pub fn text(file: impl Into<FileHandle>, name: &str) -> Result<Option<String>, FileError> {
+    let file = file.into();
+    let reading = open(&file, u64::MAX).and_then(|(content, _)| {
+        let mut reader = BufReader::new(content);
+        let start = reader.fill_buf().map_err(ReadError::Io)?;
+        if sniff(start)? == FileFormat::Exr { read_exr::text(reader, name) } else { Ok(None) }
+    });
+    reading.map_err(|reason| FileError::of(&file, reason))
 }
 
-fn of_file(path: &Path, layer: Option<&str>) -> Result<Header, FileError> {
-    let at = |reason| FileError { path: path.to_path_buf(), reason };
-    let (file, _) = open(path, &ReadLimits { max_file_bytes: u64::MAX, ..ReadLimits::default() }).map_err(at)?;
-    of_reader(BufReader::new(file), layer).map_err(at)
+fn of_file(file: &FileHandle, layer: Option<&str>) -> Result<Header, FileError> {
+    let at = |reason| FileError::of(file, reason);
+    let (content, _) = open(file, u64::MAX).map_err(at)?;
+    of_reader(BufReader::new(content), layer).map_err(at)
 }
 
 /// Reads the header of a file in memory.
@@ -126,10 +125,11 @@ fn of_reader<R: BufRead + Seek>(mut reader: R, layer: Option<&str>) -> Result<He
 ///
 /// # Errors
 /// See [`ReadError`]; includes the path of the file.
-pub fn check(path: &Path, layer: Option<&str>, limits: &ReadLimits) -> Result<Header, FileError> {
-    let at = |reason| FileError { path: path.to_path_buf(), reason };
-    let (file, length) = open(path, limits).map_err(at)?;
-    checked(&mut BufReader::new(file), length, layer, limits).map_err(at)
+pub fn check(file: impl Into<FileHandle>, layer: Option<&str>, limits: &ReadLimits) -> Result<Header, FileError> {
+    let file = file.into();
+    let at = |reason| FileError::of(&file, reason);
+    let (content, length) = open(&file, limits.max_file_bytes).map_err(at)?;
+    checked(&mut BufReader::new(content), length, layer, limits).map_err(at)
 }
 
 /// Like [`check`], for a file in memory.
@@ -181,45 +181,25 @@ pub(super) fn position(names: &[String], wanted: &str) -> Result<usize, ReadErro
     names.iter().position(|own| own == wanted).ok_or_else(missing)
 }
 
-/// Opens a regular file; returns its length too. The type is checked before opening, because opening a pipe could block
-/// forever.
-pub(super) fn open(path: &Path, limits: &ReadLimits) -> Result<(File, u64), ReadError> {
-    let metadata = path.metadata().map_err(ReadError::Io)?;
-    if !metadata.is_file() {
-        return Err(ReadError::NotAFile(kind_of(metadata.file_type())));
+/// Opens a regular file of at most `limit` bytes; returns its length too.
+fn open(file: &FileHandle, limit: u64) -> Result<(Box<dyn Content>, u64), ReadError> {
+    let facts = file.facts().map_err(ReadError::Io)?;
+    match (facts.kind, facts.length) {
+        (FileKind::Regular, 0) => Err(ReadError::Empty),
+        (FileKind::Regular, bytes) if bytes > limit => Err(ReadError::FileTooLarge { bytes, limit }),
+        (FileKind::Regular, bytes) => Ok((file.open().map_err(ReadError::Io)?, bytes)),
+        (other, _) => Err(ReadError::NotAFile(other.name())),
     }
-    match metadata.len() {
-        0 => Err(ReadError::Empty),
-        bytes if bytes > limits.max_file_bytes => Err(ReadError::FileTooLarge { bytes, limit: limits.max_file_bytes }),
-        bytes => Ok((File::open(path).map_err(ReadError::Io)?, bytes)),
-    }
-}
-
-fn kind_of(kind: std::fs::FileType) -> &'static str {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::FileTypeExt;
-        if kind.is_fifo() {
-            return "a named pipe";
-        }
-        if kind.is_socket() {
-            return "a socket";
-        }
-        if kind.is_block_device() || kind.is_char_device() {
-            return "a device";
-        }
-    }
-    if kind.is_dir() { "a folder" } else { "something else than a file" }
 }
 
 /// The whole content of a regular file.
-pub(super) fn load(path: &Path, limits: &ReadLimits) -> Result<Vec<u8>, ReadError> {
-    let (file, length) = open(path, limits)?;
+pub(super) fn load(file: &FileHandle, limits: &ReadLimits) -> Result<Vec<u8>, ReadError> {
+    let (content, length) = open(file, limits.max_file_bytes)?;
     let mut bytes = Vec::new();
     let capacity = usize::try_from(length).map_err(ReadError::corrupt)?;
     bytes.try_reserve_exact(capacity).map_err(|error| ReadError::Io(std::io::Error::other(error)))?;
     // If the file grows meanwhile, read only the first `length` bytes.
-    file.take(length).read_to_end(&mut bytes).map_err(ReadError::Io)?;
+    content.take(length).read_to_end(&mut bytes).map_err(ReadError::Io)?;
     Ok(bytes)
 }
 

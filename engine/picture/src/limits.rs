@@ -1,5 +1,6 @@
 //! Limits of reading, and its errors.
 
+use super::value::files::FileHandle;
 use std::path::PathBuf;
 
 /// Limits for a picture. They are compared with the header before samples are allocated.
@@ -209,6 +210,12 @@ pub struct FileError {
     /// The error.
     #[source]
     pub reason: ReadError,
+}
+
+impl FileError {
+    pub(super) fn of(file: &FileHandle, reason: ReadError) -> Self {
+        Self { path: file.path().to_path_buf(), reason }
+    }
 }
 
 /// Names in backticks, for messages; long lists are cut.

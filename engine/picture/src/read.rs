@@ -3,7 +3,7 @@
 use super::header::{FileFormat, load, position, sniff};
 use super::limits::{FileError, ReadError, ReadLimits};
 use super::{Picture, read_exr, read_hdr, read_jpeg, read_png, read_tiff};
-use std::path::Path;
+use crate::value::files::FileHandle;
 
 /// Reads a picture. Needs memory for the file, the stored samples and the `f32` samples at the same time.
 ///
@@ -12,9 +12,10 @@ use std::path::Path;
 ///
 /// # Errors
 /// See [`ReadError`]; includes the path of the file.
-pub fn read(path: &Path, limits: &ReadLimits) -> Result<Picture, FileError> {
-    let reading = load(path, limits).and_then(|bytes| read_bytes(&bytes, limits));
-    reading.map_err(|reason| FileError { path: path.to_path_buf(), reason })
+pub fn read(file: impl Into<FileHandle>, limits: &ReadLimits) -> Result<Picture, FileError> {
+    let file = file.into();
+    let reading = load(&file, limits).and_then(|bytes| read_bytes(&bytes, limits));
+    reading.map_err(|reason| FileError::of(&file, reason))
 }
 
 /// Like [`read`], but reads the named layer (`base_color` of `base_color.R` …) or the named channel (`height.Y`, `Z`)
@@ -22,14 +23,15 @@ pub fn read(path: &Path, limits: &ReadLimits) -> Result<Picture, FileError> {
 ///
 /// # Errors
 /// See [`ReadError`]; includes the path of the file.
-pub fn read_layer(path: &Path, layer: &str, limits: &ReadLimits) -> Result<Picture, FileError> {
-    let reading = load(path, limits).and_then(|bytes| {
+pub fn read_layer(file: impl Into<FileHandle>, layer: &str, limits: &ReadLimits) -> Result<Picture, FileError> {
+    let file = file.into();
+    let reading = load(&file, limits).and_then(|bytes| {
         if sniff(&bytes)? == FileFormat::Exr {
             return read_exr::read(&bytes, limits, Some(layer));
         }
         one_channel(read_bytes(&bytes, limits)?, layer)
     });
-    reading.map_err(|reason| FileError { path: path.to_path_buf(), reason })
+    reading.map_err(|reason| FileError::of(&file, reason))
 }
 
 /// Reads a picture from a file in memory.

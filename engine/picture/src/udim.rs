@@ -1,5 +1,6 @@
 //! Sets of files, one for each UDIM tile: in the name of a set, `<UDIM>` stands for the number of the tile. Tile 1001
 //! is the first one, its right neighbour is 1002, and the one above it is 1011.
+use super::value::files::Files;
 use std::path::{Path, PathBuf};
 
 /// Placeholder for the number.
@@ -48,19 +49,19 @@ pub fn udim_file(set: &Path, path: &Path) -> Option<UdimFile> {
 ///
 /// # Errors
 /// When the folder cannot be read.
-pub fn udim_files(set: &Path) -> std::io::Result<Vec<UdimFile>> {
-    let folder = set.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let entries = std::fs::read_dir(folder.unwrap_or(Path::new(".")))?;
+pub fn udim_files(files: &dyn Files, set: &Path) -> std::io::Result<Vec<UdimFile>> {
+    let names = files.names(set.parent().unwrap_or(Path::new("")))?;
     // Paths get the folder of the set.
-    let file = |name: std::ffi::OsString| udim_file(set, &set.with_file_name(name));
-    let mut files: Vec<UdimFile> = entries.flatten().filter_map(|entry| file(entry.file_name())).collect();
-    files.sort_by_key(|file| file.number);
-    Ok(files)
+    let mut found: Vec<UdimFile> =
+        names.into_iter().filter_map(|name| udim_file(set, &set.with_file_name(name))).collect();
+    found.sort_by_key(|file| file.number);
+    Ok(found)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::value::files::Disk;
 
     #[test]
     fn finds_the_files_of_a_set() {
@@ -78,7 +79,7 @@ mod tests {
             std::fs::write(folder.path().join(name), "").unwrap();
         }
         let set = folder.path().join("a.<UDIM>.png");
-        let files = udim_files(&set).unwrap();
+        let files = udim_files(&Disk, &set).unwrap();
         assert_eq!(
             files.iter().map(|file| (file.number, file.place())).collect::<Vec<_>>(),
             [(1001, [0, 0]), (1002, [1, 0]), (1011, [0, 1])]

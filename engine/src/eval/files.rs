@@ -4,15 +4,14 @@
 //! reads its files later: when it is evaluated, or when the first tile of one of its fields is filled. If a file
 //! changes in between, the result does not belong to the key. The files are therefore compared with their hashes again
 //! after they were read; a result computed from changed files is refused with an error and never stored.
-use super::{Signature, lock};
+use super::lock;
 use crate::diagnostics::{Code, Problem};
 use crate::value::clock::time_of_day;
+use crate::value::files::{Facts, FileHandle};
 use crate::value::{
     Cost, Field, FieldSource, Given, Grid, Material, PictureFields, Pictures, Read, Stop, Tile, Value, Window,
 };
-use std::fs::{self, File};
 use std::io;
-use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::SystemTime;
@@ -22,23 +21,18 @@ use std::time::SystemTime;
 pub(super) struct KeyedFile {
     /// The parameter that names the file.
     field: &'static str,
-    path: PathBuf,
+    file: FileHandle,
     hash: [u8; 32],
-    /// The signature of the content with that hash, and the time when it was read.
-    seen: Mutex<(Signature, SystemTime)>,
+    /// The facts of the file with that content, and the time when it was read.
+    seen: Mutex<(Facts, SystemTime)>,
 }
 
 impl KeyedFile {
     /// Reads the file that the parameter `field` names.
-    pub(super) fn read(field: &'static str, path: &Path) -> io::Result<Self> {
+    pub(super) fn read(field: &'static str, file: &FileHandle) -> io::Result<Self> {
         let now = time_of_day();
-        let metadata = fs::metadata(path)?;
-        // Opening a pipe would wait for a writer.
-        if !metadata.is_file() {
-            return Err(io::Error::other("it is not a regular file"));
-        }
-        let (seen, hash) = (Mutex::new((Signature::of(&metadata), now)), hash(path)?);
-        Ok(Self { field, path: path.to_owned(), hash, seen })
+        let (seen, hash) = (Mutex::new((file.facts()?, now)), hash(file)?);
+        Ok(Self { field, file: file.clone(), hash, seen })
     }
 
     /// The parameter that names the file.
@@ -46,9 +40,9 @@ impl KeyedFile {
         self.field
     }
 
-    /// The path of the file.
-    pub(super) fn path(&self) -> &Path {
-        &self.path
+    /// The file.
+    pub(super) fn file(&self) -> &FileHandle {
+        &self.file
     }
 
     /// The hash of the content.
@@ -56,18 +50,17 @@ impl KeyedFile {
         &self.hash
     }
 
-    /// Returns true if the content still has the hash. The content is read again only if its signature is inconclusive.
+    /// Returns true if the content still has the hash. The content is read again only if the facts are inconclusive.
     fn is_unchanged(&self) -> bool {
         let now = time_of_day();
-        let Some(metadata) = fs::metadata(&self.path).ok().filter(fs::Metadata::is_file) else { return false };
-        let signature = Signature::of(&metadata);
+        let Some(facts) = self.file.facts().ok().filter(Facts::is_file) else { return false };
         let mut seen = lock(&self.seen);
-        if seen.0 == signature && !signature.may_hide_a_change(seen.1) {
+        if seen.0 == facts && !facts.may_hide_a_change(seen.1) {
             return true;
         }
-        let unchanged = hash(&self.path).is_ok_and(|hash| hash == self.hash);
+        let unchanged = hash(&self.file).is_ok_and(|hash| hash == self.hash);
         if unchanged {
-            *seen = (signature, now);
+            *seen = (facts, now);
         }
         unchanged
     }
@@ -80,14 +73,14 @@ impl KeyedFile {
         if self.is_unchanged() {
             return Ok(());
         }
-        let message = format!("`{}` was changed after the run had begun", self.path.display());
+        let message = format!("`{}` was changed after the run had begun", self.file.display());
         Err(self.problem(message).help("run it again").into())
     }
 }
 
-fn hash(path: &Path) -> io::Result<[u8; 32]> {
+fn hash(file: &FileHandle) -> io::Result<[u8; 32]> {
     let mut hasher = blake3::Hasher::new();
-    hasher.update_reader(File::open(path)?)?;
+    hasher.update_reader(file.open()?)?;
     Ok(*hasher.finalize().as_bytes())
 }
 
@@ -131,7 +124,7 @@ impl NodeFiles {
         }
         self.check()?;
         if let (REFUSED, Some(file)) = (self.state.load(Ordering::Acquire), self.files.first()) {
-            let message = format!("`{}` was changed while it was read", file.path.display());
+            let message = format!("`{}` was changed while it was read", file.file.display());
             return Err(file.problem(message).help("start the program again").into());
         }
         let result = work();

@@ -94,7 +94,7 @@ impl Keys {
 
     /// The files that a node reads, with the hashes of their content.
     pub fn read_files(&self, node: NodeIndex) -> impl Iterator<Item = (&Path, &[u8; 32])> {
-        self.files.get(&node).into_iter().flat_map(|files| files.iter().map(|file| (file.path(), file.hash())))
+        self.files.get(&node).into_iter().flat_map(|files| files.iter().map(|file| (file.file().path(), file.hash())))
     }
 
     /// All nodes, each after its inputs.
@@ -131,17 +131,17 @@ fn facts(canvas: &Canvas, wanted: &[Fact]) -> Vec<u8> {
 /// The UDIM tile number of a file.
 fn tile(node: &GraphNode, file: &KeyedFile) -> Option<[u8; 4]> {
     let (_, set) = node.node.files().into_iter().find(|(field, _)| *field == file.field())?;
-    Some(udim_file(Path::new(&set.0), file.path())?.number.to_le_bytes())
+    Some(udim_file(Path::new(&set.0), file.file().path())?.number.to_le_bytes())
 }
 
 fn keyed_files(node: &GraphNode) -> Result<Vec<KeyedFile>, Vec<Diagnostic>> {
     let mut errors = Vec::new();
     let mut files = Vec::new();
-    for (field, path) in &node.files {
-        match KeyedFile::read(field, path) {
+    for (field, file) in &node.files {
+        match KeyedFile::read(field, file) {
             Ok(file) => files.push(file),
             Err(e) => {
-                let message = format!("cannot read `{}`: {e}", path.display());
+                let message = format!("cannot read `{}`: {e}", file.display());
                 errors.push(Diagnostic::new(Code::BadFile, node.field_span(Some(field)), message));
             }
         }

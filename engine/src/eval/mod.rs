@@ -25,7 +25,6 @@ mod region;
 mod run;
 mod schedule;
 mod shared;
-mod signature;
 mod stats;
 mod store;
 mod tiles;
@@ -42,7 +41,6 @@ pub use overlap::OverlapStore;
 pub(crate) use run::defect;
 pub use run::{Caches, Run};
 pub use shared::{Checked, LARGEST_ANSWER, PATIENCE, Remote, SharedStore, Trouble};
-pub use signature::Signature;
 pub use stats::{NodeState, NodeStats, Stored};
 pub use store::{Layers, MemoryStore, Store};
 

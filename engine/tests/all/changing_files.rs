@@ -25,7 +25,7 @@ fn number(path: &Path) -> Result<f32, Problem> {
 }
 
 fn path(cx: &Context<'_>) -> PathBuf {
-    cx.file("path").unwrap().to_owned()
+    cx.file("path").unwrap().path().to_owned()
 }
 
 /// The number in a file, read when the node is evaluated.

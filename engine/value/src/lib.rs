@@ -1,5 +1,5 @@
 //! Values of wires: objects, which are computed whole, and fields, which are evaluated lazily by tiles. Contains data
-//! and accessors, no algorithms. Beside them are [`diagnostics`], [`expression`] and [`clock`], which all
+//! and accessors, no algorithms. Beside them are [`diagnostics`], [`expression`], [`clock`] and [`files`], which all
 //! crates above use.
 //!
 //! Rules for all crates of the engine:
@@ -60,6 +60,7 @@ pub mod clock;
 pub mod codec;
 pub mod diagnostics;
 pub mod expression;
+pub mod files;
 
 pub use accepts::Accepts;
 pub use area::Area;

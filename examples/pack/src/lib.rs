@@ -9,7 +9,6 @@ mod terraces;
 mod zones;
 
 use shibo_engine::registry::{Family, Kind, Registry};
-use std::path::PathBuf;
 pub use terraces::Terraces;
 pub use zones::Zones;
 
@@ -22,7 +21,7 @@ pub fn family() -> Family {
     Family { name: "Example pack", doc: "Nodes of another crate.", kinds }
 }
 
-/// All nodes of Shibo and of this pack, and Shibo's graphs. Files of the library are unpacked into `folder`.
-pub fn registry(folder: PathBuf) -> Registry {
-    shibo_library::registry_with(folder, [family()]).with_code(CODE)
+/// All nodes of Shibo and of this pack, and Shibo's graphs.
+pub fn registry() -> Registry {
+    shibo_library::registry_with([family()]).with_code(CODE)
 }

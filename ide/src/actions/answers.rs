@@ -182,7 +182,7 @@ mod tests {
         let head =
             r#"(change: 1, all: true, version: 1, look: Look, what: "first", touches: All, worst: 0, keeps: Gone),"#;
         let table = format!("[{head} (change: 2, {line}, look: Look, what: \"new\", worst: 0.1, keeps: Gone)]");
-        Arc::new(shibo_library::registry(std::env::temp_dir()).with_changes(Box::leak(table.into_boxed_str())))
+        Arc::new(shibo_library::registry().with_changes(Box::leak(table.into_boxed_str())))
     }
 
     fn follow(line: &'static str, nodes: &str) -> (String, usize) {

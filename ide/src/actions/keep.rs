@@ -120,7 +120,7 @@ mod tests {
 ";
 
     fn edited(text: &str, of: impl Fn(Cx<'_>) -> Result<Vec<Edit>, String>) -> Result<String, String> {
-        let mut workspace = Workspace::new(Arc::new(shibo_library::registry(std::env::temp_dir())), Vec::new());
+        let mut workspace = Workspace::new(Arc::new(shibo_library::registry()), Vec::new());
         let file = workspace.open(Path::new("a.ron"), text);
         Ok(apply(text, &of(Cx { world: &workspace, file: &file })?))
     }

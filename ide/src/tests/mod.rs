@@ -20,7 +20,7 @@ pub(crate) fn graphs() -> PathBuf {
 
 /// Registry with all nodes and the graphs of the library.
 pub(crate) fn registry() -> Registry {
-    shibo_library::registry(std::env::temp_dir().join("shibo-library"))
+    shibo_library::registry()
         .with_successor(super::migrate::successor)
         .with_retired_fields(super::migrate::is_retired_field)
 }

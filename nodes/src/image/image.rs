@@ -11,8 +11,9 @@ use shibo_kernel::filter::sample::{Filter, Outside};
 use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Xy, choice, node};
 use shibo_picture::{self as picture, ReadLimits};
 use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::files::FileHandle;
 use shibo_value::{Field, Grid, PictureFields, Stop, Tiling, Type, Value};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 /// Meaning of the numbers in a picture.
@@ -176,8 +177,8 @@ impl Node for Image {
         vec![("path", &self.path)]
     }
 
-    fn makes_gray(&self, files: &[(&'static str, PathBuf)]) -> bool {
-        let header = files.first().and_then(|(_, path)| self.reading().header(path).ok());
+    fn makes_gray(&self, files: &[(&'static str, FileHandle)]) -> bool {
+        let header = files.first().and_then(|(_, file)| self.reading().header(file).ok());
         header.is_some_and(|header| is_gray(&header))
     }
 
@@ -187,17 +188,17 @@ impl Node for Image {
 
     /// Checks the files without decoding: their formats, that they are complete and alike, and that the crop lies
     /// within. Assumptions are advice.
-    fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
+    fn check_files(&self, files: &[(&'static str, FileHandle)]) -> Vec<Problem> {
         // The memory for decoding depends on the run, so no limit is checked here.
         let limits = ReadLimits { max_bytes_decoded: u64::MAX, ..ReadLimits::default() };
-        let paths: Vec<&Path> = files.iter().map(|(_, path)| path.as_path()).collect();
-        let check = |path: &&Path| picture::check(path, self.layer.as_deref(), &limits).err();
-        let broken: Vec<Problem> = paths.iter().filter_map(check).map(|error| problem(&error)).collect();
-        if !broken.is_empty() || paths.is_empty() {
+        let files: Vec<&FileHandle> = files.iter().map(|(_, file)| file).collect();
+        let check = |file: &&FileHandle| picture::check(*file, self.layer.as_deref(), &limits).err();
+        let broken: Vec<Problem> = files.iter().filter_map(check).map(|error| problem(&error)).collect();
+        if !broken.is_empty() || files.is_empty() {
             return broken;
         }
         let reading = self.reading();
-        let checked = Sheet::of(Path::new(&self.path.0), &paths, &reading).and_then(|sheet| {
+        let checked = Sheet::of(Path::new(&self.path.0), &files, &reading).and_then(|sheet| {
             let header = sheet.header()?;
             self.part(header.width, header.height)?;
             Ok(sheet.assumed(&reading))
@@ -246,6 +247,7 @@ mod tests {
     use shibo_node::{Call, DynNode};
     use shibo_value::Canvas;
     use shibo_value::{Given, Tile, Window};
+    use std::path::PathBuf;
 
     /// A picture of 16 × 8 pixels of noise with `channels` channels.
     fn file(folder: &Path, name: &str, channels: usize, wrong: Option<f32>) -> (PathBuf, Vec<f32>) {
@@ -259,7 +261,7 @@ mod tests {
     }
 
     fn outputs(node: &Image, path: &Path) -> Result<Outputs, Stop> {
-        let files = [("path", path.to_owned())];
+        let files = [("path", path.into())];
         let canvas = Canvas { size_mm: glam::DVec2::new(32.0, 16.0), ..canvas() };
         DynNode::evaluate(node, &Call { kind: "Image", canvas: &canvas, inputs: &[], files: &files, evaluator: &Plain })
     }

@@ -8,8 +8,8 @@ use shibo_kernel::filter::sample::{Filter, Outside, Pyramid};
 use shibo_kernel::ground::tile;
 use shibo_picture::{Header, ReadLimits};
 use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::files::FileHandle;
 use shibo_value::{FieldSource, Given, Grid, Pictures, Read, Stop, Tile, Window};
-use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 /// A part of a picture in pixels, known to lie within it.
@@ -54,7 +54,7 @@ struct Decoded {
 impl Pixels {
     /// Decodes nothing yet; refuses files that would not fit into `memory` bytes.
     pub(super) fn new(
-        path: &Path,
+        path: &FileHandle,
         (sheet, reading): (Sheet, DecodeOptions),
         (header, crop): (&Header, Crop),
         memory: u64,

@@ -4,7 +4,8 @@ use shibo_picture::{
     self as picture, ColorSpace, Conversion, FileError, Header, Picture, ReadLimits, divide_by_alpha, udim_file,
 };
 use shibo_value::diagnostics::{Code, Problem};
-use std::path::{Path, PathBuf};
+use shibo_value::files::FileHandle;
+use std::path::Path;
 
 /// Options for turning samples of a file into values; `None` follows the file.
 #[derive(Clone)]
@@ -18,7 +19,7 @@ pub(super) struct DecodeOptions {
 
 /// A file of a sheet.
 struct Part {
-    path: PathBuf,
+    path: FileHandle,
     header: Header,
     /// Column and row among the tiles; rows go upwards.
     place: [u32; 2],
@@ -33,7 +34,7 @@ pub(super) struct Sheet {
 
 impl DecodeOptions {
     /// The header of a file.
-    pub(super) fn header(&self, path: &Path) -> Result<Header, FileError> {
+    pub(super) fn header(&self, path: &FileHandle) -> Result<Header, FileError> {
         self.layer.as_deref().map_or_else(|| picture::header(path), |layer| picture::header_layer(path, layer))
     }
 
@@ -42,7 +43,7 @@ impl DecodeOptions {
     }
 
     /// Advice about assumptions: for a file that does not state its colours, or states them in an unsupported way.
-    pub(super) fn assumed(&self, path: &Path, header: &Header) -> Vec<Problem> {
+    pub(super) fn assumed(&self, path: &FileHandle, header: &Header) -> Vec<Problem> {
         let advice = |what: &String, help: &str| {
             Problem::new(Code::Advice, format!("`{}`: {what}", path.display())).at("path").help(help)
         };
@@ -73,7 +74,7 @@ impl DecodeOptions {
     }
 
     /// Replaces NaN and infinities; returns a warning unless the user chose the value.
-    fn replace_non_finite(&self, path: &Path, picture: &mut Picture) -> Option<Problem> {
+    fn replace_non_finite(&self, path: &FileHandle, picture: &mut Picture) -> Option<Problem> {
         let first = picture.first_non_finite()?;
         let (count, all) = (picture.count_non_finite(), picture.planes.len());
         #[expect(clippy::cast_possible_truncation, reason = "rounding to the precision of a sample is meant")]
@@ -98,12 +99,12 @@ impl DecodeOptions {
 
 impl Sheet {
     /// The sheet for the path `named` in a graph file; reads the headers of `files`.
-    pub(super) fn of(named: &Path, files: &[&Path], reading: &DecodeOptions) -> Result<Self, Problem> {
+    pub(super) fn of(named: &Path, files: &[&FileHandle], reading: &DecodeOptions) -> Result<Self, Problem> {
         let mut parts: Vec<Part> = Vec::with_capacity(files.len());
-        for path in files {
+        for &path in files {
             let header = reading.header(path).map_err(|error| problem(&error))?;
-            let place = udim_file(named, path).map_or([0, 0], |file| file.place());
-            let part = Part { path: (*path).to_owned(), header, place };
+            let place = udim_file(named, path.path()).map_or([0, 0], |file| file.place());
+            let part = Part { path: path.clone(), header, place };
             if let Some(first) = parts.first().filter(|first| looks(&first.header) != looks(&part.header)) {
                 return Err(unlike(first, &part));
             }

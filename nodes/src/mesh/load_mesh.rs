@@ -9,8 +9,8 @@ use shibo_kernel::ground::stop::{Watch, unwind_when};
 use shibo_kernel::mesh::topology;
 use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem, suggest};
+use shibo_value::files::FileHandle;
 use shibo_value::{Mesh, Stop, Type};
-use std::path::{Path, PathBuf};
 
 mod gaps;
 
@@ -102,7 +102,7 @@ pub struct LoadMesh {
 const FARTHEST: f64 = 1e7;
 
 /// The problem for a file that cannot be read, at the parameter that names it.
-fn problem(path: &Path, error: &ReadError) -> Problem {
+fn problem(path: &FileHandle, error: &ReadError) -> Problem {
     let (code, field) = match error {
         ReadError::NotFound(_) => (Code::FileNotFound, "path"),
         ReadError::Bad(_) => (Code::BadFile, "path"),
@@ -119,8 +119,8 @@ fn problem(path: &Path, error: &ReadError) -> Problem {
 }
 
 /// The file of a parameter.
-fn file<'a>(files: &'a [(&'static str, PathBuf)], name: &str) -> Option<&'a Path> {
-    files.iter().find(|(field, _)| *field == name).map(|(_, path)| path.as_path())
+fn file<'a>(files: &'a [(&'static str, FileHandle)], name: &str) -> Option<&'a FileHandle> {
+    files.iter().find(|(field, _)| *field == name).map(|(_, file)| file)
 }
 
 impl LoadMesh {
@@ -254,7 +254,7 @@ impl Node for LoadMesh {
     }
 
     /// Checks the files without making a mesh.
-    fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
+    fn check_files(&self, files: &[(&'static str, FileHandle)]) -> Vec<Problem> {
         let Some(path) = file(files, "path") else { return Vec::new() };
         let found = read::check(path, file(files, "buffer"), self.uv_set);
         found.err().map(|error| problem(path, &error)).into_iter().collect()

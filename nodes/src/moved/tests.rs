@@ -17,7 +17,7 @@ fn picture(node: &Image, side: u32, name: &str) -> Field {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("noise.tif");
     write_tiff(&path, side, &["Y"], &[&noise(side)]);
-    let files = [("path", path)];
+    let files = [("path", (&path).into())];
     let call = Call { kind: "Image", canvas: &canvas(), inputs: &[], files: &files, evaluator: &Plain };
     let Some(Value::Field(field)) = DynNode::evaluate(node, &call).unwrap().take(name, false).cloned() else {
         panic!("{name}")

@@ -2,7 +2,7 @@
 use glam::DVec2;
 use shibo_kernel::shape::outline::{Edge, flatten};
 use shibo_value::diagnostics::{Code, Problem};
-use std::path::Path;
+use shibo_value::files::FileHandle;
 use ttf_parser::gpos::{PairAdjustment, PositioningSubtable};
 use ttf_parser::{Face, GlyphId, OutlineBuilder, Tag};
 
@@ -32,14 +32,14 @@ pub(super) struct Setting<'a> {
 }
 
 /// The bytes of a font file, or of the embedded font.
-pub(super) fn load(path: Option<&Path>) -> Result<std::borrow::Cow<'static, [u8]>, Problem> {
-    let Some(path) = path else { return Ok(EMBEDDED.into()) };
-    let bad = |why: String| Problem::new(Code::BadFile, format!("`{}`: {why}", path.display())).at("font");
-    let length = std::fs::metadata(path).map_err(|error| bad(error.to_string()))?.len();
+pub(super) fn load(file: Option<&FileHandle>) -> Result<std::borrow::Cow<'static, [u8]>, Problem> {
+    let Some(file) = file else { return Ok(EMBEDDED.into()) };
+    let bad = |why: String| Problem::new(Code::BadFile, format!("`{}`: {why}", file.display())).at("font");
+    let length = file.facts().map_err(|error| bad(error.to_string()))?.length;
     if length > MOST_BYTES {
         return Err(bad(format!("the file has {} MiB; fonts of up to 64 MiB are read", length >> 20)));
     }
-    let bytes = std::fs::read(path).map_err(|error| bad(error.to_string()))?;
+    let bytes = file.bytes(MOST_BYTES).map_err(|error| bad(error.to_string()))?;
     Face::parse(&bytes, 0).map_err(|error| {
         bad(format!("this is no font that can be read: {error}")).help("name a TrueType or OpenType font")
     })?;

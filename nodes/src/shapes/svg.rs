@@ -8,8 +8,8 @@ use glam::DVec2;
 use shibo_kernel::ground::number::narrow;
 use shibo_node::{CanvasFacts, Color, Context, Fact, FilePath, Node, Output, Outputs, Xy, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::files::FileHandle;
 use shibo_value::{Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window, srgb_to_linear};
-use std::path::PathBuf;
 use std::sync::Arc;
 
 /// How a picture fills its rectangle.
@@ -81,8 +81,8 @@ impl Node for Svg {
         vec![("path", &self.path)]
     }
 
-    fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
-        files.iter().filter_map(|(_, path)| Vector::read(path).err()).collect()
+    fn check_files(&self, files: &[(&'static str, FileHandle)]) -> Vec<Problem> {
+        files.iter().filter_map(|(_, file)| Vector::read(file).err()).collect()
     }
 
     fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
@@ -280,7 +280,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.svg");
         std::fs::write(&path, text).unwrap();
-        let call = Call { kind: "Svg", canvas: &canvas(), inputs: &[], files: &[("path", path)], evaluator: &Plain };
+        let call =
+            Call { kind: "Svg", canvas: &canvas(), inputs: &[], files: &[("path", (&path).into())], evaluator: &Plain };
         let outputs = DynNode::evaluate(node, &call)?;
         Ok(["color", "alpha", "mask"].map(|name| match outputs.take(name, name == "color") {
             Some(Value::Field(field)) => field.clone(),

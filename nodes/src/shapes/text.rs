@@ -13,8 +13,8 @@ use shibo_kernel::path::pen::Pen;
 use shibo_kernel::shape::outline::{Edge, Outline};
 use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Xy, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::files::FileHandle;
 use shibo_value::{Field, Stop, Tiling, Type};
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Alignment of lines.
@@ -75,7 +75,7 @@ pub struct Text {
 }
 
 impl Text {
-    fn edges(&self, font: Option<&Path>) -> Result<Vec<Edge>, Problem> {
+    fn edges(&self, font: Option<&FileHandle>) -> Result<Vec<Edge>, Problem> {
         let align = match self.align {
             Align::Left => 0.0,
             Align::Center => 0.5,
@@ -119,8 +119,8 @@ impl Node for Text {
         self.font.iter().map(|font| ("font", font)).collect()
     }
 
-    fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
-        files.iter().filter_map(|(_, path)| self.edges(Some(path)).err()).collect()
+    fn check_files(&self, files: &[(&'static str, FileHandle)]) -> Vec<Problem> {
+        files.iter().filter_map(|(_, file)| self.edges(Some(file)).err()).collect()
     }
 
     fn tiling(&self, canvas: &CanvasFacts) -> Tiling {
@@ -202,7 +202,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("font.otf");
         std::fs::write(&path, b"OTTO and nothing else").unwrap();
-        let problems = Node::check_files(&Text::default(), &[("font", path)]);
+        let problems = Node::check_files(&Text::default(), &[("font", (&path).into())]);
         assert_eq!((problems.len(), problems[0].code), (1, Code::BadFile));
     }
 }

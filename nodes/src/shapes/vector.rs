@@ -13,6 +13,7 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{self, roxmltree, tiny_skia_path};
 use shibo_kernel::path::pen::Pen;
 use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::files::FileHandle;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
@@ -31,19 +32,19 @@ pub(super) struct Vector {
 
 impl Vector {
     /// Reads a file.
-    pub(super) fn read(path: &Path) -> Result<Self, Problem> {
-        let bad = |code: Code, why: String| Problem::new(code, format!("`{}`: {why}", path.display())).at("path");
+    pub(super) fn read(file: &FileHandle) -> Result<Self, Problem> {
+        let bad = |code: Code, why: String| Problem::new(code, format!("`{}`: {why}", file.display())).at("path");
         let io = |error: std::io::Error| bad(Code::BadFile, error.to_string());
-        let length = std::fs::metadata(path).map_err(io)?.len();
+        let length = file.facts().map_err(io)?.length;
         if length > MOST_BYTES {
             return Err(bad(
                 Code::TooLarge,
                 format!("the file has {} MiB; files of up to 16 MiB are read", length >> 20),
             ));
         }
-        let bytes = std::fs::read(path).map_err(io)?;
+        let bytes = file.bytes(MOST_BYTES).map_err(io)?;
         let text = encoding::text(bytes).map_err(|(code, why)| bad(code, why))?;
-        Self::parse(path, &text)
+        Self::parse(file.path(), &text)
     }
 
     fn parse(path: &Path, text: &str) -> Result<Self, Problem> {

@@ -13,8 +13,8 @@ use shibo_node::{
     CanvasFacts, Color, Context, Fact, FilePath, Gray, In, Node, NormalField, Output, Outputs, Rgb, choice, node,
 };
 use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::files::FileHandle;
 use shibo_value::{Channel, Field, FieldSource, Given, Grid, Material, Read, Stop, Tile, Tiling, Type, Window};
-use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Tone curve: how light is shown on the screen.
@@ -136,7 +136,7 @@ impl Node for Relief {
         self.panorama.iter().map(|path| ("panorama", path)).collect()
     }
 
-    fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
+    fn check_files(&self, files: &[(&'static str, FileHandle)]) -> Vec<Problem> {
         surroundings::check(files)
     }
 

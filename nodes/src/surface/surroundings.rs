@@ -4,7 +4,7 @@ use shibo_node::{Context, choice};
 use shibo_picture::{self as picture, Conversion, ReadLimits};
 use shibo_value::Stop;
 use shibo_value::diagnostics::{Code, Problem};
-use std::path::{Path, PathBuf};
+use shibo_value::files::FileHandle;
 use std::sync::Arc;
 
 /// Light around the surface.
@@ -39,9 +39,9 @@ impl Surroundings {
 }
 
 /// Checks that panoramas can be read, without decoding them.
-pub(super) fn check(files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
+pub(super) fn check(files: &[(&'static str, FileHandle)]) -> Vec<Problem> {
     let limits = ReadLimits { max_bytes_decoded: u64::MAX, ..ReadLimits::default() };
-    let check = |(_, path): &(&'static str, PathBuf)| picture::check(path, None, &limits).err();
+    let check = |(_, file): &(&'static str, FileHandle)| picture::check(file, None, &limits).err();
     files.iter().filter_map(check).map(|error| unreadable(&error)).collect()
 }
 
@@ -59,7 +59,7 @@ fn unreadable(error: &picture::FileError) -> Problem {
 const MOST_DECODED: u64 = 768 << 20;
 
 /// The light of a panorama.
-fn of_file(path: &Path, cx: &Context<'_>) -> Result<Environment, Stop> {
+fn of_file(path: &FileHandle, cx: &Context<'_>) -> Result<Environment, Stop> {
     let bad = |why: String| {
         let message = format!("`{}` cannot light the surface: {why}", path.display());
         Problem::new(Code::BadFile, message)

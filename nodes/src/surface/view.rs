@@ -7,11 +7,11 @@ use shibo_kernel::surface::environment::{Environment, Scene};
 use shibo_kernel::surface::view::{self, Body, Maps, Shape, ViewSpec};
 use shibo_node::{CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::files::FileHandle;
 use shibo_value::{
     Atlas, Channel, Cost, Field, FieldSource, Given, Grid, Material, Pictures, Read, Resolution, Stop, Tile, Tiling,
     Type, Window,
 };
-use std::path::PathBuf;
 use std::sync::Arc;
 
 /// A shape that shows a material.
@@ -78,7 +78,7 @@ impl Node for View {
         self.panorama.iter().map(|path| ("panorama", path)).collect()
     }
 
-    fn check_files(&self, files: &[(&'static str, PathBuf)]) -> Vec<Problem> {
+    fn check_files(&self, files: &[(&'static str, FileHandle)]) -> Vec<Problem> {
         surroundings::check(files)
     }
 

@@ -8,8 +8,8 @@ use shibo_kernel::ground::number::narrow;
 use shibo_node::{CanvasFacts, Context, Fact, FilePath, In, Node, Output, Outputs, Vec2Field, node};
 use shibo_picture::{self as picture, FileError, ReadLimits};
 use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::files::FileHandle;
 use shibo_value::{CoordMap, Exemplar, Grid, Stop, Type, Window};
-use std::path::Path;
 use std::sync::Arc;
 
 /// Coordinates from a field of vectors or from a file: to show an earlier result again, or to continue from it.
@@ -59,7 +59,7 @@ impl CoordsFromField {
     }
 
     /// The same from a file.
-    fn of_file(&self, cx: &Context<'_>, path: &Path, exemplar: &Exemplar) -> Result<(UVec2, Vec<f32>), Stop> {
+    fn of_file(&self, cx: &Context<'_>, path: &FileHandle, exemplar: &Exemplar) -> Result<(UVec2, Vec<f32>), Stop> {
         let failed = |error: FileError| {
             let code = if error.reason.is_not_found() { Code::FileNotFound } else { Code::BadFile };
             let help = "it must be an EXR with the channels `X` and `Y`, as an output of coordinates is written";

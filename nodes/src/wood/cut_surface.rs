@@ -11,8 +11,9 @@ use shibo_node::{
     CanvasFacts, Context, Fact, FilePath, In, InSpace, MaterialInputs, Node, Output, Outputs, choice, node,
 };
 use shibo_value::diagnostics::{Code, Problem};
+use shibo_value::files::FileHandle;
 use shibo_value::{ChannelSet, Cut, Field, Key, Stop, Tile, Tiling, Type};
-use std::path::Path;
+use std::io::ErrorKind;
 use std::sync::Arc;
 
 /// A surface to cut along.
@@ -75,17 +76,17 @@ type Surface = Arc<dyn Fn(f64, f64) -> DVec3 + Send + Sync>;
 const MOST: usize = 4_000_000;
 
 /// A grid of points from a file: the points, and the number of points in a row.
-fn read_grid(path: &Path) -> Result<(Vec<DVec3>, usize), Problem> {
+fn read_grid(file: &FileHandle) -> Result<(Vec<DVec3>, usize), Problem> {
     let bad = |line: usize, what: &str| {
         let place = if line > 0 { format!(", line {line}") } else { String::new() };
         let help = "write one `x,y,z` in mm a line and an empty line between rows of equally many points";
-        Problem::new(Code::BadFile, format!("`{}`{place}: {what}", path.display())).at("file").help(help)
+        Problem::new(Code::BadFile, format!("`{}`{place}: {what}", file.display())).at("file").help(help)
     };
-    let size = std::fs::metadata(path).map_err(|e| bad(0, &e.to_string()))?.len();
-    if size > 256 << 20 {
-        return Err(bad(0, "it has more than 256 MiB"));
-    }
-    let text = std::fs::read_to_string(path).map_err(|e| bad(0, &format!("it is not readable text: {e}")))?;
+    let bytes = file.bytes(256 << 20).map_err(|error| match error.kind() {
+        ErrorKind::FileTooLarge => bad(0, "it has more than 256 MiB"),
+        _ => bad(0, &error.to_string()),
+    })?;
+    let text = String::from_utf8(bytes).map_err(|e| bad(0, &format!("it is not readable text: {e}")))?;
     let (mut points, mut row, mut columns) = (Vec::new(), 0, None);
     let mut end = |row: &mut usize, line: usize| {
         if *row == 0 {

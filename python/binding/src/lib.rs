@@ -15,15 +15,14 @@ use std::path::PathBuf;
 use std::sync::OnceLock;
 
 /// Makes the registry of the sessions. A process loads one extension module of this name and so has one registry.
-static REGISTRY: OnceLock<fn(PathBuf) -> Registry> = OnceLock::new();
+static REGISTRY: OnceLock<fn() -> Registry> = OnceLock::new();
 
-/// Fills the extension module `_shibo`. `registry` makes the kinds of nodes; it gets the folder into which the library's pictures
-/// and meshes are unpacked. Modules with nodes of other crates call it (`examples/pack/python`).
+/// Fills the extension module `_shibo`. `registry` makes the kinds of nodes. Modules with nodes of other crates call it (`examples/pack/python`).
 ///
 /// # Errors
 ///
 /// Fails if Python cannot add a member.
-pub fn fill(module: &Bound<'_, PyModule>, registry: fn(PathBuf) -> Registry) -> PyResult<()> {
+pub fn fill(module: &Bound<'_, PyModule>, registry: fn() -> Registry) -> PyResult<()> {
     REGISTRY.get_or_init(|| registry);
     module.add("ShiboError", module.py().get_type::<diagnostics::ShiboError>())?;
     module.add_class::<diagnostics::Diagnostic>()?;
@@ -36,9 +35,9 @@ pub fn fill(module: &Bound<'_, PyModule>, registry: fn(PathBuf) -> Registry) -> 
     module.add("VERSION", env!("CARGO_PKG_VERSION"))
 }
 
-/// The kinds of nodes of this process. Files of the library are unpacked into `folder`.
-fn registry(folder: PathBuf) -> Registry {
-    REGISTRY.get_or_init(|| shibo_library::registry)(folder)
+/// The kinds of nodes of this process.
+fn registry() -> Registry {
+    REGISTRY.get_or_init(|| shibo_library::registry)()
 }
 
 /// Names of the shipped graphs, which load as `shibo:NAME`, without parts for other graphs.

@@ -19,11 +19,10 @@ pub(crate) struct Session {
 #[pymethods]
 impl Session {
     #[new]
-    #[pyo3(signature = (library, *, threads=0, memory=1536, cache_dir=None, cache_size=4096, usual_cache=false, import_path=Vec::new()))]
+    #[pyo3(signature = (*, threads=0, memory=1536, cache_dir=None, cache_size=4096, usual_cache=false, import_path=Vec::new()))]
     #[allow(clippy::too_many_arguments, reason = "they are named in Python")]
     fn new(
         py: Python<'_>,
-        library: PathBuf,
         threads: u16,
         memory: u32,
         cache_dir: Option<PathBuf>,
@@ -39,7 +38,7 @@ impl Session {
             disk: u64::from(cache_size) << 20,
         };
         let made = py.detach(|| {
-            let registry = Arc::new(crate::registry(library));
+            let registry = Arc::new(crate::registry());
             Engine::new(registry.clone(), &settings).map(|engine| (engine, registry))
         });
         match made {

@@ -11,7 +11,6 @@ from __future__ import annotations
 import json
 import os
 import pathlib
-import tempfile
 import threading
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Optional, Union
@@ -71,9 +70,7 @@ class Session:
         if cache and cache_dir is None and home is not None:
             usual, cache_dir = True, home / "shibo"
         named = [folder for folder in os.environ.get("SHIBO_IMPORT_PATH", "").split(os.pathsep) if folder]
-        library = (home or pathlib.Path(tempfile.gettempdir())) / "shibo-library"
         self._native = _shibo.Session(
-            library,
             threads=threads,
             memory=memory,
             cache_dir=cache_dir if cache else None,

@@ -33,7 +33,6 @@ class ShiboError(Exception):
 class Session:
     def __new__(
         cls,
-        library: Path,
         *,
         threads: int = 0,
         memory: int = 1536,

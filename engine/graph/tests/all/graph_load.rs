@@ -2,8 +2,9 @@
 use crate::graph_nodes;
 
 use proptest::prelude::*;
-use shibo_graph::{Input, Limits, LoadOptions, Loaded, load, load_text};
+use shibo_graph::{Gate, Input, Limits, LoadOptions, Loaded, load, load_text};
 use shibo_value::diagnostics::Code;
+use shibo_value::files::Memory;
 use shibo_value::{Tiling, Type};
 use std::path::Path;
 
@@ -190,7 +191,8 @@ fn paths_are_relative_to_their_graph_file() {
     let loaded = load(&main, &graph_nodes::registry(), &options);
     assert_eq!(messages(&loaded), Vec::<String>::new());
     let graph = loaded.graph.unwrap();
-    let files: Vec<_> = graph.nodes.node_weights().flat_map(|node| node.files.clone()).map(|(_, path)| path).collect();
+    let files = graph.nodes.node_weights().flat_map(|node| &node.files);
+    let files: Vec<_> = files.map(|(_, file)| file.path().to_owned()).collect();
     assert_eq!(files, [lib.join("a.png"), folder.path().join("b.png"), work.join("c.png")]);
 }
 
@@ -338,4 +340,28 @@ proptest! {
         let options = LoadOptions { set: vec![(name.to_owned(), value)], ..LoadOptions::default() };
         check_spans(&with(VALID, &options));
     }
+}
+
+#[test]
+fn reads_graphs_and_their_files_from_memory() {
+    let text = r#"(version: 1, canvas: (size_mm: (8, 8), resolution: (8, 8)), imports: { "p": "parts/p" },
+  nodes: { "a": Image(path: "pictures/a.png"), "b": Image(path: "b.png") }, outputs: { "a": "a" })"#;
+    let files = Memory::default().with("main.ron", text).with("parts/p.ron", "(version: 1, nodes: {}, outputs: {})");
+    let files = files.with("./pictures/a.png", b"content");
+    let read = |files: Memory| {
+        let options = LoadOptions { gate: Gate::of(files), ..LoadOptions::default() };
+        load(Path::new("main.ron"), &graph_nodes::registry(), &options)
+    };
+    let loaded = read(files.clone());
+    let errors: Vec<String> =
+        loaded.diagnostics.iter().filter(|one| !one.warning).map(|one| one.message.clone()).collect();
+    assert_eq!(errors, ["there is no file `b.png`"]);
+    let loaded = read(files.with("b.png", "other"));
+    let graph = loaded.graph.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
+    let content = |name: &str| {
+        let node = graph.nodes.node_weights().find(|node| node.name == name).unwrap();
+        node.files[0].1.bytes(99).unwrap()
+    };
+    assert_eq!((content("a"), content("b")), (b"content".to_vec(), b"other".to_vec()));
+    assert!(loaded.files.contains(&"parts/p.ron".into()), "{:?}", loaded.files);
 }

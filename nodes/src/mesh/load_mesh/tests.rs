@@ -3,6 +3,7 @@ use super::*;
 use crate::testing::{Plain, canvas};
 use shibo_node::{Call, DynNode};
 use shibo_value::Value;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 fn data(name: &str) -> PathBuf {
@@ -10,7 +11,7 @@ fn data(name: &str) -> PathBuf {
 }
 
 fn load(node: &LoadMesh, path: &Path) -> Result<Arc<Mesh>, Problem> {
-    let files = [("path", path.to_owned())];
+    let files = [("path", path.into())];
     let canvas = canvas();
     let call = Call { kind: "LoadMesh", canvas: &canvas, inputs: &[], files: &files, evaluator: &Plain };
     match DynNode::evaluate(node, &call) {
@@ -43,7 +44,7 @@ fn files_are_read() {
         assert_eq!(mesh.triangles.len(), triangles, "{name}");
         assert!(name == "moebius.obj" || mesh.positions.len() == vertices, "{name} {}", mesh.positions.len());
         assert!(mesh.polygons.is_empty() && mesh.parts.iter().all(|part| *part == 0));
-        assert!(Node::check_files(&node, &[("path", data(name))]).is_empty());
+        assert!(Node::check_files(&node, &[("path", (&data(name)).into())]).is_empty());
     }
 }
 
@@ -95,7 +96,7 @@ fn refuses_files_without_a_mesh() {
     let refused = |bytes: &[u8]| {
         std::fs::write(&path, bytes).unwrap();
         let problem = load(&LoadMesh::default(), &path).unwrap_err();
-        let checked = Node::check_files(&LoadMesh::default(), &[("path", path.clone())]);
+        let checked = Node::check_files(&LoadMesh::default(), &[("path", (&path).into())]);
         (problem, checked.len())
     };
     for (bytes, words) in [
@@ -127,7 +128,7 @@ fn refuses_files_without_a_mesh() {
 fn advises_about_unusual_meshes() {
     let node = LoadMesh { up: UpAxis::Z, ..LoadMesh::default() };
     let of = |name: &str, node: &LoadMesh| {
-        let contents = read::read(&data(name), None, 0, &Watch::never()).unwrap();
+        let contents = read::read(&(&data(name)).into(), None, 0, &Watch::never()).unwrap();
         let advice: Vec<String> =
             node.made(contents, &Watch::never()).unwrap().1.into_iter().map(|p| p.message).collect();
         advice.join("; ")
@@ -148,7 +149,7 @@ fn leaves_uvs_and_normals_of_other_faces() {
     std::fs::write(&path, text).unwrap();
     let made = |part: &str| {
         let node = LoadMesh { up: UpAxis::Z, part: part.into(), ..LoadMesh::default() };
-        let contents = read::read(&path, None, 0, &Watch::never()).unwrap();
+        let contents = read::read(&(&path).into(), None, 0, &Watch::never()).unwrap();
         let (mesh, advice) = node.made(contents, &Watch::never()).unwrap();
         (mesh, advice.into_iter().map(|problem| problem.message).collect::<Vec<_>>().join("; "))
     };
@@ -177,7 +178,8 @@ fn unused_vertices_do_not_count() {
  "accessors": [{"bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3"}, {"bufferView": 1, "componentType": 5121, "count": 3, "type": "SCALAR"}],
  "bufferViews": [{"buffer": 0, "byteLength": 60}, {"buffer": 0, "byteOffset": 60, "byteLength": 3}], "buffers": [{"byteLength": 63, "uri": "a.bin"}]}"#;
     std::fs::write(&path, text).unwrap();
-    let contents = read::read(&path, Some(&folder.path().join("a.bin")), 0, &Watch::never()).unwrap();
+    let contents =
+        read::read(&(&path).into(), Some(&(&folder.path().join("a.bin")).into()), 0, &Watch::never()).unwrap();
     let node = LoadMesh { up: UpAxis::Z, center: Center::Bounds, ..LoadMesh::default() };
     let (mesh, _) = node.made(contents, &Watch::never()).unwrap();
     assert_eq!(

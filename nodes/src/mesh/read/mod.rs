@@ -13,9 +13,9 @@ mod views;
 use glam::{DVec3, Vec2, Vec3};
 use shibo_kernel::ground::stop::Watch;
 use shibo_value::Mesh;
+use shibo_value::files::FileHandle;
 use std::collections::HashMap;
-use std::io::Read;
-use std::path::Path;
+use std::io::ErrorKind;
 
 /// Maximum size of a file, in bytes.
 const MOST_BYTES: u64 = 512 << 20;
@@ -94,37 +94,29 @@ fn format(bytes: &[u8]) -> Result<Format, ReadError> {
     }
 }
 
-/// Bytes read between two checks for cancellation.
-const PIECE: u64 = 4 << 20;
-
 /// The bytes of a regular file of at most the maximum size.
-fn bytes(path: &Path, watch: &Watch<'_>) -> Result<Vec<u8>, ReadError> {
+fn bytes(file: &FileHandle, watch: &Watch<'_>) -> Result<Vec<u8>, ReadError> {
     let problem = |error: std::io::Error| match error.kind() {
-        std::io::ErrorKind::NotFound => ReadError::NotFound("there is no such file".into()),
+        ErrorKind::NotFound => ReadError::NotFound("there is no such file".into()),
+        ErrorKind::FileTooLarge => ReadError::TooLarge(format!("it has more than {} MiB", MOST_BYTES >> 20)),
         _ => ReadError::bad(format!("it cannot be read: {error}")),
     };
-    let meta = std::fs::metadata(path).map_err(problem)?;
-    if !meta.is_file() {
+    if !file.facts().map_err(problem)?.is_file() {
         return Err(ReadError::bad("it is not a regular file"));
     }
-    let too_large = || ReadError::TooLarge(format!("it has more than {} MiB", MOST_BYTES >> 20));
-    if meta.len() > MOST_BYTES {
-        return Err(too_large());
-    }
-    let mut bytes = Vec::new();
-    let mut file = std::fs::File::open(path).map_err(problem)?.take(MOST_BYTES + 1);
-    bytes.reserve_exact(usize::try_from(meta.len()).unwrap_or(0) + 1);
-    while file.by_ref().take(PIECE).read_to_end(&mut bytes).map_err(problem)? > 0 {
-        watch.check();
-    }
-    if bytes.len() as u64 > MOST_BYTES { Err(too_large()) } else { Ok(bytes) }
+    file.bytes_until(MOST_BYTES, &|| watch.check()).map_err(problem)
 }
 
 /// Reads a file with the UVs of the set `uv_set`; `buffer` is the separate file in which a `.gltf` keeps its numbers.
 /// Unwinds if `watch` cancels.
-pub(super) fn read(path: &Path, buffer: Option<&Path>, uv_set: u32, watch: &Watch<'_>) -> Result<Contents, ReadError> {
-    let file = bytes(path, watch)?;
-    let other = buffer.map(|path| bytes(path, watch)).transpose()?;
+pub(super) fn read(
+    file: &FileHandle,
+    buffer: Option<&FileHandle>,
+    uv_set: u32,
+    watch: &Watch<'_>,
+) -> Result<Contents, ReadError> {
+    let file = bytes(file, watch)?;
+    let other = buffer.map(|file| bytes(file, watch)).transpose()?;
     of_bytes(&file, other.as_deref(), uv_set, watch)
 }
 
@@ -143,10 +135,10 @@ fn of_bytes(file: &[u8], buffer: Option<&[u8]>, uv_set: u32, watch: &Watch<'_>) 
 }
 
 /// Checks a file without making a mesh.
-pub(super) fn check(path: &Path, buffer: Option<&Path>, uv_set: u32) -> Result<(), ReadError> {
+pub(super) fn check(file: &FileHandle, buffer: Option<&FileHandle>, uv_set: u32) -> Result<(), ReadError> {
     let watch = Watch::never();
-    let file = bytes(path, &watch)?;
-    let other = buffer.map(|path| bytes(path, &watch)).transpose()?;
+    let file = bytes(file, &watch)?;
+    let other = buffer.map(|file| bytes(file, &watch)).transpose()?;
     let file = unmarked(&file);
     match format(file)? {
         Format::Obj => one_set(uv_set).and_then(|()| obj::check(file)),

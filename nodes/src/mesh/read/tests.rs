@@ -265,7 +265,7 @@ fn survivors(files: &[Vec<u8>], count: usize) -> usize {
 
 /// Valid and broken files of all kinds: the seed corpus of `tests/fuzz`.
 fn seeds() -> Vec<Vec<u8>> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests");
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests");
     let corpus = root.join("fuzz/corpus/meshes").read_dir().unwrap().map(|entry| entry.unwrap().path());
     let mut files: Vec<PathBuf> = corpus.chain([root.join("meshes/cube.obj")]).collect();
     files.sort();

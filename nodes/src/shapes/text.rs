@@ -9,7 +9,6 @@ use crate::degrees::sin_cos;
 use glam::{DMat2, DVec2};
 use shibo_kernel::ground::number::narrow;
 use shibo_kernel::ground::tile;
-use shibo_kernel::path::pen::Pen;
 use shibo_kernel::shape::outline::{Edge, Outline};
 use shibo_node::{CanvasFacts, Context, Fact, FilePath, Node, Output, Outputs, Xy, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
@@ -91,7 +90,6 @@ impl Node for Text {
     const OUTPUTS: &'static [Output] = &[
         Output::new("mask", Type::Gray, "1 on the letters and 0 elsewhere."),
         Output::new("distance", Type::Gray, "Distance from the edge of the letters; negative inside.").in_unit("mm"),
-        Output::new("path", Type::Path, "The outlines of the letters, closed."),
     ];
     const FACTS: &'static [Fact] = &[Fact::Size, Fact::Tile];
 
@@ -134,29 +132,14 @@ impl Node for Text {
         let turn = DMat2::from_cols(DVec2::new(cos, sin), DVec2::new(-sin, cos));
         edges.iter_mut().for_each(|e| (e.from, e.to) = (center + turn * e.from, center + turn * e.to));
         let outline = Arc::new(Outline::new(edges, (cx.size_mm(), cx.tiling())));
-        let path = path(&outline).finish(cx.size_mm(), cx.tiling());
         let far = narrow(cx.size_mm().max_element());
         let mask = masked::outlined(&outline, self.softness, cx.tiling());
         let distance = Field::generate(Type::Gray, cx.tiling(), move |out, given| {
             outline.fill(&|| given.check().is_err(), &tile::frame(out), far, out.plane_mut(0));
             given.check()
         });
-        Ok(Outputs::one(mask).with("distance", distance).with("path", path))
+        Ok(Outputs::one(mask).with("distance", distance))
     }
-}
-
-/// Draws the closed curves of an outline.
-fn path(outline: &Outline) -> Pen {
-    let mut pen = Pen::default();
-    let mut last = None;
-    for Edge { from, to } in outline.edges() {
-        if last != Some(*from) {
-            pen.move_to(*from);
-        }
-        pen.line_to(*to);
-        last = Some(*to);
-    }
-    pen
 }
 
 #[cfg(test)]
@@ -180,16 +163,6 @@ mod tests {
             part(&field(&node, &[], "distance"), &canvas(), 0, 0, 64, 64).row(0, y)[x]
         };
         assert!(at("I", 32, 32) < 0.0 && at("O", 32, 32) > 3.0 && at("I", 2, 2) > 5.0);
-    }
-
-    #[test]
-    fn outlines_are_closed_curves() {
-        let node = Text { text: "iB".into(), ..Text::default() };
-        let made = crate::testing::outputs(&node, &[], &canvas()).unwrap();
-        let Some(shibo_value::Value::Path(path)) = made.take("path", false) else { panic!("no path") };
-        // A stem and a dot, and a letter with two holes.
-        assert_eq!(path.curves.iter().filter(|curve| curve.closed).count(), 5);
-        assert_eq!(path.curves.len(), 5);
     }
 
     #[test]

@@ -88,18 +88,18 @@ mod tests {
         ToolReach { input: port(0), radius, tip, ..ToolReach::default() }
     }
 
-    /// A tool of radius 2 mm in a groove of 3 mm: it stays above the ground by the height of its tip at 1.5 mm.
+    /// A tool of radius 2 mm in a groove of 3 mm: it stops where its tip is 1.5 mm from the middle.
     #[test]
     fn tips_stop_at_the_sides_of_a_groove() {
-        let groove = || by_x(|x| if (x - 16.25).abs() < 1.6 { -10.0 } else { 0.0 });
+        let groove = || by_x(|x| if (x - 16.25).abs() < 1.3 { -10.0 } else { 0.0 });
         let tips = [
-            (Tip::Ball, 2.0 - (4.0f32 - 1.75 * 1.75).sqrt()),
+            (Tip::Ball, 2.0 - (4.0f32 - 1.5 * 1.5).sqrt()),
             (Tip::Flat, 0.0),
-            (Tip::Vee, 1.75 / 30f32.to_radians().tan()),
+            (Tip::Vee, 1.5 / 30f32.to_radians().tan()),
         ];
         for (tip, height) in tips {
             let got = render(&node(tip, 2.0), &[groove()]);
-            // The sides of the groove are the samples at 14.25 and 18.25 mm.
+            // The sides of the groove are the samples at 14.75 and 17.75 mm.
             let deepest = got.row(0, 5)[32];
             assert!((deepest + height).abs() < 1e-4 && got.row(0, 5)[8] == 0.0, "{tip:?}: {deepest}");
         }

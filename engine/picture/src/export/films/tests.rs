@@ -1,6 +1,10 @@
 //! Tests of films.
+use super::super::bundle::ExportContext;
+use super::super::heights::HeightsWriter;
 use super::super::heights::tests::{map, problem};
 use super::*;
+use crate::Compression;
+use crate::value::{Field, Type};
 
 fn maker() -> FilmMaker {
     FilmMaker {
@@ -74,12 +78,19 @@ fn refuses_heights_that_films_cannot_etch() {
 fn mirrored_films_read_backwards_and_repeat() {
     let folder = tempfile::tempdir().unwrap();
     let values = heights();
-    let map = HeightMap { wraps: [true; 2], ..map(20, &values) };
+    let place = ExportContext {
+        stem: "a".to_owned(),
+        size_mm: DVec2::new(20.0, 30.0),
+        wraps: [true; 2],
+        metadata: Vec::new(),
+        trace: None,
+    };
     let written = |maker: FilmMaker| {
-        for part in maker.make(&map, folder.path()).unwrap() {
-            let (Part::File(file) | Part::Document(file)) = part;
-            file.commit().unwrap();
-        }
+        let field = Field::constant(Type::Gray, &[0.0]);
+        let heights = Heights { field, place: place.clone(), maker: Arc::new(maker) };
+        let mut writer = HeightsWriter::new(&heights, folder.path(), UVec2::new(20, 30), Compression::Fast);
+        writer.add(&[&values]);
+        writer.finish().unwrap();
         crate::read(&folder.path().join("a_2.tif"), &crate::ReadLimits::default()).unwrap()
     };
     let plain = written(FilmMaker { margin: 4.0, ..maker() });

@@ -40,7 +40,7 @@ impl Level {
 
     /// Number of buffered rows that form the next row of tiles, if it is complete.
     fn due(&self) -> Option<u32> {
-        let (waiting, missing) = (self.waiting(), self.height - self.done * SIDE);
+        let (waiting, missing) = (self.waiting(), self.height.saturating_sub(self.done * SIDE));
         let wanted = missing.min(SIDE);
         (wanted > 0 && waiting >= wanted).then_some(wanted)
     }

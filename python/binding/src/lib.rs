@@ -17,7 +17,8 @@ use std::sync::OnceLock;
 /// Makes the registry of the sessions. A process loads one extension module of this name and so has one registry.
 static REGISTRY: OnceLock<fn() -> Registry> = OnceLock::new();
 
-/// Fills the extension module `_shibo`. `registry` makes the kinds of nodes. Modules with nodes of other crates call it (`examples/pack/python`).
+/// Fills the extension module `_shibo`. `registry` makes the kinds of nodes. Modules with nodes of other crates call it
+/// (`examples/pack/python`).
 ///
 /// # Errors
 ///

@@ -14,7 +14,7 @@ use std::sync::OnceLock;
 /// The kinds, read once.
 fn kinds() -> &'static Registry {
     static KINDS: OnceLock<Registry> = OnceLock::new();
-    KINDS.get_or_init(|| shibo_library::registry())
+    KINDS.get_or_init(shibo_library::registry)
 }
 
 fn migrated(text: &str) -> Migration {

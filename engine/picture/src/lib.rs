@@ -50,6 +50,7 @@ mod write_jpeg;
 mod write_png;
 mod write_svg;
 mod write_tiff;
+mod zip;
 
 pub use atomic::{AtomicFile, is_temporary, remove_stale_temporaries};
 pub use color::{REC709_TO_AP1, SrgbEncoder, linear_sample};
@@ -67,6 +68,7 @@ pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, Writ
 pub use udim::{UdimFile, is_udim, udim_file, udim_files};
 pub use write::{WriteStats, Writer};
 pub use write_svg::{Drawing, svg};
+pub use zip::ZipWriter;
 
 use shibo_value as value;
 

@@ -3,9 +3,9 @@
 //! USD packages have uncompressed files, each aligned to 64 bytes, so that readers can use them in place; the stage comes
 //! first. 3MF packages are compressed.
 use crate::AtomicFile;
+use crate::zip::ZipWriter;
 use std::io::{self, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::Path;
-use zip::{CompressionMethod, DateTime, ZipWriter, write::SimpleFileOptions};
 
 /// Alignment of contents in bytes.
 const ALIGNMENT: u16 = 64;
@@ -26,12 +26,7 @@ pub(super) fn archive(
     }
     let mut file = AtomicFile::create(path)?;
     let mut zip = ZipWriter::new(BufWriter::with_capacity(1 << 20, &mut file));
-    let done = fill(&mut zip, documents, &mut pictures);
-    if let Err(error) = done {
-        // Dropping the writer would try again to complete the archive and print an error. It owns nothing but memory.
-        std::mem::forget(zip);
-        return Err(error);
-    }
+    fill(&mut zip, documents, &mut pictures)?;
     zip.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.commit()
 }
@@ -77,18 +72,12 @@ fn fill<W: Write + Seek>(
     documents: &[(String, String)],
     pictures: &mut [(&str, &mut AtomicFile, u64)],
 ) -> io::Result<()> {
-    let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Stored)
-        .last_modified_time(DateTime::default())
-        .with_alignment(ALIGNMENT);
     for (name, text) in documents {
-        zip.start_file(name.as_str(), options)?;
-        zip.write_all(text.as_bytes())?;
+        zip.add(name, &mut text.as_bytes(), ALIGNMENT)?;
     }
     for (name, picture, length) in pictures {
-        zip.start_file(*name, options)?;
         picture.seek(SeekFrom::Start(0))?;
-        if io::copy(&mut picture.take(*length), zip)? != *length {
+        if zip.add(name, &mut picture.take(*length), ALIGNMENT)? != *length {
             return Err(ErrorKind::UnexpectedEof.into());
         }
     }
@@ -116,7 +105,7 @@ mod tests {
         let mut names = Vec::new();
         for index in 0..read.len() {
             let entry = read.by_index(index).unwrap();
-            assert_eq!(entry.compression(), CompressionMethod::Stored);
+            assert_eq!(entry.compression(), zip::CompressionMethod::Stored);
             let start = entry.data_start().unwrap();
             let name = entry.name().unwrap().into_owned();
             assert_eq!(start % 64, 0, "{name}");

@@ -39,8 +39,9 @@ fn install_hook() {
     HOOK.call_once(|| {
         let others = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |panic| {
-            // A thread that is ending has no counter any more, so it is not in a guarded call.
-            if DEPTH.try_with(Cell::get).unwrap_or(0) == 0 {
+            // A thread that is ending has no counter any more, so it is not in a guarded call. In WebAssembly no call contains a
+            // panic.
+            if cfg!(panic = "abort") || DEPTH.try_with(Cell::get).unwrap_or(0) == 0 {
                 return others(panic);
             }
             let place = panic.location().map_or(String::new(), |place| format!("{}:{}", place.file(), place.line()));

@@ -135,8 +135,11 @@ impl Session {
         store: Option<Box<dyn Store>>,
     ) -> Result<Self, SessionError> {
         let threads = settings.threads;
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        // WebAssembly cannot start threads: the thread of the host does all the work.
+        #[cfg(target_family = "wasm")]
+        let pool = pool.num_threads(1).use_current_thread();
+        let pool = pool
             .thread_name(|i| format!("shibo-{i}"))
             .start_handler(|_| contain_thread())
             .build()

@@ -16,6 +16,7 @@ use super::step::{Speed, Stepper, weights};
 use super::tables::{Table, fill, part, rows};
 use crate::ground::number::index_u32;
 use crate::ground::real::Real;
+use crate::ground::simd::dispatch_op;
 use crate::leather::links::GridShape;
 use rayon::prelude::*;
 
@@ -241,11 +242,10 @@ impl<T: Real> Stepper<T> for Grid<'_, T> {
         let (shared, numbers, wide) = (&self.shared, &self.numbers, self.shared.wide());
         let [now, next] = &mut self.edges;
         let (now, count, steps) = (&*now, self.bands.len(), steps as usize);
-        let arch = pulp::Arch::new();
         let advance = |scratch: &mut Scratch<T>, (b, (band, edges)): (usize, (&mut Band<T>, &mut Edges<T>))| {
             band.receive(shared, &now[(b + count - 1) % count], &now[(b + 1) % count]);
             let mut report = Report { speed: [Speed::default(); STRIDE], snapped: Vec::new() };
-            arch.dispatch(Advance { shared, band, scratch, steps, report: &mut report });
+            dispatch_op(Advance { shared, band, scratch, steps, report: &mut report });
             edges.update(band, shared);
             report
         };
@@ -285,7 +285,7 @@ impl<T: Real> Stepper<T> for Grid<'_, T> {
     }
 }
 
-/// A stride of a band, for [`pulp::Arch::dispatch`]: a closure would not be inlined into the function with the vector
+/// A stride of a band, for [`dispatch_op`]: a closure would not be inlined into the function with the vector
 /// instructions.
 struct Advance<'j, 'a, T> {
     shared: &'j Shared<'a, T>,

@@ -6,6 +6,7 @@
 use super::job::Job;
 use super::pen::{Edge, Gaussian, LANES, Linear, Pen, Pens, Shape, Smooth};
 use super::style::{NO_STROKE, Profile};
+use crate::ground::simd;
 use crate::ground::window::{Frame, WindowExt};
 use pulp::Simd;
 use shibo_value::Buffer;
@@ -58,7 +59,7 @@ impl Target {
 
     /// Draws strokes in their order.
     pub(super) fn draw(&mut self, job: Job<'_>) {
-        pulp::Arch::new().dispatch(Call { target: self, job });
+        simd::dispatch_op(Call { target: self, job });
     }
 
     pub(super) fn copy_to(&self, out: &mut [f32], ids: &mut [u32]) {

@@ -26,7 +26,18 @@ const MATERIAL: &str = "(
 fn photograph(place: &Place) -> Vec<u8> {
     let dir = place.graph.parent().unwrap();
     let run = Command::new(env!("CARGO_BIN_EXE_shibo"))
-        .args(["render", "graph.ron", "-o", "photo", "--set", "seed=9", "--set", "size=1.0", "--set", "dye=\"#a07040\""])
+        .args([
+            "render",
+            "graph.ron",
+            "-o",
+            "photo",
+            "--set",
+            "seed=9",
+            "--set",
+            "size=1.0",
+            "--set",
+            "dye=\"#a07040\"",
+        ])
         .args(["--no-cache", "--quiet"])
         .current_dir(dir)
         .status()

@@ -18,9 +18,11 @@ use lsp_types::{
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value as Json, json};
+use shibo_bridge::write::whole_with_folders;
 use shibo_ide::{
     self as ide, File, Topic, World, colors, format, hover, inlay, lens, navigate, rename, structure, tokens,
 };
+use shibo_value::Key;
 use std::sync::Arc;
 
 /// Maximum number of workspace symbols in one answer.
@@ -329,10 +331,15 @@ impl Server {
         let inside = place.path.to_str().and_then(|path| path.strip_prefix("shibo:"));
         let library = self.workspace.registry().library();
         let Some((inside, library)) = inside.zip(library) else { return place };
-        match library.file(inside.trim_start_matches('/')) {
-            Ok(path) => navigate::FileRange { path, ..place },
-            Err(_) => place,
+        let Some(content) = library.file(inside.trim_start_matches('/')) else { return place };
+        // Versions of the program that run at the same time have their own copies.
+        let hash = Key::of("library", &[content]).to_string();
+        let name = inside.rsplit('/').next().unwrap_or(inside);
+        let path = crate::environment::editor_dir().join(format!("{}-{name}", &hash[..16]));
+        if std::fs::read(&path).is_ok_and(|found| found == content) || whole_with_folders(&path, content).is_ok() {
+            return navigate::FileRange { path, ..place };
         }
+        place
     }
 
     /// The file of an address, open or on disk.

@@ -13,7 +13,7 @@ use std::time::{Duration, SystemTime};
 /// its times.
 const COARSE: Duration = Duration::from_secs(2);
 
-/// What a path names.
+/// The kind of thing that a path names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileKind {
     /// A regular file. Only such files are opened, because opening a pipe could block forever.
@@ -234,7 +234,7 @@ fn plain(path: &Path) -> PathBuf {
     whole
 }
 
-/// A file that may be read. Who has a handle needs no access to other files.
+/// A file that may be read. A handle gives access to this file alone.
 #[derive(Clone, Debug)]
 pub struct FileHandle {
     files: Arc<dyn Files>,

@@ -1,12 +1,12 @@
-//! ZIP archives with uncompressed entries: pictures are compressed already, and texts are small. Entries have no dates, so equal
-//! content gives equal archives. Source: APPNOTE.TXT of PKWARE, without ZIP64.
-use flate2::Crc;
+//! ZIP archives. Entries have no dates, so equal content gives equal archives. Source: APPNOTE.TXT of PKWARE, without ZIP64.
+use flate2::read::DeflateEncoder;
+use flate2::{Compression, Crc};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 
 /// 1980-01-01, the earliest date.
 const DATE: u16 = 0x21;
-/// The version that readers need: 1.0.
-const VERSION: u16 = 10;
+/// The version that readers need: 2.0, for compressed entries.
+const VERSION: u16 = 20;
 /// Made on Unix, so that the permissions count.
 const MADE_BY: u16 = 3 << 8 | VERSION;
 /// A regular file that its owner may write and all may read.
@@ -19,8 +19,27 @@ const FILLING: u16 = 0x1986;
 struct Entry {
     name: String,
     crc: u32,
+    /// Bytes in the archive, and of the content.
+    stored: u32,
     length: u32,
     start: u32,
+    compressed: bool,
+}
+
+/// Reads a content and keeps its check sum and its length.
+struct Counted<'c> {
+    content: &'c mut dyn Read,
+    crc: Crc,
+    length: u64,
+}
+
+impl Read for Counted<'_> {
+    fn read(&mut self, piece: &mut [u8]) -> io::Result<usize> {
+        let count = self.content.read(piece)?;
+        self.crc.update(&piece[..count]);
+        self.length += count as u64;
+        Ok(count)
+    }
 }
 
 /// Writes an archive.
@@ -36,17 +55,29 @@ impl<W: Write + Seek> ZipWriter<W> {
         Self { out, at: 0, entries: Vec::new() }
     }
 
-    /// Adds a file, whose content starts at a multiple of `alignment` bytes, at most 4096. Returns its length.
+    /// Adds a file as it is. Its content starts at a multiple of `alignment` bytes, at most 4096. Returns its length.
     ///
     /// # Errors
     /// When reading or writing fails; [`ErrorKind::InvalidInput`] if the archive would have more than 4 GiB or 65534 files,
     /// or for a name of more than 65535 bytes.
     pub fn add(&mut self, name: &str, content: &mut dyn Read, alignment: u16) -> io::Result<u64> {
+        self.put(name, content, alignment, false)
+    }
+
+    /// Adds a compressed file. Returns the length of its content.
+    ///
+    /// # Errors
+    /// As [`add`](Self::add).
+    pub fn add_compressed(&mut self, name: &str, content: &mut dyn Read) -> io::Result<u64> {
+        self.put(name, content, 1, true)
+    }
+
+    fn put(&mut self, name: &str, content: &mut dyn Read, alignment: u16, compressed: bool) -> io::Result<u64> {
         let start = small(self.at)?;
         if self.entries.len() + 1 >= usize::from(u16::MAX) {
             return Err(too_large());
         }
-        let entry = Entry { name: name.to_owned(), crc: 0, length: 0, start };
+        let entry = Entry { name: name.to_owned(), crc: 0, stored: 0, length: 0, start, compressed };
         let before = self.at + 30 + name.len() as u64;
         let alignment = u64::from(alignment.clamp(1, 4096));
         let mut extra = (alignment - before % alignment) % alignment;
@@ -58,25 +89,32 @@ impl<W: Write + Seek> ZipWriter<W> {
         if let Some(filling) = extra.checked_sub(4) {
             self.write(&[&FILLING.to_le_bytes()[..], &filling.to_le_bytes(), &vec![0; usize::from(filling)]].concat())?;
         }
-        let (mut crc, mut piece, begin) = (Crc::new(), vec![0; 1 << 16], self.at);
-        loop {
-            let count = match content.read(&mut piece) {
-                Ok(0) => break,
-                Ok(count) => count,
-                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
-                Err(error) => return Err(error),
-            };
-            crc.update(&piece[..count]);
-            self.write(&piece[..count])?;
+        let (mut counted, begin) = (Counted { content, crc: Crc::new(), length: 0 }, self.at);
+        if compressed {
+            self.copy(&mut DeflateEncoder::new(&mut counted, Compression::fast()))?;
+        } else {
+            self.copy(&mut counted)?;
         }
-        let length = self.at - begin;
-        let entry = Entry { crc: crc.sum(), length: small(length)?, ..entry };
+        let (stored, length) = (small(self.at - begin)?, counted.length);
+        let entry = Entry { crc: counted.crc.sum(), stored, length: small(length)?, ..entry };
         // The header is written again with the length and the check sum.
         self.out.seek(SeekFrom::Start(u64::from(start)))?;
         self.out.write_all(&local(&entry, extra)?)?;
         self.out.seek(SeekFrom::Start(self.at))?;
         self.entries.push(entry);
         Ok(length)
+    }
+
+    fn copy(&mut self, from: &mut dyn Read) -> io::Result<()> {
+        let mut piece = vec![0; 1 << 16];
+        loop {
+            match from.read(&mut piece) {
+                Ok(0) => return Ok(()),
+                Ok(count) => self.write(&piece[..count])?,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
     }
 
     fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
@@ -121,10 +159,11 @@ impl<W: Write + Seek> ZipWriter<W> {
 fn common(entry: &Entry) -> io::Result<Vec<u8>> {
     let name = u16::try_from(entry.name.len()).map_err(|_| too_large())?;
     let mut bytes = Vec::new();
-    for word in [VERSION, if entry.name.is_ascii() { 0 } else { UTF_8 }, 0, 0, DATE] {
+    let method = if entry.compressed { 8 } else { 0 };
+    for word in [VERSION, if entry.name.is_ascii() { 0 } else { UTF_8 }, method, 0, DATE] {
         bytes.extend(word.to_le_bytes());
     }
-    for word in [entry.crc, entry.length, entry.length] {
+    for word in [entry.crc, entry.stored, entry.length] {
         bytes.extend(word.to_le_bytes());
     }
     bytes.extend(name.to_le_bytes());
@@ -158,8 +197,16 @@ mod tests {
         for (alignment, name) in [(1, "a.txt"), (64, "b/ü"), (64, "long name"), (2, "c")] {
             assert_eq!(writer.add(name, &mut name.as_bytes(), alignment).unwrap(), name.len() as u64);
         }
+        let long = "again ".repeat(50_000);
+        assert_eq!(writer.add_compressed("long", &mut long.as_bytes()).unwrap(), long.len() as u64);
         let mut read = zip::ZipArchive::new(writer.finish().unwrap()).unwrap();
-        assert_eq!(read.len(), 4);
+        assert_eq!(read.len(), 5);
+        let mut text = String::new();
+        let mut entry = read.by_name("long").unwrap();
+        assert!(entry.compressed_size() < entry.size() / 50);
+        entry.read_to_string(&mut text).unwrap();
+        assert_eq!(text, long);
+        drop(entry);
         for (alignment, name) in [(1, "a.txt"), (64, "b/ü"), (64, "long name"), (2, "c")] {
             let mut entry = read.by_name(name).unwrap();
             assert_eq!(entry.data_start().unwrap() % alignment, 0, "{name}");

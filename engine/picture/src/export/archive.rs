@@ -35,34 +35,19 @@ pub(super) fn archive(
 /// name yet.
 ///
 /// # Errors
-/// If the system refuses.
+/// If the system refuses, or the package would have more than 4 GiB.
 pub(super) fn package(
     path: &Path,
     texts: &[(&str, &str)],
     (name, content): (&str, &mut AtomicFile),
 ) -> io::Result<AtomicFile> {
-    let length = content.seek(SeekFrom::End(0))?;
     content.seek(SeekFrom::Start(0))?;
-    let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Deflated)
-        .compression_level(Some(1))
-        .large_file(length > u64::from(u32::MAX) / 2)
-        .last_modified_time(DateTime::default());
     let mut file = AtomicFile::create(path)?;
     let mut zip = ZipWriter::new(BufWriter::with_capacity(1 << 20, &mut file));
-    let mut add = || {
-        for (name, text) in texts {
-            zip.start_file(*name, options)?;
-            zip.write_all(text.as_bytes())?;
-        }
-        zip.start_file(name, options)?;
-        io::copy(content, &mut zip).map(drop)
-    };
-    if let Err(error) = add() {
-        // As in `archive`.
-        std::mem::forget(zip);
-        return Err(error);
+    for (name, text) in texts {
+        zip.add_compressed(name, &mut text.as_bytes())?;
     }
+    zip.add_compressed(name, content)?;
     zip.finish()?.into_inner().map_err(io::IntoInnerError::into_error)?;
     Ok(file)
 }

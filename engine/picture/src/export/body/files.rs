@@ -214,7 +214,7 @@ mod tests {
     fn packages_have_three_parts_and_no_date() {
         let bytes = written(Format::ThreeMf);
         let mut zip = zip::ZipArchive::new(io::Cursor::new(&bytes)).unwrap();
-        let names: Vec<String> = zip.file_names().map(str::to_owned).collect();
+        let names: Vec<String> = zip.file_names().map(|name| name.unwrap().into_owned()).collect();
         assert_eq!(names, ["[Content_Types].xml", "_rels/.rels", "3D/3dmodel.model"]);
         let mut text = String::new();
         zip.by_name("3D/3dmodel.model").unwrap().read_to_string(&mut text).unwrap();

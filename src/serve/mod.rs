@@ -27,6 +27,7 @@ mod numbers;
 mod object;
 mod panorama;
 mod photo;
+mod photographs;
 mod position;
 mod stage;
 mod texts;

@@ -1,6 +1,7 @@
 //! A photograph beside the picture: compared with it in words, and fitted (`shibo fit`). It stays in memory. Only the
 //! preset that the user keeps is written, by a change of the file.
 use super::app::{ApiError, App, Query2, aside};
+use super::photographs::Held;
 use super::stage::Stage;
 use crate::library;
 use axum::body::{Bytes, to_bytes};
@@ -31,36 +32,8 @@ const SIDE: u32 = 512;
 /// Minimum time between two reports of progress.
 const PROGRESS: Duration = Duration::from_millis(150);
 
-/// The photograph of this run, and the fit that is at work.
-#[derive(Default)]
-pub(crate) struct Photographs {
-    held: Mutex<Option<Arc<Held>>>,
-    work: Mutex<Work>,
-}
-
-/// A photograph.
-struct Held {
-    name: String,
-    picture: Picture,
-}
-
-#[derive(Default)]
-struct Work {
-    last: u64,
-    running: Option<CancelToken>,
-    /// The preset of the last fit.
-    found: Option<Preset>,
-}
-
-impl Photographs {
-    /// The preset of the last fit.
-    pub(super) fn found(&self) -> Option<Preset> {
-        lock(&self.work).found.clone()
-    }
-
-    fn held(&self) -> Result<Arc<Held>, ApiError> {
-        lock(&self.held).clone().ok_or_else(|| ApiError::Failed("no photograph is on the page".to_owned()))
-    }
+fn held(app: &App) -> Result<Arc<Held>, ApiError> {
+    app.stage.photographs.held().ok_or_else(|| ApiError::Failed("no photograph is on the page".to_owned()))
 }
 
 /// Query: the name of the file.
@@ -83,13 +56,13 @@ pub(super) async fn take(
     let large = |_| (StatusCode::PAYLOAD_TOO_LARGE, large).into_response();
     let bytes = to_bytes(request.into_body(), MOST).await.map_err(large)?;
     if bytes.is_empty() {
-        *lock(&app.stage.photographs.held) = None;
+        app.stage.photographs.hold(None);
         return Ok(StatusCode::NO_CONTENT.into_response());
     }
     let held = aside(move || read(&bytes, &name)).await.map_err(IntoResponse::into_response)?;
     let held = held.map_err(|why| ApiError::Failed(why).into_response())?;
     let answer = json!({ "name": held.name, "size": [held.picture.width, held.picture.height] });
-    *lock(&app.stage.photographs.held) = Some(Arc::new(held));
+    app.stage.photographs.hold(Some(held));
     Ok(Json(answer).into_response())
 }
 
@@ -124,7 +97,7 @@ pub(super) struct Beside {
 /// Compares the picture of a target with the photograph: the differences of the picture from the photograph.
 pub(super) async fn beside(State(app): State<App>, query: Query2<Beside>) -> Result<Response, ApiError> {
     let Beside { g, t, mm } = query?.0;
-    let (scene, held) = (app.scene(g)?, app.stage.photographs.held()?);
+    let (scene, held) = (app.scene(g)?, held(&app)?);
     let target = scene.target(&t).ok_or(ApiError::Nothing)?;
     let picture = app.look(&scene, move |look, _, scene| picture(look, scene, &target)).await?;
     let picture = picture.ok_or(ApiError::Nothing)?;
@@ -171,7 +144,7 @@ struct Wish {
 /// Starts a fit and returns its number. A fit that is at work ends.
 pub(super) async fn fit(State(app): State<App>, body: Bytes) -> Result<Json<Data>, ApiError> {
     let wish: Wish = serde_json::from_slice(&body).map_err(|error| ApiError::Bad(error.to_string()))?;
-    let (scene, held) = (app.scene(wish.g)?, app.stage.photographs.held()?);
+    let (scene, held) = (app.scene(wish.g)?, held(&app)?);
     let stage = app.stage.clone();
     let text = stage.texts.get(&scene.sha256).ok_or(ApiError::Nothing)?;
     let cancel = CancelToken::default();
@@ -215,7 +188,7 @@ pub(super) async fn stop(State(app): State<App>) -> StatusCode {
     StatusCode::ACCEPTED
 }
 
-/// Whether the graph of the request is still the one that is shown.
+/// Returns true if the graph of the request is still the one that is shown.
 fn is_shown(stage: &Stage, wish: &Wish) -> bool {
     stage.scene().is_some_and(|scene| scene.generation == wish.g)
 }

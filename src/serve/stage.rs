@@ -2,7 +2,7 @@
 //! for pages.
 use super::export_slots::Exports;
 use super::panorama::Environment;
-use super::photo::Photographs;
+use super::photographs::Photographs;
 use super::texts::Texts;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value as Json, json};

@@ -98,7 +98,11 @@ fn vectors_go_only_with_vectors() {
     check("\"other\"").expect(0);
     check("(0.5, 1)").expect(0);
     let ran = check("\"grey\"").expect(1);
-    assert!(ran.stderr.contains("top is Gray, but base is Vec2") && ran.stderr.contains("a.ron:2:"), "{}", ran.stderr);
+    assert!(
+        ran.stderr.contains("`top` is Gray, but `base` is Vec2") && ran.stderr.contains("a.ron:2:"),
+        "{}",
+        ran.stderr
+    );
 }
 
 #[test]

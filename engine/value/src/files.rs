@@ -39,7 +39,7 @@ impl FileKind {
 /// [may hide a change](Self::may_hide_a_change).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Facts {
-    /// What the path names.
+    /// The kind of thing that the path names.
     pub kind: FileKind,
     /// The length in bytes.
     pub length: u64,

@@ -149,8 +149,8 @@ impl Block {
 
     /// The triangles at an error.
     fn mesh(&self, errors: &[f32], error: f64) -> Mesh {
-        let mut mesh = Mesh::default();
-        mesh.size = [self.patch.width, self.patch.height].map(|at| u8::try_from(at).unwrap_or(u8::MAX));
+        let size = [self.patch.width, self.patch.height].map(|at| u8::try_from(at).unwrap_or(u8::MAX));
+        let mut mesh = Mesh { size, ..Mesh::default() };
         let mut numbers = vec![u16::MAX; (BLOCK + 1) * (BLOCK + 1)];
         let mut waiting: Vec<[Post; 3]> = Vec::new();
         for [a, b, c] in triangles([0, 0], self.posts) {
@@ -241,14 +241,16 @@ impl Even {
             even.each(heights, tolerance, |block, errors| block.sides(errors, size));
             even.join(size);
             even.each(heights, tolerance, |block, errors| block.halves(errors, size));
-            while size == 2 {
+            // Blocks change each other until none changes.
+            let mut open = size == 2;
+            while open {
                 let changed: Vec<bool> = even.each(heights, tolerance, |block, errors| {
                     let changed = block.share(errors);
                     block.depend(errors, 2);
                     changed
                 });
-                let joined = even.join(2);
-                if !joined && !changed.contains(&true) {
+                open = even.join(2) || changed.contains(&true);
+                if !open {
                     break;
                 }
                 even.each(heights, tolerance, |block, errors| block.depend(errors, 2));

@@ -131,9 +131,10 @@ impl<T: Taken> Search<'_, T> {
             let end = end + usize::from(part > 0.0);
             let base = plane.height + (y - plane.at[1]) * plane.slope[1] - plane.at[0] * plane.slope[0];
             let line = patch.row(row);
-            for column in start..end {
-                let height = base + f64::from(patch.across[column]) * plane.slope[0];
-                let distance = (height - f64::from(line[column])).abs();
+            let samples = patch.across[start..end.max(start)].iter().zip(&line[start..end.max(start)]);
+            for ((across, value), column) in samples.zip(start..) {
+                let height = base + f64::from(*across) * plane.slope[0];
+                let distance = (height - f64::from(*value)).abs();
                 if distance >= self.distance {
                     self.sample(distance, [column, row]);
                 }

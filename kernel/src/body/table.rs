@@ -266,7 +266,7 @@ mod tests {
             if !table.taken(usize::from(spot[0]), usize::from(spot[1])) {
                 table.insert(&patch, spot, 0);
             }
-            if spots.len() % 29 == 0 {
+            if spots.len().is_multiple_of(29) {
                 check(&table, &patch);
             }
         }

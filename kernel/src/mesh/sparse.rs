@@ -101,7 +101,7 @@ impl Cells<'_> {
         [first, first + size, first + down, first + down + size]
     }
 
-    /// Whether a cell lies on one chart and turns little.
+    /// Returns true if a cell lies on one chart and turns little.
     fn even(&self, first: usize, size: usize) -> bool {
         let (width, own) = (self.window.columns(), self.charts[first]);
         let rows = || (0..=size).map(|row| first + row * width);

@@ -1,4 +1,5 @@
 //! Tests of whole bodies, by brute force.
+#![allow(clippy::cast_possible_truncation, reason = "sizes and heights are small")]
 use super::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;

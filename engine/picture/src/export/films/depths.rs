@@ -66,6 +66,7 @@ pub(super) fn best(depths: impl Iterator<Item = f64>, most: f64, films: usize) -
 }
 
 /// Adds a cluster: for each end in `ends`, its best start, which lies in `starts`.
+#[expect(clippy::needless_range_loop, reason = "the loop counts bins, which also name costs")]
 fn extend(
     sums: &Sums,
     before: &[f64],

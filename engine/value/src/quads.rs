@@ -173,7 +173,7 @@ mod tests {
                 }
             }
             if self.quads {
-                assert!(patch.rows == 2 && patch.columns % 2 == 0 && patch.pixel > 0.0);
+                assert!(patch.rows == 2 && patch.columns.is_multiple_of(2) && patch.pixel > 0.0);
             }
         }
 

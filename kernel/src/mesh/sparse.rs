@@ -147,6 +147,7 @@ mod tests {
         places.map(|at| (chart(at), normal(at))).unzip()
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "between 0 and 1")]
     fn smooth(x: i32, y: i32) -> f32 {
         let (x, y) = (f64::from(x), f64::from(y));
         (0.5 + 0.3 * libm::sin(0.05 * x) * libm::cos(0.04 * y) + if x > 40.0 { 0.2 } else { 0.0 }) as f32

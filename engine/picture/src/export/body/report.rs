@@ -94,6 +94,6 @@ mod tests {
         };
         assert_eq!(line(&figures, &facts(0.01)), "276,464 triangles, error 0.0100 mm, 10,805 mm³, closed");
         assert!(line(&figures, &facts(0.010_01)).contains("0.0101"));
-        assert!(line(&Figures { volume: 3.14159, ..figures }, &facts(0.01)).contains("3.14 mm³"));
+        assert!(line(&Figures { volume: 3.2149, ..figures }, &facts(0.01)).contains("3.21 mm³"));
     }
 }

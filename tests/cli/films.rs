@@ -178,7 +178,7 @@ fn a_fitted_range_uses_all_integers_and_states_its_heights() {
     }
     let bytes = desk.read("out/m_height.png");
     let has = |text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
-    assert!(has("shibo:height_mm\0-1 1") && has("shibo:pixel_mm\00.5 0.5"));
+    assert!(has("shibo:height_mm\0-1 1") && has("shibo:pixel_mm\x000.5 0.5"));
     let told = desk.shibo("render a.ron -o parts --part 1/1 --output p").expect(2).stderr;
     assert!(told.contains("range of the whole picture"), "{told}");
 }
@@ -211,7 +211,7 @@ fn refuses_what_cannot_be_made_with_place_and_remedy() {
         let told = desk.shibo("render a.ron -o out").expect(1).stderr;
         assert!(told.contains(code) && told.contains(message) && told.contains(help), "{output}: {told}");
         assert!(told.contains("a.ron:"), "{told}");
-        let left = desk.path("out").exists().then(|| files(&desk, "out")).unwrap_or_default();
+        let left = if desk.path("out").exists() { files(&desk, "out") } else { Default::default() };
         assert!(left.is_empty(), "{output}: {left:?}");
     }
 }

@@ -150,7 +150,7 @@ mod tests {
         let at = |k: i32| {
             let lifted = |n: i32| {
                 let [dx, dy] = [n % 64 - k % 64, n / 64 - k / 64];
-                let nearest = |d: i32| d - 64 * (f64::from(d) / 64.0).round() as i32;
+                let nearest = |d: i32| d - 64 * (d + 32).div_euclid(64);
                 let distance = match way {
                     None => f64::hypot(f64::from(nearest(dx)), f64::from(nearest(dy))),
                     Some([0, y]) if dx == 0 => f64::from((dy * y).rem_euclid(64)),

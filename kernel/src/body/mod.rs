@@ -1,6 +1,6 @@
 //! Bodies with a relief: closed meshes of height fields, with an exact bound of their distance to the field.
 //!
-//! [`Heights`] are the samples of a canvas and of its rims. [`fewest()`] and [`even()`] divide them into triangles, in
+//! [`Heights`] are the samples of a canvas and of its rims. [`fewest()`] and `even` divide them into triangles, in
 //! blocks. [`Plate`] and [`Roll`] close the surface to a body and give its vertices and triangles one by one.
 mod budget;
 mod builder;

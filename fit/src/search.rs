@@ -17,8 +17,8 @@ const SEEDED: (usize, usize) = (3, 2);
 /// Rounds after which the best point is rendered at more seeds, counted from 0.
 const SEED_ROUNDS: [usize; 2] = [1, 3];
 
-/// Penalty on the square of a coordinate's distance from the nearest start. It moves a value that the photograph determines by
-/// a few hundredths of that distance at most, and holds one that changes little.
+/// Penalty on the square of a coordinate's distance from the nearest start. It holds a value that changes little in the picture.
+/// A value that the photograph determines moves by a few hundredths of that distance at most.
 const PULL: f64 = 0.1;
 
 /// The result of a fit.

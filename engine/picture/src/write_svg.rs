@@ -31,17 +31,17 @@ pub fn svg(drawing: &Drawing<'_>) -> std::io::Result<Vec<u8>> {
     body(&mut bytes, drawing).map(|()| bytes)
 }
 
+/// The beginning of a page in mm, y down.
+pub(crate) fn opened(corner: DVec2, size: DVec2) -> String {
+    let (DVec2 { x, y }, DVec2 { x: w, y: h }) = (corner, size);
+    format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
+         <svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}mm\" height=\"{h}mm\" viewBox=\"{x} {y} {w} {h}\">\n"
+    )
+}
+
 fn body(out: &mut impl Write, drawing: &Drawing<'_>) -> std::io::Result<()> {
-    let (corner, size) = (drawing.corner, drawing.size);
-    writeln!(out, r#"<?xml version="1.0" encoding="UTF-8"?>"#)?;
-    writeln!(
-        out,
-        r#"<svg xmlns="http://www.w3.org/2000/svg" width="{w}mm" height="{h}mm" viewBox="{x} {y} {w} {h}">"#,
-        w = size.x,
-        h = size.y,
-        x = corner.x,
-        y = corner.y
-    )?;
+    out.write_all(opened(drawing.corner, drawing.size).as_bytes())?;
     writeln!(out, "<desc>{}</desc>", escaped(&spec::described(drawing.metadata)))?;
     writeln!(out, r#"<g fill="none" stroke="black" stroke-linecap="round">"#)?;
     // Widths in hundredths of a mm, so that there are few groups.

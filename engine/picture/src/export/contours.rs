@@ -1,12 +1,13 @@
 //! Contour lines of a height, as SVG and as DXF.
 mod dxf;
 
-use super::decl::{FieldDecl, NumberForm, Numbers, Takes, names};
-use super::heights::{HeightMap, Heights, Maker, Part, refused, text_file, told};
+use super::decl::{FieldDecl, HEIGHT, NumberForm, Numbers, Takes, names, number};
+use super::heights::{HeightMap, Heights, Maker, Part, Stop, go_on, refused, text_file, told};
 use super::lines::{Line, Rimmed, simplified, svg_path};
 use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
-use crate::WriteError;
 use crate::value::diagnostics::Code;
+use crate::{WriteError, write_svg};
+use glam::DVec2;
 use std::fmt::Write;
 use std::io;
 use std::path::Path;
@@ -29,21 +30,23 @@ impl ExportTarget for Contours {
                 title: "contour lines",
                 doc: "Contour lines of a height, for plotters and CAD.",
                 fields: &[
-                    FieldDecl::new("height", "The height in mm, or a material that has one.", Takes::Height),
-                    FieldDecl::new(
+                    HEIGHT,
+                    number(
                         "step",
                         "The difference between levels in mm. Levels are multiples of it.",
-                        Takes::Numbers(Numbers::new(NumberForm::One, [1e-3, 100.0], &[0.1])),
+                        [1e-3, 100.0],
+                        &[0.1],
                     ),
                     FieldDecl::new(
                         "levels",
                         "The levels in mm, instead of `step`.",
                         Takes::Numbers(Numbers::new(NumberForm::Rising, [-1e6, 1e6], &[])),
                     ),
-                    FieldDecl::new(
+                    number(
                         "tolerance",
                         "The greatest distance of simplified lines from the exact ones, in mm.",
-                        Takes::Numbers(Numbers::new(NumberForm::One, [0.0, 1.0], &[0.005])),
+                        [0.0, 1.0],
+                        &[0.005],
                     ),
                     FieldDecl::new("format", "The format of the file.", Takes::Words(|| names(&FORMATS))),
                 ],
@@ -101,9 +104,10 @@ impl LineMaker {
         Ok(multiples.map(|k| k as f64 * self.step).collect())
     }
 
-    fn traced(&self, map: &HeightMap) -> Result<Vec<Level>, WriteError> {
+    fn traced(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Level>, WriteError> {
         let rimmed = Rimmed::of(map)?;
         let level = |height: f64| {
+            go_on(folder, stop)?;
             let mut lines = rimmed.lines(map, height)?;
             lines.iter_mut().for_each(|line| line.points = simplified(line, self.tolerance));
             Ok(Level { height, lines })
@@ -121,8 +125,8 @@ impl Maker for LineMaker {
         Vec::new()
     }
 
-    fn make(&self, map: &HeightMap, folder: &Path) -> Result<Vec<Part>, WriteError> {
-        let levels = self.traced(map)?;
+    fn make(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
+        let levels = self.traced(map, folder, stop)?;
         let (extension, text) =
             if self.dxf { ("dxf", dxf::text(&levels, map.size_mm.y)) } else { ("svg", svg(&levels, map)) };
         let path = folder.join(format!("{}.{extension}", self.stem));
@@ -132,11 +136,10 @@ impl Maker for LineMaker {
 
 /// Lines in mm with y down, and a group for each level.
 fn svg(levels: &[Level], map: &HeightMap) -> String {
-    let size = map.size_mm;
-    let mut text = format!(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}mm\" height=\"{h}mm\" viewBox=\"0 0 {w} {h}\">\n<g fill=\"none\" stroke=\"black\" stroke-width=\"0.05\">\n",
-        w = size.x,
-        h = size.y
+    let mut text = write_svg::opened(DVec2::ZERO, map.size_mm);
+    text.push_str(
+        "<g fill=\"none\" stroke=\"black\" stroke-width=\"0.05\">
+",
     );
     for level in levels {
         let height = told(level.height);

@@ -31,6 +31,30 @@ impl FieldDecl {
     }
 }
 
+/// A field with one number.
+pub(super) const fn number(
+    name: &'static str,
+    doc: &'static str,
+    range: [f64; 2],
+    default: &'static [f64],
+) -> FieldDecl {
+    FieldDecl::new(name, doc, Takes::Numbers(Numbers::new(NumberForm::One, range, default)))
+}
+
+/// A field with one whole number.
+pub(super) const fn count(
+    name: &'static str,
+    doc: &'static str,
+    range: [f64; 2],
+    default: &'static [f64],
+) -> FieldDecl {
+    FieldDecl::new(name, doc, Takes::Numbers(Numbers::new(NumberForm::Whole, range, default)))
+}
+
+/// The field of a height.
+pub(super) const HEIGHT: FieldDecl =
+    FieldDecl::new("height", "The height in mm, or a material that has one.", Takes::Height);
+
 /// The values that a field takes.
 #[derive(Clone, Copy, Debug)]
 pub enum Takes {

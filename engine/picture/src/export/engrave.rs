@@ -1,7 +1,7 @@
 //! Greys for a laser whose depths were measured: each height becomes the grey that burns its depth.
-use super::decl::{FieldDecl, NumberForm, Numbers, Takes, names};
+use super::decl::{FieldDecl, HEIGHT, NumberForm, Numbers, Takes, count, names};
 use super::films::DATUM;
-use super::heights::{HeightMap, Heights, Maker, Part, place, refused, told};
+use super::heights::{HeightMap, Heights, Maker, Part, Stop, place, refused, told};
 use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
 use crate::value::diagnostics::{Code, Problem};
 use crate::{Depth, Format, PictureSpec, WriteError, Writer};
@@ -30,7 +30,7 @@ impl ExportTarget for Engrave {
                 title: "a laser",
                 doc: "The greys with which a laser engraves a height.",
                 fields: &[
-                    FieldDecl::new("height", "The height in mm, or a material that has one.", Takes::Height),
+                    HEIGHT,
                     FieldDecl::new(
                         "calibration",
                         "Depths in mm and the greys that burn them, 0 for none and 1 for the most: `[(0, 0), (0.05, 0.3)]`.",
@@ -42,10 +42,11 @@ impl ExportTarget for Engrave {
                         Takes::Words(|| names(&DEEP)),
                     ),
                     DATUM,
-                    FieldDecl::new(
+                    count(
                         "passes",
                         "The number of passes, each of which burns an equal share of the depth.",
-                        Takes::Numbers(Numbers::new(NumberForm::Whole, [1.0, 1000.0], &[1.0])),
+                        [1.0, 1000.0],
+                        &[1.0],
                     ),
                     FieldDecl::new("depth", "The type of the samples.", Takes::Words(|| names(&DEPTHS))),
                     FieldDecl::new("format", "The format of the file.", Takes::Words(|| names(&FORMATS))),
@@ -147,7 +148,7 @@ impl Maker for GreyMaker {
         Vec::new()
     }
 
-    fn make(&self, map: &HeightMap, folder: &Path) -> Result<Vec<Part>, WriteError> {
+    fn make(&self, map: &HeightMap, folder: &Path, _: Stop<'_>) -> Result<Vec<Part>, WriteError> {
         let datum = self.datum.unwrap_or(map.range().1);
         self.check(map, datum)?;
         let size = (map.size.x, map.size.y);
@@ -199,12 +200,12 @@ mod tests {
     fn refuses_depths_beyond_the_calibration() {
         let folder = tempfile::tempdir().unwrap();
         let deep = map(2, &[0.0, -0.1, -0.1, -0.5]);
-        let problem = problem(maker().make(&deep, folder.path()));
+        let problem = problem(maker().make(&deep, folder.path(), &|| false));
         assert_eq!(problem.code, Code::TooDeep);
         assert!(problem.message.contains("0.5 mm deep at (1.50, 1.50) mm"), "{problem}");
         assert!(problem.help.is_some_and(|help| help.contains("passes: 3")));
-        assert!(GreyMaker { passes: 3.0, ..maker() }.make(&deep, folder.path()).is_ok());
-        assert!(GreyMaker { datum: Some(-0.4), ..maker() }.make(&deep, folder.path()).is_ok());
+        assert!(GreyMaker { passes: 3.0, ..maker() }.make(&deep, folder.path(), &|| false).is_ok());
+        assert!(GreyMaker { datum: Some(-0.4), ..maker() }.make(&deep, folder.path(), &|| false).is_ok());
         assert_eq!(folder.path().read_dir().unwrap().count(), 0, "files without names are removed");
     }
 }

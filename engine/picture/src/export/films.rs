@@ -2,12 +2,12 @@
 mod depths;
 mod page;
 
-use super::decl::{FieldDecl, NumberForm, Numbers, Takes, names};
-use super::heights::{HeightMap, Heights, Maker, Part, place, refused, text_file, told};
+use super::decl::{FieldDecl, HEIGHT, NumberForm, Numbers, Takes, count, names, number};
+use super::heights::{HeightMap, Heights, Maker, Part, Stop, go_on, place, refused, text_file, told};
 use super::lines::{outlines, svg_path};
 use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
 use crate::value::diagnostics::{Code, Problem};
-use crate::{Format, PictureSpec, WriteError, write_bilevel};
+use crate::{Format, PictureSpec, WriteError, write_bilevel, write_svg};
 use glam::{DVec2, UVec2};
 use page::{Page, Rectangle, draw, margin_pixels};
 use serde_json::json;
@@ -51,12 +51,8 @@ impl ExportTarget for Films {
                 title: "films",
                 doc: "Films of one bit for etching a height in steps.",
                 fields: &[
-                    FieldDecl::new("height", "The height in mm, or a material that has one.", Takes::Height),
-                    FieldDecl::new(
-                        "films",
-                        "The number of films. A list of `depths` has its own number.",
-                        Takes::Numbers(Numbers::new(NumberForm::Whole, [1.0, 16.0], &[4.0])),
-                    ),
+                    HEIGHT,
+                    count("films", "The number of films. A list of `depths` has its own number.", [1.0, 16.0], &[4.0]),
                     FieldDecl::new(
                         "depths",
                         "The depths that the films reach together, in mm: with the least error, evenly spaced, or given.",
@@ -68,11 +64,7 @@ impl ExportTarget for Films {
                         Takes::Words(|| names(&CODES)),
                     ),
                     DATUM,
-                    FieldDecl::new(
-                        "margin",
-                        "The width of the margin, in mm.",
-                        Takes::Numbers(Numbers::new(NumberForm::One, [0.0, 200.0], &[10.0])),
-                    ),
+                    number("margin", "The width of the margin, in mm.", [0.0, 200.0], &[10.0]),
                     FieldDecl::new("marks", "Draws marks for registration into the margin.", Takes::Truth(true)),
                     FieldDecl::new(
                         "tiles",
@@ -158,12 +150,13 @@ impl Maker for FilmMaker {
         films.chain([self.document()]).collect()
     }
 
-    fn make(&self, map: &HeightMap, folder: &Path) -> Result<Vec<Part>, WriteError> {
+    fn make(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
         self.check_tiles(map)?;
         let plates = self.plates(map)?;
         let page = Page { inner: map.size_mm * self.tiles.as_dvec2(), margin: self.margin };
         let mut parts = Vec::with_capacity(self.films + 1);
         for number in 1..=self.films {
+            go_on(folder, stop)?;
             let path = folder.join(self.name(number));
             let mut marks = if self.marks { page.marks(number, self.films) } else { Vec::new() };
             if self.mirror {
@@ -308,11 +301,7 @@ impl FilmMaker {
             return Err(refused(Code::BadValue, message, "write `format: Tiff`"));
         }
         let size = page.size();
-        let mut text = format!(
-            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{w}mm\" height=\"{h}mm\" viewBox=\"0 0 {w} {h}\">\n",
-            w = size.x,
-            h = size.y
-        );
+        let mut text = write_svg::opened(DVec2::ZERO, size);
         let area = svg_path(&outlines(map, f64::from(plates.limits[number - 1]))?);
         let (m, w) = (self.margin, page.inner.x);
         let turn =

@@ -9,7 +9,7 @@ use crate::value::{Field, Path as Lines};
 use crate::{AtomicFile, Compression, WriteError, WriteStats};
 use glam::{DVec2, UVec2, Vec2Swizzles};
 use std::fmt;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -30,19 +30,19 @@ pub(super) trait Maker: fmt::Debug + Send + Sync {
     /// The names of the files.
     fn names(&self) -> Vec<String>;
 
-    /// The complete files, without their names.
+    /// The complete files, without their names. Long work ends soon after `stop` returns true.
     ///
     /// # Errors
-    /// The height does not suit the files, or the system refuses.
-    fn make(&self, map: &HeightMap, folder: &Path) -> Result<Vec<Part>, WriteError>;
+    /// The height does not suit the files, the system refuses, or the work was stopped (an interrupted system call).
+    fn make(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError>;
+}
 
-    /// As [`make`](Self::make), for makers that take long: they end soon after `stop` returns true.
-    ///
-    /// # Errors
-    /// As [`make`](Self::make); an interrupted system call if the work was stopped.
-    fn make_until(&self, map: &HeightMap, folder: &Path, _stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
-        self.make(map, folder)
-    }
+/// Fails if the work is to stop; `folder` is that of the files.
+///
+/// # Errors
+/// An interrupted system call.
+pub(super) fn go_on(folder: &Path, stop: Stop<'_>) -> Result<(), WriteError> {
+    if stop() { Err(WriteError::at(folder, io::ErrorKind::Interrupted.into())) } else { Ok(()) }
 }
 
 /// A file without its name.
@@ -201,7 +201,7 @@ impl HeightsWriter {
             return Err(WriteError::Rows { first: 0, end, height: size.y });
         }
         let (mut files, mut documents) = (Vec::new(), Vec::new());
-        for part in self.maker.make_until(&self.map, &self.folder, stop)? {
+        for part in self.maker.make(&self.map, &self.folder, stop)? {
             match part {
                 Part::File(file) => files.push(file),
                 Part::Document(file) => documents.push(file),

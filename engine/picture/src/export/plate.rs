@@ -1,8 +1,6 @@
 //! A plate with a relief, for printers and mills.
-use super::body::{
-    Common, ERROR, FORM, FORMAT, HEIGHT, Made, OVERFLOW, PATTERN, REPORT, Shape, TRIANGLES, WALL, number,
-};
-use super::decl::{FieldDecl, NumberForm, Numbers, Takes};
+use super::body::{Common, ERROR, FORM, FORMAT, Made, OVERFLOW, PATTERN, REPORT, Shape, TRIANGLES, WALL};
+use super::decl::{FieldDecl, HEIGHT, NumberForm, Numbers, Takes, number};
 use super::heights::{HeightMap, Heights, Maker, Part, Stop, refused};
 use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
 use crate::WriteError;
@@ -79,11 +77,7 @@ impl Maker for PlateMaker {
         self.common.names()
     }
 
-    fn make(&self, map: &HeightMap, folder: &Path) -> Result<Vec<Part>, WriteError> {
-        self.make_until(map, folder, &|| false)
-    }
-
-    fn make_until(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
+    fn make(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
         self.common.make(self, map, folder, stop)
     }
 }

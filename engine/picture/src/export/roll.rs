@@ -1,8 +1,6 @@
 //! A roll with a relief, for embossing.
-use super::body::{
-    Common, ERROR, FORM, FORMAT, HEIGHT, Made, OVERFLOW, PATTERN, REPORT, Shape, TRIANGLES, WALL, count, number,
-};
-use super::decl::{FieldDecl, Takes, names};
+use super::body::{Common, ERROR, FORM, FORMAT, Made, OVERFLOW, PATTERN, REPORT, Shape, TRIANGLES, WALL};
+use super::decl::{FieldDecl, HEIGHT, Takes, count, names, number};
 use super::heights::{HeightMap, Heights, Maker, Part, Stop, refused, told};
 use super::plate::rounding;
 use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
@@ -91,11 +89,7 @@ impl Maker for RollMaker {
         self.common.names()
     }
 
-    fn make(&self, map: &HeightMap, folder: &Path) -> Result<Vec<Part>, WriteError> {
-        self.make_until(map, folder, &|| false)
-    }
-
-    fn make_until(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
+    fn make(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
         if self.turned {
             let turned = turned(map);
             return self.common.make(self, &turned, folder, stop);

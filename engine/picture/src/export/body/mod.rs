@@ -5,7 +5,7 @@ mod shape;
 
 pub(super) use shape::{Common, Made, Shape};
 
-use super::decl::{FieldDecl, NumberForm, Numbers, Takes, names};
+use super::decl::{FieldDecl, Takes, count, names, number};
 use shibo_kernel::body::Pattern;
 
 /// The most triangles of a file.
@@ -45,28 +45,6 @@ pub(super) const FORMS: [(&str, bool); 2] = [("Relief", false), ("Mould", true)]
 /// Names of the answers to too many triangles; true for a larger error.
 pub(super) const OVER: [(&str, bool); 2] = [("Refuse", false), ("Coarsen", true)];
 
-/// A field with one number.
-pub(super) const fn number(
-    name: &'static str,
-    doc: &'static str,
-    range: [f64; 2],
-    default: &'static [f64],
-) -> FieldDecl {
-    FieldDecl::new(name, doc, Takes::Numbers(Numbers::new(NumberForm::One, range, default)))
-}
-
-/// A field with one whole number.
-pub(super) const fn count(
-    name: &'static str,
-    doc: &'static str,
-    range: [f64; 2],
-    default: &'static [f64],
-) -> FieldDecl {
-    FieldDecl::new(name, doc, Takes::Numbers(Numbers::new(NumberForm::Whole, range, default)))
-}
-
-pub(super) const HEIGHT: FieldDecl =
-    FieldDecl::new("height", "The height in mm, or a material that has one.", Takes::Height);
 pub(super) const ERROR: FieldDecl =
     number("error", "The largest distance between the body and the height, in mm.", [1e-4, 10.0], &[0.01]);
 pub(super) const TRIANGLES: FieldDecl =

@@ -7,47 +7,27 @@ use std::fmt::Write;
 /// The text of a file; `height` is that of the canvas in mm.
 pub(super) fn text(levels: &[Level], height: f64) -> String {
     let mut file = Dxf(String::new());
-    file.text(0, "SECTION");
-    file.text(2, "HEADER");
-    file.text(9, "$ACADVER");
-    file.text(1, "AC1009");
-    file.text(0, "ENDSEC");
-    file.text(0, "SECTION");
-    file.text(2, "TABLES");
-    file.text(0, "TABLE");
-    file.text(2, "LAYER");
-    file.text(70, &levels.len().to_string());
+    file.all(&[(0, "SECTION"), (2, "HEADER"), (9, "$ACADVER"), (1, "AC1009"), (0, "ENDSEC")]);
+    file.all(&[(0, "SECTION"), (2, "TABLES"), (0, "TABLE"), (2, "LAYER"), (70, &levels.len().to_string())]);
     for level in levels {
-        file.text(0, "LAYER");
-        file.text(2, &layer(level.height));
-        file.text(70, "0");
-        file.text(62, "7");
-        file.text(6, "CONTINUOUS");
+        file.all(&[(0, "LAYER"), (2, &layer(level.height)), (70, "0"), (62, "7"), (6, "CONTINUOUS")]);
     }
-    file.text(0, "ENDTAB");
-    file.text(0, "ENDSEC");
-    file.text(0, "SECTION");
-    file.text(2, "ENTITIES");
+    file.all(&[(0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES")]);
     for level in levels {
         let layer = layer(level.height);
         for line in &level.lines {
-            file.text(0, "POLYLINE");
-            file.text(8, &layer);
-            file.text(66, "1");
+            file.all(&[(0, "POLYLINE"), (8, &layer), (66, "1")]);
             file.point(0.0, 0.0, level.height);
             file.text(70, if line.closed { "1" } else { "0" });
             let points = if line.closed { &line.points[..line.points.len() - 1] } else { &line.points[..] };
             for point in points {
-                file.text(0, "VERTEX");
-                file.text(8, &layer);
+                file.all(&[(0, "VERTEX"), (8, &layer)]);
                 file.point(point.x, height - point.y, level.height);
             }
-            file.text(0, "SEQEND");
-            file.text(8, &layer);
+            file.all(&[(0, "SEQEND"), (8, &layer)]);
         }
     }
-    file.text(0, "ENDSEC");
-    file.text(0, "EOF");
+    file.all(&[(0, "ENDSEC"), (0, "EOF")]);
     file.0
 }
 
@@ -59,6 +39,11 @@ fn layer(level: f64) -> String {
 struct Dxf(String);
 
 impl Dxf {
+    /// Adds pairs of a code and a text.
+    fn all(&mut self, pairs: &[(u8, &str)]) {
+        pairs.iter().for_each(|(code, text)| self.text(*code, text));
+    }
+
     /// A group code and its value.
     fn text(&mut self, code: u8, value: &str) {
         let _ = writeln!(self.0, "{code:>3}\n{value}");

@@ -61,7 +61,7 @@ fn films_add_up_to_the_nearest_depth() {
 #[test]
 fn refuses_heights_that_films_cannot_etch() {
     let folder = tempfile::tempdir().unwrap();
-    let made = |maker: FilmMaker, values: &[f32]| problem(maker.make(&map(2, values), folder.path()));
+    let made = |maker: FilmMaker, values: &[f32]| problem(maker.make(&map(2, values), folder.path(), &|| false));
     let flat = made(maker(), &[1.0; 4]);
     assert!(flat.code == Code::BadValue && flat.message.contains("nothing to etch"), "{flat}");
     let few = made(maker(), &[0.0, -1.0, -2.0, 0.0]);

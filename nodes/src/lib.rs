@@ -121,10 +121,5 @@ pub fn registry_with(more: impl IntoIterator<Item = Family>) -> Registry {
         .with_internal(Internal::Channel, Kind::of::<material::ChannelOf>())
         .with_kept("Fractal", 2, Kind::of::<generators::kept::Fractal2>())
         .with_kept("Fractal", 3, Kind::of::<generators::kept::Fractal3>());
-    registry
-        .with_gutters(mesh::filled)
-        .with_tracer(paths::traced)
-        .with_retired(&RETIRED)
-        .with_code(shibo_kernel::CODE)
-        .with_code(crate::CODE)
+    registry.with_gutters(mesh::filled).with_retired(&RETIRED).with_code(shibo_kernel::CODE).with_code(crate::CODE)
 }

@@ -1,8 +1,7 @@
 //! The registry of node kinds.
 use crate::changes::Changes;
-use crate::value::{Atlas, Field, Key, Path};
+use crate::value::{Atlas, Field, Key};
 use crate::{Arg, Built, Functions, KindInfo, Node};
-use glam::UVec2;
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 
@@ -60,8 +59,6 @@ pub struct Registry {
     internal: BTreeMap<Internal, Kind>,
     /// The function that fills the texels around the charts of an atlas.
     gutters: Option<Gutters>,
-    /// The function that finds level lines.
-    tracer: Option<Tracer>,
     library: Option<Arc<dyn Library>>,
     retired: &'static [&'static str],
     successor: Option<Successor>,
@@ -103,10 +100,6 @@ pub enum Internal {
 /// Fills the texels around the charts of an atlas, so that texture filters read no foreign values there.
 pub type Gutters = fn(&Field, &Arc<Atlas>) -> Field;
 
-/// Finds the lines on which samples have a value, given the samples row by row, their number across and down, and the
-/// value. Sample (i, j) lies at (i + ½, j + ½) mm; higher samples lie on the right of a line.
-pub type Tracer = fn(&[f32], UVec2, f64) -> Path;
-
 impl Default for Registry {
     fn default() -> Self {
         Self {
@@ -116,7 +109,6 @@ impl Default for Registry {
             code: Key::of("code", &[shibo_value::CODE.as_bytes(), crate::CODE.as_bytes()]),
             internal: BTreeMap::new(),
             gutters: None,
-            tracer: None,
             library: None,
             retired: &[],
             successor: None,
@@ -167,18 +159,6 @@ impl Registry {
     /// A texture of an atlas with the texels around its charts filled.
     pub fn with_gutter(&self, field: &Field, atlas: &Arc<Atlas>) -> Field {
         self.gutters.map_or_else(|| field.clone(), |gutters| gutters(field, atlas))
-    }
-
-    /// Sets the function that finds the level lines of exported heights.
-    #[must_use]
-    pub fn with_tracer(mut self, tracer: Tracer) -> Self {
-        self.tracer = Some(tracer);
-        self
-    }
-
-    /// The function that finds level lines, if there is one.
-    pub fn tracer(&self) -> Option<Tracer> {
-        self.tracer
     }
 
     /// Adds graphs that can be imported by name.

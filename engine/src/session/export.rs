@@ -46,7 +46,6 @@ impl Render<'_, '_> {
             size_mm: canvas.size_mm,
             wraps: self.wraps(output, fields.first().map(|(_, field)| field)),
             metadata: planned.metadata.clone(),
-            trace: self.session.registry.tracer(),
         };
         let source = Source { material: &material, shape: &shape, fields, place };
         let files = target.write(&source, options).map_err(|error| Failure::File(error.to_string()))?;

@@ -19,8 +19,6 @@ pub use path::Path;
 pub use stitch::Stitch;
 pub use streamlines::Streamlines;
 
-pub(crate) use outline::traced;
-
 use shibo_node::registry::{Family, Kind};
 
 /// The nodes of this family.

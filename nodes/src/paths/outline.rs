@@ -69,12 +69,6 @@ pub struct Outline {
     pub pitch: Option<f64>,
 }
 
-/// The lines on which samples have a value; see [`Tracer`](shibo_node::registry::Tracer).
-pub(crate) fn traced(values: &[f32], size: UVec2, level: f64) -> value::Path {
-    let mask = Mask::new(values.to_vec(), size, DVec2::ONE, Tiling::NONE);
-    mask.lines(level, &|| false).unwrap_or_default()
-}
-
 impl Outline {
     /// Columns and rows of samples.
     fn samples(&self, size: DVec2) -> DVec2 {

@@ -2,7 +2,7 @@
 use super::archive::archive;
 use super::colors::Colors;
 use super::set;
-use crate::value::{Channel, Field, Material, Path as Lines, Type};
+use crate::value::{Channel, Field, Material, Type};
 use crate::{
     AtomicFile, Compression, Depth, Encoding, Format, MipFilter, PictureSpec, Transfer, WriteError, WriteStats, Writer,
     texture_attributes,
@@ -10,10 +10,6 @@ use crate::{
 use glam::{DVec2, UVec2};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-
-/// Finds the lines on which samples have a value, given the samples row by row, their number across and down, and the
-/// value. Sample (i, j) lies at (i + ½, j + ½); higher samples lie on the right of a line.
-pub type Trace = fn(&[f32], UVec2, f64) -> Lines;
 
 /// Facts that an export needs besides the material.
 #[derive(Clone, Debug)]
@@ -26,8 +22,6 @@ pub struct ExportContext {
     pub wraps: [bool; 2],
     /// Metadata for the headers of pictures of a height.
     pub metadata: Vec<(String, String)>,
-    /// Finds level lines.
-    pub trace: Option<Trace>,
 }
 
 /// The format of the samples of a picture.

@@ -2,7 +2,7 @@
 mod dxf;
 
 use super::decl::{FieldDecl, HEIGHT, NumberForm, Numbers, Takes, names, number};
-use super::heights::{HeightMap, Heights, Maker, Part, Stop, go_on, refused, text_file, told};
+use super::heights::{HeightMap, Heights, Maker, Part, Stop, refused, stopped, text_file, told};
 use super::lines::{Line, Rimmed, simplified, svg_path};
 use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
 use crate::value::diagnostics::Code;
@@ -107,8 +107,7 @@ impl LineMaker {
     fn traced(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Level>, WriteError> {
         let rimmed = Rimmed::of(map)?;
         let level = |height: f64| {
-            go_on(folder, stop)?;
-            let mut lines = rimmed.lines(map, height)?;
+            let mut lines = rimmed.lines(map, height, stop).ok_or_else(|| stopped(folder))?;
             lines.iter_mut().for_each(|line| line.points = simplified(line, self.tolerance));
             Ok(Level { height, lines })
         };

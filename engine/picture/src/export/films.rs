@@ -3,7 +3,7 @@ mod depths;
 mod page;
 
 use super::decl::{FieldDecl, HEIGHT, NumberForm, Numbers, Takes, count, names, number};
-use super::heights::{HeightMap, Heights, Maker, Part, Stop, go_on, place, refused, text_file, told};
+use super::heights::{HeightMap, Heights, Maker, Part, Stop, place, refused, stopped, text_file, told};
 use super::lines::{outlines, svg_path};
 use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
 use crate::value::diagnostics::{Code, Problem};
@@ -156,7 +156,9 @@ impl Maker for FilmMaker {
         let page = Page { inner: map.size_mm * self.tiles.as_dvec2(), margin: self.margin };
         let mut parts = Vec::with_capacity(self.films + 1);
         for number in 1..=self.films {
-            go_on(folder, stop)?;
+            if stop() {
+                return Err(stopped(folder));
+            }
             let path = folder.join(self.name(number));
             let mut marks = if self.marks { page.marks(number, self.films) } else { Vec::new() };
             if self.mirror {

@@ -2,10 +2,9 @@
 //!
 //! The height is held in memory, 4 bytes a sample.
 use super::bundle::ExportContext;
-pub use super::bundle::Trace;
 use super::set;
+use crate::value::Field;
 use crate::value::diagnostics::{Code, Problem};
-use crate::value::{Field, Path as Lines};
 use crate::{AtomicFile, Compression, WriteError, WriteStats};
 use glam::{DVec2, UVec2, Vec2Swizzles};
 use std::fmt;
@@ -37,12 +36,9 @@ pub(super) trait Maker: fmt::Debug + Send + Sync {
     fn make(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError>;
 }
 
-/// Fails if the work is to stop; `folder` is that of the files.
-///
-/// # Errors
-/// An interrupted system call.
-pub(super) fn go_on(folder: &Path, stop: Stop<'_>) -> Result<(), WriteError> {
-    if stop() { Err(WriteError::at(folder, io::ErrorKind::Interrupted.into())) } else { Ok(()) }
+/// The error of work that was stopped; `path` is that of its files.
+pub(super) fn stopped(path: &Path) -> WriteError {
+    WriteError::at(path, io::ErrorKind::Interrupted.into())
 }
 
 /// A file without its name.
@@ -86,7 +82,6 @@ pub(super) struct HeightMap {
     pub compression: Compression,
     /// Metadata for headers.
     pub metadata: Vec<(String, String)>,
-    trace: Option<Trace>,
 }
 
 impl HeightMap {
@@ -126,12 +121,6 @@ impl HeightMap {
         let width = self.size.x as usize;
         let place = DVec2::new((at % width) as f64 + 0.5, (at / width) as f64 + 0.5) * self.pixel;
         (place, f64::from(least))
-    }
-
-    /// The lines on which samples have a value; see [`Trace`].
-    pub(super) fn trace(&self, samples: &[f32], size: UVec2, level: f64) -> Result<Lines, WriteError> {
-        let missing = || refused(Code::BadValue, "this program finds no level lines", "write pictures instead");
-        self.trace.map(|trace| trace(samples, size, level)).ok_or_else(missing)
     }
 }
 
@@ -183,7 +172,6 @@ impl HeightsWriter {
             values: Vec::with_capacity(size.x as usize * size.y as usize),
             compression,
             metadata: place.metadata,
-            trace: place.trace,
         };
         Self { maker: Arc::clone(&heights.maker), folder: folder.to_owned(), map, made: None, told: Told::default() }
     }
@@ -244,7 +232,6 @@ pub(super) mod tests {
             values: values.to_vec(),
             compression: Compression::Fast,
             metadata: Vec::new(),
-            trace: None,
         }
     }
 

@@ -1,9 +1,10 @@
 //! Level lines of a height on the canvas, in mm with y down.
-use super::heights::{HeightMap, refused};
+use super::heights::{HeightMap, Stop, refused};
 use crate::WriteError;
-use crate::value::Polyline;
 use crate::value::diagnostics::Code;
+use crate::value::{Polyline, Tiling};
 use glam::{DVec2, UVec2};
+use shibo_kernel::path::contour::Mask;
 use std::fmt::Write;
 
 /// The most samples of a height whose level lines are made.
@@ -20,14 +21,11 @@ pub(super) struct Line {
 }
 
 /// Samples at pixel centres, and a row of samples around them on the rim of the canvas.
-pub(super) struct Rimmed {
-    values: Vec<f32>,
-    size: UVec2,
-}
+pub(super) struct Rimmed(Mask);
 
 impl Rimmed {
     /// The samples of `map` with values on the rim; `rim` makes them of the pixel at the rim and the one across the canvas.
-    fn new(map: &HeightMap, rim: impl Fn(f32, f32) -> f32) -> Result<Self, WriteError> {
+    fn samples(map: &HeightMap, rim: impl Fn(f32, f32) -> f32) -> Result<(Vec<f32>, UVec2), WriteError> {
         let size = map.size + 2;
         if u64::from(size.x) * u64::from(size.y) > MOST {
             let message = format!(
@@ -49,15 +47,18 @@ impl Rimmed {
         (0..h).for_each(|y| wide(map.row(y)));
         wide(&across(map.row(h - 1), map.row(0)));
         debug_assert_eq!(values.len(), (w as usize + 2) * (h as usize + 2));
-        Ok(Self { values, size })
+        Ok((values, size))
+    }
+
+    fn new((values, size): (Vec<f32>, UVec2)) -> Self {
+        Self(Mask::new(values, size, DVec2::ONE, Tiling::NONE))
     }
 
     /// The samples with those on the rim: the mean of the pixels that meet there where the height repeats, else the
     /// nearest pixel.
     pub(super) fn of(map: &HeightMap) -> Result<Self, WriteError> {
-        let mut rimmed = Self::new(map, |own, _| own)?;
-        let (w, h) = (rimmed.size.x as usize, rimmed.size.y as usize);
-        let values = &mut rimmed.values;
+        let (mut values, size) = Self::samples(map, |own, _| own)?;
+        let (w, h) = (size.x as usize, size.y as usize);
         let mut meet = |a: usize, b: usize| {
             let mean = 0.5 * (values[a] + values[b]);
             (values[a], values[b]) = (mean, mean);
@@ -68,29 +69,29 @@ impl Rimmed {
         if map.wraps[1] {
             (0..w).for_each(|x| meet(x, (h - 1) * w + x));
         }
-        Ok(rimmed)
+        Ok(Self::new((values, size)))
     }
 
-    /// The lines on which the samples have a value, in mm.
-    pub(super) fn lines(&self, map: &HeightMap, level: f64) -> Result<Vec<Line>, WriteError> {
+    /// The lines on which the samples have a value, in mm; `None` if stopped.
+    pub(super) fn lines(&self, map: &HeightMap, level: f64, stop: Stop<'_>) -> Option<Vec<Line>> {
         let inner = map.size.as_dvec2();
         let axis = |u: f64, inner: f64| match u - 0.5 {
             u if u < 1.0 => 0.5 * u.max(0.0),
             u if u > inner => inner - 0.5 * (inner + 1.0 - u).max(0.0),
             u => u - 0.5,
         };
-        self.traced(map, level, |p| DVec2::new(axis(p.x, inner.x), axis(p.y, inner.y)) * map.pixel)
+        self.traced(level, stop, |p| DVec2::new(axis(p.x, inner.x), axis(p.y, inner.y)) * map.pixel)
     }
 
     /// The lines, whose points `mm` moves from samples to mm.
-    fn traced(&self, map: &HeightMap, level: f64, mm: impl Fn(DVec2) -> DVec2) -> Result<Vec<Line>, WriteError> {
-        let found = map.trace(&self.values, self.size, level)?;
+    fn traced(&self, level: f64, stop: Stop<'_>, mm: impl Fn(DVec2) -> DVec2) -> Option<Vec<Line>> {
+        let found = self.0.lines(level, &|| stop())?;
         let line = |curve: &Polyline| {
             let mut points: Vec<DVec2> = curve.points.iter().map(|p| mm(*p)).collect();
             points.dedup();
             Line { points, closed: curve.closed }
         };
-        Ok(found.curves.iter().map(line).filter(|line| line.points.len() > 1).collect())
+        Some(found.curves.iter().map(line).filter(|line| line.points.len() > 1).collect())
     }
 }
 
@@ -111,7 +112,7 @@ pub(super) fn outlines(map: &HeightMap, level: f64) -> Result<Vec<Line>, WriteEr
         u => u,
     };
     let mm = |p: DVec2| DVec2::new(axis(p.x, inner.x), axis(p.y, inner.y)) * map.pixel;
-    let mut lines = Rimmed::new(map, beyond)?.traced(map, level, mm)?;
+    let mut lines = Rimmed::new(Rimmed::samples(map, beyond)?).traced(level, &|| false, mm).unwrap_or_default();
     let tolerance = 0.1 * map.pixel.min_element();
     for line in &mut lines {
         line.points = with_corners(&line.points, map);

@@ -33,7 +33,7 @@ pub use colors::Colors;
 pub use decl::{FieldDecl, NumberForm, Numbers, Takes, names};
 pub use glb::GlbWriter;
 pub use gltf::{Exported, Texture};
-pub use heights::{Heights, Told, Trace};
+pub use heights::{Heights, Told};
 pub use preset::y_down;
 pub use shape::Shape;
 pub use solids::SimpleShape;

@@ -1,5 +1,5 @@
 //! Makes a body of a height: takes its options, finds triangles within the limits, and writes the files.
-use super::super::heights::{HeightMap, Part, Stop, place, refused, text_file, told};
+use super::super::heights::{HeightMap, Part, Stop, place, refused, stopped, text_file, told};
 use super::super::target::{Options, Source};
 use super::files::Body;
 use super::report::{Facts, grouped, json, line};
@@ -127,7 +127,7 @@ impl Common {
         let [name, ..] = &self.names()[..] else { return Ok(Vec::new()) };
         let path = folder.join(name);
         let failed = |error| WriteError::at(&path, error);
-        let stopped = || failed(io::ErrorKind::Interrupted.into());
+        let stopped = || stopped(&path);
         let mesher = Mesher::new(&made.heights, self.pattern, made.tolerance, stop).ok_or_else(stopped)?;
         let within = |error: f64| (error - made.rounding).max(0.5 * error);
         let mut tiles = mesher.within(within(self.error)).ok_or_else(stopped)?;

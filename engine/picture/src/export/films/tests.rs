@@ -78,13 +78,8 @@ fn refuses_heights_that_films_cannot_etch() {
 fn mirrored_films_read_backwards_and_repeat() {
     let folder = tempfile::tempdir().unwrap();
     let values = heights();
-    let place = ExportContext {
-        stem: "a".to_owned(),
-        size_mm: DVec2::new(20.0, 30.0),
-        wraps: [true; 2],
-        metadata: Vec::new(),
-        trace: None,
-    };
+    let place =
+        ExportContext { stem: "a".to_owned(), size_mm: DVec2::new(20.0, 30.0), wraps: [true; 2], metadata: Vec::new() };
     let written = |maker: FilmMaker| {
         let field = Field::constant(Type::Gray, &[0.0]);
         let heights = Heights { field, place: place.clone(), maker: Arc::new(maker) };

@@ -46,6 +46,7 @@ pub use diff::{DiffRequest, diff};
 pub use fix::{FixRequest, fix};
 pub use json::{to_json, to_ron};
 pub use merge::{MergeRequest, merge};
+pub use pictures::picture;
 pub use schema::{kind_schema, schema};
 
 use serde::{Deserialize, Serialize};

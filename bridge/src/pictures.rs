@@ -273,8 +273,8 @@ fn measure(diff: &mut PictureDiff, old: &Tile, new: &Tile, is_color: bool) {
     }
 }
 
-/// A tile as a picture: a colour, or the first channel as grey between the extremes 0 and 1.
-fn picture(tile: &Tile, is_color: bool) -> Picture {
+/// A tile as a picture to compare: a colour, or the first channel as grey between the extremes 0 and 1.
+pub fn picture(tile: &Tile, is_color: bool) -> Picture {
     let channels: u8 = if is_color { 3 } else { 1 };
     let planes: Vec<f32> = (0..usize::from(channels)).flat_map(|channel| tile.plane(channel).to_vec()).collect();
     let names = if is_color { &["R", "G", "B"][..] } else { &["Y"] };

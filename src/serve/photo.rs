@@ -16,7 +16,7 @@ use shibo_bridge::{GraphText, Tools};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::session::{Failure, Look};
 use shibo_fit::graph::{Bench, Fitting, Photo, Preset, Refused, Request, name_for};
-use shibo_picture::{Picture, ReadLimits, SampleKind, contained, read_bytes};
+use shibo_picture::{Picture, ReadLimits, contained, read_bytes};
 use shibo_value::Window;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -111,20 +111,7 @@ fn picture(look: &Look<'_>, scene: &Scene, target: &Target) -> Result<Option<Pic
     let Some(Preview::Field(field, _)) = scene.sight(look, target)? else { return Ok(None) };
     let size = scene.size(SIDE);
     let tile = look.raster(&field, &scene.graph.canvas.grid(size), Window::full(size))?;
-    let names: &[&str] = match tile.channels() {
-        1 => &["Y"],
-        3 => &["R", "G", "B"],
-        _ => return Ok(None),
-    };
-    Ok(Some(Picture {
-        width: size.x,
-        height: size.y,
-        channels: if names.len() == 1 { 1 } else { 3 },
-        planes: tile.data().to_vec(),
-        source: SampleKind::F32,
-        names: names.iter().map(ToString::to_string).collect(),
-        has_alpha: false,
-    }))
+    Ok(matches!(tile.channels(), 1 | 3).then(|| shibo_bridge::picture(&tile, tile.channels() == 3)))
 }
 
 /// Request: a fit.
@@ -134,11 +121,6 @@ struct Wish {
     g: u64,
     /// Width of the photograph in mm; found too if absent.
     mm: Option<f64>,
-    /// Fit only these parameters; all if empty.
-    #[serde(default)]
-    only: Vec<String>,
-    /// The most renders.
-    renders: Option<u32>,
 }
 
 /// Starts a fit and returns its number. A fit that is at work ends.
@@ -204,10 +186,8 @@ fn fitted(
     let values = stage.values();
     let request = Request {
         preset: name_for(Path::new(&held.name)),
-        only: wish.only.clone(),
         start: values.preset,
         set: values.set,
-        renders: wish.renders.map(|count| count.clamp(8, 100_000)),
         seed: 1,
         ..Request::default()
     };

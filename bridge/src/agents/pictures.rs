@@ -3,15 +3,15 @@ use super::graphs::{Checked, Source, findings, load, open};
 use super::{Refusal, State};
 use crate::compare::Comparison;
 use crate::scene::{Preview, Scene, Target};
-use crate::{CompareRequest, compare};
+use crate::{CompareRequest, compare, picture};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Failure, Look};
 use shibo_graph::Graph;
-use shibo_picture::{Picture, ReadLimits, SampleKind, read_bytes};
+use shibo_picture::{Picture, ReadLimits, read_bytes};
 use shibo_value::clock::Stopwatch;
-use shibo_value::{Resolution, Window};
+use shibo_value::{Resolution, Tile, Window};
 use std::collections::BTreeMap;
 use std::io::Read as _;
 
@@ -114,8 +114,7 @@ impl From<Refusal> for NoPicture {
 struct Made {
     png: Vec<u8>,
     facts: Rendered,
-    samples: Vec<f32>,
-    channels: usize,
+    tile: Tile,
 }
 
 /// Renders a picture of at most 512 pixels on its longest side: PNG and facts.
@@ -154,16 +153,11 @@ fn side(state: &State, side: &Side, cancel: &CancelToken) -> Result<Picture, NoP
         }
         Side::Graph(request) => request,
     };
-    let made = make(state, request, cancel)?;
-    let [width, height] = made.facts.size;
-    let names = if made.channels == 1 { vec!["Y".to_owned()] } else { ["R", "G", "B"].map(str::to_owned).to_vec() };
-    let pixels = made.samples.len() / made.channels.max(1);
-    let planes = made.samples[..pixels * names.len().min(made.channels)].to_vec();
-    let channels = if names.len() == 1 { 1 } else { 3 };
-    if planes.len() != pixels * usize::from(channels) {
+    let tile = make(state, request, cancel)?.tile;
+    if !matches!(tile.channels(), 1 | 3) {
         return Err(Refusal::new("bad-value", "vectors are no picture to compare", "compare numbers or colours").into());
     }
-    Ok(Picture { width, height, channels, planes, source: SampleKind::F32, names, has_alpha: false })
+    Ok(picture(&tile, tile.channels() == 3))
 }
 
 fn make(state: &State, request: &RenderRequest, cancel: &CancelToken) -> Result<Made, NoPicture> {
@@ -214,8 +208,7 @@ fn paint(state: &State, scene: &Scene, look: &Look<'_>, target: &Target, side: u
     let stored = scene.picture(look, &state.store, target, (&field, style), size)?;
     let canvas = &scene.graph.canvas;
     let tile = look.raster(&field, &canvas.grid(size), Window::full(size))?;
-    let (samples, channels) = (tile.data().to_vec(), field.channels());
-    let planes = || samples.chunks(samples.len() / channels.max(1));
+    let planes = || (0..tile.channels()).map(|channel| tile.plane(channel));
     let fold =
         |f: fn(f32, f32) -> f32, start: f32| planes().map(|plane| plane.iter().copied().fold(start, f)).collect();
     let mean = |plane: &[f32]| plane.iter().map(|value| f64::from(*value)).sum::<f64>() / plane.len().max(1) as f64;
@@ -231,7 +224,7 @@ fn paint(state: &State, scene: &Scene, look: &Look<'_>, target: &Target, side: u
         tiles: [canvas.tile.x, canvas.tile.y],
         seconds: 0.0,
     };
-    Ok(Some(Made { png: stored.png.to_vec(), facts, samples, channels }))
+    Ok(Some(Made { png: stored.png.to_vec(), facts, tile }))
 }
 
 /// The name of what a request shows, as scenes call it.

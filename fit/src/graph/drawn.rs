@@ -1,10 +1,11 @@
 //! Pictures of outputs, and values as text.
 use crate::Amount;
+use shibo_bridge::picture;
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Failure, Session};
 use shibo_graph::Graph;
 use shibo_picture::{Picture, SampleKind};
-use shibo_value::{Field, Tile, Window};
+use shibo_value::{Field, Window};
 
 /// The picture of an output at the resolution of a graph.
 pub(super) fn drawn(session: &Session, graph: &Graph, output: &str, cancel: &CancelToken) -> Result<Picture, Failure> {
@@ -18,24 +19,10 @@ pub(super) fn drawn(session: &Session, graph: &Graph, output: &str, cancel: &Can
     let wanted = [(graph.canvas.grid(size), Window::full(size))];
     let (mut tiles, _) = session.rasters(graph, field, &wanted, cancel, &Silent)?;
     let tile = tiles.pop().ok_or(Failure::Cancelled)?;
-    Ok(picture(&tile))
-}
-
-/// A tile as a picture: colours, or numbers that count as they are.
-fn picture(tile: &Tile) -> Picture {
     let color = tile.channels() >= 3;
-    let channels: u8 = if color { 3 } else { 1 };
-    let planes = (0..usize::from(channels)).flat_map(|channel| tile.plane(channel).to_vec()).collect();
-    let names = if color { &["R", "G", "B"][..] } else { &["Y"] };
-    Picture {
-        width: u32::try_from(tile.width()).unwrap_or(u32::MAX),
-        height: u32::try_from(tile.height()).unwrap_or(u32::MAX),
-        channels,
-        planes,
-        source: if color { SampleKind::F32 } else { SampleKind::U16 },
-        names: names.iter().map(|name| (*name).to_owned()).collect(),
-        has_alpha: false,
-    }
+    // Numbers count as they are, as those of a file of integers.
+    let source = if color { SampleKind::F32 } else { SampleKind::U16 };
+    Ok(Picture { source, ..picture(&tile, color) })
 }
 
 /// A colour as `"#rrggbb"`, or a number, as RON.

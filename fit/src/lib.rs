@@ -79,15 +79,26 @@ pub enum Outcome {
     Cancelled,
 }
 
+/// The render that is nearest to the photograph.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Best {
+    /// Its distance.
+    pub distance: f64,
+    /// The values of the unknowns.
+    pub amounts: Vec<Amount>,
+    /// The combination of [`Start::combination`].
+    pub combination: usize,
+}
+
 /// The state of a fit.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Status {
     /// Finished renders.
     pub done: usize,
     /// All renders, if nothing stops the fit early.
     pub planned: usize,
-    /// The smallest distance so far.
-    pub best: Option<f64>,
+    /// The best render so far.
+    pub best: Option<Best>,
     /// Distance between seeds, once it is known.
     pub floor: Option<f64>,
 }

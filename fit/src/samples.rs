@@ -1,7 +1,7 @@
 //! Rendered points, and how far the numbers of seeds differ.
 use crate::random::hash;
 use crate::ridge::{Model, Sample};
-use crate::{Ask, Outcome, Problem, Renders, Status, Unknowns};
+use crate::{Ask, Best, Outcome, Problem, Renders, Status, Unknowns};
 use shibo_bridge::compare::Scale;
 
 /// Most samples of a model.
@@ -70,11 +70,14 @@ impl<'p> Samples<'p> {
             let features = self.unknowns().features(point);
             found.push(match outcome {
                 Outcome::Made(numbers) if numbers.iter().all(|number| number.is_finite()) => {
-                    let distance = self.scale.distance(&numbers, &self.problem.target).0;
-                    self.status.best = Some(self.status.best.map_or(distance, |best| best.min(distance)));
                     let (point, combination) = (point.clone(), *combination);
                     self.made.push(Rendered { point, combination, features, numbers });
-                    Some(self.made.len() - 1)
+                    let index = self.made.len() - 1;
+                    let distance = self.distance(index);
+                    if self.status.best.as_ref().is_none_or(|best| distance < best.distance) {
+                        self.status.best = Some(self.best(index));
+                    }
+                    Some(index)
                 }
                 Outcome::Made(_) | Outcome::Refused => {
                     self.refused.push(features);
@@ -97,6 +100,12 @@ impl<'p> Samples<'p> {
     /// The distance of a render from the photograph.
     pub(crate) fn distance(&self, index: usize) -> f64 {
         self.scale.distance(&self.made[index].numbers, &self.problem.target).0
+    }
+
+    fn best(&self, index: usize) -> Best {
+        let Rendered { point, combination, .. } = &self.made[index];
+        let amounts = self.unknowns().amounts(point);
+        Best { distance: self.distance(index), amounts, combination: *combination }
     }
 
     /// The renders of a combination, nearest to the photograph first.
@@ -127,7 +136,7 @@ impl<'p> Samples<'p> {
             }
         }
         self.scale = self.problem.scale.of_seeds(&variances);
-        self.status.best = self.ranked(None).first().map(|best| self.distance(*best));
+        self.status.best = self.ranked(None).first().map(|best| self.best(*best));
         self.status.floor = self.groups.last().map(|group| self.floor(group).0);
     }
 

@@ -62,7 +62,7 @@ impl<'p> Progress<'p> {
         let elapsed = self.clock.elapsed().as_secs_f64();
         let left = elapsed / done.max(1) as f64 * status.planned.saturating_sub(done) as f64;
         let left = self.args.seconds.map_or(left, |most| left.min((most - elapsed).max(0.0)));
-        let distance = match (status.best, status.floor) {
+        let distance = match (status.best.as_ref().map(|best| best.distance), status.floor) {
             (Some(best), Some(floor)) if floor > 0.0 => format!(" · {:.1} × floor", best / floor),
             (Some(best), _) => format!(" · distance {best:.2}"),
             _ => String::new(),

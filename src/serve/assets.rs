@@ -14,6 +14,7 @@ assets! {
     "icon.svg" "image/svg+xml",
     "panels.css" "text/css; charset=utf-8",
     "app.js" "text/javascript; charset=utf-8",
+    "bodies.js" "text/javascript; charset=utf-8",
     "box.js" "text/javascript; charset=utf-8",
     "camera.js" "text/javascript; charset=utf-8",
     "compare.js" "text/javascript; charset=utf-8",

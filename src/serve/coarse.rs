@@ -33,7 +33,7 @@ impl Sent {
 
     /// Reduces the mesh to at most `most` triangles: within each chart, all vertices in a grid cell become the first of
     /// them, and triangles without area are dropped.
-    fn at_most(self, most: usize, charts: &[u16]) -> Self {
+    pub(super) fn at_most(self, most: usize, charts: &[u16]) -> Self {
         let area = self.indices.as_chunks::<3>().0.iter().map(|t| self.area(*t)).sum::<f32>();
         // The first cell size corresponds to about two triangles per cell.
         let mut cell = (2.0 * area / most as f32).sqrt();

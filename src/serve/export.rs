@@ -73,7 +73,8 @@ pub(super) async fn export(State(app): State<App>, body: Bytes) -> Result<Json<D
 
 /// Runs an export and tells the pages its result.
 fn work(stage: &Stage, (text, values): (&Arc<str>, Values), wish: &Wish, (id, cancel): (u64, &CancelToken)) {
-    let made = || load(stage, text, wish, values).and_then(|graph| render(stage, graph, wish, id, cancel));
+    let resolution = wish.resolution.map(Resolution::Longer);
+    let made = || load(stage, text, values, resolution).and_then(|graph| render(stage, graph, wish, id, cancel));
     // A panic is reported like any other failure and frees the slot.
     let result = contained(made).unwrap_or_else(|said| Err(Failure::File(format!("there is a defect: {said}"))));
     let news = match &result {
@@ -105,9 +106,14 @@ pub(super) async fn fetch(State(app): State<App>, Path((_, id)): Path<(String, u
     Ok((head, bytes).into_response())
 }
 
-/// Loads the shown graph with the requested resolution and outputs.
-fn load(stage: &Stage, text: &Arc<str>, wish: &Wish, values: Values) -> Result<Graph, Failure> {
-    let options = LoadOptions { resolution: wish.resolution.map(Resolution::Longer), ..values.options() };
+/// Loads a graph that is shown, with another resolution if one is given.
+pub(super) fn load(
+    stage: &Stage,
+    text: &Arc<str>,
+    values: Values,
+    resolution: Option<Resolution>,
+) -> Result<Graph, Failure> {
+    let options = LoadOptions { resolution, ..values.options() };
     let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &options);
     loaded.graph.ok_or_else(|| Failure::from(loaded.diagnostics))
 }
@@ -131,17 +137,10 @@ fn render(
             None => target.clone(),
         });
     }
-    let folder = tempfile::tempdir().map_err(|error| Failure::File(format!("cannot make a folder: {error}")))?;
     let format = wish.format.as_deref().and_then(Format::from_extension);
-    let request = RenderRequest { dir: folder.path().to_path_buf(), outputs, format, ..RenderRequest::default() };
+    let request = RenderRequest { outputs, format, ..RenderRequest::default() };
     let telling = Telling { stage, id, last: Mutex::new(Instant::now()) };
-    let done = stage.session.render(&graph, &request, cancel, &telling)?;
-    let mut files = Vec::new();
-    for path in &done.files {
-        let bytes = fs::read(path).map_err(|error| Failure::File(format!("cannot read what was made: {error}")))?;
-        let inside = path.strip_prefix(folder.path()).unwrap_or(path);
-        files.push((inside.to_string_lossy().replace('\\', "/"), bytes));
-    }
+    let mut files = files(stage, &graph, request, cancel, &telling)?;
     match files.len() {
         0 => Err(Failure::Usage("the graph has no outputs to export".to_owned())),
         1 => Ok(files.pop().map(|(name, bytes)| (name, bytes.into())).unwrap_or_default()),
@@ -151,6 +150,25 @@ fn render(
             Ok((format!("{stem}.zip"), archive.into()))
         }
     }
+}
+
+/// Renders into a temporary folder; returns the names and the bytes of the files.
+pub(super) fn files(
+    stage: &Stage,
+    graph: &Graph,
+    request: RenderRequest,
+    cancel: &CancelToken,
+    observer: &dyn Observer,
+) -> Result<Vec<(String, Vec<u8>)>, Failure> {
+    let folder = tempfile::tempdir().map_err(|error| Failure::File(format!("cannot make a folder: {error}")))?;
+    let request = RenderRequest { dir: folder.path().to_path_buf(), ..request };
+    let done = stage.session.render(graph, &request, cancel, observer)?;
+    let read = |path: &std::path::PathBuf| {
+        let bytes = fs::read(path).map_err(|error| Failure::File(format!("cannot read what was made: {error}")))?;
+        let inside = path.strip_prefix(folder.path()).unwrap_or(path);
+        Ok((inside.to_string_lossy().replace('\\', "/"), bytes))
+    };
+    done.files.iter().map(read).collect()
 }
 
 #[cfg(test)]

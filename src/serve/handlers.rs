@@ -4,7 +4,7 @@ use super::assets::asset;
 use super::guard::{Guard, guard};
 use super::position::Jumps;
 use super::stage::{News, Stage, Values};
-use super::{change, data, editor, environment, export, map, marks, mesh, photo, thumb, wear};
+use super::{body, change, data, editor, environment, export, map, marks, mesh, photo, thumb, wear};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::rejection::BytesRejection;
@@ -44,6 +44,7 @@ pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, Jumps), who: G
         .route("/{token}/map", get(map::map))
         .route("/{token}/wear", get(wear::wear))
         .route("/{token}/mesh", get(mesh::mesh))
+        .route("/{token}/body", get(body::body))
         .route("/{token}/marks", get(marks::marks))
         .route("/{token}/graph", get(data::graph))
         .route("/{token}/stats", get(data::stats))

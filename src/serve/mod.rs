@@ -5,6 +5,7 @@
 //! file, which is changed only while its content is the one the page has seen.
 mod app;
 mod assets;
+mod body;
 mod change;
 mod coarse;
 mod connections;

@@ -205,8 +205,12 @@ fn fitted(
         let mut last = lock(&last);
         if last.elapsed() >= PROGRESS {
             *last = Instant::now();
-            let (best, floor) = (status.best, status.floor);
-            let news = json!({ "id": id, "state": "running", "done": done, "total": status.planned, "best": best, "floor": floor });
+            let best = status.best.as_ref();
+            let set = best.map(|best| fitting.values(&best.amounts, best.combination)).unwrap_or_default();
+            let news = json!({
+                "id": id, "state": "running", "done": done, "total": status.planned,
+                "best": best.map(|best| best.distance), "floor": status.floor, "set": set,
+            });
             stage.tell("fit", &news);
         }
     });

@@ -10,7 +10,7 @@ use shibo_bridge::scene::{PictureInfo, Scene, has_solid, lock};
 use shibo_bridge::scene::{Store, Stored};
 use shibo_engine::eval::{NodeState, NodeStats};
 use shibo_engine::session::Session;
-use shibo_graph::LoadOptions;
+use shibo_graph::{Graph, GraphOutput, LoadOptions};
 use shibo_value::Key;
 use shibo_value::diagnostics::{Diagnostic, SourceMap, to_json};
 use std::collections::HashMap;
@@ -318,10 +318,18 @@ fn describe(scene: &Scene) -> Json {
         // Equal names mean the same mesh.
         "mesh": scene.mesh().map(|(node, output)| scene.keys.output(node, output).to_string()),
         "outputs": outputs.collect::<Vec<_>>(),
+        // Outputs whose files are bodies.
+        "bodies": bodies(graph),
         "params": params.collect::<Vec<_>>(),
         "presets": graph.presets,
         "pictures": *lock(&scene.shown),
     })
+}
+
+/// The names of the outputs that are bodies.
+fn bodies(graph: &Graph) -> Vec<&str> {
+    let is_body = |output: &&GraphOutput| output.export.as_ref().is_some_and(|export| export.target.target.is_body());
+    graph.outputs.iter().filter(is_body).map(|output| output.name.as_str()).collect()
 }
 
 /// Text before and after a default on its line.

@@ -1,6 +1,7 @@
 //! Long-running programs: the page and server of `shibo watch`, and the language server.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 mod axe;
+mod bodies;
 mod cancel;
 mod channels;
 mod connection;

@@ -46,7 +46,7 @@ fn photograph(place: &Place) -> Vec<u8> {
     std::fs::read(dir.join("photo/lit.png")).unwrap()
 }
 
-const WORDS: &str = "document.getElementById('photo-words').textContent";
+const WORDS: &str = "document.getElementById('photo-words')?.textContent";
 const STATE: &str = "document.querySelector('#photo .body').dataset.fit";
 
 fn value(page: &mut Page, name: &str) -> String {
@@ -67,6 +67,8 @@ fn photograph_is_compared_fitted_and_kept() {
     assert_eq!(page.eval("document.getElementById('tag-a').textContent"), "photograph");
     page.eval("(() => { const w = document.getElementById('photo-width'); w.value = 8; w.onchange(); })()");
     page.eval("document.getElementById('photo-fit').click()");
+    // The sliders show the best values so far.
+    page.wait("document.querySelector('[data-param=size] .from').textContent == 'tried by the fit'");
     page.wait(&format!("{STATE} == 'done'"));
     let size: f64 = value(&mut page, "size").parse().unwrap();
     assert!((size - 1.0).abs() < 0.15, "{size}");

@@ -1,6 +1,6 @@
 //! The preset with the found values.
 use super::drawn::ron;
-use super::{Fitted, Refused};
+use super::{Fitted, Fitting, Refused};
 use crate::Amount;
 use shibo_bridge::{GraphText, Tools};
 use shibo_engine::session::Failure;
@@ -30,15 +30,22 @@ pub struct Preset {
     pub values: Vec<(String, String)>,
 }
 
+impl Fitting<'_> {
+    /// Parameters and their values as RON: those of the unknowns, and those of the start other than the graph's own.
+    pub fn values(&self, amounts: &[Amount], combination: usize) -> Vec<(String, String)> {
+        let found = self.setup.written.iter().zip(amounts);
+        let found = found.map(|(param, amount)| (param.name.clone(), ron(*amount)));
+        let held = self.setup.combinations.get(combination).into_iter().flatten().cloned();
+        found.chain(held).collect()
+    }
+}
+
 impl Fitted<'_> {
     /// The found values, and values of the start other than the graph's own.
     pub fn preset(&self) -> Preset {
-        let setup = &self.fitting.setup;
-        let found = setup.written.iter().zip(&self.fit.found);
-        let found = found.map(|(param, found)| (param.name.clone(), ron(found.amount)));
-        let held = setup.combinations.get(self.fit.combination).into_iter().flatten().cloned();
+        let amounts: Vec<Amount> = self.fit.found.iter().map(|found| found.amount).collect();
         let (name, comment) = (self.fitting.request.preset.clone(), self.comment());
-        Preset { name, comment, values: found.chain(held).collect() }
+        Preset { name, comment, values: self.fitting.values(&amounts, self.fit.combination) }
     }
 
     fn comment(&self) -> String {

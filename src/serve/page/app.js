@@ -14,7 +14,6 @@ import { Measure } from './measure.js';
 import { ask, bitmap, exact, jump, latest, news, send } from './net.js';
 import { Graph } from './nodes.js';
 import { Parameters } from './params.js';
-import { Photo } from './photo.js';
 import { Picture } from './picture.js';
 import { Sheet } from './sheet.js';
 import { CHANNELS } from './textures.js';
@@ -78,8 +77,16 @@ const measure = new Measure(body('measure'), {
 const connection = new Connection(page, (values) => sendLatest(values));
 const exporter = new Exporter(body('export'), page);
 const sheet = new Sheet(body('sheet'), page);
-const photo = new Photo(body('photo'), page, write);
-drops(page.lit, () => page.controls.setView('lit'), (file) => photo.take(file));
+// Loaded when a photograph is dropped or its panel is opened: the first page stays small.
+/** @type {import('./photo.js').Photo | undefined} */
+let photo;
+const photograph = async () => {
+  const { Photo } = await import('./photo.js');
+  photo ??= new Photo(body('photo'), page, write);
+  return photo;
+};
+drops(page.lit, () => page.controls.setView('lit'), async (file) => (await photograph()).take(file));
+$('photo').ontoggle = photograph;
 $('measure').ontoggle = () => { sharpen(); measure.show(); };
 $('looks').ontoggle = () => page.looks.draw();
 $('sheet').ontoggle = () => sheet.show();
@@ -152,7 +159,7 @@ const heard = {
   /** @param {ExportNews} now */
   export(now) { exporter.heard(now); },
   /** @param {FitNews} now */
-  fit(now) { photo.heard(now); },
+  fit(now) { photo?.heard(now); },
   // The editor shows a target.
   /** @param {{ target: string }} now */
   look({ target: wanted }) { if (page.state?.scene) look(wanted); },
@@ -330,7 +337,7 @@ async function show(now) {
 
 /** @param {Shown} now @param {number} generation @param {string} sha256 */
 function mark(now, generation, sha256) {
-  if (now.final) photo.compare();
+  if (now.final) photo?.compare();
   Object.assign(root.dataset, { shown: now.target, generation, sha: sha256, final: now.final, picture: now.picture });
   $('empty').hidden = true;
 }
@@ -433,6 +440,10 @@ function crumbs(path) {
 
 // ---- the lit view
 
+// Bodies of outputs, if the graph ever had one.
+/** @type {Promise<import('./bodies.js').Bodies> | undefined} */
+let bodies;
+
 // The material to light: the selected one, else the graph's first, else the selected target by itself.
 export function relight() {
   const { state, target, about, shown, lit } = page;
@@ -440,6 +451,8 @@ export function relight() {
   const { scene } = state;
   lit.setMesh(scene);
   lit.setSolid(scene.solid);
+  if (scene.bodies.length) bodies ??= import('./bodies.js').then(({ Bodies }) => new Bodies(lit));
+  bodies?.then((found) => { if (page.state.scene === scene) found.follow(scene); });
   const { solid } = lit.shapes[lit.shape];
   const current = outputOf(target);
   const material = current?.type === 'Material' ? current : target?.startsWith('@') ? null : scene.outputs.find((o) => o.type === 'Material');

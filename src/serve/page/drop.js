@@ -195,11 +195,7 @@ function shape(triangles) {
 
 /** @param {import('./lit.js').Lit} lit @param {Shape} made @param {string} file */
 function wear(lit, made, file) {
-  for (const name of ['own true', 'own false']) {
-    lit.meshes[name]?.free();
-    delete lit.meshes[name];
-  }
-  lit.shapes.own = made;
+  lit.put('own', made);
   const button = /** @type {HTMLElement} */ (document.querySelector('[data-shape=own]'));
   button.hidden = false;
   button.textContent = file.replace(/\.(obj|glb)$/i, '');

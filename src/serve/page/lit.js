@@ -253,6 +253,16 @@ export class Lit {
     this.onshape?.();
   }
 
+  // Replaces a shape, or takes it away.
+  /** @param {string} name @param {Shape | null} shape */
+  put(name, shape) {
+    for (const uploaded of [`${name} true`, `${name} false`]) {
+      this.meshes[uploaded]?.free();
+      delete this.meshes[uploaded];
+    }
+    if (shape) this.shapes[name] = shape; else delete this.shapes[name];
+  }
+
   // Adds the graph's mesh to the shapes while the graph has one.
   /** @param {Scene} scene */
   async setMesh(scene) {
@@ -266,16 +276,7 @@ export class Lit {
     // The graph has changed meanwhile; news of the new graph will load its mesh.
     if (id && !found) { this.meshId = undefined; return; }
     const had = !!this.shapes.mesh;
-    for (const name of ['mesh true', 'mesh false']) {
-      this.meshes[name]?.free();
-      delete this.meshes[name];
-    }
-    delete this.shapes.mesh;
-    if (found) {
-      let foot = 0;
-      for (let i = 1; i < found.data.length; i += 11) foot = Math.min(foot, found.data[i]);
-      this.shapes.mesh = { make: () => found, perMm: found.perMm, middle: found.middle, foot, view: [0.5, 0.3, 3.2] };
-    }
+    this.put('mesh', found || null);
     buttons('[data-shape=mesh]')[0].hidden = !found;
     if (found && !had) this.setShape('mesh');
     else if (!found && this.shape === 'mesh') this.setShape('sphere');
@@ -291,8 +292,8 @@ export class Lit {
   }
 
   nextShape() {
-    const names = [...buttons('[data-shape]:not([hidden])')].map((b) => String(b.dataset.shape));
-    this.setShape(names[(names.indexOf(this.shape) + 1) % names.length]);
+    const all = [...buttons('[data-shape]:not([hidden])')];
+    all[(all.findIndex((b) => b.dataset.shape === this.shape) + 1) % all.length].click();
   }
 
   /** @param {string} relief */
@@ -450,10 +451,11 @@ export class Lit {
   }
 
   /** @param {Worn} material */
-  material({ maps, mm }) {
+  material({ maps: all, mm }) {
     const { canvas, uniforms: u, values } = this;
     const gl = /** @type {WebGL2RenderingContext} */ (this.gl);
-    const { span = 0, solid, perMm = solid ? 2 / Math.max(...mm) : undefined } = this.shapes[this.shape];
+    const { span = 0, solid, plain, perMm = solid ? 2 / Math.max(...mm) : undefined } = this.shapes[this.shape];
+    const maps = plain ? {} : all;
     // A mesh shows its textures once, without repeats; so does a shape cut from a solid.
     const repeat = perMm ? 1 : values.repeat;
     const heights = maps.uHeight?.range ?? [0, 0];

@@ -58,14 +58,33 @@ export async function exact(args) {
   return { width: +width, height: +height, channels: +form.slice(4), type, unit: unit === 'deg' ? '°' : unit ?? '', data };
 }
 
-// Mesh that shows the material: vertices of 11 numbers, triangles, length of one mm, and position of its middle, z up.
-/** @param {Args} args @returns {Promise<(Mesh & { perMm: number, middle: number[] }) | null>} */
-export async function mesh(args) {
-  const response = await request(query('mesh', args));
-  if (response.status !== 200) return null;
+// A mesh as a shape: vertices of 11 numbers, triangles, length of one mm, position of its middle, z up, and the bytes
+// after it.
+/** @param {Response} response @returns {Promise<[Shape, ArrayBuffer]>} */
+async function shape(response) {
   const [vertices, indices, perMm, ...middle] = header(response, 'x-mesh').map(Number);
   const bytes = await response.arrayBuffer();
-  return { data: new Float32Array(bytes, 0, vertices * 11), index: new Uint32Array(bytes, vertices * 44, indices), perMm, middle };
+  const made = { data: new Float32Array(bytes, 0, vertices * 11), index: new Uint32Array(bytes, vertices * 44, indices) };
+  let foot = 0;
+  for (let i = 1; i < made.data.length; i += 11) foot = Math.min(foot, made.data[i]);
+  return [{ make: () => made, perMm, middle, foot, view: [0.5, 0.3, 3.2] }, bytes.slice(vertices * 44 + indices * 4)];
+}
+
+// The mesh that shows the material.
+/** @param {Args} args @returns {Promise<Shape | null>} */
+export async function mesh(args) {
+  const response = await request(query('mesh', args));
+  return response.status === 200 ? (await shape(response))[0] : null;
+}
+
+// The body of an output, and its report.
+/** @param {Args} args @returns {Promise<(Shape & { report: BodyReport }) | null>} */
+export async function body(args) {
+  const response = await request(query('body', args));
+  if (!response.ok) throw new Error((await response.text()) || 'it could not be made');
+  if (response.status !== 200) return null;
+  const [made, report] = await shape(response);
+  return { ...made, report: JSON.parse(new TextDecoder().decode(report)) };
 }
 
 // Light of a panorama: of a file, or of the last one sent in this run, if any. With a name, that of an environment of

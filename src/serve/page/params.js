@@ -31,7 +31,7 @@ export class Parameters {
     this.root = root;
     this.onchange = onchange;
     this.onsave = onsave;
-    /** @type {Map<string, (param: Param) => void>} */
+    /** @type {Map<string, (param: Param, trial?: string) => void>} */
     this.rows = new Map();
     /** @type {string | null} */
     this.preset = null;
@@ -121,8 +121,10 @@ export class Parameters {
 
   get changed() { return this.params.filter((p) => this.value(p) !== p.default); }
 
-  show() {
-    for (const param of this.params) this.rows.get(param.name)?.(param);
+  // Shows the values; those of a running fit come first.
+  /** @param {Map<string, string>} [trial] */
+  show(trial) {
+    for (const param of this.params) this.rows.get(param.name)?.(param, trial?.get(param.name));
     for (const button of /** @type {NodeListOf<HTMLButtonElement>} */ (this.root.querySelectorAll('.presets button'))) {
       const on = button.value === (this.preset ?? '');
       if (button.ariaPressed !== String(on)) button.ariaPressed = String(on);
@@ -226,8 +228,8 @@ export class Parameters {
     // The origin of a value takes the place of the description, so that the panel does not move.
     const from = element('div', { className: 'from' });
     row.append(element('div', { className: 'below' }, from, element('div', { className: 'doc', textContent: param.doc })));
-    this.rows.set(param.name, (now) => {
-      const value = this.value(now);
+    this.rows.set(param.name, (now, trial) => {
+      const value = trial ?? this.value(now);
       const byHand = this.set.has(now.name);
       const changed = value !== now.default;
       if (row.classList.contains('changed') !== (changed || byHand)) {
@@ -241,7 +243,7 @@ export class Parameters {
       const origin = byHand ? `by hand; the file says ${unquote(now.default)}` : changed ? `by the preset; the file says ${unquote(now.default)}` : '';
       const error = this.errors.get(now.name);
       row.classList.toggle('loose', error?.loose ?? false);
-      say(from, error ? `fitted: ${error.text}` : origin);
+      say(from, trial ? 'tried by the fit' : error ? `fitted: ${error.text}` : origin);
       from.title = [origin, param.doc].filter(Boolean).join('\n');
       if (!row.contains(document.activeElement) || !this.moving) show(value);
     });

@@ -135,6 +135,7 @@ export class Photo {
   finish(text) {
     this.begin.disabled = false;
     this.end.hidden = this.bar.hidden = true;
+    this.page.parameters.show();
     say(this.note, text);
   }
 
@@ -146,6 +147,7 @@ export class Photo {
     if (news.id !== this.fit) return;
     this.root.dataset.fit = news.state;
     if (news.state === 'running') {
+      this.page.parameters.show(new Map(news.set));
       this.bar.value = news.done / Math.max(1, news.total);
       const distance = news.best === null ? '' : news.floor ? `: ${short(news.best / news.floor)} × the difference of two seeds` : `: distance ${short(news.best)}`;
       say(this.note, `${news.done} of ${news.total} renders${distance}`);

@@ -52,6 +52,8 @@ interface Scene {
   nodes: number;
   mesh?: string | null;
   solid: boolean;
+  /** Outputs whose files are bodies. */
+  bodies: string[];
 }
 
 /** An error or a warning, with some lines of the file around it. */
@@ -102,7 +104,7 @@ type ExportNews = { id: string } & (
 interface FoundValue { value: number | string; error: number; determined: boolean; unit: string | null }
 /** News of a fit: see serve/photo.rs. */
 type FitNews = { id: number } & (
-  | { state: 'running'; done: number; total: number; best: number | null; floor: number | null }
+  | { state: 'running'; done: number; total: number; best: number | null; floor: number | null; set: [string, string][] }
   | {
     state: 'done';
     name: string;
@@ -197,9 +199,26 @@ interface Shape {
   foot?: number;
   span?: number;
   solid?: string;
+  /** True if it is shown without the material. */
+  plain?: boolean;
   /** Of the graph's mesh: the length of one mm, and the position of its middle. */
   perMm?: number;
   middle?: number[];
+}
+
+/** The report of a body: see docs/bodies.md. */
+interface BodyReport {
+  kind: string;
+  size_mm: number[];
+  triangles: number;
+  error_mm: number;
+  volume_mm3: number;
+  area_mm2: number;
+  height_mm?: Vec2;
+  thinnest_mm?: number;
+  thinnest_at_mm?: number[] | null;
+  steepest_deg?: number;
+  findings: { message: string }[];
 }
 
 /** The point of a mesh that a ray meets. */

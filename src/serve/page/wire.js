@@ -44,7 +44,7 @@ export class Wire {
     this.fetch = latest(async () => {
       const { id, generation } = this;
       const found = await mesh({ g: generation });
-      if (found && id === this.id) { [this.path, this.of] = [lines(found), id]; this.tell(); }
+      if (found && id === this.id) { [this.path, this.of] = [lines(found.make(1)), id]; this.tell(); }
     });
   }
 

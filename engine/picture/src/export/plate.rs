@@ -51,6 +51,10 @@ impl ExportTarget for Plate {
         }
     }
 
+    fn is_body(&self) -> bool {
+        true
+    }
+
     fn plan(&self, options: &Options) -> Plan {
         Plan::body(Common::format(options).extension(), options.is("report"))
     }

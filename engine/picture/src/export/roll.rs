@@ -54,6 +54,10 @@ impl ExportTarget for Roll {
         }
     }
 
+    fn is_body(&self) -> bool {
+        true
+    }
+
     fn plan(&self, options: &Options) -> Plan {
         Plan::body(Common::format(options).extension(), options.is("report"))
     }

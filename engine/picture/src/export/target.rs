@@ -33,6 +33,11 @@ pub trait ExportTarget: Sync {
     /// The files that it makes.
     fn plan(&self, options: &Options) -> Plan;
 
+    /// True if the files are bodies, whose triangles and form the options `triangles`, `over` and `format` choose.
+    fn is_body(&self) -> bool {
+        false
+    }
+
     /// Options that contradict each other.
     fn check(&self, _options: &Options) -> Option<Problem> {
         None
@@ -99,6 +104,22 @@ impl Chosen {
     /// The files that it makes.
     pub fn plan(&self) -> Plan {
         self.target.plan(&self.options)
+    }
+
+    /// The same body for a view: as PLY, with at most `triangles` triangles, and its report. `None` if it is no body.
+    pub fn preview(&self, triangles: f64) -> Option<Self> {
+        let changes = [
+            ("format", OptionValue::Word("Ply")),
+            ("over", OptionValue::Word("Coarsen")),
+            ("triangles", OptionValue::Numbers([triangles].into())),
+            ("report", OptionValue::Truth(true)),
+        ];
+        let changed = |(name, value): &(&'static str, OptionValue)| {
+            let change = changes.iter().find(|(option, _)| option == name);
+            (*name, change.map_or_else(|| value.clone(), |(_, value)| value.clone()))
+        };
+        let options = Options(self.options.0.iter().map(changed).collect());
+        self.target.is_body().then_some(Self { target: self.target, options })
     }
 }
 

@@ -1,5 +1,5 @@
 //! A block of samples: the piece of a height field that is triangulated at once, with its positions and its tolerance.
-use super::heights::{BLOCK, Heights};
+use super::heights::{BLOCK, Band, Heights};
 
 /// How a body bends the field round an axis; `None` for a plate.
 #[derive(Clone, Copy, Debug)]
@@ -19,8 +19,19 @@ pub struct Tolerance {
     pub(super) bend: Option<Bend>,
 }
 
-/// The share of the error of a roll that heights may use; chords of its circles use the rest.
+/// The share of the error of a roll that the heights on sides of blocks may use. The bow of a facet may use the rest.
 const HEIGHTS: f64 = 0.75;
+
+/// The extent of a facet or of an edge in the plane of samples, in half steps and mm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facet {
+    /// Width round the roll, and height along it, in half steps.
+    pub(super) size: [f64; 2],
+    /// Change of the height in mm for each half step.
+    pub(super) slope: [f64; 2],
+    /// The least and the greatest height.
+    pub(super) extent: (f64, f64),
+}
 
 impl Tolerance {
     /// The tolerance of a plate.
@@ -38,28 +49,32 @@ impl Tolerance {
     /// ratio of lengths) and heights between `extent`.
     pub fn chord(&self, steepest: f64, extent: (f64, f64)) -> f64 {
         let slope = self.bend.map_or(0.0, |bend| steepest * bend.radius * bend.half_angle);
-        self.sagitta(2.0, slope, extent.0, extent.1)
+        self.sagitta(&Facet { size: [2.0, 0.0], slope: [slope, 0.0], extent })
     }
 
-    /// The distance to the field that vertices may leave between them.
+    /// The distance to the field that the sides of blocks may leave between their vertices.
     pub(super) fn heights(&self) -> f64 {
         if self.bend.is_some() { HEIGHTS * self.error } else { self.error }
     }
 
-    /// The distance between a flat facet and the field interpolated in the angle, relative to the share of the error
-    /// that it may use. The facet is `width` half steps wide, has `slope` mm of height per half step across, and lies
-    /// between the heights `low` and `high`. In polar coordinates the radius along a straight line has the second
-    /// derivative r + 2 r'² / r, so the distance is at most an eighth of that, times the angle squared.
-    pub(super) fn sagitta(&self, width: f64, slope: f64, low: f64, high: f64) -> f64 {
-        self.bow(width, slope, low, high) / ((1.0 - HEIGHTS) * self.error)
+    /// The bow of a facet, relative to the share of the error that it may use.
+    pub(super) fn sagitta(&self, facet: &Facet) -> f64 {
+        self.bow(facet) / ((1.0 - HEIGHTS) * self.error)
     }
 
-    /// The distance of [`sagitta`](Self::sagitta) in mm.
-    pub(super) fn bow(&self, width: f64, slope: f64, low: f64, high: f64) -> f64 {
+    /// The distance in mm between a flat facet and the field interpolated in the angle and along the axis.
+    ///
+    /// The radius of a plane in cylinder coordinates has the second derivatives r + 2 a² / r in the angle, a b / r in the
+    /// angle and z, and 0 in z, where a and b are its first ones. Inside of a triangle a function with the values 0 at
+    /// the corners is at most an eighth of the first one, times the width squared, plus a quarter of the second one,
+    /// times width and height.
+    pub(super) fn bow(&self, facet: &Facet) -> f64 {
         let Some(bend) = self.bend else { return 0.0 };
-        let (angle, turn) = (width * bend.half_angle, slope / bend.half_angle);
+        let Facet { size: [width, height], slope: [across, down], extent: (low, high) } = *facet;
+        let (angle, turn) = (width * bend.half_angle, across / bend.half_angle);
         let least = (bend.radius + low).max(1e-9);
         (bend.radius + high + 2.0 * turn * turn / least) * angle * angle / 8.0
+            + (across * width * down * height).abs() / (4.0 * least)
     }
 }
 
@@ -89,12 +104,17 @@ impl Patch {
         Self { width: 0, height: 0, values, across, down, short: [0; 2], tolerance }
     }
 
-    /// Takes the samples between two columns and two rows, ends included.
-    pub(super) fn load(&mut self, heights: &Heights, [left, right]: [usize; 2], [top, bottom]: [usize; 2]) {
+    /// Takes the samples between two columns and two rows, ends included. `band` has these rows.
+    pub(super) fn load(
+        &mut self,
+        heights: &Heights<'_>,
+        band: &Band,
+        [left, right]: [usize; 2],
+        [top, bottom]: [usize; 2],
+    ) {
         (self.width, self.height) = (right - left, bottom - top);
-        let columns = heights.across.len();
         for (row, to) in (top..=bottom).zip(self.values.chunks_mut(BLOCK + 1)) {
-            let from = &heights.values[row * columns + left..=row * columns + right];
+            let from = &band.row(row)[left..=right];
             to[..from.len()].copy_from_slice(from);
         }
         let local = |to: &mut [i32; BLOCK + 1], from: &[i32]| {
@@ -115,6 +135,11 @@ impl Patch {
     #[inline]
     pub(super) fn of(&self, [column, row]: Spot) -> f64 {
         self.at(usize::from(column), usize::from(row))
+    }
+
+    /// The heights of some samples.
+    pub(super) fn heights(&self, spots: &[Spot]) -> Vec<f32> {
+        spots.iter().map(|[x, y]| self.values[usize::from(*y) * (BLOCK + 1) + usize::from(*x)]).collect()
     }
 
     /// The heights of a row from its first column.

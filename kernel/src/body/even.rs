@@ -63,35 +63,41 @@ impl Even {
         for _ in 0..down {
             even.errors.add(&none)?;
         }
-        let each =
-            |even: &mut Self, join: Option<usize>, work: Work<'_>| even.each(heights, tolerance, join, stop, work);
-        let mut size = 2;
-        while size <= posts {
-            each(&mut even, Some(size), &|block, errors| {
-                block.sides(errors, size);
-                false
-            })?;
-            each(&mut even, None, &|block, errors| {
-                block.halves(errors, size);
-                false
-            })?;
-            // Blocks change each other until none changes.
-            let mut open = size == 2;
-            while open {
-                let changed = each(&mut even, Some(2), &|block, errors| {
-                    let changed = block.share(errors);
-                    block.depend(errors, 2);
-                    changed
-                })?;
-                open = even.pending.as_ref().is_some_and(|joined| joined.differ) || changed;
-                if !open {
-                    break;
-                }
-                each(&mut even, None, &|block, errors| {
-                    block.depend(errors, 2);
-                    false
-                })?;
+        let mut each = |join: Option<usize>, work: Work<'_>| {
+            let changed = even.each(heights, tolerance, join, stop, work)?;
+            Ok::<_, io::Error>(changed || even.pending.as_ref().is_some_and(|joined| joined.differ))
+        };
+        each(Some(2), &|block, errors| {
+            block.sides(errors, 2);
+            false
+        })?;
+        // Blocks change each other until none changes.
+        let mut first = true;
+        while each(Some(2), &|block, errors| {
+            if first {
+                block.halves(errors, 2);
+            } else {
+                block.depend(errors, 2);
             }
+            let changed = block.share(errors);
+            block.depend(errors, 2);
+            changed
+        })? {
+            first = false;
+        }
+        // Squares need what both blocks know of their sides, so each size is a pass.
+        let mut size = 4;
+        while size <= 2 * posts && posts > 2 {
+            let is_last = size > posts;
+            each((!is_last).then_some(size), &|block, errors| {
+                if size > 4 {
+                    block.halves(errors, size / 2);
+                }
+                if !is_last {
+                    block.sides(errors, size);
+                }
+                false
+            })?;
             size *= 2;
         }
         Ok(even)

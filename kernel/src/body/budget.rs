@@ -57,20 +57,14 @@ impl<'a> Mesher<'a> {
     }
 
     /// The least error above `error` at which `fits` accepts the triangles, in steps of 2^¼ and rounded up to three
-    /// digits, with these triangles. The error is tried, so `fits` holds for it. `None` if none does. `error_of` gives
-    /// the error to which triangles are made from the one that is stated.
+    /// digits, with these triangles. The error is tried, so `fits` holds for it. `None` if none does.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn fitting(
-        &self,
-        error: f64,
-        error_of: impl Fn(f64) -> f64,
-        fits: impl Fn(&Tiles) -> bool,
-    ) -> io::Result<Option<(f64, Tiles)>> {
+    pub fn fitting(&self, error: f64, fits: impl Fn(&Tiles) -> bool) -> io::Result<Option<(f64, Tiles)>> {
         let at = |step: u32| {
             let stated = step_of(error, step);
-            let tiles = self.within(error_of(stated))?;
+            let tiles = self.within(stated)?;
             Ok::<_, io::Error>(fits(&tiles).then_some((stated, tiles)))
         };
         let (mut low, mut high) = (0, 1);
@@ -131,10 +125,10 @@ mod tests {
             let mesher =
                 Mesher::new(&heights, pattern, Tolerance::flat(1.0), &|| Box::new(Vec::new()), &|| false).unwrap();
             let full = mesher.within(0.01).unwrap().triangles();
-            let (error, tiles) = mesher.fitting(0.01, |e| e, |tiles| tiles.triangles() <= full / 3).unwrap().unwrap();
+            let (error, tiles) = mesher.fitting(0.01, |tiles| tiles.triangles() <= full / 3).unwrap().unwrap();
             assert!(error > 0.01 && tiles.triangles() <= full / 3);
             assert!(mesher.within(error / 1.2).unwrap().triangles() > full / 3);
-            assert!(mesher.fitting(0.01, |e| e, |tiles| tiles.triangles() < 2).unwrap().is_none());
+            assert!(mesher.fitting(0.01, |tiles| tiles.triangles() < 2).unwrap().is_none());
         }
     }
 }

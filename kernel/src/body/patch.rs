@@ -17,6 +17,19 @@ pub struct Tolerance {
     pub(super) error: f64,
     /// The bend of a roll.
     pub(super) bend: Option<Bend>,
+    /// What rounding to `f32` may do.
+    pub(super) rounding: Rounding,
+}
+
+/// The greatest distances that rounding to `f32` moves a vertex.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Rounding {
+    /// Up or down, in mm.
+    up: f64,
+    /// In the plane of samples, in half steps.
+    aside: [f64; 2],
+    /// The distance to the field that this makes on slopes as steep as the field, in mm.
+    usual: f64,
 }
 
 /// The share of the error of a roll that the heights on sides of blocks may use. The bow of a facet may use the rest.
@@ -35,14 +48,43 @@ pub(super) struct Facet {
 
 impl Tolerance {
     /// The tolerance of a plate.
-    pub const fn flat(error: f64) -> Self {
-        Self { error, bend: None }
+    pub fn flat(error: f64) -> Self {
+        Self { error, bend: None, rounding: Rounding::default() }
     }
 
     /// The tolerance of a roll with this radius at height 0 in mm, and `columns` intervals between samples all round.
     pub fn round(error: f64, radius: f64, columns: usize) -> Self {
         let half_angle = std::f64::consts::PI / columns.max(1) as f64;
-        Self { error, bend: Some(Bend { radius, half_angle }) }
+        Self { error, bend: Some(Bend { radius, half_angle }), rounding: Rounding::default() }
+    }
+
+    /// The same tolerance for vertices that are rounded to `f32`. Places are up to `across` mm in the plane of samples,
+    /// and heights above the base, or radii, up to `up` mm.
+    #[must_use]
+    pub fn rounded(self, heights: &Heights<'_>, up: f64, across: [f64; 2]) -> Self {
+        let (up, aside) = match self.bend {
+            None => (half_step(up), across.map(half_step)),
+            // The coordinates of a vertex of a roll have both roundings of the radius.
+            Some(_) => {
+                let round = std::f64::consts::SQRT_2 * half_step(up);
+                (round, [round, half_step(across[1])])
+            }
+        };
+        let usual = up + heights.steepest() * (aside[0] + aside[1]);
+        let aside = [0, 1].map(|axis| aside[axis] / heights.half_mm[axis]);
+        Self { rounding: Rounding { up, aside, usual }, ..self }
+    }
+
+    /// The distance to the field that rounding makes on slopes as steep as the field, in mm.
+    pub fn rounding(&self) -> f64 {
+        self.rounding.usual
+    }
+
+    /// The distance to the field that rounding may make on a facet, whose slopes are mm for each half step.
+    #[inline]
+    pub(super) fn shift(&self, slope: [f64; 2]) -> f64 {
+        let Rounding { up, aside, .. } = self.rounding;
+        up + aside[0] * slope[0].abs() + aside[1] * slope[1].abs()
     }
 
     /// The share of the error that the chord between neighbouring samples uses, for steps as steep as `steepest` (a
@@ -54,7 +96,8 @@ impl Tolerance {
 
     /// The distance to the field that the sides of blocks may leave between their vertices.
     pub(super) fn heights(&self) -> f64 {
-        if self.bend.is_some() { HEIGHTS * self.error } else { self.error }
+        let error = if self.bend.is_some() { HEIGHTS * self.error } else { self.error };
+        (error - self.rounding.usual).max(0.5 * error)
     }
 
     /// The bow of a facet, relative to the share of the error that it may use.
@@ -76,6 +119,19 @@ impl Tolerance {
         (bend.radius + high + 2.0 * turn * turn / least) * angle * angle / 8.0
             + (across * width * down * height).abs() / (4.0 * least)
     }
+}
+
+/// Half of the distance between neighbouring `f32` below a value.
+fn half_step(value: f64) -> f64 {
+    // Numbers below 2^k are multiples of 2^(k - 24).
+    let mut power = 1.0_f64;
+    while power <= value {
+        power *= 2.0;
+    }
+    while power > 2.0 * value.max(1e-6) {
+        power *= 0.5;
+    }
+    0.5 * power / 16_777_216.0
 }
 
 /// A block of at most 65 × 65 samples.
@@ -179,4 +235,22 @@ fn find(places: &[i32; BLOCK + 1], short: i32, intervals: usize, at: f64) -> (us
     let index = (((at + f64::from(short)) * 0.5) as usize).min(intervals - 1);
     let (low, high) = (f64::from(places[index]), f64::from(places[index + 1]));
     (index, (at - low) / (high - low))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounding_is_half_a_step_of_the_numbers() {
+        // Numbers from 2 to 4 are 2^-22 apart, those from 32 to 64 2^-18.
+        assert_eq!([3.0, 60.0].map(half_step), [0.5 / 4_194_304.0, 0.5 / 262_144.0]);
+        let pixels = vec![0.0, 0.5];
+        let heights = Heights::of_canvas(&pixels, [2, 1], [0.5, 0.5], [false; 2]).unwrap();
+        let tolerance = Tolerance::flat(0.01).rounded(&heights, 3.0, [60.0, 60.0]);
+        // The field has steps of 45°.
+        assert_eq!(tolerance.rounding(), 0.5 / 4_194_304.0 + 1.0 / 262_144.0);
+        // 0.25 mm for a half step of 0.25 mm, in both directions.
+        assert_eq!(tolerance.shift([0.25, -0.25]), tolerance.rounding());
+    }
 }

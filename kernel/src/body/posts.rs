@@ -59,15 +59,22 @@ impl Block {
         above(scan::worst(&self.patch, &Nothing, spots).share)
     }
 
-    /// The distance of a sample from the middle between two others, if both are as far from it.
-    fn bend(&self, a: Post, middle: Post, b: Post) -> Option<f32> {
-        let spots = [a, middle, b].map(|post| self.spot(post));
-        let [p, q, r] = spots.map(|spot| self.patch.place(spot));
-        if p[0] + r[0] != 2 * q[0] || p[1] + r[1] != 2 * q[1] || p == q || self.patch.tolerance.bend.is_some() {
+    /// The error of a triangle with one sample, in the middle of a side of a square, if both ends are as far from it.
+    fn bend(&self, [a, middle, b]: [Post; 3], centre: Post) -> Option<f32> {
+        let spots = [a, middle, b, centre].map(|post| self.spot(post));
+        let [p, q, r, c] = spots.map(|spot| self.patch.place(spot));
+        let along = usize::from(p[0] == r[0]);
+        let (run, rise) = (r[along] - p[along], c[1 - along] - q[1 - along]);
+        if p[along] + r[along] != 2 * q[along] || run == 0 || rise == 0 || self.patch.tolerance.bend.is_some() {
             return None;
         }
-        let [a, middle, b] = spots.map(|spot| self.patch.of(spot));
-        Some(above((0.5 * (a + b) - middle).abs()))
+        let [a, middle, b, centre] = spots.map(|spot| self.patch.of(spot));
+        let mean = 0.5 * (a + b);
+        let mut slope = [(b - a) / f64::from(run), (centre - mean) / f64::from(rise)];
+        if along == 1 {
+            slope.swap(0, 1);
+        }
+        Some(above((mean - middle).abs() + self.patch.tolerance.shift(slope)))
     }
 
     fn raise(&self, errors: &mut [f32], post: Post, error: f32) {
@@ -91,7 +98,7 @@ impl Block {
                 let (a, b) = (corners[side], corners[(side + 1) % 4]);
                 let middle = between(a, b);
                 // A triangle of two intervals has one sample, on its longest edge.
-                let small = if size == 2 { self.bend(a, middle, b) } else { None };
+                let small = if size == 2 { self.bend([a, middle, b], centre) } else { None };
                 let mut error = small.unwrap_or_else(|| self.error([a, b, centre]));
                 if quarter > 0 {
                     for corner in [a, b] {

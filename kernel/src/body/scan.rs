@@ -180,34 +180,31 @@ pub(super) fn worst<T: Taken>(patch: &Patch, taken: &T, corners: [Spot; 3]) -> W
         let [a, b, c] = corners.map(|spot| spot[axis]);
         a.max(b).max(c) - a.min(b).min(c)
     };
-    let has_samples = spans(0) > 1 && spans(1) > 1;
-    let tolerance = &patch.tolerance;
-    if tolerance.bend.is_none() {
-        if has_samples {
-            search.inside(&Plane::new(patch, corners), corners);
-        }
-        return search.found(0.0);
-    }
     let plane = Plane::new(patch, corners);
-    if has_samples {
+    if spans(0) > 1 && spans(1) > 1 {
         search.inside(&plane, corners);
     }
+    let tolerance = &patch.tolerance;
+    let rounding = tolerance.shift(plane.slope);
+    if tolerance.bend.is_none() {
+        return search.found(rounding);
+    }
     let facet = spread(patch, &plane, corners);
-    let heights = search.found(tolerance.bow(&facet));
+    let heights = search.found(rounding + tolerance.bow(&facet));
     let share = tolerance.sagitta(&facet);
     if share <= heights.share { heights } else { heights.or(bowed(patch, taken, corners, share)) }
 }
 
 impl<T> Search<'_, T> {
-    /// The place that was found. A bow of the facet in mm adds to all distances.
-    fn found(&self, bow: f64) -> Worst {
+    /// The place that was found. All distances grow by what rounding and the bow of the facet add, in mm.
+    fn found(&self, more: f64) -> Worst {
         let error = self.patch.tolerance.error;
         if self.distance > 0.0 {
             let spot = self.spot.map(|at| u8::try_from(at).unwrap_or(0));
-            return Worst { share: (self.distance + bow) / error, spot };
+            return Worst { share: (self.distance + more) / error, spot };
         }
         // No sample helps.
-        Worst { share: (bow / error).min(1.0), ..Worst::NONE }
+        Worst { share: (more / error).min(1.0), ..Worst::NONE }
     }
 }
 

@@ -236,6 +236,47 @@ fn tiles_meet_bit_for_bit() {
 }
 
 #[test]
+fn the_last_of_many_tiles_is_within_the_error_after_rounding() {
+    let values = rough(40, 30, 13);
+    let heights = Heights::of_canvas(&values, [40, 30], [0.2, 0.2], [true; 2]).unwrap();
+    let (error, count) = (5e-4, 120);
+    let tolerance = Tolerance::flat(error).rounded(&heights, 3.3, [960.0, 6.0]);
+    assert!(tolerance.rounding() > 0.05 * error, "{}", tolerance.rounding());
+    let rows = all(&heights);
+    for even in [false, true] {
+        let tiles = tiles(&heights, tolerance, even);
+        assert!(tiles.error() <= error);
+        let memory = plate(&heights, &tiles, [count, 1]).0;
+        let mut seen = 0;
+        for triangle in &memory.triangles {
+            let p = triangle.map(|at| memory.vertices[at as usize].map(f64::from));
+            let turn =
+                |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            let flat = p.map(|[x, y, _]| [x, y]);
+            let area = turn(flat[0], flat[1], flat[2]);
+            // Facets of the relief in the last tile.
+            if area <= 0.0 || p.iter().any(|at| at[2] <= 0.0 || at[0] < 8.0 * (count - 1) as f64 - 1e-3) {
+                continue;
+            }
+            for (y, row) in rows.iter().enumerate() {
+                for (x, height) in row.iter().enumerate() {
+                    let [left, top] = heights.place(x, y);
+                    let at = [8.0 * (count - 1) as f64 + left, 6.0 - top];
+                    let shares = [turn(flat[1], flat[2], at), turn(flat[2], flat[0], at), turn(flat[0], flat[1], at)];
+                    if shares.iter().all(|share| *share >= 0.0) {
+                        seen += 1;
+                        let z = (0..3).map(|k| shares[k] * p[k][2]).sum::<f64>() / area;
+                        let off = (z - 3.0 - f64::from(*height)).abs();
+                        assert!(off <= error, "{off} at {at:?}, even {even}");
+                    }
+                }
+            }
+        }
+        assert!(seen > 40 * 30, "{seen}");
+    }
+}
+
+#[test]
 fn plates_look_like_the_picture_from_above() {
     let mut values = vec![0.0; 8 * 4];
     values[7] = 1.0;

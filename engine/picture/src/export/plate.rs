@@ -106,18 +106,12 @@ impl Shape for PlateMaker {
         let heights = heights.map_err(|error| canvas.unread(error))?;
         let (_, greatest, _) = heights.extent();
         let [width, height] = heights.size_mm();
-        let across = (self.tiles[0] as f64 * width).max(self.tiles[1] as f64 * height);
-        let rounding = rounding(self.thickness + f64::from(greatest).abs(), across, heights.steepest());
+        let across = [self.tiles[0] as f64 * width, self.tiles[1] as f64 * height];
+        let up = self.thickness + f64::from(greatest).abs();
+        let tolerance = Tolerance::flat(common.error).rounded(&heights, up, across);
         let mould = common.mould;
         let on_picture = move |[x, y]: [f64; 2]| DVec2::new(if mould { width - x } else { x }, y);
-        Ok(Made {
-            heights,
-            tolerance: Tolerance::flat(self.common.error),
-            rounding,
-            wall: self.thickness,
-            radius: None,
-            on_picture: Box::new(on_picture),
-        })
+        Ok(Made { heights, tolerance, wall: self.thickness, radius: None, on_picture: Box::new(on_picture) })
     }
 
     fn triangles(&self, _: &Made<'_>, tiles: &Tiles) -> u64 {
@@ -127,34 +121,5 @@ impl Shape for PlateMaker {
     fn build(&self, made: &Made<'_>, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures> {
         let (thickness, repeats, steepest) = (self.thickness, self.tiles, self.common.steepest);
         body::Plate { heights: &made.heights, tiles, thickness, repeats, steepest }.build(receiver)
-    }
-}
-
-/// The distance that rounding to `f32` may add: half a step of the number for a height of up to `up` mm, and half a step
-/// of the number for a place of up to `across` mm, on facets up to twice as steep as the steps between samples.
-pub(super) fn rounding(up: f64, across: f64, steepest: f64) -> f64 {
-    let half_step = |value: f64| {
-        // Numbers below 2^k are multiples of 2^(k - 24).
-        let mut power = 1.0_f64;
-        while power <= value {
-            power *= 2.0;
-        }
-        while power > 2.0 * value.max(1e-6) {
-            power *= 0.5;
-        }
-        0.5 * power / 16_777_216.0
-    };
-    half_step(up) + 2.0 * steepest * half_step(across)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rounding_is_half_a_step_of_the_numbers() {
-        // Numbers from 2 to 4 are 2^-22 apart, those from 32 to 64 2^-18.
-        assert_eq!(rounding(3.0, 60.0, 0.0), 0.5 / 4_194_304.0);
-        assert_eq!(rounding(3.0, 60.0, 1.0), 0.5 / 4_194_304.0 + 1.0 / 262_144.0);
     }
 }

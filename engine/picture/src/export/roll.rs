@@ -4,7 +4,6 @@ use super::body::{
 };
 use super::decl::{FieldDecl, HEIGHT, Takes, count, names, number};
 use super::heights::{HeightMap, Heights, Maker, Part, Stop, refused, told};
-use super::plate::rounding;
 use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
 use crate::WriteError;
 use crate::value::diagnostics::{Code, Problem};
@@ -159,8 +158,8 @@ impl Shape for RollMaker {
         let finer = self.finer((around * size[0]) as f64, radius, (least, greatest), plain.steepest())?;
         let heights = if finer == 1 { plain } else { round(finer)? };
         let columns = around * size[0] * finer;
-        let up = radius + greatest;
-        let rounding = rounding(up, up.max(along as f64 * height), 0.5 + heights.steepest());
+        let tolerance = Tolerance::round(common.error, radius, columns);
+        let tolerance = tolerance.rounded(&heights, radius + greatest, [0.0, along as f64 * height]);
         let (mould, is_turned) = (common.mould, self.turned);
         let on_picture = move |[x, y]: [f64; 2]| {
             let x = x + 0.5 * pixel[0];
@@ -169,8 +168,7 @@ impl Shape for RollMaker {
         };
         Ok(Made {
             heights,
-            tolerance: Tolerance::round(self.common.error, radius, columns),
-            rounding,
+            tolerance,
             wall: radius - 0.5 * self.bore,
             radius: Some(radius),
             on_picture: Box::new(on_picture),

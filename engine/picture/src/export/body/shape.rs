@@ -33,10 +33,8 @@ pub(in super::super) struct Common {
 pub(in super::super) struct Made<'a> {
     /// The samples.
     pub(in super::super) heights: Heights<'a>,
-    /// The bend of the field.
+    /// The bend of the field, and what rounding to the numbers of the file does.
     pub(in super::super) tolerance: Tolerance,
-    /// The part of the error that rounding to the numbers of the file may use.
-    pub(in super::super) rounding: f64,
     /// The wall at height 0, in mm.
     pub(in super::super) wall: f64,
     /// The radius of a roll.
@@ -156,25 +154,21 @@ impl Common {
             self,
         )?;
         let thinnest = self.thinnest(&made)?;
-        if made.rounding > 0.5 * self.error {
+        let rounding = made.tolerance.rounding();
+        if rounding > 0.5 * self.error {
             let message =
-                format!("the file rounds places by up to {:.2e} mm, and `error` is {} mm", made.rounding, self.error);
-            return Err(refused(
-                Code::BadValue,
-                message,
-                format!("write `error: {:.1e}` or more", 2.1 * made.rounding),
-            ));
+                format!("the file rounds places by up to {:.2e} mm, and `error` is {} mm", rounding, self.error);
+            return Err(refused(Code::BadValue, message, format!("write `error: {:.1e}` or more", 2.1 * rounding)));
         }
         let failed = |error| WriteError::at(&path, error);
         let stores = || -> Box<dyn Store> { Box::new(Spool::new(&path)) };
         let mesher = Mesher::new(&made.heights, self.pattern, made.tolerance, &stores, stop).map_err(failed)?;
-        let within = |error: f64| (error - made.rounding).max(0.5 * error);
-        let mut tiles = mesher.within(within(self.error)).map_err(failed)?;
+        let mut tiles = mesher.within(self.error).map_err(failed)?;
         let mut advice = advice(&made, map, self.error);
         let needed = shape.triangles(&made, &tiles);
         if needed as f64 > self.triangles {
             let fits = |tiles: &Tiles| shape.triangles(&made, tiles) as f64 <= self.triangles;
-            let found = mesher.fitting(self.error, within, fits).map_err(failed)?;
+            let found = mesher.fitting(self.error, fits).map_err(failed)?;
             tiles = self.coarser(needed, found, &mut advice)?;
         }
         let mut body = Body::create(&path, self.format, stop).map_err(failed)?;
@@ -192,7 +186,7 @@ impl Common {
         let (least, greatest, _) = made.heights.extent();
         let facts = Facts {
             kind: shape.kind(),
-            error: tiles.error() + made.rounding,
+            error: tiles.error(),
             height: (least, greatest),
             thinnest,
             pitch: map.pixel.to_array(),

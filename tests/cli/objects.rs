@@ -104,6 +104,25 @@ fn rolls_and_moulds_are_closed() {
 }
 
 #[test]
+fn slopes_over_the_limit_are_reported() {
+    let desk = desk(
+        "Both",
+        "\"p\": Plate(height: \"h\", report: true, steepest: 20),
+         \"q\": Plate(height: \"h\", report: true)",
+    );
+    let said = desk.shibo("render a.ron -o out").expect(0).stderr;
+    let report = |name: &str| serde_json::from_slice::<serde_json::Value>(&desk.read(name)).unwrap();
+    let (limited, free) = (report("out/p_report.json"), report("out/q_report.json"));
+    let share = limited["over_limit_share"].as_f64().unwrap();
+    assert!(share > 0.0 && share < 1.0, "{share}");
+    assert!(limited["steepest_deg"].as_f64().unwrap() > 20.0 && limited["limit_deg"] == 20.0);
+    assert!(said.contains("% of the relief is steeper than 20°"), "{said}");
+    assert_eq!((&free["over_limit_share"], &free["findings"]), (&0.0.into(), &serde_json::json!([])));
+    assert_eq!(free["pitch_mm"], serde_json::json!([8.0 / 96.0, 8.0 / 96.0]));
+    assert_eq!(desk.read("out/p.stl"), desk.read("out/q.stl"));
+}
+
+#[test]
 fn refused_bodies_leave_all_files_as_they_were() {
     let refused = |tile: &str, output: &str, code: &str, message: &str, help: &str| {
         let desk = desk(tile, &format!("\"picture\": \"h\", \"p\": {output}"));

@@ -5,6 +5,7 @@
 The folder holds the outputs of tests/objects/bodies.ron.
 """
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -110,6 +111,28 @@ def admesh(path):
         assert numbers and int(numbers[0]) == 0, f"admesh: {line}: {numbers}"
 
 
+def sliced(path, report, thickness):
+    """Slices a body, which must need no repair."""
+    if not os.environ.get("SHIBO_CI_FULL"):
+        return
+    if not shutil.which("prusa-slicer"):
+        print("skipped: prusa-slicer, it is not installed: apt-get install --no-install-recommends prusa-slicer")
+        return
+    told = subprocess.run(["prusa-slicer", "--info", str(path)], capture_output=True, text=True, check=True).stdout
+    told = dict(line.split(" = ") for line in told.splitlines() if " = " in line)
+    assert told["manifold"] == "yes" and int(told["number_of_parts"]) == 1, f"{path.name}: {told}"
+    repairs = {name for name in told if "repair" in name or name.endswith(("_edges", "_reversed", "_removed", "_fixed", "_added"))}
+    assert not repairs, f"{path.name} is repaired: {told}"
+    assert int(told["number_of_facets"]) == report["triangles"], f"{path.name}: {told}"
+    assert abs(float(told["volume"]) / report["volume_mm3"] - 1) < 1e-4, f"{path.name}: {told}"
+    code = path.with_suffix(".gcode")
+    command = ["prusa-slicer", "--export-gcode", "--layer-height", "0.2", "--output", str(code), str(path)]
+    subprocess.run(command, capture_output=True, check=True)
+    heights = [float(line[3:]) for line in code.read_text().splitlines() if line.startswith(";Z:")]
+    assert abs(heights[-1] - thickness) < 0.21, f"{path.name}: the last layer ends at {heights[-1]} mm"
+    print(f"{path.name}: sliced into {len(heights)} layers")
+
+
 def main(folder):
     part = OpenEXR.File(str(folder / "height.exr")).parts[0]
     height = next(iter(part.channels.values())).pixels.astype(np.float64)
@@ -120,11 +143,14 @@ def main(folder):
         assert abs(mesh.volume / ideal - 1) < 2e-3, f"{name}: volume {mesh.volume}, {ideal} expected"
         off = samples(name, mesh, height, thickness, 0.005, mould, tiles)
         print(f"{name}: {len(mesh.faces)} triangles, {mesh.volume:.3f} mm³, samples within {off:.6f} mm")
-    admesh(folder / "plate.stl")
+        if file.endswith(".stl"):
+            admesh(folder / file)
+            sliced(folder / file, report, thickness + height.max())
     mesh, report = load(folder / "roll.3mf"), json.loads((folder / "roll_report.json").read_text())
     closed("roll", mesh, report, 0)
     radii("roll", mesh, height, 0.01)
     print(f"roll: {len(mesh.faces)} triangles, {mesh.volume:.3f} mm³")
+    sliced(folder / "roll.3mf", report, 2 * WIDTH)
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ impl Job<'_> {
 
     /// True if all values are held in memory before files are made of them.
     pub(super) fn is_held(&self) -> bool {
-        self.is_fitted() || matches!(self.files, Some(Files::Heights(_)))
+        self.is_fitted() || matches!(&self.files, Some(Files::Heights(heights)) if heights.is_held())
     }
 }
 

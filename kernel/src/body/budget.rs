@@ -1,9 +1,10 @@
 //! Finds triangles that are within the error, or the least error at which they are few enough.
-use super::even::Even;
+use super::even::{Even, Stores};
 use super::fewest::fewest;
 use super::heights::Heights;
 use super::patch::Tolerance;
 use super::tiles::Tiles;
+use std::io;
 
 /// How a height field is divided into triangles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,49 +17,55 @@ pub enum Pattern {
 
 /// Triangles of a height field for any error.
 pub struct Mesher<'a> {
-    heights: &'a Heights,
+    heights: &'a Heights<'a>,
     tolerance: Tolerance,
     even: Option<Even>,
+    stores: Stores<'a>,
     stop: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl<'a> Mesher<'a> {
-    /// Prepares the triangles of a field that is bent as the tolerance states. `None` if `stop` returns true.
+    /// Prepares the triangles of a field that is bent as the tolerance states.
+    ///
+    /// # Errors
+    /// Those of the rows of the field and of the stores; [`Interrupted`](io::ErrorKind::Interrupted) if `stop` returns
+    /// true.
     pub fn new(
-        heights: &'a Heights,
+        heights: &'a Heights<'a>,
         pattern: Pattern,
         tolerance: Tolerance,
+        stores: Stores<'a>,
         stop: &'a (dyn Fn() -> bool + Sync),
-    ) -> Option<Self> {
+    ) -> io::Result<Self> {
         let even = match pattern {
             Pattern::Fewest => None,
-            Pattern::Even => Some(Even::new(heights, tolerance, stop)?),
+            Pattern::Even => Some(Even::new(heights, tolerance, stores, stop)?),
         };
-        Some(Self { heights, tolerance, even, stop })
+        Ok(Self { heights, tolerance, even, stores, stop })
     }
 
-    /// The triangles within an error in mm. `None` if the work was stopped.
-    pub fn within(&self, error: f64) -> Option<Tiles> {
+    /// The triangles within an error in mm.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn within(&self, error: f64) -> io::Result<Tiles> {
         let tolerance = Tolerance { error, ..self.tolerance };
         match &self.even {
-            Some(even) => Some(even.mesh(self.heights, tolerance)),
-            None => fewest(self.heights, tolerance, self.stop),
+            Some(even) => even.mesh(self.heights, tolerance, (self.stores)(), self.stop),
+            None => fewest(self.heights, tolerance, (self.stores)(), self.stop),
         }
     }
 
     /// The least error above `error` at which `fits` accepts the triangles, in steps of 2^¼ and rounded up to three
-    /// digits, with these triangles. The error is tried, so `fits` holds for it. `None` if none does, or if the work was
-    /// stopped. `error_of` gives the error to which triangles are made from the one that is stated.
-    pub fn fitting(
-        &self,
-        error: f64,
-        error_of: impl Fn(f64) -> f64,
-        fits: impl Fn(&Tiles) -> bool,
-    ) -> Option<(f64, Tiles)> {
+    /// digits, with these triangles. The error is tried, so `fits` holds for it. `None` if none does.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn fitting(&self, error: f64, fits: impl Fn(&Tiles) -> bool) -> io::Result<Option<(f64, Tiles)>> {
         let at = |step: u32| {
             let stated = step_of(error, step);
-            let tiles = self.within(error_of(stated))?;
-            Some(fits(&tiles).then_some((stated, tiles)))
+            let tiles = self.within(stated)?;
+            Ok::<_, io::Error>(fits(&tiles).then_some((stated, tiles)))
         };
         let (mut low, mut high) = (0, 1);
         let mut best = loop {
@@ -67,7 +74,7 @@ impl<'a> Mesher<'a> {
             }
             // The range of a height is far below 2^25 errors of at least 1e-4 mm.
             if high >= 128 {
-                return None;
+                return Ok(None);
             }
             (low, high) = (high, 2 * high);
         };
@@ -78,7 +85,7 @@ impl<'a> Mesher<'a> {
                 None => low = middle,
             }
         }
-        Some(best)
+        Ok(Some(best))
     }
 }
 
@@ -113,14 +120,15 @@ mod tests {
     fn finds_the_least_error_that_fits() {
         let values: Vec<f32> =
             (0..60 * 60).map(|n| ((n % 60) as f32 * 0.7).sin() * ((n / 60) as f32 * 0.4).cos()).collect();
-        let heights = Heights::of_canvas(&values, [60, 60], [0.1; 2], [false; 2]);
+        let heights = Heights::of_canvas(&values, [60, 60], [0.1; 2], [false; 2]).unwrap();
         for pattern in [Pattern::Fewest, Pattern::Even] {
-            let mesher = Mesher::new(&heights, pattern, Tolerance::flat(1.0), &|| false).unwrap();
+            let mesher =
+                Mesher::new(&heights, pattern, Tolerance::flat(1.0), &|| Box::new(Vec::new()), &|| false).unwrap();
             let full = mesher.within(0.01).unwrap().triangles();
-            let (error, tiles) = mesher.fitting(0.01, |e| e, |tiles| tiles.triangles() <= full / 3).unwrap();
+            let (error, tiles) = mesher.fitting(0.01, |tiles| tiles.triangles() <= full / 3).unwrap().unwrap();
             assert!(error > 0.01 && tiles.triangles() <= full / 3);
             assert!(mesher.within(error / 1.2).unwrap().triangles() > full / 3);
-            assert!(mesher.fitting(0.01, |e| e, |tiles| tiles.triangles() < 2).is_none());
+            assert!(mesher.fitting(0.01, |tiles| tiles.triangles() < 2).unwrap().is_none());
         }
     }
 }

@@ -39,6 +39,8 @@ pub struct Figures {
     pub area: f64,
     /// The steepest facet of the relief against its base, in degrees, and its place in mm.
     pub steepest: (f64, [f64; 3]),
+    /// The share of the relief's area in facets that are steeper than allowed.
+    pub over_limit: f64,
     /// The least and the greatest coordinate.
     pub bounds: [[f32; 3]; 2],
 }
@@ -80,16 +82,23 @@ pub(super) struct Builder<'r> {
     figures: Figures,
     volume: Sum,
     area: Sum,
+    /// The area of the relief, and that of its facets over the limit.
+    relief: [Sum; 2],
+    /// The cosine of the steepest slope that is allowed.
+    limit: f64,
     /// The least cosine of a facet against its base.
     flattest: (f64, [f64; 3]),
 }
 
 impl<'r> Builder<'r> {
-    pub(super) fn new(receiver: &'r mut dyn Receiver) -> Self {
+    /// A builder that counts facets steeper than `limit` degrees.
+    pub(super) fn new(receiver: &'r mut dyn Receiver, limit: f64) -> Self {
         let bounds = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
         let figures = Figures { bounds, ..Figures::default() };
         let (volume, area) = (Sum::default(), Sum::default());
-        Self { receiver, figures, volume, area, flattest: (1.0, [0.0; 3]) }
+        // Rounding does not count.
+        let limit = libm::cos(limit.to_radians()) - 1e-9;
+        Self { receiver, figures, volume, area, relief: [Sum::default(); 2], limit, flattest: (1.0, [0.0; 3]) }
     }
 
     pub(super) fn vertex(&mut self, at: [f32; 3]) -> io::Result<Vertex> {
@@ -128,6 +137,11 @@ impl<'r> Builder<'r> {
         let middle = [0, 1, 2].map(|axis| (a[axis] + b[axis] + c[axis]) / 3.0);
         let up = up(middle);
         let cosine = dot(normal, up) / (dot(normal, normal) * dot(up, up)).sqrt();
+        let area = 0.5 * dot(normal, normal).sqrt();
+        self.relief[0].add(area);
+        if cosine < self.limit {
+            self.relief[1].add(area);
+        }
         if cosine < self.flattest.0 {
             self.flattest = (cosine, middle);
         }
@@ -136,7 +150,9 @@ impl<'r> Builder<'r> {
 
     pub(super) fn finish(self) -> Figures {
         let steepest = (libm::acos(self.flattest.0.clamp(-1.0, 1.0)).to_degrees(), self.flattest.1);
-        Figures { volume: self.volume.total(), area: self.area.total(), steepest, ..self.figures }
+        let [relief, over] = self.relief.map(Sum::total);
+        let over_limit = if relief > 0.0 { over / relief } else { 0.0 };
+        Figures { volume: self.volume.total(), area: self.area.total(), steepest, over_limit, ..self.figures }
     }
 }
 
@@ -155,8 +171,8 @@ pub(super) struct Lay<'a> {
     pub(super) repeats: [usize; 2],
     /// True if the last column is the first one.
     pub(super) closed: bool,
-    /// The place of a sample, by its column and row, counted through all repeats.
-    pub(super) place: &'a dyn Fn(usize, usize) -> [f32; 3],
+    /// The place of a sample, by its column and row, counted through all repeats, and its height.
+    pub(super) place: &'a dyn Fn(usize, usize, f32) -> [f32; 3],
     /// The direction away from the base.
     pub(super) up: &'a dyn Fn([f64; 3]) -> [f64; 3],
 }
@@ -173,14 +189,15 @@ pub(super) fn surface(tiles: &Tiles, lay: &Lay<'_>, builder: &mut Builder<'_>) -
     let mut rims = Rims::default();
     let (blocks, lines) = (across * lay.repeats[0], down * lay.repeats[1]);
     for line in 0..lines {
+        let meshes = tiles.line(line % down)?;
         for block in 0..blocks {
-            let mesh = &tiles.meshes[line % down * across + block % across];
+            let mesh = &meshes[block % across];
             let from = block / across * wide + tiles.columns[block % across];
             let top = line / down * high + tiles.rows[line % down];
             let [width, height] = mesh.size;
             let last = lay.closed && block + 1 == blocks;
             let mut vertices = Vec::with_capacity(mesh.spots.len());
-            for [x, y] in &mesh.spots {
+            for ([x, y], z) in mesh.spots.iter().zip(&mesh.heights) {
                 let (column, row) = (from + usize::from(*x), top + usize::from(*y));
                 let shared = if *y == 0 && line > 0 {
                     Some(above[column])
@@ -193,7 +210,7 @@ pub(super) fn surface(tiles: &Tiles, lay: &Lay<'_>, builder: &mut Builder<'_>) -
                 };
                 let vertex = match shared {
                     Some(vertex) => vertex,
-                    None => builder.vertex((lay.place)(column, row))?,
+                    None => builder.vertex((lay.place)(column, row, *z))?,
                 };
                 if *y == height {
                     below[column] = vertex;

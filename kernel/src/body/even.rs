@@ -1,15 +1,16 @@
 //! Even triangles: right triangles whose longest edge is halved until no place is over the error (right-triangulated
 //! irregular network, Evans, Kirkpatrick and Townsend 1997).
 //!
-//! Each block has 2^k + 1 posts a side, which are laid on its samples in order. Where a block has fewer samples than
-//! posts, two posts share a sample, and triangles between them have no area and are left out. The error of a triangle is
-//! the exact maximum over its samples and crossings. The error of a post is the largest one of the triangles
-//! halved there and of all smaller ones below them, so one pass over the posts gives the triangles for any error.
-use super::heights::{BLOCK, Heights, cuts, single};
-use super::patch::{Patch, Spot, Tolerance};
-use super::scan::{self, Taken};
+//! The error of a post is the largest one of the triangles halved there and of all smaller ones below them. One pass
+//! over all sizes of triangles therefore gives the triangles for any error.
+use super::heights::{BLOCK, Band, Heights, cuts};
+use super::patch::Tolerance;
+use super::posts::Block;
+use super::store::Store;
 use super::tiles::{Mesh, Tiles};
 use rayon::prelude::*;
+use std::io;
+use std::ops::Range;
 
 /// The errors of all posts of a height field.
 #[derive(Debug)]
@@ -18,210 +19,35 @@ pub struct Even {
     /// Number of intervals between posts of a block.
     posts: usize,
     /// For each block, the least error at which a post is no vertex, row by row.
-    errors: Vec<Vec<f32>>,
+    errors: Box<dyn Store>,
+    /// Errors of the middles of sides, which blocks do not have yet.
+    pending: Option<Joined>,
 }
 
-/// No sample counts as a vertex.
-struct Nothing;
-
-impl Taken for Nothing {
-    fn taken(&self, _: usize, _: usize) -> bool {
-        false
-    }
+/// The larger errors of both blocks of a side, for the middles of sides with `size` posts.
+#[derive(Debug)]
+struct Joined {
+    size: usize,
+    errors: Vec<f32>,
+    /// True if the blocks of a side have different errors.
+    differ: bool,
 }
 
-/// A post: column and row.
-type Post = [usize; 2];
-
-/// A block at work.
-struct Block {
-    patch: Patch,
-    posts: usize,
-    /// The sample of each column and row of posts.
-    across: Vec<u8>,
-    down: Vec<u8>,
-}
-
-impl Block {
-    fn new(heights: &Heights, tolerance: Tolerance, tiles: &Tiles, posts: usize, block: usize) -> Self {
-        let mut patch = Patch::new(tolerance);
-        patch.load(heights, tiles.columns(block), tiles.rows(block));
-        let [across, down] = [patch.width, patch.height].map(|count| samples(count, posts));
-        Self { patch, posts, across, down }
-    }
-
-    fn spot(&self, [column, row]: Post) -> Spot {
-        [self.across[column], self.down[row]]
-    }
-
-    fn index(&self, [column, row]: Post) -> usize {
-        row * (self.posts + 1) + column
-    }
-
-    /// The error of a triangle; 0 if it has no area.
-    fn error(&self, corners: [Post; 3]) -> f32 {
-        let spots = corners.map(|post| self.spot(post));
-        if area(&self.patch, spots) == 0 {
-            return 0.0;
-        }
-        above(scan::worst(&self.patch, &Nothing, spots).share)
-    }
-
-    /// The distance of a sample from the middle between two others, if both are as far from it.
-    fn bend(&self, a: Post, middle: Post, b: Post) -> Option<f32> {
-        let spots = [a, middle, b].map(|post| self.spot(post));
-        let [p, q, r] = spots.map(|spot| self.patch.place(spot));
-        if p[0] + r[0] != 2 * q[0] || p[1] + r[1] != 2 * q[1] || p == q || self.patch.tolerance.bend.is_some() {
-            return None;
-        }
-        let [a, middle, b] = spots.map(|spot| self.patch.of(spot));
-        Some(above((0.5 * (a + b) - middle).abs()))
-    }
-
-    fn raise(&self, errors: &mut [f32], post: Post, error: f32) {
-        let at = &mut errors[self.index(post)];
-        *at = at.max(error);
-    }
-
-    /// The corners of all squares with sides of `size` posts.
-    fn squares(&self, size: usize) -> impl Iterator<Item = Post> + use<> {
-        let posts = self.posts;
-        (0..posts).step_by(size).flat_map(move |y| (0..posts).step_by(size).map(move |x| [x, y]))
-    }
-
-    /// Measures the four triangles between the centre and the sides of each square.
-    fn sides(&self, errors: &mut [f32], size: usize) {
-        let (half, quarter) = (size / 2, size / 4);
-        for [x, y] in self.squares(size) {
-            let centre = [x + half, y + half];
-            let corners = [[x, y], [x + size, y], [x + size, y + size], [x, y + size]];
-            for side in 0..4 {
-                let (a, b) = (corners[side], corners[(side + 1) % 4]);
-                let middle = between(a, b);
-                // A triangle of two intervals has one sample, on its longest edge.
-                let small = if size == 2 { self.bend(a, middle, b) } else { None };
-                let mut error = small.unwrap_or_else(|| self.error([a, b, centre]));
-                if quarter > 0 {
-                    for corner in [a, b] {
-                        error = error.max(errors[self.index(between(corner, centre))]);
-                    }
-                }
-                self.raise(errors, middle, error);
-            }
-        }
-    }
-
-    /// Measures the two triangles of each square.
-    fn halves(&self, errors: &mut [f32], size: usize) {
-        for [x, y] in self.squares(size) {
-            for corners in triangles([x, y], size) {
-                self.raise(errors, [x + size / 2, y + size / 2], self.error(corners));
-            }
-        }
-        self.depend(errors, size);
-    }
-
-    /// Gives the centre of each square at least the errors of its sides.
-    fn depend(&self, errors: &mut [f32], size: usize) {
-        let half = size / 2;
-        for [x, y] in self.squares(size) {
-            for post in [[x + half, y], [x + half, y + size], [x, y + half], [x + size, y + half]] {
-                self.raise(errors, [x + half, y + half], errors[self.index(post)]);
-            }
-        }
-    }
-
-    /// Gives posts that share a sample with the centre of a square the error of the centre: without that, one side of an
-    /// edge would have a vertex on it and the other none. Returns true if an error changed.
-    fn share(&self, errors: &mut [f32]) -> bool {
-        let mut changed = false;
-        for [x, y] in self.squares(2) {
-            let centre = errors[self.index([x + 1, y + 1])];
-            for post in [[x + 1, y], [x + 1, y + 2], [x, y + 1], [x + 2, y + 1]] {
-                if self.spot(post) == self.spot([x + 1, y + 1]) && errors[self.index(post)] < centre {
-                    self.raise(errors, post, centre);
-                    changed = true;
-                }
-            }
-        }
-        changed
-    }
-
-    /// The triangles at an error.
-    fn mesh(&self, errors: &[f32], error: f64) -> Mesh {
-        let size = [self.patch.width, self.patch.height].map(|at| u8::try_from(at).unwrap_or(u8::MAX));
-        let mut mesh = Mesh { size, ..Mesh::default() };
-        let mut numbers = vec![u16::MAX; (BLOCK + 1) * (BLOCK + 1)];
-        let mut waiting: Vec<[Post; 3]> = Vec::new();
-        for [a, b, c] in triangles([0, 0], self.posts) {
-            // The right angle is the corner that no diagonal touches.
-            let apex = [a, b, c].into_iter().find(|p| [a, b, c].iter().all(|q| p[0] == q[0] || p[1] == q[1]));
-            let apex = apex.unwrap_or(c);
-            let others: Vec<Post> = [a, b, c].into_iter().filter(|p| *p != apex).collect();
-            waiting.push([others[0], others[1], apex]);
-        }
-        while let Some([a, b, apex]) = waiting.pop() {
-            let whole = (a[0] + b[0]).is_multiple_of(2) && (a[1] + b[1]).is_multiple_of(2);
-            if whole {
-                let middle = between(a, b);
-                let own = errors[self.index(middle)];
-                if f64::from(own) > error {
-                    waiting.extend([[b, apex, middle], [apex, a, middle]]);
-                    continue;
-                }
-                mesh.error = mesh.error.max(f64::from(own));
-            }
-            let mut spots = [a, b, apex].map(|post| self.spot(post));
-            match area(&self.patch, spots) {
-                0 => continue,
-                area if area < 0 => spots.swap(0, 1),
-                _ => {}
-            }
-            mesh.triangles.push(spots.map(|spot| {
-                let number = &mut numbers[usize::from(spot[1]) * (BLOCK + 1) + usize::from(spot[0])];
-                if *number == u16::MAX {
-                    *number = u16::try_from(mesh.spots.len()).unwrap_or(u16::MAX);
-                    mesh.spots.push(spot);
-                }
-                *number
-            }));
-        }
-        mesh
-    }
-}
-
-/// The least `f32` that is no smaller.
-fn above(value: f64) -> f32 {
-    let near = single(value);
-    if f64::from(near) < value { near.next_up() } else { near }
-}
-
-/// Twice the area of a triangle in half steps; positive if x turns to y.
-fn area(patch: &Patch, spots: [Spot; 3]) -> i32 {
-    let [a, b, c] = spots.map(|spot| patch.place(spot));
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-}
-
-fn between(a: Post, b: Post) -> Post {
-    [usize::midpoint(a[0], b[0]), usize::midpoint(a[1], b[1])]
-}
-
-/// The two triangles of a square. Diagonals of neighbouring squares are mirrored, so that they meet in the corners of
-/// larger squares and in their centres.
-fn triangles([x, y]: Post, size: usize) -> [[Post; 3]; 2] {
-    let [a, b, c, d] = [[x, y], [x + size, y], [x + size, y + size], [x, y + size]];
-    if (x / size + y / size).is_multiple_of(2) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
-}
-
-/// The sample of each post on a side with `intervals` between samples.
-fn samples(intervals: usize, posts: usize) -> Vec<u8> {
-    (0..=posts).map(|post| u8::try_from(post * intervals / posts).unwrap_or(u8::MAX)).collect()
-}
+/// Makes stores for triangles and errors.
+pub type Stores<'a> = &'a (dyn Fn() -> Box<dyn Store> + Sync);
 
 impl Even {
-    /// Measures all triangles. The tolerance states whether the field is bent; its error does not matter. `None` if
-    /// `stop` returns true.
-    pub fn new(heights: &Heights, tolerance: Tolerance, stop: &(dyn Fn() -> bool + Sync)) -> Option<Self> {
+    /// Measures all triangles. The tolerance states whether the field is bent; its error does not matter.
+    ///
+    /// # Errors
+    /// Those of the rows of the field and of the stores; [`Interrupted`](io::ErrorKind::Interrupted) if `stop` returns
+    /// true.
+    pub fn new(
+        heights: &Heights<'_>,
+        tolerance: Tolerance,
+        stores: Stores<'_>,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> io::Result<Self> {
         // Shares of an error of 1 mm are errors in mm.
         let tolerance = Tolerance { error: 1.0, ..tolerance };
         let intervals = heights.size().map(|count| count - 1);
@@ -230,90 +56,193 @@ impl Even {
             posts /= 2;
         }
         let [columns, rows] = intervals.map(|count| cuts(count, posts));
-        let tiles = Tiles::new(columns, rows, heights.repeats);
-        let count = tiles.meshes.len();
-        let mut even = Self { tiles, posts, errors: vec![vec![0.0; (posts + 1) * (posts + 1)]; count] };
-        let mut size = 2;
-        while size <= posts {
-            if stop() {
-                return None;
+        let tiles = Tiles::new(columns, rows, heights.repeats, stores());
+        let mut even = Self { tiles, posts, errors: stores(), pending: None };
+        let [across, down] = even.tiles.count();
+        let none = vec![0_u8; across * even.count() * size_of::<f32>()];
+        for _ in 0..down {
+            even.errors.add(&none)?;
+        }
+        let mut each = |join: Option<usize>, work: Work<'_>| {
+            let changed = even.each(heights, tolerance, join, stop, work)?;
+            Ok::<_, io::Error>(changed || even.pending.as_ref().is_some_and(|joined| joined.differ))
+        };
+        each(Some(2), &|block, errors| {
+            block.sides(errors, 2);
+            false
+        })?;
+        // Blocks change each other until none changes.
+        let mut first = true;
+        while each(Some(2), &|block, errors| {
+            if first {
+                block.halves(errors, 2);
+            } else {
+                block.depend(errors, 2);
             }
-            even.each(heights, tolerance, |block, errors| block.sides(errors, size));
-            even.join(size);
-            even.each(heights, tolerance, |block, errors| block.halves(errors, size));
-            // Blocks change each other until none changes.
-            let mut open = size == 2;
-            while open {
-                let changed: Vec<bool> = even.each(heights, tolerance, |block, errors| {
-                    let changed = block.share(errors);
-                    block.depend(errors, 2);
-                    changed
-                });
-                open = even.join(2) || changed.contains(&true);
-                if !open {
-                    break;
+            let changed = block.share(errors);
+            block.depend(errors, 2);
+            changed
+        })? {
+            first = false;
+        }
+        // Squares need what both blocks know of their sides, so each size is a pass.
+        let mut size = 4;
+        while size <= 2 * posts && posts > 2 {
+            let is_last = size > posts;
+            each((!is_last).then_some(size), &|block, errors| {
+                if size > 4 {
+                    block.halves(errors, size / 2);
                 }
-                even.each(heights, tolerance, |block, errors| block.depend(errors, 2));
-            }
+                if !is_last {
+                    block.sides(errors, size);
+                }
+                false
+            })?;
             size *= 2;
         }
-        Some(even)
+        Ok(even)
     }
 
-    /// Does the same with all blocks.
-    fn each<T: Send>(
+    /// Number of posts of a block.
+    fn count(&self) -> usize {
+        (self.posts + 1) * (self.posts + 1)
+    }
+
+    /// Does the same with all blocks. Returns true if it does so for one of them. With `join`, the blocks of a side get
+    /// the larger error of both at the middles of sides with so many posts, before the next work.
+    fn each(
         &mut self,
-        heights: &Heights,
+        heights: &Heights<'_>,
         tolerance: Tolerance,
-        work: impl Fn(&Block, &mut [f32]) -> T + Sync,
-    ) -> Vec<T> {
-        let (tiles, posts) = (&self.tiles, self.posts);
-        let one = |(index, errors): (usize, &mut Vec<f32>)| {
-            work(&Block::new(heights, tolerance, tiles, posts, index), errors)
-        };
-        self.errors.par_iter_mut().enumerate().map(one).collect()
+        join: Option<usize>,
+        stop: &(dyn Fn() -> bool + Sync),
+        work: Work<'_>,
+    ) -> io::Result<bool> {
+        let pending = self.pending.take();
+        let posts = self.posts;
+        let mut joined = join.map(|size| Joined {
+            size,
+            errors: vec![f32::NAN; self.tiles.side_count() * (posts / size)],
+            differ: false,
+        });
+        let mut any = false;
+        for part in self.parts(heights) {
+            let (blocks, band, mut errors) = self.load(heights, part)?;
+            if stop() {
+                return Err(io::ErrorKind::Interrupted.into());
+            }
+            let tiles = &self.tiles;
+            let one = |(index, errors): (usize, &mut [f32])| {
+                let block = blocks.start + index;
+                if let Some(pending) = &pending {
+                    pending.give(tiles.sides_of(block), errors, posts);
+                }
+                work(&Block::new(heights, &band, tolerance, (tiles, block), posts), errors)
+            };
+            let done: Vec<bool> = errors.par_chunks_mut(self.count()).enumerate().map(one).collect();
+            any |= done.contains(&true);
+            if let Some(joined) = &mut joined {
+                for (block, errors) in blocks.clone().zip(errors.chunks(self.count())) {
+                    joined.take(tiles.sides_of(block), errors, posts);
+                }
+            }
+            self.errors.replace(self.place(blocks.start), bytemuck::cast_slice(&errors))?;
+        }
+        self.pending = joined;
+        Ok(any)
     }
 
-    /// Gives the middles of sides with `size` posts the larger error of both blocks. Returns true if an error changed.
-    fn join(&mut self, size: usize) -> bool {
-        let mut sides: Vec<Vec<f32>> = vec![Vec::new(); self.tiles.side_count()];
-        let posts = self.posts;
-        let middles = move || (size / 2..posts).step_by(size);
-        let place = move |side: usize, at: usize| match side {
-            0 => at,
-            1 => posts * (posts + 1) + at,
-            2 => at * (posts + 1),
-            _ => at * (posts + 1) + posts,
-        };
-        for (block, errors) in self.errors.iter().enumerate() {
-            for (own, side) in self.tiles.sides_of(block).into_iter().enumerate() {
-                let known = &mut sides[side];
-                known.resize(posts / size, 0.0);
-                for (known, at) in known.iter_mut().zip(middles()) {
-                    *known = known.max(errors[place(own, at)]);
-                }
-            }
+    /// The rows of blocks in parts that are held at once.
+    fn parts(&self, heights: &Heights<'_>) -> Vec<Range<usize>> {
+        let (mut parts, mut from) = (Vec::new(), 0);
+        while from < self.tiles.count()[1] {
+            let to = heights.part(&self.tiles.rows, from);
+            parts.push(from..to);
+            from = to;
         }
-        let mut changed = false;
-        for (block, errors) in self.errors.iter_mut().enumerate() {
-            for (own, side) in self.tiles.sides_of(block).into_iter().enumerate() {
-                for (known, at) in sides[side].iter().zip(middles()) {
-                    let error = &mut errors[place(own, at)];
-                    changed |= *error < *known;
-                    *error = error.max(*known);
-                }
-            }
-        }
-        changed
+        parts
+    }
+
+    /// The blocks of some rows of blocks, their samples, and their errors.
+    fn load(&self, heights: &Heights<'_>, part: Range<usize>) -> io::Result<(Range<usize>, Band, Vec<f32>)> {
+        let across = self.tiles.count()[0];
+        let blocks = part.start * across..part.end * across;
+        let band = heights.band(self.tiles.rows[part.start], self.tiles.rows[part.end])?;
+        let mut errors = vec![0.0_f32; blocks.len() * self.count()];
+        self.errors.read(self.place(blocks.start), bytemuck::cast_slice_mut(&mut errors))?;
+        Ok((blocks, band, errors))
+    }
+
+    /// The place of the errors of a block.
+    fn place(&self, block: usize) -> u64 {
+        (block * self.count() * size_of::<f32>()) as u64
     }
 
     /// The triangles at an error in mm.
-    pub fn mesh(&self, heights: &Heights, tolerance: Tolerance) -> Tiles {
-        let mut tiles = self.tiles.clone();
-        let one = |(index, errors): (usize, &Vec<f32>)| {
-            Block::new(heights, tolerance, &self.tiles, self.posts, index).mesh(errors, tolerance.error)
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn mesh(
+        &self,
+        heights: &Heights<'_>,
+        tolerance: Tolerance,
+        store: Box<dyn Store>,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> io::Result<Tiles> {
+        let (columns, rows) = (self.tiles.columns.clone(), self.tiles.rows.clone());
+        let mut tiles = Tiles::new(columns, rows, heights.repeats, store);
+        for part in self.parts(heights) {
+            let (blocks, band, errors) = self.load(heights, part)?;
+            if stop() {
+                return Err(io::ErrorKind::Interrupted.into());
+            }
+            let one = |(index, errors): (usize, &[f32])| {
+                let of = (&self.tiles, blocks.start + index);
+                Block::new(heights, &band, tolerance, of, self.posts).mesh(errors, tolerance.error)
+            };
+            let made: Vec<(Mesh, f64)> = errors.par_chunks(self.count()).enumerate().map(one).collect();
+            for (block, (mesh, error)) in blocks.zip(made) {
+                tiles.set(block, &mesh, error)?;
+            }
+        }
+        Ok(tiles)
+    }
+}
+
+/// Work on the errors of a block.
+type Work<'a> = &'a (dyn Fn(&Block, &mut [f32]) -> bool + Sync);
+
+impl Joined {
+    /// The post at the middle of each piece of a side: top, bottom, left, right.
+    fn middles(&self, side: usize, posts: usize) -> impl Iterator<Item = usize> + use<> {
+        let (from, step) = match side {
+            0 => (0, 1),
+            1 => (posts * (posts + 1), 1),
+            2 => (0, posts + 1),
+            _ => (posts, posts + 1),
         };
-        tiles.meshes = self.errors.par_iter().enumerate().map(one).collect();
-        tiles
+        (self.size / 2..posts).step_by(self.size).map(move |at| from + at * step)
+    }
+
+    /// Takes the errors of a block, if they are larger.
+    fn take(&mut self, sides: [usize; 4], errors: &[f32], posts: usize) {
+        let count = posts / self.size;
+        for (own, side) in sides.into_iter().enumerate() {
+            for (index, post) in self.middles(own, posts).enumerate() {
+                let known = &mut self.errors[side * count + index];
+                self.differ |= !known.is_nan() && *known != errors[post];
+                *known = known.max(errors[post]);
+            }
+        }
+    }
+
+    /// Gives the larger errors to a block.
+    fn give(&self, sides: [usize; 4], errors: &mut [f32], posts: usize) {
+        let count = posts / self.size;
+        for (own, side) in sides.into_iter().enumerate() {
+            for (known, post) in self.errors[side * count..].iter().zip(self.middles(own, posts)) {
+                errors[post] = errors[post].max(*known);
+            }
+        }
     }
 }

@@ -3,41 +3,57 @@
 //! The sides of blocks are simplified first, so both blocks of a side start with the same vertices. If an edge crosses
 //! the line between a sample of a side and a vertex beside it, only that sample can help. It is then added to the side,
 //! and the block on its other side is triangulated again.
-use super::heights::{BLOCK, Heights, cuts};
+use super::heights::{BLOCK, Band, Heights, cuts};
 use super::patch::{Patch, Spot, Tolerance};
 use super::scan::{self, Taken, Worst};
 use super::sides::{Side, simplify};
+use super::store::Store;
 use super::table::Table;
 use super::tiles::{Mesh, Tiles};
 use rayon::prelude::*;
 use std::cmp::Ordering;
-use std::collections::{BTreeSet, BinaryHeap};
+use std::collections::BinaryHeap;
+use std::io;
 
 /// Triangulates a height field so that it is within the tolerance at all samples, and wherever an edge crosses a line
-/// between neighbouring samples. `None` if `stop` returns true.
-pub fn fewest(heights: &Heights, tolerance: Tolerance, stop: &(dyn Fn() -> bool + Sync)) -> Option<Tiles> {
+/// between neighbouring samples. The triangles lie in `store`.
+///
+/// # Errors
+/// Those of the rows of the field and of the store; [`Interrupted`](io::ErrorKind::Interrupted) if `stop` returns true.
+pub fn fewest(
+    heights: &Heights<'_>,
+    tolerance: Tolerance,
+    store: Box<dyn Store>,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> io::Result<Tiles> {
     let [columns, rows] = heights.size().map(|count| cuts(count - 1, BLOCK));
-    let mut tiles = Tiles::new(columns, rows, heights.repeats);
+    let mut tiles = Tiles::new(columns, rows, heights.repeats, store);
     let [across, down] = tiles.count();
-    let mut sides = first_sides(heights, tolerance, &tiles);
+    let mut sides = first_sides(heights, tolerance, &tiles)?;
     let mut waiting: Vec<usize> = (0..across * down).collect();
     while !waiting.is_empty() {
-        let made: Vec<Option<Mesh>> = waiting
-            .par_iter()
-            .map_init(Work::default, |work, block| {
+        let mut rest = &waiting[..];
+        while let Some(first) = rest.first() {
+            let from = first / across;
+            let to = heights.part(&tiles.rows, from);
+            let (part, later) = rest.split_at(rest.partition_point(|block| *block < to * across));
+            let band = heights.band(tiles.rows[from], tiles.rows[to])?;
+            let one = |work: &mut Work, block: &usize| {
                 if stop() {
-                    return None;
+                    return Err(io::ErrorKind::Interrupted.into());
                 }
                 let kept = tiles.sides_of(*block).map(|side| sides[side].as_slice());
-                Some(work.block(heights, tolerance, tiles.columns(*block), tiles.rows(*block), kept))
-            })
-            .collect();
-        for (block, mesh) in waiting.iter().zip(made) {
-            tiles.meshes[*block] = mesh?;
+                Ok(work.block(heights, &band, tolerance, tiles.columns(*block), tiles.rows(*block), kept))
+            };
+            let made: Vec<io::Result<(Mesh, f64)>> = part.par_iter().map_init(Work::default, one).collect();
+            for (block, made) in part.iter().zip(made) {
+                let (mesh, error) = made?;
+                tiles.set(*block, &mesh, error)?;
+            }
+            rest = later;
         }
-        let mut again = BTreeSet::new();
         for block in &waiting {
-            for (side, own) in tiles.sides_of(*block).into_iter().zip(tiles.meshes[*block].on_sides()) {
+            for (side, own) in tiles.sides_of(*block).into_iter().zip(tiles.on_sides(*block)) {
                 if sides[side] != own {
                     sides[side].extend(own);
                     sides[side].sort_unstable();
@@ -45,34 +61,47 @@ pub fn fewest(heights: &Heights, tolerance: Tolerance, stop: &(dyn Fn() -> bool 
                 }
             }
         }
-        for block in 0..across * down {
-            let own = tiles.meshes[block].on_sides();
-            if tiles.sides_of(block).into_iter().zip(&own).any(|(side, own)| sides[side] != *own) {
-                again.insert(block);
-            }
-        }
-        waiting = again.into_iter().collect();
+        let changed = |block: &usize| {
+            tiles.sides_of(*block).into_iter().zip(tiles.on_sides(*block)).any(|(side, own)| sides[side] != own)
+        };
+        waiting = (0..across * down).filter(changed).collect();
     }
-    Some(tiles)
+    Ok(tiles)
 }
 
 /// The vertices of all sides of blocks.
-fn first_sides(heights: &Heights, tolerance: Tolerance, tiles: &Tiles) -> Vec<Vec<u8>> {
-    let made = |side: usize| {
-        let (side, from) = tiles.side(side);
-        let count = side.1 - side.0;
-        let sample = |index: usize| match from {
-            Side::Row(row) => f64::from(heights.at(side.0 + index, row)),
-            Side::Column(column) => f64::from(heights.at(column, side.0 + index)),
+fn first_sides(heights: &Heights<'_>, tolerance: Tolerance, tiles: &Tiles) -> io::Result<Vec<Vec<u8>>> {
+    let [across, down] = tiles.count();
+    let mut sides = vec![Vec::new(); tiles.side_count()];
+    let mut from = 0;
+    while from < down {
+        let to = heights.part(&tiles.rows, from);
+        let band = heights.band(tiles.rows[from], tiles.rows[to])?;
+        let made = |side: usize| {
+            let (span, line) = tiles.side(side);
+            let sample = |index: usize| match line {
+                Side::Row(row) => f64::from(band.row(row)[index]),
+                Side::Column(column) => f64::from(band.row(index)[column]),
+            };
+            let places = match line {
+                Side::Row(_) => &heights.across[span.0..=span.1],
+                Side::Column(_) => &heights.down[span.0..=span.1],
+            };
+            let line_of: Vec<f64> = (span.0..=span.1).map(sample).collect();
+            (side, simplify(&line_of, places, tolerance, matches!(line, Side::Row(_))))
         };
-        let places = match from {
-            Side::Row(_) => &heights.across[side.0..=side.1],
-            Side::Column(_) => &heights.down[side.0..=side.1],
-        };
-        let line: Vec<f64> = (0..=count).map(sample).collect();
-        simplify(&line, places, tolerance, matches!(from, Side::Row(_)))
-    };
-    (0..tiles.side_count()).into_par_iter().map(made).collect()
+        // The sides of these blocks; those of the lowest row once more with the next part.
+        let blocks = from * across..to * across;
+        let mut own: Vec<usize> = blocks.flat_map(|block| tiles.sides_of(block)).collect();
+        own.sort_unstable();
+        own.dedup();
+        // Opposite rims that repeat have one side, with the samples of the first row.
+        own.retain(|side| !matches!(tiles.side(*side).1, Side::Row(row) if row < tiles.rows[from]));
+        let made: Vec<(usize, Vec<u8>)> = own.into_par_iter().map(made).collect();
+        made.into_iter().for_each(|(side, kept)| sides[side] = kept);
+        from = to;
+    }
+    Ok(sides)
 }
 
 /// A triangle that is over the error.
@@ -116,16 +145,18 @@ struct Work {
 }
 
 impl Work {
+    /// The triangles of a block, and their largest distance to the field.
     fn block(
         &mut self,
-        heights: &Heights,
+        heights: &Heights<'_>,
+        band: &Band,
         tolerance: Tolerance,
         columns: [usize; 2],
         rows: [usize; 2],
         kept: [&[u8]; 4],
-    ) -> Mesh {
+    ) -> (Mesh, f64) {
         let patch = self.patch.get_or_insert_with(|| Box::new(Patch::new(tolerance)));
-        patch.load(heights, columns, rows);
+        patch.load(heights, band, columns, rows);
         let patch: &Patch = patch;
         let table = &mut self.table;
         table.start(patch);
@@ -170,10 +201,12 @@ impl Work {
             table.changed.push(next.triangle);
         }
         let triangles: Vec<[u16; 3]> = (0..table.len()).map(|triangle| table.numbers(triangle)).collect();
-        let error = |triangle: u32| scan::reached(patch, table.triangle(triangle), self.states[triangle as usize].1);
-        let error = (0..table.len()).map(error).fold(0.0, f64::max);
+        // For a roll, an upper bound: a share may be that of the bow alone.
+        let share = (0..table.len()).map(|triangle| self.states[triangle as usize].1).fold(0.0, f64::max);
+        let error = share * tolerance.error;
         let size = [patch.width, patch.height].map(|at| u8::try_from(at).unwrap_or(u8::MAX));
-        Mesh { spots: table.spots.clone(), triangles, error, size }
+        let spots = table.spots.clone();
+        (Mesh { heights: patch.heights(&spots), spots, triangles, size }, error)
     }
 }
 

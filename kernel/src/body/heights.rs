@@ -1,17 +1,43 @@
 //! The samples of a height field, with the rims of its canvas.
 use rayon::prelude::*;
+use std::fmt;
+use std::io;
 
 /// The largest number of intervals between samples on a side of a block.
 pub(super) const BLOCK: usize = 64;
 
-/// Samples of a height field in mm, in rows from the top of the picture. The field is bilinear between samples.
+/// Number of samples that are held at once.
+const HELD: usize = 1 << 21;
+
+/// The pixels of a canvas, row by row, in memory or elsewhere.
+pub trait Rows: fmt::Debug + Send + Sync {
+    /// Reads heights in mm, from pixel `from` on. Pixels are counted row by row.
+    ///
+    /// # Errors
+    /// The place where they are kept cannot be read.
+    fn read(&self, from: usize, to: &mut [f32]) -> io::Result<()>;
+}
+
+impl Rows for Vec<f32> {
+    fn read(&self, from: usize, to: &mut [f32]) -> io::Result<()> {
+        let pixels = self.get(from..from + to.len()).ok_or(io::ErrorKind::UnexpectedEof)?;
+        to.copy_from_slice(pixels);
+        Ok(())
+    }
+}
+
+/// Samples of a height field in mm, in rows from the top of the picture. The field is bilinear between samples. They are
+/// read from [`Rows`] a few rows at a time.
 ///
 /// Positions count half steps between pixel centres, so that the rim of a canvas, which lies half a step beyond the
 /// last pixel centre, has a whole number too.
 #[derive(Clone, Debug)]
-pub struct Heights {
-    /// Heights, row by row.
-    pub(super) values: Vec<f32>,
+pub struct Heights<'a> {
+    pixels: &'a dyn Rows,
+    /// Number of pixels in each direction.
+    count: [usize; 2],
+    /// True if the canvas is closed from left to right.
+    round: bool,
     /// Position of each column in half steps, from 0, rising.
     pub(super) across: Vec<i32>,
     /// Position of each row in half steps, from 0, rising.
@@ -23,66 +49,99 @@ pub struct Heights {
     pub(super) repeats: [bool; 2],
     /// Number of columns for a pixel.
     finer: usize,
+    extent: (f32, f32, [usize; 2]),
+    steepest: f64,
+    /// The most samples that are held at once.
+    held: usize,
 }
 
-impl Heights {
-    /// The heights of a canvas of `width` × `height` pixels and their rims. `values` holds the pixels row by row;
-    /// `pixel_mm` is the size of a pixel. In a direction that `repeats`, a sample on the rim is the mean of the two
-    /// pixels that meet there; elsewhere it is the nearest pixel.
+/// Some rows of samples in memory.
+#[derive(Clone, Debug)]
+pub(super) struct Band {
+    values: Vec<f32>,
+    columns: usize,
+    top: usize,
+}
+
+impl Band {
+    /// A row of samples; `row` counts from the top of the field.
+    #[inline]
+    pub(super) fn row(&self, row: usize) -> &[f32] {
+        let from = (row - self.top) * self.columns;
+        &self.values[from..from + self.columns]
+    }
+}
+
+impl<'a> Heights<'a> {
+    /// The heights of a canvas of `width` × `height` pixels and their rims. `pixel_mm` is the size of a pixel. In a
+    /// direction that `repeats`, a sample on the rim is the mean of the two pixels that meet there; elsewhere it is the
+    /// nearest pixel.
+    ///
+    /// # Errors
+    /// Those of the rows.
     ///
     /// # Panics
-    /// If `values` has another length, or a side has no pixel.
-    pub fn of_canvas(values: &[f32], [width, height]: [usize; 2], pixel_mm: [f64; 2], repeats: [bool; 2]) -> Self {
-        assert!(width > 0 && height > 0 && values.len() == width * height, "the pixels fill the canvas");
-        let mut out = vec![0.0_f32; (width + 2) * (height + 2)];
-        let row = |to: &mut [f32], of: &dyn Fn(usize) -> f32| {
-            let [first, last] = rim(of(0), of(width - 1), repeats[0]);
-            (to[0], to[width + 1]) = (first, last);
-            to[1..=width].iter_mut().enumerate().for_each(|(x, to)| *to = of(x));
-        };
-        out.par_chunks_mut(width + 2).enumerate().for_each(|(y, to)| match y {
-            // The rows of the rims follow below.
-            0 => {}
-            y if y == height + 1 => {}
-            y => row(to, &|x| values[(y - 1) * width + x]),
-        });
-        for x in 0..width + 2 {
-            let at = |y: usize| y * (width + 2) + x;
-            let [first, last] = rim(out[at(1)], out[at(height)], repeats[1]);
-            (out[at(0)], out[at(height + 1)]) = (first, last);
-        }
+    /// If a side has no pixel.
+    pub fn of_canvas(
+        pixels: &'a dyn Rows,
+        [width, height]: [usize; 2],
+        pixel_mm: [f64; 2],
+        repeats: [bool; 2],
+    ) -> io::Result<Self> {
+        assert!(width > 0 && height > 0, "a canvas has pixels");
         Self {
-            values: out,
+            pixels,
+            count: [width, height],
+            round: false,
             across: with_rims(width),
             down: with_rims(height),
             half_mm: pixel_mm.map(|mm| 0.5 * mm),
             repeats,
             finer: 1,
+            extent: (0.0, 0.0, [0; 2]),
+            steepest: 0.0,
+            held: HELD,
         }
+        .surveyed()
     }
 
     /// The heights of a canvas that is closed from left to right. The last column is the first one once more, `width`
     /// pixels farther. Each column is repeated `finer` times, with heights interpolated between its neighbours, which
     /// leaves the field as it is. Rows are as in [`of_canvas`](Self::of_canvas); `repeats` is their direction.
     ///
+    /// # Errors
+    /// Those of the rows.
+    ///
     /// # Panics
-    /// If `values` has another length, a side has no pixel, or `finer` is 0.
-    pub fn round(values: &[f32], [width, height]: [usize; 2], pixel_mm: [f64; 2], repeats: bool, finer: usize) -> Self {
-        assert!(finer > 0, "columns are not left out");
-        let wide = width * finer;
-        let plain = Self::of_canvas(values, [width, height], pixel_mm, [true, repeats]);
-        let mut out = vec![0.0_f32; (wide + 1) * (height + 2)];
-        out.par_chunks_mut(wide + 1).zip(plain.values.par_chunks(width + 2)).for_each(|(to, from)| {
-            let pixels = &from[1..=width];
-            for (x, to) in to.iter_mut().enumerate() {
-                let (low, part) = (x / finer % width, x % finer);
-                let (a, b) = (f64::from(pixels[low]), f64::from(pixels[(low + 1) % width]));
-                *to = single(a + (b - a) * (part as f64 / finer as f64));
-            }
-        });
-        let across = (0..=wide).map(|x| whole(2 * x)).collect();
-        let half_mm = [plain.half_mm[0] / finer as f64, plain.half_mm[1]];
-        Self { values: out, across, down: plain.down, half_mm, repeats: [true, repeats], finer }
+    /// If a side has no pixel, or `finer` is 0.
+    pub fn round(
+        pixels: &'a dyn Rows,
+        [width, height]: [usize; 2],
+        pixel_mm: [f64; 2],
+        repeats: bool,
+        finer: usize,
+    ) -> io::Result<Self> {
+        assert!(width > 0 && height > 0 && finer > 0, "a canvas has pixels, and columns are not left out");
+        Self {
+            pixels,
+            count: [width, height],
+            round: true,
+            across: (0..=width * finer).map(|x| whole(2 * x)).collect(),
+            down: with_rims(height),
+            half_mm: [0.5 * pixel_mm[0] / finer as f64, 0.5 * pixel_mm[1]],
+            repeats: [true, repeats],
+            finer,
+            extent: (0.0, 0.0, [0; 2]),
+            steepest: 0.0,
+            held: HELD,
+        }
+        .surveyed()
+    }
+
+    /// The same heights, with fewer samples at once.
+    #[cfg(test)]
+    pub(super) fn holding(self, samples: usize) -> Self {
+        Self { held: samples, ..self }.surveyed().unwrap()
     }
 
     /// Number of columns and rows of samples, rims included.
@@ -93,11 +152,6 @@ impl Heights {
     /// Number of columns for a pixel.
     pub fn finer(&self) -> usize {
         self.finer
-    }
-
-    /// The height of a sample in mm.
-    pub fn at(&self, column: usize, row: usize) -> f32 {
-        self.values[row * self.across.len() + column]
     }
 
     /// The position of a sample in mm from the left and from the top.
@@ -112,34 +166,144 @@ impl Heights {
 
     /// The least and the greatest height, and the place of the least one: column and row.
     pub fn extent(&self) -> (f32, f32, [usize; 2]) {
-        let (mut least, mut greatest, mut at) = (f32::INFINITY, f32::NEG_INFINITY, 0);
-        for (index, value) in self.values.iter().enumerate() {
-            if *value < least {
-                (least, at) = (*value, index);
-            }
-            greatest = greatest.max(*value);
-        }
-        (least, greatest, [at % self.across.len(), at / self.across.len()])
+        self.extent
     }
 
     /// The steepest step between neighbouring samples of a row or a column, as a ratio of lengths.
     pub fn steepest(&self) -> f64 {
-        let columns = self.across.len();
-        let row = |(y, row): (usize, &[f32])| {
-            let mut most = 0.0_f64;
-            for (x, pair) in row.windows(2).enumerate() {
-                let run = f64::from(self.across[x + 1] - self.across[x]) * self.half_mm[0];
-                most = most.max(f64::from((pair[1] - pair[0]).abs()) / run);
-            }
-            if let Some(below) = self.values.get((y + 1) * columns..(y + 2) * columns) {
-                let run = f64::from(self.down[y + 1] - self.down[y]) * self.half_mm[1];
-                let step = row.iter().zip(below).map(|(a, b)| (b - a).abs()).fold(0.0, f32::max);
-                most = most.max(f64::from(step) / run);
-            }
-            most
-        };
-        self.values.par_chunks(columns).enumerate().map(row).reduce(|| 0.0, f64::max)
+        self.steepest
     }
+
+    /// The samples of some rows, `bottom` included.
+    pub(super) fn band(&self, top: usize, bottom: usize) -> io::Result<Band> {
+        let (columns, [width, height]) = (self.across.len(), self.count);
+        let mut values = vec![0.0_f32; columns * (bottom + 1 - top)];
+        // The first and the last row of samples are rims; the others are rows of pixels.
+        let (first, last) = (top.max(1), bottom.min(height));
+        if first <= last {
+            let mut pixels = vec![0.0_f32; width * (last + 1 - first)];
+            self.pixels.read((first - 1) * width, &mut pixels)?;
+            let to = values[(first - top) * columns..].par_chunks_mut(columns);
+            to.zip(pixels.par_chunks(width)).for_each(|(to, pixels)| self.line(pixels, to));
+        }
+        if top == 0 || bottom > height {
+            let [above, below] = self.rims()?;
+            if top == 0 {
+                values[..columns].copy_from_slice(&above);
+            }
+            if bottom > height {
+                let from = values.len() - columns;
+                values[from..].copy_from_slice(&below);
+            }
+        }
+        Ok(Band { values, columns, top })
+    }
+
+    /// A line of samples of a line of pixels.
+    fn line(&self, pixels: &[f32], to: &mut [f32]) {
+        let width = pixels.len();
+        if !self.round {
+            [to[0], to[width + 1]] = rim(pixels[0], pixels[width - 1], self.repeats[0]);
+            to[1..=width].copy_from_slice(pixels);
+            return;
+        }
+        if self.finer == 1 {
+            to[..width].copy_from_slice(pixels);
+            to[width] = pixels[0];
+            return;
+        }
+        for (x, to) in to.iter_mut().enumerate() {
+            let (low, part) = (x / self.finer % width, x % self.finer);
+            let (a, b) = (f64::from(pixels[low]), f64::from(pixels[(low + 1) % width]));
+            *to = single(a + (b - a) * (part as f64 / self.finer as f64));
+        }
+    }
+
+    /// The rows of samples on the upper and on the lower rim.
+    fn rims(&self) -> io::Result<[Vec<f32>; 2]> {
+        let [width, height] = self.count;
+        let mut rows = [0, height - 1].map(|row| (row, vec![0.0_f32; width]));
+        for (row, pixels) in &mut rows {
+            self.pixels.read(*row * width, pixels)?;
+        }
+        let [above, below] = rows.map(|(_, pixels)| pixels);
+        let means = |above: &mut [f32], below: &mut [f32]| {
+            above.iter_mut().zip(below).for_each(|(a, b)| [*a, *b] = rim(*a, *b, self.repeats[1]));
+        };
+        let lines = |rows: [&[f32]; 2]| {
+            rows.map(|pixels| {
+                let mut line = vec![0.0; self.across.len()];
+                self.line(pixels, &mut line);
+                line
+            })
+        };
+        if self.round {
+            let (mut above, mut below) = (above, below);
+            means(&mut above, &mut below);
+            return Ok(lines([&above, &below]));
+        }
+        let [mut above, mut below] = lines([&above, &below]);
+        means(&mut above, &mut below);
+        Ok([above, below])
+    }
+
+    /// The end of the rows of blocks that are held at once, from row `from` of blocks on, at least one row of blocks.
+    /// `cuts` are the rows of samples at which blocks meet.
+    pub(super) fn part(&self, cuts: &[usize], from: usize) -> usize {
+        let most = (self.held / self.across.len()).max(1);
+        let fits = cuts[from..].iter().skip(1).take_while(|cut| **cut - cuts[from] <= most).count();
+        from + fits.max(1)
+    }
+
+    /// Finds the extent and the steepest step.
+    fn surveyed(mut self) -> io::Result<Self> {
+        let rows = self.down.len();
+        let most = (self.held / self.across.len()).max(1);
+        let (mut least, mut greatest, mut at) = (f32::INFINITY, f32::NEG_INFINITY, [0; 2]);
+        for top in (0..rows).step_by(most) {
+            let end = (top + most).min(rows);
+            let band = self.band(top, end.min(rows - 1))?;
+            let of = |y: usize| (extremes(band.row(y)), self.steps(&band, y, y < end.min(rows - 1)));
+            let found: Vec<_> = (top..end).into_par_iter().map(of).collect();
+            for (y, ((low, column, high), steep)) in (top..end).zip(found) {
+                if low < least {
+                    (least, at) = (low, [column, y]);
+                }
+                greatest = greatest.max(high);
+                self.steepest = self.steepest.max(steep);
+            }
+        }
+        self.extent = (least, greatest, at);
+        Ok(self)
+    }
+
+    /// The steepest step along a row, and to the next row if there is one.
+    fn steps(&self, band: &Band, y: usize, has_next: bool) -> f64 {
+        let row = band.row(y);
+        let mut most = 0.0_f64;
+        for (x, pair) in row.windows(2).enumerate() {
+            let run = f64::from(self.across[x + 1] - self.across[x]) * self.half_mm[0];
+            most = most.max(f64::from((pair[1] - pair[0]).abs()) / run);
+        }
+        if has_next {
+            let run = f64::from(self.down[y + 1] - self.down[y]) * self.half_mm[1];
+            let step = row.iter().zip(band.row(y + 1)).map(|(a, b)| (b - a).abs()).fold(0.0, f32::max);
+            most = most.max(f64::from(step) / run);
+        }
+        most
+    }
+}
+
+/// The least height of a row, its column, and the greatest height.
+fn extremes(row: &[f32]) -> (f32, usize, f32) {
+    let (mut least, mut at, mut greatest) = (f32::INFINITY, 0, f32::NEG_INFINITY);
+    for (x, value) in row.iter().enumerate() {
+        if *value < least {
+            (least, at) = (*value, x);
+        }
+        greatest = greatest.max(*value);
+    }
+    (least, at, greatest)
 }
 
 /// The samples on both rims of a line of pixels.
@@ -178,26 +342,31 @@ mod tests {
     #[test]
     fn rims_are_means_with_equal_bits_where_the_canvas_repeats() {
         let values: Vec<f32> = (0..12).map(|n| (n as f32 * 1.7).sin()).collect();
-        let heights = Heights::of_canvas(&values, [4, 3], [0.5, 0.25], [true, true]);
+        let heights = Heights::of_canvas(&values, [4, 3], [0.5, 0.25], [true, true]).unwrap();
+        let band = heights.band(0, 4).unwrap();
+        let at = |x: usize, y: usize| band.row(y)[x];
         assert_eq!(heights.size(), [6, 5]);
         for y in 0..5 {
-            assert_eq!(heights.at(0, y).to_bits(), heights.at(5, y).to_bits());
+            assert_eq!(at(0, y).to_bits(), at(5, y).to_bits());
         }
         for x in 0..6 {
-            assert_eq!(heights.at(x, 0).to_bits(), heights.at(x, 4).to_bits());
+            assert_eq!(at(x, 0).to_bits(), at(x, 4).to_bits());
         }
-        assert_eq!(heights.at(0, 2), 0.5 * (values[4] + values[7]));
+        assert_eq!(at(0, 2), 0.5 * (values[4] + values[7]));
         assert_eq!(heights.size_mm(), [2.0, 0.75]);
         assert_eq!(heights.place(1, 1), [0.25, 0.125]);
-        let open = Heights::of_canvas(&values, [4, 3], [0.5, 0.25], [false, false]);
-        assert_eq!((open.at(0, 2), open.at(5, 0)), (values[4], values[3]));
+        let open = Heights::of_canvas(&values, [4, 3], [0.5, 0.25], [false, false]).unwrap();
+        let band = open.band(0, 2).unwrap();
+        assert_eq!((band.row(2)[0], band.row(0)[5]), (values[4], values[3]));
+        let part = heights.band(2, 3).unwrap();
+        assert_eq!((part.row(2)[3], part.row(3)[0].to_bits()), (values[6], at(0, 3).to_bits()));
     }
 
     #[test]
     fn finer_columns_keep_the_field() {
-        let heights = Heights::round(&[0.0, 1.0, 4.0], [3, 1], [2.0, 2.0], false, 2);
-        let row: Vec<f32> = (0..7).map(|x| heights.at(x, 1)).collect();
-        assert_eq!(row, [0.0, 0.5, 1.0, 2.5, 4.0, 2.0, 0.0]);
+        let pixels = vec![0.0, 1.0, 4.0];
+        let heights = Heights::round(&pixels, [3, 1], [2.0, 2.0], false, 2).unwrap();
+        assert_eq!(heights.band(1, 1).unwrap().row(1), [0.0, 0.5, 1.0, 2.5, 4.0, 2.0, 0.0]);
         assert_eq!(heights.size_mm(), [6.0, 2.0]);
     }
 

@@ -1,7 +1,8 @@
 //! Bodies with a relief: closed meshes of height fields, with an exact bound of their distance to the field.
 //!
 //! [`Heights`] are the samples of a canvas and of its rims. [`fewest()`] and `even` divide them into triangles, in
-//! blocks. [`Plate`] and [`Roll`] close the surface to a body and give its vertices and triangles one by one.
+//! blocks. [`Plate`] and [`Roll`] close the surface to a body and give its vertices and triangles one by one. Heights are
+//! read some rows at a time, and triangles are kept in a [`Store`], so that bodies may be larger than the memory.
 mod budget;
 mod builder;
 mod even;
@@ -9,20 +10,23 @@ mod fewest;
 mod heights;
 mod patch;
 mod plate;
+mod posts;
 mod roll;
 mod scan;
 mod sides;
+mod store;
 mod table;
 mod tiles;
 
 pub use budget::{Mesher, Pattern};
 pub use builder::{Figures, Receiver, Vertex};
-pub use even::Even;
+pub use even::{Even, Stores};
 pub use fewest::fewest;
-pub use heights::Heights;
+pub use heights::{Heights, Rows};
 pub use patch::Tolerance;
 pub use plate::Plate;
 pub use roll::Roll;
+pub use store::Store;
 pub use tiles::Tiles;
 
 #[cfg(test)]

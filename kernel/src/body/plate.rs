@@ -8,13 +8,15 @@ use std::io;
 #[derive(Debug)]
 pub struct Plate<'a> {
     /// The heights.
-    pub heights: &'a Heights,
+    pub heights: &'a Heights<'a>,
     /// The triangles of the relief.
     pub tiles: &'a Tiles,
     /// The distance from the bottom to height 0, in mm.
     pub thickness: f64,
     /// The number of repeats in each direction. More than one is possible only where the field repeats.
     pub repeats: [usize; 2],
+    /// The slope in degrees above which facets count as too steep.
+    pub steepest: f64,
 }
 
 impl Plate<'_> {
@@ -25,8 +27,8 @@ impl Plate<'_> {
         across * down * tiles.triangles() + 3 * (across * (top + bottom) + down * (left + right))
     }
 
-    /// The place of a sample, counted through all repeats.
-    fn place(&self, column: usize, row: usize) -> [f32; 3] {
+    /// The place of a sample with a height, counted through all repeats.
+    fn place(&self, column: usize, row: usize, height_mm: f32) -> [f32; 3] {
         let size = self.heights.size();
         let of = |at: usize, axis: usize| {
             let tile = (at / (size[axis] - 1)).min(self.repeats[axis] - 1);
@@ -35,7 +37,7 @@ impl Plate<'_> {
         let ((tile_x, x), (tile_y, y)) = (of(column, 0), of(row, 1));
         let ([left, top], [width, height]) = (self.heights.place(x, y), self.heights.size_mm());
         let all = self.repeats[1] as f64 * height;
-        let z = self.thickness + f64::from(self.heights.at(x, y));
+        let z = self.thickness + f64::from(height_mm);
         [single(tile_x as f64 * width + left), single(all - (tile_y as f64 * height + top)), single(z)]
     }
 
@@ -44,11 +46,11 @@ impl Plate<'_> {
     /// # Errors
     /// Those of the receiver.
     pub fn build(&self, receiver: &mut dyn Receiver) -> io::Result<Figures> {
-        let mut builder = Builder::new(receiver);
+        let mut builder = Builder::new(receiver, self.steepest);
         let lay = Lay {
             repeats: self.repeats,
             closed: false,
-            place: &|column, row| self.place(column, row),
+            place: &|column, row, height| self.place(column, row, height),
             up: &|_| [0.0, 0.0, 1.0],
         };
         let rims = surface(self.tiles, &lay, &mut builder)?;

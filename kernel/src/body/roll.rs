@@ -9,7 +9,7 @@ use std::io;
 #[derive(Debug)]
 pub struct Roll<'a> {
     /// The heights, closed from left to right: [`Heights::round`].
-    pub heights: &'a Heights,
+    pub heights: &'a Heights<'a>,
     /// The triangles of the relief.
     pub tiles: &'a Tiles,
     /// The number of repeats round the roll and along it.
@@ -18,6 +18,8 @@ pub struct Roll<'a> {
     pub bore: f64,
     /// The largest distance of the bore's chords from its circle, in mm.
     pub error: f64,
+    /// The slope in degrees above which facets count as too steep.
+    pub steepest: f64,
 }
 
 impl Roll<'_> {
@@ -45,18 +47,17 @@ impl Roll<'_> {
     /// # Errors
     /// Those of the receiver.
     pub fn build(&self, receiver: &mut dyn Receiver) -> io::Result<Figures> {
-        let mut builder = Builder::new(receiver);
+        let mut builder = Builder::new(receiver, self.steepest);
         let [wide, high] = self.heights.size().map(|count| count - 1);
         let columns = wide * self.repeats[0];
         let (radius, length, height) = (self.radius(), self.length(), self.heights.size_mm()[1]);
         let turn = |column: f64| (column + 0.5 * self.heights.finer() as f64) * TAU / columns as f64;
         let turns: Vec<(f64, f64)> = (0..columns).map(|column| libm::sincos(turn(column as f64))).collect();
-        let place = |column: usize, row: usize| {
+        let place = |column: usize, row: usize, z: f32| {
             let tile = (row / high).min(self.repeats[1] - 1);
-            let (x, y) = (column % wide, row - tile * high);
-            let r = radius + f64::from(self.heights.at(x, y));
+            let r = radius + f64::from(z);
             let (sin, cos) = turns[column % columns];
-            let down = tile as f64 * height + self.heights.place(x, y)[1];
+            let down = tile as f64 * height + self.heights.place(0, row - tile * high)[1];
             [single(r * cos), single(r * sin), single(length - down)]
         };
         let up = |at: [f64; 3]| [at[0], at[1], 0.0];

@@ -1,5 +1,5 @@
 //! The largest distance between a triangle and the height field, at samples and where edges cross lines between samples.
-use super::patch::{Patch, Spot};
+use super::patch::{Facet, Patch, Spot};
 
 /// The worst place of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -180,47 +180,51 @@ pub(super) fn worst<T: Taken>(patch: &Patch, taken: &T, corners: [Spot; 3]) -> W
         let [a, b, c] = corners.map(|spot| spot[axis]);
         a.max(b).max(c) - a.min(b).min(c)
     };
-    if spans(0) > 1 && spans(1) > 1 {
-        search.inside(&Plane::new(patch, corners), corners);
-    }
-    let spot = search.spot.map(|at| u8::try_from(at).unwrap_or(0));
-    let heights = match search.distance > 0.0 {
-        true => Worst { share: search.distance / patch.tolerance.heights(), spot },
-        false => Worst::NONE,
-    };
-    if patch.tolerance.bend.is_none() { heights } else { heights.or(bowed(patch, taken, corners)) }
-}
-
-/// The largest distance in mm of a triangle that is finished.
-pub(super) fn reached(patch: &Patch, corners: [Spot; 3], share: f64) -> f64 {
-    if patch.tolerance.bend.is_none() {
-        return share * patch.tolerance.heights();
-    }
     let plane = Plane::new(patch, corners);
-    let (width, low, high) = spread(patch, corners);
-    // The share is the larger one of two, so this is an upper bound.
-    share.min(1.0) * patch.tolerance.heights() + patch.tolerance.bow(width, plane.slope[0], low, high)
+    if spans(0) > 1 && spans(1) > 1 {
+        search.inside(&plane, corners);
+    }
+    let tolerance = &patch.tolerance;
+    let rounding = tolerance.shift(plane.slope);
+    if tolerance.bend.is_none() {
+        return search.found(rounding);
+    }
+    let facet = spread(patch, &plane, corners);
+    let heights = search.found(rounding + tolerance.bow(&facet));
+    let share = tolerance.sagitta(&facet);
+    if share <= heights.share { heights } else { heights.or(bowed(patch, taken, corners, share)) }
 }
 
-/// The width of a triangle in half steps, and its least and greatest height.
-fn spread(patch: &Patch, corners: [Spot; 3]) -> (f64, f64, f64) {
-    let (mut left, mut right) = (i32::MAX, i32::MIN);
+impl<T> Search<'_, T> {
+    /// The place that was found. All distances grow by what rounding and the bow of the facet add, in mm.
+    fn found(&self, more: f64) -> Worst {
+        let error = self.patch.tolerance.error;
+        if self.distance > 0.0 {
+            let spot = self.spot.map(|at| u8::try_from(at).unwrap_or(0));
+            return Worst { share: (self.distance + more) / error, spot };
+        }
+        // No sample helps.
+        Worst { share: (more / error).min(1.0), ..Worst::NONE }
+    }
+}
+
+/// The extent of a triangle.
+fn spread(patch: &Patch, plane: &Plane, corners: [Spot; 3]) -> Facet {
+    let (mut least, mut greatest) = ([i32::MAX; 2], [i32::MIN; 2]);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
     for spot in corners {
-        let (at, height) = (patch.place(spot)[0], patch.of(spot));
-        (left, right, low, high) = (left.min(at), right.max(at), low.min(height), high.max(height));
+        let (place, height) = (patch.place(spot), patch.of(spot));
+        for axis in 0..2 {
+            (least[axis], greatest[axis]) = (least[axis].min(place[axis]), greatest[axis].max(place[axis]));
+        }
+        (low, high) = (low.min(height), high.max(height));
     }
-    (f64::from(right - left), low, high)
+    let size = [0, 1].map(|axis| f64::from(greatest[axis] - least[axis]));
+    Facet { size, slope: plane.slope, extent: (low, high) }
 }
 
-/// A place that divides the widest edge of a triangle, if the triangle is too wide for the bend of a roll.
-fn bowed<T: Taken>(patch: &Patch, taken: &T, corners: [Spot; 3]) -> Worst {
-    let plane = Plane::new(patch, corners);
-    let (width, low, high) = spread(patch, corners);
-    let share = patch.tolerance.sagitta(width, plane.slope[0], low, high);
-    if share <= 1.0 {
-        return Worst::NONE;
-    }
+/// A place that divides the widest edge of a triangle whose bow has this share of what it may use.
+fn bowed<T: Taken>(patch: &Patch, taken: &T, corners: [Spot; 3], share: f64) -> Worst {
     let [a, b, c] = corners;
     let wide = |(a, b): &(Spot, Spot)| a[0].abs_diff(b[0]);
     let mut edge = (a, b);

@@ -1,6 +1,6 @@
 //! Simplifies the samples on the side of a block after Douglas and Peucker: the farthest sample is kept until all others
 //! are within the error.
-use super::patch::Tolerance;
+use super::patch::{Facet, Tolerance};
 
 /// The line of samples that a side lies on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,8 +32,9 @@ pub(super) fn simplify(line: &[f64], places: &[i32], tolerance: Tolerance, aroun
         }
         let mut share = most / tolerance.heights();
         if around && share <= 1.0 {
-            let (low, high) = (line[from].min(line[to]), line[from].max(line[to]));
-            (share, at) = (tolerance.sagitta(run, slope, low, high), usize::midpoint(from, to));
+            let extent = (line[from].min(line[to]), line[from].max(line[to]));
+            let edge = Facet { size: [run, 0.0], slope: [slope, 0.0], extent };
+            (share, at) = (tolerance.sagitta(&edge), usize::midpoint(from, to));
         }
         if share > 1.0 {
             kept.push(u8::try_from(at).unwrap_or(u8::MAX));

@@ -225,9 +225,10 @@ mod tests {
     use super::*;
 
     fn patch(width: usize, height: usize) -> Patch {
-        let heights = Heights::of_canvas(&vec![0.0; width * height], [width, height], [1.0; 2], [false; 2]);
+        let values = vec![0.0; width * height];
+        let heights = Heights::of_canvas(&values, [width, height], [1.0; 2], [false; 2]).unwrap();
         let mut patch = Patch::new(Tolerance::flat(1.0));
-        patch.load(&heights, [0, width + 1], [0, height + 1]);
+        patch.load(&heights, &heights.band(0, height + 1).unwrap(), [0, width + 1], [0, height + 1]);
         patch
     }
 

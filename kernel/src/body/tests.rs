@@ -1,5 +1,6 @@
 //! Tests of whole bodies, by brute force.
 #![allow(clippy::cast_possible_truncation, reason = "sizes and heights are small")]
+use super::tiles::Mesh;
 use super::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -75,17 +76,31 @@ fn rough(width: usize, height: usize, seed: u32) -> Vec<f32> {
     values
 }
 
+/// All rows of samples.
+fn all(heights: &Heights<'_>) -> Vec<Vec<f32>> {
+    let rows = heights.size()[1];
+    let band = heights.band(0, rows - 1).unwrap();
+    (0..rows).map(|row| band.row(row).to_vec()).collect()
+}
+
+/// All blocks, row by row.
+fn meshes(tiles: &Tiles) -> Vec<Mesh> {
+    (0..tiles.count()[1]).flat_map(|line| tiles.line(line).unwrap()).collect()
+}
+
 /// The largest distance at samples and crossings, from all triangles of the relief over the plane of half steps.
-fn distance(heights: &Heights, tiles: &Tiles) -> f64 {
+fn distance(heights: &Heights<'_>, tiles: &Tiles) -> f64 {
     let mut most = 0.0_f64;
-    let mut seen = vec![false; heights.values.len()];
-    for (block, mesh) in tiles.meshes.iter().enumerate() {
+    let rows = all(heights);
+    let height_at = |x: usize, y: usize| rows[y][x];
+    let mut seen = vec![false; heights.across.len() * heights.down.len()];
+    for (block, mesh) in meshes(tiles).iter().enumerate() {
         let (left, top) = (tiles.columns(block)[0], tiles.rows(block)[0]);
         for triangle in &mesh.triangles {
             let spots = triangle.map(|at| mesh.spots[usize::from(at)]);
             let samples = spots.map(|[x, y]| (left + usize::from(x), top + usize::from(y)));
             let p = samples
-                .map(|(x, y)| [f64::from(heights.across[x]), f64::from(heights.down[y]), f64::from(heights.at(x, y))]);
+                .map(|(x, y)| [f64::from(heights.across[x]), f64::from(heights.down[y]), f64::from(height_at(x, y))]);
             let turn =
                 |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
             let flat = p.map(|[x, y, _]| [x, y]);
@@ -101,7 +116,7 @@ fn distance(heights: &Heights, tiles: &Tiles) -> f64 {
                     let shares = [turn(flat[1], flat[2], at), turn(flat[2], flat[0], at), turn(flat[0], flat[1], at)];
                     if shares.iter().all(|share| *share >= 0.0) {
                         let z: f64 = (0..3).map(|k| shares[k] * p[k][2]).sum::<f64>() / area;
-                        most = most.max((z - f64::from(heights.at(x, y))).abs());
+                        most = most.max((z - f64::from(height_at(x, y))).abs());
                         seen[y * heights.across.len() + x] = true;
                     }
                 }
@@ -120,7 +135,7 @@ fn distance(heights: &Heights, tiles: &Tiles) -> f64 {
                         let n = others.partition_point(|place| f64::from(*place) <= other).clamp(1, others.len() - 1);
                         let part = (other - f64::from(others[n - 1])) / f64::from(others[n] - others[n - 1]);
                         let height =
-                            |n: usize| f64::from(if axis == 0 { heights.at(line, n) } else { heights.at(n, line) });
+                            |n: usize| f64::from(if axis == 0 { height_at(line, n) } else { height_at(n, line) });
                         most = most.max((z - height(n - 1) - part * (height(n) - height(n - 1))).abs());
                     }
                 }
@@ -131,20 +146,25 @@ fn distance(heights: &Heights, tiles: &Tiles) -> f64 {
     most
 }
 
+fn memory() -> Box<dyn Store> {
+    Box::new(Vec::new())
+}
+
 fn go() -> bool {
     false
 }
 
-fn tiles(heights: &Heights, tolerance: Tolerance, even: bool) -> Tiles {
+fn tiles(heights: &Heights<'_>, tolerance: Tolerance, even: bool) -> Tiles {
     if even {
-        return Even::new(heights, tolerance, &go).unwrap().mesh(heights, tolerance);
+        let even = Even::new(heights, tolerance, &memory, &go).unwrap();
+        return even.mesh(heights, tolerance, memory(), &go).unwrap();
     }
-    fewest(heights, tolerance, &go).unwrap()
+    fewest(heights, tolerance, memory(), &go).unwrap()
 }
 
-fn plate(heights: &Heights, tiles: &Tiles, repeats: [usize; 2]) -> (Memory, Figures) {
+fn plate(heights: &Heights<'_>, tiles: &Tiles, repeats: [usize; 2]) -> (Memory, Figures) {
     let mut memory = Memory::default();
-    let figures = Plate { heights, tiles, thickness: 3.0, repeats }.build(&mut memory).unwrap();
+    let figures = Plate { heights, tiles, thickness: 3.0, repeats, steepest: 45.0 }.build(&mut memory).unwrap();
     (memory, figures)
 }
 
@@ -155,7 +175,7 @@ fn plates_are_closed_and_within_the_error_at_samples_and_crossings() {
     for [width, height] in SIZES {
         for repeats in [[false; 2], [true; 2], [true, false]] {
             let values = rough(width, height, 3);
-            let heights = Heights::of_canvas(&values, [width, height], [0.03, 0.05], repeats);
+            let heights = Heights::of_canvas(&values, [width, height], [0.03, 0.05], repeats).unwrap();
             for (error, even) in [(0.2, false), (0.02, false), (0.005, false), (0.2, true), (0.02, true), (0.005, true)]
             {
                 let tiles = tiles(&heights, Tolerance::flat(error), even);
@@ -175,7 +195,9 @@ fn plates_are_closed_and_within_the_error_at_samples_and_crossings() {
 #[test]
 fn volume_is_that_of_the_bilinear_field() {
     let values = rough(70, 50, 5);
-    let heights = Heights::of_canvas(&values, [70, 50], [0.1, 0.1], [true; 2]);
+    let heights = Heights::of_canvas(&values, [70, 50], [0.1, 0.1], [true; 2]).unwrap();
+    let rows = all(&heights);
+    let height_at = |x: usize, y: usize| rows[y][x];
     let mut volume = 0.0;
     for y in 0..51 {
         for x in 0..71 {
@@ -183,7 +205,7 @@ fn volume_is_that_of_the_bilinear_field() {
             let mean = 0.25
                 * [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)]
                     .iter()
-                    .map(|(x, y)| f64::from(heights.at(*x, *y)))
+                    .map(|(x, y)| f64::from(height_at(*x, *y)))
                     .sum::<f64>();
             volume += (right - left) * (bottom - top) * (3.0 + mean);
         }
@@ -197,7 +219,7 @@ fn volume_is_that_of_the_bilinear_field() {
 #[test]
 fn tiles_meet_bit_for_bit() {
     let values = rough(90, 70, 9);
-    let heights = Heights::of_canvas(&values, [90, 70], [0.04, 0.04], [true; 2]);
+    let heights = Heights::of_canvas(&values, [90, 70], [0.04, 0.04], [true; 2]).unwrap();
     for even in [false, true] {
         let tiles = tiles(&heights, Tolerance::flat(0.01), even);
         let (single, one) = plate(&heights, &tiles, [1, 1]);
@@ -214,20 +236,80 @@ fn tiles_meet_bit_for_bit() {
 }
 
 #[test]
+fn the_last_of_many_tiles_is_within_the_error_after_rounding() {
+    let values = rough(40, 30, 13);
+    let heights = Heights::of_canvas(&values, [40, 30], [0.2, 0.2], [true; 2]).unwrap();
+    let (error, count) = (5e-4, 120);
+    let tolerance = Tolerance::flat(error).rounded(&heights, 3.3, [960.0, 6.0]);
+    assert!(tolerance.rounding() > 0.05 * error, "{}", tolerance.rounding());
+    let rows = all(&heights);
+    for even in [false, true] {
+        let tiles = tiles(&heights, tolerance, even);
+        assert!(tiles.error() <= error);
+        let memory = plate(&heights, &tiles, [count, 1]).0;
+        let mut seen = 0;
+        for triangle in &memory.triangles {
+            let p = triangle.map(|at| memory.vertices[at as usize].map(f64::from));
+            let turn =
+                |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            let flat = p.map(|[x, y, _]| [x, y]);
+            let area = turn(flat[0], flat[1], flat[2]);
+            // Facets of the relief in the last tile.
+            if area <= 0.0 || p.iter().any(|at| at[2] <= 0.0 || at[0] < 8.0 * (count - 1) as f64 - 1e-3) {
+                continue;
+            }
+            for (y, row) in rows.iter().enumerate() {
+                for (x, height) in row.iter().enumerate() {
+                    let [left, top] = heights.place(x, y);
+                    let at = [8.0 * (count - 1) as f64 + left, 6.0 - top];
+                    let shares = [turn(flat[1], flat[2], at), turn(flat[2], flat[0], at), turn(flat[0], flat[1], at)];
+                    if shares.iter().all(|share| *share >= 0.0) {
+                        seen += 1;
+                        let z = (0..3).map(|k| shares[k] * p[k][2]).sum::<f64>() / area;
+                        let off = (z - 3.0 - f64::from(*height)).abs();
+                        assert!(off <= error, "{off} at {at:?}, even {even}");
+                    }
+                }
+            }
+        }
+        assert!(seen > 40 * 30, "{seen}");
+    }
+}
+
+#[test]
 fn plates_look_like_the_picture_from_above() {
     let mut values = vec![0.0; 8 * 4];
     values[7] = 1.0;
-    let heights = Heights::of_canvas(&values, [8, 4], [1.0; 2], [false; 2]);
+    let heights = Heights::of_canvas(&values, [8, 4], [1.0; 2], [false; 2]).unwrap();
     let (memory, figures) = plate(&heights, &tiles(&heights, Tolerance::flat(0.01), false), [1, 1]);
     assert!(memory.vertices.contains(&[7.5, 3.5, 4.0]), "the first row of the picture lies at the greatest y");
     assert_eq!(figures.bounds, [[0.0; 3], [8.0, 4.0, 4.0]]);
     assert!(figures.steepest.0 > 44.0, "{figures:?}");
 }
 
+#[test]
+fn the_share_over_the_limit_is_that_of_steep_facets() {
+    // A ridge of 60°, a quarter of the canvas wide, on a flat ground.
+    let slope = 3.0_f32.sqrt();
+    let line = |x: usize| if (8..16).contains(&x) { slope * (4.0 - (x as f32 - 11.5).abs()).min(3.5) } else { 0.0 };
+    let values: Vec<f32> = (0..8 * 32).map(|n| line(n % 32)).collect();
+    let heights = Heights::of_canvas(&values, [32, 8], [1.0; 2], [false; 2]).unwrap();
+    let tiles = tiles(&heights, Tolerance::flat(1e-4), false);
+    let share = |steepest: f64| {
+        let plate = Plate { heights: &heights, tiles: &tiles, thickness: 3.0, repeats: [1, 1], steepest };
+        plate.build(&mut Memory::default()).unwrap().over_limit
+    };
+    // Six steps of 60°, two of half of that slope, and one flat step on top.
+    assert!((share(59.0) - 12.0 / (12.0 + 23.0 + 1.0 + 2.0 * 1.75_f64.sqrt())).abs() < 0.01, "{}", share(59.0));
+    assert_eq!(share(61.0), 0.0);
+}
+
 /// The largest distance of a roll's triangles from the field, at samples, along the radius.
-fn radial(heights: &Heights, tiles: &Tiles, columns: usize, radius: f64) -> f64 {
+fn radial(heights: &Heights<'_>, tiles: &Tiles, columns: usize, radius: f64) -> f64 {
+    let rows = all(heights);
+    let height_at = |x: usize, y: usize| rows[y][x];
     let mut most = 0.0_f64;
-    for (block, mesh) in tiles.meshes.iter().enumerate() {
+    for (block, mesh) in meshes(tiles).iter().enumerate() {
         let (left, top) = (tiles.columns(block)[0], tiles.rows(block)[0]);
         for triangle in &mesh.triangles {
             let samples = triangle
@@ -235,7 +317,7 @@ fn radial(heights: &Heights, tiles: &Tiles, columns: usize, radius: f64) -> f64 
                 .map(|[x, y]| (left + usize::from(x), top + usize::from(y)));
             let angle = |x: f64| x * std::f64::consts::TAU / columns as f64;
             let p = samples.map(|(x, y)| {
-                let r = radius + f64::from(heights.at(x, y));
+                let r = radius + f64::from(height_at(x, y));
                 [r * angle(x as f64).cos(), r * angle(x as f64).sin(), heights.place(x, y)[1]]
             });
             let (u, v) = ([0, 1, 2].map(|k| p[1][k] - p[0][k]), [0, 1, 2].map(|k| p[2][k] - p[0][k]));
@@ -251,7 +333,7 @@ fn radial(heights: &Heights, tiles: &Tiles, columns: usize, radius: f64) -> f64 
                     if (0..3).all(|k| turn(flat[k], flat[(k + 1) % 3], at) >= 0.0) {
                         let z = heights.place(x, y)[1];
                         let r = (d - n[2] * z) / (n[0] * angle(at[0]).cos() + n[1] * angle(at[0]).sin());
-                        most = most.max((r - radius - f64::from(heights.at(x, y))).abs());
+                        most = most.max((r - radius - f64::from(height_at(x, y))).abs());
                     }
                 }
             }
@@ -264,14 +346,14 @@ fn radial(heights: &Heights, tiles: &Tiles, columns: usize, radius: f64) -> f64 
 fn rolls_are_closed_and_within_the_error() {
     let values = rough(150, 40, 11);
     for (around, bore, tiled) in [(1, 0.0, true), (2, 0.0, false), (3, 2.0, true), (2, 0.8, false)] {
-        let heights = Heights::round(&values, [150, 40], [0.1, 0.1], tiled, 2);
+        let heights = Heights::round(&values, [150, 40], [0.1, 0.1], tiled, 2).unwrap();
         let columns = 300 * around;
         let radius = around as f64 * 15.0 / std::f64::consts::TAU;
         let repeats = [around, if tiled { 2 } else { 1 }];
         for even in [false, true] {
             let tolerance = Tolerance::round(0.02, radius, columns);
             let tiles = tiles(&heights, tolerance, even);
-            let roll = Roll { heights: &heights, tiles: &tiles, repeats, bore, error: 0.02 };
+            let roll = Roll { heights: &heights, tiles: &tiles, repeats, bore, error: 0.02, steepest: 90.0 };
             assert!((roll.radius() - radius).abs() < 1e-9);
             let mut memory = Memory::default();
             let figures = roll.build(&mut memory).unwrap();
@@ -297,7 +379,7 @@ fn rolls_are_closed_and_within_the_error() {
 #[test]
 fn gives_the_same_bodies_for_any_number_of_threads() {
     let values = rough(200, 150, 21);
-    let heights = Heights::of_canvas(&values, [200, 150], [0.05; 2], [true; 2]);
+    let heights = Heights::of_canvas(&values, [200, 150], [0.05; 2], [true; 2]).unwrap();
     let mut all = BTreeMap::new();
     for threads in [1, 2, 5] {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -310,8 +392,37 @@ fn gives_the_same_bodies_for_any_number_of_threads() {
 }
 
 #[test]
+fn gives_the_same_bodies_for_any_number_of_rows_at_once() {
+    let values = rough(150, 270, 33);
+    let flat = || Heights::of_canvas(&values, [150, 270], [0.05; 2], [true; 2]).unwrap();
+    let round = || Heights::round(&values, [150, 270], [0.05; 2], true, 2).unwrap();
+    for even in [false, true] {
+        let whole = flat();
+        let known = plate(&whole, &tiles(&whole, Tolerance::flat(0.01), even), [1, 2]).0;
+        let roll = |heights: &Heights<'_>| {
+            let tolerance = Tolerance::round(0.02, 300.0 * 0.05 / std::f64::consts::TAU, 600);
+            let tiles = tiles(heights, tolerance, even);
+            let mut memory = Memory::default();
+            Roll { heights, tiles: &tiles, repeats: [2, 1], bore: 0.0, error: 0.02, steepest: 90.0 }
+                .build(&mut memory)
+                .unwrap();
+            memory
+        };
+        let rolled = roll(&round());
+        for held in [1, 152 * 70, 152 * 140] {
+            let parts = flat().holding(held);
+            assert_eq!((parts.extent(), parts.steepest()), (whole.extent(), whole.steepest()));
+            assert!(known == plate(&parts, &tiles(&parts, Tolerance::flat(0.01), even), [1, 2]).0, "{held}, {even}");
+            assert!(rolled == roll(&round().holding(held)), "{held}, {even}");
+        }
+    }
+}
+
+#[test]
 fn stops_when_told() {
-    let heights = Heights::of_canvas(&rough(9, 9, 1), [9, 9], [1.0; 2], [false; 2]);
-    assert!(fewest(&heights, Tolerance::flat(0.1), &|| true).is_none());
-    assert!(Even::new(&heights, Tolerance::flat(0.1), &|| true).is_none());
+    let values = rough(9, 9, 1);
+    let heights = Heights::of_canvas(&values, [9, 9], [1.0; 2], [false; 2]).unwrap();
+    let stopped = |made: io::Result<()>| made.is_err_and(|error| error.kind() == io::ErrorKind::Interrupted);
+    assert!(stopped(fewest(&heights, Tolerance::flat(0.1), memory(), &|| true).map(drop)));
+    assert!(stopped(Even::new(&heights, Tolerance::flat(0.1), &memory, &|| true).map(drop)));
 }

@@ -1,16 +1,18 @@
 //! The triangles of a height field in blocks, and the sides that blocks share.
 use super::patch::Spot;
 use super::sides::Side;
+use super::store::{self, Place, Store};
+use std::io;
 
 /// The triangles of a block.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Mesh {
     /// The samples that are vertices.
     pub(super) spots: Vec<Spot>,
+    /// The heights of these samples.
+    pub(super) heights: Vec<f32>,
     /// Numbers of vertices, in the order in which x turns to y: clockwise in the picture.
     pub(super) triangles: Vec<[u16; 3]>,
-    /// The largest distance to the field in mm.
-    pub(super) error: f64,
     /// Number of intervals between samples in each direction.
     pub(super) size: [u8; 2],
 }
@@ -37,22 +39,72 @@ impl Mesh {
     }
 }
 
+/// The vertices between the ends of each side of a block: four counts, and the lists one after another.
+#[derive(Clone, Debug, Default)]
+pub(super) struct OnSides(Box<[u8]>);
+
+impl OnSides {
+    fn of(mesh: &Mesh) -> Self {
+        let sides = mesh.on_sides();
+        let counts = sides.iter().map(|side| u8::try_from(side.len()).unwrap_or(u8::MAX));
+        Self(counts.chain(sides.iter().flatten().copied()).collect())
+    }
+
+    /// The vertices of the sides: top, bottom, left, right.
+    pub(super) fn sides(&self) -> [&[u8]; 4] {
+        let mut from = 4;
+        [0, 1, 2, 3].map(|side| {
+            let count = usize::from(self.0.get(side).copied().unwrap_or(0));
+            from += count;
+            self.0.get(from - count..from).unwrap_or_default()
+        })
+    }
+}
+
 /// The triangles of a height field.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Tiles {
     /// The columns and the rows at which blocks meet, ends included.
     pub(super) columns: Vec<usize>,
     pub(super) rows: Vec<usize>,
     repeats: [bool; 2],
     /// The blocks, row by row.
-    pub(super) meshes: Vec<Mesh>,
+    places: Vec<Place>,
+    /// The largest distance of each block to the field, in mm.
+    errors: Vec<f64>,
+    sides: Vec<OnSides>,
+    store: Box<dyn Store>,
+    bytes: Vec<u8>,
 }
 
 impl Tiles {
     /// Blocks without triangles.
-    pub(super) fn new(columns: Vec<usize>, rows: Vec<usize>, repeats: [bool; 2]) -> Self {
+    pub(super) fn new(columns: Vec<usize>, rows: Vec<usize>, repeats: [bool; 2], store: Box<dyn Store>) -> Self {
         let count = (columns.len() - 1) * (rows.len() - 1);
-        Self { columns, rows, repeats, meshes: vec![Mesh::default(); count] }
+        let (places, errors) = (vec![Place::default(); count], vec![0.0; count]);
+        let (sides, bytes) = (vec![OnSides::default(); count], Vec::new());
+        Self { columns, rows, repeats, places, errors, sides, store, bytes }
+    }
+
+    /// Sets the triangles of a block, and their largest distance to the field in mm.
+    pub(super) fn set(&mut self, block: usize, mesh: &Mesh, error: f64) -> io::Result<()> {
+        self.places[block] = store::add(&mut *self.store, mesh, &mut self.bytes)?;
+        self.sides[block] = OnSides::of(mesh);
+        self.errors[block] = error;
+        Ok(())
+    }
+
+    /// The triangles of a row of blocks.
+    pub(super) fn line(&self, line: usize) -> io::Result<Vec<Mesh>> {
+        let across = self.count()[0];
+        let mut bytes = Vec::new();
+        let places = &self.places[line * across..(line + 1) * across];
+        places.iter().map(|place| store::read(&*self.store, *place, &mut bytes)).collect()
+    }
+
+    /// The vertices on the sides of a block.
+    pub(super) fn on_sides(&self, block: usize) -> [&[u8]; 4] {
+        self.sides[block].sides()
     }
 
     /// Number of blocks in each direction.
@@ -62,17 +114,17 @@ impl Tiles {
 
     /// Number of triangles.
     pub fn triangles(&self) -> u64 {
-        self.meshes.iter().map(|mesh| mesh.triangles.len() as u64).sum()
+        self.places.iter().map(|place| u64::from(place.triangles)).sum()
     }
 
     /// Number of edges on each rim: top, bottom, left, right.
     pub fn rims(&self) -> [u64; 4] {
         let [across, down] = self.count();
         let mut rims = [0; 4];
-        for (block, mesh) in self.meshes.iter().enumerate() {
+        for block in 0..across * down {
             let (x, y) = (block % across, block / across);
             let outer = [y == 0, y + 1 == down, x == 0, x + 1 == across];
-            for (side, spots) in mesh.on_sides().iter().enumerate().filter(|(side, _)| outer[*side]) {
+            for (side, spots) in self.on_sides(block).iter().enumerate().filter(|(side, _)| outer[*side]) {
                 rims[side] += spots.len() as u64 + 1;
             }
         }
@@ -81,7 +133,7 @@ impl Tiles {
 
     /// The largest distance to the field in mm.
     pub fn error(&self) -> f64 {
-        self.meshes.iter().map(|mesh| mesh.error).fold(0.0, f64::max)
+        self.errors.iter().copied().fold(0.0, f64::max)
     }
 
     /// The first and the last column of a block.

@@ -1,12 +1,14 @@
 //! Files that are made of a height once all of its rows are known: films, greys for a laser, level lines.
 //!
-//! The height is held in memory, 4 bytes a sample.
+//! The height is held in memory, 4 bytes a sample. For bodies, large heights lie in a temporary file.
 use super::bundle::ExportContext;
 use super::set;
+use super::spool::Spool;
 use crate::value::Field;
 use crate::value::diagnostics::{Code, Problem};
 use crate::{AtomicFile, Compression, WriteError, WriteStats};
-use glam::{DVec2, UVec2, Vec2Swizzles};
+use glam::{DVec2, UVec2};
+use shibo_kernel::body::Rows;
 use std::fmt;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -28,6 +30,11 @@ pub(super) type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 pub(super) trait Maker: fmt::Debug + Send + Sync {
     /// The names of the files.
     fn names(&self) -> Vec<String>;
+
+    /// True if the heights are to be kept in [`HeightMap::spool`], which takes little memory.
+    fn spools(&self) -> bool {
+        false
+    }
 
     /// The complete files, without their names. Long work ends soon after `stop` returns true.
     ///
@@ -79,6 +86,8 @@ pub(super) struct HeightMap {
     pub wraps: [bool; 2],
     /// Heights in mm, row by row.
     pub values: Vec<f32>,
+    /// The heights instead of `values`, for makers that want them so.
+    pub spool: Option<Spool>,
     pub compression: Compression,
     /// Metadata for headers.
     pub metadata: Vec<(String, String)>,
@@ -90,17 +99,9 @@ impl HeightMap {
         &self.values[y as usize * self.size.x as usize..][..self.size.x as usize]
     }
 
-    /// The map turned by 90°, with these values.
-    pub(super) fn turned(&self, values: Vec<f32>) -> Self {
-        Self {
-            size: self.size.yx(),
-            pixel: self.pixel.yx(),
-            size_mm: self.size_mm.yx(),
-            wraps: [self.wraps[1], self.wraps[0]],
-            values,
-            metadata: self.metadata.clone(),
-            ..*self
-        }
+    /// The heights, wherever they are kept.
+    pub(super) fn rows(&self) -> &dyn Rows {
+        self.spool.as_ref().map_or(&self.values, |spool| spool)
     }
 
     /// The least and the greatest height.
@@ -164,12 +165,16 @@ impl HeightsWriter {
     /// Starts files of a height of `size` samples in `folder`.
     pub(super) fn new(heights: &Heights, folder: &Path, size: UVec2, compression: Compression) -> Self {
         let place = heights.place.clone();
+        let main = heights.maker.names().into_iter().next().unwrap_or_default();
+        let spool = heights.maker.spools().then(|| Spool::new(&folder.join(main)));
+        let held = if spool.is_some() { 0 } else { size.x as usize * size.y as usize };
         let map = HeightMap {
             size,
             pixel: place.size_mm / size.as_dvec2(),
             size_mm: place.size_mm,
             wraps: place.wraps,
-            values: Vec::with_capacity(size.x as usize * size.y as usize),
+            values: Vec::with_capacity(held),
+            spool,
             compression,
             metadata: place.metadata,
         };
@@ -177,13 +182,23 @@ impl HeightsWriter {
     }
 
     /// Adds rows.
-    pub(super) fn add(&mut self, planes: &[&[f32]]) {
-        self.map.values.extend_from_slice(planes.first().copied().unwrap_or_default());
+    ///
+    /// # Errors
+    /// The heights lie in a temporary file, and the system refuses.
+    pub(super) fn add(&mut self, planes: &[&[f32]]) -> Result<(), WriteError> {
+        let heights = planes.first().copied().unwrap_or_default();
+        let Some(spool) = &mut self.map.spool else {
+            self.map.values.extend_from_slice(heights);
+            return Ok(());
+        };
+        let added = spool.add_heights(heights);
+        added.map_err(|error| WriteError::at(&self.folder, error))
     }
 
     /// Makes the files, without their names.
     pub(super) fn complete(&mut self, stop: Stop<'_>) -> Result<(), WriteError> {
-        let (size, found) = (self.map.size, self.map.values.len());
+        let found = self.map.spool.as_ref().map_or(self.map.values.len(), Spool::heights);
+        let size = self.map.size;
         if found != size.x as usize * size.y as usize {
             let end = u32::try_from(found / size.x.max(1) as usize).unwrap_or(u32::MAX);
             return Err(WriteError::Rows { first: 0, end, height: size.y });
@@ -197,7 +212,7 @@ impl HeightsWriter {
                 Part::Advice(advice) => self.told.advice.push(advice),
             }
         }
-        self.map.values = Vec::new();
+        (self.map.values, self.map.spool) = (Vec::new(), None);
         self.made = Some((files, documents));
         Ok(())
     }
@@ -230,6 +245,7 @@ pub(super) mod tests {
             size_mm: size.as_dvec2(),
             wraps: [false; 2],
             values: values.to_vec(),
+            spool: None,
             compression: Compression::Fast,
             metadata: Vec::new(),
         }

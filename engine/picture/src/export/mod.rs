@@ -25,6 +25,7 @@ mod roll;
 mod set;
 mod shape;
 mod solids;
+mod spool;
 mod target;
 mod usd;
 

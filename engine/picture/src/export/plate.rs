@@ -1,5 +1,7 @@
 //! A plate with a relief, for printers and mills.
-use super::body::{Common, ERROR, FORM, FORMAT, Made, OVERFLOW, PATTERN, REPORT, Shape, TRIANGLES, WALL};
+use super::body::{
+    Canvas, Common, ERROR, FORM, FORMAT, Made, OVERFLOW, PATTERN, REPORT, STEEPEST, Shape, TRIANGLES, WALL,
+};
 use super::decl::{FieldDecl, HEIGHT, NumberForm, Numbers, Takes, number};
 use super::heights::{HeightMap, Heights, Maker, Part, Stop, refused};
 use super::target::{ExportTarget, Files, OptionValue, Options, Plan, Source, TargetInfo};
@@ -35,6 +37,7 @@ impl ExportTarget for Plate {
                     PATTERN,
                     FORM,
                     WALL,
+                    STEEPEST,
                     FORMAT,
                     REPORT,
                 ],
@@ -81,6 +84,10 @@ impl Maker for PlateMaker {
         self.common.names()
     }
 
+    fn spools(&self) -> bool {
+        true
+    }
+
     fn make(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
         self.common.make(self, map, folder, stop)
     }
@@ -91,67 +98,32 @@ impl Shape for PlateMaker {
         "Plate"
     }
 
-    fn samples(&self, map: &HeightMap, values: &[f32], common: &Common) -> Result<Made, WriteError> {
+    fn samples<'a>(&self, canvas: &Canvas<'a>, common: &Common) -> Result<Made<'a>, WriteError> {
         for (axis, side) in ["left to right", "top to bottom"].into_iter().enumerate() {
-            if self.tiles[axis] > 1 && !map.wraps[axis] {
+            if self.tiles[axis] > 1 && !canvas.wraps[axis] {
                 let message = format!("the height does not tile from {side}, and `tiles` repeats it there");
                 let help = "make it on a canvas that tiles, with nodes that keep it so, or leave `tiles` out";
                 return Err(refused(Code::DoesNotTile, message, help));
             }
         }
-        let size = map.size.as_usizevec2().to_array();
-        let heights = body::Heights::of_canvas(values, size, map.pixel.to_array(), map.wraps);
+        let heights = body::Heights::of_canvas(canvas.rows, canvas.size, canvas.pixel, canvas.wraps);
+        let heights = heights.map_err(|error| canvas.unread(error))?;
         let (_, greatest, _) = heights.extent();
         let [width, height] = heights.size_mm();
-        let across = (self.tiles[0] as f64 * width).max(self.tiles[1] as f64 * height);
-        let rounding = rounding(self.thickness + f64::from(greatest).abs(), across, heights.steepest());
-        let (mould, canvas) = (common.mould, width);
-        let on_picture = move |[x, y]: [f64; 2]| DVec2::new(if mould { canvas - x } else { x }, y);
-        Ok(Made {
-            heights,
-            tolerance: Tolerance::flat(self.common.error),
-            rounding,
-            wall: self.thickness,
-            radius: None,
-            on_picture: Box::new(on_picture),
-        })
+        let across = [self.tiles[0] as f64 * width, self.tiles[1] as f64 * height];
+        let up = self.thickness + f64::from(greatest).abs();
+        let tolerance = Tolerance::flat(common.error).rounded(&heights, up, across);
+        let mould = common.mould;
+        let on_picture = move |[x, y]: [f64; 2]| DVec2::new(if mould { width - x } else { x }, y);
+        Ok(Made { heights, tolerance, wall: self.thickness, radius: None, on_picture: Box::new(on_picture) })
     }
 
-    fn triangles(&self, _: &Made, tiles: &Tiles) -> u64 {
+    fn triangles(&self, _: &Made<'_>, tiles: &Tiles) -> u64 {
         body::Plate::triangles(tiles, self.tiles)
     }
 
-    fn build(&self, made: &Made, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures> {
-        let plate = body::Plate { heights: &made.heights, tiles, thickness: self.thickness, repeats: self.tiles };
-        plate.build(receiver)
-    }
-}
-
-/// The distance that rounding to `f32` may add: half a step of the number for a height of up to `up` mm, and half a step
-/// of the number for a place of up to `across` mm, on facets up to twice as steep as the steps between samples.
-pub(super) fn rounding(up: f64, across: f64, steepest: f64) -> f64 {
-    let half_step = |value: f64| {
-        // Numbers below 2^k are multiples of 2^(k - 24).
-        let mut power = 1.0_f64;
-        while power <= value {
-            power *= 2.0;
-        }
-        while power > 2.0 * value.max(1e-6) {
-            power *= 0.5;
-        }
-        0.5 * power / 16_777_216.0
-    };
-    half_step(up) + 2.0 * steepest * half_step(across)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn rounding_is_half_a_step_of_the_numbers() {
-        // Numbers from 2 to 4 are 2^-22 apart, those from 32 to 64 2^-18.
-        assert_eq!(rounding(3.0, 60.0, 0.0), 0.5 / 4_194_304.0);
-        assert_eq!(rounding(3.0, 60.0, 1.0), 0.5 / 4_194_304.0 + 1.0 / 262_144.0);
+    fn build(&self, made: &Made<'_>, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures> {
+        let (thickness, repeats, steepest) = (self.thickness, self.tiles, self.common.steepest);
+        body::Plate { heights: &made.heights, tiles, thickness, repeats, steepest }.build(receiver)
     }
 }

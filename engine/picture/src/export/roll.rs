@@ -1,8 +1,9 @@
 //! A roll with a relief, for embossing.
-use super::body::{Common, ERROR, FORM, FORMAT, Made, OVERFLOW, PATTERN, REPORT, Shape, TRIANGLES, WALL};
+use super::body::{
+    Canvas, Common, ERROR, FORM, FORMAT, Made, OVERFLOW, PATTERN, REPORT, STEEPEST, Shape, TRIANGLES, WALL,
+};
 use super::decl::{FieldDecl, HEIGHT, Takes, count, names, number};
 use super::heights::{HeightMap, Heights, Maker, Part, Stop, refused, told};
-use super::plate::rounding;
 use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
 use crate::WriteError;
 use crate::value::diagnostics::{Code, Problem};
@@ -46,6 +47,7 @@ impl ExportTarget for Roll {
                     PATTERN,
                     FORM,
                     WALL,
+                    STEEPEST,
                     FORMAT,
                     REPORT,
                 ],
@@ -93,20 +95,13 @@ impl Maker for RollMaker {
         self.common.names()
     }
 
+    fn spools(&self) -> bool {
+        true
+    }
+
     fn make(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
-        if self.turned {
-            let turned = turned(map);
-            return self.common.make(self, &turned, folder, stop);
-        }
         self.common.make(self, map, folder, stop)
     }
-}
-
-/// A map turned to the left by 90°.
-fn turned(map: &HeightMap) -> HeightMap {
-    let (width, height) = (map.size.x as usize, map.size.y as usize);
-    let row = |y: usize| (0..height).map(move |x| map.values[x * width + width - 1 - y]);
-    map.turned((0..width).flat_map(row).collect())
 }
 
 impl RollMaker {
@@ -130,26 +125,33 @@ impl Shape for RollMaker {
         "Roll"
     }
 
-    fn samples(&self, map: &HeightMap, values: &[f32], common: &Common) -> Result<Made, WriteError> {
+    fn is_turned(&self) -> bool {
+        self.turned
+    }
+
+    fn samples<'a>(&self, canvas: &Canvas<'a>, common: &Common) -> Result<Made<'a>, WriteError> {
         let [around, along] = self.repeats;
         let directions = if self.turned { ["Y", "X"] } else { ["X", "Y"] };
         for (axis, direction) in directions.into_iter().enumerate() {
-            if (axis == 0 || along > 1) && !map.wraps[axis] {
+            if (axis == 0 || along > 1) && !canvas.wraps[axis] {
                 let how = if axis == 0 { "round" } else { "along" };
                 let message = format!("the height does not tile in {direction}, which goes {how} the roll");
                 let help = "make it on a canvas that tiles, with nodes that keep it so";
                 return Err(refused(Code::DoesNotTile, message, help));
             }
         }
-        let size = map.size.as_usizevec2().to_array();
-        let pixel = map.pixel.to_array();
-        let radius = around as f64 * map.size_mm.x / TAU;
+        let (size, pixel, [width, height]) = (canvas.size, canvas.pixel, canvas.size_mm);
+        let radius = around as f64 * width / TAU;
         if self.bore >= 2.0 * radius {
             let message =
                 format!("the bore of {} mm is no smaller than the roll, {} mm", told(self.bore), told(2.0 * radius));
             return Err(refused(Code::BadValue, message, "make the bore smaller, or put more repeats `around`"));
         }
-        let plain = body::Heights::round(values, size, pixel, map.wraps[1], 1);
+        let round = |finer: usize| {
+            let heights = body::Heights::round(canvas.rows, size, pixel, canvas.wraps[1], finer);
+            heights.map_err(|error| canvas.unread(error))
+        };
+        let plain = round(1)?;
         let (least, greatest, _) = plain.extent();
         let (least, greatest) = (f64::from(least), f64::from(greatest));
         if radius + least <= 0.0 {
@@ -158,11 +160,11 @@ impl Shape for RollMaker {
             return Err(refused(Code::BadValue, message, "put more repeats `around`, or reduce the height"));
         }
         let finer = self.finer((around * size[0]) as f64, radius, (least, greatest), plain.steepest())?;
-        let heights = if finer == 1 { plain } else { body::Heights::round(values, size, pixel, map.wraps[1], finer) };
+        let heights = if finer == 1 { plain } else { round(finer)? };
         let columns = around * size[0] * finer;
-        let up = radius + greatest;
-        let rounding = rounding(up, up.max(along as f64 * map.size_mm.y), 0.5 + heights.steepest());
-        let (mould, is_turned, [width, height]) = (common.mould, self.turned, map.size_mm.to_array());
+        let tolerance = Tolerance::round(common.error, radius, columns);
+        let tolerance = tolerance.rounded(&heights, radius + greatest, [0.0, along as f64 * height]);
+        let (mould, is_turned) = (common.mould, self.turned);
         let on_picture = move |[x, y]: [f64; 2]| {
             let x = x + 0.5 * pixel[0];
             let x = if mould { width - x } else { x };
@@ -170,25 +172,26 @@ impl Shape for RollMaker {
         };
         Ok(Made {
             heights,
-            tolerance: Tolerance::round(self.common.error, radius, columns),
-            rounding,
+            tolerance,
             wall: radius - 0.5 * self.bore,
             radius: Some(radius),
             on_picture: Box::new(on_picture),
         })
     }
 
-    fn triangles(&self, made: &Made, tiles: &Tiles) -> u64 {
+    fn triangles(&self, made: &Made<'_>, tiles: &Tiles) -> u64 {
         self.roll(made, tiles).triangles()
     }
 
-    fn build(&self, made: &Made, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures> {
+    fn build(&self, made: &Made<'_>, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures> {
         self.roll(made, tiles).build(receiver)
     }
 }
 
 impl RollMaker {
-    fn roll<'a>(&self, made: &'a Made, tiles: &'a Tiles) -> body::Roll<'a> {
-        body::Roll { heights: &made.heights, tiles, repeats: self.repeats, bore: self.bore, error: self.common.error }
+    fn roll<'a>(&self, made: &'a Made<'a>, tiles: &'a Tiles) -> body::Roll<'a> {
+        let (repeats, bore) = (self.repeats, self.bore);
+        let (error, steepest) = (self.common.error, self.common.steepest);
+        body::Roll { heights: &made.heights, tiles, repeats, bore, error, steepest }
     }
 }

@@ -327,6 +327,11 @@ impl Files {
 }
 
 impl Heights {
+    /// True if the whole height is held in memory.
+    pub fn is_held(&self) -> bool {
+        !self.maker.spools()
+    }
+
     /// Files made by `maker` of the height of a source.
     pub(super) fn of(source: &Source<'_>, maker: Arc<dyn Maker>) -> Self {
         let field = source.fields.first().map(|(_, field)| field.clone());
@@ -354,10 +359,7 @@ impl FilesWriter {
         match self {
             Self::Glb(writer) => writer.write_rows(planes, rows),
             Self::Bundle(writer) => writer.write_rows(planes, rows),
-            Self::Heights(writer) => {
-                writer.add(planes);
-                Ok(())
-            }
+            Self::Heights(writer) => writer.add(planes),
         }
     }
 

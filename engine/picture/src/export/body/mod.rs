@@ -3,7 +3,7 @@ mod files;
 mod report;
 mod shape;
 
-pub(super) use shape::{Common, Made, Shape};
+pub(super) use shape::{Canvas, Common, Made, Shape};
 
 use super::decl::{FieldDecl, Takes, count, names, number};
 use shibo_kernel::body::Pattern;
@@ -65,6 +65,12 @@ pub(super) const FORM: FieldDecl = FieldDecl::new(
     Takes::Words(|| names(&FORMS)),
 );
 pub(super) const WALL: FieldDecl = number("wall", "The thinnest wall that is allowed, in mm.", [0.0, 100.0], &[0.4]);
+pub(super) const STEEPEST: FieldDecl = number(
+    "steepest",
+    "The steepest slope that is allowed, in degrees: the report has the share of the area that is steeper.",
+    [0.1, 90.0],
+    &[90.0],
+);
 pub(super) const FORMAT: FieldDecl =
     FieldDecl::new("format", "The format of the file.", Takes::Words(|| names(&Format::ALL)));
 pub(super) const REPORT: FieldDecl =

@@ -66,6 +66,8 @@ pub(super) fn json(common: &Common, figures: &Figures, facts: &Facts, advice: &[
         "height_mm": [facts.height.0, facts.height.1],
         "steepest_deg": figures.steepest.0,
         "steepest_at_mm": figures.steepest.1,
+        "limit_deg": common.steepest,
+        "over_limit_share": figures.over_limit,
         "thinnest_mm": facts.thinnest.0,
         "thinnest_at_mm": facts.thinnest.1,
         "pitch_mm": facts.pitch,

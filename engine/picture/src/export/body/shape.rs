@@ -1,5 +1,6 @@
 //! Makes a body of a height: takes its options, finds triangles within the limits, and writes the files.
-use super::super::heights::{HeightMap, Part, Stop, place, refused, stopped, text_file, told};
+use super::super::heights::{HeightMap, Part, Stop, place, refused, text_file, told};
+use super::super::spool::{Opposite, Spool, Turned};
 use super::super::target::{Options, Source};
 use super::files::Body;
 use super::report::{Facts, grouped, json, line};
@@ -7,8 +8,7 @@ use super::{FORMS, Format, OVER, PATTERNS};
 use crate::WriteError;
 use crate::value::diagnostics::Code;
 use glam::DVec2;
-use shibo_kernel::body::{Figures, Heights, Mesher, Pattern, Receiver, Tiles, Tolerance};
-use std::borrow::Cow;
+use shibo_kernel::body::{Figures, Heights, Mesher, Pattern, Receiver, Rows, Store, Tiles, Tolerance};
 use std::fmt;
 use std::io;
 use std::path::Path;
@@ -23,18 +23,18 @@ pub(in super::super) struct Common {
     pattern: Pattern,
     pub(in super::super) mould: bool,
     wall: f64,
+    /// The slope in degrees that the report measures.
+    pub(in super::super) steepest: f64,
     format: Format,
     report: bool,
 }
 
 /// The numbers of a shape after its heights are known.
-pub(in super::super) struct Made {
+pub(in super::super) struct Made<'a> {
     /// The samples.
-    pub(in super::super) heights: Heights,
-    /// The bend of the field.
+    pub(in super::super) heights: Heights<'a>,
+    /// The bend of the field, and what rounding to the numbers of the file does.
     pub(in super::super) tolerance: Tolerance,
-    /// The part of the error that rounding to the numbers of the file may use.
-    pub(in super::super) rounding: f64,
     /// The wall at height 0, in mm.
     pub(in super::super) wall: f64,
     /// The radius of a roll.
@@ -43,25 +43,53 @@ pub(in super::super) struct Made {
     pub(in super::super) on_picture: Box<dyn Fn([f64; 2]) -> DVec2>,
 }
 
+/// A height as a body takes it: turned, and for a mould opposite and mirrored.
+pub(in super::super) struct Canvas<'a> {
+    /// The heights, row by row.
+    pub(in super::super) rows: &'a dyn Rows,
+    /// Samples across and down.
+    pub(in super::super) size: [usize; 2],
+    /// Size of a sample in mm.
+    pub(in super::super) pixel: [f64; 2],
+    /// The canvas in mm.
+    pub(in super::super) size_mm: [f64; 2],
+    /// Directions in which the height repeats.
+    pub(in super::super) wraps: [bool; 2],
+    /// The path of the main file.
+    path: &'a Path,
+}
+
+impl Canvas<'_> {
+    /// The error of heights that cannot be read.
+    pub(in super::super) fn unread(&self, error: io::Error) -> WriteError {
+        WriteError::at(self.path, error)
+    }
+}
+
 /// A body of a certain shape.
 pub(in super::super) trait Shape: fmt::Debug + Send + Sync {
     /// The kind of output.
     fn kind(&self) -> &'static str;
 
-    /// Takes the samples of a map. `values` are its heights, or those of the mould.
+    /// True if the canvas is turned to the left.
+    fn is_turned(&self) -> bool {
+        false
+    }
+
+    /// Takes the samples of a canvas.
     ///
     /// # Errors
-    /// The height does not suit the shape.
-    fn samples(&self, map: &HeightMap, values: &[f32], common: &Common) -> Result<Made, WriteError>;
+    /// The height does not suit the shape, or cannot be read.
+    fn samples<'a>(&self, canvas: &Canvas<'a>, common: &Common) -> Result<Made<'a>, WriteError>;
 
     /// Number of triangles of the body.
-    fn triangles(&self, made: &Made, tiles: &Tiles) -> u64;
+    fn triangles(&self, made: &Made<'_>, tiles: &Tiles) -> u64;
 
     /// Hands the body out.
     ///
     /// # Errors
     /// Those of the receiver.
-    fn build(&self, made: &Made, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures>;
+    fn build(&self, made: &Made<'_>, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures>;
 }
 
 impl Common {
@@ -75,6 +103,7 @@ impl Common {
             pattern: options.word("pattern", &PATTERNS),
             mould: options.word("form", &FORMS),
             wall: number("wall"),
+            steepest: number("steepest"),
             format: Self::format(options),
             report: options.is("report"),
         }
@@ -94,14 +123,6 @@ impl Common {
         names
     }
 
-    /// The heights of the body, and of the samples row by row: opposite and mirrored for a mould.
-    fn values<'a>(&self, map: &'a HeightMap) -> Cow<'a, [f32]> {
-        if !self.mould {
-            return Cow::Borrowed(&map.values);
-        }
-        (0..map.size.y).flat_map(|y| map.row(y).iter().rev().map(|height| -height)).collect()
-    }
-
     /// Makes the files of a shape.
     ///
     /// # Errors
@@ -113,41 +134,59 @@ impl Common {
         folder: &Path,
         stop: Stop<'_>,
     ) -> Result<Vec<Part>, WriteError> {
-        let made = shape.samples(map, &self.values(map), self)?;
-        let thinnest = self.thinnest(&made)?;
-        if made.rounding > 0.5 * self.error {
-            let message =
-                format!("the file rounds places by up to {:.2e} mm, and `error` is {} mm", made.rounding, self.error);
-            return Err(refused(
-                Code::BadValue,
-                message,
-                format!("write `error: {:.1e}` or more", 2.1 * made.rounding),
-            ));
-        }
         let [name, ..] = &self.names()[..] else { return Ok(Vec::new()) };
         let path = folder.join(name);
+        let turn = shape.is_turned();
+        let axes = |pair: [f64; 2]| if turn { [pair[1], pair[0]] } else { pair };
+        let size = map.size.as_usizevec2().to_array();
+        let turned = Turned { of: map.rows(), size };
+        let (rows, size): (&dyn Rows, _) = if turn { (&turned, [size[1], size[0]]) } else { (map.rows(), size) };
+        let opposite = Opposite { of: rows, width: size[0] };
+        let made = shape.samples(
+            &Canvas {
+                rows: if self.mould { &opposite } else { rows },
+                size,
+                pixel: axes(map.pixel.to_array()),
+                size_mm: axes(map.size_mm.to_array()),
+                wraps: if turn { [map.wraps[1], map.wraps[0]] } else { map.wraps },
+                path: &path,
+            },
+            self,
+        )?;
+        let thinnest = self.thinnest(&made)?;
+        let rounding = made.tolerance.rounding();
+        if rounding > 0.5 * self.error {
+            let message =
+                format!("the file rounds places by up to {:.2e} mm, and `error` is {} mm", rounding, self.error);
+            return Err(refused(Code::BadValue, message, format!("write `error: {:.1e}` or more", 2.1 * rounding)));
+        }
         let failed = |error| WriteError::at(&path, error);
-        let stopped = || stopped(&path);
-        let mesher = Mesher::new(&made.heights, self.pattern, made.tolerance, stop).ok_or_else(stopped)?;
-        let within = |error: f64| (error - made.rounding).max(0.5 * error);
-        let mut tiles = mesher.within(within(self.error)).ok_or_else(stopped)?;
+        let stores = || -> Box<dyn Store> { Box::new(Spool::new(&path)) };
+        let mesher = Mesher::new(&made.heights, self.pattern, made.tolerance, &stores, stop).map_err(failed)?;
+        let mut tiles = mesher.within(self.error).map_err(failed)?;
         let mut advice = advice(&made, map, self.error);
         let needed = shape.triangles(&made, &tiles);
         if needed as f64 > self.triangles {
             let fits = |tiles: &Tiles| shape.triangles(&made, tiles) as f64 <= self.triangles;
-            let found = mesher.fitting(self.error, within, fits);
-            if stop() {
-                return Err(stopped());
-            }
+            let found = mesher.fitting(self.error, fits).map_err(failed)?;
             tiles = self.coarser(needed, found, &mut advice)?;
         }
         let mut body = Body::create(&path, self.format, stop).map_err(failed)?;
         let figures = shape.build(&made, &tiles, &mut body).map_err(failed)?;
         let file = body.finish(&path).map_err(failed)?;
+        if figures.over_limit > 0.0 && self.steepest < 90.0 {
+            let share = told(100.0 * figures.over_limit);
+            let [x, y, z] = figures.steepest.1.map(told);
+            advice.push(format!(
+                "{share} % of the relief is steeper than {}°; the steepest facet has {}°, at ({x}, {y}, {z}) mm of the body",
+                told(self.steepest),
+                told(figures.steepest.0),
+            ));
+        }
         let (least, greatest, _) = made.heights.extent();
         let facts = Facts {
             kind: shape.kind(),
-            error: tiles.error() + made.rounding,
+            error: tiles.error(),
             height: (least, greatest),
             thinnest,
             pitch: map.pixel.to_array(),
@@ -164,7 +203,7 @@ impl Common {
     }
 
     /// The thinnest wall and its place on the picture.
-    fn thinnest(&self, made: &Made) -> Result<(f64, [f64; 2]), WriteError> {
+    fn thinnest(&self, made: &Made<'_>) -> Result<(f64, [f64; 2]), WriteError> {
         let (least, _, [column, row]) = made.heights.extent();
         let wall = made.wall + f64::from(least);
         let at = (made.on_picture)(made.heights.place(column, row));
@@ -203,7 +242,7 @@ impl Common {
 }
 
 /// Hints about the heights.
-fn advice(made: &Made, map: &HeightMap, error: f64) -> Vec<String> {
+fn advice(made: &Made<'_>, map: &HeightMap, error: f64) -> Vec<String> {
     let (least, greatest, _) = made.heights.extent();
     let range = f64::from(greatest) - f64::from(least);
     let mut advice = Vec::new();

@@ -4,9 +4,11 @@
 //! blocks. [`Plate`] and [`Roll`] close the surface to a body and give its vertices and triangles one by one.
 mod budget;
 mod builder;
+pub mod displace;
 mod even;
 mod fewest;
 mod heights;
+mod model;
 mod patch;
 mod plate;
 mod roll;
@@ -20,6 +22,7 @@ pub use builder::{Figures, Receiver, Vertex};
 pub use even::Even;
 pub use fewest::fewest;
 pub use heights::Heights;
+pub use model::{model, open_edge};
 pub use patch::Tolerance;
 pub use plate::Plate;
 pub use roll::Roll;

@@ -2,7 +2,7 @@
 //!
 //! The height is read once, on a grid in mm that does not depend on the resolution. Triangles are halved at their
 //! longest edges where they are off by more than the error, see
-//! [`kernel::displace`](shibo_kernel::body::displace). Cost: that of the height, and about 4 µs for each triangle of
+//! [`kernel::displace`](shibo_kernel::body::displace). Cost: that of the height, and about 8 µs for each triangle of
 //! the result.
 use glam::{DVec2, DVec3, UVec2};
 use shibo_kernel::body::displace::{

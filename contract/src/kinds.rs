@@ -124,6 +124,7 @@ pub fn needed(kind: &str) -> Option<(&'static str, String)> {
         "LoadMesh" => Some(("path", format!("\"{MESH}\""))),
         "Image" => Some(("path", format!("\"{PICTURE}\""))),
         "Svg" => Some(("path", format!("\"{DRAWING}\""))),
+        "DisplaceMesh" => Some(("pitch", "0.25".into())),
         _ => None,
     }
 }

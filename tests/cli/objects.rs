@@ -1,4 +1,4 @@
-//! Plates and rolls, end to end.
+//! Plates, rolls and meshes with a relief, end to end.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
@@ -157,5 +157,79 @@ fn coarser_bodies_keep_their_budget_and_warn() {
     assert!(said.contains("so the error is 0."), "{said}");
     let triangles = stl(&desk.read("out/p.stl"));
     assert!(triangles.len() <= 400, "{}", triangles.len());
+    volume(&triangles);
+}
+
+/// A graph with a ball of 20 mm that has a relief, and a sheet.
+fn on_mesh(outputs: &str) -> String {
+    format!(
+        "(canvas: (size_mm: 40, resolution: 64, tile: None, seed: 3),
+          nodes: {{ \"ball\": MeshShape(shape: Sphere, size: (20, 20, 20), segments: 32),
+                   \"atlas\": MeshAtlas(mesh: \"ball\"), \"place\": BakePosition(atlas: \"atlas\"),
+                   \"h\": \"= 0.8 * noise(place.r / 3, place.g / 3, place.b / 3)\",
+                   \"carved\": DisplaceMesh(atlas: \"atlas\", height: \"h\", error: 0.03, pitch: 0.1),
+                   \"few\": DisplaceMesh(atlas: \"atlas\", height: \"h\", error: 0.03, pitch: 0.1, triangles: 2000),
+                   \"coarse\": DisplaceMesh(atlas: \"atlas\", height: \"h\", error: 0.03, pitch: 0.1, triangles: 2000,
+                     over: Coarsen),
+                   \"sheet\": MeshShape(shape: Plane, size: (20, 20, 1)) }},
+          outputs: {{ {outputs} }})"
+    )
+}
+
+#[test]
+fn a_mesh_with_a_relief_becomes_a_closed_model() {
+    let desk = Desk::new();
+    desk.write(
+        "a.ron",
+        on_mesh(
+            "\"z\": Model(mesh: \"carved\", report: true), \"y\": Model(mesh: \"carved\", up: Y),
+             \"m\": Model(mesh: \"carved\", format: ThreeMf), \"plain\": Model(mesh: \"atlas\", format: Ply)",
+        ),
+    );
+    let said = desk.shibo("render a.ron -o out").expect(0).stderr;
+    let triangles = stl(&desk.read("out/z.stl"));
+    let volume = volume(&triangles);
+    let ball = |radius: f64| 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    assert!(volume > ball(10.0) && volume < ball(10.8), "{volume}");
+    let report: serde_json::Value = serde_json::from_slice(&desk.read("out/z_report.json")).unwrap();
+    assert_eq!((&report["triangles"], &report["kind"]), (&triangles.len().into(), &"Model".into()));
+    assert!((report["volume_mm3"].as_f64().unwrap() - volume).abs() < 1e-2);
+    let line = said.lines().find(|line| line.contains("z.stl")).unwrap();
+    assert!(line.contains(" triangles, ") && line.ends_with(" mm³, closed"), "{line}");
+    // The same body, turned.
+    let turned = stl(&desk.read("out/y.stl"));
+    assert!(triangles.iter().flatten().zip(turned.iter().flatten()).all(|([x, y, z], at)| *at == [*x, *z, -y]));
+    assert!(desk.read("out/m.3mf").starts_with(b"PK") && desk.read("out/plain.ply").starts_with(b"ply"));
+    // The resolution and the number of threads do not change it.
+    desk.shibo("render a.ron -o again --output z --resolution 32 --threads 1 --no-cache").expect(0);
+    assert_eq!(desk.read("out/z.stl"), desk.read("again/z.stl"));
+    desk.shibo("pin a.ron").expect(0);
+    desk.shibo("verify a.ron").expect(0);
+}
+
+#[test]
+fn models_that_are_open_or_too_large_are_refused() {
+    let refused = |output: &str, parts: &[&str]| {
+        let desk = Desk::new();
+        desk.write("a.ron", on_mesh(&format!("\"p\": {output}")));
+        let told = desk.shibo("render a.ron -o out").expect(1).stderr;
+        for part in parts {
+            assert!(told.contains(part), "{part} is not in\n{told}");
+        }
+        assert!(!desk.path("out/p.stl").exists());
+    };
+    refused("Model(mesh: \"sheet\")", &["open-mesh", "an edge at (", "`open: Keep`", "a.ron:"]);
+    refused(
+        "Model(mesh: \"few\")",
+        &["over-budget", "0.03 mm needs ", "2000 are allowed", "`triangles: ", "`error: 0."],
+    );
+    refused("Model(mesh: \"h\")", &["type-mismatch", "`Model` takes a mesh"]);
+    refused("Model(format: Ply)", &["missing-input", "`Model` has no `mesh`"]);
+    let desk = Desk::new();
+    desk.write("a.ron", on_mesh("\"p\": Model(mesh: \"sheet\", open: Keep), \"q\": Model(mesh: \"coarse\")"));
+    let said = desk.shibo("render a.ron -o out").expect(0).stderr;
+    assert!(said.contains("mm, open") && said.contains("so the error is 0."), "{said}");
+    let triangles = stl(&desk.read("out/q.stl"));
+    assert!(triangles.len() <= 2000);
     volume(&triangles);
 }

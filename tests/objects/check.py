@@ -151,6 +151,11 @@ def main(folder):
     radii("roll", mesh, height, 0.01)
     print(f"roll: {len(mesh.faces)} triangles, {mesh.volume:.3f} mm³")
     sliced(folder / "roll.3mf", report, 2 * WIDTH)
+    for name, file, euler in [("carved_ring", "3mf", 0), ("carved_ball", "stl", 2), ("carved_box", "ply", 2)]:
+        mesh, report = load(folder / f"{name}.{file}"), json.loads((folder / f"{name}_report.json").read_text())
+        closed(name, mesh, report, euler)
+        print(f"{name}: {len(mesh.faces)} triangles, {mesh.volume:.3f} mm³, closed")
+    admesh(folder / "carved_ball.stl")
 
 
 if __name__ == "__main__":

@@ -62,7 +62,7 @@ fn takes(field: &FieldDecl) -> Json {
         Takes::Truth(default) => json!({ "type": "boolean", "default": default }),
         Takes::Words(words) | Takes::Word(words) => json!({ "enum": words() }),
         Takes::Quality => json!({ "type": "number", "minimum": 1, "maximum": 100 }),
-        Takes::Material | Takes::Gray | Takes::Height | Takes::Output => definition("reference"),
+        Takes::Material | Takes::Gray | Takes::Height | Takes::Body | Takes::Output => definition("reference"),
         Takes::Ids => definition("wire"),
         Takes::Mesh => any(vec![json!({ "enum": field.takes.words() }), definition("reference")]),
         Takes::Value => json!({}),
@@ -207,7 +207,8 @@ pub(super) fn export() -> impl Iterator<Item = (String, Json)> {
     words.map(|name| {
         let declared = output(name);
         let needs = |field: &&FieldDecl| {
-            field.name == "from" || matches!(field.takes, Takes::Material | Takes::Height | Takes::Word(_))
+            field.name == "from"
+                || matches!(field.takes, Takes::Material | Takes::Height | Takes::Body | Takes::Word(_))
         };
         let required: Vec<&str> = declared.iter().filter(needs).map(|field| field.name).collect();
         let own = |name: &str| (name == "range").then(|| any(vec![pair(), json!({ "enum": ["Fit"] })]));

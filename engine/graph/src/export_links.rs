@@ -7,7 +7,7 @@ use super::remedy::write_luminance;
 use crate::diagnostics::Code;
 use crate::node::{Arg, MaterialInputs};
 use crate::registry::Internal;
-use crate::value::{Accepts, Atlas, Carried, Channel, Type};
+use crate::value::{Accepts, Atlas, Carried, Channel, Mesh, Type};
 use crate::{Export, ExportMesh};
 use petgraph::graph::NodeIndex;
 use std::borrow::Cow;
@@ -28,6 +28,8 @@ impl Linker<'_> {
         }
         if export.target.target.info().has_height() {
             self.check_height(from, (flat, ty), kind)?;
+        } else if export.target.target.info().has_body() {
+            self.check_body(from, ty, kind)?;
         } else if fields.is_empty() && ty != Type::Material {
             let message = format!("`{kind}` takes a material; `{}` is {ty}", shorten(from.str().trim_matches('"')));
             let help = match ty {
@@ -43,6 +45,17 @@ impl Linker<'_> {
             return Err(());
         }
         Ok(Some(Export { target: export.target.clone(), fields }))
+    }
+
+    /// Checks that an output is a mesh or has one; reports an error.
+    fn check_body(&mut self, from: &SyntaxValue, ty: Type, kind: &str) -> Result<(), ()> {
+        if [Mesh::TYPE, Atlas::TYPE].contains(&ty) {
+            return Ok(());
+        }
+        let message = format!("`{kind}` takes a mesh; `{}` is {ty}", shorten(from.str().trim_matches('"')));
+        let help = "name a node that makes a mesh or an atlas; `DisplaceMesh` gives a height to a mesh";
+        self.report.push(from.error(Code::TypeMismatch, message).help(help));
+        Err(())
     }
 
     /// Checks that an output is a height, or a material that has one; reports an error.

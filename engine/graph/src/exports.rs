@@ -23,7 +23,7 @@ pub(super) fn read(
     for FieldDecl { name, takes, .. } in declared {
         let part = read::get(&fields, name);
         match (takes, part) {
-            (Takes::Material | Takes::Gray | Takes::Height, Some(part)) => {
+            (Takes::Material | Takes::Gray | Takes::Height | Takes::Body, Some(part)) => {
                 let Some(_) = read::text(part, name, report) else { continue };
                 decl.from.get_or_insert_with(|| part.clone());
                 if let Takes::Gray = takes {
@@ -31,7 +31,7 @@ pub(super) fn read(
                 }
             }
             (Takes::Mesh, Some(part)) => decl.mesh = mesh(part, report),
-            (Takes::Material | Takes::Height, None) => {
+            (Takes::Material | Takes::Height | Takes::Body, None) => {
                 missing(word, name, &format!("write `{name}: \"node\"`"), report);
             }
             (Takes::Word(words), None) => {

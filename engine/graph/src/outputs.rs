@@ -35,7 +35,8 @@ impl Linker<'_> {
             if rendered && ty.is_in_space() && decl.export.is_none() {
                 continue;
             }
-            if rendered && ty.renders().is_none() && !ty.is_in_space() {
+            let is_body = decl.export.as_ref().is_some_and(|export| export.target.target.info().has_body());
+            if rendered && ty.renders().is_none() && !ty.is_in_space() && !is_body {
                 let message =
                     format!("an output must be a picture, a material or segments; `{}` is {ty}", shorten(&reference));
                 let help = "connect a node that draws it; its data can be had with `dump`";

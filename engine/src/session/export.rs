@@ -10,7 +10,7 @@ use crate::eval::Event;
 use crate::export::{Chosen, ExportContext, Files, Shape, SimpleShape, Source};
 use crate::graph::{Export, ExportMesh, GraphOutput};
 use crate::picture::Compression;
-use crate::value::{Atlas, Carried, Channel, Field, Material, Tiling, Value};
+use crate::value::{Atlas, Carried, Channel, Field, Material, Mesh, Tiling, Value};
 use glam::UVec2;
 
 impl Render<'_, '_> {
@@ -37,6 +37,8 @@ impl Render<'_, '_> {
             };
             fields.push(("height", height));
         }
+        let mesh = || Mesh::unwrap(value.clone()).or_else(|| Some(Atlas::unwrap(value.clone())?.mesh.clone()));
+        let mesh = if target.info().has_body() { mesh() } else { None };
         let bare = Material::default();
         let material = if let Value::Material(material) = value { material } else { &bare };
         let (material, shape) = self.on_mesh(output, material)?;
@@ -47,7 +49,7 @@ impl Render<'_, '_> {
             wraps: self.wraps(output, fields.first().map(|(_, field)| field)),
             metadata: planned.metadata.clone(),
         };
-        let source = Source { material: &material, shape: &shape, fields, place };
+        let source = Source { material: &material, shape: &shape, mesh, fields, place };
         let files = target.write(&source, options).map_err(|error| Failure::File(error.to_string()))?;
         self.warn_lost(output, target.info().title, &files.lost());
         let fields = files.fields().into_iter().map(|field| (String::new(), field)).collect();

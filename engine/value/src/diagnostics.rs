@@ -80,6 +80,8 @@ codes! {
     TooDeep = "too-deep",
     /// A body that needs more triangles than are allowed.
     OverBudget = "over-budget",
+    /// A mesh that is not closed where a body is wanted.
+    OpenMesh = "open-mesh",
     /// A body with a wall that is too thin.
     ThinWall = "thin-wall",
     /// A field that must repeat and does not.

@@ -90,7 +90,7 @@ impl<'a> Mesher<'a> {
 }
 
 /// An error some steps of 2^¼ above another one, rounded up to three digits.
-fn step_of(error: f64, step: u32) -> f64 {
+pub(super) fn step_of(error: f64, step: u32) -> f64 {
     const ROOTS: [f64; 4] = [1.0, 1.189_207_115_002_721, std::f64::consts::SQRT_2, 1.681_792_830_507_429];
     let octaves = (0..step / 4).fold(1.0, |power, _| 2.0 * power);
     let error = error * octaves * ROOTS[step as usize % 4];

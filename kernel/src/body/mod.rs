@@ -5,9 +5,11 @@
 //! read some rows at a time, and triangles are kept in a [`Store`], so that bodies may be larger than the memory.
 mod budget;
 mod builder;
+pub mod displace;
 mod even;
 mod fewest;
 mod heights;
+mod model;
 mod patch;
 mod plate;
 mod posts;
@@ -23,6 +25,7 @@ pub use builder::{Figures, Receiver, Vertex};
 pub use even::{Even, Stores};
 pub use fewest::fewest;
 pub use heights::{Heights, Rows};
+pub use model::{model, open_edge};
 pub use patch::Tolerance;
 pub use plate::Plate;
 pub use roll::Roll;

@@ -10,6 +10,7 @@ mod bake_thickness;
 mod cast;
 mod connect_mesh_points;
 mod dilate_gutter;
+mod displace_mesh;
 mod draw_mesh_wrinkles;
 mod load_mesh;
 mod mesh_atlas;
@@ -29,6 +30,7 @@ pub use bake_solid::{AlignParts, BakeSolid, CutBy, Footprint};
 pub use bake_thickness::BakeThickness;
 pub use connect_mesh_points::{ConnectMeshPoints, MeshNeighbors};
 pub use dilate_gutter::{DilateGutter, DilateMode, Rest, filled};
+pub use displace_mesh::{DisplaceMesh, OverBudget, ReliefNormals};
 pub use draw_mesh_wrinkles::{DrawMeshWrinkles, MeshLinks, MeshVaryBy};
 pub use load_mesh::{Center, LengthUnit, LoadMesh, UpAxis};
 pub use mesh_atlas::{ChartSource, Gutter, MeshAtlas, Overlap, Pack, Udim};
@@ -64,6 +66,7 @@ pub fn family() -> Family {
             Kind::of::<ConnectMeshPoints>(),
             Kind::of::<SimulateMeshSprings>(),
             Kind::of::<DrawMeshWrinkles>(),
+            Kind::of::<DisplaceMesh>(),
         ],
     }
 }

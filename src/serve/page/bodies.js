@@ -88,6 +88,6 @@ function words(report) {
   if (report.height_mm) lines.push(`heights from ${short(report.height_mm[0])} to ${short(report.height_mm[1])} mm`);
   if (report.thinnest_mm !== undefined && report.thinnest_at_mm) lines.push(`thinnest: ${short(report.thinnest_mm)} mm at (${list(report.thinnest_at_mm)})`);
   if (report.steepest_deg !== undefined) lines.push(`steepest: ${short(report.steepest_deg)}°`);
-  lines.push(`shown with ${report.triangles.toLocaleString('en')} triangles, within ${short(report.error_mm)} mm; the file keeps its own \`error\``);
+  lines.push(`${report.triangles.toLocaleString('en')} triangles${report.error_mm === undefined ? '' : `, within ${short(report.error_mm)} mm; the file keeps its own error`}`);
   return [...lines, ...report.findings.map(({ message }) => message)];
 }

@@ -211,7 +211,7 @@ interface BodyReport {
   kind: string;
   size_mm: number[];
   triangles: number;
-  error_mm: number;
+  error_mm?: number;
   volume_mm3: number;
   area_mm2: number;
   height_mm?: Vec2;

@@ -72,6 +72,8 @@ pub enum Takes {
     Gray,
     /// The name of an output that is a height in mm, or of a material with a height.
     Height,
+    /// The name of an output that is a mesh, or an atlas, which has one.
+    Body,
     /// Numbers, or words instead of them.
     Numbers(Numbers),
     /// The name of an output of any type.
@@ -88,7 +90,7 @@ impl Takes {
     /// The type of the outputs whose names may stand there, `Some(None)` for any; `None` if names cannot.
     pub fn reference(self) -> Option<Option<Type>> {
         match self {
-            Self::Output => Some(None),
+            Self::Output | Self::Body => Some(None),
             Self::Material => Some(Some(Type::Material)),
             Self::Gray => Some(Some(Type::Gray)),
             Self::Height => Some(None),

@@ -1,4 +1,4 @@
-//! Files that are made of a height once all of its rows are known: films, greys for a laser, level lines.
+//! Files that are made of a height once all of its rows are known: films, greys for a laser, level lines; and of meshes.
 //!
 //! The height is held in memory, 4 bytes a sample. For bodies, large heights lie in a temporary file.
 use super::bundle::ExportContext;
@@ -17,8 +17,8 @@ use std::sync::Arc;
 /// Files of a height before its rows are computed.
 #[derive(Clone, Debug)]
 pub struct Heights {
-    /// The height in mm.
-    pub field: Field,
+    /// The height in mm; `None` for files that are made of none.
+    pub field: Option<Field>,
     pub(super) place: ExportContext,
     pub(super) maker: Arc<dyn Maker>,
 }
@@ -165,12 +165,13 @@ impl HeightsWriter {
     /// Starts files of a height of `size` samples in `folder`.
     pub(super) fn new(heights: &Heights, folder: &Path, size: UVec2, compression: Compression) -> Self {
         let place = heights.place.clone();
+        let size = if heights.field.is_some() { size } else { UVec2::ZERO };
         let main = heights.maker.names().into_iter().next().unwrap_or_default();
         let spool = heights.maker.spools().then(|| Spool::new(&folder.join(main)));
         let held = if spool.is_some() { 0 } else { size.x as usize * size.y as usize };
         let map = HeightMap {
             size,
-            pixel: place.size_mm / size.as_dvec2(),
+            pixel: place.size_mm / size.max(UVec2::ONE).as_dvec2(),
             size_mm: place.size_mm,
             wraps: place.wraps,
             values: Vec::with_capacity(held),

@@ -15,6 +15,7 @@ mod gltf_target;
 mod heights;
 mod lines;
 mod materialx;
+mod model;
 mod names;
 mod network;
 mod obj;
@@ -55,4 +56,5 @@ pub const TARGETS: &[&dyn ExportTarget] = &[
     &contours::Contours,
     &plate::Plate,
     &roll::Roll,
+    &model::Model,
 ];

@@ -12,7 +12,7 @@ use super::gltf::Exported;
 use super::heights::{Heights, HeightsWriter, Maker, Stop, Told};
 use super::shape::Shape;
 use crate::value::diagnostics::Problem;
-use crate::value::{Channel, Field, Material, Type};
+use crate::value::{Channel, Field, Material, Mesh};
 use crate::{Compression, WriteError, WriteStats};
 use glam::UVec2;
 use std::fmt;
@@ -63,7 +63,8 @@ pub struct TargetInfo {
     /// One sentence for editors.
     pub doc: &'static str,
     /// The fields of its brackets in graph files: one that takes a [`Takes::Material`], which must be written, or some
-    /// that take a [`Takes::Gray`], of which one must be written, or one that takes a [`Takes::Height`]; and options.
+    /// that take a [`Takes::Gray`], of which one must be written, or one that takes a [`Takes::Height`] or a
+    /// [`Takes::Body`]; and options.
     pub fields: &'static [FieldDecl],
     /// The choices for all materials of a graph, `shibo render --as NAME`: name, one sentence, and options.
     pub variants: &'static [Variant],
@@ -73,6 +74,11 @@ impl TargetInfo {
     /// Returns true if its files contain a mesh.
     pub fn has_mesh(&self) -> bool {
         self.fields.iter().any(|field| matches!(field.takes, Takes::Mesh))
+    }
+
+    /// Returns true if its files are a mesh alone.
+    pub fn has_body(&self) -> bool {
+        self.fields.iter().any(|field| matches!(field.takes, Takes::Body))
     }
 
     /// Returns true if its files are made of a height.
@@ -106,13 +112,15 @@ impl Chosen {
         self.target.plan(&self.options)
     }
 
-    /// The same body for a view: as PLY, with at most `triangles` triangles, and its report. `None` if it is no body.
+    /// The same body for a view: as PLY, z up, and its report. A body of a height has at most `triangles` triangles. `None`
+    /// for files that are no body.
     pub fn preview(&self, triangles: f64) -> Option<Self> {
         let changes = [
             ("format", OptionValue::Word("Ply")),
             ("over", OptionValue::Word("Coarsen")),
             ("triangles", OptionValue::Numbers([triangles].into())),
             ("report", OptionValue::Truth(true)),
+            ("up", OptionValue::Word("Z")),
         ];
         let changed = |(name, value): &(&'static str, OptionValue)| {
             let change = changes.iter().find(|(option, _)| option == name);
@@ -252,6 +260,8 @@ pub struct Source<'a> {
     pub material: &'a Material,
     /// The mesh that shows the material: a plane if the target takes none.
     pub shape: &'a Shape,
+    /// The mesh for [`Takes::Body`].
+    pub mesh: Option<Arc<Mesh>>,
     /// The fields for [`Takes::Gray`] and [`Takes::Height`], by the names of the target's fields.
     pub fields: Vec<(&'static str, Field)>,
     /// The names of the files, and the canvas.
@@ -264,7 +274,7 @@ pub enum Files {
     Glb(Box<(Exported, Shape)>),
     /// Pictures and documents.
     Bundle(Bundle),
-    /// Files of a height that are made when all of it is known.
+    /// Files of a height that are made when all of it is known, or of a mesh.
     Heights(Heights),
 }
 
@@ -274,7 +284,7 @@ impl Files {
         match self {
             Self::Glb(export) => export.0.textures.iter().flat_map(|texture| texture.fields.clone()).collect(),
             Self::Bundle(bundle) => bundle.maps.iter().flat_map(|map| map.fields.clone()).collect(),
-            Self::Heights(heights) => vec![heights.field.clone()],
+            Self::Heights(heights) => heights.field.iter().cloned().collect(),
         }
     }
 
@@ -332,10 +342,10 @@ impl Heights {
         !self.maker.spools()
     }
 
-    /// Files made by `maker` of the height of a source.
+    /// Files made by `maker` of the height of a source, if it has one.
     pub(super) fn of(source: &Source<'_>, maker: Arc<dyn Maker>) -> Self {
         let field = source.fields.first().map(|(_, field)| field.clone());
-        Self { field: field.unwrap_or_else(|| Field::constant(Type::Gray, &[0.0])), place: source.place.clone(), maker }
+        Self { field, place: source.place.clone(), maker }
     }
 }
 

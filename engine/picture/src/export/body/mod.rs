@@ -3,7 +3,7 @@ mod files;
 mod report;
 mod shape;
 
-pub(super) use shape::{Canvas, Common, Made, Shape};
+pub(super) use shape::{Canvas, Common, Made, Shape, write_model};
 
 use super::decl::{FieldDecl, Takes, count, names, number};
 use shibo_kernel::body::Pattern;

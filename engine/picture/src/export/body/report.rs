@@ -1,4 +1,5 @@
 //! Texts about a body: the line at the end of a render, and the report.
+use super::super::heights::told;
 use super::Common;
 use serde_json::{Value as Json, json};
 use shibo_kernel::body::Figures;
@@ -41,23 +42,52 @@ fn whole(value: f64) -> u64 {
 pub(super) fn line(figures: &Figures, facts: &Facts) -> String {
     // The error is rounded up, so that the line never promises too much.
     let error = (facts.error * 1e4 - 1e-6).ceil() / 1e4;
-    let volume = match figures.volume {
-        volume if volume < 100.0 => format!("{volume:.2}"),
-        volume => grouped(whole(volume)),
-    };
-    format!("{} triangles, error {error:.4} mm, {volume} mm³, closed", grouped(figures.triangles))
+    format!("{} triangles, error {error:.4} mm, {}, closed", grouped(figures.triangles), volume(figures))
+}
+
+fn volume(figures: &Figures) -> String {
+    match figures.volume {
+        volume if volume < 100.0 => format!("{volume:.2} mm³"),
+        volume => format!("{} mm³", grouped(whole(volume))),
+    }
+}
+
+/// The line of a mesh. One that is not closed has no volume.
+pub(super) fn model_line(figures: &Figures, closed: bool) -> String {
+    let size = size(figures).map(told).join(" × ");
+    let end = if closed { format!("{}, closed", volume(figures)) } else { "open".to_owned() };
+    format!("{} triangles, {size} mm, {end}", grouped(figures.triangles))
+}
+
+/// The report of a mesh as JSON.
+pub(super) fn model_json(stem: &str, figures: &Figures, closed: bool) -> String {
+    let report = json!({
+        "output": stem,
+        "kind": "Model",
+        "size_mm": size(figures),
+        "triangles": figures.triangles,
+        "vertices": figures.vertices,
+        "volume_mm3": closed.then_some(figures.volume),
+        "area_mm2": figures.area,
+        "closed": closed,
+        "findings": [],
+    });
+    format!("{report:#}\n")
+}
+
+fn size(figures: &Figures) -> [f64; 3] {
+    let [low, high] = figures.bounds.map(|corner| corner.map(f64::from));
+    [0, 1, 2].map(|axis| high[axis] - low[axis])
 }
 
 /// The report as JSON.
 pub(super) fn json(common: &Common, figures: &Figures, facts: &Facts, advice: &[String]) -> String {
-    let [low, high] = figures.bounds;
-    let size: Vec<f64> = (0..3).map(|axis| f64::from(high[axis]) - f64::from(low[axis])).collect();
     let findings: Vec<Json> = advice.iter().map(|message| json!({ "code": "advice", "message": message })).collect();
     let report = json!({
         "output": common.stem,
         "kind": facts.kind,
         "form": if common.mould { "Mould" } else { "Relief" },
-        "size_mm": size,
+        "size_mm": size(figures),
         "triangles": figures.triangles,
         "vertices": figures.vertices,
         "error_mm": facts.error,

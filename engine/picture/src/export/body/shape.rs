@@ -3,7 +3,7 @@ use super::super::heights::{HeightMap, Part, Stop, place, refused, text_file, to
 use super::super::spool::{Opposite, Spool, Turned};
 use super::super::target::{Options, Source};
 use super::files::Body;
-use super::report::{Facts, grouped, json, line};
+use super::report::{Facts, grouped, json, line, model_json, model_line};
 use super::{FORMS, Format, OVER, PATTERNS};
 use crate::WriteError;
 use crate::value::diagnostics::Code;
@@ -90,6 +90,26 @@ pub(in super::super) trait Shape: fmt::Debug + Send + Sync {
     /// # Errors
     /// Those of the receiver.
     fn build(&self, made: &Made<'_>, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures>;
+}
+
+/// Writes a mesh to a file, and its report if wanted. `build` hands it out.
+///
+/// # Errors
+/// The system refuses, or the work was stopped.
+pub(in super::super) fn write_model(
+    build: &dyn Fn(&mut dyn Receiver) -> io::Result<Figures>,
+    (path, format, stop): (&Path, Format, Stop<'_>),
+    (stem, closed, reports): (&str, bool, bool),
+) -> Result<Vec<Part>, WriteError> {
+    let failed = |error| WriteError::at(path, error);
+    let mut body = Body::create(path, format, stop).map_err(failed)?;
+    let figures = build(&mut body).map_err(failed)?;
+    let mut parts = vec![Part::File(body.finish(path).map_err(failed)?), Part::Note(model_line(&figures, closed))];
+    if reports {
+        let path = path.with_file_name(format!("{stem}_report.json"));
+        parts.push(Part::document(&path, &model_json(stem, &figures, closed))?);
+    }
+    Ok(parts)
 }
 
 impl Common {

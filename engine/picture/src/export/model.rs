@@ -1,0 +1,94 @@
+//! A mesh as a file, for printers and mills.
+use super::body::{FORMAT, Format, REPORT, write_model};
+use super::decl::{FieldDecl, Takes, names};
+use super::heights::{HeightMap, Heights, Maker, Part, Stop, refused, told};
+use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
+use crate::WriteError;
+use crate::value::Mesh;
+use crate::value::diagnostics::Code;
+use shibo_kernel::body;
+use std::io;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Names of the directions that point up; true for y.
+const UP: [(&str, bool); 2] = [("Z", false), ("Y", true)];
+/// Names of the answers to a mesh with holes; true to write it.
+const OPEN: [(&str, bool); 2] = [("Refuse", false), ("Keep", true)];
+
+/// The target.
+pub(super) struct Model;
+
+impl ExportTarget for Model {
+    fn info(&self) -> &'static TargetInfo {
+        const {
+            &TargetInfo {
+                name: "Model",
+                title: "a model",
+                doc: "A mesh, such as one with a relief by `DisplaceMesh`: a body for printers and mills.",
+                fields: &[
+                    FieldDecl::new("mesh", "The mesh, or an atlas, which has one.", Takes::Body),
+                    FORMAT,
+                    FieldDecl::new("up", "The axis that points up in the file.", Takes::Words(|| names(&UP))),
+                    FieldDecl::new(
+                        "open",
+                        "For a mesh that is not closed: `Refuse` writes nothing, `Keep` writes it as it is.",
+                        Takes::Words(|| names(&OPEN)),
+                    ),
+                    REPORT,
+                ],
+                variants: &[],
+            }
+        }
+    }
+
+    fn is_body(&self) -> bool {
+        true
+    }
+
+    fn plan(&self, options: &Options) -> Plan {
+        Plan::body(options.word("format", &Format::ALL).extension(), options.is("report"))
+    }
+
+    fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
+        let maker = ModelMaker {
+            stem: source.place.stem.clone(),
+            mesh: source.mesh.clone().unwrap_or_default(),
+            format: options.word("format", &Format::ALL),
+            y_up: options.word("up", &UP),
+            keeps_open: options.word("open", &OPEN),
+            report: options.is("report"),
+        };
+        Ok(Files::Heights(Heights::of(source, Arc::new(maker))))
+    }
+}
+
+#[derive(Clone, Debug)]
+struct ModelMaker {
+    stem: String,
+    mesh: Arc<Mesh>,
+    format: Format,
+    y_up: bool,
+    keeps_open: bool,
+    report: bool,
+}
+
+impl Maker for ModelMaker {
+    fn names(&self) -> Vec<String> {
+        let report = self.report.then(|| format!("{}_report.json", self.stem));
+        [format!("{}.{}", self.stem, self.format.extension())].into_iter().chain(report).collect()
+    }
+
+    fn make(&self, _: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
+        let path = folder.join(format!("{}.{}", self.stem, self.format.extension()));
+        let open = body::open_edge(&self.mesh, stop).map_err(|error| WriteError::at(&path, error))?;
+        if let Some(at) = open.filter(|_| !self.keeps_open) {
+            let [x, y, z] = at.to_array().map(told);
+            let message =
+                format!("the mesh is not closed: an edge at ({x}, {y}, {z}) mm has not exactly two triangles");
+            return Err(refused(Code::OpenMesh, message, "close the mesh, or write `open: Keep`"));
+        }
+        let build = |receiver: &mut dyn body::Receiver| body::model(&self.mesh, self.y_up, receiver);
+        write_model(&build, (&path, self.format, stop), (&self.stem, open.is_none(), self.report))
+    }
+}

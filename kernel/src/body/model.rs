@@ -26,7 +26,8 @@ pub fn open_edge(mesh: &Mesh, until: Until<'_>) -> io::Result<Option<DVec3>> {
 /// # Errors
 /// Those of the receiver.
 pub fn model(mesh: &Mesh, y_up: bool, receiver: &mut dyn Receiver) -> io::Result<Figures> {
-    let mut builder = Builder::new(receiver);
+    // A mesh has no limit of slopes.
+    let mut builder = Builder::new(receiver, 90.0);
     let place = |[x, y, z]: [f32; 3]| if y_up { [x, z, -y] } else { [x, y, z] };
     let vertex = |position: &glam::Vec3| builder.vertex(place(position.to_array()));
     let vertices: Vec<Vertex> = mesh.positions.iter().map(vertex).collect::<io::Result<_>>()?;

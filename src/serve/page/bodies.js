@@ -83,7 +83,7 @@ function words(report) {
   const list = (numbers) => numbers.map((number) => short(number)).join(', ');
   const lines = [
     `${report.kind}, ${report.size_mm.map((number) => short(number)).join(' × ')} mm`,
-    `${short(report.volume_mm3)} mm³, ${short(report.area_mm2)} mm²`,
+    `${report.volume_mm3 === null ? 'open' : `${short(report.volume_mm3)} mm³`}, ${short(report.area_mm2)} mm²`,
   ];
   if (report.height_mm) lines.push(`heights from ${short(report.height_mm[0])} to ${short(report.height_mm[1])} mm`);
   if (report.thinnest_mm !== undefined && report.thinnest_at_mm) lines.push(`thinnest: ${short(report.thinnest_mm)} mm at (${list(report.thinnest_at_mm)})`);

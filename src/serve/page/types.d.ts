@@ -212,7 +212,7 @@ interface BodyReport {
   size_mm: number[];
   triangles: number;
   error_mm?: number;
-  volume_mm3: number;
+  volume_mm3: number | null;
   area_mm2: number;
   height_mm?: Vec2;
   thinnest_mm?: number;

@@ -29,7 +29,7 @@ fn below_the_command() -> impl Iterator<Item = &'static str> {
 }
 
 fn all_crates() -> impl Iterator<Item = &'static str> {
-    below_the_command().chain(["src", "python/src", "python/binding/src"])
+    below_the_command().chain(["src", "python/src", "python/binding/src", "wasm/src"])
 }
 
 /// All source files of the engine.

@@ -164,7 +164,7 @@ impl Bridge<'_> {
         }
     }
 
-    /// Sends a message. If nobody reads it, all work is stopped.
+    /// Sends a message. If the other program reads no more, all work is stopped.
     fn send(&self, message: Json) {
         if !self.output.send(&message) {
             self.lanes.cancel_all();

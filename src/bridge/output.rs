@@ -17,7 +17,7 @@ impl<'o> Output<'o> {
         Self { out: Mutex::new(out), closed: AtomicBool::new(false), error: Mutex::default() }
     }
 
-    /// Sends a line; false if nobody can read it.
+    /// Sends a line; false if the other program reads no more.
     pub(super) fn send(&self, message: &Json) -> bool {
         if self.is_closed() {
             return false;

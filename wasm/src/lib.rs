@@ -71,7 +71,7 @@ pub extern "C" fn alloc(length: usize) -> *mut u8 {
 /// `at` and `length` must be those of a call of [`alloc`], and the memory must not be used any more.
 #[unsafe(no_mangle)] // SAFETY: no other symbol of the module has this name.
 pub unsafe extern "C" fn free(at: *mut u8, length: usize) {
-    // SAFETY: the caller gives a slice that `alloc` made and that nobody uses any more.
+    // SAFETY: the caller gives a slice that `alloc` made and that no code uses any more.
     drop(unsafe { Box::from_raw(std::ptr::slice_from_raw_parts_mut(at, length)) });
 }
 

@@ -19,8 +19,17 @@ let [pictures, different] = [0, 0];
 for (const name of named[0] === "all" ? digests.keys() : named) {
   const [{ json: opened }] = await ask({ op: "open", graph: `shibo:${name}` });
   if (!opened.ok) throw new Error(`${name}: ${JSON.stringify(opened.error)}`);
-  const { json: done } = (await ask({ op: "sample", graph: opened.ok.graph })).at(-1);
-  if (!done.ok) throw new Error(`${name}: ${JSON.stringify(done.error)}`);
+  let done;
+  try {
+    done = (await ask({ op: "sample", graph: opened.ok.graph })).at(-1).json;
+  } catch (error) {
+    done = { error };
+  }
+  if (!done.ok) {
+    different++;
+    console.log(`${name}: ${done.error.message}`);
+    continue;
+  }
   await ask({ op: "close", graph: opened.ok.graph });
   const wanted = digests.get(name);
   const found = Object.keys(done.ok.samples);

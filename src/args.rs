@@ -1,7 +1,7 @@
 //! The command line.
 use crate::{
-    cache, changes, check, compare, completions, diff, dump, fit, fmt, git, graph, job, lsp, mcp, merge, migrate, new,
-    nodes, pack, parts, pin, render, schema, watch,
+    bridge, cache, changes, check, compare, completions, diff, dump, fit, fmt, git, graph, job, lsp, mcp, merge,
+    migrate, new, nodes, pack, parts, pin, render, schema, watch,
 };
 use clap::{Args, Parser, Subcommand};
 use shibo_picture::PartOf;
@@ -80,6 +80,8 @@ pub(crate) enum Command {
     Pack(pack::PackArgs),
     /// Help editors with graph files: completion, errors while typing, and more.
     Lsp(lsp::LspArgs),
+    /// Answer programs in other languages: one JSON object per line, over stdin and stdout.
+    Bridge(bridge::BridgeArgs),
     /// Serve agents: nodes, checks, thumbnails and comparisons, over stdin and stdout.
     Mcp(mcp::McpArgs),
     /// Look at, or empty, the cache of results.

@@ -8,6 +8,7 @@
 //! the user's files, 2 for wrong usage.
 #![allow(clippy::disallowed_methods, reason = "no picture that is written is made here")]
 mod args;
+mod bridge;
 mod cache;
 mod changes;
 mod check;
@@ -107,6 +108,7 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::New(args) => new::run(&args, terminal),
         Command::Graph(args) => graph::run(&args, terminal),
         Command::Pack(args) => pack::run(&args, terminal),
+        Command::Bridge(args) => bridge::run(&args, terminal),
         Command::Mcp(args) => mcp::run(&args),
         Command::Lsp(args) => lsp::run(&args),
         Command::Cache(args) => cache::run(&args, terminal),

@@ -9,6 +9,7 @@
 //! - [`lock`]: the pictures of pinned graphs, and the comparison with them.
 //! - [`pictures`]: the differences between the pictures of two versions.
 //! - [`fix()`]: the text of a graph after fixes.
+//! - [`host`]: requests of programs in other languages, for all transports.
 //! - [`to_json()`] and [`to_ron()`]: graphs in the JSON form; [`schema()`]: the JSON Schema of that form.
 //! - [`manual`]: the manual of nodes, and the search for nodes.
 //! - [`merge()`]: the text of a graph with the changes of two sides.
@@ -25,6 +26,7 @@ mod faults;
 pub mod fix;
 #[cfg(test)]
 mod fix_tests;
+pub mod host;
 pub mod json;
 pub mod lock;
 pub mod manual;

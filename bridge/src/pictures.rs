@@ -3,7 +3,7 @@ use crate::GraphText;
 use crate::compare::{CompareRequest, Comparison, Measured, compare};
 use petgraph::graph::NodeIndex;
 use serde::{Deserialize, Serialize};
-use shibo_engine::eval::{CancelToken, Silent};
+use shibo_engine::eval::{CancelToken, Observer, Silent};
 use shibo_engine::session::{Failure, Session};
 use shibo_graph::{Graph, LoadOptions, load_text};
 use shibo_picture::{Picture, SampleKind};
@@ -29,7 +29,12 @@ pub(crate) struct Shown {
 ///
 /// # Errors
 /// Errors of the graph, at their places.
-pub(crate) fn shown(session: &Session, graph: &Graph, cancel: &CancelToken) -> Result<Vec<Shown>, Failure> {
+pub(crate) fn shown(
+    session: &Session,
+    graph: &Graph,
+    cancel: &CancelToken,
+    observer: &dyn Observer,
+) -> Result<Vec<Shown>, Failure> {
     let keys = session.keys(graph)?;
     let mut values: BTreeMap<(NodeIndex, usize), Value> = BTreeMap::new();
     let mut found = Vec::new();
@@ -37,7 +42,7 @@ pub(crate) fn shown(session: &Session, graph: &Graph, cancel: &CancelToken) -> R
         let at = (output.node, output.output);
         let value = match values.entry(at) {
             Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(place) => place.insert(session.value(graph, at, cancel, &Silent)?),
+            Entry::Vacant(place) => place.insert(session.value(graph, at, cancel, observer)?),
         };
         let (key, value) = (keys.output(at.0, at.1), &*value);
         if let Value::Material(material) = value {
@@ -62,10 +67,11 @@ pub(crate) fn pixels(
     graph: &Graph,
     field: &Field,
     cancel: &CancelToken,
+    observer: &dyn Observer,
 ) -> Result<Option<Tile>, Failure> {
     let size = graph.canvas.resolution;
     let wanted = [(graph.canvas.grid(size), Window::full(size))];
-    Ok(session.rasters(graph, field, &wanted, cancel, &Silent)?.0.pop())
+    Ok(session.rasters(graph, field, &wanted, cancel, observer)?.0.pop())
 }
 
 /// The pictures that are compared.
@@ -190,7 +196,7 @@ fn version(
         let errors = loaded.diagnostics.into_iter().filter(|diagnostic| !diagnostic.warning).collect();
         return Err(Box::new(NotRendered { failure: Failure::Errors(errors), sources: loaded.sources }));
     };
-    match shown(session, &graph, cancel) {
+    match shown(session, &graph, cancel, &Silent) {
         Ok(outputs) => Ok(Version { graph, outputs }),
         Err(failure) => Err(Box::new(NotRendered { failure, sources: graph.sources })),
     }
@@ -227,7 +233,7 @@ fn difference(
     }
     let draw = |version: &Version, shown: Option<&Shown>| -> Result<Option<Tile>, Box<NotRendered>> {
         let Some(field) = shown.and_then(|shown| shown.value.field()) else { return Ok(None) };
-        pixels(session, &version.graph, &field, cancel)
+        pixels(session, &version.graph, &field, cancel, &Silent)
             .map_err(|failure| Box::new(NotRendered { failure, sources: version.graph.sources.clone() }))
     };
     let (old, new) = (draw(before, one)?, draw(after, other)?);

@@ -88,7 +88,7 @@ pub(crate) fn run(args: &LspArgs) -> Result<(), Quit> {
 }
 
 /// Serves an editor until it ends; returns whether it ended properly.
-fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Result<bool, ProtocolError> {
+pub(crate) fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Result<bool, ProtocolError> {
     let (id, params) = connection.initialize_start()?;
     let params: InitializeParams = serde_json::from_value(params).unwrap_or_default();
     let offered = params.capabilities.general.as_ref().and_then(|general| general.position_encodings.as_deref());

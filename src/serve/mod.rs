@@ -19,7 +19,6 @@ mod export_slots;
 mod forecast;
 mod guard;
 mod handlers;
-mod instead;
 mod levels;
 mod map;
 mod marks;

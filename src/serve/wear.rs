@@ -1,22 +1,20 @@
 //! Textures that cut solids along a shape: the material's cuts follow the surface of the shape instead of a board, so
 //! that rings run through the shape and pores open where its surface meets them.
 use super::app::{ApiError, App, Query2};
-use super::instead::instead;
 use super::map::samples;
 use axum::extract::{Query, State};
 use axum::http::{HeaderName, header};
 use axum::response::{IntoResponse, Response};
 use glam::{DVec2, DVec3, UVec2};
-use petgraph::Direction;
 use petgraph::graph::NodeIndex;
 use serde::Deserialize;
-use shibo_bridge::scene::{Scene, Target};
+use shibo_bridge::scene::{Cutter, Scene, Target, cutters, instead, upstream};
 use shibo_engine::session::{Failure, Look};
 use shibo_graph::Input;
 use shibo_kernel::ground::number::narrow;
 use shibo_nodes::cut_material;
 use shibo_value::{Channel, Cut, Field, Grid, Key, PictureFields, Solid, Tile, Tiling, Type, Value, Window};
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 /// Longest side of a texture in pixels.
@@ -156,42 +154,11 @@ pub(super) async fn wear(State(app): State<App>, query: Query2<Worn>) -> Result<
     Ok((head, bytes).into_response())
 }
 
-/// A node that cuts a solid or a material of solids, and its slot for it.
-type Cutter = (NodeIndex, usize);
-
-/// Upstream nodes that cut a solid or a material of solids, the nearest first.
-fn cutters(scene: &Scene, from: NodeIndex) -> Vec<Cutter> {
-    let nodes = &scene.graph.nodes;
-    let solid = |input: &Input| match input {
-        Input::Wire { node, output } => nodes[*node].outputs.get(*output).is_some_and(|ty| ty.is_in_space()),
-        Input::Constant(_) => false,
-    };
-    let slot = |index: NodeIndex| {
-        let node = &nodes[index];
-        let drawn = node.outputs.first().is_some_and(|ty| ty.is_field() || *ty == Type::Material);
-        node.inputs.iter().position(solid).filter(|_| drawn).map(|slot| (index, slot))
-    };
-    upstream(scene, from).into_iter().filter_map(slot).collect()
-}
-
-/// A node and its upstream nodes, the nearest first.
-fn upstream(scene: &Scene, from: NodeIndex) -> Vec<NodeIndex> {
-    let mut queue = VecDeque::from([from]);
-    let (mut found, mut seen) = (Vec::new(), HashSet::from([from]));
-    while let Some(index) = queue.pop_front() {
-        found.push(index);
-        let mut before: Vec<NodeIndex> = scene.graph.nodes.neighbors_directed(index, Direction::Incoming).collect();
-        before.sort();
-        queue.extend(before.into_iter().filter(|next| seen.insert(*next)));
-    }
-    found
-}
-
 /// Size, form and bytes of a texture.
 type Texture = (UVec2, String, Vec<u8>);
 
 fn worn(look: &Look<'_>, scene: &Scene, target: &Target, shape: Shape, side: u32) -> Result<Option<Texture>, Failure> {
-    let cutters = cutters(scene, target.node);
+    let cutters = cutters(&scene.graph, target.node);
     let radius = 0.5 * scene.graph.canvas.size_mm.max_element();
     let placed = Placed { shape, radius, middle: middle(look, scene, &cutters, radius)? };
     let (size, grid) = placed.grid(side);
@@ -266,7 +233,7 @@ fn solid_of(look: &Look<'_>, scene: &Scene, from: NodeIndex) -> Result<Option<So
     let graph = &scene.graph;
     let colored =
         |index: NodeIndex| Some((index, graph.nodes[index].outputs.iter().position(|ty| *ty == Type::SolidColor)?));
-    let near = upstream(scene, from).into_iter().find_map(colored);
+    let near = upstream(graph, from).into_iter().find_map(colored);
     let Some((node, output)) = near.or_else(|| graph.nodes.node_indices().rev().find_map(colored)) else {
         return Ok(None);
     };

@@ -75,13 +75,13 @@ pub(super) fn hex(hash: &[u8; 32]) -> String {
 
 /// Files and their last known states.
 #[derive(Debug, Default)]
-pub(super) struct Files {
+pub(crate) struct Files {
     prints: BTreeMap<PathBuf, Print>,
 }
 
 impl Files {
     /// Tracks exactly these files from now on; known states of remaining files are kept.
-    pub(super) fn keep(&mut self, paths: &[PathBuf]) {
+    pub(crate) fn keep(&mut self, paths: &[PathBuf]) {
         self.prints.retain(|path, _| paths.contains(path));
         for path in paths {
             self.prints.entry(path.clone()).or_insert_with(|| Print::of(path));
@@ -100,7 +100,7 @@ impl Files {
     }
 
     /// Returns the files that have changed since the last call, and records their content.
-    pub(super) fn changed(&mut self) -> Vec<PathBuf> {
+    pub(crate) fn changed(&mut self) -> Vec<PathBuf> {
         let mut changed = Vec::new();
         for (path, print) in &mut self.prints {
             if print.holds(path) {

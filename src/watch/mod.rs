@@ -16,3 +16,4 @@ mod status_reporter;
 
 pub(crate) use args::WatchArgs;
 pub(crate) use command::run;
+pub(crate) use files::Files as FileSet;

@@ -4,6 +4,7 @@
 mod bad;
 #[path = "../support/bless.rs"]
 mod bless;
+mod bridge;
 mod briefs;
 mod broken_graphs;
 mod cache;

@@ -40,7 +40,7 @@ pub struct Look(pub f64, pub f64, pub f64, pub f64, pub f64);
 /// Errors of the graph, at their places.
 pub fn sample(session: &Session, graph: &Graph, cancel: &CancelToken) -> Result<BTreeMap<String, Sample>, Failure> {
     let mut samples = BTreeMap::new();
-    for shown in shown(session, graph, cancel)? {
+    for shown in shown(session, graph, cancel, &Silent)? {
         let sample = of_value(session, graph, &shown.value, shown.key, cancel)?;
         samples.insert(shown.name, sample);
     }
@@ -79,7 +79,7 @@ fn of_value(
 ) -> Result<Sample, Failure> {
     match (value.field(), encode(value)) {
         (Some(field), _) => {
-            let tile = pixels(session, graph, &field, cancel)?;
+            let tile = pixels(session, graph, &field, cancel, &Silent)?;
             Ok(tile.map(|tile| of_tile(&tile, field.ty())).unwrap_or_default())
         }
         (None, Some(data)) => Ok(Sample { bits: digest("data", &[&data]), look: Vec::new() }),

@@ -1,8 +1,12 @@
 //! A displayed graph: its targets and their pictures.
+mod cutters;
+mod instead;
 pub mod paint;
 mod previews;
 mod store;
 
+pub use cutters::{Cutter, cutters, upstream};
+pub use instead::{evaluated, instead};
 pub use store::{Store, Stored};
 
 use glam::UVec2;

@@ -4,10 +4,16 @@
 //! [`AtomicFile::commit`] renames it. A program that opens the target sees either the old content or the new one. If
 //! the writer dies, the old content stays. Dropping a file without a commit removes it; [`remove_stale_temporaries`]
 //! removes files of killed processes.
+//!
+//! WebAssembly has no disk: there, files are in memory until [`taken_files`] takes them.
+mod memory;
 mod owner;
 
+pub use memory::taken_files;
+
+use memory::Content;
 use owner::Owner;
-use std::fs::{File, OpenOptions};
+use std::fs::OpenOptions;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -22,7 +28,7 @@ const STALE: Duration = Duration::from_secs(24 * 3600);
 #[derive(Debug)]
 pub struct AtomicFile {
     /// `None` after the commit, so that `drop` has nothing to remove.
-    file: Option<File>,
+    file: Option<Content>,
     temporary: PathBuf,
     target: PathBuf,
 }
@@ -35,6 +41,9 @@ impl AtomicFile {
     /// it.
     pub fn create(target: impl Into<PathBuf>) -> io::Result<Self> {
         let target = target.into();
+        if cfg!(target_family = "wasm") {
+            return Ok(Self::in_memory(target));
+        }
         if let Ok(existing) = target.metadata()
             && !existing.is_file()
         {
@@ -45,13 +54,24 @@ impl AtomicFile {
         for counter in 0_u32.. {
             let temporary = target.with_file_name(Owner::this().name(&name.to_string_lossy(), counter));
             match OpenOptions::new().write(true).read(true).create_new(true).open(&temporary) {
-                Ok(file) => return Ok(Self { file: Some(file), temporary, target }),
+                Ok(file) => return Ok(Self { file: Some(Content::Disk(file)), temporary, target }),
                 // Another thread writes the same target: take the next number.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(error),
             }
         }
         Err(io::Error::new(io::ErrorKind::AlreadyExists, "no temporary name is free"))
+    }
+
+    /// Starts a file in memory. [`taken_files`] takes it after the commit.
+    pub(super) fn in_memory(target: impl Into<PathBuf>) -> Self {
+        let target = target.into();
+        Self { file: Some(Content::default()), temporary: target.clone(), target }
+    }
+
+    /// The content of a file in memory; that of a file on disk is empty. The file is not committed.
+    pub(super) fn into_bytes(mut self) -> Vec<u8> {
+        self.file.take().map_or_else(Vec::new, Content::into_bytes)
     }
 
     /// The path that the file will have.
@@ -71,7 +91,10 @@ impl AtomicFile {
     /// # Errors
     /// When the system refuses.
     pub fn set_permissions(&mut self, permissions: std::fs::Permissions) -> io::Result<()> {
-        self.file().set_permissions(permissions)
+        match self.file() {
+            Content::Disk(file) => file.set_permissions(permissions),
+            Content::Memory(_) => Ok(()),
+        }
     }
 
     /// Gives the file its name, replacing any existing file.
@@ -80,8 +103,15 @@ impl AtomicFile {
     /// When the system refuses. Then the target is unchanged and the temporary file is removed.
     pub fn commit(mut self) -> io::Result<()> {
         self.file().flush()?;
-        std::fs::rename(&self.temporary, &self.target)?;
-        self.file = None;
+        match self.file.take() {
+            Some(Content::Memory(bytes)) => memory::put(&self.target, bytes.into_inner()),
+            // A refused renaming leaves the file to `drop`, which removes it.
+            on_disk => {
+                self.file = on_disk;
+                std::fs::rename(&self.temporary, &self.target)?;
+                self.file = None;
+            }
+        }
         Ok(())
     }
 
@@ -95,7 +125,7 @@ impl AtomicFile {
         exchange(&self.temporary, &self.target)
     }
 
-    fn file(&mut self) -> &mut File {
+    fn file(&mut self) -> &mut Content {
         self.file.as_mut().expect("the file is taken by commit only, which consumes it")
     }
 }
@@ -124,7 +154,7 @@ impl Seek for AtomicFile {
 
 impl Drop for AtomicFile {
     fn drop(&mut self) {
-        if self.file.take().is_some() {
+        if let Some(Content::Disk(_)) = self.file.take() {
             // A failure here is ignored; the next run tries again.
             let _ = std::fs::remove_file(&self.temporary);
         }
@@ -140,6 +170,14 @@ fn exchange(one: &Path, other: &Path) -> io::Result<()> {
 #[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
 fn exchange(_one: &Path, _other: &Path) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
+}
+
+/// Removes a file from the disk, or from memory where there is no disk.
+///
+/// # Errors
+/// When the file does not exist, or the system refuses.
+pub(super) fn remove(path: &Path) -> io::Result<()> {
+    if cfg!(target_family = "wasm") { memory::remove(path) } else { std::fs::remove_file(path) }
 }
 
 /// Removes abandoned temporary files from a folder; returns their number. A file is abandoned if it was not written to
@@ -170,6 +208,7 @@ pub fn is_temporary(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs::File;
 
     fn names(folder: &Path) -> Vec<String> {
         let mut names: Vec<String> =

@@ -52,7 +52,7 @@ mod write_svg;
 mod write_tiff;
 mod zip;
 
-pub use atomic::{AtomicFile, is_temporary, remove_stale_temporaries};
+pub use atomic::{AtomicFile, is_temporary, remove_stale_temporaries, taken_files};
 pub use color::{REC709_TO_AP1, SrgbEncoder, linear_sample};
 pub use conversion::{ColorSpace, Conversion, divide_by_alpha};
 pub use guard::{caught, contain_thread, contained};
@@ -66,7 +66,7 @@ pub use part::{
 pub use read::{read, read_bytes, read_layer};
 pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, texture_attributes};
 pub use udim::{UdimFile, is_udim, udim_file, udim_files};
-pub use write::{WriteStats, Writer};
+pub use write::{WriteStats, Writer, encoded_rows, in_memory};
 pub use write_svg::{Drawing, svg};
 pub use zip::ZipWriter;
 

@@ -85,8 +85,12 @@ impl Writer {
     /// When the specification contradicts itself ([`PictureSpec::check`]) or the folder cannot be written.
     pub fn create(path: &Path, spec: &PictureSpec) -> Result<Self, WriteError> {
         spec.check()?;
+        Self::new(AtomicFile::create(path).map_err(|error| WriteError::at(path, error))?, path, spec)
+    }
+
+    /// Writes the header into a new file. The specification is checked.
+    fn new(file: AtomicFile, path: &Path, spec: &PictureSpec) -> Result<Self, WriteError> {
         let at = |error| WriteError::at(path, error);
-        let file = AtomicFile::create(path).map_err(at)?;
         let output = Output(Arc::new(Mutex::new(Counted { file, position: 0, length: 0 })));
         let sink = match spec.format {
             Format::Png => Sink::Png(Box::new(PngSink::new(output.clone(), spec).map_err(at)?)),
@@ -228,6 +232,33 @@ impl Writer {
         let range = (tally.least, tally.greatest);
         Ok((file, WriteStats { clipped: tally.clipped, non_finite: tally.non_finite, range, bytes: length }))
     }
+}
+
+/// A whole picture file in memory. `planes` has the samples of each channel, row by row.
+///
+/// # Errors
+/// When the specification contradicts itself, or the lengths do not fit.
+pub fn in_memory(spec: &PictureSpec, planes: &[&[f32]]) -> Result<Vec<u8>, WriteError> {
+    spec.check()?;
+    let path = Path::new("memory");
+    let mut writer = Writer::new(AtomicFile::in_memory(path), path, spec)?;
+    writer.write_rows(planes, spec.height)?;
+    Ok(writer.finish_unnamed()?.0.into_bytes())
+}
+
+/// The samples of a picture as its file stores them, without header and compression.
+///
+/// # Errors
+/// As [`in_memory`].
+pub fn encoded_rows(spec: &PictureSpec, planes: &[&[f32]]) -> Result<Vec<u8>, WriteError> {
+    spec.check()?;
+    let samples = spec.width as usize * spec.height as usize;
+    if planes.len() != spec.planes() || planes.iter().any(|plane| plane.len() != samples) {
+        return Err(WriteError::Rows { first: 0, end: spec.height, height: spec.height });
+    }
+    let mut bytes = Vec::new();
+    RowEncoder::new(spec).encode(Rows { planes, first: 0, count: spec.height }, &mut bytes);
+    Ok(bytes)
 }
 
 /// The file, shared between the writer, which commits it, and an encoder that does not return its output.

@@ -105,6 +105,10 @@ pub(super) fn window(graph: &Graph, request: &RenderRequest) -> Result<Window, F
 
 /// Creates the folder of a request if it does not exist.
 pub(super) fn make_dir(dir: &std::path::Path) -> Result<(), Failure> {
+    if cfg!(target_family = "wasm") {
+        // Files in memory need no folder.
+        return Ok(());
+    }
     let dir = if dir.as_os_str().is_empty() { std::path::Path::new(".") } else { dir };
     std::fs::create_dir_all(dir)
         .map_err(|e| Failure::File(format!("cannot make the folder `{}`: {e}", dir.display())))?;

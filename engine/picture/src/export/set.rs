@@ -1,4 +1,5 @@
 //! Commits a set of files together.
+use crate::atomic::remove;
 use crate::{AtomicFile, WriteError};
 use std::io::ErrorKind;
 
@@ -12,7 +13,7 @@ use std::io::ErrorKind;
 pub(super) fn commit(parts: Vec<AtomicFile>, documents: Vec<AtomicFile>) -> Result<(), WriteError> {
     // Remove documents before the files that they refer to.
     for document in documents.iter().rev() {
-        match std::fs::remove_file(document.target()) {
+        match remove(document.target()) {
             Err(error) if error.kind() != ErrorKind::NotFound => return Err(WriteError::at(document.target(), error)),
             _ => {}
         }

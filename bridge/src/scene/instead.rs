@@ -47,7 +47,7 @@ impl Evaluator for Through<'_, '_> {
 ///
 /// # Errors
 /// Fails if evaluating a node fails.
-pub(super) fn instead(
+pub fn instead(
     look: &Look<'_>,
     graph: &Graph,
     keys: &dyn Fn(NodeIndex, usize) -> Key,
@@ -76,17 +76,31 @@ pub(super) fn instead(
             inputs.push(value);
         }
         let key = |output| Key::of("instead", &[keys(index, output).as_bytes(), name.as_bytes()]);
-        let evaluator = Through { look, key: key(0) };
-        let (canvas, files) = (&node.canvas, &node.files);
-        let call = Call { kind: &node.kind, canvas, inputs: &inputs, files, evaluator: &evaluator };
-        let outputs = node.node.evaluate(&call).map_err(|stop| failed(node, stop))?;
-        for (i, spec) in node.node.outputs().iter().enumerate() {
-            if let Some(value) = outputs.take(spec.name, i == 0) {
-                made.entry((index, i)).or_insert_with(|| keyed(value, key(i)));
+        for (i, value) in evaluated(look, node, &inputs, &key)?.into_iter().enumerate() {
+            if let Some(value) = value {
+                made.entry((index, i)).or_insert(value);
             }
         }
     }
     Ok(made.remove(&at))
+}
+
+/// The outputs of a node with other inputs. `key` gives the keys of the outputs.
+///
+/// # Errors
+/// Fails if evaluating the node fails.
+pub fn evaluated(
+    look: &Look<'_>,
+    node: &GraphNode,
+    inputs: &[Value],
+    key: &dyn Fn(usize) -> Key,
+) -> Result<Vec<Option<Value>>, Failure> {
+    let evaluator = Through { look, key: key(0) };
+    let (canvas, files) = (&node.canvas, &node.files);
+    let call = Call { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator };
+    let outputs = node.node.evaluate(&call).map_err(|stop| failed(node, stop))?;
+    let specs = node.node.outputs().iter().enumerate();
+    Ok(specs.map(|(i, spec)| outputs.take(spec.name, i == 0).map(|value| keyed(value, key(i)))).collect())
 }
 
 fn failed(node: &GraphNode, stop: Stop) -> Failure {

@@ -1,0 +1,74 @@
+//! Writing values of parameters into the file of a graph.
+use super::open::{Opened, sha256};
+use super::{Refusal, named, render};
+use crate::Tools;
+use crate::write::{Refused, change};
+use serde::Deserialize;
+use serde_json::{Map, Value as Json, json};
+use shibo_graph::{GraphParam, LoadOptions, load_text};
+use shibo_ide::actions::{apply, assign};
+use shibo_ide::format::keep_layout;
+use shibo_ide::rename::Edit;
+use shibo_ide::{Cx, Workspace};
+
+/// The fields of `keep`.
+#[derive(Deserialize)]
+pub(super) struct Request {
+    pub(super) graph: String,
+    /// The values, by the names of the parameters.
+    values: Map<String, Json>,
+    /// The preset that gets the values; without one, they become defaults.
+    #[serde(default)]
+    preset: Option<String>,
+    /// The hash of the content that the values are for, as `open` gave it.
+    sha256: String,
+}
+
+/// Writes the values; returns the hash of the new content.
+pub(super) fn keep(opened: &Opened, request: &Request, tools: &Tools) -> Result<Json, Refusal> {
+    let source = &opened.source;
+    if !source.has_file() {
+        return Err(Refusal::new("usage", "`keep` needs a graph that was opened by its path"));
+    }
+    let name = named(&source.path);
+    let failed = |error: std::io::Error| Refusal::new("file", format!("cannot change `{name}`: {error}"));
+    let changed = || Refusal::new("changed", format!("`{name}` is another file by now; nothing was written"));
+    // The limit of graph files is checked when the graph is opened, and the hash fits no other content.
+    let before = std::fs::read_to_string(&source.path).map_err(failed)?;
+    if sha256(&before) != request.sha256 {
+        return Err(changed());
+    }
+    let values: Vec<(String, String)> =
+        request.values.iter().map(|(name, value)| (name.clone(), literal(name, value, &opened.graph.params))).collect();
+    let mut workspace =
+        Workspace::new(tools.registry.clone(), Vec::new()).with_import_paths(tools.import_paths.clone());
+    let file = workspace.open(&source.path, before.as_str());
+    let edits = assign(Cx { world: &workspace, file: &file }, request.preset.as_deref(), &values)
+        .map_err(|message| Refusal::new("usage", message))?;
+    let ends = |edit: Edit| Edit { text: edit.text.replace('\n', "\r\n"), ..edit };
+    let edits: Vec<Edit> = if before.contains("\r\n") { edits.into_iter().map(ends).collect() } else { edits };
+    let after = keep_layout(&before, apply(&before, &edits));
+    let options =
+        LoadOptions { import_paths: tools.import_paths.clone(), gate: source.gate.clone(), ..LoadOptions::default() };
+    let loaded = load_text(&source.path, &after, &tools.registry, &options);
+    let errors: Vec<_> = loaded.diagnostics.into_iter().filter(|one| !one.warning).collect();
+    if !errors.is_empty() {
+        return Err(Refusal::of_graph(tools, &name, &errors, &loaded.sources));
+    }
+    if after != before {
+        change(&source.path, &before, &after).map_err(|refused| match refused {
+            Refused::Changed => changed(),
+            Refused::Failed(error) => failed(error),
+        })?;
+    }
+    Ok(json!({ "sha256": sha256(&after) }))
+}
+
+/// A value as it is written in a graph file: texts have quotation marks where those of the default do; a choice has none.
+fn literal(name: &str, value: &Json, params: &[GraphParam]) -> String {
+    let quoted = params.iter().find(|param| param.name == name).is_none_or(|param| param.default.starts_with('"'));
+    match value {
+        Json::String(_) if quoted => value.to_string(),
+        other => render::ron(other),
+    }
+}

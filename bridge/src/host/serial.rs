@@ -1,0 +1,51 @@
+//! Requests one after the other, for a transport without threads.
+use super::{Asked, Host, Job, Message};
+use std::collections::VecDeque;
+
+/// A host and its unfinished jobs. A request may come before the jobs are done: its answer comes between two pictures.
+pub struct Serial {
+    host: Host,
+    ready: VecDeque<Message>,
+    jobs: VecDeque<Box<Job>>,
+}
+
+impl Serial {
+    /// A host that answers one request after the other.
+    pub fn new(host: Host) -> Self {
+        Self { host, ready: VecDeque::new(), jobs: VecDeque::new() }
+    }
+
+    /// Takes a request, a JSON object.
+    pub fn ask(&mut self, request: &[u8]) {
+        match self.host.ask(request) {
+            Asked::Answer(answer) | Asked::Free { answer, .. } => self.ready.push_back(answer),
+            Asked::Job(job) => {
+                let older = |other: &&Box<Job>| other.slot().is_some() && other.slot() == job.slot();
+                self.jobs.iter().filter(older).for_each(|other| other.token().cancel());
+                self.jobs.push_back(job);
+            }
+            Asked::Cancel { of, answer } => {
+                self.jobs.iter().filter(|job| job.id() == of).for_each(|job| job.token().cancel());
+                self.ready.push_back(answer);
+            }
+            Asked::Lsp { id, .. } => {
+                let message = "the language server needs a process: `shibo bridge` or `shibo lsp`";
+                self.ready.push_back(Host::refused(id, "unknown-op", message));
+            }
+        }
+    }
+
+    /// The next answer or event; `None` after the last one of all requests.
+    pub fn step(&mut self) -> Option<Message> {
+        if let Some(message) = self.ready.pop_front() {
+            return Some(message);
+        }
+        // A cancelled job ends before others go on.
+        let at = self.jobs.iter().position(|job| job.token().is_cancelled()).unwrap_or(0);
+        let message = self.jobs.get_mut(at)?.step(&|_| {})?;
+        if message.is_last() {
+            self.jobs.remove(at);
+        }
+        Some(message)
+    }
+}

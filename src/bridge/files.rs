@@ -46,7 +46,7 @@ impl Files {
             *count += 1;
             let ending = json.get("as").and_then(Json::as_str).unwrap_or("bin");
             let path = self.folder.path().join(format!("{count}.{ending}"));
-            std::fs::write(&path, bytes)?;
+            std::fs::write(&path, bytes).inspect_err(|_| drop(std::fs::remove_file(&path)))?;
             slot.replaced.extend(slot.files.insert(place.clone(), path));
         } else if json.get("event").is_some_and(|event| event == "picture") {
             slot.replaced.extend(slot.files.remove(&place));

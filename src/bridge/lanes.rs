@@ -102,8 +102,13 @@ fn work(bridge: &Bridge<'_>, slot: &Option<String>) {
                 step.unwrap_or_else(|said| Some(Host::refused(id, "defect", &format!("there is a defect: {said}"))));
             let Some(message) = step else { break };
             let (is_last, is_complete) = (message.is_last(), message.json.contains_key("ok"));
+            let place = message.place.clone();
             let json = bridge.files.complete(slot.as_deref(), message).unwrap_or_else(|error| {
                 job.token().cancel();
+                // The other program does not have this picture.
+                if let (Some(slot), Some(place)) = (slot, &place) {
+                    lock(&bridge.host).forget(slot, place);
+                }
                 Host::refused(id, "file", &format!("a picture cannot be written: {error}")).json.into()
             });
             let failed = json.get("error").is_some();

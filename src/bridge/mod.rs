@@ -23,6 +23,7 @@ use output::Output;
 use serde_json::{Value as Json, json};
 use shibo_bridge::host::{Asked, Host, MOST_BYTES};
 use shibo_bridge::scene::lock;
+use shibo_picture::contained;
 use std::io::{self, BufRead, ErrorKind, Read, Write};
 use std::sync::Mutex;
 use std::thread::Scope;
@@ -63,7 +64,14 @@ pub(crate) fn run(args: &BridgeArgs, terminal: &Terminal) -> Result<(), Quit> {
     let folder = files.folder().to_owned();
     interrupt::on_signals(move || {
         // The folder is all that would stay behind.
-        let _ = std::fs::remove_dir_all(folder);
+        // Other threads may still write into it.
+        for _ in 0..20 {
+            let _ = std::fs::remove_dir_all(&folder);
+            if !folder.exists() {
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
         std::process::exit(1);
     });
     let host = Host::new(open::session(library::registry(), &args.engine, terminal)?, library::tools());
@@ -129,18 +137,24 @@ impl Bridge<'_> {
     }
 
     fn answer<'s>(&'s self, scope: &'s Scope<'s, '_>, line: &[u8], language: &mut Language) {
-        let asked = lock(&self.host).ask(line);
+        let asked = contained(|| lock(&self.host).ask(line)).unwrap_or_else(|said| {
+            let id = serde_json::from_slice::<Json>(line).ok().and_then(|request| request["id"].as_u64());
+            Asked::Answer(Host::refused(id, "defect", &format!("there is a defect: {said}")))
+        });
         match asked {
             Asked::Answer(mut answer) => {
                 if let Some(hello) = answer.json.get_mut("ok").filter(|ok| ok.get("protocol").is_some()) {
                     hello["folder"] = self.files.folder().display().to_string().into();
                 }
                 let opened = answer.json.get("ok").and_then(|ok| ok.get("graph")?.as_str().map(str::to_owned));
-                self.send(answer.json.into());
-                if let Some(graph) = opened.filter(|_| is_watched(line)) {
-                    // The thread that watches locks both, so only one lock is held here.
-                    let files = lock(&self.host).files(&graph);
-                    self.watch.add(&graph, &files);
+                match opened.filter(|_| is_watched(line)) {
+                    Some(graph) => {
+                        // The thread that watches locks both, so only one lock is held here.
+                        let files = lock(&self.host).files(&graph);
+                        // A save after the answer must be seen, so the files are recorded before it.
+                        self.watch.add(&graph, &files, || self.send(answer.json.into()));
+                    }
+                    None => self.send(answer.json.into()),
                 }
             }
             Asked::Job(job) => {

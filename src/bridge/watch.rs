@@ -2,6 +2,7 @@
 use super::Bridge;
 use crate::watch::FileSet;
 use shibo_bridge::scene::lock;
+use shibo_picture::contained;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::{Condvar, Mutex, PoisonError};
@@ -36,11 +37,14 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Watches the files of a graph.
-    pub(super) fn add(&self, graph: &str, files: &[PathBuf]) {
+    /// Watches the files of a graph. `answer` tells the other program, before any event about the graph.
+    pub(super) fn add(&self, graph: &str, files: &[PathBuf], answer: impl FnOnce()) {
+        let mut state = lock(&self.state);
         if !files.is_empty() {
-            lock(&self.state).graphs.entry(graph.to_owned()).or_default().files.keep(files);
+            state.graphs.entry(graph.to_owned()).or_default().files.keep(files);
         }
+        answer();
+        drop(state);
         self.woken.notify_all();
     }
 
@@ -74,7 +78,9 @@ fn look(bridge: &Bridge<'_>, graph: &str, watched: &mut Watched, now: Instant) -
         return lock(&bridge.host).is_open(graph);
     }
     let mut host = lock(&bridge.host);
-    let Some(reloaded) = host.reload(graph) else { return false };
+    // After a defect the last good graph stays.
+    let Ok(reloaded) = contained(|| host.reload(graph)) else { return true };
+    let Some(reloaded) = reloaded else { return false };
     watched.files.keep(&host.files(graph));
     drop(host);
     if reloaded.is_broken && !is_due {

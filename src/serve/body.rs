@@ -16,6 +16,11 @@ const MOST: u32 = 200_000;
 /// Cosine of the greatest angle between triangles that look like one smooth surface: 40°.
 const SMOOTH: f32 = 0.766;
 
+/// The most triangles of a model, which cannot be made coarser before it is read.
+const MOST_READ: usize = 2_000_000;
+/// A point with more triangles is the middle of a fan.
+const FAN: usize = 64;
+
 /// Query: an output.
 #[derive(Debug, Deserialize)]
 pub(super) struct Which {
@@ -39,9 +44,12 @@ pub(super) async fn body(State(app): State<App>, query: Query2<Which>) -> Result
         let files = files(stage, &graph, request, cancel, &Silent)?;
         let ending = |end: &str| files.iter().find(|(name, _)| name.ends_with(end)).map(|(_, bytes)| bytes.as_slice());
         let (Some(ply), Some(report)) = (ending(".ply"), ending(".json")) else { return Ok(None) };
-        let sent = read(ply).map(|(places, triangles)| sent(&places, &triangles));
-        sent.map(|sent| Some((sent, report.to_vec())))
-            .ok_or_else(|| Failure::File("the body cannot be read".to_owned()))
+        let unfit = |why: &str| Failure::File(format!("the body cannot be shown: {why}"));
+        let (places, triangles) = read(ply).ok_or_else(|| unfit("it is not as it was written"))?;
+        if triangles.len() > MOST_READ {
+            return Err(unfit(&format!("it has {} triangles; {MOST_READ} can be shown", triangles.len())));
+        }
+        Ok(Some((sent(&places, &triangles), report.to_vec())))
     });
     let (sent, report) = made.await?.ok_or(ApiError::Unknown)?;
     let Sent { vertices, indices, per_mm, middle: [x, y, z], .. } = sent;
@@ -98,8 +106,13 @@ fn sent(places: &[Vec3], triangles: &[[u32; 3]]) -> Sent {
     for (face, corners) in faces.iter().zip(triangles) {
         let own = face.normalize_or(Vec3::Z);
         for corner in corners {
-            let near = around[*corner as usize].iter().map(|other| faces[*other as usize]);
-            let smooth: Vec3 = near.filter(|other| other.dot(own) >= SMOOTH * other.length()).sum();
+            let near = &around[*corner as usize];
+            let others = near.iter().map(|other| faces[*other as usize]);
+            // The middle of a fan is flat.
+            let smooth = match near.len() > FAN {
+                true => own,
+                false => others.filter(|other| other.dot(own) >= SMOOTH * other.length()).sum(),
+            };
             let normal = smooth.normalize_or(own);
             let next = u32::try_from(vertices.len()).unwrap_or(u32::MAX);
             indices.push(*known.entry((*corner, normal.to_array().map(f32::to_bits))).or_insert_with(|| {

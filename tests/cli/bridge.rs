@@ -1,8 +1,9 @@
 //! `shibo bridge`: a program in another language asks over stdin and stdout. The session has every message of docs/protocol.md.
 use crate::support::{Desk, samples};
 use serde_json::{Value as Json, json};
-use std::io::{BufRead, BufReader, Read, Write};
-use std::process::{Child, ChildStdin, ChildStdout, Stdio};
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdin, Stdio};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 const TEXT: &str = r##"(version: 1, canvas: (size_mm: (8, 4), resolution: (32, 16), seed: 1),
@@ -16,20 +17,23 @@ const TEXT: &str = r##"(version: 1, canvas: (size_mm: (8, 4), resolution: (32, 1
 const LONG: &str = r#"(version: 1, canvas: (size_mm: 40, resolution: 96, tile: Both, seed: 1),
   nodes: {
     "bumps": Perlin(size: 5),
-    "points": PoissonPoints(pitch: 2),
+    "points": PoissonPoints(pitch: 0.5),
     "links": ConnectNeighbors(points: "points"),
     "springs": DefineSprings(lattice: "links", field: "bumps", stiffness: (1, 10)),
-    "moved": SimulateSprings(springs: "springs", step: 0.1, steps: 1000000, drag: 4, boundary: Periodic),
+    "moved": SimulateSprings(springs: "springs", step: 0.01, steps: 100000, drag: 4, boundary: Periodic),
     "wrinkles": PlaceWrinkles(lattice: "moved"),
     "strokes": DrawWrinkles(segments: "wrinkles", width: (0.5, 1)),
   },
   outputs: { "mask": "strokes.mask" })
 "#;
 
+/// A test that waits longer for a line fails.
+const PATIENCE: Duration = Duration::from_secs(120);
+
 struct Session {
     bridge: Child,
     stdin: Option<ChildStdin>,
-    stdout: BufReader<ChildStdout>,
+    lines: Receiver<String>,
     id: u64,
 }
 
@@ -40,7 +44,15 @@ impl Session {
         command.env("TMPDIR", desk.path("tmp"));
         let mut bridge = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let (stdin, stdout) = (bridge.stdin.take(), BufReader::new(bridge.stdout.take().unwrap()));
-        Self { bridge, stdin, stdout, id: 0 }
+        let (sender, lines) = channel();
+        std::thread::spawn(move || {
+            for line in stdout.lines().map_while(Result::ok) {
+                if sender.send(line).is_err() {
+                    break;
+                }
+            }
+        });
+        Self { bridge, stdin, lines, id: 0 }
     }
 
     fn bytes(&mut self, bytes: &[u8]) {
@@ -56,8 +68,7 @@ impl Session {
     }
 
     fn receive(&mut self) -> Json {
-        let mut line = String::new();
-        self.stdout.read_line(&mut line).unwrap();
+        let line = self.lines.recv_timeout(PATIENCE).expect("the bridge is silent");
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: {line}"))
     }
 
@@ -105,10 +116,15 @@ impl Session {
     /// Closes stdin, and waits for the end.
     fn end(mut self, desk: &Desk) {
         drop(self.stdin.take());
-        let mut rest = String::new();
-        self.stdout.read_to_string(&mut rest).unwrap();
+        let rest: String = self.lines.iter().collect();
         assert_eq!(self.bridge.wait().unwrap().code(), Some(0), "{rest}");
         assert!(desk.names("tmp").is_empty(), "{:?}", desk.names("tmp"));
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        let _ = self.bridge.kill();
     }
 }
 
@@ -408,8 +424,10 @@ fn a_host_that_dies_leaves_no_process_and_no_folder() {
     session.ok(json!({ "op": "open", "text": LONG }));
     session.send(json!({ "op": "render", "graph": "g1" }));
     assert_eq!(desk.names("tmp").len(), 1);
-    let Session { mut bridge, stdin, stdout, .. } = session;
-    drop((stdin, stdout));
+    // The thread that reads ends at the next line, and closes the pipe.
+    drop(session.stdin.take());
+    session.lines = channel().1;
+    let bridge = &mut session.bridge;
     let start = Instant::now();
     while bridge.try_wait().unwrap().is_none() {
         assert!(start.elapsed() < Duration::from_secs(60), "the process goes on");
@@ -440,8 +458,7 @@ fn requests_in_a_pipe_are_all_answered() {
         session.send(json!({ "op": "render", "graph": "g1", "output": "noise" }));
     }
     drop(session.stdin.take());
-    let mut rest = String::new();
-    session.stdout.read_to_string(&mut rest).unwrap();
+    let rest: String = session.lines.iter().collect();
     assert_eq!(rest.matches("\"computed\":1").count(), 3, "{rest}");
     session.end(&desk);
 }

@@ -10,6 +10,7 @@ use shibo_ide::actions::{apply, assign};
 use shibo_ide::format::keep_layout;
 use shibo_ide::rename::Edit;
 use shibo_ide::{Cx, Workspace};
+use std::io::Read;
 
 /// The fields of `keep`.
 #[derive(Deserialize)]
@@ -33,8 +34,15 @@ pub(super) fn keep(opened: &Opened, request: &Request, tools: &Tools) -> Result<
     let name = named(&source.path);
     let failed = |error: std::io::Error| Refusal::new("file", format!("cannot change `{name}`: {error}"));
     let changed = || Refusal::new("changed", format!("`{name}` is another file by now; nothing was written"));
-    // The limit of graph files is checked when the graph is opened, and the hash fits no other content.
-    let before = std::fs::read_to_string(&source.path).map_err(failed)?;
+    // Another file may be there by now: a pipe, or a large one.
+    let facts = std::fs::metadata(&source.path).map_err(failed)?;
+    let most = LoadOptions::default().limits.max_file_bytes;
+    if !facts.is_file() || facts.len() > most {
+        return Err(changed());
+    }
+    let mut before = String::new();
+    let file = std::fs::File::open(&source.path).map_err(failed)?;
+    file.take(most + 1).read_to_string(&mut before).map_err(failed)?;
     if sha256(&before) != request.sha256 {
         return Err(changed());
     }

@@ -170,7 +170,8 @@ impl Loaded {
     }
 
     /// A graph that cuts solids along the mesh.
-    pub(super) fn cut(self: &Arc<Self>, shared: &Shared, on: &On, size: DVec2) -> Result<Cut, Refusal> {
+    pub(super) fn cut(&self, around: &Around<'_>, on: &On, size: DVec2) -> Result<Cut, Refusal> {
+        let shared = around.shared;
         let Place { position: [x, y, z], turn: [a, b, c] } = on.place;
         let nodes = format!(
             "\"atlas\": MeshAtlas(mesh: \"mesh\", overlap: Refuse), \
@@ -181,7 +182,7 @@ impl Loaded {
         let graph = self.graph(shared, size, &nodes)?;
         let keys = shared.session.keys(&graph).map_err(|failure| self.refusal(shared, failure, &graph))?;
         let at = (node(&graph, "atlas"), 0);
-        let atlas = shared.session.value(&graph, at, &CancelToken::default(), &Silent);
+        let atlas = shared.session.value(&graph, at, around.cancel, around.observer);
         let atlas = atlas.map_err(|failure| self.refusal(shared, failure, &graph))?;
         Ok(Cut {
             graph,

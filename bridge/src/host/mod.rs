@@ -103,6 +103,8 @@ struct Close {
     graph: Option<String>,
     #[serde(default)]
     mesh: Option<String>,
+    #[serde(default)]
+    slot: Option<String>,
 }
 
 #[derive(Deserialize)]
@@ -146,7 +148,7 @@ impl Host {
     }
 
     /// The answer to a request that the transport refuses: the code and the message of the error.
-    pub fn refused(id: u64, code: &'static str, message: &str) -> Message {
+    pub fn refused(id: impl Into<Option<u64>>, code: &'static str, message: &str) -> Message {
         last(id, Err(Refusal::new(code, message)))
     }
 
@@ -220,7 +222,8 @@ impl Host {
                         drop(self.graphs.remove(&graph).ok_or_else(|| no_graph(&graph))?)
                     }
                     Close { mesh: Some(mesh), .. } => drop(self.meshes.remove(&mesh).ok_or_else(|| no_mesh(&mesh))?),
-                    Close { .. } => return Err(Refusal::new("bad-request", "`graph` or `mesh` is missing")),
+                    Close { slot: Some(slot), .. } => drop(self.slots.remove(&slot)),
+                    Close { .. } => return Err(Refusal::new("bad-request", "`graph`, `mesh` or `slot` is missing")),
                 }
                 Ok(answer(json!({})))
             }

@@ -153,7 +153,8 @@ impl Render {
 
     /// The answer after the last picture.
     pub(super) fn done(&self) -> Json {
-        json!({ "final": true, "computed": self.computed, "ms": self.watch.elapsed().as_millis() as u64 })
+        let ms = u64::try_from(self.watch.elapsed().as_millis()).unwrap_or(u64::MAX);
+        json!({ "final": true, "computed": self.computed, "ms": ms })
     }
 
     fn begin(&self, size: Option<u32>, around: &Around<'_>) -> Result<Size, Refusal> {
@@ -171,7 +172,7 @@ impl Render {
             (Some(mesh), Some(on)) => {
                 let keys = around.shared.session.keys(&graph);
                 let keys = keys.map_err(|failure| refusal(around, &self.source, failure, &graph))?;
-                Some((mesh.cut(around.shared, on, graph.canvas.size_mm)?, keys))
+                Some((mesh.cut(around, on, graph.canvas.size_mm)?, keys))
             }
             _ => None,
         };
@@ -261,7 +262,9 @@ impl Render {
         let key = field.and_then(Field::key).unwrap_or_else(own);
         let grid = graph.canvas.grid(graph.canvas.resolution).id().bytes();
         let ty = field.map_or("", |field| field.ty().name());
-        let how = format!("{ty} {:?} {:?} {:?}", self.wanted.form, self.wanted.rows, self.wanted.components);
+        // The range of an output decides the bytes of `u8` and `png`.
+        let range = graph.outputs.iter().find(|output| shown.name == output.name).and_then(|output| output.range);
+        let how = format!("{ty} {:?} {:?} {:?} {range:?}", self.wanted.form, self.wanted.rows, self.wanted.components);
         let on = cut.map(|(cut, _)| cut.key());
         let on = on.as_ref().map_or(&[][..], |key| &key.as_bytes()[..]);
         Key::of("bridge", &[key.as_bytes(), &grid, how.as_bytes(), on]).to_string()

@@ -3,7 +3,7 @@ use super::even::{Even, Stores};
 use super::fewest::fewest;
 use super::heights::Heights;
 use super::patch::Tolerance;
-use super::tiles::Tiles;
+use super::tiles::{Full, Tiles};
 use std::io;
 
 /// How a height field is divided into triangles.
@@ -44,35 +44,40 @@ impl<'a> Mesher<'a> {
         Ok(Self { heights, tolerance, even, stores, stop })
     }
 
-    /// The triangles within an error in mm.
+    /// The triangles within an error in mm; `None` if there are more than `most`.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn within(&self, error: f64) -> io::Result<Tiles> {
+    pub fn within(&self, error: f64, most: u64) -> io::Result<Option<Tiles>> {
         let tolerance = Tolerance { error, ..self.tolerance };
-        match &self.even {
-            Some(even) => even.mesh(self.heights, tolerance, (self.stores)(), self.stop),
-            None => fewest(self.heights, tolerance, (self.stores)(), self.stop),
+        let room = ((self.stores)(), most);
+        let made = match &self.even {
+            Some(even) => even.mesh(self.heights, tolerance, room, self.stop),
+            None => fewest(self.heights, tolerance, room, self.stop),
+        };
+        match made {
+            Err(error) if error.get_ref().is_some_and(|reason| reason.is::<Full>()) => Ok(None),
+            made => made.map(Some),
         }
     }
 
-    /// The least error above `error` at which `fits` accepts the triangles, in steps of 2^¼ and rounded up to three
-    /// digits, with these triangles. The error is tried, so `fits` holds for it. `None` if none does.
+    /// The least error above `error` at which there are at most `most` triangles and `fits` accepts them, in steps of 2^¼
+    /// and rounded up to three digits, with these triangles. The error is tried, so `fits` holds for it. `None` if none does.
     ///
     /// # Errors
     /// As [`new`](Self::new).
-    pub fn fitting(&self, error: f64, fits: impl Fn(&Tiles) -> bool) -> io::Result<Option<(f64, Tiles)>> {
+    pub fn fitting(&self, error: f64, most: u64, fits: impl Fn(&Tiles) -> bool) -> io::Result<Option<(f64, Tiles)>> {
         let at = |step: u32| {
             let stated = step_of(error, step);
-            let tiles = self.within(stated)?;
-            Ok::<_, io::Error>(fits(&tiles).then_some((stated, tiles)))
+            let tiles = self.within(stated, most)?.filter(&fits);
+            Ok::<_, io::Error>(tiles.map(|tiles| (stated, tiles)))
         };
         let (mut low, mut high) = (0, 1);
         let mut best = loop {
             if let Some(found) = at(high)? {
                 break found;
             }
-            // The range of a height is far below 2^25 errors of at least 1e-4 mm.
+            // 128 steps are a factor of 2^32, or more than 400 km for an error of 1e-4 mm.
             if high >= 128 {
                 return Ok(None);
             }
@@ -124,11 +129,12 @@ mod tests {
         for pattern in [Pattern::Fewest, Pattern::Even] {
             let mesher =
                 Mesher::new(&heights, pattern, Tolerance::flat(1.0), &|| Box::new(Vec::new()), &|| false).unwrap();
-            let full = mesher.within(0.01).unwrap().triangles();
-            let (error, tiles) = mesher.fitting(0.01, |tiles| tiles.triangles() <= full / 3).unwrap().unwrap();
+            let full = mesher.within(0.01, u64::MAX).unwrap().unwrap().triangles();
+            assert!(mesher.within(0.01, full).unwrap().is_some() && mesher.within(0.01, full - 1).unwrap().is_none());
+            let (error, tiles) = mesher.fitting(0.01, full / 3, |_| true).unwrap().unwrap();
             assert!(error > 0.01 && tiles.triangles() <= full / 3);
-            assert!(mesher.within(error / 1.2).unwrap().triangles() > full / 3);
-            assert!(mesher.fitting(0.01, |tiles| tiles.triangles() < 2).unwrap().is_none());
+            assert!(mesher.within(error / 1.2, full / 3).unwrap().is_none());
+            assert!(mesher.fitting(0.01, u64::MAX, |tiles| tiles.triangles() < 2).unwrap().is_none());
         }
     }
 }

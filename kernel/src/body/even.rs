@@ -7,7 +7,7 @@ use super::heights::{BLOCK, Band, Heights, cuts};
 use super::patch::Tolerance;
 use super::posts::Block;
 use super::store::Store;
-use super::tiles::{Mesh, Tiles};
+use super::tiles::{Mesh, Room, Tiles};
 use rayon::prelude::*;
 use std::io;
 use std::ops::Range;
@@ -56,7 +56,7 @@ impl Even {
             posts /= 2;
         }
         let [columns, rows] = intervals.map(|count| cuts(count, posts));
-        let tiles = Tiles::new(columns, rows, heights.repeats, stores());
+        let tiles = Tiles::new(columns, rows, heights.repeats, (stores(), 0));
         let mut even = Self { tiles, posts, errors: stores(), pending: None };
         let [across, down] = even.tiles.count();
         let none = vec![0_u8; across * even.count() * size_of::<f32>()];
@@ -186,11 +186,11 @@ impl Even {
         &self,
         heights: &Heights<'_>,
         tolerance: Tolerance,
-        store: Box<dyn Store>,
+        room: Room,
         stop: &(dyn Fn() -> bool + Sync),
     ) -> io::Result<Tiles> {
         let (columns, rows) = (self.tiles.columns.clone(), self.tiles.rows.clone());
-        let mut tiles = Tiles::new(columns, rows, heights.repeats, store);
+        let mut tiles = Tiles::new(columns, rows, heights.repeats, room);
         for part in self.parts(heights) {
             let (blocks, band, errors) = self.load(heights, part)?;
             if stop() {

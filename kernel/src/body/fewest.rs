@@ -7,9 +7,8 @@ use super::heights::{BLOCK, Band, Heights, cuts};
 use super::patch::{Patch, Spot, Tolerance};
 use super::scan::{self, Taken, Worst};
 use super::sides::{Side, simplify};
-use super::store::Store;
 use super::table::Table;
-use super::tiles::{Mesh, Tiles};
+use super::tiles::{Mesh, Room, Tiles};
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -23,11 +22,11 @@ use std::io;
 pub fn fewest(
     heights: &Heights<'_>,
     tolerance: Tolerance,
-    store: Box<dyn Store>,
+    room: Room,
     stop: &(dyn Fn() -> bool + Sync),
 ) -> io::Result<Tiles> {
     let [columns, rows] = heights.size().map(|count| cuts(count - 1, BLOCK));
-    let mut tiles = Tiles::new(columns, rows, heights.repeats, store);
+    let mut tiles = Tiles::new(columns, rows, heights.repeats, room);
     let [across, down] = tiles.count();
     let mut sides = first_sides(heights, tolerance, &tiles)?;
     let mut waiting: Vec<usize> = (0..across * down).collect();

@@ -308,7 +308,8 @@ fn extremes(row: &[f32]) -> (f32, usize, f32) {
 
 /// The samples on both rims of a line of pixels.
 fn rim(first: f32, last: f32, repeats: bool) -> [f32; 2] {
-    if repeats { [0.5 * (first + last); 2] } else { [first, last] }
+    // Halves before the sum, which could overflow.
+    if repeats { [0.5 * first + 0.5 * last; 2] } else { [first, last] }
 }
 
 /// Positions of the pixel centres of a line, with both rims, in half steps.

@@ -30,7 +30,7 @@ pub use patch::Tolerance;
 pub use plate::Plate;
 pub use roll::Roll;
 pub use store::Store;
-pub use tiles::Tiles;
+pub use tiles::{Room, Tiles};
 
 #[cfg(test)]
 mod tests;

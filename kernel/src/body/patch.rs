@@ -123,6 +123,9 @@ impl Tolerance {
 
 /// Half of the distance between neighbouring `f32` below a value.
 fn half_step(value: f64) -> f64 {
+    if !value.is_finite() {
+        return f64::INFINITY;
+    }
     // Numbers below 2^k are multiples of 2^(k - 24).
     let mut power = 1.0_f64;
     while power <= value {

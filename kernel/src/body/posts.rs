@@ -170,6 +170,9 @@ impl Block {
                     continue;
                 }
                 reached = reached.max(f64::from(own));
+            } else {
+                // The smallest triangles have no samples but their corners: rounding and bow are left.
+                reached = reached.max(f64::from(self.error([a, b, apex])) * error);
             }
             let mut spots = [a, b, apex].map(|post| self.spot(post));
             match area(&self.patch, spots) {

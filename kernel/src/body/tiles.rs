@@ -2,7 +2,8 @@
 use super::patch::Spot;
 use super::sides::Side;
 use super::store::{self, Place, Store};
-use std::io;
+use std::error::Error;
+use std::{fmt, io};
 
 /// The triangles of a block.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -74,20 +75,44 @@ pub struct Tiles {
     errors: Vec<f64>,
     sides: Vec<OnSides>,
     store: Box<dyn Store>,
+    /// The most triangles.
+    most: u64,
+    count: u64,
     bytes: Vec<u8>,
 }
 
+/// A store, and the most triangles that it takes.
+pub type Room = (Box<dyn Store>, u64);
+
+/// The reason of an error: there are more triangles than a [`Room`] takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Full;
+
+impl fmt::Display for Full {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("too many triangles")
+    }
+}
+
+impl Error for Full {}
+
 impl Tiles {
     /// Blocks without triangles.
-    pub(super) fn new(columns: Vec<usize>, rows: Vec<usize>, repeats: [bool; 2], store: Box<dyn Store>) -> Self {
+    pub(super) fn new(columns: Vec<usize>, rows: Vec<usize>, repeats: [bool; 2], (store, most): Room) -> Self {
         let count = (columns.len() - 1) * (rows.len() - 1);
         let (places, errors) = (vec![Place::default(); count], vec![0.0; count]);
         let (sides, bytes) = (vec![OnSides::default(); count], Vec::new());
-        Self { columns, rows, repeats, places, errors, sides, store, bytes }
+        Self { columns, rows, repeats, places, errors, sides, store, most, count: 0, bytes }
     }
 
-    /// Sets the triangles of a block, and their largest distance to the field in mm.
+    /// Sets the triangles of a block, and their largest distance to the field in mm. Fails with [`Full`] before the store has
+    /// too many triangles.
     pub(super) fn set(&mut self, block: usize, mesh: &Mesh, error: f64) -> io::Result<()> {
+        self.count -= u64::from(self.places[block].triangles);
+        self.count += mesh.triangles.len() as u64;
+        if self.count > self.most {
+            return Err(io::Error::other(Full));
+        }
         self.places[block] = store::add(&mut *self.store, mesh, &mut self.bytes)?;
         self.sides[block] = OnSides::of(mesh);
         self.errors[block] = error;
@@ -114,7 +139,7 @@ impl Tiles {
 
     /// Number of triangles.
     pub fn triangles(&self) -> u64 {
-        self.places.iter().map(|place| u64::from(place.triangles)).sum()
+        self.count
     }
 
     /// Number of edges on each rim: top, bottom, left, right.

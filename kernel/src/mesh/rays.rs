@@ -5,11 +5,12 @@
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::PlocBuilder;
 use obvhs::ray::Ray;
 use obvhs::{Boundable, BvhBuildParams};
 use shibo_value::Mesh;
-use std::time::Duration;
 
 /// The triangles of a surface in a bounding volume hierarchy.
 pub struct Rays {
@@ -72,6 +73,25 @@ impl Sheared {
     }
 }
 
+/// The steps of `obvhs::bvh2::builder::build_bvh2`, which reads a clock. WebAssembly has none.
+fn hierarchy(boxes: &[Wide]) -> Bvh2 {
+    let params = BvhBuildParams::medium_build();
+    let count = u32::try_from(boxes.len()).unwrap_or(u32::MAX);
+    let mut made = PlocBuilder::with_capacity(boxes.len()).build(
+        params.ploc_search_distance,
+        boxes,
+        (0..count).collect(),
+        params.sort_precision,
+        params.search_depth_threshold,
+    );
+    let mut optimizer = ReinsertionOptimizer::default();
+    optimizer.run(&mut made, params.reinsertion_batch_ratio, None);
+    collapse(&mut made, params.max_prims_per_leaf.clamp(1, 255), params.collapse_traversal_cost);
+    let later = params.reinsertion_batch_ratio * params.post_collapse_reinsertion_batch_ratio_multiplier;
+    optimizer.run(&mut made, later, None);
+    made
+}
+
 impl Rays {
     /// Builds the hierarchy of a mesh. O(n log n).
     pub fn new(mesh: &Mesh) -> Self {
@@ -84,7 +104,7 @@ impl Rays {
             Wide(Aabb::new(Vec3A::from(a.min(*b).min(*c)) - room, Vec3A::from(a.max(*b).max(*c)) + room))
         };
         let boxes: Vec<Wide> = all.iter().map(wide).collect();
-        let boxes = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
+        let boxes = hierarchy(&boxes);
         let triangles = boxes.primitive_indices.iter().map(|n| all[*n as usize]).collect();
         Self { boxes, triangles }
     }

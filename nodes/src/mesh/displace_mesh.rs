@@ -24,6 +24,9 @@ const MOST_TRIANGLES: usize = 20_000_000;
 /// The triangles of an error are counted up to this many times the allowed number.
 const COUNTED: usize = 4;
 
+/// Bytes of memory for a texel of the height.
+const BYTES_PER_TEXEL: u64 = 12;
+
 /// The answer to a relief that needs more triangles than allowed.
 #[choice]
 pub enum OverBudget {
@@ -159,9 +162,9 @@ impl DisplaceMesh {
     }
 
     /// The text about too many triangles, and the remedies.
-    fn too_many(&self, many: &TooMany, allowed: usize) -> (String, String) {
-        let needed =
-            many.needed.map_or_else(|| format!("more than {}", COUNTED * allowed), |needed| needed.to_string());
+    fn too_many(&self, many: &TooMany, spec: &Spec) -> (String, String) {
+        let allowed = spec.triangles;
+        let needed = many.needed.map_or_else(|| format!("more than {}", spec.most), |needed| needed.to_string());
         let message = format!("{} mm needs {needed} triangles; {allowed} are allowed", self.error);
         let triangles = many.needed.map(|needed| format!("`triangles: {needed}`"));
         let error = many.error.map(|error| format!("`error: {error}`"));
@@ -175,12 +178,12 @@ impl DisplaceMesh {
     }
 
     /// Warns of everything that the result does not show by itself.
-    fn warn(&self, cx: &Context<'_>, made: &Displaced, allowed: usize) {
+    fn warn(&self, cx: &Context<'_>, made: &Displaced, spec: &Spec) {
         let warn = |problem| cx.evaluator.warn(problem);
         let mut error = self.error;
         if let Some(many) = &made.coarser {
             error = many.error.unwrap_or(error);
-            let (message, help) = self.too_many(many, allowed);
+            let (message, help) = self.too_many(many, spec);
             warn(advice(format!("{message}, so the error is {error} mm"), "triangles", &help));
         }
         let (off, at) = made.off;
@@ -204,7 +207,11 @@ impl DisplaceMesh {
             let message = format!("{count} triangles face inwards, at {}: the relief folds over itself", place(at));
             warn(advice(message, "height", "reduce the depth where the mesh bends, or blur the height"));
         }
-        let found = if DVec3::from(self.pull) == DVec3::ZERO { None } else { hidden(&made.mesh, self.pull.into()) };
+        let found = if DVec3::from(self.pull) == DVec3::ZERO {
+            None
+        } else {
+            hidden(&made.mesh, self.pull.into(), &|| cx.check().is_err())
+        };
         if let Some(found) = found {
             let message = format!("{:.2} % of the surface is undercut, at {}", 100.0 * found.share, place(found.at));
             warn(advice(message, "pull", "reduce the steepness of the height, or change the direction"));
@@ -221,34 +228,52 @@ impl Node for DisplaceMesh {
         if texels <= MOST {
             return Vec::new();
         }
+        // Three digits, rounded up.
         let least = 1.001 * (canvas.size_mm().element_product() / MOST).sqrt();
+        let mut unit = 1.0_f64;
+        while least < 100.0 * unit {
+            unit /= 10.0;
+        }
+        let least = (least / unit).ceil() / (1.0 / unit).round();
         let message =
             format!("pitch is too small; the height would be read at {texels:.0} texels, and {MOST:.0} are allowed");
-        vec![Problem::new(Code::TooLarge, message).at("pitch").help(format!("write `pitch: {least:.4}` or more"))]
+        vec![Problem::new(Code::TooLarge, message).at("pitch").help(format!("write `pitch: {least}` or more"))]
     }
 
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let atlas = cx.get(&self.atlas)?;
         self.check_rounding(&atlas)?;
         let relief = self.relief(cx, &atlas)?;
-        let room = usize::try_from(cx.evaluator.memory() / BYTES_PER_TRIANGLE).unwrap_or(usize::MAX);
-        let triangles = (self.triangles as usize).min(room);
+        let texels = BYTES_PER_TEXEL * u64::from(relief.texels());
+        let room = cx.evaluator.memory().saturating_sub(texels) / BYTES_PER_TRIANGLE;
+        let room = usize::try_from(room).unwrap_or(usize::MAX);
+        let triangles = self.triangles as usize;
         let spec = Spec {
             error: self.error,
             triangles,
             coarsen: self.over == OverBudget::Coarsen,
-            most: (COUNTED * triangles).min(room).min(MOST_TRIANGLES).max(triangles),
+            most: (COUNTED * triangles).min(room).min(MOST_TRIANGLES),
             edge: if self.edge > 0.0 { self.edge } else { f64::INFINITY },
             file_normals: self.normals == ReliefNormals::File,
         };
         let made = displace(&relief, &spec, &|| cx.check().is_err()).map_err(|error| match error {
             DisplaceError::Stopped => Stop::Cancelled,
             DisplaceError::TooMany(many) => {
-                let (message, help) = self.too_many(&many, triangles);
+                let (message, help) = self.too_many(&many, &spec);
                 Problem::new(Code::OverBudget, message).at("triangles").help(help).into()
             }
+            DisplaceError::Memory => {
+                let message = format!(
+                    "{} mm needs more than {} triangles, for which the memory is too small",
+                    self.error, spec.most
+                );
+                Problem::new(Code::TooLarge, message)
+                    .at("triangles")
+                    .help("raise `--memory`, or make `error` larger")
+                    .into()
+            }
         })?;
-        self.warn(cx, &made, triangles);
+        self.warn(cx, &made, &spec);
         cx.check()?;
         Ok(Outputs::one(made.mesh))
     }

@@ -54,14 +54,15 @@ export class Bodies {
   /** @param {string} name */
   async load(name) {
     const { scene } = this;
+    const { shape } = this.lit;
     if (!scene) return;
     this.name = name;
     this.generation = scene.generation;
     this.panel.hidden = false;
     if (!this.lit.shapes[shapeOf(name)]) this.tell(['It is made …']);
     const found = await body({ g: scene.generation, o: name }).catch((/** @type {Error} */ error) => error.message);
-    // The graph has changed, or another body was chosen.
-    if (!found || this.name !== name || this.generation !== scene.generation) return;
+    // The graph has changed, or another body or shape was chosen.
+    if (!found || this.name !== name || this.generation !== scene.generation || this.lit.shape !== shape) return;
     if (typeof found === 'string') { this.tell([found]); return; }
     const isNew = this.lit.shape !== shapeOf(name);
     this.lit.put(shapeOf(name), { ...found, plain: true });

@@ -1,7 +1,9 @@
 //! Checks of a displaced surface: charts that do not fit together, folds, and undercuts.
+use super::AT_ONCE;
 use super::forest::Forest;
 use super::relief::Relief;
 use crate::ground::number::narrow;
+use crate::ground::stop::Until;
 use crate::mesh::rays::Rays;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -84,20 +86,29 @@ pub struct Hidden {
 }
 
 /// The triangles that are hidden from the side to which they face, along a direction of any length. `None` if there are
-/// none.
-pub fn hidden(mesh: &Mesh, pull: DVec3) -> Option<Hidden> {
+/// none, or if `until` returned true.
+pub fn hidden(mesh: &Mesh, pull: DVec3, until: Until<'_>) -> Option<Hidden> {
     let (rays, [low, high]) = (Rays::new(mesh), mesh.bounds());
     let size = low.distance(high);
+    // Places are rounded to `f32`.
+    let above = 1e-6 * size.max(low.abs().max(high.abs()).max_element());
     let pull = pull.normalize_or_zero();
     let of = |n: usize| {
         let cross = mesh.cross(n);
         let normal = cross.normalize_or_zero();
         let side = if normal.dot(pull) < 0.0 { -pull } else { pull };
         let [a, b, c] = mesh.corners(n);
-        let from = (a + b + c) / 3.0 + normal * 1e-6 * size;
+        let from = (a + b + c) / 3.0 + normal * above;
         !rays.escapes(from.as_vec3(), side.as_vec3(), narrow(2.0 * size))
     };
-    let found: Vec<usize> = (0..mesh.triangles.len()).into_par_iter().with_min_len(256).filter(|n| of(*n)).collect();
+    let mut found: Vec<usize> = Vec::new();
+    for from in (0..mesh.triangles.len()).step_by(AT_ONCE) {
+        if until() {
+            return None;
+        }
+        let some = (from..mesh.triangles.len().min(from + AT_ONCE)).into_par_iter();
+        found.par_extend(some.with_min_len(256).filter(|n| of(*n)));
+    }
     let area = |n: usize| 0.5 * mesh.cross(n).length();
     let largest = found.iter().copied().reduce(|best, n| if area(n) > area(best) { n } else { best })?;
     let [a, b, c] = mesh.corners(largest);

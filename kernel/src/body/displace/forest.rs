@@ -44,8 +44,8 @@ pub(super) struct Forest<'a> {
     pub(super) points: Vec<Point>,
 }
 
-/// Bytes of memory for a triangle, its share of the points, and both in the finished mesh.
-pub const BYTES_PER_TRIANGLE: u64 = 140;
+/// Bytes of memory for a triangle, its share of the points, its state, both in the finished mesh, and room for growing lists.
+pub const BYTES_PER_TRIANGLE: u64 = 320;
 
 impl<'a> Forest<'a> {
     /// The triangles of the atlas. `normals` are those of its vertices.

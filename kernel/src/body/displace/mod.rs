@@ -34,7 +34,8 @@ pub struct Spec {
     pub triangles: usize,
     /// True to take a larger error if more triangles are needed.
     pub coarsen: bool,
-    /// The number of triangles beyond which those of an error are not counted any more.
+    /// The number of triangles beyond which those of an error are not counted any more. It may follow from the memory, so no
+    /// result depends on it.
     pub most: usize,
     /// The longest edge on the undisplaced surface, in mm.
     pub edge: f64,
@@ -72,6 +73,8 @@ pub struct TooMany {
 pub enum DisplaceError {
     /// More triangles are needed.
     TooMany(TooMany),
+    /// The count passed [`Spec::most`], which is below [`Spec::triangles`].
+    Memory,
     /// The work was stopped.
     Stopped,
 }
@@ -184,6 +187,9 @@ fn refine(forest: &mut Forest<'_>, spec: &Spec, until: Until<'_>) -> Result<Refi
                 }
             }
             if forest.pieces.len() > spec.most {
+                if forest.pieces.len() <= spec.triangles {
+                    return Err(DisplaceError::Memory);
+                }
                 return Ok(Refined::Beyond(TooMany { needed: None, error: fits }));
             }
         }

@@ -39,7 +39,7 @@ impl<'a> Relief<'a> {
     /// heights are interpolated with those of the gutter, which fields on atlases have.
     ///
     /// # Errors
-    /// A texel of a chart is not a finite number.
+    /// A texel of a chart or of its gutter is not a finite number.
     pub fn new(
         atlas: &'a Atlas,
         mut values: Vec<f32>,
@@ -49,6 +49,7 @@ impl<'a> Relief<'a> {
         let step = atlas.size_mm / size.as_dvec2();
         let grid = Grid { origin: DVec2::ZERO, step, period: None, shown: None };
         let window = Window::full(size);
+        values.resize(window.len(), 0.0);
         let mut ids = vec![0.0; values.len()];
         texels::fill(atlas, &grid, window, &mut ids);
         let on_canvas = |pixel: usize| {
@@ -59,7 +60,7 @@ impl<'a> Relief<'a> {
             let triangle = texels::triangle(ids[pixel])?;
             Some(atlas.place(triangle, on_canvas(pixel) / atlas.size_mm))
         };
-        let bad = ids.iter().zip(&values).position(|(id, value)| *id > 0.0 && !value.is_finite());
+        let bad = ids.iter().zip(&values).position(|(id, value)| *id != 0.0 && !value.is_finite());
         if let Some(pixel) = bad {
             return Err(NotFinite { on_canvas: on_canvas(pixel), at: place(pixel).unwrap_or_default() });
         }
@@ -79,6 +80,11 @@ impl<'a> Relief<'a> {
     #[inline]
     pub(super) fn in_texels(&self, uv: DVec2) -> DVec2 {
         uv * self.size.as_dvec2() - 0.5
+    }
+
+    /// Number of texels.
+    pub fn texels(&self) -> u32 {
+        self.size.element_product()
     }
 
     /// Texels across and down.

@@ -238,10 +238,10 @@ fn normals_of_the_file_are_means_at_each_vertex() {
 
 #[test]
 fn undercuts_depend_on_the_direction() {
-    assert_eq!(hidden(&fixture::sphere().mesh, DVec3::Z), None);
+    assert_eq!(hidden(&fixture::sphere().mesh, DVec3::Z, NEVER), None);
     let torus = fixture::torus(48, 24);
-    assert_eq!(hidden(&torus.mesh, DVec3::Z), None);
-    let across = hidden(&torus.mesh, DVec3::new(3.0, 0.0, 0.0)).unwrap();
+    assert_eq!(hidden(&torus.mesh, DVec3::Z, NEVER), None);
+    let across = hidden(&torus.mesh, DVec3::new(3.0, 0.0, 0.0), NEVER).unwrap();
     assert!((0.02..0.6).contains(&across.share), "{across:?}");
 }
 

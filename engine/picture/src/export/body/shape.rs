@@ -1,10 +1,10 @@
 //! Makes a body of a height: takes its options, finds triangles within the limits, and writes the files.
-use super::super::heights::{HeightMap, Part, Stop, place, refused, text_file, told};
+use super::super::heights::{HeightMap, Part, Stop, place, refused, told};
 use super::super::spool::{Opposite, Spool, Turned};
 use super::super::target::{Options, Source};
 use super::files::Body;
 use super::report::{Facts, grouped, json, line, model_json, model_line};
-use super::{FORMS, Format, OVER, PATTERNS};
+use super::{FORMS, Format, MOST, OVER, PATTERNS};
 use crate::WriteError;
 use crate::value::diagnostics::Code;
 use glam::DVec2;
@@ -183,14 +183,18 @@ impl Common {
         let failed = |error| WriteError::at(&path, error);
         let stores = || -> Box<dyn Store> { Box::new(Spool::new(&path)) };
         let mesher = Mesher::new(&made.heights, self.pattern, made.tolerance, &stores, stop).map_err(failed)?;
-        let mut tiles = mesher.within(self.error).map_err(failed)?;
+        let allowed = whole(self.triangles);
         let mut advice = advice(&made, map, self.error);
-        let needed = shape.triangles(&made, &tiles);
-        if needed as f64 > self.triangles {
-            let fits = |tiles: &Tiles| shape.triangles(&made, tiles) as f64 <= self.triangles;
-            let found = mesher.fitting(self.error, fits).map_err(failed)?;
-            tiles = self.coarser(needed, found, &mut advice)?;
-        }
+        let tiles = mesher.within(self.error, whole(MOST)).map_err(failed)?;
+        let needed = tiles.as_ref().map(|tiles| shape.triangles(&made, tiles));
+        let tiles = match tiles.filter(|_| needed.is_some_and(|needed| needed <= allowed)) {
+            Some(tiles) => tiles,
+            None => {
+                let fits = |tiles: &Tiles| shape.triangles(&made, tiles) <= allowed;
+                let found = mesher.fitting(self.error, allowed, fits).map_err(failed)?;
+                self.coarser(needed, found, &mut advice)?
+            }
+        };
         let mut body = Body::create(&path, self.format, stop).map_err(failed)?;
         let figures = shape.build(&made, &tiles, &mut body).map_err(failed)?;
         let file = body.finish(&path).map_err(failed)?;
@@ -216,7 +220,7 @@ impl Common {
         if self.report {
             let text = json(self, &figures, &facts, &advice);
             let path = folder.join(format!("{}_report.json", self.stem));
-            parts.push(Part::Document(text_file(&path, &text)?));
+            parts.push(Part::document(&path, &text)?);
         }
         parts.extend(advice.into_iter().map(Part::Advice));
         Ok(parts)
@@ -241,20 +245,32 @@ impl Common {
     }
 
     /// The triangles of a larger error, or the reason why there are none.
-    fn coarser(&self, needed: u64, found: Option<(f64, Tiles)>, advice: &mut Vec<String>) -> Result<Tiles, WriteError> {
+    fn coarser(
+        &self,
+        needed: Option<u64>,
+        found: Option<(f64, Tiles)>,
+        advice: &mut Vec<String>,
+    ) -> Result<Tiles, WriteError> {
         let allowed = grouped(whole(self.triangles));
-        let message = format!("{} mm needs {} triangles; {allowed} are allowed", self.error, grouped(needed));
+        let count = needed.map_or_else(|| format!("more than {}", grouped(whole(MOST))), grouped);
+        let message = format!("{} mm needs {count} triangles; {allowed} are allowed", self.error);
+        let triangles = needed.filter(|needed| *needed <= whole(MOST)).map(rounded_up);
+        let triangles = triangles.map(|triangles| format!("`triangles: {triangles}`"));
         match found {
             Some((error, tiles)) if self.coarsen => {
                 advice.push(format!("{message}, so the error is {error} mm"));
                 Ok(tiles)
             }
             Some((error, _)) => {
-                let help = format!("write `triangles: {}`, or `error: {error}`", rounded_up(needed));
+                let remedies: Vec<String> = triangles.into_iter().chain([format!("`error: {error}`")]).collect();
+                let help = format!("write {}", remedies.join(", or "));
                 Err(refused(Code::OverBudget, message, help))
             }
             None => {
-                let help = format!("write `triangles: {}`; no error needs few enough", rounded_up(needed));
+                let help = match triangles {
+                    Some(triangles) => format!("write {triangles}; no error needs few enough"),
+                    None => "no error needs few enough: use fewer tiles".to_owned(),
+                };
                 Err(refused(Code::OverBudget, message, help))
             }
         }

@@ -107,7 +107,7 @@ fn rolls_and_moulds_are_closed() {
 fn slopes_over_the_limit_are_reported() {
     let desk = desk(
         "Both",
-        "\"p\": Plate(height: \"h\", report: true, steepest: 20),
+        "\"p\": Plate(height: \"h\", report: true, steepest: 10),
          \"q\": Plate(height: \"h\", report: true)",
     );
     let said = desk.shibo("render a.ron -o out").expect(0).stderr;
@@ -115,8 +115,8 @@ fn slopes_over_the_limit_are_reported() {
     let (limited, free) = (report("out/p_report.json"), report("out/q_report.json"));
     let share = limited["over_limit_share"].as_f64().unwrap();
     assert!(share > 0.0 && share < 1.0, "{share}");
-    assert!(limited["steepest_deg"].as_f64().unwrap() > 20.0 && limited["limit_deg"] == 20.0);
-    assert!(said.contains("% of the relief is steeper than 20°"), "{said}");
+    assert!(limited["steepest_deg"].as_f64().unwrap() > 10.0 && limited["limit_deg"] == 10.0);
+    assert!(said.contains("% of the relief is steeper than 10°"), "{said}");
     assert_eq!((&free["over_limit_share"], &free["findings"]), (&0.0.into(), &serde_json::json!([])));
     assert_eq!(free["pitch_mm"], serde_json::json!([8.0 / 96.0, 8.0 / 96.0]));
     assert_eq!(desk.read("out/p.stl"), desk.read("out/q.stl"));

@@ -3,11 +3,12 @@
 //!
 //! The error of a post is the largest one of the triangles halved there and of all smaller ones below them. One pass
 //! over all sizes of triangles therefore gives the triangles for any error.
+use super::block::Mesh;
 use super::heights::{BLOCK, Band, Heights, cuts};
 use super::patch::Tolerance;
 use super::posts::Block;
 use super::store::Store;
-use super::tiles::{Mesh, Room, Tiles};
+use super::tiles::{Room, Tiles};
 use rayon::prelude::*;
 use std::io;
 use std::ops::Range;

@@ -3,12 +3,13 @@
 //! The sides of blocks are simplified first, so both blocks of a side start with the same vertices. If an edge crosses
 //! the line between a sample of a side and a vertex beside it, only that sample can help. It is then added to the side,
 //! and the block on its other side is triangulated again.
+use super::block::Mesh;
 use super::heights::{BLOCK, Band, Heights, cuts};
 use super::patch::{Patch, Spot, Tolerance};
 use super::scan::{self, Taken, Worst};
 use super::sides::{Side, simplify};
 use super::table::Table;
-use super::tiles::{Mesh, Room, Tiles};
+use super::tiles::{Room, Tiles};
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;

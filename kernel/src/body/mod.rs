@@ -3,6 +3,7 @@
 //! [`Heights`] are the samples of a canvas and of its rims. [`fewest()`] and `even` divide them into triangles, in
 //! blocks. [`Plate`] and [`Roll`] close the surface to a body and give its vertices and triangles one by one. Heights are
 //! read some rows at a time, and triangles are kept in a [`Store`], so that bodies may be larger than the memory.
+mod block;
 mod budget;
 mod builder;
 pub mod displace;

@@ -2,10 +2,11 @@
 //!
 //! Where a block has fewer samples than posts, two posts share a sample, and triangles between them have no area and are
 //! left out. The error of a triangle is the exact maximum over its samples and crossings.
+use super::block::Mesh;
 use super::heights::{BLOCK, Band, Heights, single};
 use super::patch::{Patch, Spot, Tolerance};
 use super::scan::{self, Taken};
-use super::tiles::{Mesh, Tiles};
+use super::tiles::Tiles;
 
 /// No sample counts as a vertex.
 struct Nothing;

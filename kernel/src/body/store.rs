@@ -1,6 +1,6 @@
 //! The triangles of blocks as bytes, so that they may lie in memory or in a file.
+use super::block::Mesh;
 use super::patch::Spot;
-use super::tiles::Mesh;
 use std::fmt;
 use std::io;
 

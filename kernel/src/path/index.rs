@@ -49,6 +49,18 @@ impl Index {
 
     /// The copies of boxes that may touch the rectangle from `low` to `high`, sorted by index and then by shift.
     pub(super) fn near(&self, low: DVec2, high: DVec2) -> Vec<Near> {
+        let mut found = Vec::new();
+        self.visit(low, high, |near| found.push(near));
+        let key = |near: &Near| (near.id, near.shift.y, near.shift.x);
+        found.sort_by(|a, b| {
+            let (a, b) = (key(a), key(b));
+            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2))
+        });
+        found
+    }
+
+    /// Visits the copies of boxes that may touch the rectangle from `low` to `high`, in the order of the bins.
+    pub(super) fn visit(&self, low: DVec2, high: DVec2, mut put: impl FnMut(Near)) {
         let margin = DVec2::splat(1e-5) * (1.0 + low.abs().max(high.abs()));
         let (low, high) = (low - margin, high + margin);
         let (all_low, all_high) = (self.bins.low.as_dvec2(), self.bins.high.as_dvec2());
@@ -60,7 +72,6 @@ impl Index {
             (((low[axis] - all_high[axis]) / period).ceil(), ((high[axis] - all_low[axis]) / period).floor())
         };
         let (x, y) = (range(0), range(1));
-        let mut found = Vec::new();
         let mut step = DVec2::new(x.0, y.0);
         while step.y <= y.1 {
             step.x = x.0;
@@ -69,18 +80,12 @@ impl Index {
                 let (low, high) = ((low - shift).as_vec2(), (high - shift).as_vec2());
                 self.bins.find(low, high, |range| {
                     let near = |id: &u32| Near { id: *id, shift: shift + self.home[*id as usize] };
-                    found.extend(self.order[range].iter().map(near));
+                    self.order[range].iter().map(near).for_each(&mut put);
                 });
                 step.x += 1.0;
             }
             step.y += 1.0;
         }
-        let key = |near: &Near| (near.id, near.shift.y, near.shift.x);
-        found.sort_by(|a, b| {
-            let (a, b) = (key(a), key(b));
-            a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2))
-        });
-        found
     }
 
     /// Like [`Self::near`], for the pixels of a window and a margin of `around` mm.

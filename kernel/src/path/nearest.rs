@@ -137,6 +137,15 @@ impl Nearest {
         }
     }
 
+    /// True if a curve is within `reach` mm of a point.
+    pub(super) fn is_within(&self, p: DVec2, reach: f64) -> bool {
+        let mut found = false;
+        self.index.visit(p - reach, p + reach, |Near { id, shift }| {
+            found = found || self.pieces[id as usize].distance_squared(p - shift) <= reach * reach;
+        });
+        found
+    }
+
     /// Position of one point, if a curve is within `reach` mm.
     pub fn at(&self, p: DVec2, reach: f64) -> Option<Beside> {
         let near = self.index.near(p - reach, p + reach);

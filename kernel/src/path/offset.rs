@@ -63,7 +63,7 @@ pub fn offset(path: &Path, distance: f64, stop: &dyn Fn() -> bool) -> Option<Pat
     let nearest = Nearest::new(path);
     let reach = distance.abs() - SLACK;
     let mut pen = Pen::default();
-    lines.follow(&|p| reach <= 0.0 || nearest.at(p, reach).is_none(), &mut pen, stop)?;
+    lines.follow(&|p| reach <= 0.0 || !nearest.is_within(p, reach), &mut pen, stop)?;
     let mut made = pen.finish(path.size_mm, path.periodic);
     let shortest = |closed: bool| if closed { SHORTEST } else { SHORTEST + SHORTEST_OPEN * distance.abs() };
     made.curves.retain(|curve| curve.length() > shortest(curve.closed));

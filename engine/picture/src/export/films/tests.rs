@@ -82,7 +82,7 @@ fn mirrored_films_read_backwards_and_repeat() {
         ExportContext { stem: "a".to_owned(), size_mm: DVec2::new(20.0, 30.0), wraps: [true; 2], metadata: Vec::new() };
     let written = |maker: FilmMaker| {
         let field = Field::constant(Type::Gray, &[0.0]);
-        let heights = Heights { field, place: place.clone(), maker: Arc::new(maker) };
+        let heights = Heights { field: Some(field), place: place.clone(), maker: Arc::new(maker) };
         let mut writer = HeightsWriter::new(&heights, folder.path(), UVec2::new(20, 30), Compression::Fast);
         writer.add(&[&values]);
         writer.finish().unwrap();

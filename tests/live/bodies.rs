@@ -1,5 +1,6 @@
 //! Bodies of outputs in the lit view of the page.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+use crate::page::assert_calm;
 use crate::watching::browser::{Browser, Page};
 use crate::watching::{Place, Watch};
 
@@ -57,13 +58,15 @@ fn bodies_of_outputs_are_shown_with_their_figures() {
     );
     page.wait("!document.querySelector('[data-shape^=\"body:\"]')");
     page.wait("document.getElementById('body-facts').hidden");
-    assert!(page.complaints.is_empty(), "{:#?}", page.complaints);
+    // The browser tells of the body that was refused.
+    assert_calm(&page, "422");
 }
 
 #[test]
 fn only_bodies_are_given_as_bodies() {
     let place = Place::new(GRAPH);
     let watch = Watch::start(&place.graph, &[]);
+    watch.wait_shown(GRAPH.as_bytes());
     let generation = watch.state()["scene"]["generation"].clone();
     for (name, status) in [("plate", 200), ("height", 404), ("none", 404)] {
         assert_eq!(watch.get(&format!("body?g={generation}&o={name}")).0, status, "{name}");

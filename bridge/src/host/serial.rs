@@ -20,8 +20,8 @@ impl Serial {
         match self.host.ask(request) {
             Asked::Answer(answer) | Asked::Free { answer, .. } => self.ready.push_back(answer),
             Asked::Job(job) => {
-                let older = |other: &&Box<Job>| other.slot().is_some() && other.slot() == job.slot();
-                self.jobs.iter().filter(older).for_each(|other| other.token().cancel());
+                let older = self.jobs.iter().filter(|other| other.slot().is_some() && other.slot() == job.slot());
+                older.for_each(|other| other.token().cancel());
                 self.jobs.push_back(job);
             }
             Asked::Cancel { of, answer } => {

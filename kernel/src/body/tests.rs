@@ -1,6 +1,6 @@
 //! Tests of whole bodies, by brute force.
 #![allow(clippy::cast_possible_truncation, reason = "sizes and heights are small")]
-use super::tiles::Mesh;
+use super::block::Mesh;
 use super::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;

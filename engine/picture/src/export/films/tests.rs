@@ -84,7 +84,7 @@ fn mirrored_films_read_backwards_and_repeat() {
         let field = Field::constant(Type::Gray, &[0.0]);
         let heights = Heights { field: Some(field), place: place.clone(), maker: Arc::new(maker) };
         let mut writer = HeightsWriter::new(&heights, folder.path(), UVec2::new(20, 30), Compression::Fast);
-        writer.add(&[&values]);
+        writer.add(&[&values]).unwrap();
         writer.finish().unwrap();
         crate::read(&folder.path().join("a_2.tif"), &crate::ReadLimits::default()).unwrap()
     };

@@ -2,14 +2,16 @@
 //!
 //! `BLESS=1 cargo test --release --test shipped docs` rewrites `docs/nodes.md` and `docs/nodes/KIND.png`.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
+#![allow(clippy::cast_possible_truncation, reason = "places are on a canvas of 40 mm")]
 use crate::bless;
 use crate::golden;
 
 use crate::picture::{Picture, SIDE};
+use glam::{DVec3, Vec2};
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Session, Settings};
 use shibo_graph::{Graph, LoadOptions, load_text};
-use shibo_value::{Channel, Field, Object, Points, Sketch, Value, Window};
+use shibo_value::{Channel, Field, Object, Points, Shapes, Sketch, Value, Window};
 use std::path::{Path, PathBuf};
 
 fn root(path: &str) -> PathBuf {
@@ -76,8 +78,25 @@ fn show(session: &Session, graph: &Graph) -> Result<Picture, String> {
         other => match other.sketch() {
             Some(Sketch::Canvas(shapes)) => Ok(Picture::of_shapes(&shapes)),
             Some(Sketch::Pixels(pixels)) => Ok(Picture::of_pixels(&pixels)),
-            Some(Sketch::Space(_)) | None => Err(format!("a {} cannot be shown", other.ty())),
+            Some(Sketch::Space(shapes)) => Ok(Picture::of_shapes(&seen(&shapes))),
+            None => Err(format!("a {} cannot be shown", other.ty())),
         },
+    }
+}
+
+/// Points and lines in space as they are seen from the front and from above, in the middle of the canvas of 40 mm.
+fn seen(shapes: &Shapes<DVec3>) -> Shapes<Vec2> {
+    let (low, high) = shapes.extent().unwrap_or_default();
+    let (middle, scale) = (0.5 * (low + high), 34.0 / (high - low).max_element().max(1e-9));
+    let place = |p: &DVec3| {
+        let at = (*p - middle) * scale;
+        Vec2::new(20.0 + at.x as f32, 20.0 - (0.8 * at.z + 0.4 * at.y) as f32)
+    };
+    Shapes {
+        points: shapes.points.iter().map(place).collect(),
+        lines: shapes.lines.iter().map(|[from, to]| [place(from), place(to)]).collect(),
+        broken: shapes.broken.clone(),
+        counts: Vec::new(),
     }
 }
 

@@ -18,6 +18,9 @@ export class Bodies {
     /** @type {string | null} */
     this.name = null;
     this.generation = -1;
+    // The shape at which it was chosen.
+    this.from = '';
+    this.turn = 0;
     this.facts = element('ul', {});
     this.panel = element('section', { id: 'body-facts', hidden: true }, element('h2', { textContent: 'Body' }), this.facts);
     lit.panel.before(this.panel);
@@ -29,7 +32,8 @@ export class Bodies {
     this.scene = scene;
     if (scene.bodies.join('\n') !== this.names.join('\n')) this.offer(scene.bodies);
     const { shape } = this.lit;
-    if (this.name && shape !== shapeOf(this.name) && this.lit.shapes[shapeOf(this.name)]) this.name = null;
+    // Another shape was chosen.
+    if (this.name && shape !== shapeOf(this.name) && shape !== this.from) this.name = null;
     this.panel.hidden = !this.name;
     if (this.name && this.generation !== scene.generation) this.load(this.name);
   }
@@ -38,7 +42,7 @@ export class Bodies {
   /** @param {string[]} names */
   offer(names) {
     for (const name of this.names) {
-      if (this.lit.shape === shapeOf(name) && !names.includes(name)) this.lit.setShape('sphere');
+      if (this.lit.shape === shapeOf(name)) this.lit.setShape('sphere');
       this.lit.put(shapeOf(name), null);
       document.querySelector(`[data-shape="${CSS.escape(shapeOf(name))}"]`)?.remove();
     }
@@ -54,17 +58,20 @@ export class Bodies {
   /** @param {string} name */
   async load(name) {
     const { scene } = this;
-    const { shape } = this.lit;
     if (!scene) return;
+    this.turn += 1;
+    const { turn } = this;
+    this.from = this.lit.shape;
     this.name = name;
     this.generation = scene.generation;
     this.panel.hidden = false;
     if (!this.lit.shapes[shapeOf(name)]) this.tell(['It is made …']);
     const found = await body({ g: scene.generation, o: name }).catch((/** @type {Error} */ error) => error.message);
     // The graph has changed, or another body or shape was chosen.
-    if (!found || this.name !== name || this.generation !== scene.generation || this.lit.shape !== shape) return;
+    if (!found || turn !== this.turn || this.name !== name) return;
     if (typeof found === 'string') { this.tell([found]); return; }
     const isNew = this.lit.shape !== shapeOf(name);
+    this.from = shapeOf(name);
     this.lit.put(shapeOf(name), { ...found, plain: true });
     if (isNew) this.lit.setShape(shapeOf(name)); else this.lit.draw();
     this.tell(words(found.report));

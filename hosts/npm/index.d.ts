@@ -23,9 +23,8 @@ export interface Picture {
   sizeMm: [number, number];
 }
 
-export interface RenderOptions {
-  /** `OUTPUT` or `OUTPUT.CHANNEL`. */
-  output?: string;
+/** The values and files of a graph. */
+export interface GraphOptions {
   /** Pixels of the longer side; the size in the graph by default. */
   resolution?: number;
   /** Values of parameters. */
@@ -34,24 +33,20 @@ export interface RenderOptions {
   seed?: number;
   /** Files that the graph reads. Nothing else is read or fetched. */
   files?: Files;
-  /** Stops after the picture that is being computed. The promise is rejected with an `AbortError`. */
+  /** Stops the work between two pictures or files. The promise is rejected with an `AbortError`. */
   signal?: AbortSignal;
 }
 
-export interface WriteOptions {
+export interface RenderOptions extends GraphOptions {
+  /** `OUTPUT` or `OUTPUT.CHANNEL`. */
+  output?: string;
+}
+
+export interface WriteOptions extends GraphOptions {
   /** A program that the materials are written for, such as `gltf`; without one, the outputs as the graph states. */
   target?: string;
   /** `OUTPUT` or `OUTPUT.CHANNEL`; all by default. */
   outputs?: string[];
-  /** Pixels of the longer side; the size in the graph by default. */
-  resolution?: number;
-  set?: Record<string, Value>;
-  preset?: string;
-  seed?: number;
-  /** Files that the graph reads. */
-  files?: Files;
-  /** Stops before or after the files are made. The promise is rejected with an `AbortError`. */
-  signal?: AbortSignal;
 }
 
 export interface WrittenFile {

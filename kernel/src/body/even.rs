@@ -127,7 +127,7 @@ impl Even {
             differ: false,
         });
         let mut any = false;
-        for part in self.parts(heights) {
+        for part in heights.parts(&self.tiles.rows) {
             let (blocks, band, mut errors) = self.load(heights, part)?;
             if stop() {
                 return Err(io::ErrorKind::Interrupted.into());
@@ -151,17 +151,6 @@ impl Even {
         }
         self.pending = joined;
         Ok(any)
-    }
-
-    /// The rows of blocks in parts that are held at once.
-    fn parts(&self, heights: &Heights<'_>) -> Vec<Range<usize>> {
-        let (mut parts, mut from) = (Vec::new(), 0);
-        while from < self.tiles.count()[1] {
-            let to = heights.part(&self.tiles.rows, from);
-            parts.push(from..to);
-            from = to;
-        }
-        parts
     }
 
     /// The blocks of some rows of blocks, their samples, and their errors.
@@ -192,7 +181,7 @@ impl Even {
     ) -> io::Result<Tiles> {
         let (columns, rows) = (self.tiles.columns.clone(), self.tiles.rows.clone());
         let mut tiles = Tiles::new(columns, rows, heights.repeats, room);
-        for part in self.parts(heights) {
+        for part in heights.parts(&self.tiles.rows) {
             let (blocks, band, errors) = self.load(heights, part)?;
             if stop() {
                 return Err(io::ErrorKind::Interrupted.into());

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 use std::io;
+use std::ops::Range;
 
 /// Triangulates a height field so that it is within the tolerance at all samples, and wherever an edge crosses a line
 /// between neighbouring samples. The triangles lie in `store`.
@@ -71,11 +72,9 @@ pub fn fewest(
 
 /// The vertices of all sides of blocks.
 fn first_sides(heights: &Heights<'_>, tolerance: Tolerance, tiles: &Tiles) -> io::Result<Vec<Vec<u8>>> {
-    let [across, down] = tiles.count();
+    let across = tiles.count()[0];
     let mut sides = vec![Vec::new(); tiles.side_count()];
-    let mut from = 0;
-    while from < down {
-        let to = heights.part(&tiles.rows, from);
+    for Range { start: from, end: to } in heights.parts(&tiles.rows) {
         let band = heights.band(tiles.rows[from], tiles.rows[to])?;
         let made = |side: usize| {
             let (span, line) = tiles.side(side);
@@ -99,7 +98,6 @@ fn first_sides(heights: &Heights<'_>, tolerance: Tolerance, tiles: &Tiles) -> io
         own.retain(|side| !matches!(tiles.side(*side).1, Side::Row(row) if row < tiles.rows[from]));
         let made: Vec<(usize, Vec<u8>)> = own.into_par_iter().map(made).collect();
         made.into_iter().for_each(|(side, kept)| sides[side] = kept);
-        from = to;
     }
     Ok(sides)
 }

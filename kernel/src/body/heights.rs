@@ -2,6 +2,7 @@
 use rayon::prelude::*;
 use std::fmt;
 use std::io;
+use std::ops::Range;
 
 /// The largest number of intervals between samples on a side of a block.
 pub(super) const BLOCK: usize = 64;
@@ -253,6 +254,17 @@ impl<'a> Heights<'a> {
         let most = (self.held / self.across.len()).max(1);
         let fits = cuts[from..].iter().skip(1).take_while(|cut| **cut - cuts[from] <= most).count();
         from + fits.max(1)
+    }
+
+    /// The rows of blocks in parts that are held at once; `cuts` as for [`part`](Self::part).
+    pub(super) fn parts(&self, cuts: &[usize]) -> Vec<Range<usize>> {
+        let (mut parts, mut from) = (Vec::new(), 0);
+        while from + 1 < cuts.len() {
+            let to = self.part(cuts, from);
+            parts.push(from..to);
+            from = to;
+        }
+        parts
     }
 
     /// Finds the extent and the steepest step.

@@ -17,7 +17,7 @@ pub struct Tolerance {
     pub(super) error: f64,
     /// The bend of a roll.
     pub(super) bend: Option<Bend>,
-    /// What rounding to `f32` may do.
+    /// The distances by which rounding to `f32` moves vertices.
     pub(super) rounding: Rounding,
 }
 

@@ -6,6 +6,7 @@ use super::block::Mesh;
 use super::heights::{BLOCK, Band, Heights, single};
 use super::patch::{Patch, Spot, Tolerance};
 use super::scan::{self, Taken};
+use super::table::turn;
 use super::tiles::Tiles;
 
 /// No sample counts as a vertex.
@@ -51,10 +52,16 @@ impl Block {
         row * (self.posts + 1) + column
     }
 
+    /// Twice the area of a triangle in half steps; positive if x turns to y.
+    fn area(&self, spots: [Spot; 3]) -> i32 {
+        let [a, b, c] = spots.map(|spot| self.patch.place(spot));
+        turn(a, b, c)
+    }
+
     /// The error of a triangle; 0 if it has no area.
     fn error(&self, corners: [Post; 3]) -> f32 {
         let spots = corners.map(|post| self.spot(post));
-        if area(&self.patch, spots) == 0 {
+        if self.area(spots) == 0 {
             return 0.0;
         }
         above(scan::worst(&self.patch, &Nothing, spots).share)
@@ -176,7 +183,7 @@ impl Block {
                 reached = reached.max(f64::from(self.error([a, b, apex])) * error);
             }
             let mut spots = [a, b, apex].map(|post| self.spot(post));
-            match area(&self.patch, spots) {
+            match self.area(spots) {
                 0 => continue,
                 area if area < 0 => spots.swap(0, 1),
                 _ => {}
@@ -199,12 +206,6 @@ impl Block {
 fn above(value: f64) -> f32 {
     let near = single(value);
     if f64::from(near) < value { near.next_up() } else { near }
-}
-
-/// Twice the area of a triangle in half steps; positive if x turns to y.
-fn area(patch: &Patch, spots: [Spot; 3]) -> i32 {
-    let [a, b, c] = spots.map(|spot| patch.place(spot));
-    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
 fn between(a: Post, b: Post) -> Post {

@@ -223,7 +223,7 @@ fn spread(patch: &Patch, plane: &Plane, corners: [Spot; 3]) -> Facet {
     Facet { size, slope: plane.slope, extent: (low, high) }
 }
 
-/// A place that divides the widest edge of a triangle whose bow has this share of what it may use.
+/// Finds a sample that divides the widest edge of a triangle. `share` is the bow of the triangle, relative to its limit.
 fn bowed<T: Taken>(patch: &Patch, taken: &T, corners: [Spot; 3], share: f64) -> Worst {
     let [a, b, c] = corners;
     let wide = |(a, b): &(Spot, Spot)| a[0].abs_diff(b[0]);

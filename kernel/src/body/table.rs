@@ -39,7 +39,7 @@ const fn before(edge: u32) -> u32 {
 }
 
 /// Twice the area of a triangle; positive if x turns to y.
-fn turn(a: [i32; 2], b: [i32; 2], c: [i32; 2]) -> i32 {
+pub(super) fn turn(a: [i32; 2], b: [i32; 2], c: [i32; 2]) -> i32 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 

@@ -1,5 +1,5 @@
 //! A mesh as a file, for printers and mills.
-use super::body::{FORMAT, Format, REPORT, write_model};
+use super::body::{Common, FORMAT, Format, REPORT, files_of, write_model};
 use super::decl::{FieldDecl, Takes, names};
 use super::heights::{HeightMap, Heights, Maker, Part, Stop, refused, told};
 use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
@@ -47,14 +47,14 @@ impl ExportTarget for Model {
     }
 
     fn plan(&self, options: &Options) -> Plan {
-        Plan::body(options.word("format", &Format::ALL).extension(), options.is("report"))
+        Plan::body(Common::format(options).extension(), options.is("report"))
     }
 
     fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
         let maker = ModelMaker {
             stem: source.place.stem.clone(),
             mesh: source.mesh.clone().unwrap_or_default(),
-            format: options.word("format", &Format::ALL),
+            format: Common::format(options),
             y_up: options.word("up", &UP),
             keeps_open: options.word("open", &OPEN),
             report: options.is("report"),
@@ -75,8 +75,7 @@ struct ModelMaker {
 
 impl Maker for ModelMaker {
     fn names(&self) -> Vec<String> {
-        let report = self.report.then(|| format!("{}_report.json", self.stem));
-        [format!("{}.{}", self.stem, self.format.extension())].into_iter().chain(report).collect()
+        files_of(&self.stem, self.format, self.report)
     }
 
     fn make(&self, _: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {

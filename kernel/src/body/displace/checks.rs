@@ -63,13 +63,16 @@ pub(super) fn apart(relief: &Relief<'_>, error: f64) -> Option<(f64, DVec3)> {
     (all.over > CORNERS * all.samples).then_some(all.worst)
 }
 
-/// The number of triangles that face inwards although their part of the mesh does not, and the place of the first.
+/// The number of triangles that the relief turns over, in one direction or in both, and the place of the first.
 pub(super) fn folded(forest: &Forest<'_>) -> Option<(usize, DVec3)> {
     let folds = |piece: usize| {
         let facet = forest.facet(piece);
         let up = facet.normal[0] + facet.normal[1] + facet.normal[2];
         let faces = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).dot(up);
-        faces(facet.base) > 0.0 && faces(facet.at) < 0.0
+        // A triangle that is turned in both directions faces outwards again, but all of its edges run backwards.
+        let [before, after] = [facet.base, facet.at].map(|[a, b, c]| [b - a, c - b, a - c]);
+        let is_reversed = before.iter().zip(after).all(|(before, after)| before.dot(after) < 0.0);
+        faces(facet.base) > 0.0 && (faces(facet.at) < 0.0 || is_reversed)
     };
     let folded: Vec<usize> =
         (0..forest.pieces.len()).into_par_iter().with_min_len(1024).filter(|n| folds(*n)).collect();

@@ -202,6 +202,9 @@ fn cliffs_end_at_small_triangles_and_say_so() {
 fn folds_and_bad_heights_are_found() {
     let atlas = fixture::sphere();
     assert!(displaced(&relief(&atlas, |_, _| -20.0), &spec(0.5)).folded.is_none());
+    // Beyond the middle of the ball, the surface is turned in both directions.
+    let (count, at) = displaced(&relief(&atlas, |_, _| -31.0), &spec(0.5)).folded.unwrap();
+    assert!(count > 10 && (at.length() - 30.0).abs() < 5.0, "{count} {at}");
     // Beyond the middle of the tube, the surface is turned round the ring only.
     let torus = fixture::torus(48, 24);
     let (count, at) = displaced(&relief(&torus, |_, _| -16.0), &spec(0.5)).folded.unwrap();

@@ -38,6 +38,12 @@ impl Format {
     }
 }
 
+/// The names of the files of a body: the body itself, and its report if wanted.
+pub(super) fn files_of(stem: &str, format: Format, reports: bool) -> Vec<String> {
+    let body = format!("{stem}.{}", format.extension());
+    [body].into_iter().chain(reports.then(|| format!("{stem}_report.json"))).collect()
+}
+
 /// Names of the patterns.
 pub(super) const PATTERNS: [(&str, Pattern); 2] = [("Fewest", Pattern::Fewest), ("Even", Pattern::Even)];
 /// Names of the forms; true for a mould.

@@ -4,7 +4,7 @@ use super::super::spool::{Opposite, Spool, Turned};
 use super::super::target::{Options, Source};
 use super::files::Body;
 use super::report::{Facts, grouped, json, line, model_json, model_line};
-use super::{FORMS, Format, MOST, OVER, PATTERNS};
+use super::{FORMS, Format, MOST, OVER, PATTERNS, files_of};
 use crate::WriteError;
 use crate::value::diagnostics::Code;
 use glam::DVec2;
@@ -136,11 +136,7 @@ impl Common {
 
     /// The names of the files.
     pub(in super::super) fn names(&self) -> Vec<String> {
-        let mut names = vec![format!("{}.{}", self.stem, self.format.extension())];
-        if self.report {
-            names.push(format!("{}_report.json", self.stem));
-        }
-        names
+        files_of(&self.stem, self.format, self.report)
     }
 
     /// Makes the files of a shape.

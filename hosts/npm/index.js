@@ -40,12 +40,13 @@ class Engine {
     this.count = 0;
     /** @type {Promise<unknown>} */
     this.last = Promise.resolve();
-    this.start();
+    this.ready = this.start();
   }
 
-  start() {
+  // Browsers refuse large modules on the main thread, unless they are instantiated without waiting.
+  async start() {
     this.panic = "";
-    const instance = new WebAssembly.Instance(this.module, {
+    const instance = await WebAssembly.instantiate(this.module, {
       shibo: {
         now: () => performance.now(),
         /** @param {number} at @param {number} length */
@@ -78,6 +79,8 @@ class Engine {
    * @param {Record<string, unknown>} request @param {AbortSignal} [signal] @returns {AsyncGenerator<Message>}
    */
   async *messages(request, signal) {
+    await this.ready;
+    const { exports } = this;
     this.contained(() => this.send({ ...request, id: ++this.count }));
     const id = this.count;
     let ended = false;
@@ -85,14 +88,14 @@ class Engine {
       for (;;) {
         signal?.throwIfAborted();
         const message = this.contained(() => this.message(this.exports.step()));
-        ended = !message;
+        ended = !message || Boolean(message.json.ok || message.json.error);
         if (!message) return;
         yield message;
         await turn();
       }
     } finally {
-      // The caller was aborted, or wants no more messages.
-      if (!ended) this.stop(id);
+      // The caller was aborted, or wants no more messages. After a panic there is nothing to stop.
+      if (!ended && this.exports === exports) this.stop(id);
     }
   }
 
@@ -122,7 +125,8 @@ class Engine {
     } catch (error) {
       if (!(error instanceof WebAssembly.RuntimeError)) throw error;
       const message = this.panic || error.message;
-      this.start();
+      this.exports = undefined;
+      this.ready = this.start();
       throw new ShiboError({ code: "defect", message: `the engine failed and was started again: ${message}` });
     }
   }
@@ -160,7 +164,11 @@ async function compiled(source) {
 
 /** Loads the module; all other functions do it by themselves. A later call returns the first module. @param {import("./index.d.ts").Source} [source] */
 export async function load(source) {
-  engine ??= compiled(source).then((module) => new Engine(module));
+  engine ??= compiled(source).then(async (module) => {
+    const made = new Engine(module);
+    await made.ready;
+    return made;
+  });
   // After a failure, another source may be given.
   engine.catch(() => (engine = undefined));
   await engine;

@@ -105,7 +105,7 @@ def admesh(path):
     if not shutil.which("admesh"):
         print("skipped: admesh, it is not installed: apt-get install admesh")
         return
-    told = subprocess.run(["admesh", str(path)], capture_output=True, text=True, check=True).stdout
+    told = subprocess.run(["admesh", str(path)], capture_output=True, text=True, errors="replace", check=True).stdout
     for line in ["Total disconnected facets", "Degenerate facets", "Edges fixed", "Facets removed", "Backwards edges", "Normals fixed"]:
         numbers = [part.split()[0] for part in told.split(line)[1:2] for part in [part.split(":")[1]]]
         assert numbers and int(numbers[0]) == 0, f"admesh: {line}: {numbers}"
@@ -118,7 +118,7 @@ def sliced(path, report, thickness):
     if not shutil.which("prusa-slicer"):
         print("skipped: prusa-slicer, it is not installed: apt-get install --no-install-recommends prusa-slicer")
         return
-    told = subprocess.run(["prusa-slicer", "--info", str(path)], capture_output=True, text=True, check=True).stdout
+    told = subprocess.run(["prusa-slicer", "--info", str(path)], capture_output=True, text=True, errors="replace", check=True).stdout
     told = dict(line.split(" = ") for line in told.splitlines() if " = " in line)
     assert told["manifold"] == "yes" and int(told["number_of_parts"]) == 1, f"{path.name}: {told}"
     repairs = {name for name in told if "repair" in name or name.endswith(("_edges", "_reversed", "_removed", "_fixed", "_added"))}

@@ -3,7 +3,7 @@
 On each side u goes to the right and v up, seen from outside; on the sides above and below v goes along y. Where the surface turns from
 one side to another the pictures blend. Normals are rotated with their side.
 """
-# Share of the largest part of the normal that another part must exceed for its side to blend in, less 1.
+# Width of the blend: a side shows where its part of the normal is at least 1 - BLEND of the largest part.
 BLEND = 0.2
 SIDES = "XYZ"
 
@@ -23,9 +23,10 @@ def place(builder):
     builder.next()
     total = builder.math("ADD", builder.math("ADD", over[0], over[1]), over[2])
     weights = [builder.math("DIVIDE", one, total) for one in over]
-    signs = builder.node("ShaderNodeSeparateXYZ", inputs=[(0, builder.vector("SIGN", normal))]).outputs
-    back = builder.math("MULTIPLY", signs[1], -1.0)
-    signs = [signs[0], back, signs[2]]
+    parts = builder.node("ShaderNodeSeparateXYZ", inputs=[(0, normal)]).outputs
+    # On the sides of y, u goes against x.
+    signs = [builder.math("SIGN", parts[at]) for at in range(3)]
+    signs[1] = builder.math("MULTIPLY", signs[1], -1.0)
     builder.next()
     at = builder.node("ShaderNodeSeparateXYZ", inputs=[(0, metres)]).outputs
     sides = []

@@ -54,6 +54,8 @@ class Client:
         self.ended = None
         self._number = 0
         self._asked = {}
+        # Renders that wait for the one that runs, which is the first: pairs of id and request.
+        self._renders = []
         self._arrived = queue.Queue()
         self._sending = queue.Queue()
         # The messages of the program are kept for the report of a crash. A file never blocks the process.
@@ -74,11 +76,29 @@ class Client:
         """Sends a request; returns its id.
 
         `then` gets the last answer: a dictionary with `ok` or `error`. `event` gets the events before it. Both are called by `poll`.
+        Renders run one after the other; a newer one of the same slot stops those before it.
         """
         self._number += 1
         self._asked[self._number] = (then, event)
-        self._sending.put({"id": self._number, "op": op, **fields})
+        request = {"id": self._number, "op": op, **fields}
+        if op != "render":
+            self._sending.put(request)
+            return self._number
+        slot = fields.get("slot")
+        for other in [other for other in self._renders if slot is not None and other.get("slot") == slot]:
+            self._stop(other)
+        self._renders.append(request)
+        if len(self._renders) == 1:
+            self._sending.put(request)
         return self._number
+
+    def _stop(self, request):
+        """Cancels a render. One that waits is answered at once."""
+        if request is self._renders[0]:
+            self.ask("cancel", of=request["id"])
+        else:
+            self._renders.remove(request)
+            self._arrived.put({"id": request["id"], "error": {"code": "cancelled", "message": "the work was cancelled"}})
 
     def poll(self, seconds=0.0):
         """Hands out all that has arrived; waits for the first message up to `seconds`.
@@ -104,6 +124,10 @@ class Client:
                     others.append(message)
                 continue
             then, _ = self._asked.pop(message.get("id"), (None, None))
+            if self._renders and self._renders[0]["id"] == message.get("id"):
+                del self._renders[0]
+                if self._renders:
+                    self._sending.put(self._renders[0])
             if then:
                 then(message)
 
@@ -146,6 +170,7 @@ class Client:
         if self.ended is None:
             self.ended = self._reason()
         asked, self._asked = self._asked, {}
+        self._renders.clear()
         for then, _ in asked.values():
             if then:
                 then({"error": {"code": "ended", "message": self.ended, "errors": []}})

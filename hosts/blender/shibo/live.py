@@ -180,9 +180,12 @@ def _changed(event):
 
 def _mesh(material, work, client):
     """Sends the mesh of a material that is cut from a solid, once."""
-    if material.shibo.lay != "CUT" or work.info is None or work.meshed or not client.hello:
+    if material.shibo.lay != "CUT" or work.info is None or not client.hello:
         return
-    work.meshed = True
+    mold = work.mold(material)
+    if work.meshed == mold:
+        return
+    work.meshed = mold
     try:
         work.export(material, client)
     except meshes.Unfit as unfit:

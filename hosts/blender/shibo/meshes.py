@@ -107,32 +107,68 @@ def measure(thing, material, uv_map):
     return found
 
 
-def write_obj(path, positions, corners, uvs, scale):
-    """Writes triangles as OBJ in mm, z up. `scale` is that of the object."""
-    points = positions.astype(numpy.float64) * (numpy.asarray(scale, dtype=numpy.float64) * 1000)
+def pieces(count, corners):
+    """The number of the connected piece of each vertex."""
+    labels = numpy.arange(count)
+    while True:
+        before = labels.copy()
+        least = labels[corners].min(axis=1)
+        for corner in range(3):
+            numpy.minimum.at(labels, corners[:, corner], least)
+        labels = labels[labels]
+        if (labels == before).all():
+            return numpy.unique(labels, return_inverse=True)[1].reshape(-1)
+
+
+def scatter(points, corners, spread, seed):
+    """Lays each connected piece along z by its longest side, and shifts it by up to `spread` mm along x, y and z, as boards of a tree.
+
+    Pieces lie around the origin afterwards; those of one shape get the same grain only by chance.
+    """
+    points = points.copy()
+    labels = pieces(len(points), corners)
+    random = numpy.random.RandomState(seed % 2**32)
+    for piece in range(labels.max() + 1):
+        mine = labels == piece
+        own = points[mine]
+        low, high = own.min(axis=0), own.max(axis=0)
+        # Turned so that the longest axis comes last.
+        turned = numpy.roll(own - (low + high) / 2, 2 - int(numpy.argmax(high - low)), axis=1)
+        points[mine] = turned + random.uniform(-1, 1, 3) * spread
+    return points
+
+
+def write_obj(path, positions, corners, uvs, scale, spread=None, seed=0):
+    """Writes triangles as OBJ in mm, z up. `scale` is that of the object; `spread` and `seed` are those of `scatter`."""
     used, corners = numpy.unique(corners, return_inverse=True)
-    corners = corners.reshape(-1, 3) + 1
+    corners = corners.reshape(-1, 3)
+    points = positions.astype(numpy.float64)[used] * (numpy.asarray(scale, dtype=numpy.float64) * 1000)
+    if spread is not None:
+        points = scatter(points, corners, numpy.asarray(spread), seed)
+    corners = corners + 1
     # Equal UVs of one vertex are one entry.
     flat, entries = numpy.unique(uvs.reshape(-1, 2), axis=0, return_inverse=True)
     entries = entries.reshape(-1, 3) + 1
     with open(path, "w", encoding="ascii") as file:
         file.write("o mesh\n")
-        file.write("".join("v %.6g %.6g %.6g\n" % tuple(row) for row in points[used].tolist()))
+        file.write("".join("v %.6g %.6g %.6g\n" % tuple(row) for row in points.tolist()))
         file.write("".join("vt %.7g %.7g\n" % tuple(row) for row in flat.tolist()))
         rows = numpy.stack([corners, entries], axis=2).reshape(-1, 6).tolist()
         file.write("".join("f %d/%d %d/%d %d/%d\n" % tuple(row) for row in rows))
 
 
-def export(path, thing, material, uv_map):
+def export(path, thing, material):
     """Writes the evaluated mesh of an object, the faces with a material. Raises `Unfit` without UVs or faces."""
+    shibo = material.shibo
     seen, mesh = evaluated(thing)
     try:
-        positions, corners, uvs = arrays(mesh, uv_map, slots_of(thing, material))
+        positions, corners, uvs = arrays(mesh, shibo.uv_map, slots_of(thing, material))
         if uvs is None:
             raise Unfit(f"{thing.name} has no UV map; add one: Edit Mode > U > Smart UV Project")
         if not len(corners):
             raise Unfit(f"no face of {thing.name} has the material {material.name}")
-        write_obj(path, positions, corners, uvs, seen.matrix_world.to_scale())
+        spread = tuple(shibo.spread) if shibo.by == "PIECES" else None
+        write_obj(path, positions, corners, uvs, seen.matrix_world.to_scale(), spread, shibo.seed)
     finally:
         release(seen)
 
@@ -146,10 +182,13 @@ def judge(answer, name):
         raise Unfit(f"faces of {name} overlap in the UV map ({share} % of it); lay them apart: U > Pack Islands or Smart UV Project")
 
 
-def place(thing, tree):
-    """Position of an object in the solid as the protocol takes it. `tree` is an object whose z axis is the pith, or None."""
+def place(thing, tree, move):
+    """Position of an object in the solid as the protocol takes it.
+
+    `tree` is an object whose z axis is the pith. Without one, `move` is the position in mm.
+    """
     if tree is None:
-        return {"move": [0.0, 0.0, 0.0], "turn": [0.0, 0.0, 0.0]}
+        return {"move": [round(part, 4) for part in move], "turn": [0.0, 0.0, 0.0]}
 
     def rigid(matrix):
         location, rotation, _ = matrix.decompose()

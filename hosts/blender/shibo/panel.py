@@ -75,7 +75,11 @@ def _lay(layout, shibo):
     if shibo.lay == "CUT":
         layout.prop(shibo, "object")
         layout.prop(shibo, "by")
+        if shibo.by == "PIECES":
+            layout.prop(shibo, "spread")
         layout.prop(shibo, "place")
+        if shibo.place is None:
+            layout.prop(shibo, "move")
     layout.operator("shibo.measure", icon="DRIVER_DISTANCE")
 
 

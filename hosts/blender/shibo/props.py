@@ -13,8 +13,8 @@ WAYS = (
     ("CUT", "Through the object", "Cut out of one block, such as a tree: the grain runs through the object. Needs a UV map without overlaps"),
 )
 PARTS = (
-    ("None", "One block", "The object is cut out of one block"),
-    ("Piece", "Each piece", "Each connected piece of the mesh is cut from another place"),
+    ("WHOLE", "One block", "The object is cut out of one block"),
+    ("PIECES", "Each piece", "Each connected piece of the mesh is a board of its own, its longest side along the trunk"),
 )
 
 
@@ -61,6 +61,10 @@ class ShiboMaterial(bpy.types.PropertyGroup):
     pack: BoolProperty(name="Pack", description="Pack the pictures into the .blend when it is saved", default=True)
     lay: EnumProperty(name="Lay by", description="How the pictures lie on objects", items=WAYS)
     by: EnumProperty(name="Pieces", description="What is cut from one place", items=PARTS)
+    spread: FloatVectorProperty(
+        name="Spread (mm)", description="Largest random shift of a piece in the tree, either way", size=3, default=(40, 40, 400), min=0)
+    move: FloatVectorProperty(
+        name="Place (mm)", description="Place of the object in the tree, whose pith is the z axis", size=3, default=(0, 60, 0))
     object: PointerProperty(name="Object", description="The object that is cut out of the solid", type=bpy.types.Object)
     place: PointerProperty(
         name="Tree", description="An empty whose place is the foot of the tree, and whose z axis is the pith", type=bpy.types.Object)

@@ -33,7 +33,8 @@ class Work:
         self.broken, self.failed = [], []
         # True until the parameters of a new description were made.
         self.fresh = False
-        self.mesh, self.mesh_file, self.meshed = None, "", False
+        # The name of the mesh for requests, its file, and what it was made from.
+        self.mesh, self.mesh_file, self.meshed = None, "", None
         # A line about the last bake.
         self.note = ""
         self.restart()
@@ -63,7 +64,7 @@ class Work:
             self._open(source, client)
         if self.info is None or self.graph is None or not (material.shibo.live or self.forced):
             return
-        if material.shibo.lay == "CUT" and (self.mesh is None or not self.meshed):
+        if material.shibo.lay == "CUT" and (self.mesh is None or self.meshed != self.mold(material)):
             return
         wanted = self.wanted(material)
         size, coarse = material.shibo.size, min(material.shibo.size_edit, material.shibo.size)
@@ -152,7 +153,7 @@ class Work:
             "seed": shibo.seed if shibo.seed != self.info["canvas"]["seed"] else None,
         }
         if shibo.lay == "CUT" and shibo.object:
-            request["on"] = {"mesh": self.mesh, "by": shibo.by, "place": meshes.place(shibo.object, shibo.place)}
+            request["on"] = {"mesh": self.mesh, "by": "None", "place": meshes.place(shibo.object, shibo.place, shibo.move)}
         return request
 
     def _ask(self, material, client, wanted, size, now):
@@ -258,7 +259,7 @@ class Work:
             self.source = None
         if self.failed:
             self.asked, self.failed = None, []
-        self.meshed = False
+        self.meshed = None
 
     def is_finished(self, material):
         """True if the final pictures are in place, or cannot be made."""
@@ -280,14 +281,20 @@ class Work:
 
     # -- Through the object
 
+    def mold(self, material):
+        """All that the mesh is made from but its shape, which is read again on request."""
+        shibo = material.shibo
+        pieces = (tuple(shibo.spread), shibo.seed) if shibo.by == "PIECES" else None
+        return shibo.object and shibo.object.session_uid, shibo.uv_map, pieces
+
     def export(self, material, client):
         """Sends the mesh of the object. Raises `meshes.Unfit` if it has no suitable UVs."""
         thing = material.shibo.object
         if thing is None:
             raise meshes.Unfit("no object is chosen; select it and lay the material through it again")
         path = os.path.join(client.hello["folder"], f"{self.uid}-{time.monotonic_ns()}.obj")
-        meshes.export(path, thing, material, material.shibo.uv_map)
-        name, self.meshed = thing.name, True
+        meshes.export(path, thing, material)
+        name = thing.name
         client.ask("mesh", then=functools.partial(self._meshed, client, path, name), file=path, unit="mm", up="Z")
 
     def _meshed(self, client, path, name, answer):

@@ -28,7 +28,10 @@ class Bake:
                 self.waiting.add(form)
                 fields = {"as": form}
                 client.ask("render", functools.partial(self._done, client, form), self._event, graph=work.graph,
-                           channels=chosen, sizes=[size], **wanted, **fields)
+                           slot=self._slot(form), channels=chosen, sizes=[size], **wanted, **fields)
+
+    def _slot(self, form):
+        return f"{self.uid} bake {form}"
 
     def _event(self, message):
         if message["event"] == "picture" and "file" in message:
@@ -48,6 +51,8 @@ class Bake:
             self.trouble = f"the pictures cannot be written: {error}"
         if client.ended is None:
             client.ask("free", files=list(self.files.values()))
+            for form in ("png", "exr"):
+                client.ask("close", slot=self._slot(form))
         work = live.work_of(material) if material is not None else None
         if work is not None:
             work.note = self.trouble or f"baked into {self.folder}"

@@ -7,6 +7,9 @@ from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 
 from . import bake, client, images, live, meshes, nodes, params, props
 
+# Versions from 4.5 on ask for this where a path may begin with //.
+RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if bpy.app.version >= (4, 5, 0) else set()
+
 
 def current(context):
     """The material that the user works on, or None."""
@@ -159,7 +162,7 @@ class SHIBO_OT_bake(OfMaterial, bpy.types.Operator):
     bl_idname = "shibo.bake"
     bl_label = "Bake to Folder"
 
-    folder: StringProperty(name="Folder", subtype="DIR_PATH", default="//maps")
+    folder: StringProperty(name="Folder", subtype="DIR_PATH", default="//maps", options=RELATIVE)
     size: IntProperty(name="Size", description="Pixels of the longer side", default=4096, min=16, max=16384)
 
     def invoke(self, context, _event):

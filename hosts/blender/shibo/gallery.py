@@ -13,13 +13,17 @@ SIDE = 96
 # Longest wait in seconds for the list of graphs.
 PATIENCE = 5.0
 
-_state = {"previews": None, "waiting": [], "open": None, "failed": set(), "items": []}
+_state = {"previews": None, "waiting": [], "open": None, "client": None, "failed": set(), "items": [], "graphs": [], "build": ""}
 
 
 def graphs():
     """The graphs that give a material, without those that only others use: pairs of name and description."""
     hello = live.keeper.hello
-    return [(graph["name"], graph["doc"]) for graph in (hello or {}).get("graphs", ()) if not graph["part"]]
+    if hello:
+        # The list stays when the process ends.
+        _state["graphs"] = [(graph["name"], graph["doc"]) for graph in hello["graphs"] if not graph["part"]]
+        _state["build"] = hello["build"][:12]
+    return _state["graphs"]
 
 
 def _folder():
@@ -31,15 +35,14 @@ def _folder():
 
 
 def _file(name):
-    build = (live.keeper.hello or {}).get("build", "")[:12]
-    return os.path.join(_folder(), f"{name}-{build}.png")
+    return os.path.join(_folder(), f"{name}-{_state['build']}.png")
 
 
 def icon(graph):
     """The number of the icon of a shipped graph; 0 without one."""
     previews = _state["previews"]
     name = graph.removeprefix("shibo:")
-    if previews is None or not graph.startswith("shibo:") or not live.keeper.hello:
+    if previews is None or not graph.startswith("shibo:") or not graphs():
         return 0
     if name not in previews:
         if not os.path.isfile(_file(name)):
@@ -50,15 +53,22 @@ def icon(graph):
     return previews[name].icon_id
 
 
+def is_busy():
+    """True while pictures are missing."""
+    return bool(_state["waiting"] or _state["open"])
+
+
 def step(client):
-    """Begins the next small picture if none is being made. Returns true while pictures are missing."""
+    """Begins the next small picture if none is being made."""
+    if _state["client"] is not client:
+        # The process of before took its requests with it.
+        _state["client"], _state["open"] = client, None
     while _state["waiting"] and _state["open"] is None:
         name = _state["waiting"].pop(0)
         if os.path.isfile(_file(name)):
             continue
         _state["open"] = name
         client.ask("open", then=lambda answer: _opened(client, name, answer), graph=f"shibo:{name}")
-    return bool(_state["waiting"] or _state["open"])
 
 
 def _opened(client, name, answer):
@@ -169,7 +179,7 @@ def unregister():
     """Removes the collection of pictures."""
     if _state["previews"] is not None:
         bpy.utils.previews.remove(_state["previews"])
-    _state.update(previews=None, waiting=[], open=None, items=[], failed=set())
+    _state.update(previews=None, waiting=[], open=None, client=None, items=[], failed=set())
 
 
 CLASSES = (SHIBO_OT_choose, SHIBO_OT_open_file)

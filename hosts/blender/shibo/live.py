@@ -122,9 +122,10 @@ def step(now, wait=False):
 
 
 def _step(now, wait):
+    from . import gallery
     materials = managed()
-    _end_unused(materials)
-    if not materials:
+    _end_unused(materials, gallery.is_busy())
+    if not materials and not gallery.is_busy():
         return IDLE
     crashes = keeper.crashes
     client = keeper.client()
@@ -151,10 +152,9 @@ def _step(now, wait):
         if ready:
             images.tag_users(ready)
         _tell(material, work)
-    if not any(work.requests for work in _works.values()) and not wait:
-        from . import gallery
-        if gallery.step(client):
-            return RUNNING
+    if not any(work.requests for work in _works.values()) and not wait and gallery.is_busy():
+        gallery.step(client)
+        return RUNNING
     return _interval(now)
 
 
@@ -203,14 +203,14 @@ def _tell(material, work):
             error.file, error.line, error.column, error.message = file, line, column, message
 
 
-def _end_unused(materials):
-    """Ends the work of materials that are gone, and the process after the last one."""
+def _end_unused(materials, is_used):
+    """Ends the work of materials that are gone, and the process after the last one if nothing else uses it."""
     used = {material.session_uid for material in materials}
     for uid in [uid for uid in _works if uid not in used]:
         work = _works.pop(uid)
         if keeper.running:
             work.close(keeper.client())
-    if not materials and keeper.running:
+    if not materials and not is_used and keeper.running:
         keeper.stop()
 
 

@@ -165,6 +165,8 @@ class Work:
         self.failed, self.note = [], ""
         self.sharp = ""
         channels = [channel for channel in self.output(None)["channels"] if channel in nodes.SOCKETS]
+        if not channels:
+            self.fail({"message": "the material of the graph has no channel that Blender shows"})
         for form in ("u8", "f32"):
             chosen = [channel for channel in channels if (channel in images.FLOATS) == (form == "f32")]
             if chosen:
@@ -254,11 +256,11 @@ class Work:
         }
 
     def retry(self):
-        """Tries again what has failed, and reads the mesh again."""
+        """Asks for everything again: the graph if it failed, the mesh, and all pictures. What has not changed is not computed again."""
         if self.graph is None:
             self.source = None
-        if self.failed:
-            self.asked, self.failed = None, []
+        self.asked, self.failed = None, []
+        self.applied.clear()
         self.meshed = None
 
     def is_finished(self, material):

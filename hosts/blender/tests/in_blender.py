@@ -13,7 +13,8 @@ import unittest
 import bpy
 import numpy
 
-from scene import SIDE, STRIPES, camera, fresh, image, live, load, path, pixels, plane, picture, rendered_by_command, settings, settle, shibo, text
+from scene import STRIPES, fresh, image, live, load, path, pixels, plane, rendered_by_command, settle, shibo, text
+from shibo import gallery
 
 faulthandler.dump_traceback_later(900, exit=True)
 def brightest(material):
@@ -29,6 +30,7 @@ class Case(unittest.TestCase):
         fresh()
 
     def tearDown(self):
+        gallery._state["waiting"].clear()
         live.restart()
 
     def add(self, graph="shibo:starter", size=128, thing=None, **fields):
@@ -277,13 +279,27 @@ class Materials(Case):
             if crash < 4:
                 settle(material)
                 self.assertIn("signal 9", material.shibo.status)
-        live.step(time.monotonic())
-        live.step(time.monotonic())
-        self.assertIn("does not run", material.shibo.status)
+        begin = time.monotonic()
+        while "does not run" not in material.shibo.status and time.monotonic() - begin < 10:
+            live.step(time.monotonic())
+        self.assertIn("signal 9", material.shibo.status)
         with self.assertRaisesRegex(RuntimeError, "signal 9"):
             bpy.ops.shibo.update(wait=True)
         bpy.ops.shibo.restart()
         settle(material)
+
+    def test_key_frames_reach_the_render(self):
+        material = self.add(size=64)
+        for frame, pitch in ((1, 1.0), (10, 4.0)):
+            material["shibo_pitch"] = pitch
+            material.keyframe_insert('["shibo_pitch"]', frame=frame)
+        scene = bpy.context.scene
+        seen = []
+        for frame in (1, 10):
+            scene.frame_set(frame)
+            seen.append((material["shibo_pitch"], image(material, "height").copy()))
+        self.assertEqual([pitch for pitch, _ in seen], [1.0, 4.0])
+        self.assertGreater(numpy.abs(seen[0][1] - seen[1][1]).max(), 0)
 
     def test_displaced_objects_follow(self):
         material = self.add(size=64)
@@ -309,6 +325,7 @@ class Materials(Case):
 if __name__ == "__main__":
     shibo.register()
     from in_cycles import *  # noqa: F401,F403
+    from in_panels import *  # noqa: F401,F403
     done = unittest.main(exit=False, verbosity=2)
     shibo.unregister()
     sys.stdout.flush()

@@ -291,6 +291,7 @@ class Work:
 
     def export(self, material, client):
         """Sends the mesh of the object. Raises `meshes.Unfit` if it has no suitable UVs."""
+        self._drop_mesh(client)
         thing = material.shibo.object
         if thing is None:
             raise meshes.Unfit("no object is chosen; select it and lay the material through it again")
@@ -308,7 +309,6 @@ class Work:
         except meshes.Unfit as unfit:
             self.fail({"message": str(unfit)})
             return
-        self._drop_mesh(client)
         # Renders read the file again, so it stays as long as the mesh.
         self.mesh, self.mesh_file = answer["ok"]["mesh"], path
         self.asked = None

@@ -33,7 +33,8 @@ def place(builder):
     for side, sign, (u, v) in zip(SIDES, signs, ((at[1], at[2]), (at[0], at[2]), (at[0], at[1]))):
         u = builder.math("MULTIPLY", u, sign)
         vector = builder.node("ShaderNodeCombineXYZ", inputs=[(0, u), (1, v)]).outputs[0]
-        sides.append(builder.vector("MULTIPLY", vector, (1.0, 1.0, 1.0), name=f"Size {side}"))
+        # The middle of the picture lies at the origin, so pictures without repetition have no seam there.
+        sides.append(builder.vector("MULTIPLY_ADD", vector, (1.0, 1.0, 1.0), (0.5, 0.5, 0.0), name=f"Size {side}"))
     return {"sides": sides, "weights": weights, "signs": signs, "normal": normal}
 
 

@@ -46,15 +46,10 @@ def text(name, content):
     return path(name)
 
 
-def plane(size=0.04, corner=False):
-    """A plane; with `corner` it begins at the origin."""
+def plane(size=0.04):
+    """A plane."""
     bpy.ops.mesh.primitive_plane_add(size=size)
-    thing = bpy.context.object
-    if corner:
-        for vertex in thing.data.vertices:
-            vertex.co.x += size / 2
-            vertex.co.y += size / 2
-    return thing
+    return bpy.context.object
 
 
 def pixels(image):

@@ -1,7 +1,6 @@
 """The process `shibo bridge` and its lines. Nothing here uses Blender.
 
-Requests are written and answers read by threads, so no call waits for the process. `poll` hands out what has arrived, on the thread
-that calls it.
+Threads write requests and read answers, so no call waits for the process. `poll` hands out the answers, on the thread that calls it.
 """
 import json
 import os
@@ -54,7 +53,7 @@ class Client:
         self.ended = None
         self._number = 0
         self._asked = {}
-        # Renders that wait for the one that runs, which is the first: pairs of id and request.
+        # The render that runs, and after it those in the queue. The bridge of 0.1.0 can block when it runs two renders at once.
         self._renders = []
         self._arrived = queue.Queue()
         self._sending = queue.Queue()

@@ -17,7 +17,7 @@ _state = {"previews": None, "waiting": [], "open": None, "client": None, "failed
 
 
 def graphs():
-    """The graphs that give a material, without those that only others use: pairs of name and description."""
+    """The shipped graphs without parts of others: pairs of name and description."""
     hello = live.keeper.hello
     if hello:
         # The list stays when the process ends.

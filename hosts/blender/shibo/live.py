@@ -145,13 +145,16 @@ def _step(now, wait):
         if work.info is not None and (work.fresh or not material.shibo.given):
             work.settle(material)
         _mesh(material, work, client)
-        work.look(material, client, now)
+        work.look(material, client, now, wait)
         while (wait or not placed) and work.put(material):
             placed = True
-        ready = work.finish(material)
+        # Nodes are made in a step of their own, so no step takes long.
+        ready = () if placed and not wait else work.finish(material)
         if ready:
             images.tag_users(ready)
         _tell(material, work)
+    if placed:
+        return BUSY
     if not any(work.requests for work in _works.values()) and not wait and gallery.is_busy():
         gallery.step(client)
         return RUNNING

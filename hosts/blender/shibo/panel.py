@@ -6,7 +6,7 @@ from .ops import current
 
 
 class Drawn:
-    """What both panels show."""
+    """The contents of both panels."""
     bl_label = "Shibo"
 
     @classmethod

@@ -10,7 +10,7 @@ from . import live
 WAYS = (
     ("UV", "UV", "By the UV map: a metre of the surface shows a metre of the material"),
     ("BOX", "Box", "From six sides, by the coordinates of the object; needs no UV map"),
-    ("CUT", "Through the object", "Cut out of one block, such as a tree: the grain runs through the object. Needs a UV map without overlaps"),
+    ("CUT", "Through the object", "Cut out of a block, such as a tree: the grain runs through it. Needs a UV map without overlaps"),
 )
 PARTS = (
     ("WHOLE", "One block", "The object is cut out of one block"),

@@ -33,7 +33,7 @@ class Work:
         self.broken, self.failed = [], []
         # True until the parameters of a new description were made.
         self.fresh = False
-        # The name of the mesh for requests, its file, and what it was made from.
+        # The name of the mesh for requests, its file, and its `mold`.
         self.mesh, self.mesh_file, self.meshed = None, "", None
         # A line about the last bake.
         self.note = ""
@@ -57,8 +57,8 @@ class Work:
 
     # -- The graph
 
-    def look(self, material, client, now):
-        """Opens the graph, or asks for pictures, if that is due. Changes no data of Blender."""
+    def look(self, material, client, now, direct=False):
+        """Opens the graph, or asks for pictures, if that is due: coarse ones first unless `direct`. Changes no data of Blender."""
         source = self._source(material)
         if source != self.source or self.graph is None and self.errors and self._stamp(source) != self.stamp:
             self._open(source, client)
@@ -68,7 +68,7 @@ class Work:
             return
         wanted = self.wanted(material)
         size, coarse = material.shibo.size, min(material.shibo.size_edit, material.shibo.size)
-        if self.forced or wanted is None:
+        if direct:
             coarse = size
         if wanted != self.asked:
             busy = self.requests or self.arrived

@@ -127,7 +127,8 @@ class Clients(unittest.TestCase):
             [sys.executable, "-c", (
                 "import sys, time; sys.path.insert(0, sys.argv[1]); import client\n"
                 "c = client.Client(sys.argv[2]); client.wait_until(lambda: c.hello, lambda: c.poll(0.1), 20)\n"
-                "print(c.process.pid, c.hello['folder'], flush=True); time.sleep(60)"), os.path.dirname(sys.modules["client"].__file__), SHIBO],
+                "print(c.process.pid, c.hello['folder'], flush=True); time.sleep(60)"),
+             os.path.dirname(sys.modules["client"].__file__), SHIBO],
             stdout=subprocess.PIPE, text=True)
         pid, folder = host.stdout.readline().split()
         self.assertTrue(is_alive(pid) and os.path.isdir(folder))

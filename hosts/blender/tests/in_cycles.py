@@ -142,7 +142,9 @@ class Cycles(Case):
             loops = list(face.loop_indices)
             middle = uvs[loops].mean(axis=0)
             for a, b in zip(loops, loops[1:] + loops[:1]):
-                ends = sorted(((mesh.loops[loop].vertex_index, uvs[loop] + 0.012 * (middle - uvs[loop])) for loop in (a, b)), key=lambda end: end[0])
+                # A little inside of the face.
+                ends = [(mesh.loops[loop].vertex_index, uvs[loop] + 0.012 * (middle - uvs[loop])) for loop in (a, b)]
+                ends.sort(key=lambda end: end[0])
                 edges.setdefault((ends[0][0], ends[1][0]), []).append((ends[0][1], ends[1][1]))
 
         def along(ends):

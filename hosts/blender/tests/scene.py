@@ -1,4 +1,4 @@
-"""What the tests in Blender share: the extension, small scenes, renders, and pictures of the command."""
+"""Shared by the tests in Blender: the extension, small scenes, renders, and pictures of the command."""
 import os
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The parts of Blender 5 that the extension uses, without Blender. Rules of 5.x hold: what is gone there fails here.
+"""The parts of Blender 5 that the extension uses, without Blender. Rules of 5.x hold: removed names fail here.
 
 - `use_nodes` cannot be set; every material has a tree.
 - Declared properties are no custom properties: `group["name"]` does not reach them.

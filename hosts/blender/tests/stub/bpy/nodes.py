@@ -15,7 +15,8 @@ KINDS = {
     "ShaderNodeUVMap": ({}, {"UV": VECTOR}, {"uv_map": ""}),
     "ShaderNodeTexCoord": ({}, dict.fromkeys(("Generated", "Normal", "UV", "Object", "Camera", "Window", "Reflection"), VECTOR), {}),
     "ShaderNodeMapping": ({"Vector": VECTOR, "Location": VECTOR, "Rotation": VECTOR, "Scale": (1.0, 1.0, 1.0)}, {"Vector": VECTOR}, {}),
-    "ShaderNodeTexImage": ({"Vector": VECTOR}, {"Color": COLOR, "Alpha": 1.0}, {"image": None, "extension": ("REPEAT", "EXTEND", "CLIP", "MIRROR")}),
+    "ShaderNodeTexImage": ({"Vector": VECTOR}, {"Color": COLOR, "Alpha": 1.0}, {
+        "image": None, "extension": ("REPEAT", "EXTEND", "CLIP", "MIRROR")}),
     "ShaderNodeNormalMap": ({"Strength": 1.0, "Color": COLOR}, {"Normal": VECTOR}, {"uv_map": "", "space": ("TANGENT", "OBJECT", "WORLD")}),
     "ShaderNodeTangent": ({}, {"Tangent": VECTOR}, {"uv_map": "", "direction_type": ("RADIAL", "UV_MAP")}),
     "ShaderNodeDisplacement": ({"Height": 0.0, "Midlevel": 0.5, "Scale": 1.0, "Normal": VECTOR}, {"Displacement": VECTOR}, {}),
@@ -23,12 +24,14 @@ KINDS = {
     "ShaderNodeRGB": ({}, {"Color": COLOR}, {}),
     "ShaderNodeMath": ({"Value": 0.5, "Value_001": 0.5, "Value_002": 0.5}, {"Value": 0.0}, {
         "operation": ("ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "MULTIPLY_ADD", "MINIMUM", "MAXIMUM", "SIGN", "ABSOLUTE")}),
-    "ShaderNodeVectorMath": ({"Vector": VECTOR, "Vector_001": VECTOR, "Vector_002": VECTOR, "Scale": 1.0}, {"Vector": VECTOR, "Value": 0.0}, {
+    "ShaderNodeVectorMath": ({"Vector": VECTOR, "Vector_001": VECTOR, "Vector_002": VECTOR, "Scale": 1.0}, {
+        "Vector": VECTOR, "Value": 0.0}, {
         "operation": ("ADD", "SUBTRACT", "MULTIPLY", "DIVIDE", "MULTIPLY_ADD", "SCALE", "NORMALIZE", "ABSOLUTE", "LENGTH", "DOT_PRODUCT")}),
     "ShaderNodeSeparateXYZ": ({"Vector": VECTOR}, {"X": 0.0, "Y": 0.0, "Z": 0.0}, {}),
     "ShaderNodeCombineXYZ": ({"X": 0.0, "Y": 0.0, "Z": 0.0}, {"Vector": VECTOR}, {}),
     "ShaderNodeVectorTransform": ({"Vector": VECTOR}, {"Vector": VECTOR}, {
-        "vector_type": ("VECTOR", "POINT", "NORMAL"), "convert_from": ("WORLD", "OBJECT", "CAMERA"), "convert_to": ("OBJECT", "WORLD", "CAMERA")}),
+        "vector_type": ("VECTOR", "POINT", "NORMAL"), "convert_from": ("WORLD", "OBJECT", "CAMERA"),
+        "convert_to": ("OBJECT", "WORLD", "CAMERA")}),
 }
 SOCKETS = ("NodeSocketFloat", "NodeSocketVector", "NodeSocketColor")
 

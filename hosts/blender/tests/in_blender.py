@@ -16,6 +16,7 @@ import numpy
 from scene import STRIPES, fresh, image, live, load, path, pixels, plane, rendered_by_command, settle, shibo, text
 from shibo import gallery
 
+faulthandler.enable()
 faulthandler.dump_traceback_later(900, exit=True)
 def brightest(material):
     """The largest number of the colour."""

@@ -254,6 +254,11 @@ class Keeper:
                 return None
         return self._client
 
+    def hope(self):
+        """Lets the next `client` look again for a program that was missing."""
+        if self._client is None and not self.crashes:
+            self.trouble = ""
+
     def stop(self):
         """Ends the process, and forgets crashes and troubles: the next `client` starts a process."""
         if self._client is not None:

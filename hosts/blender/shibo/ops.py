@@ -44,6 +44,7 @@ class OfMaterial:
     def done(self, material, wait=False):
         """Brings the pictures up to date: at once in background mode or if `wait`, else by the timer."""
         live.work_of(material).forced = True
+        live.keeper.hope()
         if not (wait or bpy.app.background):
             live.wake()
             return {"FINISHED"}

@@ -188,6 +188,9 @@ class Programs(unittest.TestCase):
         self.assertIsNone(keeper.client())
         self.assertIsNone(keeper.client())
         self.assertEqual((len(asked), keeper.trouble), (1, "gone"))
+        keeper.hope()
+        self.assertIsNone(keeper.client())
+        self.assertEqual(len(asked), 2)
 
 
 if __name__ == "__main__":

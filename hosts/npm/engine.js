@@ -20,7 +20,8 @@ export class ShiboError extends Error {
  * @returns {Promise<void>}
  */
 function turn() {
-  if (typeof setImmediate === "function") return new Promise((resolve) => setImmediate(resolve));
+  const { setImmediate: soon } = /** @type {any} */ (globalThis);
+  if (soon) return new Promise((resolve) => soon(resolve));
   return new Promise((resolve) => {
     const { port1, port2 } = new MessageChannel();
     port1.onmessage = () => {

@@ -10,6 +10,9 @@ export class Library {
     this.onchoose = onchoose;
     /** @type {{ name: string, doc: string, part: boolean }[]} */
     this.graphs = [];
+    // With sub-graphs.
+    /** @type {Set<string>} */
+    this.names = new Set();
     this.search = element('input', { type: 'search', placeholder: 'Search graphs', ariaLabel: 'Search graphs', autocomplete: 'off', spellcheck: false });
     this.list = element('div', { className: 'cards' });
     this.count = element('p', { className: 'doc', role: 'status' });
@@ -22,6 +25,7 @@ export class Library {
 
   /** @param {{ name: string, doc: string, part: boolean }[]} graphs */
   follow(graphs) {
+    this.names = new Set(graphs.map((graph) => graph.name));
     this.graphs = graphs.filter((graph) => !graph.part);
     this.list.replaceChildren();
     if (this.dialog.open) this.build();

@@ -108,7 +108,15 @@ function sizes() {
 }
 
 const library = new Library(own('library'), (name) => { location.hash = `shibo:${name}`; });
-const files = filesDialog(own('files'));
+// The text of a shipped graph becomes one of its own, before it reads files of the user: its imports name the shipped graphs.
+function detach() {
+  if (!model.name.startsWith('shibo:')) return;
+  const text = model.text.replace(/"(?:\w+\/)*(\w+)\.ron"/g, (all, name) => (library.names.has(name) ? `"shibo:${name}"` : all));
+  model.name = 'graph.ron';
+  editor?.open(text, uri());
+  model.text = text;
+}
+const files = filesDialog(own('files'), detach);
 
 own('library-open').onclick = () => library.open();
 own('files-open').onclick = () => files.open();
@@ -150,7 +158,7 @@ addEventListener('drop', async (event) => {
   if (!dropped.length) return;
   event.preventDefault();
   if (dropped.every(isPicture)) event.stopImmediatePropagation();
-  await take(dropped, files.build);
+  await take(dropped, detach, files.build);
 }, true);
 
 // The drawer of the graph needs a server.

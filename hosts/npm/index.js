@@ -143,6 +143,8 @@ export async function ask(request) {
   return own.queued(async () => {
     const messages = [];
     for await (const message of own.messages(request)) messages.push(message);
+    // Messages that the language server sends by itself come last.
+    messages.push(...own.others());
     return messages;
   });
 }

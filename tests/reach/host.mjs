@@ -98,17 +98,16 @@ assert.equal(await refused({ op: "text", graph: "shibo:none" }), "usage");
 
 // The language server.
 const message = async (message, files) => ask({ op: "lsp", message: { jsonrpc: "2.0", ...message }, files });
-const lsp = async (id, method, params) => (await message({ id, method, params })).at(-1).json.ok.messages[0].result;
+const lsp = async (id, method, params) => (await message({ id, method, params }))[0].json.ok.messages[0].result;
 assert.ok((await lsp(1, "initialize", { capabilities: {} })).capabilities.hoverProvider);
 const textDocument = { uri: "untitled:graph.ron", languageId: "shibo", version: 1, text: text.replace("Perlin", "Perlim") };
-await message({ method: "textDocument/didOpen", params: { textDocument } });
-const told = (await ask({ op: "hello" })).map(({ json }) => json.message).find(Boolean);
+const told = (await message({ method: "textDocument/didOpen", params: { textDocument } })).at(-1).json.message;
 assert.deepEqual([told.params.uri, told.params.diagnostics[0].range.start.line], [textDocument.uri, 2]);
 assert.match(told.params.diagnostics[0].message, /Perlim/);
 const at = { textDocument: { uri: textDocument.uri }, position: { line: 2, character: 21 } };
 const offered = await lsp(2, "textDocument/completion", at);
 assert.ok(offered.items.some((item) => item.label === "Perlin"));
-assert.match((await lsp(3, "textDocument/hover", { ...at, position: { line: 2, character: 46 } })).contents.value, /gain/);
+assert.match((await lsp(3, "textDocument/hover", { ...at, position: { line: 2, character: text.split("\n")[2].indexOf("$gain") + 2 } })).contents.value, /gain/);
 
 // Other requests, and requests that only a process can answer.
 assert.equal((await ok({ op: "sample", graph })).samples.noise.bits.length, 16);

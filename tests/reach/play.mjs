@@ -111,21 +111,29 @@ const tests = {
   },
 
   async "the editor explains and completes"(page) {
-    const at = await page.eval(`(() => {
+    const place = (word) => page.eval(`(() => {
       const walker = document.createTreeWalker(${EDITOR}.querySelector('.cm-content'), NodeFilter.SHOW_TEXT);
       for (let node = walker.nextNode(); node; node = walker.nextNode()) {
-        if (!node.data.includes('Perlin')) continue;
+        const from = node.data.indexOf('${word}');
+        if (from < 0) continue;
         const range = document.createRange();
-        range.setStart(node, node.data.indexOf('Perlin') + 1);
-        range.setEnd(node, node.data.indexOf('Perlin') + 4);
+        range.setStart(node, from + 1);
+        range.setEnd(node, from + 4);
         const box = range.getBoundingClientRect();
         return [box.x + box.width / 2, box.y + box.height / 2];
       }
     })()`);
+    const at = await place("Perlin");
     await page.move(...at);
     const hover = await page.wait(`${EDITOR}.querySelector('.cm-lsp-hover-tooltip')?.textContent`);
     assert.match(hover, /Perlin/);
     await keep(page, "hover");
+    await page.move(1, 1);
+    await page.wait(`!${EDITOR}.querySelector('.cm-lsp-hover-tooltip')`);
+    // The description of a stranger's parameter is no HTML.
+    await page.move(...await place("gain"));
+    const described = await page.wait(`${EDITOR}.querySelector('.cm-lsp-hover-tooltip')?.innerHTML`);
+    assert.ok(!/<img|onerror=[^&]*>/.test(described.replaceAll("&lt;img", "")), described);
     await page.move(1, 1);
     await page.click(...at);
     await page.key(" ", { code: "Space", modifiers: 2, keyCode: 32 });

@@ -101,7 +101,7 @@ impl Checker {
         !self.due.is_empty()
     }
 
-    /// Makes those texts due whose check read a file that has changed on disk.
+    /// Makes open files due if their check read a file that has changed on disk.
     pub fn look(&mut self) {
         self.safely(|checker| checker.due = checker.changed_on_disk());
     }

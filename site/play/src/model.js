@@ -113,6 +113,7 @@ export class Model {
     const { edit, text } = this;
     const hand = this.pool.editor;
     this.opening = true;
+    if (!this.opened) this.prepare();
     try {
       const opened = await hand.ask(this.request).done;
       const old = edit === this.edit ? this.opened : opened;
@@ -303,6 +304,7 @@ export class Model {
     let long;
     try {
       await hand.ready;
+      await hand.prepared;
       step.began = performance.now();
       long = setTimeout(() => { if (this.step === step) this.onlong(true); }, LONG);
       if (hand.edit !== this.edit && !(task && !this.opened)) await this.reopen(hand, step);
@@ -317,6 +319,14 @@ export class Model {
       this.onlong(false);
       this.work();
     }
+  }
+
+  // Opens the first text in the renderer, too, before it is known to be sound: both workers begin at once.
+  prepare() {
+    const { edit, files, request } = this;
+    const hand = this.pool.renderer;
+    const known = (/** @type {any} */ answer) => { [hand.graph, hand.edit, hand.sha, hand.files] = [answer.graph, edit, answer.sha256, files]; };
+    hand.prepared = hand.ask(request).done.then(known, () => {});
   }
 
   // Opens the last sound text in the renderer.

@@ -26,6 +26,8 @@ export class Hand {
     this.sha = '';
     /** @type {unknown} */
     this.files = null;
+    /** @type {Promise<void> | undefined} */
+    this.prepared = undefined;
     this.worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
     /** @type {Promise<void>} */
     this.ready = new Promise((resolve, reject) => {

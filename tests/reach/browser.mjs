@@ -69,13 +69,14 @@ export class Browser {
   }
 
   /** Opens a page in a window of its own, because hidden tabs draw nothing. */
-  async open(url, { width = 1280, height = 800 } = {}) {
+  async open(url, { width = 1280, height = 800, watched = true } = {}) {
     const { browserContextId } = await this.call("Target.createBrowserContext");
     const { targetId } = await this.call("Target.createTarget", { url: "about:blank", browserContextId, newWindow: true });
     const { sessionId } = await this.call("Target.attachToTarget", { targetId, flatten: true });
-    const page = new Page(this, sessionId);
+    const page = new Page(this, sessionId, browserContextId);
     this.pages.set(sessionId, page);
-    for (const domain of ["Runtime", "Log", "Page", "Network"]) await page.call(`${domain}.enable`);
+    // Watching the network makes large files slow.
+    for (const domain of ["Runtime", "Log", "Page", ...(watched ? ["Network"] : [])]) await page.call(`${domain}.enable`);
     await page.size(width, height);
     await page.call("Page.navigate", { url });
     return page;
@@ -89,8 +90,9 @@ export class Browser {
 }
 
 class Page {
-  constructor(browser, session) {
+  constructor(browser, session, context) {
     this.browser = browser;
+    this.context = context;
     this.session = session;
     /** Errors of the console. */
     this.complaints = [];
@@ -100,6 +102,7 @@ class Page {
 
   hear({ method, params }) {
     if (method === "Runtime.exceptionThrown") this.complaints.push(params.exceptionDetails.exception?.description ?? JSON.stringify(params));
+    if (method === "Runtime.consoleAPICalled" && params.type === "error") this.complaints.push(params.args.map((one) => one.value ?? one.description).join(" "));
     if (method === "Log.entryAdded" && params.entry.level === "error") this.complaints.push(`${params.entry.text} ${params.entry.url ?? ""}`);
     if (method === "Network.requestWillBeSent") this.requests.push(params.request.url);
   }
@@ -115,7 +118,7 @@ class Page {
   /** The value of an expression. */
   async eval(expression) {
     const { result, exceptionDetails } = await this.call("Runtime.evaluate", { expression, awaitPromise: true, returnByValue: true });
-    if (exceptionDetails) throw new Error(`${expression}: ${exceptionDetails.exception?.description ?? exceptionDetails.text}`);
+    if (exceptionDetails) throw new Error(`${expression}: ${exceptionDetails.exception?.description ?? exceptionDetails.text} ${JSON.stringify(exceptionDetails.exception?.preview ?? "")}`);
     return result.value;
   }
 
@@ -123,7 +126,7 @@ class Page {
   async wait(expression, longest = 60_000) {
     const end = Date.now() + longest;
     for (;;) {
-      const value = await this.eval(expression).catch(() => null);
+      const value = await this.eval(`((value) => (value instanceof Node ? true : value))(${expression})`).catch(() => null);
       if (value) return value;
       if (Date.now() > end) throw new Error(`never true: ${expression}; complaints: ${this.complaints.join("\n")}`);
       await new Promise((done) => setTimeout(done, 20));

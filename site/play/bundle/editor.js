@@ -112,7 +112,7 @@ export function editor(root, { text, uri, onchange, send, onmessage }) {
         lineNumbers(), foldGutter(), lintGutter(), history(), drawSelection(), highlightActiveLine(), highlightActiveLineGutter(), bracketMatching(), closeBrackets(),
         autocompletion(), highlightSelectionMatches(), indentUnit.of('    '), language, syntaxHighlighting(colors), theme,
         keymap.of([...closeBracketsKeymap, ...completionKeymap, ...lintKeymap, ...searchKeymap, ...foldKeymap, ...historyKeymap, ...defaultKeymap]),
-        EditorView.contentAttributes.of({ 'aria-label': 'Text of the graph. Tab leaves it; Ctrl+Space offers entries, F8 goes to the next error.' }),
+        EditorView.contentAttributes.of({ tabindex: '0', 'aria-label': 'Text of the graph. Tab leaves it; Ctrl+Space offers entries, F8 goes to the next error.' }),
         EditorView.updateListener.of((update) => {
           if (update.docChanged && !update.transactions.some((one) => one.annotation(external))) onchange(update.state.doc.toString());
         }),

@@ -19,8 +19,9 @@ function copy(from, to, document) {
 
 /** @param {string} html */
 export function purified(html) {
-  // A document of its own loads nothing and runs nothing.
-  const from = new DOMParser().parseFromString(html, 'text/html');
+  // Without attributes there is nothing to load or to run; a document of its own does neither.
+  const bare = html.replace(/<(\/?[a-zA-Z][\w-]*)[^>]*>/g, '<$1>');
+  const from = new DOMParser().parseFromString(bare, 'text/html');
   const made = document.implementation.createHTMLDocument('');
   copy(from.body, made.body, made);
   return made.body.innerHTML;

@@ -129,7 +129,8 @@ export class Model {
       if (edit !== this.edit) return;
       const failure = /** @type {Failure} */ (error);
       this.errors = failure.errors?.length ? failure.errors : [{ code: failure.code ?? 'defect', message: failure.message, line: 1, column: 1, end_line: 1, end_column: 1 }];
-      this.news.tell('errors', { errors: this.errors.map((e) => described(e, text)) });
+      const errors = this.errors.map((e) => described(e, text));
+      if (this.opened) this.news.tell('errors', { errors }); else this.news.tell('state', { ...this.news.empty(this), errors });
     }
     if (edit === this.edit) this.opening = false;
     this.onchange();
@@ -201,9 +202,10 @@ export class Model {
     const [output, channel] = this.focus.split('.');
     const of = this.opened?.outputs.find((/** @type {any} */ o) => o.name === output) ?? null;
     if (!of) return [];
-    const all = of.channels && (this.inLight() || !channel) ? of.channels.map((/** @type {string} */ c) => `${output}.${c}`) : [];
     const first = channel || !of.channels ? [this.focus] : [];
-    return [...new Set([...first, ...all])];
+    const material = of.channels ? of : this.opened.outputs.find((/** @type {any} */ o) => o.channels);
+    if (!material || (first.length && !this.inLight())) return first;
+    return [...new Set([...first, ...material.channels.map((/** @type {string} */ c) => `${material.name}.${c}`)])];
   }
 
   // The sizes to make, coarse to sharp.

@@ -66,11 +66,17 @@ export class News {
   /** @param {import('./model.js').Model} model @param {string} target */
   type(model, target) { return model.opened.outputs.find((/** @type {any} */ o) => o.name === target)?.type ?? 'Gray'; }
 
+  // The state without a graph.
+  /** @param {import('./model.js').Model} model */
+  empty({ name, values }) {
+    const file = name.startsWith('shibo:') ? `${name.slice(6)}.ron` : name;
+    return { file, scene: null, errors: [], warnings: [], busy: false, progress: null, done: null, values };
+  }
+
   // The state with the last sound graph.
   /** @param {import('./model.js').Model} model */
   state(model) {
     const { opened, values, generation, size } = model;
-    const file = model.name.startsWith('shibo:') ? `${model.name.slice(6)}.ron` : model.name;
     const preset = opened.presets[values.preset ?? ''] ?? {};
     const set = new Map(values.set);
     const params = opened.params.map((/** @type {any} */ param) => {
@@ -89,7 +95,7 @@ export class News {
     }
     const outputs = opened.outputs.map((/** @type {any} */ { name, type }) => ({ name, type }));
     return {
-      file, errors: [], warnings: opened.warnings.map((/** @type {any} */ e) => described(e, opened.text)), busy: model.isBusy, progress: null, done: null, values,
+      ...this.empty(model), busy: model.isBusy, warnings: opened.warnings.map((/** @type {any} */ e) => described(e, opened.text)),
       scene: {
         generation, sha256: opened.sha256, outputs, params, presets: Object.keys(opened.presets), pictures, nodes: opened.nodes, breaks: opened.breaks,
         canvas: { size_mm: opened.canvas.size_mm, resolution: scaled(opened.canvas.resolution, size), tile: TILES[opened.canvas.tile] ?? [false, false] },

@@ -103,7 +103,8 @@ async function link() {
 
 function sizes() {
   const select = own('size');
-  select.replaceChildren(...SIZES.map((n) => element('option', { value: n, textContent: `${n} px`, selected: n === model.size })));
+  const all = [...new Set([...SIZES, model.size])].sort((a, b) => a - b);
+  select.replaceChildren(...all.map((n) => element('option', { value: n, textContent: `${n} px`, selected: n === model.size })));
   select.onchange = () => { model.setSize(+select.value); keep(); };
 }
 
@@ -183,6 +184,12 @@ const duration = (ms) => (ms >= 999.5 ? `${(ms / 1000).toFixed(1)} s` : `${ms.to
 
 // ---- for consoles and tests
 
+// The page asks for one target after the other; the last one counts.
+function follow() {
+  const { target } = root.dataset;
+  if (target && !target.startsWith('@') && target !== model.focus && model.opened) model.look(target);
+}
+
 /** @type {any} */ (window).shibo = {
   get text() { return model.text; },
   /** @param {string} text */
@@ -199,11 +206,15 @@ const duration = (ms) => (ms >= 999.5 ? `${(ms / 1000).toFixed(1)} s` : `${ms.to
   /** @param {number} size */
   setSize(size) {
     if (!Number.isInteger(size) || size < 1 || size > 8192) throw new Error('a size is a whole number from 1 to 8192');
-    own('size').value = String(size);
     model.setSize(size);
+    sizes();
   },
-  sharp: () => model.sharp(),
+  sharp() {
+    follow();
+    return model.sharp();
+  },
   picture() {
+    follow();
     const found = model.best(model.focus) ?? model.pictures.get(model.focus);
     if (!found) return null;
     const { json, data, target } = found;

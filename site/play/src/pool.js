@@ -49,7 +49,11 @@ export class Hand {
     const { ok, error } = answer.json;
     if (!ok && !error) { of.heard(answer); return; }
     this.waiting.delete(answer.n);
-    if (error?.code === 'defect') [this.edit, this.sha, this.graph] = [-1, '', ''];
+    if (error?.code === 'defect') {
+      // The engine was started again, without graphs.
+      [this.edit, this.sha, this.graph] = [-1, '', ''];
+      console.error(error.message);
+    }
     // The bytes of an answer come with it.
     if (ok) of.resolve(answer.bytes?.length ? { ...ok, bytes: answer.bytes } : ok); else of.reject(new Failure(error));
   }

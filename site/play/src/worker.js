@@ -18,6 +18,8 @@ async function answer({ n, request, form }) {
   const { signal } = /** @type {AbortController} */ (running.get(n));
   try {
     for await (const { json, bytes } of engine.messages(request, signal)) {
+      // Messages of the language server belong to no request.
+      if (json.event === 'lsp') { tell({ json }); continue; }
       const painted = form && json.event === 'picture' && json.components ? paint(json, bytes, form) : null;
       if (painted) tell({ n, json, ...painted }, [painted.data.buffer, painted.pixels.buffer, ...(painted.halves ? [painted.halves.buffer] : [])]);
       else tell({ n, json, bytes }, [bytes.buffer]);

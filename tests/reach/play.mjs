@@ -289,7 +289,14 @@ const tests = {
   async "a slow graph is asked about, and a newer one takes over"(page) {
     await page.eval(`location.hash = "shibo:calf"`);
     await page.wait(`document.title.startsWith("calf.ron")`);
-    await page.eval("shibo.setSize(2048); 0");
+    await page.eval("shibo.setSize(4096); 0");
+    await page.wait("!document.getElementById('long').hidden");
+    await keep(page, "long");
+    await page.eval("document.getElementById('long-stop').click()");
+    await page.eval("shibo.sharp()");
+    await page.wait("document.getElementById('long').hidden");
+    // The next change begins again.
+    await page.eval("shibo.set('pitch', 1.2); 0");
     await new Promise((done) => setTimeout(done, 1500));
     const began = Date.now();
     await page.eval(`location.hash = "${packed(text)}"`);

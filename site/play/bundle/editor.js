@@ -110,7 +110,7 @@ export function editor(root, { text, uri, onchange, send, onmessage }) {
       doc: text,
       extensions: [
         lineNumbers(), foldGutter(), lintGutter(), history(), drawSelection(), highlightActiveLine(), highlightActiveLineGutter(), bracketMatching(), closeBrackets(),
-        autocompletion(), highlightSelectionMatches(), indentUnit.of('    '), language, syntaxHighlighting(colors), theme,
+        autocompletion(), highlightSelectionMatches(), indentUnit.of('  '), EditorView.lineWrapping, language, syntaxHighlighting(colors), theme,
         keymap.of([...closeBracketsKeymap, ...completionKeymap, ...lintKeymap, ...searchKeymap, ...foldKeymap, ...historyKeymap, ...defaultKeymap]),
         EditorView.contentAttributes.of({ tabindex: '0', 'aria-label': 'Text of the graph. Tab leaves it; Ctrl+Space offers entries, F8 goes to the next error.' }),
         EditorView.updateListener.of((update) => {

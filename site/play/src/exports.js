@@ -1,7 +1,7 @@
 // @ts-check
 // Exports: one map, all maps or a glTF file, as files that the browser saves.
 import { zip } from './frames.js';
-import { MOST_SIZE } from './model.js';
+import { MOST_SIZE } from './work.js';
 import { model } from './session.js';
 
 /** @typedef {{ name: string, bytes: Uint8Array<ArrayBuffer> }} Written */

@@ -54,7 +54,7 @@ export class News {
     if (this.listening) this.listener(kind, data); else this.early.push([kind, data]);
   }
 
-  /** @param {import('./model.js').Model} model @param {import('./model.js').Made} made */
+  /** @param {import('./work.js').Work} model @param {import('./work.js').Made} made */
   shown(model, made) {
     const { json, target, id, range } = made;
     return {
@@ -63,18 +63,18 @@ export class News {
     };
   }
 
-  /** @param {import('./model.js').Model} model @param {string} target */
+  /** @param {import('./work.js').Work} model @param {string} target */
   type(model, target) { return model.opened.outputs.find((/** @type {any} */ o) => o.name === target)?.type ?? 'Gray'; }
 
   // The state without a graph.
-  /** @param {import('./model.js').Model} model */
+  /** @param {import('./work.js').Work} model */
   empty({ name, values }) {
     const file = name.startsWith('shibo:') ? `${name.slice(6)}.ron` : name;
     return { file, scene: null, errors: [], warnings: [], busy: false, progress: null, done: null, values };
   }
 
   // The state with the last sound graph.
-  /** @param {import('./model.js').Model} model */
+  /** @param {import('./work.js').Work} model */
   state(model) {
     const { opened, values, generation, size } = model;
     const preset = opened.presets[values.preset ?? ''] ?? {};

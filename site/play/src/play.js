@@ -44,7 +44,7 @@ async function textOf(name) {
 // The address of the text for the language server.
 const uri = () => paths[model.name] ?? `untitled:${model.name}`;
 
-/** @param {{ name: string, text: string, values: import('./model.js').Chosen, files?: Record<string, string> }} graph */
+/** @param {{ name: string, text: string, values: import('./work.js').Chosen}} graph */
 function show({ name, text, values }) {
   model.focus = '';
   model.news.known = {};
@@ -87,13 +87,13 @@ let keeping;
 function keep() {
   clearTimeout(keeping);
   keeping = setTimeout(() => {
-    const { name, text, values, size } = model;
+    const { name, text, values, size } = model.latest;
     try { sessionStorage.setItem(STORE, JSON.stringify({ hash: location.hash, name, text, values, size })); } catch { /* it is full */ }
   }, 200);
 }
 
 async function link() {
-  const { name, text, values } = model;
+  const { name, text, values } = model.latest;
   const isShipped = shipped[name] === text;
   const of = name.startsWith('shibo:') && !isShipped ? name.slice(6) : undefined;
   return new URL(await fragment({ graph: isShipped ? name : undefined, of, text, ...values }), location.href.split('#')[0]).href;
@@ -199,9 +199,10 @@ function follow() {
     const param = model.param(name);
     if (!param) throw new Error(`there is no parameter \`${name}\``);
     const text = typeof value === 'string' && /^["(]/.test(value) ? value : ron(value, param.type);
-    const set = [...model.values.set.filter(([known]) => known !== name), /** @type {[string, string]} */ ([name, text])];
-    model.setValues({ ...model.values, set });
-    page.parameters.take({ preset: model.values.preset, set });
+    const { values } = model.latest;
+    const set = [...values.set.filter(([known]) => known !== name), /** @type {[string, string]} */ ([name, text])];
+    model.setValues({ ...values, set });
+    page.parameters.take({ preset: values.preset, set });
   },
   /** @param {number} size */
   setSize(size) {

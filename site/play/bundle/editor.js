@@ -97,11 +97,15 @@ export function editor(root, { text, uri, onchange, send, onmessage }) {
     sanitizeHTML: purified,
     timeout: 20_000,
     extensions: [serverCompletion(), hoverTooltips({ hoverTime: 250 }), signatureHelp(), serverDiagnostics(), keymap.of([...formatKeymap, ...renameKeymap])],
-  }).connect({
+  });
+  /** @type {import('@codemirror/lsp-client').Transport} */
+  const transport = {
     send: (message) => { send(JSON.parse(message)).then((answers) => answers.forEach(tell), () => {}); },
     subscribe: (handler) => { handlers.add(handler); },
     unsubscribe: (handler) => { handlers.delete(handler); },
-  });
+  };
+  client.connect(transport);
+  let address = uri;
   const server = new Compartment();
   const view = new EditorView({
     root,
@@ -138,8 +142,16 @@ export function editor(root, { text, uri, onchange, send, onmessage }) {
     // Shows another graph.
     /** @param {string} now @param {string} at */
     open(now, at) {
+      address = at;
       view.dispatch({ changes: { from: 0, to: view.state.doc.length, insert: now }, selection: { anchor: 0 }, scrollIntoView: true, annotations: external.of(true), effects: server.reconfigure([]) });
       view.dispatch({ effects: server.reconfigure(client.plugin(at, 'shibo')) });
+    },
+    // Begins again with a new language server.
+    connect() {
+      view.dispatch({ effects: server.reconfigure([]) });
+      client.disconnect();
+      client.connect(transport);
+      view.dispatch({ effects: server.reconfigure(client.plugin(address, 'shibo')) });
     },
     // Shows a place: line and column from 1.
     /** @param {number} line @param {number} column */

@@ -9,16 +9,13 @@ const MOST = 11 << 20;
 const PICTURES = /\.(png|jpe?g|tiff?|svg)$/i;
 const OTHERS = /\.(obj|glb|gltf|exr|hdr|csv|ron)$/i;
 
-// `begin` is called before the first file is added.
-/** @param {File[]} files @param {() => void} begin @param {() => void} changed @returns {Promise<File[]>} the files that became part of the graph */
-export async function take(files, begin, changed) {
+/** @param {File[]} files @param {() => void} changed @returns {Promise<File[]>} the files that became part of the graph */
+export async function take(files, changed) {
   const taken = files.filter((file) => PICTURES.test(file.name) || OTHERS.test(file.name));
   for (const file of taken) {
     const held = Object.values(model.files).reduce((sum, text) => sum + text.length * 0.75, 0);
     if (held + file.size > MOST) { notice(`${file.name} is too large: files of a graph have at most ${MOST >> 20} MiB here`, true); continue; }
-    const content = await base64(file);
-    begin();
-    model.setFile(file.name, content);
+    model.setFile(file.name, await base64(file));
     const node = PICTURES.test(file.name) ? 'Image' : /\.(obj|gl(b|tf))$/i.test(file.name) ? 'LoadMesh' : null;
     notice(`${file.name} is a file of the graph now${node ? `: ${node}(path: "${file.name}")` : ''}`);
   }
@@ -30,8 +27,8 @@ export async function take(files, begin, changed) {
 /** @param {File} file */
 export const isPicture = (file) => PICTURES.test(file.name);
 
-/** @param {HTMLDialogElement} dialog @param {() => void} begin */
-export function filesDialog(dialog, begin) {
+/** @param {HTMLDialogElement} dialog */
+export function filesDialog(dialog) {
   const list = element('ul', { className: 'files' });
   const chooser = element('input', { type: 'file', id: 'files-chooser', multiple: true, accept: '.png,.jpg,.jpeg,.tif,.tiff,.svg,.obj,.glb,.exr,.hdr,.csv,.ron' });
   const close = element('button', { textContent: 'Close' });
@@ -45,7 +42,7 @@ export function filesDialog(dialog, begin) {
     }));
     if (!names.length) list.append(element('li', { textContent: 'None yet. Drop pictures or meshes on the page, or choose them here.' }));
   };
-  chooser.onchange = () => take([...(chooser.files ?? [])], begin, build);
+  chooser.onchange = () => take([...(chooser.files ?? [])], build);
   dialog.replaceChildren(
     element('h2', { id: 'files-title', textContent: 'Files of the graph' }),
     element('p', { className: 'doc', textContent: 'The graph reads them by their names. They stay in this tab, are never sent, and are not part of a link.' }),

@@ -31,10 +31,19 @@ async function deflate(text) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
+// Packed bytes are given in pieces of this length: each becomes at most half a MiB, so little is unpacked beyond the limit.
+const PIECE = 512;
+
 // Unpacks a text, and stops at the limit.
 /** @param {Uint8Array<ArrayBuffer>} bytes */
 export async function inflate(bytes) {
-  const reader = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate-raw')).getReader();
+  let at = 0;
+  const pieces = new ReadableStream({
+    pull(control) {
+      if (at < bytes.length) control.enqueue(bytes.slice(at, at += PIECE)); else control.close();
+    },
+  }, { highWaterMark: 0 });
+  const reader = pieces.pipeThrough(new DecompressionStream('deflate-raw')).getReader();
   const decoder = new TextDecoder('utf-8', { fatal: true });
   let [text, length] = ['', 0];
   for (;;) {

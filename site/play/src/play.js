@@ -108,16 +108,20 @@ function sizes() {
   select.onchange = () => { model.setSize(+select.value); keep(); };
 }
 
-const library = new Library(own('library'), (name) => { location.hash = `shibo:${name}`; });
-// The text of a shipped graph becomes one of its own, before it reads files of the user: its imports name the shipped graphs.
+const library = new Library(own('library'), (name) => {
+  const hash = `#shibo:${name}`;
+  if (location.hash === hash) openLink(); else location.hash = hash;
+});
+// The text of a shipped graph becomes one of its own as soon as it names a file of the user: its imports name the shipped graphs then.
 function detach() {
-  if (!model.name.startsWith('shibo:')) return;
+  if (!model.name.startsWith('shibo:') || !Object.keys(model.files).some((name) => model.text.includes(`"${name}"`))) return;
   const text = model.text.replace(/"(?:\w+\/)*(\w+)\.ron"/g, (all, name) => (library.names.has(name) ? `"shibo:${name}"` : all));
   model.name = 'graph.ron';
-  editor?.open(text, uri());
   model.text = text;
+  // The change that led here may come from the editor.
+  queueMicrotask(() => editor?.open(text, uri()));
 }
-const files = filesDialog(own('files'), detach);
+const files = filesDialog(own('files'));
 
 own('library-open').onclick = () => library.open();
 own('files-open').onclick = () => files.open();
@@ -151,7 +155,7 @@ for (const b of own('sides').children) b.onclick = () => { root.dataset.side = b
 
 model.inLight = () => root.dataset.view === 'lit';
 model.ontext = (text) => editor?.setText(text);
-model.onchange = () => { began = performance.now(); keep(); };
+model.onchange = () => { began = performance.now(); detach(); keep(); };
 
 // Files that are dropped on the page. Pictures are no photographs here; panoramas and meshes are for the 3D view, too.
 addEventListener('drop', async (event) => {
@@ -159,7 +163,7 @@ addEventListener('drop', async (event) => {
   if (!dropped.length) return;
   event.preventDefault();
   if (dropped.every(isPicture)) event.stopImmediatePropagation();
-  await take(dropped, detach, files.build);
+  await take(dropped, files.build);
 }, true);
 
 // The drawer of the graph needs a server.
@@ -252,6 +256,8 @@ async function begin() {
     },
     onmessage: (listener) => onserver((json) => { if (json.event === 'lsp') listener(json.message); }),
   });
+  // The engine was started again: it has neither the text nor the graph.
+  pool.editor.ondefect = () => { editor?.connect(); model.setText(model.text); };
   addEventListener('hashchange', openLink);
   library.follow((await hello).graphs);
   await model.sharp();

@@ -28,6 +28,8 @@ export class Hand {
     this.files = null;
     /** @type {Promise<void> | undefined} */
     this.prepared = undefined;
+    // Called after the engine has failed and was started again.
+    this.ondefect = () => {};
     this.worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
     /** @type {Promise<void>} */
     this.ready = new Promise((resolve, reject) => {
@@ -53,6 +55,7 @@ export class Hand {
       // The engine was started again, without graphs.
       [this.edit, this.sha, this.graph] = [-1, '', ''];
       console.error(error.message);
+      this.ondefect();
     }
     // The bytes of an answer come with it.
     if (ok) of.resolve(answer.bytes?.length ? { ...ok, bytes: answer.bytes } : ok); else of.reject(new Failure(error));

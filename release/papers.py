@@ -19,7 +19,7 @@ TARGET = "x86_64-unknown-linux-musl"
 FEATURES = "shared-cache,mcp"
 TEXTS = re.compile(r"(licen[cs]e|copying|notice|unlicense|copyright)", re.IGNORECASE)
 # Folders with the lists of npm modules that a release contains.
-MODULES = ["editors/vscode", "src/serve/page", "site"]
+MODULES = ["editors/vscode", "src/serve/page", "site/play"]
 
 
 def crates():

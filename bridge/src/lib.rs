@@ -28,6 +28,7 @@ pub mod fix;
 mod fix_tests;
 pub mod host;
 pub mod json;
+pub mod light;
 pub mod lock;
 pub mod manual;
 pub mod merge;

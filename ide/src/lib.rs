@@ -2,7 +2,7 @@
 //!
 //! `view` locates the values of any text, `file` finds sections and names in it, `expect` describes the
 //! values allowed in each place, and `walk` combines the two. All other modules build on these. Nothing here
-//! evaluates a picture, reads the environment or knows a protocol.
+//! evaluates a picture or reads the environment. `server` alone knows a protocol.
 #![allow(clippy::disallowed_methods, reason = "no picture that is written is made here")]
 pub mod actions;
 mod capture;
@@ -32,6 +32,7 @@ mod paths;
 pub mod rename;
 mod signature;
 mod spelling;
+pub mod server;
 pub mod structure;
 #[cfg(test)]
 mod tests;

@@ -76,6 +76,12 @@ impl Workspace {
         Self { gate, ..self }
     }
 
+    /// Replaces the gate.
+    pub fn set_gate(&mut self, gate: Gate) {
+        self.gate = gate;
+        self.rescan();
+    }
+
     /// Replaces the statistics of the library graphs by others.
     #[cfg(test)]
     pub fn with_habits(self, habits: Habits) -> Self {

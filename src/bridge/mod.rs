@@ -174,7 +174,7 @@ impl Bridge<'_> {
                 }
                 self.send(answer.json.into());
             }
-            Asked::Lsp { id, message } => language.send(scope, self, id, message),
+            Asked::Lsp { id, message, .. } => language.send(scope, self, id, message),
         }
     }
 

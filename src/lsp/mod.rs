@@ -1,42 +1,31 @@
-//! `shibo lsp`: the language server, on stdin and stdout. The answers come from [`ide`](shibo_ide); this module has
-//! the protocol and three threads, which answer requests, check texts, and make pictures for hovers. No answer waits
-//! for another thread.
-mod actions;
-mod answer;
-mod answers;
-mod checker;
-mod commands;
-mod convert;
-mod dispatch;
+//! `shibo lsp`: the language server, on stdin and stdout. The answers come from [`ide`](shibo_ide::server); this module has the
+//! transport and three threads, which answer requests, check texts, and make pictures for hovers. No answer waits for another thread.
+mod checking;
 mod event;
 mod frames;
 mod http;
-mod options;
+mod jumps;
 mod pages;
 mod pictures;
-mod server;
-mod text;
-mod uris;
+mod process;
 
+use crate::environment;
 use crate::library;
 use crate::quit::Quit;
-use checker::Checker;
 use clap::Args;
 use event::Event;
 use lsp_server::{Connection, Message, ProtocolError, RequestId};
-use lsp_types::{ClientCapabilities, InitializeParams};
-use options::Options;
 use pages::Pages;
 use pictures::Painter;
 #[cfg(feature = "mcp")]
 pub(crate) use pictures::base64;
-use serde_json::{Value as Json, json};
-use server::{Cancelled, Server, ServerParts};
-use shibo_ide::{Workspace, identity};
+use process::{Cancelled, Process};
+use serde_json::Value as Json;
+use shibo_ide::Workspace;
+use shibo_ide::server::{Beginning, Checker, Server};
 use std::path::PathBuf;
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, PoisonError};
-use text::Encoding;
 
 const EXAMPLES: &str = "\
 Editors start this command; docs/editor.md says how to set them up.";
@@ -53,31 +42,6 @@ pub(crate) struct LspArgs {
     cache_dir: Option<PathBuf>,
 }
 
-/// Capabilities of the editor.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Client {
-    /// Supports snippets.
-    snippets: bool,
-    /// Can create files in a workspace edit.
-    creates: bool,
-    /// Can show files and pages.
-    shows: bool,
-}
-
-impl Client {
-    fn of(capabilities: &ClientCapabilities) -> Self {
-        let item =
-            || capabilities.text_document.as_ref()?.completion.as_ref()?.completion_item.as_ref()?.snippet_support;
-        let edit = || capabilities.workspace.as_ref()?.workspace_edit.as_ref()?.resource_operations.as_ref();
-        let show = || capabilities.window.as_ref()?.show_document.as_ref();
-        Self {
-            snippets: item().unwrap_or(false),
-            creates: edit().is_some_and(|operations| operations.contains(&lsp_types::ResourceOperationKind::Create)),
-            shows: show().is_some_and(|show| show.support),
-        }
-    }
-}
-
 /// Runs the command.
 pub(crate) fn run(args: &LspArgs) -> Result<(), Quit> {
     let _ = args.stdio;
@@ -90,40 +54,38 @@ pub(crate) fn run(args: &LspArgs) -> Result<(), Quit> {
 /// Serves an editor until it ends; returns whether it ended properly.
 pub(crate) fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Result<bool, ProtocolError> {
     let (id, params) = connection.initialize_start()?;
-    let params: InitializeParams = serde_json::from_value(params).unwrap_or_default();
-    let offered = params.capabilities.general.as_ref().and_then(|general| general.position_encodings.as_deref());
-    let encoding = Encoding::negotiate(offered);
-    let info = json!({ "name": "shibo", "version": env!("CARGO_PKG_VERSION") });
-    let answer = json!({ "capabilities": convert::capabilities(encoding), "serverInfo": info });
-    connection.initialize_finish(id, answer)?;
-    let options: Options =
-        params.initialization_options.clone().and_then(|o| serde_json::from_value(o).ok()).unwrap_or_default();
+    let beginning = Beginning::new(params);
+    connection.initialize_finish(id, beginning.answer(true))?;
     let registry = Arc::new(library::registry());
-    let roots = roots(&params);
+    let workspace = || {
+        let workspace = Workspace::new(registry.clone(), beginning.roots.clone());
+        workspace.with_import_paths(environment::import_paths().to_vec())
+    };
     let cancelled = Cancelled::default();
     let (events, told) = channel();
     let (jobs, wanted) = channel();
     let send = connection.sender.clone();
-    let checker = Checker::new(registry.clone(), roots.clone(), encoding, move |message| drop(send.send(message)));
-    let checking = std::thread::spawn(move || checker.run(&wanted));
+    let working_dir = std::env::current_dir().unwrap_or_default();
+    let out = move |message| drop(send.send(message));
+    let checker = Checker::new(workspace(), working_dir, beginning.encoding, out);
+    let checking = std::thread::spawn(move || checking::run(checker, &wanted));
     let out = connection.sender.clone();
     let reading = std::thread::spawn({
         let (events, cancelled) = (events.clone(), cancelled.clone());
         move || listen(&connection, &events, &cancelled)
     });
-    let parts = ServerParts {
-        workspace: Workspace::new(registry, roots).with_import_paths(crate::environment::import_paths().to_vec()),
-        encoding,
-        painter: Painter::new(cache_dir.clone(), options.pictures),
-        options,
-        pages: Pages::new(events, cache_dir),
-        client: Client::of(&params.capabilities),
+    let pages = Pages::new(events, cache_dir.clone());
+    let process = Process {
+        out: Box::new(move |message| drop(out.send(message))),
         checker: jobs,
+        painter: Painter::new(cache_dir, beginning.pictures()),
+        pages: pages.clone(),
         cancelled,
     };
-    let mut server = Server::new(parts, move |message| drop(out.send(message)));
-    let good = server.run(&told);
-    server.pages.stop();
+    let files = workspace();
+    let mut server = Server::new(files, beginning, Box::new(process));
+    let good = run_events(&mut server, &told);
+    pages.stop();
     // The threads end when their senders are dropped.
     drop(server);
     let _ = checking.join();
@@ -132,15 +94,19 @@ pub(crate) fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Resul
     Ok(good)
 }
 
-/// Workspace folders of the editor.
-fn roots(params: &InitializeParams) -> Vec<PathBuf> {
-    let folders = params.workspace_folders.as_deref().unwrap_or_default().iter().map(|folder| &folder.uri);
-    #[expect(deprecated, reason = "older editors tell only this")]
-    let root = params.root_uri.as_ref();
-    let mut roots: Vec<PathBuf> = folders.chain(root).map(|uri| identity(&uris::path(uri))).collect();
-    roots.sort();
-    roots.dedup();
-    roots
+/// Answers until the editor ends the session; returns whether it ended properly.
+fn run_events(server: &mut Server, events: &Receiver<Event>) -> bool {
+    for event in events {
+        match event {
+            Event::Message(Message::Request(request)) => server.request(request),
+            Event::Message(Message::Notification(note)) if note.method == "exit" => break,
+            Event::Message(Message::Notification(note)) => server.notice(note),
+            Event::Message(Message::Response(_)) => {}
+            Event::Jump(jump) => jumps::handle(server, &jump),
+            Event::Gone => break,
+        }
+    }
+    server.is_stopping()
 }
 
 /// Forwards messages, and records cancellations before the cancelled requests are answered.

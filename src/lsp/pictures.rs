@@ -3,7 +3,6 @@
 mod draw;
 mod sketch;
 
-use super::options::PictureForm;
 use crate::environment;
 use crate::open;
 use draw::Studio;
@@ -11,6 +10,7 @@ use sha2::{Digest, Sha256};
 use shibo_bridge::write;
 use shibo_engine::eval::CancelToken;
 use shibo_ide::hover::{Evaluated, Pictures};
+use shibo_ide::server::{PictureForm, uris};
 use shibo_ide::{Workspace, World};
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
@@ -183,7 +183,7 @@ fn address(png: &[u8], form: PictureForm) -> Option<String> {
             if !path.exists() {
                 write::whole_with_folders(&path, png).ok()?;
             }
-            super::uris::uri(&path).map(|uri| uri.as_str().to_owned())
+            uris::uri(&path).map(|uri| uri.as_str().to_owned())
         }
     }
 }

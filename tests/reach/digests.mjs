@@ -1,19 +1,9 @@
 // Compares small pictures of the shipped graphs in WebAssembly with the digests that tests/shipped compares with those of the
 // command: node digests.mjs GRAPH… (or `all`).
-import { readFile } from "node:fs/promises";
 import { ask } from "../../hosts/npm/index.js";
+import { golden } from "./digest.mjs";
 
-/** The newest digests of each graph, by output. */
-const digests = new Map();
-const text = await readFile(new URL("../golden/digests.ron", import.meta.url), "utf8");
-let [graph, outputs] = ["", new Map()];
-for (const line of text.slice(text.indexOf("\n    graphs: {")).split("\n")) {
-  const [, indent, name, value] = line.match(/^( +)"?([^":]+)"?: (.+)$/) ?? [];
-  if (indent?.length === 8) graph = name;
-  if (indent?.length === 12) digests.set(graph, (outputs = new Map()));
-  if (indent?.length === 16) outputs.set(name, JSON.parse(value.replace(/,$/, "")));
-}
-
+const digests = await golden();
 const named = process.argv.slice(2);
 let [pictures, different] = [0, 0];
 for (const name of named[0] === "all" ? digests.keys() : named) {

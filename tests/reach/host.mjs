@@ -72,13 +72,49 @@ assert.deepEqual(await ok({ op: "close", mesh }), {});
 assert.equal(await refused({ op: "render", graph: flat, on: { mesh } }), "no-mesh");
 assert.equal(await refused({ op: "mesh", file: "none.obj" }), "graph");
 
+// Values are written into a text, and a preset is added to it.
+const { sha256 } = await ok({ op: "open", text });
+assert.equal(await refused({ op: "keep", graph, values: {}, sha256: "" }), "changed");
+const kept = await ok({ op: "keep", graph, values: { gain: 1.25 }, sha256 });
+assert.equal(kept.text, text.replace("default: 0.5", "default: 1.25"));
+const added = await ok({ op: "keep", graph, values: { gain: 2 }, preset: "loud", add: true, sha256 });
+assert.deepEqual((await ok({ op: "open", text: added.text })).presets, { loud: { gain: 2 } });
+
+// The facts that a page shows.
+const facts8 = await ok({ op: "open", text });
+assert.deepEqual(facts8.params[0].source, { value: "0.5", default: "0.5", line: ['params: { "gain": Number(default: ', ', range: (0, 2)), "tint": Color(default: "#804020") },'] });
+assert.deepEqual([facts8.nodes > 2, facts8.breaks], [true, []]);
+const [studio] = await ask({ op: "light", environment: "Studio" });
+assert.equal(new DataView(studio.bytes.buffer).getUint32(0, true), new Uint32Array(studio.bytes.slice(0, 4).buffer)[0]);
+assert.ok(studio.bytes.length > 10_000);
+assert.equal(await refused({ op: "light", content: btoa("no picture") }), "file");
+
+// A shipped graph as a text: its paths are those of the library.
+const oak = await ok({ op: "text", graph: "shibo:calf" });
+assert.ok(oak.text.startsWith("(") || oak.text.includes("canvas"));
+assert.equal(oak.path, "shibo:/calf.ron");
+assert.equal((await ok({ op: "open", graph: "shibo:calf", text: oak.text })).sha256, (await ok({ op: "open", graph: "shibo:calf" })).sha256);
+assert.equal(await refused({ op: "text", graph: "shibo:none" }), "usage");
+
+// The language server.
+const message = async (message, files) => ask({ op: "lsp", message: { jsonrpc: "2.0", ...message }, files });
+const lsp = async (id, method, params) => (await message({ id, method, params }))[0].json.ok.messages[0].result;
+assert.ok((await lsp(1, "initialize", { capabilities: {} })).capabilities.hoverProvider);
+const textDocument = { uri: "untitled:graph.ron", languageId: "shibo", version: 1, text: text.replace("Perlin", "Perlim") };
+const told = (await message({ method: "textDocument/didOpen", params: { textDocument } })).at(-1).json.message;
+assert.deepEqual([told.params.uri, told.params.diagnostics[0].range.start.line], [textDocument.uri, 2]);
+assert.match(told.params.diagnostics[0].message, /Perlim/);
+const at = { textDocument: { uri: textDocument.uri }, position: { line: 2, character: 21 } };
+const offered = await lsp(2, "textDocument/completion", at);
+assert.ok(offered.items.some((item) => item.label === "Perlin"));
+assert.match((await lsp(3, "textDocument/hover", { ...at, position: { line: 2, character: text.split("\n")[2].indexOf("$gain") + 2 } })).contents.value, /gain/);
+
 // Other requests, and requests that only a process can answer.
 assert.equal((await ok({ op: "sample", graph })).samples.noise.bits.length, 16);
 assert.deepEqual(await ok({ op: "cancel", of: 1 }), {});
 assert.deepEqual(await ok({ op: "free", files: ["x"] }), {});
 assert.equal(await refused({ op: "write", graph, folder: "out" }), "usage");
-assert.equal(await refused({ op: "keep", graph, values: {}, sha256: "" }), "usage");
-assert.equal(await refused({ op: "lsp", message: {} }), "unknown-op");
+assert.equal(await refused({ op: "lsp", message: {} }), "bad-request");
 assert.equal(await refused({ op: "open", text: `(pad: "${"x".repeat(16 << 20)}")` }), "too-large");
 assert.equal(await refused({ op: "render", graph: "g99" }), "no-graph");
 assert.deepEqual(await ok({ op: "close", graph }), {});

@@ -1,12 +1,12 @@
 //! Writing values of parameters into the file of a graph.
-use super::open::{Opened, sha256};
+use super::open::{Opened, Source, sha256};
 use super::{Refusal, named, render};
 use crate::Tools;
 use crate::write::{Refused, change};
 use serde::Deserialize;
 use serde_json::{Map, Value as Json, json};
 use shibo_graph::{GraphParam, LoadOptions, load_text};
-use shibo_ide::actions::{apply, assign};
+use shibo_ide::actions::{add_preset, apply, assign};
 use shibo_ide::format::keep_layout;
 use shibo_ide::rename::Edit;
 use shibo_ide::{Cx, Workspace};
@@ -21,28 +21,23 @@ pub(super) struct Request {
     /// The preset that gets the values; without one, they become defaults.
     #[serde(default)]
     preset: Option<String>,
+    /// Makes `preset` as a new preset.
+    #[serde(default)]
+    add: bool,
     /// The hash of the content that the values are for, as `open` gave it.
     sha256: String,
 }
 
-/// Writes the values; returns the hash of the new content.
+/// Writes the values; returns the hash of the new content, and the content of a graph without a file.
 pub(super) fn keep(opened: &Opened, request: &Request, tools: &Tools) -> Result<Json, Refusal> {
     let source = &opened.source;
-    if !source.has_file() {
-        return Err(Refusal::new("usage", "`keep` needs a graph that was opened by its path"));
-    }
     let name = named(&source.path);
-    let failed = |error: std::io::Error| Refusal::new("file", format!("cannot change `{name}`: {error}"));
     let changed = || Refusal::new("changed", format!("`{name}` is another file by now; nothing was written"));
-    // Another file may be there by now: a pipe, or a large one.
-    let facts = std::fs::metadata(&source.path).map_err(failed)?;
-    let most = LoadOptions::default().limits.max_file_bytes;
-    if !facts.is_file() || facts.len() > most {
-        return Err(changed());
-    }
-    let mut before = String::new();
-    let file = std::fs::File::open(&source.path).map_err(failed)?;
-    file.take(most + 1).read_to_string(&mut before).map_err(failed)?;
+    let before = match &source.text {
+        Some(text) if !source.has_file() => text.to_string(),
+        _ if source.has_file() => on_disk(source, &name)?.ok_or_else(changed)?,
+        _ => return Err(Refusal::new("usage", "`keep` needs a graph that was opened by its path or as a text")),
+    };
     if sha256(&before) != request.sha256 {
         return Err(changed());
     }
@@ -51,8 +46,12 @@ pub(super) fn keep(opened: &Opened, request: &Request, tools: &Tools) -> Result<
     let mut workspace =
         Workspace::new(tools.registry.clone(), Vec::new()).with_import_paths(tools.import_paths.clone());
     let file = workspace.open(&source.path, before.as_str());
-    let edits = assign(Cx { world: &workspace, file: &file }, request.preset.as_deref(), &values)
-        .map_err(|message| Refusal::new("usage", message))?;
+    let cx = Cx { world: &workspace, file: &file };
+    let edits = match (&request.preset, request.add) {
+        (Some(preset), true) => add_preset(cx, preset, &values),
+        (preset, _) => assign(cx, preset.as_deref(), &values),
+    };
+    let edits = edits.map_err(|message| Refusal::new("usage", message))?;
     let ends = |edit: Edit| Edit { text: edit.text.replace('\n', "\r\n"), ..edit };
     let edits: Vec<Edit> = if before.contains("\r\n") { edits.into_iter().map(ends).collect() } else { edits };
     let after = keep_layout(&before, apply(&before, &edits));
@@ -63,13 +62,31 @@ pub(super) fn keep(opened: &Opened, request: &Request, tools: &Tools) -> Result<
     if !errors.is_empty() {
         return Err(Refusal::of_graph(tools, &name, &errors, &loaded.sources));
     }
+    if !source.has_file() {
+        return Ok(json!({ "sha256": sha256(&after), "text": after }));
+    }
     if after != before {
+        let failed = |error: std::io::Error| Refusal::new("file", format!("cannot change `{name}`: {error}"));
         change(&source.path, &before, &after).map_err(|refused| match refused {
             Refused::Changed => changed(),
             Refused::Failed(error) => failed(error),
         })?;
     }
     Ok(json!({ "sha256": sha256(&after) }))
+}
+
+/// The content of the file; `None` if another file may be there by now: a pipe, or a large one.
+fn on_disk(source: &Source, name: &str) -> Result<Option<String>, Refusal> {
+    let failed = |error: std::io::Error| Refusal::new("file", format!("cannot change `{name}`: {error}"));
+    let facts = std::fs::metadata(&source.path).map_err(failed)?;
+    let most = LoadOptions::default().limits.max_file_bytes;
+    if !facts.is_file() || facts.len() > most {
+        return Ok(None);
+    }
+    let mut text = String::new();
+    let file = std::fs::File::open(&source.path).map_err(failed)?;
+    file.take(most + 1).read_to_string(&mut text).map_err(failed)?;
+    Ok(Some(text))
 }
 
 /// A value as it is written in a graph file: texts have quotation marks where those of the default do; a choice has none.

@@ -26,6 +26,7 @@ pub use serial::Serial;
 use crate::GraphText;
 use crate::Tools;
 use crate::check::{CheckRequest, check};
+use crate::light::{BuiltIn, of_file};
 use job::Work;
 use message::{Refusal, diagnostics, last, leveled};
 use open::{Opened, Source};
@@ -37,6 +38,7 @@ use shared::{Shared, SlotState};
 use shibo_engine::eval::code;
 use shibo_engine::session::Session;
 use shibo_picture::export::Chosen;
+use shibo_value::files::Memory;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -77,6 +79,8 @@ pub enum Asked {
         id: u64,
         /// The message, an object of JSON-RPC.
         message: Json,
+        /// The files that the texts see from now on, if the request has any. A server with a disk reads its files there.
+        files: Option<Memory>,
     },
 }
 
@@ -121,6 +125,23 @@ struct Free {
 #[derive(Deserialize)]
 struct Lsp {
     message: Json,
+    #[serde(default)]
+    files: Option<BTreeMap<String, String>>,
+}
+
+#[derive(Deserialize)]
+struct Text {
+    graph: String,
+}
+
+#[derive(Deserialize)]
+struct Light {
+    /// An environment of `Relief`.
+    #[serde(default)]
+    environment: Option<BuiltIn>,
+    /// A panorama, in base64.
+    #[serde(default)]
+    content: Option<String>,
 }
 
 /// Answers requests. It keeps the opened graphs, and their results in memory.
@@ -139,6 +160,10 @@ impl Host {
         let shared = Arc::new(Shared { session, tools });
         let (graphs, meshes, slots) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         Self { shared, graphs, meshes, slots, count: 0 }
+    }
+
+    pub(super) fn tools(&self) -> &Tools {
+        &self.shared.tools
     }
 
     /// Takes a request, a JSON object.
@@ -258,9 +283,20 @@ impl Host {
                 let Free { files } = read(request)?;
                 Ok(Asked::Free { files, answer: last(head.id, Ok(json!({}))) })
             }
-            "lsp" => Ok(Asked::Lsp { id: head.id, message: read::<Lsp>(request)?.message }),
+            "text" => {
+                let Text { graph } = read(request)?;
+                let missing = || Refusal::new("usage", format!("there is no shipped graph `{graph}`"));
+                let (path, text) = open::shipped(&graph, &self.shared.tools).ok_or_else(missing)?;
+                Ok(answer(json!({ "path": path, "text": text })))
+            }
+            "light" => Ok(Asked::Answer(light(head.id, read(request)?)?)),
+            "lsp" => {
+                let Lsp { message, files } = read(request)?;
+                Ok(Asked::Lsp { id: head.id, message, files: files.map(open::memory).transpose()? })
+            }
             other => {
-                let known = "hello, open, check, render, sample, write, mesh, keep, cancel, free, lsp and close";
+                let known =
+                    "hello, open, check, render, sample, write, mesh, text, light, keep, cancel, free, lsp and close";
                 let message = format!("there is no operation `{other}`; there are {known}");
                 Err(Refusal::new("unknown-op", message))
             }
@@ -343,6 +379,22 @@ impl Host {
         let opened = self.graphs.get(&request.graph).ok_or_else(|| no_graph(&request.graph))?;
         keep::keep(opened, request, &self.shared.tools)
     }
+}
+
+/// The light of an environment: its bytes come with the answer.
+fn light(id: u64, wanted: Light) -> Result<Message, Refusal> {
+    if cfg!(not(target_family = "wasm")) {
+        return Err(Refusal::new("unknown-op", "`light` is for pages that run the module in WebAssembly"));
+    }
+    let bytes = match (wanted.environment, wanted.content) {
+        (Some(built_in), None) => built_in.light(),
+        (None, Some(content)) => {
+            let wrong = || Refusal::new("bad-request", "the content is not base64");
+            of_file(&base64::decode(&content).ok_or_else(wrong)?).map_err(|why| Refusal::new("file", why))?
+        }
+        _ => return Err(Refusal::new("bad-request", "either `environment` or `content` is needed")),
+    };
+    Ok(Message { bytes: Some(bytes), ..last(id, Ok(json!({}))) })
 }
 
 fn no_graph(name: &str) -> Refusal {

@@ -7,7 +7,7 @@ use serde_json::{Map, Value as Json, json};
 use sha2::{Digest, Sha256};
 use shibo_graph::{Gate, Graph, LoadOptions, Loaded, load_text};
 use shibo_value::Type;
-use shibo_value::diagnostics::{Code, Diagnostic, SourceMap};
+use shibo_value::diagnostics::{Code, Diagnostic, SourceMap, Span};
 use shibo_value::files::Memory;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -48,13 +48,9 @@ impl Source {
             let on_disk = !name.starts_with(LIBRARY);
             return Ok(Self { path: name.into(), text: None, gate: tools.gate.clone(), on_disk });
         };
-        let mut files = Memory::default();
-        for (name, content) in request.files {
-            let wrong = || Refusal::new("bad-request", format!("the content of `{name}` is not base64"));
-            let content = base64::decode(&content).ok_or_else(wrong)?;
-            files = files.with(&name, content);
-        }
-        let path = request.graph.filter(|name| !name.starts_with(LIBRARY)).unwrap_or_else(|| "graph.ron".to_owned());
+        let files = memory(request.files)?;
+        let is_fit = |name: &String| !name.starts_with(LIBRARY) || shipped(name, tools).is_some();
+        let path = request.graph.filter(is_fit).unwrap_or_else(|| "graph.ron".to_owned());
         Ok(Self { path: path.into(), text: Some(text.into()), gate: Gate::of(files), on_disk: false })
     }
 
@@ -65,8 +61,7 @@ impl Source {
 
     /// The text of a shipped graph.
     pub(super) fn shipped(&self, tools: &Tools) -> Option<String> {
-        let (library, name) = (tools.registry.library()?, self.path.to_str()?.strip_prefix(LIBRARY)?);
-        library.text(&library.find(name)?).map(str::to_owned)
+        shipped(self.path.to_str()?, tools).map(|(_, text)| text.to_owned())
     }
 
     /// Loads the graph: from its text, or from the file if the text was not read yet.
@@ -89,6 +84,25 @@ impl Source {
         let errors: Vec<_> = diagnostics.into_iter().filter(|one| !one.warning).collect();
         Refusal::of_graph(&shared.tools, &named(&self.path), &errors, sources)
     }
+}
+
+/// The path of a shipped graph in the library, and its text.
+pub(super) fn shipped<'t>(name: &str, tools: &'t Tools) -> Option<(String, &'t str)> {
+    let (library, name) = (tools.registry.library()?, name.strip_prefix(LIBRARY)?);
+    let path = library.find(name)?;
+    let text = library.text(&path)?;
+    Some((format!("{LIBRARY}/{path}"), text))
+}
+
+/// Files from their contents in base64, by name.
+pub(super) fn memory(contents: BTreeMap<String, String>) -> Result<Memory, Refusal> {
+    let mut files = Memory::default();
+    for (name, content) in contents {
+        let wrong = || Refusal::new("bad-request", format!("the content of `{name}` is not base64"));
+        let content = base64::decode(&content).ok_or_else(wrong)?;
+        files = files.with(&name, content);
+    }
+    Ok(files)
 }
 
 /// The SHA-256 of a text, in hexadecimal.
@@ -150,6 +164,7 @@ impl Opened {
                     "unit": param.unit,
                     "doc": param.doc,
                     "options": (!param.options.is_empty()).then_some(&param.options),
+                    "source": { "value": param.value, "default": param.default, "line": around(&graph.sources, param.span) },
                 })
             })
             .collect();
@@ -167,6 +182,10 @@ impl Opened {
             .collect();
         let presets: Map<String, Json> =
             graph.presets.iter().map(|name| (name.clone(), self.preset(name, shared))).collect();
+        let breaks = graph
+            .breaks_in_tiling()
+            .into_iter()
+            .map(|(node, why)| json!({ "node": graph.nodes[node].name, "message": why.message, "help": why.help }));
         let canvas = &graph.canvas;
         let tile = match (canvas.tile.x, canvas.tile.y) {
             (true, true) => "Both",
@@ -183,6 +202,8 @@ impl Opened {
                 "tile": tile,
                 "seed": canvas.seed,
             },
+            "nodes": graph.nodes.node_count(),
+            "breaks": breaks.collect::<Vec<_>>(),
             "outputs": outputs,
             "solid": graph.nodes.node_weights().any(|node| node.outputs.contains(&Type::SolidColor)),
             "sha256": graph.sources.sources().first().map(|first| sha256(&first.text)),
@@ -198,6 +219,14 @@ impl Opened {
         let own = params.zip(&self.graph.params).filter(|(of_preset, plain)| of_preset.value != plain.value);
         own.map(|(param, _)| (param.name.clone(), plain(&param.value))).collect::<Map<_, _>>().into()
     }
+}
+
+/// The text before and after a default on its line.
+fn around(sources: &SourceMap, span: Span) -> [String; 2] {
+    let text = sources.text(span.file);
+    let before = text.get(..span.start).and_then(|text| text.rsplit('\n').next()).unwrap_or("");
+    let after = text.get(span.end..).and_then(|text| text.split('\n').next()).unwrap_or("");
+    [before.trim_start().to_owned(), after.trim_end().to_owned()]
 }
 
 /// A value of RON as JSON: numbers, booleans, texts and tuples of numbers; a word becomes a text.

@@ -1,5 +1,9 @@
 //! Requests one after the other, for a transport without threads.
 use super::{Asked, Host, Job, Message};
+use serde_json::json;
+use shibo_graph::Gate;
+use shibo_ide::server::Single;
+use shibo_value::files::Memory;
 use std::collections::VecDeque;
 
 /// A host and its unfinished jobs. A request may come before the jobs are done: its answer comes between two pictures.
@@ -7,12 +11,15 @@ pub struct Serial {
     host: Host,
     ready: VecDeque<Message>,
     jobs: VecDeque<Box<Job>>,
+    language: Single,
 }
 
 impl Serial {
     /// A host that answers one request after the other.
     pub fn new(host: Host) -> Self {
-        Self { host, ready: VecDeque::new(), jobs: VecDeque::new() }
+        let tools = host.tools();
+        let language = Single::new(tools.registry.clone(), tools.import_paths.clone(), Gate::of(Memory::default()));
+        Self { host, ready: VecDeque::new(), jobs: VecDeque::new(), language }
     }
 
     /// Takes a request, a JSON object.
@@ -28,9 +35,20 @@ impl Serial {
                 self.jobs.iter().filter(|job| job.id() == of).for_each(|job| job.token().cancel());
                 self.ready.push_back(answer);
             }
-            Asked::Lsp { id, .. } => {
-                let message = "the language server needs a process: `shibo bridge` or `shibo lsp`";
-                self.ready.push_back(Host::refused(id, "unknown-op", message));
+            Asked::Lsp { id, message, files } => {
+                if let Some(files) = files {
+                    self.language.set_gate(Gate::of(files));
+                }
+                self.ready.push_back(match self.language.ask(message) {
+                    Ok(answer) => {
+                        let messages: Vec<_> = answer.into_iter().collect();
+                        Host::answered(id, json!({ "messages": messages }))
+                    }
+                    Err(error) => {
+                        let why = format!("`message` is no message of the language server protocol: {error}");
+                        Host::refused(id, "bad-request", &why)
+                    }
+                });
             }
         }
     }
@@ -38,6 +56,12 @@ impl Serial {
     /// The next answer or event; `None` after the last one of all requests.
     pub fn step(&mut self) -> Option<Message> {
         if let Some(message) = self.ready.pop_front() {
+            return Some(message);
+        }
+        // The diagnostics of a new text come before pictures.
+        if let Some(told) = self.language.told() {
+            let mut message = Message::event("lsp");
+            message.put("message", told);
             return Some(message);
         }
         // A cancelled job ends before others go on.

@@ -11,7 +11,7 @@ import { inspect } from './inspector.js';
 import { Lit } from './lit.js';
 import { Looks } from './looks.js';
 import { Measure } from './measure.js';
-import { ask, bitmap, exact, jump, latest, news, send } from './net.js';
+import { addressed, ask, bitmap, exact, jump, latest, news, send } from './net.js';
 import { Graph } from './nodes.js';
 import { Parameters } from './params.js';
 import { Picture } from './picture.js';
@@ -204,7 +204,7 @@ function follow() {
   const { target } = page;
   const known = target && (target.startsWith('@') || names.some((n) => target === n || target.startsWith(`${n}.`)));
   chips();
-  const wanted = decodeURIComponent(window.location.hash.slice(1));
+  const wanted = addressed();
   if (!known && wanted) look(wanted); else if (!known) choose(firstOutput(scene)); else if (target.startsWith('@')) refresh(512); else showKnown();
   if (!$('drawer').hidden) page.graph.load(scene.generation);
   relight();

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 /// Path of a `file:` address; for other addresses a path that does not exist, so that texts without a file can be
 /// edited too.
-pub(super) fn path(uri: &Uri) -> PathBuf {
+pub fn path(uri: &Uri) -> PathBuf {
     let text = uri.as_str();
     let Some(rest) = text.strip_prefix("file://") else { return PathBuf::from(decode(text)) };
     // After the host, as in `file://host/path`.
@@ -16,7 +16,7 @@ pub(super) fn path(uri: &Uri) -> PathBuf {
 }
 
 /// Address of a file; `None` for a library graph.
-pub(super) fn uri(path: &Path) -> Option<Uri> {
+pub fn uri(path: &Path) -> Option<Uri> {
     let text = path.to_str()?;
     if text.starts_with("shibo:") {
         return None;

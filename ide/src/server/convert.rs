@@ -1,6 +1,10 @@
 //! Converts answers to the types of the protocol.
 use super::server::Server;
 use super::text::{Encoding, Lines};
+use crate::rename::{Edit, Edits};
+use crate::structure::Entry;
+use crate::tokens::Token;
+use crate::{Completion, Section, Sort};
 use lsp_types::{
     CompletionItem, CompletionItemKind, CompletionItemLabelDetails, CompletionItemTag, CompletionTextEdit, CreateFile,
     CreateFileOptions, DocumentChangeOperation, DocumentChanges, DocumentSymbol, InsertTextFormat, OneOf,
@@ -8,20 +12,16 @@ use lsp_types::{
     TextDocumentEdit, TextEdit, WorkspaceEdit,
 };
 use serde_json::{Value as Json, json};
-use shibo_ide::rename::{Edit, Edits};
-use shibo_ide::structure::Entry;
-use shibo_ide::tokens::Token;
-use shibo_ide::{Completion, Section, Sort};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// Commands that the server runs.
-pub(super) const COMMANDS: [&str; 3] = ["shibo.render", "shibo.preview", "shibo.show"];
+pub(crate) const COMMANDS: [&str; 3] = ["shibo.render", "shibo.preview", "shibo.show"];
 
 /// Capabilities of the server.
-pub(super) fn capabilities(encoding: Encoding) -> Json {
+pub(crate) fn capabilities(encoding: Encoding, runs_commands: bool) -> Json {
     let legend: Vec<SemanticTokenType> = Token::ALL.iter().map(|token| token_type(*token)).collect();
-    json!({
+    let mut all = json!({
         "positionEncoding": encoding.kind(),
         "textDocumentSync": { "openClose": true, "change": 2, "save": { "includeText": false } },
         "completionProvider": {
@@ -52,10 +52,13 @@ pub(super) fn capabilities(encoding: Encoding) -> Json {
         },
         "documentFormattingProvider": true,
         "documentRangeFormattingProvider": true,
-        "codeLensProvider": {},
-        "executeCommandProvider": { "commands": COMMANDS },
         "workspace": { "workspaceFolders": { "supported": true, "changeNotifications": true } },
-    })
+    });
+    if runs_commands {
+        all["codeLensProvider"] = json!({});
+        all["executeCommandProvider"] = json!({ "commands": COMMANDS });
+    }
+    all
 }
 
 /// Standard token type, for which editors have colours.
@@ -80,7 +83,7 @@ fn token_type(token: Token) -> SemanticTokenType {
 }
 
 /// Encodes tokens as differences to the previous token; tokens over several lines are left out.
-pub(super) fn tokens(tokens: &[(std::ops::Range<usize>, Token)], lines: &Lines) -> Vec<SemanticToken> {
+pub(crate) fn tokens(tokens: &[(std::ops::Range<usize>, Token)], lines: &Lines) -> Vec<SemanticToken> {
     let (mut line, mut start) = (0, 0);
     let mut all = Vec::with_capacity(tokens.len());
     for (range, token) in tokens {
@@ -104,7 +107,7 @@ pub(super) fn tokens(tokens: &[(std::ops::Range<usize>, Token)], lines: &Lines) 
 }
 
 /// Converts a completion; `index` is its rank.
-pub(super) fn completion(one: &Completion, index: usize, lines: &Lines, uri: &str, snippets: bool) -> CompletionItem {
+pub(crate) fn completion(one: &Completion, index: usize, lines: &Lines, uri: &str, snippets: bool) -> CompletionItem {
     let kind = match one.sort {
         Sort::Kind => CompletionItemKind::CLASS,
         Sort::Node => CompletionItemKind::VARIABLE,
@@ -166,7 +169,7 @@ fn plain(snippet: &str) -> String {
 
 /// Converts an entry of the outline.
 #[expect(deprecated, reason = "the protocol still has the field")]
-pub(super) fn symbol(entry: &Entry, lines: &Lines) -> DocumentSymbol {
+pub(crate) fn symbol(entry: &Entry, lines: &Lines) -> DocumentSymbol {
     let children: Vec<DocumentSymbol> = entry.children.iter().map(|child| symbol(child, lines)).collect();
     DocumentSymbol {
         name: if entry.name.is_empty() { "\"\"".to_owned() } else { entry.name.clone() },
@@ -181,7 +184,7 @@ pub(super) fn symbol(entry: &Entry, lines: &Lines) -> DocumentSymbol {
 }
 
 /// Symbol kind of an entry of the outline.
-pub(super) fn symbol_kind(entry: &Entry) -> SymbolKind {
+pub(crate) fn symbol_kind(entry: &Entry) -> SymbolKind {
     match entry.section {
         None => SymbolKind::NAMESPACE,
         Some(Section::Nodes) if entry.uses => SymbolKind::MODULE,
@@ -196,12 +199,12 @@ pub(super) fn symbol_kind(entry: &Entry) -> SymbolKind {
     }
 }
 
-pub(super) fn text_edits(edits: &[Edit], lines: &Lines) -> Vec<TextEdit> {
+pub(crate) fn text_edits(edits: &[Edit], lines: &Lines) -> Vec<TextEdit> {
     edits.iter().map(|edit| TextEdit::new(lines.span(&edit.range), edit.text.clone())).collect()
 }
 
 /// Edits of several files, after the creation of new files. `None` if a file has no address.
-pub(super) fn workspace_edit(server: &Server, edits: &Edits, creates: &[(PathBuf, String)]) -> Option<WorkspaceEdit> {
+pub(crate) fn workspace_edit(server: &Server, edits: &Edits, creates: &[(PathBuf, String)]) -> Option<WorkspaceEdit> {
     let mut operations = Vec::new();
     let mut changes = BTreeMap::new();
     for (path, text) in creates {

@@ -1,23 +1,23 @@
 //! Settings of the editor.
+use crate::inlay::InlayKinds;
 use serde::Deserialize;
-use shibo_ide::inlay::InlayKinds;
 
 /// Settings of the editor.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-pub(super) struct Options {
+pub(crate) struct Options {
     /// Inlay hints to show.
-    pub(super) inlay_hints: InlayKinds,
+    pub(crate) inlay_hints: InlayKinds,
     /// Form of pictures in hovers.
-    pub(super) pictures: PictureForm,
+    pub(crate) pictures: PictureForm,
     /// Shows actions above outputs and nodes.
-    pub(super) code_lens: Option<bool>,
+    pub(crate) code_lens: Option<bool>,
 }
 
 /// Form of pictures in hovers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) enum PictureForm {
+pub enum PictureForm {
     /// Address of a file.
     #[default]
     File,

@@ -2,14 +2,14 @@
 use super::answer::{Answer, Refusal};
 use super::convert;
 use super::server::Server;
+use crate::actions::{Action, ActionKind, actions as offered};
+use crate::diagnose::{Finding, Severity};
 use lsp_server::ErrorCode;
 use lsp_types::{CodeAction, CodeActionKind, CodeActionParams, Diagnostic, NumberOrString};
 use serde_json::Value as Json;
-use shibo_ide::actions::{Action, ActionKind, actions as offered};
-use shibo_ide::diagnose::{Finding, Severity};
 
 /// Answers a request for code actions.
-pub(super) fn actions(server: &Server, params: &CodeActionParams) -> Answer {
+pub(crate) fn actions(server: &Server, params: &CodeActionParams) -> Answer {
     let document = server.document(&params.text_document.uri)?;
     let selected = document.lines.range(params.range);
     let told: Vec<&Diagnostic> =

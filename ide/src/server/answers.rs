@@ -3,6 +3,7 @@ use super::answer::{Answer, Refusal};
 use super::convert;
 use super::server::{Document, Server, read};
 use super::{actions, uris};
+use crate::{self as ide, File, Topic, World, colors, format, hover, inlay, lens, navigate, rename, structure, tokens};
 use lsp_server::ErrorCode;
 use lsp_types::{
     CodeActionParams, CodeLens, CodeLensParams, Color, ColorInformation, ColorPresentation, ColorPresentationParams,
@@ -18,18 +19,13 @@ use lsp_types::{
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value as Json, json};
-use shibo_bridge::write::whole_with_folders;
-use shibo_ide::{
-    self as ide, File, Topic, World, colors, format, hover, inlay, lens, navigate, rename, structure, tokens,
-};
-use shibo_value::Key;
 use std::sync::Arc;
 
 /// Maximum number of workspace symbols in one answer.
 const SYMBOLS: usize = 500;
 
 /// Answers a request.
-pub(super) fn answer(server: &mut Server, method: &str, params: Json) -> Answer {
+pub(crate) fn answer(server: &mut Server, method: &str, params: Json) -> Answer {
     match method {
         "textDocument/completion" => completion(server, wanted(params)?),
         "completionItem/resolve" => resolve(server, wanted(params)?),
@@ -95,7 +91,7 @@ fn resolve(server: &Server, mut item: CompletionItem) -> Answer {
     if let (Some(topic), Some(uri)) = (topic, uri)
         && let Ok(document) = server.document(&uri)
     {
-        let text = ide::manual(server.cx(document), &topic, &server.painter.of(&server.workspace));
+        let text = ide::manual(server.cx(document), &topic, &*server.host.pictures(&server.workspace));
         item.documentation = (!text.is_empty()).then(|| Documentation::MarkupContent(markdown(text)));
     }
     json(item)
@@ -103,7 +99,7 @@ fn resolve(server: &Server, mut item: CompletionItem) -> Answer {
 
 fn hover(server: &Server, params: HoverParams) -> Answer {
     let (document, at) = place(server, &params.text_document_position_params)?;
-    let found = hover::hover(server.cx(document), at, &server.painter.of(&server.workspace));
+    let found = hover::hover(server.cx(document), at, &*server.host.pictures(&server.workspace));
     json(found.map(|found| Hover {
         contents: HoverContents::Markup(markdown(found.markdown)),
         range: Some(document.lines.span(&found.range)),
@@ -295,7 +291,7 @@ fn semantic_tokens_in(server: &Server, params: SemanticTokensRangeParams) -> Ans
 }
 
 fn lenses(server: &Server, params: CodeLensParams) -> Answer {
-    if server.options.code_lens == Some(false) {
+    if server.options.code_lens == Some(false) || !server.host.runs_commands() {
         return json(Vec::<CodeLens>::new());
     }
     let document = server.document(&params.text_document.uri)?;
@@ -326,24 +322,21 @@ fn formatted_part(server: &Server, params: DocumentRangeFormattingParams) -> Ans
 }
 
 impl Server {
-    /// Replaces a library graph, which the editor cannot open, by a copy written to disk.
+    /// Replaces a library graph, which the editor cannot open, by a copy.
     fn unpacked(&self, place: navigate::FileRange) -> navigate::FileRange {
         let inside = place.path.to_str().and_then(|path| path.strip_prefix("shibo:"));
         let library = self.workspace.registry().library();
         let Some((inside, library)) = inside.zip(library) else { return place };
         let Some(content) = library.file(inside.trim_start_matches('/')) else { return place };
-        // Versions of the program that run at the same time have their own copies.
-        let hash = Key::of("library", &[content]).to_string();
         let name = inside.rsplit('/').next().unwrap_or(inside);
-        let path = crate::environment::editor_dir().join(format!("{}-{name}", &hash[..16]));
-        if std::fs::read(&path).is_ok_and(|found| found == content) || whole_with_folders(&path, content).is_ok() {
-            return navigate::FileRange { path, ..place };
+        match self.host.copy(name, content) {
+            Some(path) => navigate::FileRange { path, ..place },
+            None => place,
         }
-        place
     }
 
     /// The file of an address, open or on disk.
-    pub(super) fn file_of(&self, uri: &Uri) -> Option<Arc<File>> {
+    pub(crate) fn file_of(&self, uri: &Uri) -> Option<Arc<File>> {
         let open = self.documents.get(uri.as_str()).map(|document| document.file.clone());
         open.or_else(|| self.workspace.file(&uris::path(uri)))
     }

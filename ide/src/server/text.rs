@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 /// Unit of columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Encoding {
+pub enum Encoding {
     /// Bytes.
     Utf8,
     /// UTF-16 units.
@@ -15,13 +15,13 @@ pub(super) enum Encoding {
 
 impl Encoding {
     /// UTF-8 if the editor offers it, else UTF-16.
-    pub(super) fn negotiate(offered: Option<&[PositionEncodingKind]>) -> Self {
+    pub(crate) fn negotiate(offered: Option<&[PositionEncodingKind]>) -> Self {
         let utf8 = offered.is_some_and(|kinds| kinds.contains(&PositionEncodingKind::UTF8));
         if utf8 { Self::Utf8 } else { Self::Utf16 }
     }
 
     /// Name in the protocol.
-    pub(super) fn kind(self) -> PositionEncodingKind {
+    pub(crate) fn kind(self) -> PositionEncodingKind {
         match self {
             Self::Utf8 => PositionEncodingKind::UTF8,
             Self::Utf16 => PositionEncodingKind::UTF16,
@@ -38,7 +38,7 @@ impl Encoding {
 
 /// Lines of a text.
 #[derive(Debug)]
-pub(super) struct Lines {
+pub(crate) struct Lines {
     text: Arc<str>,
     starts: Vec<usize>,
     /// True if bytes and characters are the same, so that nothing need be counted in a long line.
@@ -50,7 +50,7 @@ pub(super) struct Lines {
 
 impl Lines {
     /// Splits a text.
-    pub(super) fn new(text: Arc<str>, encoding: Encoding) -> Self {
+    pub(crate) fn new(text: Arc<str>, encoding: Encoding) -> Self {
         let bytes = text.as_bytes();
         let ends = |i: &usize| bytes[*i] == b'\n' || (bytes[*i] == b'\r' && bytes.get(i + 1) != Some(&b'\n'));
         let starts = std::iter::once(0).chain((0..bytes.len()).filter(ends).map(|i| i + 1)).collect();
@@ -67,7 +67,7 @@ impl Lines {
 
     /// Byte offset of a position. Positions after the end of a line become its end, positions inside a character its
     /// start.
-    pub(super) fn offset(&self, position: Position) -> usize {
+    pub(crate) fn offset(&self, position: Position) -> usize {
         let Some((start, line)) = self.line(position.line as usize) else { return self.text.len() };
         let mut left = position.character as usize;
         if self.encoding == Encoding::Utf8 {
@@ -87,13 +87,13 @@ impl Lines {
     }
 
     /// Byte range of a range; start and end may be swapped.
-    pub(super) fn range(&self, span: Span) -> Range<usize> {
+    pub(crate) fn range(&self, span: Span) -> Range<usize> {
         let (a, b) = (self.offset(span.start), self.offset(span.end));
         a.min(b)..a.max(b)
     }
 
     /// Position of a byte.
-    pub(super) fn position(&self, offset: usize) -> Position {
+    pub(crate) fn position(&self, offset: usize) -> Position {
         let mut offset = offset.min(self.text.len());
         while !self.text.is_char_boundary(offset) {
             offset -= 1;
@@ -119,13 +119,13 @@ impl Lines {
     }
 
     /// Range of some bytes.
-    pub(super) fn span(&self, range: &Range<usize>) -> Span {
+    pub(crate) fn span(&self, range: &Range<usize>) -> Span {
         Span::new(self.position(range.start), self.position(range.end))
     }
 }
 
 /// Applies changes to a text one after the other.
-pub(super) fn changed(text: &str, changes: Vec<Change>, encoding: Encoding) -> String {
+pub(crate) fn changed(text: &str, changes: Vec<Change>, encoding: Encoding) -> String {
     let mut text = text.to_owned();
     for change in changes {
         match change.range {

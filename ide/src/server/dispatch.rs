@@ -1,50 +1,33 @@
-//! The order in which the server handles messages.
+//! Messages of the editor.
 use super::answer::Refusal;
 use super::checker::Job;
-use super::event::Event;
 use super::server::{Server, read};
 use super::text::changed;
 use super::{answers, uris};
+use crate::identity;
 use lsp_server::{ErrorCode, Message, Notification, Request, Response};
 use lsp_types::{
     DidChangeTextDocumentParams, DidChangeWorkspaceFoldersParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
 };
 use serde_json::Value as Json;
-use shibo_ide::identity;
+use shibo_value::clock::Stopwatch;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
-use std::sync::PoisonError;
-use std::sync::mpsc::Receiver;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Time for which the known state of the disk is trusted.
 const BELIEVED: Duration = Duration::from_millis(300);
 
 impl Server {
-    /// Answers until the editor ends the session; returns whether it ended properly.
-    pub(super) fn run(&mut self, events: &Receiver<Event>) -> bool {
-        for event in events {
-            match event {
-                Event::Message(Message::Request(request)) => self.request(request),
-                Event::Message(Message::Notification(note)) if note.method == "exit" => return self.stopping,
-                Event::Message(Message::Notification(note)) => self.safely(|server| server.notification(note)),
-                Event::Message(Message::Response(_)) => {}
-                Event::Jump(jump) => self.safely(|server| server.jump(&jump)),
-                Event::Gone => return self.stopping,
-            }
-        }
-        self.stopping
+    /// Handles a notification. A panic is logged in the editor and affects nothing else.
+    pub fn notice(&mut self, note: Notification) {
+        let _ = catch_unwind(AssertUnwindSafe(|| self.notification(note)));
     }
 
-    /// Does work without an answer. A panic is logged in the editor and affects nothing else.
-    fn safely(&mut self, work: impl FnOnce(&mut Self)) {
-        let _ = catch_unwind(AssertUnwindSafe(|| work(self)));
-    }
-
-    fn request(&mut self, request: Request) {
+    /// Answers a request.
+    pub fn request(&mut self, request: Request) {
         let id = request.id.clone();
-        let cancelled = self.cancelled.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
-        let response = if cancelled {
+        let response = if self.host.is_cancelled(&id) {
             Response::new_err(id, ErrorCode::RequestCanceled as i32, "cancelled".to_owned())
         } else if self.stopping {
             Response::new_err(id, ErrorCode::InvalidRequest as i32, "the server is shutting down".to_owned())
@@ -54,7 +37,7 @@ impl Server {
         } else {
             if self.refreshed.elapsed() > BELIEVED {
                 self.workspace.refresh();
-                self.refreshed = Instant::now();
+                self.refreshed = Stopwatch::wall();
             }
             // A panic in one answer must not affect other answers.
             let answer = catch_unwind(AssertUnwindSafe(|| answers::answer(self, &request.method, request.params)));
@@ -67,7 +50,7 @@ impl Server {
                 }
             }
         };
-        (self.out)(Message::Response(response));
+        self.host.send(Message::Response(response));
     }
 
     fn notification(&mut self, note: Notification) {
@@ -91,13 +74,13 @@ impl Server {
                     && let Some(document) = self.documents.remove(text_document.uri.as_str())
                 {
                     self.workspace.close(&document.file.path);
-                    self.check(Job::Close(document.file.path.clone()));
+                    self.host.check(Job::Close(document.file.path.clone()));
                 }
             }
             "workspace/didChangeConfiguration" => {
                 if let Some(options) = read(params["settings"]["shibo"].clone()) {
                     self.options = options;
-                    self.painter.set_form(self.options.pictures);
+                    self.host.set_form(self.options.pictures);
                 }
             }
             "workspace/didChangeWatchedFiles" | "textDocument/didSave" => self.workspace.rescan(),
@@ -108,7 +91,7 @@ impl Server {
                     roots.retain(|root| !gone.contains(root));
                     roots.extend(event.added.iter().map(|folder| identity(&uris::path(&folder.uri))));
                     self.workspace.set_roots(roots.clone());
-                    self.check(Job::Roots(roots));
+                    self.host.check(Job::Roots(roots));
                 }
             }
             _ => {}

@@ -1,31 +1,24 @@
-//! Diagnostics: a thread checks the newest texts and sends the findings to the editor, so that no answer waits for a
-//! check.
+//! Diagnostics: checks the newest texts and sends the findings to the editor.
 use super::text::{Encoding, Lines};
 use super::uris;
-use crate::environment;
+use crate::diagnose::{Finding, Severity, by_file, hints};
+use crate::{Cx, File, Workspace, World, identity};
 use lsp_server::{Message, Notification};
 use lsp_types::{
     Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, DiagnosticTag, Location, NumberOrString,
     PublishDiagnosticsParams, Uri,
 };
 use serde_json::json;
-use shibo_graph::{LoadOptions, Loaded, load_text};
-use shibo_ide::diagnose::{Finding, Severity, by_file, hints};
-use shibo_ide::{Cx, File, Workspace, World, identity};
-use shibo_node::registry::Registry;
+use shibo_graph::{Gate, LoadOptions, Loaded, load_text};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::time::{Duration, Instant, SystemTime};
-
-/// Interval between checks of the files on disk.
-const LOOK: Duration = Duration::from_millis(400);
+use std::time::SystemTime;
 
 /// Message to the checker.
-pub(super) enum Job {
+pub enum Job {
     /// A file has a new text.
     Text {
         /// The editor's address of the file.
@@ -57,8 +50,7 @@ struct Checked {
 }
 
 /// The checker.
-pub(super) struct Checker {
-    registry: Arc<Registry>,
+pub struct Checker {
     workspace: Workspace,
     encoding: Encoding,
     send: Box<dyn Fn(Message) + Send>,
@@ -66,69 +58,78 @@ pub(super) struct Checker {
     checked: BTreeMap<PathBuf, Checked>,
     /// Files with published diagnostics.
     told: BTreeSet<PathBuf>,
+    /// Open files that are to be checked.
+    due: BTreeSet<PathBuf>,
+    working_dir: PathBuf,
 }
 
 impl Checker {
-    /// Creates a checker that sends messages to the editor through `send`.
-    pub(super) fn new(
-        registry: Arc<Registry>,
-        roots: Vec<PathBuf>,
+    /// Creates a checker that sends messages to the editor through `send`. It reads pictures relative to `working_dir` too.
+    pub fn new(
+        workspace: Workspace,
+        working_dir: PathBuf,
         encoding: Encoding,
         send: impl Fn(Message) + Send + 'static,
     ) -> Self {
         Self {
-            workspace: Workspace::new(registry.clone(), roots).with_import_paths(environment::import_paths().to_vec()),
-            registry,
+            workspace,
+            working_dir,
             encoding,
             send: Box::new(send),
             open: BTreeMap::new(),
             checked: BTreeMap::new(),
             told: BTreeSet::new(),
+            due: BTreeSet::new(),
         }
     }
 
-    /// Runs until all senders of jobs are gone.
-    pub(super) fn run(mut self, jobs: &Receiver<Job>) {
-        let mut looked = Instant::now();
-        let mut due: BTreeSet<PathBuf> = BTreeSet::new();
-        loop {
-            let wait = if due.is_empty() { LOOK.saturating_sub(looked.elapsed()) } else { Duration::ZERO };
-            match jobs.recv_timeout(wait) {
-                Ok(job) => {
-                    self.safely(|checker| checker.take(job, &mut due));
-                    continue;
-                }
-                Err(RecvTimeoutError::Disconnected) => return,
-                Err(RecvTimeoutError::Timeout) => {}
-            }
-            if let Some(path) = due.pop_first() {
-                self.safely(|checker| checker.check(&path));
-            } else if looked.elapsed() >= LOOK {
-                self.safely(|checker| due = checker.changed_on_disk());
-                looked = Instant::now();
-            }
-        }
+    /// Takes a job: [`check_next`](Self::check_next) has the texts that are due then. A panic is logged in the editor, and the next
+    /// text is still checked.
+    pub fn take(&mut self, job: Job) {
+        self.safely(|checker| checker.note(job));
     }
 
-    /// Runs a step. A panic is logged in the editor, and the next text is still checked.
+    /// Checks a text that is due; returns false if there is none.
+    pub fn check_next(&mut self) -> bool {
+        let Some(path) = self.due.pop_first() else { return false };
+        self.safely(|checker| checker.check(&path));
+        true
+    }
+
+    /// Returns whether a text is due.
+    pub fn is_due(&self) -> bool {
+        !self.due.is_empty()
+    }
+
+    /// Makes open files due if their check read a file that has changed on disk.
+    pub fn look(&mut self) {
+        self.safely(|checker| checker.due = checker.changed_on_disk());
+    }
+
+    /// Gives the texts other files.
+    pub fn set_gate(&mut self, gate: Gate) {
+        self.workspace.set_gate(gate);
+        self.due = self.open.keys().cloned().collect();
+    }
+
     fn safely(&mut self, step: impl FnOnce(&mut Self)) {
         let _ = catch_unwind(AssertUnwindSafe(|| step(self)));
     }
 
-    fn take(&mut self, job: Job, due: &mut BTreeSet<PathBuf>) {
+    fn note(&mut self, job: Job) {
         match job {
             Job::Text { uri, version, file } => {
                 let path = file.path.clone();
                 self.workspace.insert(file.clone());
                 self.open.insert(path.clone(), Open { uri, version, file });
-                due.extend(self.readers(&path));
-                due.insert(path);
+                self.due.extend(self.readers(&path));
+                self.due.insert(path);
             }
             Job::Close(path) => {
                 self.workspace.close(&path);
                 self.open.remove(&path);
-                due.extend(self.readers(&path));
-                due.remove(&path);
+                self.due.extend(self.readers(&path));
+                self.due.remove(&path);
                 if let Some(checked) = self.checked.remove(&path) {
                     let files: Vec<PathBuf> = checked.found.into_keys().chain([path]).collect();
                     files.iter().for_each(|path| self.publish(path));
@@ -163,9 +164,9 @@ impl Checker {
         let file = open.file.clone();
         let mut found: BTreeMap<PathBuf, (Arc<str>, Vec<Finding>)> = BTreeMap::new();
         let mut seen = Vec::new();
-        if file.is_meant_as_graph(&|kind| self.registry.info(kind).is_some()) {
+        if file.is_meant_as_graph(&|kind| self.workspace.registry().info(kind).is_some()) {
             let Loaded { graph, diagnostics, sources, files } =
-                load_text(path, &file.text, &self.registry, &self.options());
+                load_text(path, &file.text, self.workspace.registry(), &self.options());
             let mut all = diagnostics;
             all.extend(graph.iter().flat_map(|graph| graph.advice()));
             let texts = sources.sources().len();
@@ -189,12 +190,7 @@ impl Checker {
     }
 
     fn options(&self) -> LoadOptions {
-        LoadOptions {
-            working_dir: std::env::current_dir().unwrap_or_default(),
-            import_paths: environment::import_paths().to_vec(),
-            overlay: self.workspace.texts(),
-            ..LoadOptions::default()
-        }
+        LoadOptions { working_dir: self.working_dir.clone(), ..self.workspace.options() }
     }
 
     /// Publishes all findings in a file, from all checks.

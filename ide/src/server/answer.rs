@@ -3,14 +3,14 @@ use lsp_server::ErrorCode;
 use serde_json::Value as Json;
 
 /// Reason why a request has no answer: code and message.
-pub(super) struct Refusal(pub(super) ErrorCode, pub(super) String);
+pub(crate) struct Refusal(pub(crate) ErrorCode, pub(crate) String);
 
 impl Refusal {
     /// A failure with a reason for the user.
-    pub(super) fn because(reason: impl Into<String>) -> Self {
+    pub(crate) fn because(reason: impl Into<String>) -> Self {
         Self(ErrorCode::RequestFailed, reason.into())
     }
 }
 
 /// Answer to a request.
-pub(super) type Answer = Result<Json, Refusal>;
+pub(crate) type Answer = Result<Json, Refusal>;

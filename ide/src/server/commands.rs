@@ -1,34 +1,33 @@
-//! Commands of the editor, and messages of threads.
+//! Commands of the editor.
 use super::answer::{Answer, Refusal};
-use super::event::Jump;
+use super::host::Command;
 use super::server::Server;
-use crate::serve::open_browser;
+use crate::lens::node_at;
+use crate::{Cx, File, Section, World};
 use lsp_server::ErrorCode;
-use lsp_types::{ExecuteCommandParams, MessageType, Position, Range, ShowDocumentParams, ShowMessageParams, Uri};
+use lsp_types::{ExecuteCommandParams, MessageType, Position, ShowMessageParams, Uri};
 use serde_json::Value as Json;
-use shibo_ide::lens::node_at;
-use shibo_ide::{Cx, File, Section, World, identity};
 use std::path::Path;
 use std::str::FromStr;
-use std::thread;
 
 impl Server {
-    /// Runs a command. The answer is immediate; slow work is done by a thread.
-    pub(super) fn execute(&self, params: ExecuteCommandParams) -> Answer {
+    /// Runs a command. The answer is immediate; slow work is done by the host.
+    pub(crate) fn execute(&self, params: ExecuteCommandParams) -> Answer {
+        if !self.host.runs_commands() {
+            return Err(Refusal(ErrorCode::MethodNotFound, "no command can run here".to_owned()));
+        }
         let bad = |text: &str| Refusal(ErrorCode::InvalidParams, text.to_owned());
         let uri = params.arguments.first().and_then(Json::as_str).and_then(|uri| Uri::from_str(uri).ok());
         let uri = uri.ok_or_else(|| bad("the first argument is the address of a graph file"))?;
         let path = super::uris::path(&uri);
-        let pages = self.pages.clone();
         let name = self.named(&uri, params.arguments.get(1));
         match params.command.as_str() {
             "shibo.render" => {
                 let name = name.ok_or_else(|| bad("the second argument is the name of an output"))?;
-                thread::spawn(move || pages.render(&path, &name));
+                self.host.run(Command::Render(path, name));
             }
             "shibo.preview" => {
-                let target = name.unwrap_or_default();
-                thread::spawn(move || pages.show(&path, &target));
+                self.host.run(Command::Show(path, name.unwrap_or_default()));
             }
             "shibo.show" => {
                 let node =
@@ -39,7 +38,7 @@ impl Server {
                     self.tell("window/showMessage", ShowMessageParams { typ: MessageType::INFO, message });
                     return Ok(Json::Null);
                 }
-                thread::spawn(move || pages.show(&path, &format!("@{node}")));
+                self.host.run(Command::Show(path, format!("@{node}")));
             }
             other => return Err(Refusal(ErrorCode::InvalidParams, format!("there is no command `{other}`"))),
         }
@@ -65,34 +64,5 @@ impl Server {
         let file = self.file_of(uri)?;
         let at = self.lines(&file.path)?.offset(position);
         node_at(Cx { world: &self.workspace, file: &file }, at)
-    }
-
-    /// Handles a message from a thread.
-    pub(super) fn jump(&mut self, jump: &Jump) {
-        match jump {
-            Jump::To(path, line, column) => {
-                let Some((uri, _)) = self.address(&identity(path)) else { return };
-                // Columns count characters. Usually only names precede a kind, so columns are mostly the same in all
-                // encodings.
-                let at = Position::new(line.saturating_sub(1), column.saturating_sub(1));
-                let selection = Some(Range::new(at, at));
-                if self.client.shows {
-                    let params = ShowDocumentParams { uri, external: Some(false), take_focus: Some(true), selection };
-                    self.ask("window/showDocument", params);
-                }
-            }
-            Jump::Open(url) => {
-                if let (true, Ok(uri)) = (self.client.shows, Uri::from_str(url)) {
-                    let params =
-                        ShowDocumentParams { uri, external: Some(true), take_focus: Some(false), selection: None };
-                    self.ask("window/showDocument", params);
-                } else {
-                    open_browser(url);
-                }
-            }
-            Jump::Say(kind, text) => {
-                self.tell("window/showMessage", ShowMessageParams { typ: *kind, message: text.clone() });
-            }
-        }
     }
 }

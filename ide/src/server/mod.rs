@@ -1,0 +1,24 @@
+//! The language server without a transport and without threads: it answers messages one after the other. `shibo lsp` runs it in
+//! threads; [`Single`] runs it where there are none.
+mod actions;
+mod answer;
+mod answers;
+mod checker;
+mod client;
+mod commands;
+mod convert;
+mod dispatch;
+mod host;
+mod options;
+mod server;
+mod single;
+mod text;
+pub mod uris;
+
+pub use checker::{Checker, Job};
+pub use client::Client;
+pub use host::{Command, Host, NoPictures};
+pub use options::PictureForm;
+pub use server::{Beginning, Server};
+pub use single::Single;
+pub use text::Encoding;

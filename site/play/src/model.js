@@ -1,0 +1,119 @@
+// @ts-check
+// The graph and its values. The editor's worker opens texts; see work.js for their pictures.
+import { described } from './news.js';
+import { Work } from './work.js';
+
+/** @typedef {import('./work.js').Made} Made */
+/** @typedef {import('./work.js').Chosen} Chosen */
+
+export class Model extends Work {
+  /** @param {import('./pool.js').Pool} pool */
+  constructor(pool) {
+    super(pool);
+    /** @type {Map<string, string>} texts by their hashes */
+    this.texts = new Map();
+    /** @type {number | undefined} */
+    this.later = undefined;
+    // Called with a text that a change of values has made.
+    this.ontext = (/** @type {string} */ _text) => {};
+  }
+
+  // Takes a new text, and opens it once it rests for `wait` ms.
+  /** @param {string} text @param {{ name?: string, values?: Chosen, wait?: number }} [of] */
+  setText(text, { name, values, wait = 0 } = {}) {
+    if (name) this.name = name;
+    if (values) this.values = values;
+    this.text = text;
+    this.edit += 1;
+    this.paused = false;
+    clearTimeout(this.later);
+    this.opening = true;
+    this.later = setTimeout(() => this.open(), wait);
+    this.onchange();
+  }
+
+  /** @param {string} name @param {string} base64 */
+  setFile(name, base64) {
+    this.files = { ...this.files, [name]: base64 };
+    this.setText(this.text);
+  }
+
+  /** @param {string} name */
+  dropFile(name) {
+    const { [name]: _, ...files } = this.files;
+    this.files = files;
+    this.setText(this.text);
+  }
+
+  // With values that wait for a step.
+  get latest() { return { name: this.name, text: this.text, size: this.size, values: this.wanted ?? this.values }; }
+
+  async open() {
+    const { edit, text } = this;
+    const hand = this.pool.editor;
+    this.opening = true;
+    if (!this.opened) this.prepare();
+    try {
+      const opened = await hand.ask(this.request).done;
+      const old = edit === this.edit ? this.opened : opened;
+      if (old) hand.ask({ op: 'close', graph: old.graph }).done.catch(() => {});
+      if (old === opened) return;
+      this.opened = { ...opened, text };
+      this.texts.set(opened.sha256, text);
+      this.errors = [];
+      const names = new Set(opened.params.map((/** @type {any} */ p) => p.name));
+      this.values = { preset: this.values.preset && opened.presets[this.values.preset] ? this.values.preset : null, set: this.values.set.filter(([name]) => names.has(name)) };
+      this.begin();
+    } catch (error) {
+      if (edit !== this.edit) return;
+      const failure = /** @type {import('./pool.js').Failure} */ (error);
+      this.errors = failure.errors?.length ? failure.errors : [{ code: failure.code ?? 'defect', message: failure.message, line: 1, column: 1, end_line: 1, end_column: 1 }];
+      const errors = this.errors.map((e) => described(e, text));
+      if (this.opened) this.news.tell('errors', { errors }); else this.news.tell('state', { ...this.news.empty(this), errors });
+    }
+    if (edit === this.edit) this.opening = false;
+    this.onchange();
+    this.work();
+  }
+
+  /** @param {Chosen} values */
+  setValues(values) {
+    this.wanted = values;
+    this.take();
+  }
+
+  /** @param {number} size */
+  setSize(size) {
+    this.size = size;
+    this.paused = false;
+    if (this.opened) this.begin();
+  }
+
+  // Writes values into the text, as *Save to file*. Gives the hash of the new text.
+  /** @param {{ set: [string, string][], preset: string | null, add?: boolean }} change @param {Chosen | null} after */
+  async keep({ set, preset, add = false }, after) {
+    const { graph, sha256, text } = this.opened;
+    if (this.text !== text) throw new Error('the text has errors, or is being read; nothing was written');
+    const values = Object.fromEntries(set.map(([name, value]) => [name, plain(value, this.param(name)?.type)]));
+    const kept = await this.pool.editor.ask({ op: 'keep', graph, sha256, values, preset: preset ?? undefined, add }).done;
+    this.replace(kept.text, after);
+    return kept.sha256;
+  }
+
+  /** @param {string} text @param {Chosen | null} after */
+  replace(text, after) {
+    this.ontext(text);
+    this.setText(text, { values: after ?? this.values });
+  }
+
+  /** @param {string} name */
+  param(name) { return this.opened?.params.find((/** @type {any} */ p) => p.name === name); }
+}
+
+// A value in RON as JSON.
+/** @param {string} ron @param {string} type */
+export function plain(ron, type) {
+  if (type === 'Choice') return ron;
+  const list = /^\((.*)\)$/s.exec(ron.trim());
+  try { return JSON.parse(list ? `[${list[1]}]` : ron); } catch { return ron; }
+}

@@ -1,0 +1,134 @@
+// @ts-check
+// Everything that the page asks of a server, answered by the model in this tab: it replaces the net.js of `shibo watch`.
+import { model } from './session.js';
+import { begin, exported as made, stop } from './exports.js';
+export { latest } from './latest.js';
+
+/** @typedef {Record<string, string | number | boolean>} Args */
+
+const GONE = 'it is not made here; `shibo watch` has it';
+/** @type {(text: string, status?: number) => Response} */
+const refusal = (text, status = 404) => new Response(text, { status });
+
+/** @param {string} path @param {any} args */
+export async function ask(path, args) {
+  if (path === 'look') return look(args.t);
+  if (path === 'probe') return probe(args);
+  return null;
+}
+
+/** @param {string} target */
+function look(target) {
+  if (model.focus !== target) model.look(target);
+  const best = model.best(target);
+  return { node: '', kind: '', doc: '', text: '', fields: [], shown: best ? model.news.shown(model, best) : null, object: model.objects.get(target) ?? null };
+}
+
+// The values of a pixel of the canvas.
+/** @param {{ t: string, x: number, y: number }} args */
+function probe({ t, x, y }) {
+  const found = model.best(t);
+  if (!found) return null;
+  const { canvas } = model.news.state(model).scene;
+  const { json: { width, height, components, unit, size_mm }, data } = found;
+  const share = [(x + 0.5) / canvas.resolution[0], (y + 0.5) / canvas.resolution[1]];
+  const at = Math.min(height - 1, Math.floor(share[1] * height)) * width + Math.min(width - 1, Math.floor(share[0] * width));
+  const values = [...data.subarray(at * components, (at + 1) * components)];
+  const { type } = model.news.shown(model, found);
+  const srgb = type === 'Rgb' ? [...found.pixels.subarray(4 * at, 4 * at + 3)] : null;
+  return { mm: share.map((s, i) => s * size_mm[i]), values, type, unit: unit ?? '', srgb };
+}
+
+/** @param {string} path @param {Args} [args] */
+export async function bitmap(path, args) {
+  const found = args ? null : model.kept.get(path);
+  if (!found) return null;
+  const { width, height } = found.json;
+  return createImageBitmap(new ImageData(found.pixels, width, height), { colorSpaceConversion: 'none', premultiplyAlpha: 'none' });
+}
+
+// Texture of a channel.
+/** @param {Scene} _scene @param {ChannelMap} map @param {number} _size @returns {Promise<Samples | null>} */
+export async function worn(_scene, { t }, _size) {
+  const found = await model.picture(t);
+  if (!found) return null;
+  const { width, height } = found.json;
+  if (found.halves) return { width, height, form: 'r16f', scale: 1, data: found.halves.buffer };
+  return { width, height, form: 'rgba8', scale: found.scale, data: /** @type {ArrayBuffer} */ (found.pixels.buffer) };
+}
+
+// Exact values of a picture.
+/** @param {any} args @returns {Promise<PictureValues | null>} */
+export async function exact({ t }) {
+  const found = await model.picture(t);
+  if (!found) return null;
+  const { type, unit } = model.news.shown(model, found);
+  return { width: found.json.width, height: found.json.height, channels: found.json.components, type, unit, data: found.data };
+}
+
+/** @returns {Promise<null>} */
+export const mesh = async () => null;
+/** @returns {Promise<null>} */
+export const body = async () => null;
+
+/** @type {ArrayBuffer | null} the light of the user's own panorama */
+let own = null;
+
+/** @param {File | null} file @param {string} [scene] @returns {Promise<ArrayBuffer | null>} */
+export async function environment(file, scene) {
+  if (!file && !scene) return own;
+  const content = file ? await base64(file) : undefined;
+  const { bytes } = await model.task((hand) => hand.ask({ op: 'light', environment: scene, content }));
+  if (file) own = bytes.buffer;
+  return bytes.buffer;
+}
+
+// Contents of a file in base64.
+/** @param {Blob} file @returns {Promise<string>} */
+export function base64(file) {
+  return new Promise((resolve, reject) => {
+    const reader = new FileReader();
+    reader.onload = () => resolve(String(reader.result).replace(/^[^,]*,/, ''));
+    reader.onerror = () => reject(new Error('it could not be read'));
+    reader.readAsDataURL(file);
+  });
+}
+
+export async function sendPhoto() { throw new Error(GONE); }
+
+/** @param {string} path @param {any} what @returns {Promise<Response>} */
+export async function post(path, what) {
+  if (path === 'values') { model.setValues(what); return refusal('', 200); }
+  if (path === 'export') return begin(what);
+  const [, id] = /^export\/([^/]+)\/stop$/.exec(path) ?? [];
+  if (id) { stop(id); return refusal('', 200); }
+  return refusal(GONE);
+}
+
+/** @param {SentValues} values */
+export const send = (values) => post('values', values);
+
+// Changes the text: see `change` of the page of `shibo watch`.
+/** @param {string | null} base @param {any} what @param {SentValues | null} then @returns {Promise<string>} */
+export async function change(base, what, then = null) {
+  if (base !== model.opened?.sha256) throw new Error('the text has changed meanwhile; nothing was written');
+  if (what.values) return model.keep(what.values, then);
+  if (what.preset) return model.keep({ set: what.preset.set, preset: what.preset.name, add: true }, then);
+  const text = what.restore && model.texts.get(what.restore.to);
+  if (text === undefined) throw new Error(what.restore ? 'that text is no longer known' : GONE);
+  model.replace(text, then);
+  return what.restore.to;
+}
+
+export const jump = async () => {};
+export const addressed = () => '';
+export const moved = async () => false;
+/** @param {string} id */
+export const exported = (id) => made(id);
+
+// Texts of modules of the page.
+/** @param {string[]} names */
+export const sources = (names) => Promise.all(names.map(async (name) => (await fetch(new URL(name, import.meta.url))).text()));
+
+/** @param {(kind: string, data: any) => void} tell */
+export function news(tell) { model.news.listen(tell); }

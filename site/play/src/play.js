@@ -1,0 +1,278 @@
+// @ts-check
+// The playground: opens links, shows the text beside the picture, and keeps both in this tab. Everything else is the page of
+// `shibo watch`.
+import { page } from './app.js';
+import { $, element, notice, press, say } from './dom.js';
+import { editor as build } from './editor.js';
+import { filesDialog, isPicture, take } from './files.js';
+import { Library } from './library.js';
+import { MOST_TEXT, fragment, read } from './links.js';
+import { ron } from './news.js';
+import { model, onserver, start } from './session.js';
+
+const root = document.documentElement;
+const FIRST = 'shibo:starter';
+const STORE = 'shibo-graph';
+// A text is opened once it rests for this time, in ms.
+const REST = 120;
+const SIZES = [128, 256, 512, 1024, 2048, 4096];
+/** @type {(id: string) => any} */
+const own = (id) => document.getElementById(id);
+
+/** @type {ReturnType<typeof build> | null} */
+let editor = null;
+/** @type {Record<string, string>} texts of shipped graphs, as they were opened */
+const shipped = {};
+/** @type {Record<string, string>} */
+const paths = {};
+let shown = 0;
+/** @type {Record<string, string> | null} the files that the language server has */
+let told = null;
+let began = performance.now();
+
+// ---- the graph
+
+/** @param {string} name */
+async function textOf(name) {
+  if (shipped[name] === undefined) {
+    const found = await model.pool.editor.ask({ op: 'text', graph: name }).done;
+    [shipped[name], paths[name]] = [found.text, found.path];
+  }
+  return shipped[name];
+}
+
+// The address of the text for the language server.
+const uri = () => paths[model.name] ?? `untitled:${model.name}`;
+
+/** @param {{ name: string, text: string, values: import('./work.js').Chosen}} graph */
+function show({ name, text, values }) {
+  model.focus = '';
+  model.news.known = {};
+  model.objects.clear();
+  model.name = name;
+  editor?.open(text, uri());
+  model.setText(text, { name, values });
+}
+
+// Opens the graph that the fragment names, or the first one.
+async function openLink() {
+  try {
+    const linked = await read(location.hash);
+    const graph = linked?.graph ?? (linked?.of && `shibo:${linked.of}`) ?? (linked ? 'graph.ron' : FIRST);
+    const text = linked?.text ?? await textOf(graph);
+    if (linked?.text && graph !== 'graph.ron') await textOf(graph);
+    show({ name: graph, text, values: { preset: linked?.preset ?? null, set: linked?.set ?? [] } });
+  } catch (error) {
+    notice(`The link was not opened: ${/** @type {Error} */ (error).message}`, true);
+    if (!model.text) show({ name: FIRST, text: await textOf(FIRST), values: { preset: null, set: [] } });
+  }
+}
+
+// Edits of this tab, if its address is the one of before.
+async function restore() {
+  try {
+    const kept = JSON.parse(sessionStorage.getItem(STORE) ?? 'null');
+    if (!kept || kept.hash !== location.hash || typeof kept.text !== 'string' || kept.text.length > MOST_TEXT) return false;
+    if (kept.name.startsWith('shibo:')) await textOf(kept.name);
+    model.size = SIZES.includes(kept.size) ? kept.size : model.size;
+    show(kept);
+    return true;
+  } catch {
+    return false;
+  }
+}
+
+/** @type {number | undefined} */
+let keeping;
+function keep() {
+  clearTimeout(keeping);
+  keeping = setTimeout(() => {
+    const { name, text, values, size } = model.latest;
+    try { sessionStorage.setItem(STORE, JSON.stringify({ hash: location.hash, name, text, values, size })); } catch { /* it is full */ }
+  }, 200);
+}
+
+async function link() {
+  const { name, text, values } = model.latest;
+  const isShipped = shipped[name] === text;
+  const of = name.startsWith('shibo:') && !isShipped ? name.slice(6) : undefined;
+  return new URL(await fragment({ graph: isShipped ? name : undefined, of, text, ...values }), location.href.split('#')[0]).href;
+}
+
+// ---- the parts around the page
+
+function sizes() {
+  const select = own('size');
+  const all = [...new Set([...SIZES, model.size])].sort((a, b) => a - b);
+  select.replaceChildren(...all.map((n) => element('option', { value: n, textContent: `${n} px`, selected: n === model.size })));
+  select.onchange = () => { model.setSize(+select.value); keep(); };
+}
+
+const library = new Library(own('library'), (name) => {
+  const hash = `#shibo:${name}`;
+  if (location.hash === hash) openLink(); else location.hash = hash;
+});
+// The text of a shipped graph becomes one of its own as soon as it names a file of the user: its imports name the shipped graphs then.
+function detach() {
+  if (!model.name.startsWith('shibo:') || !Object.keys(model.files).some((name) => model.text.includes(`"${name}"`))) return;
+  const text = model.text.replace(/"(?:\w+\/)*(\w+)\.ron"/g, (all, name) => (library.names.has(name) ? `"shibo:${name}"` : all));
+  model.name = 'graph.ron';
+  model.text = text;
+  // The change that led here may come from the editor.
+  queueMicrotask(() => editor?.open(text, uri()));
+}
+const files = filesDialog(own('files'));
+
+own('library-open').onclick = () => library.open();
+own('files-open').onclick = () => files.open();
+own('link').onclick = async () => {
+  try {
+    const address = await link();
+    await navigator.clipboard.writeText(address).then(
+      () => notice(`The link is copied: ${address.length.toLocaleString('en')} characters`),
+      () => { own('link-text').value = address; own('link-box').showModal(); own('link-text').select(); },
+    );
+    if (Object.keys(model.files).length) notice('The link is copied. It has the text and the values, not the files of the graph', true);
+  } catch (error) {
+    notice(/** @type {Error} */ (error).message, true);
+  }
+};
+own('link-close').onclick = () => own('link-box').close();
+own('text-save').onclick = () => {
+  const { name, text } = model;
+  const made = element('a', { href: URL.createObjectURL(new Blob([text], { type: 'text/plain' })), download: name.startsWith('shibo:') ? `${name.slice(6)}.ron` : name });
+  made.click();
+  setTimeout(() => URL.revokeObjectURL(made.href), 60_000);
+};
+
+// A step that takes long.
+model.onlong = (long) => { own('long').hidden = !long; };
+own('long-on').onclick = () => { own('long').hidden = true; };
+own('long-stop').onclick = () => { model.pause(); notice('Stopped. A change of the text or of a value begins again'); };
+
+// A narrow window shows the text or the picture.
+for (const b of own('sides').children) b.onclick = () => { root.dataset.side = b.dataset.side; press(own('sides'), (one) => one === b); dispatchEvent(new Event('resize')); };
+
+model.inLight = () => root.dataset.view === 'lit';
+model.ontext = (text) => editor?.setText(text);
+model.onchange = () => { began = performance.now(); detach(); keep(); };
+
+// Files that are dropped on the page. Pictures are no photographs here; panoramas and meshes are for the 3D view, too.
+addEventListener('drop', async (event) => {
+  const dropped = [...(event.dataTransfer?.files ?? [])];
+  if (!dropped.length) return;
+  event.preventDefault();
+  if (dropped.every(isPicture)) event.stopImmediatePropagation();
+  await take(dropped, files.build);
+}, true);
+
+// The drawer of the graph needs a server.
+addEventListener('keydown', (event) => {
+  const typing = /** @type {HTMLElement} */ (event.target).matches?.('input, select, textarea');
+  if (!typing && !event.ctrlKey && !event.metaKey && ['g', 'G', '/'].includes(event.key)) event.stopImmediatePropagation();
+}, true);
+// Keys in the text are for the editor alone, except saving.
+own('text').addEventListener('keydown', (/** @type {KeyboardEvent} */ event) => {
+  if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === 's') return;
+  event.stopPropagation();
+});
+
+// Counts the pictures that the page has shown.
+new MutationObserver(() => {
+  shown += 1;
+  const best = model.best(model.focus);
+  if (best) say(own('made'), `${best.json.width} × ${best.json.height} px in ${duration(performance.now() - began)}`);
+}).observe(root, { attributeFilter: ['data-picture'] });
+/** @param {number} ms */
+const duration = (ms) => (ms >= 999.5 ? `${(ms / 1000).toFixed(1)} s` : `${ms.toFixed(0)} ms`);
+
+// ---- for consoles and tests
+
+// The page asks for one target after the other; the last one counts.
+function follow() {
+  const { target } = root.dataset;
+  if (target && !target.startsWith('@') && target !== model.focus && model.opened) model.look(target);
+}
+
+/** @type {any} */ (window).shibo = {
+  get text() { return model.text; },
+  /** @param {string} text */
+  setText(text) { editor?.setText(text); model.setText(text); },
+  /** @param {string} name @param {unknown} value */
+  set(name, value) {
+    const param = model.param(name);
+    if (!param) throw new Error(`there is no parameter \`${name}\``);
+    const text = typeof value === 'string' && /^["(]/.test(value) ? value : ron(value, param.type);
+    const { values } = model.latest;
+    const set = [...values.set.filter(([known]) => known !== name), /** @type {[string, string]} */ ([name, text])];
+    model.setValues({ ...values, set });
+    page.parameters.take({ preset: values.preset, set });
+  },
+  /** @param {number} size */
+  setSize(size) {
+    if (!Number.isInteger(size) || size < 1 || size > 8192) throw new Error('a size is a whole number from 1 to 8192');
+    model.setSize(size);
+    sizes();
+  },
+  sharp() {
+    follow();
+    return model.sharp();
+  },
+  picture() {
+    follow();
+    const found = model.best(model.focus) ?? model.pictures.get(model.focus);
+    if (!found) return null;
+    const { json, data, target } = found;
+    return { name: target, width: json.width, height: json.height, channels: json.components, data, unit: json.unit ?? null, meaning: json.meaning, sizeMm: json.size_mm };
+  },
+  get shown() { return shown; },
+  diagnostics: () => [...model.errors, ...(model.errors.length ? [] : model.opened?.warnings ?? [])],
+  link,
+  // Asks the language server about the text.
+  /** @param {string} method @param {any} params */
+  lsp: (method, params) => editor?.client.request(method, { textDocument: { uri: uri() }, ...params }),
+};
+
+// ---- the beginning
+
+async function begin() {
+  say($('empty'), 'Loading the engine …');
+  $('empty').hidden = false;
+  const pool = await start();
+  const hello = pool.editor.ask({ op: 'hello' }).done;
+  if (!await restore()) await openLink();
+  sizes();
+  editor = build(own('text').attachShadow({ mode: 'open' }), {
+    text: model.text,
+    uri: uri(),
+    onchange: (text) => {
+      if (text.length > MOST_TEXT) notice('The text has more than 1 MiB', true); else model.setText(text, { wait: REST });
+    },
+    send: async (message) => {
+      // Files come with the first message after they have changed.
+      const files = told === model.files ? undefined : model.files;
+      told = model.files;
+      return (await pool.editor.ask({ op: 'lsp', message, files }).done).messages;
+    },
+    onmessage: (listener) => onserver((json) => { if (json.event === 'lsp') listener(json.message); }),
+  });
+  // The engine was started again: it has neither the text nor the graph.
+  pool.editor.ondefect = () => { editor?.connect(); model.setText(model.text); };
+  addEventListener('hashchange', openLink);
+  library.follow((await hello).graphs);
+  await model.sharp();
+  pool.reserve();
+}
+
+// The errors on the stage lead to their lines.
+$('errors').addEventListener('click', (event) => {
+  const where = /** @type {HTMLElement} */ (event.target).closest('.error')?.querySelector('.where')?.textContent ?? '';
+  const [, line, column] = /:(\d+):(\d+) /.exec(`${where} `) ?? [];
+  if (line) editor?.show(+line, +column);
+});
+$('save').textContent = 'Write to text';
+document.querySelector('#export-format option[value=tiff]')?.remove();
+begin().catch((error) => {
+  $('empty').hidden = false;
+  say($('empty'), location.protocol === 'file:' ? 'A browser starts no workers from a file: serve this folder, for example with python3 -m http.server' : `The playground cannot start: ${error.message}`);
+});

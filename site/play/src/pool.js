@@ -1,0 +1,112 @@
+// @ts-check
+// Workers that share one compiled module: `editor` answers at once, `renderer` makes pictures, and a spare one waits to take over.
+
+/** @typedef {{ json: any, bytes?: Uint8Array, data?: Float32Array, pixels?: Uint8ClampedArray<ArrayBuffer>, halves?: Uint16Array<ArrayBuffer>, range?: [number, number], scale?: number }} Answer */
+/** @typedef {{ n: number, done: Promise<any>, stop: () => void }} Request */
+
+// A request that failed.
+export class Failure extends Error {
+  /** @param {{ code: string, message: string, errors?: any[] }} error */
+  constructor({ code, message, errors = [] }) {
+    super(message);
+    this.code = code;
+    this.errors = errors;
+  }
+}
+
+export class Hand {
+  /** @param {WebAssembly.Module} module @param {(json: any) => void} [other] gets messages without a request */
+  constructor(module, other) {
+    this.count = 0;
+    /** @type {Map<number, { heard: (answer: Answer) => void, resolve: (ok: any) => void, reject: (error: Error) => void }>} */
+    this.waiting = new Map();
+    // The edit whose graph is open; its name there, its hash and its files.
+    this.edit = -1;
+    this.graph = '';
+    this.sha = '';
+    /** @type {unknown} */
+    this.files = null;
+    /** @type {Promise<void> | undefined} */
+    this.prepared = undefined;
+    // Called after the engine has failed and was started again.
+    this.ondefect = () => {};
+    this.worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+    /** @type {Promise<void>} */
+    this.ready = new Promise((resolve, reject) => {
+      this.worker.onerror = (event) => reject(new Error(event.message || 'the worker cannot be loaded'));
+      this.worker.onmessage = ({ data }) => {
+        if (data.ready) resolve();
+        else if (data.failed) reject(new Error(data.failed));
+        else if (data.n === undefined) other?.(data.json);
+        else this.hear(data);
+      };
+    });
+    this.worker.postMessage({ module });
+  }
+
+  /** @param {Answer & { n: number }} answer */
+  hear(answer) {
+    const of = this.waiting.get(answer.n);
+    if (!of) return;
+    const { ok, error } = answer.json;
+    if (!ok && !error) { of.heard(answer); return; }
+    this.waiting.delete(answer.n);
+    if (error?.code === 'defect') {
+      // The engine was started again, without graphs.
+      [this.edit, this.sha, this.graph] = [-1, '', ''];
+      console.error(error.message);
+      this.ondefect();
+    }
+    // The bytes of an answer come with it.
+    if (ok) of.resolve(answer.bytes?.length ? { ...ok, bytes: answer.bytes } : ok); else of.reject(new Failure(error));
+  }
+
+  // Sends a request. `heard` gets its events; with `form`, pictures are painted. The promise gives the answer.
+  /** @param {any} request @param {(answer: Answer) => void} [heard] @param {string} [form] @returns {Request} */
+  ask(request, heard = () => {}, form) {
+    this.count += 1;
+    const n = this.count;
+    const done = new Promise((resolve, reject) => { this.waiting.set(n, { heard, resolve, reject }); });
+    this.worker.postMessage({ n, request, form });
+    return { n, done, stop: () => this.worker.postMessage({ stop: n }) };
+  }
+
+  // Ends the worker at once; its requests are cancelled.
+  end() {
+    this.worker.terminate();
+    for (const { reject } of this.waiting.values()) reject(new Failure({ code: 'cancelled', message: 'the worker was ended' }));
+    this.waiting.clear();
+  }
+}
+
+export class Pool {
+  /** @param {WebAssembly.Module} module @param {(json: any) => void} other */
+  constructor(module, other) {
+    this.module = module;
+    this.editor = new Hand(module, other);
+    this.renderer = new Hand(module);
+    /** @type {Hand | null} */
+    this.spare = null;
+    this.takeovers = 0;
+  }
+
+  // Keeps a worker in reserve, once the first picture is there.
+  reserve() { this.spare ??= new Hand(this.module); }
+
+  // Ends the renderer; the spare one takes over.
+  replace() {
+    this.renderer.end();
+    this.renderer = this.spare ?? new Hand(this.module);
+    this.spare = new Hand(this.module);
+    this.takeovers += 1;
+  }
+}
+
+// Loads and compiles the module.
+/** @param {string | URL} url */
+export async function load(url) {
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`${url} cannot be loaded: ${response.status}`);
+  const isNamed = response.headers.get('content-type')?.startsWith('application/wasm');
+  return isNamed ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
+}

@@ -1,0 +1,340 @@
+// @ts-check
+// Pictures of the opened graph: the renderer makes one per step, coarse to sharp. A newer change takes effect between two steps, or
+// ends the renderer if a step takes long.
+import { News, described } from './news.js';
+import { Failure } from './pool.js';
+
+// The longer sides of the coarse pictures.
+const COARSE = [128, 256];
+// A coarse picture that takes less time is not made: the next size comes at once, in ms.
+const QUICK = 80;
+// A step of an older change may take this long, in ms.
+const PATIENCE = 400;
+// Then the user is asked, in ms.
+export const LONG = 10_000;
+// Without the user's wish, pictures are not larger than this.
+export const MOST_SIZE = 2048;
+const USUAL = 512;
+// Pictures kept for the history of looks.
+const KEPT = 60;
+
+/** @typedef {{ target: string, size: number, id: string, generation: number, json: any, data: Float32Array, pixels: Uint8ClampedArray<ArrayBuffer>, halves?: Uint16Array<ArrayBuffer>, range: [number, number], scale: number }} Made */
+/** @typedef {{ preset: string | null, set: [string, string][] }} Chosen */
+
+export class Work {
+  /** @param {import('./pool.js').Pool} pool */
+  constructor(pool) {
+    this.pool = pool;
+    // Called after each change.
+    this.onchange = () => {};
+    this.news = new News();
+    this.text = '';
+    // `shibo:NAME` as long as paths in the text mean shipped files, or the name of a file.
+    this.name = 'graph.ron';
+    /** @type {Record<string, string>} files of the graph, in base64 */
+    this.files = {};
+    /** @type {Chosen} */
+    this.values = { preset: null, set: [] };
+    this.size = USUAL;
+    // Counts texts and files; the renderer opens the graph again if it has another number.
+    this.edit = 0;
+    this.generation = 0;
+    /** @type {any} the answer of `open` for the last sound text, with that text */
+    this.opened = null;
+    /** @type {any[]} */
+    this.errors = [];
+    /** @type {Map<string, Made>} the sharpest picture of each target */
+    this.pictures = new Map();
+    /** @type {Map<string, Made>} pictures by their ids, the oldest first */
+    this.kept = new Map();
+    /** @type {Map<string, string>} targets without pixels, with their types */
+    this.objects = new Map();
+    this.focus = '';
+    // In the 3D view all channels of the material are made.
+    this.inLight = () => false;
+    /** @type {{ run: (hand: import('./pool.js').Hand) => import('./pool.js').Request, resolve: (ok: any) => void, reject: (error: Error) => void, dead?: boolean }[]} */
+    this.tasks = [];
+    /** @type {{ generation: number | null, began: number, request: import('./pool.js').Request | null, soon?: number } | null} */
+    this.step = null;
+    this.paused = false;
+    /** @type {Record<number, number>} the time of the last step of a size, in ms */
+    this.costs = {};
+    /** @type {(() => void)[]} */
+    this.rested = [];
+    this.opening = false;
+    /** @type {Chosen | null} values that wait for a step */
+    this.wanted = null;
+    /** @type {number | undefined} */
+    this.taking = undefined;
+    /** @type {any} the task that runs */
+    this.now = undefined;
+    this.isBusy = false;
+    // Called when a step takes very long, and when it is over.
+    this.onlong = (/** @type {boolean} */ _long) => {};
+  }
+
+  // Takes the wanted values. A step that makes the first picture of the values before may end first: while a slider is dragged,
+  // pictures follow it.
+  take() {
+    const { wanted, step } = this;
+    if (!wanted) return;
+    clearTimeout(this.taking);
+    const left = step && step.generation === this.generation && !this.best(this.focus) ? PATIENCE - (performance.now() - step.began) : 0;
+    if (left > 0) { this.taking = setTimeout(() => this.take(), left); return; }
+    this.wanted = null;
+    this.values = wanted;
+    this.paused = false;
+    this.onchange();
+    if (this.opened) this.begin();
+  }
+
+  // Begins a new generation: other values, another text or another size.
+  begin() {
+    this.generation += 1;
+    this.state();
+    this.hurry();
+    this.work();
+  }
+
+  state() { this.news.tell('state', this.news.state(this)); }
+
+  get request() { return { op: 'open', graph: this.name, text: this.text, files: this.files }; }
+
+  // ---- targets
+
+  // The targets to make, the selected one first.
+  get targets() {
+    const [output, channel] = this.focus.split('.');
+    const of = this.opened?.outputs.find((/** @type {any} */ o) => o.name === output) ?? null;
+    if (!of) return [];
+    const first = channel || !of.channels ? [this.focus] : [];
+    const material = of.channels ? of : this.opened.outputs.find((/** @type {any} */ o) => o.channels);
+    if (!material || (first.length && !this.inLight())) return first;
+    return [...new Set([...first, ...material.channels.map((/** @type {string} */ c) => `${material.name}.${c}`)])];
+  }
+
+  // The sizes to make, coarse to sharp.
+  get sizes() {
+    const all = [...COARSE.filter((n) => n < this.size), this.size];
+    while (all.length > 1 && this.costs[all[1]] < QUICK) all.shift();
+    return all;
+  }
+
+  /** @param {string} target */
+  look(target) {
+    this.focus = target;
+    this.work();
+  }
+
+  // The sharpest picture of a target in this generation.
+  /** @param {string} target */
+  best(target) {
+    const made = this.pictures.get(target);
+    return made?.generation === this.generation ? made : null;
+  }
+
+  // A picture of a target: the one that is there, or the next one. Null if the graph changes before.
+  /** @param {string} target @returns {Promise<Made | null>} */
+  async picture(target) {
+    const found = this.best(target);
+    if (found) return found;
+    if (!this.opened) return null;
+    return this.render(target, this.sizes[0]).catch(() => null);
+  }
+
+  // ---- work
+
+  // Runs a request as soon as the renderer is free, and again if the renderer is replaced.
+  /** @param {(hand: import('./pool.js').Hand) => import('./pool.js').Request} run @returns {Promise<any> & { cancel: () => void }} */
+  task(run) {
+    /** @type {any} */
+    let entry;
+    const done = new Promise((resolve, reject) => { entry = { run, resolve, reject }; });
+    this.tasks.push(entry);
+    this.work();
+    return Object.assign(done, { cancel: () => { entry.dead = true; entry.reject(new Failure({ code: 'cancelled', message: 'cancelled' })); if (this.step && this.now === entry) this.abandon(); } });
+  }
+
+  // The picture of a target at a size, as a task.
+  /** @param {string} target @param {number} size @returns {Promise<Made>} */
+  async render(target, size) {
+    const { generation } = this;
+    /** @type {Made | null} */
+    let made = null;
+    await this.task((hand) => this.ask(hand, target, size, (found) => { made = found; }));
+    if (!made || generation !== this.generation) throw new Failure({ code: 'cancelled', message: 'the graph has changed' });
+    this.store(made);
+    return made;
+  }
+
+  /** @param {import('./pool.js').Hand} hand @param {string} target @param {number} size @param {(made: Made) => void} give */
+  ask(hand, target, size, give) {
+    const { generation, values } = this;
+    const request = { op: 'render', graph: hand.graph, output: target, sizes: [size], preset: values.preset ?? undefined, set: Object.fromEntries(values.set) };
+    return hand.ask(request, ({ json, data, pixels, ...rest }) => {
+      if (json.event !== 'picture') return;
+      if (!data || !pixels) { this.objects.set(target, json.type ?? 'object'); return; }
+      give(/** @type {Made} */ ({ target, size, id: `${json.key} ${size}`, generation, json, data, pixels, ...rest }));
+    }, target.endsWith('.emission') ? 'light' : 'plain');
+  }
+
+  // The next picture to make.
+  next() {
+    for (const size of this.sizes) {
+      for (const target of this.targets) {
+        if (this.objects.has(target)) continue;
+        const best = this.best(target);
+        if (!best || best.size < size) return { target, size };
+      }
+    }
+    return null;
+  }
+
+  // Does one step after the other until nothing is left.
+  async work() {
+    if (this.step) return;
+    if (this.wanted) { this.take(); return; }
+    const task = this.tasks.find((one) => !one.dead);
+    const next = task || this.paused || !this.opened ? null : this.next();
+    if (!task && !next) {
+      this.busy(false);
+      if (!this.opening) for (const done of this.rested.splice(0)) done();
+      return;
+    }
+    this.now = task;
+    /** @type {NonNullable<Work['step']>} */
+    const step = { generation: task ? null : this.generation, began: performance.now(), request: null };
+    this.step = step;
+    this.busy(true);
+    const hand = this.pool.renderer;
+    /** @type {number | undefined} */
+    let long;
+    try {
+      await hand.ready;
+      await hand.prepared;
+      step.began = performance.now();
+      long = setTimeout(() => { if (this.step === step) this.onlong(true); }, LONG);
+      if (hand.edit !== this.edit && !(task && !this.opened)) await this.reopen(hand, step);
+      if (this.step === step) await (task ? this.runTask(task, hand, step) : this.runPicture(/** @type {{ target: string, size: number }} */ (next), hand, step));
+    } catch (error) {
+      if (this.step === step) this.failed(/** @type {Failure} */ (error), step.generation);
+    }
+    clearTimeout(long);
+    clearTimeout(step.soon);
+    if (this.step === step) {
+      this.step = null;
+      this.onlong(false);
+      this.work();
+    }
+  }
+
+  // Opens the first text in the renderer, too, before it is known to be sound: both workers begin at once.
+  prepare() {
+    const { edit, files, request } = this;
+    const hand = this.pool.renderer;
+    const known = (/** @type {any} */ answer) => { [hand.graph, hand.edit, hand.sha, hand.files] = [answer.graph, edit, answer.sha256, files]; };
+    hand.prepared = hand.ask(request).done.then(known, () => {});
+  }
+
+  // Opens the last sound text in the renderer.
+  /** @param {import('./pool.js').Hand} hand @param {NonNullable<Work['step']>} step */
+  async reopen(hand, step) {
+    const { edit, opened } = this;
+    if (!opened) return;
+    if (hand.edit === edit || hand.sha === opened.sha256 && hand.files === this.files && hand.graph) { hand.edit = edit; return; }
+    step.request = hand.ask({ ...this.request, text: opened.text });
+    const old = hand.graph;
+    const answer = await step.request.done;
+    [hand.graph, hand.edit, hand.sha, hand.files] = [answer.graph, edit, opened.sha256, this.files];
+    if (old) hand.ask({ op: 'close', graph: old }).done.catch(() => {});
+  }
+
+  /** @param {any} task @param {import('./pool.js').Hand} hand @param {NonNullable<Work['step']>} step */
+  async runTask(task, hand, step) {
+    step.request = task.run(hand);
+    let [ok, failure] = /** @type {[any, any]} */ ([null, null]);
+    try { ok = await /** @type {import('./pool.js').Request} */ (step.request).done; } catch (error) { failure = error; }
+    // The renderer was replaced: the task runs again.
+    if (this.step !== step && !task.dead) return;
+    this.tasks = this.tasks.filter((one) => one !== task);
+    if (failure) task.reject(failure); else task.resolve(ok);
+  }
+
+  /** @param {{ target: string, size: number }} next @param {import('./pool.js').Hand} hand @param {NonNullable<Work['step']>} step */
+  async runPicture({ target, size }, hand, step) {
+    const { generation } = this;
+    step.generation = generation;
+    /** @type {Made | null} */
+    let made = null;
+    step.request = this.ask(hand, target, size, (found) => { made = found; });
+    await step.request.done;
+    this.costs[size] = performance.now() - step.began;
+    if (made && generation === this.generation) this.store(made);
+    else if (this.objects.has(target)) this.news.tell('look', { target: this.focus });
+  }
+
+  /** @param {Made} made */
+  store(made) {
+    const best = this.best(made.target);
+    if (best && best.size >= made.size) return;
+    this.pictures.set(made.target, made);
+    this.kept.delete(made.id);
+    this.kept.set(made.id, made);
+    for (const [id, { pixels }] of this.kept) {
+      if (this.kept.size <= (pixels.length > 4 << 20 ? KEPT / 4 : KEPT)) break;
+      this.kept.delete(id);
+    }
+    // In light the coarse maps count, too: textures follow a slider.
+    const isShown = made.size >= this.size || this.inLight();
+    const shown = { ...this.news.shown(this, made), final: isShown, generation: made.generation };
+    this.news.known[made.target] = shown;
+    this.news.tell('shown', shown);
+  }
+
+  // A change while a step runs: its picture is not wanted any more.
+  hurry() {
+    const { step } = this;
+    if (!step || step.generation === null || step.generation === this.generation) return;
+    step.request?.stop();
+    if (step.soon) return;
+    const left = Math.max(0, PATIENCE - (performance.now() - step.began));
+    step.soon = setTimeout(() => { if (this.step === step) this.abandon(); }, left);
+  }
+
+  // Ends the running step at once; the spare worker goes on.
+  abandon() {
+    clearTimeout(this.step?.soon);
+    this.step = null;
+    this.onlong(false);
+    this.pool.replace();
+    this.work();
+  }
+
+  // The user does not want to wait.
+  pause() {
+    this.paused = true;
+    for (const task of this.tasks.splice(0)) { task.dead = true; task.reject(new Failure({ code: 'cancelled', message: 'stopped' })); }
+    if (this.step) this.abandon();
+  }
+
+  /** @param {Failure} failure @param {number | null} generation */
+  failed(failure, generation) {
+    if (failure.code === 'cancelled' || (generation !== null && generation !== this.generation)) return;
+    if (failure.code === 'no-graph') { this.pool.renderer.edit = -1; this.pool.renderer.sha = ''; return; }
+    this.paused = true;
+    this.errors = failure.errors?.length ? failure.errors : [{ code: failure.code, message: failure.message, line: 1, column: 1, end_line: 1, end_column: 1 }];
+    this.news.tell('errors', { errors: this.errors.map((e) => described(e, this.opened?.text ?? this.text)) });
+  }
+
+  /** @param {boolean} busy */
+  busy(busy) {
+    if (busy === this.isBusy) return;
+    this.isBusy = busy;
+    this.news.tell('busy', { busy });
+  }
+
+  // Resolves once nothing is left to do.
+  sharp() {
+    return new Promise((/** @type {(value?: unknown) => void} */ done) => { this.rested.push(done); this.work(); });
+  }
+}

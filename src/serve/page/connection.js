@@ -2,6 +2,7 @@
 // The connection to the server. While it is lost, a banner names the unsaved values; afterwards the values are sent
 // again.
 import { $, element, notice } from './dom.js';
+import { same } from './values.js';
 
 // A shorter loss is not told, in ms.
 const PATIENCE = 600;
@@ -37,8 +38,8 @@ export class Connection {
     $('offline').hidden = true;
     const { parameters } = this.page;
     const own = parameters.values;
-    if (JSON.stringify([own.preset, [...own.set].sort()]) === JSON.stringify([values.preset, [...values.set].sort()])) return;
-    if (!own.set.size && !own.preset) return;
+    if (same(own, values)) return;
+    if (!parameters.count && !own.preset) return;
     parameters.settle(4000);
     this.send(own);
   }

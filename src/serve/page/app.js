@@ -8,7 +8,7 @@ import { complain } from './errors.js';
 import { legend, probe, probeMesh, status, tiling, working } from './facts.js';
 import { Lit } from './lit.js';
 import { Looks } from './looks.js';
-import { ask, bitmap, exact, jump, latest, news, send } from './net.js';
+import { addressed, again, ask, bitmap, exact, jump, latest, news, send } from './net.js';
 import { Graph } from './nodes.js';
 import { Outputs } from './outputs.js';
 import { Overlay } from './overlay.js';
@@ -131,7 +131,7 @@ const heard = {
   /** @param {State} now */
   state(now) {
     // The page has switched to another graph.
-    if (page.state && page.state.file !== now.file && root.dataset.online === 'yes') { location.replace(location.pathname); return; }
+    if (page.state && page.state.file !== now.file && root.dataset.online === 'yes') { again(); return; }
     page.state = now;
     root.dataset.online = 'yes';
     connection.find(now.values);
@@ -237,7 +237,7 @@ function follow() {
   const { target } = page;
   const known = target && (target.startsWith('@') || names.some((n) => target === n || target.startsWith(`${n}.`)));
   chips();
-  const wanted = decodeURIComponent(window.location.hash.slice(1));
+  const wanted = addressed();
   if (!known && wanted) look(wanted); else if (!known) choose(firstOutput(scene)); else if (target.startsWith('@')) refresh(512); else showKnown();
   if (!$('drawer').hidden) page.graph.load(scene.generation);
   relight();

@@ -2,6 +2,7 @@
 // The connection to the server. While it is lost, a banner names the unsaved values; afterwards the values are sent
 // again.
 import { $, element, notice } from './dom.js';
+import { moved } from './net.js';
 import { same } from './values.js';
 
 // A shorter loss is not told, in ms.
@@ -62,7 +63,6 @@ export class Connection {
   // A run without `--port`, or of another user, has another address.
   /** @param {HTMLElement} why */
   async ask(why) {
-    const response = await fetch('state').catch(() => null);
-    if (response?.status === 404) why.textContent = '`shibo watch` runs again, at another address: it is on its terminal. With --port, the address stays.';
+    if (await moved()) why.textContent = '`shibo watch` runs again, at another address: it is on its terminal. With --port, the address stays.';
   }
 }

@@ -1,5 +1,7 @@
 // @ts-check
-// Helpers for elements of the page, and the user's settings.
+// Helpers for elements of the page.
+export { keep, setting } from './settings.js';
+
 /** @type {<K extends string>(id: K) => K extends keyof Elements ? Elements[K] : HTMLElement} */
 export const $ = (id) => /** @type {any} */ (document.getElementById(id));
 
@@ -26,24 +28,6 @@ export const isShown = (node) => !node.closest('[hidden]');
 // Sets the text only if it differs, since setting it causes a new layout.
 /** @param {HTMLElement} node @param {string} text */
 export function say(node, text) { if (node.textContent !== text) node.textContent = text; }
-
-// Settings live in a cookie of the host: each run has another port and token, and local storage is separate for each
-// port.
-const COOKIE = 'shibo-page';
-/** @type {() => Record<string, any>} */
-const read = () => {
-  const found = document.cookie.split('; ').find((c) => c.startsWith(`${COOKIE}=`));
-  try { return JSON.parse(decodeURIComponent(/** @type {string} */ (found).slice(COOKIE.length + 1))); } catch { return {}; }
-};
-
-/** @param {string} name */
-export const setting = (name) => read()[name] ?? null;
-
-/** @param {string} name @param {unknown} value */
-export function keep(name, value) {
-  const all = { ...read(), [name]: value };
-  document.cookie = `${COOKIE}=${encodeURIComponent(JSON.stringify(all))}; path=/; max-age=31536000; SameSite=Strict`;
-}
 
 // Marks the pressed button of a group.
 /** @param {HTMLElement} group @param {(button: HTMLElement) => boolean} is */

@@ -1,7 +1,7 @@
 // @ts-check
 // The export panel: this map, all maps, or files for another program, at a chosen resolution.
 import { $, element, short } from './dom.js';
-import { post, targets } from './net.js';
+import { exported, post, targets } from './net.js';
 import { frames, zip } from './frames.js';
 import { html } from './share.js';
 
@@ -139,7 +139,7 @@ export class Exporter {
     this.root.dataset.last = news.state;
     if (news.state === 'done') {
       this.note.textContent = `${news.name}, ${short(news.bytes / 1048576)} MiB`;
-      const link = element('a', { href: `export/${id}`, download: news.name });
+      const link = element('a', { href: exported(id), download: news.name });
       this.root.append(link);
       link.click();
       link.remove();

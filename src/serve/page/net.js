@@ -1,5 +1,6 @@
 // @ts-check
-// Requests to the server, with paths relative to the page.
+// Everything that the page asks of the server, with paths relative to the page. Only this module and stream.js talk to it.
+export { latest } from './latest.js';
 
 /** @typedef {Record<string, string | number | boolean>} Args */
 
@@ -147,25 +148,24 @@ export async function targets() {
 /** @param {string} node */
 export const jump = (node) => post('jump', { node }).catch(() => {});
 
-// Runs one `work` at a time; of the calls made meanwhile, only the last one runs. `forget` drops that call.
-/**
- * @template {unknown[]} A
- * @param {(...args: A) => Promise<void>} work
- * @returns {((...args: A) => Promise<void>) & { forget: () => void }}
- */
-export function latest(work) {
-  let running = false;
-  /** @type {A | null} */
-  let next = null;
-  /** @param {A} args */
-  const run = async (args) => {
-    if (running) { next = args; return; }
-    running = true;
-    try { await work(...args); } catch { /* the server has ended, or the graph has changed */ }
-    running = false;
-    if (next) { const args = next; next = null; run(args); }
-  };
-  return Object.assign((/** @type {A} */ ...args) => run(args), { forget: () => { next = null; } });
+// The target that the address of the page names.
+export const addressed = () => decodeURIComponent(location.hash.slice(1));
+
+// Loads the page again, for another graph.
+export const again = () => location.replace(location.pathname);
+
+// Address of a finished export.
+/** @param {string} id */
+export const exported = (id) => `export/${id}`;
+
+// Texts of modules of the page.
+/** @param {string[]} names */
+export const sources = (names) => Promise.all(names.map(async (name) => (await request(name)).text()));
+
+// Returns whether `shibo watch` runs, but no longer at the address of this page.
+export async function moved() {
+  const response = await fetch('state').catch(() => null);
+  return response?.status === 404;
 }
 
 // Receives news, through a shared worker if the browser has them.

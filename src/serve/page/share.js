@@ -1,6 +1,6 @@
 // @ts-check
 // Exports the lit view as one HTML file, which opens without Shibo.
-import { worn } from './net.js';
+import { sources, worn } from './net.js';
 import { CHANNELS } from './textures.js';
 
 const MODULES = ['camera.js', 'light.js', 'shaders.js', 'textures.js', 'environment.js', 'shapes.js', 'viewer.js'];
@@ -83,7 +83,7 @@ export async function html(lit, title) {
     turn: lit.turn, tilt: lit.tilt, distance: lit.distance, level: lit.staging.level, back,
     behind: lit.staging.showsEnvironment, light: lit.staging.light ? await packed(lit.staging.light.bytes) : null,
   };
-  const texts = await Promise.all(MODULES.map(async (name) => (await fetch(name)).text()));
+  const texts = await sources(MODULES);
   const script = texts.join('\n').replace(/^import .*$/gm, '').replace(/^export /gm, '');
   /** @param {string} text */
   const escaped = (text) => text.replaceAll('&', '&amp;').replaceAll('<', '&lt;');

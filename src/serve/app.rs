@@ -1,6 +1,7 @@
 //! State shared by all handlers of requests, and their errors.
 use super::position::Jumps;
-use super::stage::{Stage, Values};
+use super::stage::Stage;
+use super::values::Values;
 use axum::body::Bytes;
 use axum::extract::Query;
 use axum::extract::rejection::QueryRejection;

@@ -2,9 +2,10 @@
 //! file has another content by now. Everything outside the changed ranges, comments and line endings included, stays as
 //! it is; a file in the usual layout keeps that layout.
 use super::app::{self, ApiError, App, aside};
-use super::edits::{FieldEdit, sorted};
-use super::stage::{Stage, Values};
+use super::edits::sorted;
+use super::stage::Stage;
 use super::texts::sha256;
+use super::values::{FieldEdit, Values};
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::response::Json;

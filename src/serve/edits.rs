@@ -1,8 +1,7 @@
 //! Values in the texts of nodes that a page has set: they are tried without a change of the file, and written later.
 use super::numbers;
-use super::stage::Values;
+use super::values::{FieldEdit, Values};
 use super::wiring;
-use serde::{Deserialize, Serialize};
 use shibo_graph::{self as graph, Graph};
 use shibo_ide::actions::apply;
 use shibo_ide::rename::Edit;
@@ -13,21 +12,6 @@ use std::path::Path;
 
 /// The most edits that a page can hold.
 const MOST: usize = 1000;
-
-/// A value in the text of a node.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FieldEdit {
-    /// The node.
-    pub(crate) node: String,
-    /// The field; empty for a node that is a formula.
-    pub(crate) field: String,
-    /// The number of a formula, counted from 0; without it, the whole value.
-    #[serde(default)]
-    pub(crate) index: Option<usize>,
-    /// The new value, as RON.
-    pub(crate) value: String,
-}
 
 impl FieldEdit {
     /// The bytes of the old value in the text from which `graph` was loaded.

@@ -2,7 +2,8 @@
 //! finished.
 use super::app::{ApiError, App};
 use super::edits::tried;
-use super::stage::{Stage, Values};
+use super::stage::Stage;
+use super::values::Values;
 use crate::render::add_node;
 use crate::target::Target;
 use crate::zip;

@@ -36,14 +36,16 @@ mod stage;
 mod texts;
 mod thumb;
 mod token;
+mod values;
 mod wear;
 mod wiring;
 
 pub(crate) use app::Wish;
-pub(crate) use edits::{FieldEdit, tried};
+pub(crate) use edits::tried;
 pub(crate) use forecast::Forecast;
 pub(crate) use position::SourcePosition;
-pub(crate) use stage::{Stage, Values};
+pub(crate) use stage::Stage;
+pub(crate) use values::{FieldEdit, Values};
 
 use crate::quit::Quit;
 use guard::Guard;

@@ -1,18 +1,17 @@
 //! State shared by the watch loop, the evaluation and the pages: the last good scene, the current errors, and the news
 //! for pages.
-use super::edits::FieldEdit;
 use super::export_slots::Exports;
 use super::panorama::Environment;
 use super::photographs::Photographs;
 use super::texts::Texts;
-use serde::{Deserialize, Serialize};
+use super::values::{FieldEdit, Values};
 use serde_json::{Value as Json, json};
 use shibo_bridge::scene::{PictureInfo, Scene, has_solid, lock};
 use shibo_bridge::scene::{Store, Stored};
 use shibo_engine::eval::{NodeState, NodeStats};
 use shibo_engine::session::Session;
 use shibo_graph::syntax::{NodeKind, Tree};
-use shibo_graph::{Graph, GraphOutput, LoadOptions};
+use shibo_graph::{Graph, GraphOutput};
 use shibo_value::Key;
 use shibo_value::diagnostics::{Diagnostic, SourceMap, Span, to_json};
 use std::collections::HashMap;
@@ -28,34 +27,6 @@ const MADE: usize = 200_000;
 const ERRORS: usize = 100;
 /// Longer source lines are cut, in characters.
 const LINE: usize = 240;
-
-/// Parameter values set by a page.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Values {
-    /// Name of the preset.
-    #[serde(default)]
-    pub(crate) preset: Option<String>,
-    /// Names and values, as RON.
-    #[serde(default)]
-    pub(crate) set: Vec<(String, String)>,
-    /// Values in the texts of nodes, in the order in which they were set.
-    #[serde(default)]
-    pub(crate) edits: Vec<FieldEdit>,
-}
-
-impl Values {
-    /// Options to load a graph with these values.
-    pub(crate) fn options(self) -> LoadOptions {
-        LoadOptions {
-            preset: self.preset,
-            set: self.set,
-            working_dir: std::env::current_dir().unwrap_or_default(),
-            import_paths: crate::environment::import_paths().to_vec(),
-            ..LoadOptions::default()
-        }
-    }
-}
 
 /// A news item: its kind and its content.
 pub(crate) type News = (&'static str, Arc<str>);

@@ -2,7 +2,8 @@
 //! look different.
 use super::app::{ApiError, App, Query2, png};
 use super::edits::tried;
-use super::stage::{Stage, Values};
+use super::stage::Stage;
+use super::values::Values;
 use axum::extract::{Query, State};
 use axum::response::Response;
 use petgraph::graph::NodeIndex;
@@ -103,7 +104,8 @@ pub(super) async fn vary(State(app): State<App>, query: Query2<Variation>) -> Re
     let values: Values = serde_json::from_str(&v).map_err(|error| ApiError::Bad(error.to_string()))?;
     let scene = app.scene(g)?;
     let text = app.stage.texts.get(&scene.sha256).ok_or(ApiError::Nothing)?;
-    let made = app.apart(&scene, move |stage, cancel| varied(stage, cancel, &text, values, (&t, lo.zip(hi), longest))).await?;
+    let made =
+        app.apart(&scene, move |stage, cancel| varied(stage, cancel, &text, values, (&t, lo.zip(hi), longest))).await?;
     made.map(|bytes| png(bytes.into())).ok_or(ApiError::Nothing)
 }
 

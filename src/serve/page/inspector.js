@@ -27,7 +27,7 @@ const isColor = (written) => /^"#[0-9a-f]{6}"$/i.test(written);
  * }} Of
  */
 
-// The shape of what is shown, and the functions that show new values in it: an element that is dragged must stay.
+// The form of the panel, and the functions that show new values in it. An element that is dragged stays.
 let shape = '';
 /** @type {Map<string, (field: Constant) => void>} */
 let shows = new Map();
@@ -131,6 +131,8 @@ function constant(node, found, of) {
       // A number of a formula has no unit: it is one with the others.
       const made = numeral({ node, field: name, index: (i - 1) / 2, value: piece }, `${id}-${i}`, `Number in ${said || node}`, {}, of);
       made.box.classList.add('number');
+      const input = made.box.querySelector('input');
+      if (input) input.ariaLabel = `Number in ${said || node}`;
       made.box.style.setProperty('--wide', `${Math.max(piece.length, 3) + 3}ch`);
       return made;
     });

@@ -1,5 +1,5 @@
 // @ts-check
-// Order of requests: one at a time, and only the newest of those that wait.
+// Order of requests: one at a time. Of several waiting ones, the newest runs.
 
 // Runs one `work` at a time; of the calls made meanwhile, only the last one runs. `forget` drops that call.
 /**

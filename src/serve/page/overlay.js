@@ -69,8 +69,13 @@ export class Overlay {
     const { picture, shown, view } = this.page;
     const range = picture.sharedRange ?? shown?.range;
     const on = view === 'picture' && picture.bitmap && range && shown?.type === 'Gray' && picture.comparison.mode !== 'difference';
-    $('ramp').hidden = !on;
-    if (!on) return;
+    // In a flat stage the bar has no room.
+    const { canvas } = picture;
+    const high = Math.min(220, canvas.clientHeight * 0.4);
+    $('ramp').hidden = !on || high < 70;
+    if ($('ramp').hidden || !range) return;
+    $('ramp').style.height = `${Math.round(high)}px`;
+    $('ramp').style.top = `${Math.round(canvas.offsetTop + (canvas.clientHeight - high) / 2)}px`;
     const unit = shown?.unit ? ` ${shown.unit}` : '';
     const now = [...range, unit, picture.tone.heat].join();
     if (now === this.shown) return;

@@ -41,11 +41,14 @@ export function paintPorts(graph, near, colors) {
     const other = graph.nodes[into ? wire.from : wire.to];
     const key = `${other.name} ${into}`;
     const known = labels.get(key);
-    const words = [wire.output && wire.output !== wire.port ? `${wire.output} → ${wire.port ?? ''}` : wire.port ?? '', wire.type ?? ''].filter(Boolean).join(', ');
+    // Inputs of a formula have no names of their own.
+    const port = wire.port === 'inputs' ? '' : wire.port ?? '';
+    const words = [wire.output && wire.output !== port && port ? `${wire.output} → ${port}` : port || wire.output, wire.type ?? ''].filter(Boolean).join(', ');
     if (known) known.words.push(words);
     else labels.set(key, { x: into ? other.x + W + 5 : other.x - 5, y: other.y + H / 2, right: !into, words: [words], color: wire.color ?? colors.dim });
   }
-  for (const { x, y, right, words, color } of labels.values()) {
+  for (const { x, y, right, words: all, color } of labels.values()) {
+    const words = all.filter(Boolean);
     words.slice(0, 4).forEach((text, i) => {
       const wide = c.measureText(text).width + 8;
       const left = right ? x - wide : x;

@@ -130,8 +130,11 @@ function saveable() {
 const heard = {
   /** @param {State} now */
   state(now) {
-    // The page has switched to another graph.
-    if (page.state && page.state.file !== now.file && root.dataset.online === 'yes') { again(); return; }
+    // Another graph is shown now. After a loss of the connection, unsaved values of the old one stay in the banner.
+    if (page.state && page.state.file !== now.file) {
+      if (root.dataset.online === 'yes' || !page.parameters.count) again();
+      return;
+    }
     page.state = now;
     root.dataset.online = 'yes';
     connection.find(now.values);

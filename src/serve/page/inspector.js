@@ -150,9 +150,14 @@ function constant(node, found, of) {
   if (!made) return null;
   head.append(element('label', { htmlFor: id, textContent: said, title: found.doc }), made.box);
   shows.set(name, made.show);
+  const key = keyOf({ node, field: name, value: '' });
   if (!found.choices?.includes(written)) {
     const make = element('button', { textContent: 'Make parameter', ariaLabel: `Make a parameter of ${name}`, title: 'A parameter of the graph, with a slider here' });
     make.onclick = () => of.onchange({ promote: { node, field: name } }, `Parameter of ${node}: ${name}`);
+    // The value of the file becomes the default.
+    const settle = () => { make.disabled = of.parameters.edits.has(key); };
+    settle();
+    shows.set(name, (f) => { made.show(f); settle(); });
     row.append(element('div', { className: 'below' }, text('div', 'doc', found.doc), make));
   } else {
     row.append(element('div', { className: 'below' }, text('div', 'doc', found.doc)));

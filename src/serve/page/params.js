@@ -77,7 +77,7 @@ export class Parameters {
     const shape = JSON.stringify([scene.presets, scene.params.map(({ value, default: _, before, after, ...rest }) => rest)]);
     // The new file may not allow a value that was just set.
     this.resync ||= this.busy && this.sha !== undefined && this.sha !== scene.sha256;
-    if (this.sha !== scene.sha256) this.written.clear();
+    if (this.sha !== scene.sha256) for (const key of this.written.keys()) if (!this.edits.has(key)) this.written.delete(key);
     this.sha = scene.sha256;
     this.told = values;
     this.accepted = byKey(values.edits);
@@ -168,7 +168,9 @@ export class Parameters {
   edit(edit, group) {
     const key = keyOf(edit);
     const reset = edit.value === this.written.get(key) || (Number.isFinite(Number(edit.value)) && Number(edit.value) === Number(this.written.get(key)));
-    if (reset) this.edits.delete(key); else this.edits.set(key, edit);
+    // The newest is the last one: the server drops it first if the graph does not accept it.
+    this.edits.delete(key);
+    if (!reset) this.edits.set(key, edit);
     this.tell(`${[edit.node, edit.field].filter(Boolean).join(' ')} ${reset ? 'reset' : unquote(edit.value)}`, group);
   }
 

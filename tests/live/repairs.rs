@@ -67,7 +67,7 @@ fn every_control_is_reached_by_keyboard_and_nothing_is_cut_off() {
             page.press("Tab", 0);
             // Arrow keys move within a group.
             let in_group = page.eval(
-                "(() => { const e = document.activeElement; reached.add(e); const g = e.closest('[data-rove]'); return g && !window.roving && (window.roving = g, g.querySelectorAll('button').length) || 0; })()",
+                "(() => { const e = document.activeElement; reached.add(e); const g = e.closest('[data-rove], [role=tablist]'); return g && !window.roving && (window.roving = g, g.querySelectorAll('button').length) || 0; })()",
             );
             for _ in 0..in_group.as_u64().unwrap_or(0) {
                 page.press("ArrowRight", 0);

@@ -33,6 +33,7 @@ pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
         },
         move |place| editor.iter().for_each(|command| editor::open(command, place)),
     )?;
+    let note = editor::Note::write(&args.graph, &server.url);
     let teller = StatusReporter { terminal, log: args.log.is_some() };
     interrupt::on_signals({
         let sender = sender.clone();
@@ -52,7 +53,7 @@ pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
     let desk = LatestJob::default();
     std::thread::scope(|scope| {
         scope.spawn(|| evaluate(&desk, &stage, &teller));
-        Watch::new(args, &stage, &desk, &teller, (sender, &server.url)).run(&signals);
+        Watch::new(args, &stage, &desk, &teller, sender, (&server.url, note)).run(&signals);
         desk.close();
     });
     server.stop();

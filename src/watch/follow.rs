@@ -61,13 +61,14 @@ impl<'a> Watch<'a> {
         stage: &'a Stage,
         desk: &'a LatestJob,
         teller: &'a StatusReporter<'a>,
-        (signals, url): (Sender<Signal>, &'a str),
+        signals: Sender<Signal>,
+        (url, note): (&'a str, Option<Note>),
     ) -> Self {
         let folders = if args.poll { None } else { watcher(signals, teller.terminal) };
         Self {
             path: args.graph.clone(),
             url,
-            note: Note::write(&args.graph, url),
+            note,
             stage,
             desk,
             teller,

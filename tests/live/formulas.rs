@@ -57,10 +57,10 @@ fn drags_numbers_of_formulas() {
     let found = page.eval("(() => { const n = document.querySelector('.formula .number'); n.scrollIntoView({ block: 'center' }); const b = n.getBoundingClientRect(); return [b.left + 5, b.top + b.height / 2]; })()");
     let [x, y] = std::array::from_fn(|i| found[i].as_f64().unwrap());
     page.mouse("mousePressed", x, y);
-    let moved = json!({ "type": "mouseMoved", "x": x + 35.0, "y": y, "button": "left", "buttons": 1 });
+    let moved = json!({ "type": "mouseMoved", "x": x + 30.0, "y": y, "button": "left", "buttons": 1 });
     page.call("Input.dispatchMouseEvent", moved);
-    page.mouse("mouseReleased", x + 35.0, y);
-    // A quarter of the range from 0 to 0.5, over 140 pixels.
+    page.mouse("mouseReleased", x + 30.0, y);
+    // A quarter of the range from 0 to 0.5, over 120 pixels.
     page.wait("document.querySelector('.formula .number input').value == '0.375'");
     assert_eq!(place.text(), TEXT);
     page.press("s", 2);

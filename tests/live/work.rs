@@ -162,6 +162,7 @@ fn constants_of_nodes_are_edited_and_become_parameters() {
     assert_eq!(place.text(), odd().replace("Perlin(size: 2", "Perlin(size: 3"));
     wait_for_file(&mut page, &place);
     page.wait("document.getElementById('field-size')?.value == '3'");
+    page.wait("!document.querySelector('[data-field=size] button').disabled");
     page.eval("document.querySelector('[data-field=size] button').click()");
     page.wait("document.getElementById('param-size')");
     assert!(place.text().contains("Perlin(size: \"$size\", seed"), "{}", place.text());

@@ -7,7 +7,7 @@ import { numberField, within } from './entry.js';
 // A drag begins after this many pixels; until then it is a click.
 const SLACK = 3;
 // Pixels of a drag over the whole range, for fields that are narrower.
-const LENGTH = 140;
+const LENGTH = 120;
 
 // The range over which a number is dragged if it has none, or only one end: to twice the number.
 /** @param {number} value @param {number | null} [min] @param {number | null} [max] @returns {Vec2} */

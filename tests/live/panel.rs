@@ -6,6 +6,7 @@ use crate::watching::browser::{Browser, Page};
 use crate::watching::{Place, Watch};
 use serde_json::json;
 use std::fs;
+use std::time::{Duration, Instant};
 
 const ROOT: &str = "document.documentElement.dataset";
 
@@ -44,6 +45,16 @@ fn set(page: &mut Page, name: &str, value: &str) {
     page.eval(&format!(
         "(() => {{ const b = document.getElementById('param-{name}'); b.value = '{value}'; b.onchange(); }})()"
     ));
+}
+
+/// Waits until the server shows a file; then the page has time to be loaded again, during which it cannot be asked.
+fn loaded_again(watch: &Watch, file: &str) {
+    let end = Instant::now() + crate::watching::PATIENCE;
+    while watch.state()["file"] != file {
+        assert!(Instant::now() < end, "{}", watch.state()["file"]);
+        std::thread::sleep(Duration::from_millis(30));
+    }
+    std::thread::sleep(Duration::from_secs(2));
 }
 
 #[test]
@@ -130,6 +141,7 @@ fn another_graph_of_the_folder_is_shown() {
     page.wait("document.querySelector('#graphs .doc').textContent.includes('pitch 9')");
     page.screenshot();
     page.eval("document.querySelector('#graphs .list button[value=\"other.ron\"]').click()");
+    loaded_again(&watch, "other.ron");
     page.wait(&format!(
         "document.getElementById('file')?.textContent == 'other.ron' && {ROOT}.shown == 'x' && {ROOT}.final == 'true'"
     ));
@@ -144,8 +156,10 @@ fn another_graph_of_the_folder_is_shown() {
     // A graph with errors is shown with them, and one can go back.
     assert_eq!(watch.post("open", &json!({ "name": "../graph.ron" }).to_string()).0, 404);
     assert_eq!(watch.post("open", &json!({ "name": "broken.ron" }).to_string()).0, 202);
+    loaded_again(&watch, "broken.ron");
     page.wait(&format!("document.getElementById('file')?.textContent == 'broken.ron' && {ROOT}.errors > 0"));
     assert_eq!(watch.post("open", &json!({ "name": "graph.ron" }).to_string()).0, 202);
+    loaded_again(&watch, "graph.ron");
     page.wait(&format!("document.getElementById('file')?.textContent == 'graph.ron' && {ROOT}.shown == 'map_0'"));
     assert_calm(&page, "");
 }
@@ -161,8 +175,9 @@ fn the_stage_shows_lengths_and_values() {
     page.painted();
     let bar = page.eval("[document.querySelector('#scale i').getBoundingClientRect().width, parseFloat(document.querySelector('#scale span').textContent)]");
     let [px, mm] = std::array::from_fn(|i| bar[i].as_f64().unwrap());
-    // 64 pixels are 40 mm.
-    assert!((px / mm - 64.0 / 40.0).abs() < 0.05, "{bar}");
+    // 64 pixels are 40 mm; the footer tells the zoom.
+    let zoom = page.eval("parseFloat(document.getElementById('zoom').textContent) / 100").as_f64().unwrap();
+    assert!((px / mm / zoom - 64.0 / 40.0).abs() < 0.03, "{bar} {zoom}");
     // Heights have a colour bar with their range; colours have none.
     page.wait("!document.getElementById('ramp').hidden");
     let ends = page.eval("[...document.querySelectorAll('#ramp span')].map(s => parseFloat(s.textContent))");
@@ -283,7 +298,7 @@ fn the_graph_can_be_read() {
     page.wait(&format!("{at} != {first} && !{at}.startsWith('noise:')"));
     // The space bar shows a larger picture.
     page.press(" ", 0);
-    page.wait("!document.getElementById('peek').hidden && document.querySelector('#peek canvas').width > 200");
+    page.wait("!document.getElementById('peek').hidden && document.querySelector('#peek canvas').width >= 64");
     page.screenshot();
     page.press(" ", 0);
     page.wait("document.getElementById('peek').hidden");

@@ -9,9 +9,16 @@ const SLACK = 3;
 // Pixels of a drag over the whole range, for fields that are narrower.
 const LENGTH = 120;
 
-// The range over which a number is dragged if it has none, or only one end: to twice the number.
-/** @param {number} value @param {number | null} [min] @param {number | null} [max] @returns {Vec2} */
-export function softRange(value, min = null, max = null) {
+// A whole range from end to end is dragged if it is at most this many times the number.
+const WIDE = 40;
+
+// The range over which a number is dragged. If it has none, or a very wide one, it goes to twice the number.
+/** @param {number} value @param {number | null} [min] @param {number | null} [max] @param {string | null} [unit] @returns {Vec2} */
+export function softRange(value, min = null, max = null, unit = null) {
+  if (min !== null && max !== null) {
+    if (max - min <= Math.max(2, WIDE * Math.abs(value)) || unit === '°') return [min, max];
+    return softRange(value, Math.max(min, Math.min(0, 2 * value)), value > 0 ? Math.min(max, 2 * value) : value < 0 ? Math.min(max, 0) : Math.min(max, min + 1));
+  }
   const lo = min ?? Math.min(0, 2 * value);
   const hi = max ?? (value > 0 ? 2 * value : value < 0 ? Math.max(0, lo) : lo + 1);
   return lo < hi ? [lo, hi] : [lo, lo + 1];

@@ -95,7 +95,7 @@ function numeral(edit, id, said, { min, max, unit, whole }, { parameters }) {
   /** @param {number} n @param {string | null} group */
   const set = (n, group) => parameters.edit({ ...edit, value: String(+n.toPrecision(12)) }, group);
   const made = field({
-    id, name: said, unit, whole: !!whole, soft: softRange(written(), min, max),
+    id, name: said, unit, whole: !!whole, soft: softRange(written(), min, max, unit),
     onset: (n, how) => set(n, how === 'drag' ? parameters.gesture(key) : how === 'key' ? key : null),
     onhold: () => parameters.hold(key),
     onreset: () => set(written(), null),

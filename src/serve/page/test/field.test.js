@@ -11,6 +11,10 @@ test('numbers without a range go to twice their value', () => {
   assert.deepEqual(softRange(4, 1), [1, 8]);
   assert.deepEqual(softRange(4, null, 5), [0, 5]);
   assert.deepEqual(softRange(0.5, 0, 1), [0, 1]);
+  assert.deepEqual(softRange(2.5, 0, 1e5), [0, 5]);
+  assert.deepEqual(softRange(2, 1, 16), [1, 16]);
+  assert.deepEqual(softRange(0, -180, 180, '°'), [-180, 180]);
+  assert.deepEqual(softRange(0, 0, 1e9), [0, 1]);
   for (const value of [-1e9, -3, 0, 1e-9, 7, 1e9]) assert.ok(softRange(value)[0] < softRange(value)[1]);
 });
 

@@ -40,7 +40,7 @@ fn opens_texts_with_files_and_tells_params() {
     let ok = &answer["ok"];
     assert_eq!((&answer["id"], &ok["graph"]), (&1.into(), &"g1".into()), "{answer}");
     let gain = json!({ "name": "gain", "type": "Number", "value": 0.5, "default": 0.5, "range": [0.0, 2.0], "unit": "mm",
-        "doc": "How much", "options": null });
+        "group": null, "doc": "How much", "options": null });
     assert_eq!(ok["params"][0], gain);
     assert_eq!(ok["presets"], json!({ "strong": { "gain": 2 } }));
     assert_eq!(ok["canvas"], json!({ "size_mm": [8.0, 4.0], "resolution": [16, 8], "tile": "X", "seed": 3 }));

@@ -30,9 +30,9 @@ pub mod names;
 pub mod navigate;
 mod paths;
 pub mod rename;
+pub mod server;
 mod signature;
 mod spelling;
-pub mod server;
 pub mod structure;
 #[cfg(test)]
 mod tests;

@@ -2,7 +2,6 @@
 //! compared, files are exported, and the graph is shown.
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::watching;
-
 use crate::watching::browser::{Browser, Page};
 use crate::watching::{Place, Watch};
 use serde_json::{Value as Json, json};

@@ -93,7 +93,11 @@ function numeral(edit, id, said, { min, max, unit, whole }, { parameters }) {
   const key = keyOf(edit);
   const written = () => numberOf(parameters.written.get(key) ?? edit.value);
   /** @param {number} n @param {string | null} group */
-  const set = (n, group) => parameters.edit({ ...edit, value: String(+n.toPrecision(12)) }, group);
+  const set = (n, group) => {
+    parameters.edit({ ...edit, value: String(+n.toPrecision(12)) }, group);
+    // The text of the node may still be the older one.
+    if (!parameters.edits.has(key)) show(String(written()));
+  };
   const made = field({
     id, name: said, unit, whole: !!whole, soft: softRange(written(), min, max, unit),
     onset: (n, how) => set(n, how === 'drag' ? parameters.gesture(key) : how === 'key' ? key : null),

@@ -76,6 +76,15 @@ export class Minimap {
 
 const MARGIN = 14;
 
+// A text, cut to a width.
+/** @param {CanvasRenderingContext2D} c @param {string} text @param {number} width */
+function shortened(c, text, width) {
+  if (c.measureText(text).width <= width) return text;
+  let end = text.length;
+  while (end > 1 && c.measureText(`${text.slice(0, end)}…`).width > width) end -= 1;
+  return `${text.slice(0, end).trimEnd()}…`;
+}
+
 // Areas behind the nodes that stand together in the text, with the name of each above its leftmost node. A level with one
 // group has none.
 /** @param {Graph} graph @param {Record<string, string>} colors */
@@ -98,7 +107,7 @@ export function paintGroups(graph, colors) {
     c.fillStyle = colors.text;
     c.globalAlpha = 0.85;
     c.font = '600 12px system-ui, sans-serif';
-    c.fillText(name, first.x - 4, first.y - 8, W + MARGIN);
+    c.fillText(shortened(c, name, W + MARGIN), first.x - 4, first.y - 8);
     c.globalAlpha = 1;
   }
 }

@@ -5,7 +5,6 @@ import { $ } from './dom.js';
 import { ask, bitmap } from './net.js';
 import { paintBox } from './box.js';
 import { bounds, Minimap, paintGroups } from './minimap.js';
-import { Peek } from './peek.js';
 import { paintPorts, paintWire, typeLegend, Way } from './wires.js';
 
 export const [W, H, DX, DY] = [168, 112, 220, 130];
@@ -69,7 +68,9 @@ export class Graph {
     this.selected = null;
     this.hover = -1;
     this.minimap = new Minimap(this);
-    this.peek = new Peek(this, $('peek'), values);
+    this.values = values;
+    /** @type {Promise<import('./peek.js').Peek> | undefined} */
+    this.peeking = undefined;
     this.way = new Way(this);
     // Corners of a frame that is being dragged.
     /** @type {[Vec2, Vec2] | null} */
@@ -82,6 +83,13 @@ export class Graph {
     this.patient = false;
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.listen();
+  }
+
+  // Larger pictures of nodes; their code is loaded when it is first needed.
+  /** @param {(peek: import('./peek.js').Peek) => void} work */
+  peek(work) {
+    this.peeking ??= import('./peek.js').then(({ Peek }) => new Peek(this, $('peek'), this.values));
+    this.peeking.then(work);
   }
 
   get ratio() { return devicePixelRatio || 1; }
@@ -97,14 +105,14 @@ export class Graph {
     const toMap = (e) => { const at = this.minimap.hit(e); if (at) { this.center = at; this.fitted = false; this.draw(); } return !!at; };
     canvas.addEventListener('pointerdown', (e) => {
       canvas.setPointerCapture(e.pointerId);
-      this.peek.hide();
+      this.peek((p) => p.hide());
       onMap = toMap(e);
       if (onMap) return;
       from = [e.clientX, e.clientY];
       moved = 0;
       if (e.shiftKey) this.frame = [this.place(e), this.place(e)];
     });
-    canvas.addEventListener('pointerleave', () => this.peek.rest(-1));
+    canvas.addEventListener('pointerleave', () => this.peek((p) => p.rest(-1)));
     canvas.addEventListener('pointermove', (e) => {
       if (onMap) { toMap(e); return; }
       if (from && this.frame) {
@@ -120,7 +128,7 @@ export class Graph {
         this.draw();
       } else {
         const hover = this.hit(e);
-        if (hover !== this.hover) { this.hover = hover; this.peek.rest(hover); canvas.title = hover < 0 ? '' : this.about(hover); this.draw(); }
+        if (hover !== this.hover) { this.hover = hover; this.peek((p) => p.rest(hover)); canvas.title = hover < 0 ? '' : this.about(hover); this.draw(); }
       }
     });
     canvas.addEventListener('pointerup', (e) => {
@@ -170,7 +178,7 @@ export class Graph {
     const by = NEXT[e.key];
     if (by && e.shiftKey) this.mark(this.way.go(e.key, this.at()));
     else if (by) this.go(node, by);
-    else if (e.key === ' ' && node) this.peek.toggle(this.at());
+    else if (e.key === ' ' && node) this.peek((p) => p.toggle(this.at()));
     else if (e.key === 'Enter' && node) this.show(node);
     else if (e.key.toLowerCase() === 'o' && node) this.dive(node);
     else if (e.key === 'Backspace' && this.level) this.enter(this.level.includes('/') ? this.level.slice(0, this.level.lastIndexOf('/')) : '');
@@ -271,7 +279,7 @@ export class Graph {
     this.nodes = graph.nodes.map((n) => ({ ...n, x: n.column * DX, y: n.row * DY }));
     this.wires = graph.wires;
     typeLegend(this.wires);
-    this.peek.hide();
+    if (this.peeking) this.peek((p) => p.hide());
     this.names = graph.names;
     this.byName = new Map(this.nodes.map((n, i) => [n.name, i]));
     this.canvas.dataset.nodes = String(this.nodes.length);

@@ -45,8 +45,8 @@ async function run(id, { gltf, target, resolution, format }) {
   const task = model.task((hand) => {
     files.length = 0;
     const request = format && !gltf
-      ? { op: 'render', graph: hand.graph, output: target, sizes: [size], as: format, ...chosen }
-      : { op: 'write', graph: hand.graph, outputs: target ? [target] : [], target: gltf ? 'gltf' : undefined, size, ...chosen };
+      ? { op: 'render', graph: hand.has?.graph, output: target, sizes: [size], as: format, ...chosen }
+      : { op: 'write', graph: hand.has?.graph, outputs: target ? [target] : [], target: gltf ? 'gltf' : undefined, size, ...chosen };
     return hand.ask(request, ({ json, bytes }) => {
       if (!bytes?.length) return;
       const name = json.name ?? `${[json.output, json.channel].filter(Boolean).join('_')}.${format}`;

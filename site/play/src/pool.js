@@ -20,12 +20,8 @@ export class Hand {
     this.count = 0;
     /** @type {Map<number, { heard: (answer: Answer) => void, resolve: (ok: any) => void, reject: (error: Error) => void }>} */
     this.waiting = new Map();
-    // The edit whose graph is open; its name there, its hash and its files.
-    this.edit = -1;
-    this.graph = '';
-    this.sha = '';
-    /** @type {unknown} */
-    this.files = null;
+    /** @type {{ graph: string, sha256: string, files: unknown, name: string } | null} the graph that is open */
+    this.has = null;
     /** @type {Promise<void> | undefined} */
     this.prepared = undefined;
     // Called after the engine has failed and was started again.
@@ -56,7 +52,7 @@ export class Hand {
     this.waiting.delete(answer.n);
     if (error?.code === 'defect') {
       // The engine was started again, without graphs.
-      [this.edit, this.sha, this.graph] = [-1, '', ''];
+      this.has = null;
       console.error(error.message);
       this.ondefect();
     }

@@ -1,6 +1,6 @@
 //! The command line.
 use crate::{
-    bridge, cache, changes, check, compare, completions, diff, dump, fit, fmt, git, graph, job, lsp, mcp, merge,
+    bridge, cache, changes, check, compare, completions, diff, dump, fit, fmt, git, graph, job, lsp, man, mcp, merge,
     migrate, new, nodes, pack, parts, pin, render, schema, watch,
 };
 use clap::{Args, Parser, Subcommand};
@@ -88,6 +88,8 @@ pub(crate) enum Command {
     Cache(cache::CacheArgs),
     /// Print a completion script for a shell.
     Completions(completions::CompletionsArgs),
+    /// Write manual pages of all commands into a folder.
+    Man(man::ManArgs),
 }
 
 /// Values of a graph's parameters.

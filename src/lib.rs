@@ -27,6 +27,7 @@ mod interrupt;
 mod job;
 mod library;
 mod lsp;
+mod man;
 mod mcp;
 mod merge;
 mod migrate;
@@ -113,5 +114,6 @@ fn run(command: Command, terminal: &Terminal, start: Instant) -> Result<(), Quit
         Command::Lsp(args) => lsp::run(&args),
         Command::Cache(args) => cache::run(&args, terminal),
         Command::Completions(args) => completions::run(&args, terminal),
+        Command::Man(args) => man::run(&args, terminal),
     }
 }

@@ -24,6 +24,11 @@ impl ValueEnum for Target {
 }
 
 impl Target {
+    /// Its name, and a sentence about it.
+    pub(crate) fn told(&self) -> (&'static str, &'static str) {
+        (self.0, self.1)
+    }
+
     /// Replaces the outputs of the graph by its materials in this format.
     pub(crate) fn replace_outputs(&self, graph: &mut Graph, named: bool) -> Result<(), Quit> {
         graph.export_as(&self.2, named).map_err(Quit::Usage)

@@ -314,7 +314,7 @@ fn default(tools: &Tools, kind: Option<&str>, path: &[String]) -> Option<String>
 fn effect(path: &[String]) -> Effect {
     let is = |index: usize, name: &str| path.get(index).is_some_and(|part| part == name);
     let local = if is(0, "graphs") { 2 } else { 0 };
-    let told = ["doc", "range", "unit"].iter().any(|name| is(local + 2, name));
+    let told = ["doc", "range", "unit", "group"].iter().any(|name| is(local + 2, name));
     let params = is(local, "params") || is(local, "inputs");
     if params && told { Effect::None } else { Effect::Picture }
 }

@@ -25,20 +25,22 @@ pub(crate) struct Shown {
     pub(crate) unit: Option<&'static str>,
 }
 
-/// The outputs of a graph, with their values not evaluated yet. An output with several names is made once.
+/// The outputs of a graph whose names are wanted, with their pictures not evaluated yet. An output with several names is made
+/// once.
 ///
 /// # Errors
 /// Errors of the graph, at their places.
 pub(crate) fn shown(
     session: &Session,
     graph: &Graph,
+    is_wanted: &dyn Fn(&str) -> bool,
     cancel: &CancelToken,
     observer: &dyn Observer,
 ) -> Result<Vec<Shown>, Failure> {
     let keys = session.keys(graph)?;
     let mut values: BTreeMap<(NodeIndex, usize), Value> = BTreeMap::new();
     let mut found = Vec::new();
-    for output in &graph.outputs {
+    for output in graph.outputs.iter().filter(|output| is_wanted(&output.name)) {
         let at = (output.node, output.output);
         let value = match values.entry(at) {
             Entry::Occupied(known) => known.into_mut(),
@@ -196,7 +198,7 @@ fn version(
         let errors = loaded.diagnostics.into_iter().filter(|diagnostic| !diagnostic.warning).collect();
         return Err(Box::new(NotRendered { failure: Failure::Errors(errors), sources: loaded.sources }));
     };
-    match shown(session, &graph, cancel, &Silent) {
+    match shown(session, &graph, &|_| true, cancel, &Silent) {
         Ok(outputs) => Ok(Version { graph, outputs }),
         Err(failure) => Err(Box::new(NotRendered { failure, sources: graph.sources })),
     }

@@ -87,7 +87,7 @@ impl<'a> Expect<'a> {
             }
             (Self::Section(section), Some(name)) => Self::Entry(section, name),
             (Self::Canvas(None), Some(name)) => Self::Canvas(Some(name)),
-            (Self::Param(_, None), Some("doc" | "unit")) | (Self::Input(_, None), Some("doc")) => Self::Note,
+            (Self::Param(_, None), Some("doc" | "unit" | "group")) | (Self::Input(_, None), Some("doc")) => Self::Note,
             (Self::Param(word, None), Some(name)) => Self::Param(word, Some(name)),
             (Self::Input(word, None), Some(name)) => Self::Input(word, Some(name)),
             (Self::Entry(Section::Presets, _), Some(name)) => Self::Preset(name),

@@ -1,6 +1,7 @@
 //! State shared by all handlers of requests, and their errors.
 use super::position::Jumps;
-use super::stage::{Stage, Values};
+use super::stage::Stage;
+use super::values::Values;
 use axum::body::Bytes;
 use axum::extract::Query;
 use axum::extract::rejection::QueryRejection;
@@ -11,6 +12,7 @@ use shibo_bridge::scene::{Scene, Target, View};
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Failure, Look};
 use shibo_picture::contained;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
@@ -24,8 +26,17 @@ const LOOKS: usize = 3;
 /// Maximum number of waiting looks.
 const WAITING: usize = 512;
 
-/// Callback that receives the parameter values set by pages; returns whether the watch loop has accepted them.
-pub(super) type Wishes = Arc<dyn Fn(Values) -> bool + Send + Sync>;
+/// A request of a page to the watch loop.
+#[derive(Debug)]
+pub(crate) enum Wish {
+    /// Sets values of parameters and of fields of nodes.
+    Values(Values),
+    /// Shows another graph.
+    Open(PathBuf),
+}
+
+/// Callback that receives the wishes of pages; returns whether the watch loop has accepted them.
+pub(super) type Wishes = Arc<dyn Fn(Wish) -> bool + Send + Sync>;
 
 /// State shared by all handlers.
 #[derive(Clone)]
@@ -125,9 +136,9 @@ impl App {
         }
     }
 
-    /// Passes on parameter values set by a page; returns whether they were accepted.
-    pub(super) fn wish(&self, values: Values) -> bool {
-        (self.wishes)(values)
+    /// Passes on a wish of a page; returns whether it was accepted.
+    pub(super) fn wish(&self, wish: Wish) -> bool {
+        (self.wishes)(wish)
     }
 
     /// Returns the scene if it has this generation.

@@ -1,7 +1,9 @@
 //! Exports that a page requests: files are rendered into a temporary folder with progress reports, and fetched when
 //! finished.
 use super::app::{ApiError, App};
-use super::stage::{Stage, Values};
+use super::edits::tried;
+use super::stage::Stage;
+use super::values::Values;
 use crate::render::add_node;
 use crate::target::Target;
 use crate::zip;
@@ -32,9 +34,8 @@ struct Wish {
     g: u64,
     /// Target; all outputs if absent.
     target: Option<String>,
-    /// Writes the materials as glTF files instead.
-    #[serde(default)]
-    gltf: bool,
+    /// Writes the materials for another program instead: a name of `render --as`.
+    set: Option<String>,
     /// Longer side in pixels; by default the resolution of the graph.
     resolution: Option<u32>,
     /// `png`, `tiff` or `exr`; by default the format of the graph.
@@ -69,6 +70,15 @@ pub(super) async fn export(State(app): State<App>, body: Bytes) -> Result<Json<D
     let (id, cancel) = stage.exports.begin().ok_or(ApiError::Busy)?;
     tokio::task::spawn_blocking(move || work(&stage, (&text, values), &wish, (id, &cancel)));
     Ok(Json(json!({ "id": id })))
+}
+
+/// Returns the names and descriptions of the formats for other programs.
+pub(super) async fn targets() -> Json<Data> {
+    let targets = Target::value_variants().iter().map(|target| {
+        let (name, doc) = target.told();
+        json!({ "name": name, "doc": doc })
+    });
+    Json(targets.collect())
 }
 
 /// Runs an export and tells the pages its result.
@@ -113,8 +123,10 @@ pub(super) fn load(
     values: Values,
     resolution: Option<Resolution>,
 ) -> Result<Graph, Failure> {
+    let path = stage.path();
+    let (text, _) = tried(&path, text, stage.session.registry(), &values);
     let options = LoadOptions { resolution, ..values.options() };
-    let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &options);
+    let loaded = graph::load_text(&path, &text, stage.session.registry(), &options);
     loaded.graph.ok_or_else(|| Failure::from(loaded.diagnostics))
 }
 
@@ -128,8 +140,8 @@ fn render(
 ) -> Result<(String, Bytes), Failure> {
     let usage = |quit: crate::quit::Quit| Failure::Usage(quit.text());
     let mut outputs = Vec::new();
-    if wish.gltf {
-        let target = Target::from_str("gltf", false).map_err(Failure::Usage)?;
+    if let Some(set) = &wish.set {
+        let target = Target::from_str(set, false).map_err(Failure::Usage)?;
         target.replace_outputs(&mut graph, false).map_err(usage)?;
     } else if let Some(target) = &wish.target {
         outputs.push(match target.strip_prefix('@') {
@@ -181,7 +193,7 @@ mod tests {
     fn exported(stage: &Stage, bad: bool) -> Data {
         let mut news = stage.listen();
         let (id, cancel) = stage.exports.begin().expect("a place is free");
-        let wish = Wish { g: 0, target: None, gltf: false, resolution: None, format: None };
+        let wish = Wish { g: 0, target: None, set: None, resolution: None, format: None };
         work(stage, (&defective::text(bad).into(), Values::default()), &wish, (id, &cancel));
         let told = std::iter::from_fn(|| news.try_recv().ok()).filter(|(kind, _)| *kind == "export");
         let told: Vec<Data> = told.map(|(_, what)| serde_json::from_str(&what).unwrap()).collect();

@@ -1,10 +1,11 @@
 //! Routes of the server and handlers of its requests.
-use super::app::{ApiError, App, Wishes, png};
+use super::app::{ApiError, App, Wish, Wishes, png};
 use super::assets::asset;
 use super::guard::{Guard, guard};
 use super::position::Jumps;
-use super::stage::{News, Stage, Values};
-use super::{body, change, data, editor, environment, export, map, marks, mesh, photo, thumb, wear};
+use super::stage::{News, Stage};
+use super::values::Values;
+use super::{body, change, data, editor, environment, export, folder, map, marks, mesh, photo, thumb, wear};
 use axum::Router;
 use axum::body::{Body, Bytes};
 use axum::extract::rejection::BytesRejection;
@@ -50,6 +51,9 @@ pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, Jumps), who: G
         .route("/{token}/stats", get(data::stats))
         .route("/{token}/values", post(values))
         .route("/{token}/change", post(change::change))
+        .route("/{token}/graphs", get(folder::graphs))
+        .route("/{token}/open", post(folder::open))
+        .route("/{token}/targets", get(export::targets))
         .route("/{token}/export", post(export::export))
         .route("/{token}/export/{id}", get(export::fetch))
         .route("/{token}/export/{id}/stop", post(export::stop))
@@ -143,5 +147,5 @@ async fn values(
         return Err(StatusCode::UNSUPPORTED_MEDIA_TYPE.into_response());
     }
     let values: Values = serde_json::from_slice(&body).map_err(|e| ApiError::Bad(e.to_string()).into_response())?;
-    if app.wish(values) { Ok(StatusCode::ACCEPTED) } else { Err(ApiError::Busy.into_response()) }
+    if app.wish(Wish::Values(values)) { Ok(StatusCode::ACCEPTED) } else { Err(ApiError::Busy.into_response()) }
 }

@@ -1,9 +1,10 @@
 //! The graph as pages draw it, level by level: a sub-graph is one box that opens into a level of its own.
+use super::groups;
 use crate::graph::layout::layout;
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 use serde_json::{Value as Json, json};
-use shibo_graph::{Graph, GraphUse, Input};
+use shibo_graph::{Graph, GraphNode, GraphUse, Input};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Content of a box.
@@ -136,14 +137,16 @@ impl<'g> Level<'g> {
             if !is_back(to)
                 && seen.insert((from, to, color, matches!(self.boxes[to], What::Node(_)).then(|| port.clone())))
             {
-                found.push((from, to, port, color));
+                let read =
+                    self.graph.nodes[NodeIndex::new(a)].node.outputs().get(output).map_or("", |output| output.name);
+                found.push((from, to, port, color, read, ty.map(|ty| ty.to_string())));
             }
         }
         let ends: Vec<(usize, usize)> = found.iter().map(|wire| (wire.0, wire.1)).collect();
         let layout = layout(self.boxes.len(), &ends, |_| false);
-        let wires = found.iter().zip(&layout.bends).map(|((from, to, port, color), bends)| {
+        let wires = found.iter().zip(&layout.bends).map(|((from, to, port, color, read, ty), bends)| {
             let bends: Vec<_> = bends.iter().map(|p| json!([p.column, p.row])).collect();
-            json!({ "from": from, "to": to, "port": port, "color": color, "bends": bends })
+            json!({ "from": from, "to": to, "output": read, "port": port, "type": ty, "color": color, "bends": bends })
         });
         let breaks: BTreeMap<usize, String> =
             self.graph.breaks_in_tiling().into_iter().map(|(node, why)| (node.index(), why.message)).collect();
@@ -161,6 +164,16 @@ impl<'g> Level<'g> {
             "columns": layout.columns,
             "rows": layout.rows,
         })
+    }
+
+    /// A node in whose text the sub-graphs of this level stand, too.
+    fn beside(&self) -> Option<&'g GraphNode> {
+        let is_here = |name: &str| !label(name, self.path).contains(['/', '.']);
+        let nodes = self.boxes.iter().filter_map(|what| match what {
+            What::Node(index) => Some(&self.graph.nodes[NodeIndex::new(*index)]),
+            _ => None,
+        });
+        nodes.into_iter().find(|node| is_here(&node.name))
     }
 
     fn describe(&self, number: usize, what: &What, breaks: &BTreeMap<usize, String>) -> Json {
@@ -183,6 +196,7 @@ impl<'g> Level<'g> {
                     "shown": is_output(*index),
                     "line": graph.sources.position(node.span.file, node.span.start).line,
                     "members": [index],
+                    "group": groups::group(node, &graph.sources),
                     "broken": broken,
                 })
             }
@@ -207,6 +221,9 @@ impl<'g> Level<'g> {
                     "color": ty.map(|ty| ty.color()),
                     "shown": members.iter().any(|node| is_output(*node)),
                     "members": members,
+                    "group": self.beside().and_then(|node| {
+                        groups::group_of_use(label(name, self.path), node, &graph.sources)
+                    }),
                     "broken": broken,
                 })
             }

@@ -13,10 +13,13 @@ mod data;
 #[cfg(test)]
 pub(crate) mod defective;
 mod editor;
+mod edits;
 mod environment;
 mod export;
 mod export_slots;
+mod folder;
 mod forecast;
+mod groups;
 mod guard;
 mod handlers;
 mod levels;
@@ -33,12 +36,16 @@ mod stage;
 mod texts;
 mod thumb;
 mod token;
+mod values;
 mod wear;
 mod wiring;
 
+pub(crate) use app::Wish;
+pub(crate) use edits::tried;
 pub(crate) use forecast::Forecast;
 pub(crate) use position::SourcePosition;
-pub(crate) use stage::{Stage, Values};
+pub(crate) use stage::Stage;
+pub(crate) use values::{FieldEdit, Values};
 
 use crate::quit::Quit;
 use guard::Guard;
@@ -62,12 +69,11 @@ impl Server {
     }
 }
 
-/// Serves `stage` on a port. `wishes` receives the parameter values set by pages and returns whether they were
-/// accepted; `jump` receives the source positions of clicked nodes.
+/// Serves `stage` on a port. `wishes` receives what pages ask of the watch loop and returns whether it was accepted; `jump` receives the source positions of clicked nodes.
 pub(crate) fn start(
     port: u16,
     stage: Arc<Stage>,
-    wishes: impl Fn(Values) -> bool + Send + Sync + 'static,
+    wishes: impl Fn(Wish) -> bool + Send + Sync + 'static,
     jump: impl Fn(&SourcePosition) + Send + Sync + 'static,
 ) -> Result<Server, Quit> {
     let runtime = tokio::runtime::Builder::new_multi_thread()

@@ -1,6 +1,7 @@
 //! A photograph beside the picture: compared with it in words, and fitted (`shibo fit`). It stays in memory. Only the
 //! preset that the user keeps is written, by a change of the file.
 use super::app::{ApiError, App, Query2, aside};
+use super::edits::tried;
 use super::photographs::Held;
 use super::stage::Stage;
 use crate::library;
@@ -195,7 +196,9 @@ fn fitted(
     let tools: Tools = library::tools();
     let photo = Photo::of(&held.picture, (&held.name, &held.name), wish.mm, None).map_err(|refused| why(&refused))?;
     let bench = Bench { tools: &tools, session: &stage.session, cancel };
-    let file = GraphText { path: stage.path.clone(), text: text.to_string() };
+    let path = stage.path();
+    let text = tried(&path, text, stage.session.registry(), &stage.values()).0.into_owned();
+    let file = GraphText { path, text };
     let fitting = Fitting::of(bench, &file, &scene.graph, &photo, &request).map_err(|refused| why(&refused))?;
     let last = Mutex::new(Instant::now());
     let fitted = fitting.run(&|done, status| {

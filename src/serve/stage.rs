@@ -4,15 +4,16 @@ use super::export_slots::Exports;
 use super::panorama::Environment;
 use super::photographs::Photographs;
 use super::texts::Texts;
-use serde::{Deserialize, Serialize};
+use super::values::{FieldEdit, Values};
 use serde_json::{Value as Json, json};
 use shibo_bridge::scene::{PictureInfo, Scene, has_solid, lock};
 use shibo_bridge::scene::{Store, Stored};
 use shibo_engine::eval::{NodeState, NodeStats};
 use shibo_engine::session::Session;
-use shibo_graph::{Graph, GraphOutput, LoadOptions};
+use shibo_graph::syntax::{NodeKind, Tree};
+use shibo_graph::{Graph, GraphOutput};
 use shibo_value::Key;
-use shibo_value::diagnostics::{Diagnostic, SourceMap, to_json};
+use shibo_value::diagnostics::{Diagnostic, SourceMap, Span, to_json};
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
@@ -26,31 +27,6 @@ const MADE: usize = 200_000;
 const ERRORS: usize = 100;
 /// Longer source lines are cut, in characters.
 const LINE: usize = 240;
-
-/// Parameter values set by a page.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Values {
-    /// Name of the preset.
-    #[serde(default)]
-    pub(crate) preset: Option<String>,
-    /// Names and values, as RON.
-    #[serde(default)]
-    pub(crate) set: Vec<(String, String)>,
-}
-
-impl Values {
-    /// Options to load a graph with these values.
-    pub(crate) fn options(self) -> LoadOptions {
-        LoadOptions {
-            preset: self.preset,
-            set: self.set,
-            working_dir: std::env::current_dir().unwrap_or_default(),
-            import_paths: crate::environment::import_paths().to_vec(),
-            ..LoadOptions::default()
-        }
-    }
-}
 
 /// A news item: its kind and its content.
 pub(crate) type News = (&'static str, Arc<str>);
@@ -76,7 +52,7 @@ pub(crate) struct Stage {
     /// The pictures.
     pub(crate) store: Store,
     /// Path of the graph file.
-    pub(super) path: PathBuf,
+    path: Mutex<PathBuf>,
     /// Earlier texts of the graph file.
     pub(crate) texts: Texts,
     /// Exports requested by pages.
@@ -104,7 +80,7 @@ impl Stage {
         Self {
             store: Store::new(session.memory()),
             session,
-            path,
+            path: Mutex::new(path),
             texts: Texts::default(),
             exports: Exports::default(),
             environment: Environment::default(),
@@ -117,6 +93,31 @@ impl Stage {
             made: Mutex::default(),
             costs: Mutex::default(),
         }
+    }
+
+    /// Path of the graph file.
+    pub(crate) fn path(&self) -> PathBuf {
+        lock(&self.path).clone()
+    }
+
+    /// Shows another graph file. Pages are told at once; its scene follows.
+    pub(crate) fn open(&self, path: PathBuf) {
+        *lock(&self.path) = path;
+        *lock(&self.focus) = None;
+        let old = {
+            let mut present = lock(&self.present);
+            (present.errors, present.warnings, present.done) = Default::default();
+            present.scene.take()
+        };
+        if let Some(old) = old {
+            old.cancel_views();
+        }
+        self.tell("state", &self.state());
+    }
+
+    /// Tells the pages that a value in the text of a node was not accepted.
+    pub(crate) fn refuse(&self, edit: &FieldEdit, why: &str) {
+        self.tell("refused", &json!({ "edit": edit, "why": why }));
     }
 
     /// The last good scene.
@@ -156,6 +157,10 @@ impl Stage {
 
     /// Replaces the last good scene.
     pub(crate) fn adopt(&self, scene: &Arc<Scene>) {
+        // Pages have switched to another graph meanwhile.
+        if scene.graph.path != self.path() {
+            return;
+        }
         let old = {
             let mut present = lock(&self.present);
             // Errors of a newer graph stay.
@@ -271,7 +276,7 @@ impl Stage {
     pub(crate) fn state(&self) -> Json {
         let present = lock(&self.present);
         let mut state = json!({
-            "file": self.path.file_name().map_or_else(|| "graph".into(), |name| name.to_string_lossy()),
+            "file": self.path().file_name().map_or_else(|| "graph".into(), |name| name.to_string_lossy()),
             "version": env!("CARGO_PKG_VERSION"),
             "errors": present.errors,
             "warnings": present.warnings,
@@ -292,11 +297,14 @@ fn describe(scene: &Scene) -> Json {
     let graph = &scene.graph;
     let canvas = &graph.canvas;
     let outputs = graph.outputs.iter().map(|o| json!({ "name": o.name, "type": o.ty.to_string() }));
+    // All parameters are declared in the file of the graph.
+    let file = graph.params.first().map_or_else(|| "".into(), |param| graph.sources.text(param.span.file));
+    let tree = Tree::parse(file);
     let params = graph.params.iter().map(|p| {
-        let (before, after) = around(&graph.sources, p.span);
+        let (before, after) = around(&tree, p.span);
         json!({
             "name": p.name, "type": p.ty, "value": p.value, "default": p.default, "range": p.range, "unit": p.unit,
-            "doc": p.doc, "options": p.options, "before": before, "after": after,
+            "group": p.group, "doc": p.doc, "options": p.options, "before": before, "after": after,
         })
     });
     json!({
@@ -332,11 +340,16 @@ fn bodies(graph: &Graph) -> Vec<&str> {
     graph.outputs.iter().filter(is_body).map(|output| output.name.as_str()).collect()
 }
 
-/// Text before and after a default on its line.
-fn around(sources: &SourceMap, span: shibo_value::diagnostics::Span) -> (String, String) {
-    let text = sources.text(span.file);
-    let before = text.get(..span.start).and_then(|t| t.rsplit('\n').next()).unwrap_or("").trim_start();
-    let after = text.get(span.end..).and_then(|t| t.split('\n').next()).unwrap_or("").trim_end();
+/// Text before and after a default on the lines of its declaration.
+fn around(tree: &Tree, span: Span) -> (String, String) {
+    let text = tree.text();
+    let value = tree.covering(span.start..span.end);
+    let entries = std::iter::once(value).chain(value.ancestors()).filter(|node| node.kind() == NodeKind::Entry);
+    let whole = entries.map(|entry| entry.range()).nth(1).unwrap_or(span.start..span.end);
+    let begin = text.get(..whole.start).and_then(|before| before.rfind('\n')).map_or(0, |at| at + 1);
+    let end = text.get(whole.end..).and_then(|after| after.find('\n')).map_or(text.len(), |at| whole.end + at);
+    let before = text.get(begin..span.start).unwrap_or_default().trim_start();
+    let after = text.get(span.end..end).unwrap_or_default().trim_end();
     (before.to_owned(), after.to_owned())
 }
 

@@ -1,7 +1,9 @@
 //! Thumbnails. The preview of a node is its full picture, shrunk, because a graph evaluated with so few pixels would
 //! look different.
 use super::app::{ApiError, App, Query2, png};
-use super::stage::{Stage, Values};
+use super::edits::tried;
+use super::stage::Stage;
+use super::values::Values;
 use axum::extract::{Query, State};
 use axum::response::Response;
 use petgraph::graph::NodeIndex;
@@ -91,15 +93,19 @@ pub(super) struct Variation {
     lo: Option<f32>,
     /// Value shown as white.
     hi: Option<f32>,
+    /// Longest side in pixels.
+    s: Option<u32>,
 }
 
 /// Returns a small picture of a target with other values of the parameters.
 pub(super) async fn vary(State(app): State<App>, query: Query2<Variation>) -> Result<Response, ApiError> {
-    let Query(Variation { g, t, v, lo, hi }) = query?;
+    let Query(Variation { g, t, v, lo, hi, s }) = query?;
+    let longest = s.unwrap_or(VARIATION).clamp(16, COARSE);
     let values: Values = serde_json::from_str(&v).map_err(|error| ApiError::Bad(error.to_string()))?;
     let scene = app.scene(g)?;
     let text = app.stage.texts.get(&scene.sha256).ok_or(ApiError::Nothing)?;
-    let made = app.apart(&scene, move |stage, cancel| varied(stage, cancel, &text, values, (&t, lo.zip(hi)))).await?;
+    let made =
+        app.apart(&scene, move |stage, cancel| varied(stage, cancel, &text, values, (&t, lo.zip(hi), longest))).await?;
     made.map(|bytes| png(bytes.into())).ok_or(ApiError::Nothing)
 }
 
@@ -108,9 +114,11 @@ fn varied(
     cancel: &CancelToken,
     text: &str,
     values: Values,
-    (target, given): (&str, Option<(f32, f32)>),
+    (target, given, longest): (&str, Option<(f32, f32)>, u32),
 ) -> Result<Option<Vec<u8>>, Failure> {
-    let loaded = graph::load_text(&stage.path, text, stage.session.registry(), &values.options());
+    let path = stage.path();
+    let (text, _) = tried(&path, text, stage.session.registry(), &values);
+    let loaded = graph::load_text(&path, &text, stage.session.registry(), &values.options());
     let graph = loaded.graph.ok_or(Failure::Errors(loaded.diagnostics))?;
     let keys = stage.session.keys(&graph)?;
     let scene = Scene::new(0, String::new(), graph, keys);
@@ -120,7 +128,7 @@ fn varied(
             let size = scene.size(COARSE);
             let tile = look.raster(&field, &scene.graph.canvas.grid(size), Window::full(size))?;
             let range = given.map_or_else(|| shibo_bridge::scene::paint::range(manner.ty, &tile), |(lo, hi)| [lo, hi]);
-            Ok(Some(Painter::new(manner.ty, range).small(&tile, VARIATION).0))
+            Ok(Some(Painter::new(manner.ty, range).small(&tile, longest).0))
         }
         _ => Ok(None),
     })

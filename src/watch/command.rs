@@ -9,7 +9,7 @@ use crate::interrupt;
 use crate::library;
 use crate::open;
 use crate::quit::Quit;
-use crate::serve::{self, Stage};
+use crate::serve::{self, Stage, Wish};
 use crate::terminal::Terminal;
 use std::sync::Arc;
 use std::sync::mpsc::channel;
@@ -24,10 +24,16 @@ pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
     let server = serve::start(
         args.port,
         stage.clone(),
-        move |values| wishes.send(Signal::Values(values)).is_ok(),
+        move |wish| {
+            let signal = match wish {
+                Wish::Values(values) => Signal::Values(values),
+                Wish::Open(path) => Signal::Open(path),
+            };
+            wishes.send(signal).is_ok()
+        },
         move |place| editor.iter().for_each(|command| editor::open(command, place)),
     )?;
-    let _note = editor::Note::write(&args.graph, &server.url);
+    let note = editor::Note::write(&args.graph, &server.url);
     let teller = StatusReporter { terminal, log: args.log.is_some() };
     interrupt::on_signals({
         let sender = sender.clone();
@@ -47,7 +53,7 @@ pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
     let desk = LatestJob::default();
     std::thread::scope(|scope| {
         scope.spawn(|| evaluate(&desk, &stage, &teller));
-        Watch::new(args, &stage, &desk, &teller, sender).run(&signals);
+        Watch::new(args, &stage, &desk, &teller, sender, (&server.url, note)).run(&signals);
         desk.close();
     });
     server.stop();

@@ -1,5 +1,6 @@
 //! The watch loop: reads every save and puts every graph without errors into [`LatestJob`].
 use super::args::WatchArgs;
+use super::editor::Note;
 use super::evaluate::{Job, LatestJob};
 use super::files::Files;
 use super::folders::Folders;
@@ -12,7 +13,7 @@ use crate::serve::{Stage, Values};
 use crate::terminal::Terminal;
 use shibo_graph::{Graph, Loaded};
 use shibo_picture::contained;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -33,7 +34,10 @@ struct Held {
 
 /// The loop and its state.
 pub(super) struct Watch<'a> {
-    path: &'a Path,
+    path: PathBuf,
+    url: &'a str,
+    /// Tells editors the address of the page.
+    note: Option<Note>,
     stage: &'a Stage,
     desk: &'a LatestJob,
     teller: &'a StatusReporter<'a>,
@@ -44,6 +48,8 @@ pub(super) struct Watch<'a> {
     held: Option<Held>,
     generation: u64,
     stopped: bool,
+    /// A graph to show next.
+    next: Option<PathBuf>,
     /// The warnings shown last.
     warned: Vec<String>,
 }
@@ -56,20 +62,24 @@ impl<'a> Watch<'a> {
         desk: &'a LatestJob,
         teller: &'a StatusReporter<'a>,
         signals: Sender<Signal>,
+        (url, note): (&'a str, Option<Note>),
     ) -> Self {
         let folders = if args.poll { None } else { watcher(signals, teller.terminal) };
         Self {
-            path: &args.graph,
+            path: args.graph.clone(),
+            url,
+            note,
             stage,
             desk,
             teller,
-            values: Values { preset: args.values.preset.clone(), set: args.values.set.clone() },
+            values: Values { preset: args.values.preset.clone(), set: args.values.set.clone(), ..Values::default() },
             files: Files::default(),
             folders,
             settle: Settle::default(),
             held: None,
             generation: first_generation(),
             stopped: false,
+            next: None,
             warned: Vec::new(),
         }
     }
@@ -87,8 +97,12 @@ impl<'a> Watch<'a> {
             match signals.recv_timeout(due.saturating_duration_since(Instant::now())) {
                 Ok(Signal::Touched { closed }) => self.settle.touch(Instant::now(), closed),
                 Ok(Signal::Values(values)) => self.safely(|watch| watch.set(values, signals)),
+                Ok(Signal::Open(path)) => self.next = Some(path),
                 Ok(Signal::Stop) | Err(RecvTimeoutError::Disconnected) => return,
                 Err(RecvTimeoutError::Timeout) => {}
+            }
+            if let Some(path) = self.next.take() {
+                self.safely(|watch| watch.open(path));
             }
             let now = Instant::now();
             if self.settle.due().is_some_and(|due| due <= now) || idle <= now {
@@ -126,6 +140,11 @@ impl<'a> Watch<'a> {
             match signal {
                 Signal::Values(newer) => values = newer,
                 Signal::Touched { closed } => self.settle.touch(Instant::now(), closed),
+                // The values belong to the graph before.
+                Signal::Open(path) => {
+                    self.next = Some(path);
+                    return;
+                }
                 Signal::Stop => self.stopped = true,
             }
         }
@@ -135,6 +154,8 @@ impl<'a> Watch<'a> {
         if values.preset != self.values.preset {
             changes.push(values.preset.as_ref().map_or("no preset".to_owned(), |p| format!("preset {p}")));
         }
+        let edits = values.edits.iter().filter(|edit| !self.values.edits.contains(edit));
+        changes.extend(edits.map(|edit| [&edit.node, &edit.field].map(String::as_str).join(" ") + " = " + &edit.value));
         if values == self.values {
             return;
         }
@@ -143,14 +164,31 @@ impl<'a> Watch<'a> {
         self.load(&cause, true);
     }
 
+    /// Shows another graph, with its own values.
+    fn open(&mut self, path: PathBuf) {
+        if path == self.path {
+            return;
+        }
+        self.stage.open(path.clone());
+        self.path = path;
+        self.values = Values::default();
+        self.stage.set_values(&self.values);
+        self.files = Files::default();
+        self.held = None;
+        self.warned.clear();
+        self.note = Note::write(&self.path, self.url);
+        let name = self.path.display().to_string();
+        self.load(&name, true);
+    }
+
     /// Reads the graph and passes it on for evaluation, or holds its errors back for a moment.
     fn load(&mut self, cause: &str, closed: bool) {
         let since = Instant::now();
         self.generation += 1;
-        let reading = load::load(self.path, self.stage.session.registry(), &self.values);
+        let reading = load::load(&self.path, self.stage.session.registry(), &self.values);
         let hold = reading.hold(closed);
         let unfinished = !hold.is_zero() && reading.is_unfinished();
-        let Reading { sha256, state, before, loaded, text, refused } = reading;
+        let Reading { sha256, state, before, loaded, text, refused, refused_edits } = reading;
         if let Some((sha, text)) = sha256.as_ref().zip(text) {
             self.stage.texts.keep(sha, &text);
         }
@@ -159,12 +197,16 @@ impl<'a> Watch<'a> {
         if !unfinished {
             self.teller.saved(sha256.as_deref());
         }
-        self.files.note(self.path, before, state);
+        self.files.note(&self.path, before, state);
         self.files.keep(&loaded.files);
         let mut values = self.values.clone();
         values.set.retain(|(name, _)| !refused.contains(name));
         if values.preset.as_ref().is_some_and(|p| refused.contains(p)) {
             values.preset = None;
+        }
+        for (edit, why) in &refused_edits {
+            values.edits.retain(|other| other != edit);
+            self.stage.refuse(edit, why);
         }
         self.values = values;
         self.stage.set_values(&self.values);
@@ -207,7 +249,7 @@ impl<'a> Watch<'a> {
     /// Watches the folders of the current files.
     fn follow(&mut self) {
         if let Some(folders) = &mut self.folders
-            && let Err(error) = folders.keep(self.files.paths().filter(|path| !is_far(path, self.path)))
+            && let Err(error) = folders.keep(self.files.paths().filter(|path| !is_far(path, &self.path)))
             && matches!(error.kind, notify::ErrorKind::MaxFilesWatch)
         {
             self.teller.terminal.warning("the system has no watches left; the files are looked at regularly instead");

@@ -1,6 +1,6 @@
 //! Loads a graph file that may be half written.
 use super::files::{FileState, hex, sha256};
-use crate::serve::Values;
+use crate::serve::{FieldEdit, Values, tried};
 use shibo_graph::{self as graph, Limits, LoadOptions, Loaded};
 use shibo_node::registry::Registry;
 use shibo_value::diagnostics::{Code, Diagnostic, Origin};
@@ -32,6 +32,8 @@ pub(super) struct Reading {
     pub(super) text: Option<String>,
     /// Names of parameter values that were dropped because the graph no longer accepts them.
     pub(super) refused: Vec<String>,
+    /// Values of nodes that were dropped, and why.
+    pub(super) refused_edits: Vec<(FieldEdit, String)>,
 }
 
 /// Reads and checks the graph file.
@@ -45,10 +47,14 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
         (None, None) => FileState::Missing,
     };
     let text = bytes.filter(|b| b.len() as u64 <= limits.max_file_bytes).and_then(|b| String::from_utf8(b).ok());
+    let (shown, refused_edits) = text
+        .as_deref()
+        .map(|text| tried(path, text, registry, values))
+        .map_or_else(Default::default, |(text, refused)| (Some(text), refused));
     let mut options = LoadOptions { limits, ..values.clone().options() };
     let mut refused = Vec::new();
     let loaded = loop {
-        let loaded = match &text {
+        let loaded = match &shown {
             Some(text) => graph::load_text(path, text, registry, &options),
             None => graph::load(path, registry, &options),
         };
@@ -60,7 +66,8 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
         }
     };
     let sha256 = if let FileState::Content(hash) = &state { Some(hex(hash)) } else { None };
-    Reading { sha256, state, before, loaded, text, refused }
+    drop(shown);
+    Reading { sha256, state, before, loaded, text, refused, refused_edits }
 }
 
 /// Reads at most one byte more than allowed.
@@ -147,11 +154,13 @@ mod tests {
     #[test]
     fn drops_values_that_no_longer_fit() {
         let set = |name: &str, value: &str| (name.to_owned(), value.to_owned());
-        let values = Values { preset: Some("none".into()), set: vec![set("size", "9"), set("gone", "1")] };
+        let values =
+            Values { preset: Some("none".into()), set: vec![set("size", "9"), set("gone", "1")], ..Values::default() };
         let part = reading(GRAPH, &values);
         assert!(!part.loaded.has_errors());
         assert_eq!(part.refused.len(), 3, "{:?}", part.refused);
-        let fits = reading(GRAPH, &Values { preset: Some("fine".into()), set: vec![set("size", "3")] });
+        let fits =
+            reading(GRAPH, &Values { preset: Some("fine".into()), set: vec![set("size", "3")], ..Values::default() });
         assert_eq!(fits.loaded.graph.unwrap().params[0].value, "3");
     }
 }

@@ -1,5 +1,6 @@
 //! Messages to the watch loop.
 use crate::serve::Values;
+use std::path::PathBuf;
 
 /// Message to the loop.
 pub(super) enum Signal {
@@ -8,8 +9,10 @@ pub(super) enum Signal {
         /// True if the event ended a save.
         closed: bool,
     },
-    /// A page sets parameter values.
+    /// A page sets values.
     Values(Values),
+    /// A page shows another graph.
+    Open(PathBuf),
     /// The program ends.
     Stop,
 }

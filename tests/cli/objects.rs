@@ -233,3 +233,24 @@ fn models_that_are_open_or_too_large_are_refused() {
     assert!(triangles.len() <= 2000);
     volume(&triangles);
 }
+
+#[test]
+fn warnings_about_a_mesh_are_repeated_from_the_cache_and_in_its_report() {
+    let desk = Desk::new();
+    let inverted = "\"deep\": DisplaceMesh(atlas: \"atlas\", height: -12),";
+    let graph =
+        on_mesh("\"p\": Model(mesh: \"deep\", report: true)").replace("nodes: {", &format!("nodes: {{ {inverted}"));
+    desk.write("a.ron", graph);
+    let [first, second] = ["out", "again"].map(|folder| {
+        let ran = desk.shibo(&format!("render a.ron -o {folder} --stats human")).expect(0);
+        let report: serde_json::Value = serde_json::from_slice(&desk.read(&format!("{folder}/p_report.json"))).unwrap();
+        (ran.stderr, ran.stdout, report)
+    });
+    let folds = |said: &str| said.matches("the relief folds over itself").count();
+    assert_eq!((folds(&first.0), folds(&second.0)), (1, 1), "{}\n{}", first.0, second.0);
+    let finding = &first.2["findings"][0];
+    assert_eq!((&finding["code"], finding["at_mm"].as_array().unwrap().len()), (&"advice".into(), 3));
+    assert!(finding["message"].as_str().unwrap().contains("folds over itself"), "{finding}");
+    assert_eq!(first.2, second.2);
+    assert_eq!(desk.read("out/p.stl"), desk.read("again/p.stl"));
+}

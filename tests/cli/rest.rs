@@ -74,6 +74,14 @@ fn the_command_explains_itself() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         assert!(desk.run(["completions", shell]).expect(0).stdout.contains("shibo"), "{shell}");
     }
+    desk.shibo("man pages").expect(0);
+    let pages = desk.names("pages");
+    assert!(
+        ["shibo.1", "shibo-render.1", "shibo-cache-stat.1"].iter().all(|page| pages.contains(&(*page).into())),
+        "{pages:?}"
+    );
+    let page = String::from_utf8(desk.read("pages/shibo-render.1")).unwrap();
+    assert!(page.contains(".TH") && page.contains("\\-\\-resolution") && page.contains("Examples"), "{page}");
     for line in ["", "paint", "completions tcsh"] {
         let ran = desk.shibo(line).expect(2);
         assert!(ran.stdout.is_empty() && !ran.stderr.is_empty(), "{line}");

@@ -9,6 +9,12 @@ use std::process::Command;
 
 const ROOT: &str = "document.documentElement.dataset";
 
+const TABS: [&str; 5] = ["parameters", "look", "measure", "history", "export"];
+
+/// The serious violations.
+const SERIOUS: &str = "axe.run(document, { resultTypes: ['violations'] }).then(r => r.violations.filter(v => ['serious', 'critical'].includes(v.impact)) \
+     .map(v => v.id + ': ' + v.nodes.map(n => n.target.join(' ') + ' ' + (n.any[0]?.message ?? '')).slice(0, 4).join(' | ')))";
+
 /// The source of axe-core from npm, fetched once, in the version of the lock file.
 fn axe() -> String {
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/axe");
@@ -39,11 +45,19 @@ fn page_has_no_serious_accessibility_violations() {
     // Opens everything: the graph, a node, the panels, a comparison.
     page.key("g");
     page.wait("document.getElementById('graph').dataset.computed >= 0");
-    page.eval("(() => { for (const d of document.querySelectorAll('details')) d.open = true; const f = document.getElementById('find'); f.value = document.querySelector('#names option').value; f.onchange(); })()");
+    page.eval("(() => { const f = document.getElementById('find'); f.value = document.querySelector('#names option').value; f.onchange(); })()");
     page.wait("!document.getElementById('inspector').hidden");
     page.key("a");
+    // All tabs with their code.
+    for tab in TABS {
+        page.tab(tab);
+        let found = page.eval(SERIOUS);
+        assert_eq!(found, json!([]), "{tab}");
+    }
+    page.tab("parameters");
     let checked = page.eval("axe.run(document).then(r => r.passes.length)");
     assert!(checked.as_u64() > Some(15), "{checked}");
+    let mut runs = 0;
     for (width, height) in [(600, 900), (1440, 900), (3840, 2160)] {
         page.size(width, height, 0.5);
         for theme in ["dark", "light"] {
@@ -59,10 +73,10 @@ fn page_has_no_serious_accessibility_violations() {
             for view in views {
                 page.key(view);
                 page.painted();
-                let found = page.eval(
-                    "axe.run(document, { resultTypes: ['violations'] }).then(r => r.violations.filter(v => ['serious', 'critical'].includes(v.impact)) \
-                     .map(v => v.id + ': ' + v.nodes.map(n => n.target.join(' ') + ' ' + (n.any[0]?.message ?? '')).slice(0, 4).join(' | ')))",
-                );
+                // Each run looks at another tab.
+                runs += 1;
+                page.tab(TABS[runs % TABS.len()]);
+                let found = page.eval(SERIOUS);
                 assert_eq!(found, json!([]), "{width} × {height}, {theme}, view {view}");
             }
         }

@@ -82,9 +82,9 @@ fn nodes_of_sub_graphs_show_their_own_values() {
     page.screenshot();
     let base = sha256(TEXT.as_bytes());
     for change in [
-        json!({ "field": { "node": "grain/bent", "field": "amount", "value": "0.5" } }),
+        json!({ "values": { "set": [], "preset": null, "edits": [{ "node": "grain/bent", "field": "amount", "value": "0.5" }] } }),
         json!({ "promote": { "node": "grain/bent", "field": "amount" } }),
-        json!({ "number": { "node": "grain/bent", "field": "input", "index": 0, "value": "1" } }),
+        json!({ "values": { "set": [], "preset": null, "edits": [{ "node": "grain/bent", "field": "input", "index": 0, "value": "1" }] } }),
     ] {
         let wish = json!({ "base": base, "change": change, "then": null }).to_string();
         assert_eq!(watch.post("change", &wish).0, 422, "{change}");
@@ -103,7 +103,7 @@ fn nodes_of_sub_graphs_show_their_own_values() {
 }
 
 #[test]
-fn refused_constants_leave_their_fields() {
+fn refused_values_of_nodes_leave_their_fields() {
     let place = place();
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
@@ -116,17 +116,70 @@ fn refused_constants_leave_their_fields() {
     page.eval(&format!("{size}.select()"));
     page.call("Input.insertText", json!({ "text": "-3" }));
     page.press("Enter", 0);
-    page.wait("document.getElementById('notice').textContent.startsWith('nothing was written')");
+    page.wait("document.getElementById('notice').textContent.startsWith('noise: size -3 is not taken: ')");
     page.wait(&format!("{size}.value == '2.5'"));
+    // The refused value is no step of the history, and nothing is left to save.
+    page.wait("document.getElementById('undo').disabled && document.getElementById('save').disabled");
     assert_eq!(place.text(), TEXT);
-    assert_calm(&page, "422");
+    assert_calm(&page, "");
 }
 
-/// The middle of a slider's thumb, and the width of its track.
-fn thumb(page: &mut Page, name: &str) -> (f64, f64, f64) {
+#[test]
+fn values_of_nodes_are_tried_before_they_are_written() {
+    let place = place();
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    page.key("g");
+    page.wait("document.querySelectorAll('#names option').length > 4");
+    select(&mut page, "noise");
+    let before = page.eval(&format!("{ROOT}.picture"));
+    let found = page.eval("(() => { const b = document.querySelector('[data-field=size] .field').getBoundingClientRect(); return [b.left + 20, b.top + b.height / 2]; })()");
+    let [x, y] = std::array::from_fn(|i| found[i].as_f64().unwrap());
+    page.mouse("mousePressed", x, y);
+    for step in 1..=4 {
+        drag(&mut page, x + 10.0 * f64::from(step), y);
+    }
+    // The picture changes while the mouse is down, the file does not.
+    page.wait(&format!("{ROOT}.picture != '{}'", before.as_str().unwrap()));
+    page.mouse("mouseReleased", x + 40.0, y);
+    let size = page.eval("document.getElementById('field-size').value").as_str().unwrap().to_owned();
+    assert!(size.parse::<f64>().unwrap() > 2.5, "{size}");
+    page.wait("document.getElementById('save').textContent == 'Save 1 change'");
+    assert_eq!(place.text(), TEXT);
+    // A number of a formula is set in the same way.
+    select(&mut page, "height");
+    page.eval(
+        "(() => { const b = document.querySelector('.formula .number input'); b.value = '0.4'; b.onchange(); })()",
+    );
+    page.wait("document.getElementById('save').textContent == 'Save 2 changes'");
+    page.press("s", 2);
+    page.wait("document.getElementById('save').disabled");
+    let saved = TEXT.replace("size: 2.5", &format!("size: {size}")).replace("0.1 * grain", "0.4 * grain");
+    assert_eq!(place.text(), saved);
+    wait_for_file(&mut page, &place);
+    // One drag is one step; undo brings back the text, and then the values.
+    page.press("z", 2);
+    page.wait("document.getElementById('save').textContent == 'Save 2 changes'");
+    assert_eq!(place.text(), TEXT);
+    page.press("z", 2);
+    page.wait("document.getElementById('save').textContent == 'Save 1 change'");
+    page.press("z", 2);
+    page.wait("document.getElementById('save').textContent == 'Saved'");
+    // A double click resets.
+    select(&mut page, "noise");
+    page.eval("(() => { const b = document.getElementById('field-size'); b.value = '4'; b.onchange(); })()");
+    page.wait("document.getElementById('save').textContent == 'Save 1 change'");
+    page.eval("document.getElementById('field-size').ondblclick(new MouseEvent('dblclick'))");
+    page.wait("document.getElementById('field-size').value == '2.5' && document.getElementById('save').disabled");
+    assert_calm(&page, "");
+}
+
+/// The middle of a field, and its width, over which the whole range is dragged.
+fn middle(page: &mut Page, name: &str) -> (f64, f64, f64) {
     let found = page.eval(&format!(
-        "(() => {{ const s = document.querySelector('[data-param={name}] [type=range]'); s.scrollIntoView({{ block: 'center' }}); const b = s.getBoundingClientRect(); \
-         const t = (s.value - s.min) / (s.max - s.min); return [b.left + 8 + t * (b.width - 16), b.top + b.height / 2, b.width - 16]; }})()"
+        "(() => {{ const s = document.querySelector('[data-param={name}] .field'); s.scrollIntoView({{ block: 'center' }}); const b = s.getBoundingClientRect(); \
+         return [b.left + b.width / 2, b.top + b.height / 2, s.clientWidth]; }})()"
     ));
     let [x, y, width] = std::array::from_fn(|i| found[i].as_f64().unwrap());
     (x, y, width)
@@ -145,14 +198,12 @@ fn a_drag_is_one_step_and_moves_nothing() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
-    page.eval("document.getElementById('looks').open = true");
-    page.wait(&format!("{STEPS}.length == 1"));
-    let (x, y, width) = thumb(&mut page, "low");
+    let (x, y, width) = middle(&mut page, "low");
     page.mouse("mousePressed", x, y);
     drag(&mut page, x + 0.1 * width, y);
     page.wait("document.querySelector('[data-param=low]').classList.contains('changed')");
     page.painted();
-    assert_eq!(thumb(&mut page, "low").1, y, "the panel moves under the mouse");
+    assert_eq!(middle(&mut page, "low").1, y, "the panel moves under the mouse");
     // The mouse rests longer than between two steps.
     std::thread::sleep(Duration::from_millis(1300));
     drag(&mut page, x + 0.2 * width, y);
@@ -162,12 +213,15 @@ fn a_drag_is_one_step_and_moves_nothing() {
     drag(&mut page, x + 3.0 * width, y);
     page.mouse("mouseReleased", x + 3.0 * width, y);
     page.wait("document.getElementById('param-low').value == '1'");
+    page.tab("history");
     assert_eq!(page.eval(STEPS), json!(["2. low 1", "1. Opened"]));
+    page.tab("parameters");
     // Another drag is another step, also at once.
-    let (x, y, width) = thumb(&mut page, "low");
+    let (x, y, width) = middle(&mut page, "low");
     page.mouse("mousePressed", x, y);
     drag(&mut page, x - 0.5 * width, y);
     page.mouse("mouseReleased", x - 0.5 * width, y);
+    page.tab("history");
     page.wait(&format!("{STEPS}.length == 3"));
     // The same value twice is one step.
     for _ in 0..2 {
@@ -191,11 +245,11 @@ fn sliders_change_the_picture_while_looks_are_compared() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
-    page.eval("document.getElementById('looks').open = true");
+    page.tab("history");
     let slide = |page: &mut Page, name: &str, value: f64| {
         let generation = page.eval(&format!("{ROOT}.generation"));
         page.eval(&format!(
-            "(() => {{ const s = document.querySelector('[data-param={name}] input[type=range]'); s.value = {value}; s.dispatchEvent(new Event('input', {{ bubbles: true }})); }})()"
+            "(() => {{ const b = document.getElementById('param-{name}'); b.value = {value}; b.onchange(); }})()"
         ));
         page.wait(&format!("{ROOT}.generation != {generation} && {ROOT}.final == 'true'"));
         page.painted();
@@ -226,7 +280,7 @@ fn values_on_their_way_do_not_follow_a_change_of_the_file() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
-    page.eval("document.getElementById('looks').open = true");
+    page.tab("history");
     page.eval("(() => { const b = document.getElementById('param-low'); b.value = '0.5'; b.onchange(); })()");
     page.press("s", 2);
     // The notice names every value that is written.
@@ -267,7 +321,9 @@ fn number_fields_read_what_people_type() {
     for (text, shown) in [("0,7", "0.7"), ("0.3*2", "0.6"), ("(1 + 2) / 10", "0.3")] {
         enter(&mut page, "low", text);
         page.wait(&format!("{low}.value == '{shown}'"));
-        page.wait(&format!("document.querySelector('[data-param=low] [type=range]').value == '{shown}'"));
+        // The bar shows the place in the range.
+        let bar = "document.querySelector('[data-param=low] .field').style.getPropertyValue('--at')";
+        page.wait(&format!("Math.abs(parseFloat({bar}) - 100 * {shown}) < 0.1"));
     }
     // A value beyond the range is said.
     enter(&mut page, "high", "9");
@@ -282,6 +338,11 @@ fn number_fields_read_what_people_type() {
     // Arrow keys step by the range.
     page.press("ArrowUp", 0);
     page.wait(&format!("{low}.value == '0.31'"));
+    page.press("PageUp", 0);
+    page.wait(&format!("{low}.value == '0.41'"));
+    // With Shift the steps are fine.
+    page.press("ArrowDown", 8);
+    page.wait(&format!("{low}.value == '0.409'"));
     page.press("ArrowUp", 8);
     page.wait(&format!("{low}.value == '0.41'"));
     page.press("ArrowDown", 0);

@@ -20,6 +20,7 @@ mod neovim;
 mod noise;
 mod own;
 mod page;
+mod panel;
 mod photo;
 mod progress;
 mod protocol;

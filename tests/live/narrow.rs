@@ -12,10 +12,11 @@ fn opened(browser: &Browser, watch: &Watch, width: u32, height: u32) -> Page {
     page.wait("document.documentElement.dataset.shown && document.documentElement.dataset.final == 'true'");
     page.key("2");
     page.eval("document.querySelectorAll('[data-shape], #marks, #draw').forEach(b => { b.hidden = false; })");
-    page.eval("document.querySelectorAll('details').forEach(d => { d.open = true; })");
     page.painted();
     page
 }
+
+const TABS: [&str; 5] = ["parameters", "look", "measure", "history", "export"];
 
 /// Controls that a user sees and can use.
 const CONTROLS: &str = "[...document.querySelectorAll('button, input, select, textarea, summary, [tabindex]')].filter(e => e.checkVisibility() && !e.disabled)";
@@ -45,7 +46,10 @@ fn controls_are_whole_in_narrow_windows() {
             for (let a = e.parentElement; a; a = a.parentElement) { if (getComputedStyle(a).overflowX === 'visible') continue; \
             const b = a.getBoundingClientRect(), left = b.left + a.clientLeft, top = b.top + a.clientTop; \
             if (r.left - ring < left - 0.5 || r.right + ring > left + a.clientWidth + 0.5 || r.top - ring < top - 0.5 || r.bottom + ring > top + a.clientHeight + 0.5) return true; } return false; }";
-        assert_eq!(faulty(&mut page, cut), json!([]), "{width} × {height}");
+        for tab in TABS {
+            page.tab(tab);
+            assert_eq!(faulty(&mut page, cut), json!([]), "{width} × {height}, {tab}");
+        }
         // All tools together cover at most an eighth of the stage; in narrow windows they cover nothing.
         let covered = page.eval(
             "(() => { const t = document.getElementById('lit-tools').getBoundingClientRect(), c = document.getElementById('lit').getBoundingClientRect(); \
@@ -61,12 +65,16 @@ fn buttons_are_apart_and_have_the_colour_of_the_page() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = opened(&browser, &watch, 1280, 2400);
-    let close = page.eval(
-        "(() => { const all = [...document.querySelectorAll('button, select')].filter(e => e.checkVisibility() && !e.closest('.segments')); \
-         const gap = (a, b) => Math.max(Math.max(a.left, b.left) - Math.min(a.right, b.right), Math.max(a.top, b.top) - Math.min(a.bottom, b.bottom)); \
-         return all.flatMap((a, i) => all.slice(i + 1).filter(b => gap(a.getBoundingClientRect(), b.getBoundingClientRect()) < 3).map(b => `${a.textContent} ${b.textContent}`)); })()",
-    );
-    assert_eq!(close, json!([]));
+    for tab in TABS {
+        page.tab(tab);
+        let close = page.eval(
+            "(() => { const all = [...document.querySelectorAll('button, select')].filter(e => e.checkVisibility() && !e.closest('.segments')); \
+             const gap = (a, b) => Math.max(Math.max(a.left, b.left) - Math.min(a.right, b.right), Math.max(a.top, b.top) - Math.min(a.bottom, b.bottom)); \
+             return all.flatMap((a, i) => all.slice(i + 1).filter(b => gap(a.getBoundingClientRect(), b.getBoundingClientRect()) < 3).map(b => `${a.textContent} ${b.textContent}`)); })()",
+        );
+        assert_eq!(close, json!([]), "{tab}");
+    }
+    page.tab("measure");
     let color = page.eval(
         "(() => { const probe = document.createElement('i'); probe.style.color = 'var(--accent)'; document.body.append(probe); const color = getComputedStyle(probe).color; probe.remove(); \
          return [...document.querySelectorAll('input[type=checkbox]')].every(e => getComputedStyle(e).accentColor === color); })()",
@@ -80,21 +88,28 @@ fn keyboard_reaches_all_controls() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = opened(&browser, &watch, 1280, 800);
-    // The heading of a folded section opens and closes it.
-    page.eval("document.querySelectorAll('details').forEach(d => { d.open = false; }); document.querySelector('#measure summary').focus()");
-    page.press("Enter", 0);
-    assert_eq!(page.eval("document.getElementById('measure').open"), true);
-    page.eval("document.querySelectorAll('details').forEach(d => { d.open = true; }); document.activeElement.blur(); window.reached = new Set()");
-    let count = page.eval(&format!("{CONTROLS}.length")).as_u64().unwrap();
-    for _ in 0..3 * count {
-        page.press("Tab", 0);
-        page.eval("reached.add(document.activeElement)");
+    // Arrows change the tab.
+    page.eval("document.getElementById('tab-parameters').focus()");
+    for tab in ["look", "measure", "history", "export", "parameters"] {
+        page.press("ArrowRight", 0);
+        page.wait(&format!(
+            "document.documentElement.dataset.tab == '{tab}' && document.activeElement.id == 'tab-{tab}'"
+        ));
     }
-    // Arrows go through a group, of which Tab reaches one control.
-    let missed = page.eval(&format!(
-        "{CONTROLS}.filter(e => !reached.has(e) && !e.closest('[data-rove]')).map(e => e.id || e.textContent.trim() || e.ariaLabel)"
-    ));
-    assert_eq!(missed, json!([]));
+    for tab in TABS {
+        page.tab(tab);
+        page.eval("(() => { document.activeElement.blur(); window.reached = new Set(); })()");
+        let count = page.eval(&format!("{CONTROLS}.length")).as_u64().unwrap();
+        for _ in 0..2 * count {
+            page.press("Tab", 0);
+            page.eval("reached.add(document.activeElement)");
+        }
+        // Arrows go through a group or a list of tabs, of which Tab reaches one control.
+        let missed = page.eval(&format!(
+            "{CONTROLS}.filter(e => !reached.has(e) && !e.closest('[data-rove], [role=tablist]')).map(e => e.id || e.textContent.trim() || e.ariaLabel)"
+        ));
+        assert_eq!(missed, json!([]), "{tab}");
+    }
     let groups = page.eval(
         "[...document.querySelectorAll('[data-rove]')].filter(g => g.checkVisibility() && g.querySelector('button:not([hidden])')).filter(g => ![...reached].some(e => g.contains(e))).map(g => g.id)",
     );

@@ -122,7 +122,7 @@ fn own_meshes_wear_the_material() {
     let downloads = tempfile::tempdir().unwrap();
     let way = json!({ "behavior": "allow", "browserContextId": browser.context, "downloadPath": downloads.path() });
     page.call("Browser.setDownloadBehavior", way);
-    page.eval("document.getElementById('export').open = true");
+    page.tab("export");
     page.eval("document.getElementById('share').click()");
     page.wait("document.getElementById('export-note').textContent.startsWith('graph.html')");
     let path = watching::downloaded(downloads.path(), "graph.html");
@@ -212,7 +212,7 @@ fn own_panoramas_light_the_material() {
         "Browser.setDownloadBehavior",
         json!({ "behavior": "allow", "browserContextId": browser.context, "downloadPath": downloads.path() }),
     );
-    page.eval("document.getElementById('export').open = true");
+    page.tab("export");
     page.eval("document.getElementById('share').click()");
     page.wait("document.getElementById('export-note').textContent.startsWith('graph.html')");
     let path = watching::downloaded(downloads.path(), "graph.html");

@@ -114,7 +114,7 @@ fn a_slider_changes_the_picture_and_gives_the_text() {
     wait_for_file(&mut page, &place);
     let before = brightness(&mut page);
     let generation = page.eval(&format!("{ROOT}.generation"));
-    page.eval("(() => { const s = document.querySelector('[data-param=low] input[type=range]'); s.value = 0.9; s.dispatchEvent(new Event('input', { bubbles: true })); })()");
+    page.eval("(() => { const b = document.getElementById('param-low'); b.value = 0.9; b.onchange(); })()");
     page.wait(&format!("{ROOT}.generation != {generation} && {ROOT}.final == 'true'"));
     page.eval(
         "new Promise(done => { requestAnimationFrame(() => requestAnimationFrame(done)); setTimeout(done, 500); })",
@@ -127,7 +127,7 @@ fn a_slider_changes_the_picture_and_gives_the_text() {
     page.eval("document.getElementById('reset').click()");
     page.wait("!document.querySelector('[data-param=low]').classList.contains('changed')");
     // If a save no longer allows the value of a slider, the file wins.
-    page.eval("(() => { const s = document.querySelector('[data-param=low] input[type=range]'); s.value = 0.9; s.dispatchEvent(new Event('input', { bubbles: true })); })()");
+    page.eval("(() => { const b = document.getElementById('param-low'); b.value = 0.9; b.onchange(); })()");
     page.wait("document.querySelector('[data-param=low]').classList.contains('changed')");
     place.write(&plain(1.0).replace("range: (0, 1)", "range: (0, 0.5)"));
     wait_for_file(&mut page, &place);

@@ -109,7 +109,9 @@ fn buttons_say_their_effect() {
     let text = |page: &mut Page, element: &str| page.eval(&format!("{element}.textContent"));
     assert_eq!(text(&mut page, "document.getElementById('pin')"), "Pin to compare");
     assert_eq!(text(&mut page, "document.getElementById('pin-lit')"), "Pin to compare");
+    page.tab("measure");
     assert_eq!(text(&mut page, "document.getElementById('tone-reset')"), "Reset tone");
+    page.tab("export");
     assert_eq!(text(&mut page, "document.querySelector('[for=export-size]')"), "Resolution");
     page.key("2");
     page.wait("[...document.querySelectorAll('#light label')].some(l => l.textContent == 'Light direction')");

@@ -67,7 +67,7 @@ fn every_control_is_reached_by_keyboard_and_nothing_is_cut_off() {
             page.press("Tab", 0);
             // Arrow keys move within a group.
             let in_group = page.eval(
-                "(() => { const e = document.activeElement; reached.add(e); const g = e.closest('[data-rove]'); return g && !window.roving && (window.roving = g, g.querySelectorAll('button').length) || 0; })()",
+                "(() => { const e = document.activeElement; reached.add(e); const g = e.closest('[data-rove], [role=tablist]'); return g && !window.roving && (window.roving = g, g.querySelectorAll('button').length) || 0; })()",
             );
             for _ in 0..in_group.as_u64().unwrap_or(0) {
                 page.press("ArrowRight", 0);
@@ -160,7 +160,7 @@ fn contrast(page: &mut Page, from: usize, to: usize) -> f64 {
 fn slide(page: &mut Page, name: &str, value: f64) {
     let generation = page.eval(&format!("{ROOT}.generation"));
     page.eval(&format!(
-        "(() => {{ const s = document.querySelector('[data-param={name}] input[type=range]'); s.value = {value}; s.dispatchEvent(new Event('input', {{ bubbles: true }})); }})()"
+        "(() => {{ const b = document.getElementById('param-{name}'); b.value = {value}; b.onchange(); }})()"
     ));
     page.wait(&format!("{ROOT}.generation != {generation} && {ROOT}.final == 'true'"));
     page.painted();
@@ -181,7 +181,7 @@ fn pinned_heights_share_one_range() {
     let legend = page.eval("document.getElementById('legend').textContent");
     assert!(legend.as_str().unwrap().contains("shared"), "{legend}");
     // The range can be locked, and the legend shows it.
-    page.eval("(() => { document.getElementById('measure').open = true; })()");
+    page.tab("measure");
     page.wait("document.getElementById('white-point').value !== ''");
     page.eval("(() => { const w = document.getElementById('white-point'), b = document.getElementById('black-point'), l = document.getElementById('lock-range'); b.value = -1; w.value = 8; l.checked = true; l.onchange(); })()");
     page.painted();
@@ -263,7 +263,10 @@ fn page_stays_usable_with_broken_file() {
     page.eval("(() => { const b = document.getElementById('param-depth'); b.value = 2.5; b.onchange(); })()");
     watch.wait_for(|e| e["event"] == "error");
     page.eval("new Promise(done => setTimeout(done, 800))");
-    assert_eq!(page.eval("document.querySelector('[data-param=depth] input[type=range]').value"), "2.5");
+    assert_eq!(
+        page.eval("document.querySelector('[data-param=depth] .field').style.getPropertyValue('--at')"),
+        "62.5%"
+    );
     assert_eq!(boxed(&mut page, "depth"), "2.5");
     assert_eq!(page.eval("document.getElementById('errors').hidden"), true);
     // Different errors open the list again.

@@ -39,7 +39,7 @@ fn odd() -> String {
 fn slide(page: &mut Page, name: &str, value: f64) {
     let generation = page.eval(&format!("{ROOT}.generation"));
     page.eval(&format!(
-        "(() => {{ const s = document.querySelector('[data-param={name}] input[type=range]'); s.value = {value}; s.dispatchEvent(new Event('input', {{ bubbles: true }})); }})()"
+        "(() => {{ const b = document.getElementById('param-{name}'); b.value = {value}; b.onchange(); }})()"
     ));
     page.wait(&format!("{ROOT}.generation != {generation} && {ROOT}.final == 'true'"));
     page.painted();
@@ -117,7 +117,14 @@ fn refuses_to_write_changed_file() {
         (json!({ "preset": { "name": "deep", "set": [] } }), 422),
         (json!({ "preset": { "name": "a\"b", "set": [] } }), 422),
         (json!({ "promote": { "node": "none", "field": "size" } }), 404),
-        (json!({ "field": { "node": "noise", "field": "size", "value": "-3" } }), 422),
+        (
+            json!({ "values": { "set": [], "preset": null, "edits": [{ "node": "noise", "field": "size", "value": "-3" }] } }),
+            422,
+        ),
+        (
+            json!({ "values": { "set": [], "preset": null, "edits": [{ "node": "noise", "field": "size", "value": "1), b: (" }] } }),
+            422,
+        ),
         (json!({ "restore": { "to": "none" } }), 422),
         (json!({ "other": {} }), 400),
     ] {
@@ -150,10 +157,12 @@ fn constants_of_nodes_are_edited_and_become_parameters() {
     page.eval("(() => { const f = document.getElementById('find'); f.value = 'noise'; f.onchange(); })()");
     page.wait("document.getElementById('field-size')");
     page.eval("(() => { const b = document.getElementById('field-size'); b.value = 3; b.onchange(); })()");
-    page.wait("document.getElementById('notice').textContent == 'noise: size 3'");
+    page.press("s", 2);
+    page.wait("document.getElementById('notice').textContent == 'Saved to file: noise size 3'");
     assert_eq!(place.text(), odd().replace("Perlin(size: 2", "Perlin(size: 3"));
     wait_for_file(&mut page, &place);
     page.wait("document.getElementById('field-size')?.value == '3'");
+    page.wait("!document.querySelector('[data-field=size] button').disabled");
     page.eval("document.querySelector('[data-field=size] button').click()");
     page.wait("document.getElementById('param-size')");
     assert!(place.text().contains("Perlin(size: \"$size\", seed"), "{}", place.text());
@@ -174,7 +183,7 @@ fn looks_are_kept_and_compared() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
-    page.eval("document.getElementById('looks').open = true");
+    page.tab("history");
     slide(&mut page, "seed", 9.0);
     page.eval("new Promise(done => setTimeout(done, 1000))");
     slide(&mut page, "depth", 4.0);
@@ -250,7 +259,7 @@ fn maps_and_models_are_exported() {
     let downloads = tempfile::tempdir().unwrap();
     let way = json!({ "behavior": "allow", "browserContextId": browser.context, "downloadPath": downloads.path() });
     page.call("Browser.setDownloadBehavior", way);
-    page.eval("document.getElementById('export').open = true");
+    page.tab("export");
     for (what, size, format, name, begin) in [
         ("map", "256", "png", "final_base_color.png", &b"\x89PNG"[..]),
         ("maps", "", "exr", "graph.zip", b"PK"),
@@ -351,7 +360,7 @@ fn applies_seed_chosen_on_sheet() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
-    page.eval("document.getElementById('sheet').open = true");
+    page.tab("history");
     page.wait("document.getElementById('sheet-param').options.length == 2");
     page.eval("(() => { document.getElementById('sheet-param').value = 'seed'; document.getElementById('sheet-count').value = '4'; document.getElementById('sheet-make').click(); })()");
     page.wait("document.querySelectorAll('.sheet canvas[data-drawn]').length == 4");
@@ -371,7 +380,7 @@ fn heights_are_measured() {
     let watch = Watch::start(&place.graph, &[]);
     let browser = Browser::start();
     let mut page = open(&browser, &watch);
-    page.eval("document.getElementById('measure').open = true");
+    page.tab("measure");
     page.wait("document.getElementById('histogram-note').textContent.includes('greatest')");
     let note = page.eval("document.getElementById('histogram-note').textContent");
     let least: f64 = note.as_str().unwrap().split_whitespace().nth(1).unwrap().parse().unwrap();

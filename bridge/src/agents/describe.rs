@@ -48,6 +48,8 @@ pub struct Param {
     pub range: Option<(f64, f64)>,
     /// The unit.
     pub unit: Option<String>,
+    /// The heading under which views show it.
+    pub group: Option<String>,
     /// The words to choose from.
     pub options: Vec<String>,
     /// The manual. It was written by the author of the graph.
@@ -101,6 +103,7 @@ pub fn describe(
         value: param.value.clone(),
         range: param.range,
         unit: param.unit.clone(),
+        group: param.group.clone(),
         options: param.options.clone(),
         doc: param.doc.clone(),
     });

@@ -162,6 +162,7 @@ impl Opened {
                     "default": plain(&param.default),
                     "range": param.range.map(|(low, high)| [low, high]),
                     "unit": param.unit,
+                    "group": param.group,
                     "doc": param.doc,
                     "options": (!param.options.is_empty()).then_some(&param.options),
                     "source": { "value": param.value, "default": param.default, "line": around(&graph.sources, param.span) },

@@ -159,11 +159,16 @@ impl Render {
 
     fn begin(&self, size: Option<u32>, around: &Around<'_>) -> Result<Size, Refusal> {
         let graph = self.source.graph(around.shared, self.wanted.values.options(size))?;
-        let all = shown(&around.shared.session, &graph, around.cancel, around.observer);
-        let all = all.map_err(|failure| refusal(around, &self.source, failure, &graph))?;
-        let names: Vec<String> = all.iter().map(|shown| shown.name.clone()).collect();
-        let waiting: VecDeque<Shown> = all.into_iter().filter(|shown| self.is_wanted(&shown.name)).collect();
+        let of = |is_wanted: &dyn Fn(&str) -> bool| {
+            let found = shown(&around.shared.session, &graph, is_wanted, around.cancel, around.observer);
+            found.map_err(|failure| refusal(around, &self.source, failure, &graph))
+        };
+        let own =
+            self.wanted.output.as_deref().map(|wanted| wanted.split_once('.').map_or(wanted, |(output, _)| output));
+        let found = of(&|output| own.is_none_or(|own| own == output))?;
+        let waiting: VecDeque<Shown> = found.into_iter().filter(|shown| self.is_wanted(&shown.name)).collect();
         if waiting.is_empty() {
+            let names: Vec<String> = of(&|_| true)?.into_iter().map(|shown| shown.name).collect();
             let output = self.wanted.output.as_deref().unwrap_or("");
             let message = format!("there is no picture `{output}`; there are {}", names.join(", "));
             return Err(Refusal::new("no-output", message));

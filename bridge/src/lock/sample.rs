@@ -40,7 +40,7 @@ pub struct Look(pub f64, pub f64, pub f64, pub f64, pub f64);
 /// Errors of the graph, at their places.
 pub fn sample(session: &Session, graph: &Graph, cancel: &CancelToken) -> Result<BTreeMap<String, Sample>, Failure> {
     let mut samples = BTreeMap::new();
-    for shown in shown(session, graph, cancel, &Silent)? {
+    for shown in shown(session, graph, &|_| true, cancel, &Silent)? {
         let sample = of_value(session, graph, &shown.value, shown.key, cancel)?;
         samples.insert(shown.name, sample);
     }

@@ -249,6 +249,8 @@ pub struct GraphParam {
     pub range: Option<(f64, f64)>,
     /// The unit to display.
     pub unit: Option<String>,
+    /// The heading under which views show the parameter.
+    pub group: Option<String>,
     /// Description.
     pub doc: String,
     /// The possible words of a `Choice`.

@@ -264,6 +264,7 @@ fn graph_params(doc: &Doc, params: &Params) -> Vec<GraphParam> {
             default: default.map_or(decl.default.str(), |value| &value.text).to_owned(),
             range: decl.range,
             unit: decl.unit.clone(),
+            group: decl.group.clone(),
             doc: decl.doc.clone(),
             options: decl.options.clone(),
             span: decl.default.span(),

@@ -24,6 +24,7 @@ pub(super) struct ParamDecl {
     pub(super) default: SyntaxValue,
     pub(super) range: Option<(f64, f64)>,
     pub(super) unit: Option<String>,
+    pub(super) group: Option<String>,
     pub(super) doc: String,
     pub(super) options: Vec<String>,
 }
@@ -158,6 +159,7 @@ pub(super) fn declare(entry: &Entry, report: &mut Report) -> Option<ParamDecl> {
         default: default.clone(),
         range: read::get(&fields, "range").and_then(|part| range(part, report)),
         unit: read::get(&fields, "unit").and_then(|part| read::text(part, "unit", report)),
+        group: read::get(&fields, "group").and_then(|part| read::text(part, "group", report)),
         doc: read::get(&fields, "doc").and_then(|part| read::text(part, "doc", report)).unwrap_or_default(),
         options: read::get(&fields, "options").map(|part| options(part, report)).unwrap_or_default(),
     };

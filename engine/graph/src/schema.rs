@@ -154,7 +154,8 @@ pub fn param(ty: &str) -> Vec<FieldDecl> {
         "Choice" => &of_choices[..],
         _ => &[],
     };
-    [&INPUT[..1], own, &INPUT[1..]].concat()
+    let group = [FieldDecl::new("group", "The heading under which views show the parameter.", Takes::Value)];
+    [&INPUT[..1], own, &group[..], &INPUT[1..]].concat()
 }
 
 const FILE: &[FieldDecl] = &[

@@ -1,11 +1,12 @@
 //! The engine as seen by code that computes whole pictures. Time spent on its inputs is measured separately.
-use super::Event;
 use super::meter::Working;
 use super::run::{Run, node_code};
+use super::{Event, lock};
 use crate::diagnostics::{Code, Problem};
 use crate::graph::GraphNode;
 use crate::node::{Call, Outputs};
 use crate::value::{Cuts, Evaluator, Field, Grid, Key, Pictures, Read, Stop, Tile, Value, Window};
+use std::sync::{Mutex, PoisonError};
 
 /// The engine as a node sees it.
 pub(super) struct NodeEvaluator<'r, 'g> {
@@ -13,6 +14,15 @@ pub(super) struct NodeEvaluator<'r, 'g> {
     pub(super) node: &'r GraphNode,
     pub(super) key: Key,
     pub(super) working: &'r Working<'r>,
+    /// The warnings of the node.
+    warnings: Mutex<Vec<Problem>>,
+}
+
+impl NodeEvaluator<'_, '_> {
+    /// The warnings that the node has given.
+    pub(super) fn into_warnings(self) -> Vec<Problem> {
+        self.warnings.into_inner().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl Evaluator for NodeEvaluator<'_, '_> {
@@ -41,20 +51,19 @@ impl Evaluator for NodeEvaluator<'_, '_> {
     }
 
     fn warn(&self, problem: Problem) {
-        let warning = self.run.at_node(self.node, problem).as_warning();
-        self.run.observer.event(Event::Warning(warning));
+        lock(&self.warnings).push(problem);
     }
 }
 
 impl<'g> Run<'g> {
     /// Returns the engine for `node`, whose first output has the key `key`.
-    pub(super) const fn evaluator<'r>(
+    pub(super) fn evaluator<'r>(
         &'r self,
         node: &'r GraphNode,
         key: Key,
         working: &'r Working<'r>,
     ) -> NodeEvaluator<'r, 'g> {
-        NodeEvaluator { run: self, node, key, working }
+        NodeEvaluator { run: self, node, key, working, warnings: Mutex::default() }
     }
 
     /// Returns true if the work was cancelled.
@@ -70,7 +79,12 @@ impl<'g> Run<'g> {
         let working = self.meter.begin();
         let evaluator = self.evaluator(node, key, &working);
         let (canvas, files) = (&node.canvas, &node.files);
-        node_code(|| node.node.evaluate(&Call { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator }))
+        let call = Call { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator };
+        let made = node_code(|| node.node.evaluate(&call));
+        for problem in evaluator.into_warnings() {
+            self.observer.event(Event::Warning(self.at_node(node, problem).as_warning()));
+        }
+        made
     }
 }
 

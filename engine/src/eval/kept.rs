@@ -2,7 +2,8 @@
 //! to store.
 use super::run::Run;
 use super::stats::Stored;
-use super::{Shelf, TileKey, keep, lock};
+use super::warnings::{Warning, Warnings};
+use super::{Shelf, TileKey, keep, lock, warnings};
 use crate::value::clock::Stopwatch;
 use crate::value::codec;
 use crate::value::{Field, Grid, Key, Tile, Type, Value, Window};
@@ -46,24 +47,29 @@ fn tile_of(bytes: &[u8]) -> Option<Tile> {
 }
 
 impl Run<'_> {
-    /// Reads an object from the store. Removes an object of the wrong type.
-    pub(super) fn stored_object(&self, key: Key, ty: Type) -> Option<Value> {
+    /// Reads an object and its warnings from the store. Removes an object of the wrong type.
+    pub(super) fn stored_object(&self, key: Key, ty: Type) -> Option<(Value, Warnings)> {
         let store = self.caches.store.as_ref().filter(|_| codec::is_data(ty))?;
-        let value = codec::decode(&store.get(Shelf::Objects, key)?).filter(|value| value.ty() == ty);
-        if value.is_none() {
+        let read = |bytes: &[u8]| {
+            let (bytes, found) = warnings::split(bytes)?;
+            Some((codec::decode(bytes).filter(|value| value.ty() == ty)?, found.into()))
+        };
+        let found = read(&store.get(Shelf::Objects, key)?);
+        if found.is_none() {
             store.remove(Shelf::Objects, key);
         }
-        value
+        found
     }
 
-    /// Stores a new object if it is worth storing.
-    pub(super) fn keep_object(&self, key: Key, value: &Value, time: Duration) {
+    /// Stores a new object and its warnings if it is worth storing.
+    pub(super) fn keep_object(&self, key: Key, value: &Value, warnings: &[Warning], time: Duration) {
         if let Some(store) = &self.caches.store
             && codec::is_data(value.ty())
             && self.caches.policy.object(value.bytes(), time)
             && !self.cancel.is_cancelled()
-            && let Some(bytes) = codec::encode(value)
+            && let Some(mut bytes) = codec::encode(value)
         {
+            warnings::append(&mut bytes, warnings);
             store.put(Shelf::Objects, key, &bytes, time, &|| self.cancel.is_cancelled());
             self.note(key, bytes.len(), time);
         }

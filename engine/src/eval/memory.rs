@@ -1,4 +1,5 @@
 //! The cache in memory: tiles and objects by key, bounded in bytes.
+use super::warnings::Warnings;
 use super::{Shelf, Store};
 use crate::value::{Grid, GridId, Handle, Key, TILE, Tile, Value, Window};
 use quick_cache::Weighter;
@@ -58,8 +59,8 @@ impl Weighter<TileKey, Arc<Tile>> for Bytes {
     }
 }
 
-impl Weighter<Key, Value> for Bytes {
-    fn weight(&self, _key: &Key, value: &Value) -> u64 {
+impl Weighter<Key, (Value, Warnings)> for Bytes {
+    fn weight(&self, _key: &Key, (value, _): &(Value, Warnings)) -> u64 {
         value.bytes() as u64 + 64
     }
 }
@@ -68,7 +69,7 @@ pub(super) type Tiles = Cache<TileKey, Arc<Tile>, Bytes>;
 /// Held while a tile is computed; other threads that need the tile wait.
 pub(super) type Guard<'c> =
     PlaceholderGuard<'c, TileKey, Arc<Tile>, Bytes, DefaultHashBuilder, DefaultLifecycle<TileKey, Arc<Tile>>>;
-pub(super) type Objects = Cache<Key, Value, Bytes>;
+pub(super) type Objects = Cache<Key, (Value, Warnings), Bytes>;
 
 /// Results by key, within a budget of bytes. Objects are expensive to compute and have their own share, which tiles
 /// cannot use.
@@ -109,13 +110,13 @@ impl MemoryCache {
         Self { tiles: cache(bytes / 4 * 3, tile), objects, share, watched: Mutex::default() }
     }
 
-    /// Inserts a value, within the budget.
-    pub(super) fn keep(&self, key: Key, value: Value) {
+    /// Inserts a value and its warnings, within the budget.
+    pub(super) fn keep(&self, key: Key, value: Value, warnings: Warnings) {
         if let Some(handle) = value.handle() {
             let mut watched = self.watched.lock().unwrap_or_else(PoisonError::into_inner);
             watched.insert(handle.as_ptr().cast::<u8>().addr(), (handle, value.bytes() as u64));
         }
-        self.objects.insert(key, value);
+        self.objects.insert(key, (value, warnings));
     }
 
     /// The bytes of all living objects.
@@ -130,7 +131,7 @@ impl MemoryCache {
     /// or in the store.
     pub(super) fn relieve(&self, needed: impl Fn(&Key) -> bool) {
         if self.alive() > self.share || self.objects.len() > MANY {
-            self.objects.retain(|key, value| value.handle().is_some() || needed(key));
+            self.objects.retain(|key, (value, _)| value.handle().is_some() || needed(key));
         }
     }
 

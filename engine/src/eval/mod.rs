@@ -28,6 +28,7 @@ mod shared;
 mod stats;
 mod store;
 mod tiles;
+mod warnings;
 
 pub use cancel::CancelToken;
 pub use demand::{Demand, Fields};

@@ -6,6 +6,7 @@ use super::known::Known;
 use super::limit::Limit;
 use super::meter::Meter;
 use super::stats::{Ledger, Stored, Work};
+use super::warnings::{Found, Warnings};
 use super::{CancelToken, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, Store, keys, lock};
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::graph::{Graph, GraphNode, GraphOutput, Input};
@@ -16,7 +17,7 @@ use crate::value::{
 };
 use petgraph::graph::NodeIndex;
 use rayon::prelude::*;
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError, RwLock};
 use std::time::Duration;
 
@@ -58,8 +59,7 @@ pub struct Run<'g> {
     failures: Mutex<Vec<(Key, Problem)>>,
     /// Results put into the store, other than tiles.
     pub(super) stored: Mutex<Vec<(Key, Stored)>>,
-    /// Results whose tiles have already reported a warning.
-    warned: Mutex<BTreeSet<Key>>,
+    pub(super) warnings: Found,
 }
 
 impl<'g> Run<'g> {
@@ -88,7 +88,7 @@ impl<'g> Run<'g> {
             bounded: Mutex::default(),
             failures: Mutex::default(),
             stored: Mutex::default(),
-            warned: Mutex::default(),
+            warnings: Found::default(),
         }
     }
 
@@ -109,16 +109,19 @@ impl<'g> Run<'g> {
             return true;
         }
         let memory = &self.caches.memory;
-        if let Some(value) = memory.objects.get(&key) {
+        if let Some((value, warnings)) = memory.objects.get(&key) {
+            self.note_warnings(key, &warnings);
             if is_object(&value) {
                 self.ledger.add(key, Work { memory: 1, ..Work::default() });
             }
             lock(&self.values).insert(key, value);
             return true;
         }
-        let Some(value) = self.stored_object(key, self.graph.nodes[node].outputs[output]) else { return false };
+        let ty = self.graph.nodes[node].outputs[output];
+        let Some((value, warnings)) = self.stored_object(key, ty) else { return false };
+        self.note_warnings(key, &warnings);
         self.ledger.add(key, Work { disk: 1, ..Work::default() });
-        memory.keep(key, value.clone());
+        memory.keep(key, value.clone(), warnings);
         lock(&self.values).insert(key, value);
         true
     }
@@ -146,12 +149,16 @@ impl<'g> Run<'g> {
         let files = self.keys.files(index).map(NodeFiles::new);
         // A value that is passed on has the key of the input, so it must be the input itself.
         let outputs = match handed_on {
-            Some(_) if node.outputs.len() == 1 => Outputs::default(),
+            Some(_) if node.outputs.len() == 1 => Ok(Outputs::default()),
             _ => match &files {
-                Some(files) => files.evaluate(|| node_code(|| node.node.evaluate(&call)))?,
-                None => node_code(|| node.node.evaluate(&call))?,
+                Some(files) => files.evaluate(|| node_code(|| node.node.evaluate(&call))),
+                None => node_code(|| node.node.evaluate(&call)),
             },
         };
+        let first = self.keys.output(index, 0);
+        let warnings = self.warnings_of(node, first, evaluator.into_warnings());
+        self.note_warnings(first, &warnings);
+        let outputs = outputs?;
         let time = working.time();
         drop(working);
         let mut object = false;
@@ -165,7 +172,7 @@ impl<'g> Run<'g> {
             object |= is_object(value);
             let made = files.as_ref().filter(|_| handed_on.is_none());
             let supervised = made.map(|files| files.supervise(value));
-            self.keep(key, keyed(supervised.as_ref().unwrap_or(value), key), time);
+            self.keep(key, keyed(supervised.as_ref().unwrap_or(value), key), &warnings, time);
         }
         self.caches.policy.made(time);
         let work = Work { time, computed: u64::from(object), ..Work::default() };
@@ -182,9 +189,10 @@ impl<'g> Run<'g> {
         self.caches.memory.relieve(|key| values.contains_key(key));
     }
 
-    fn keep(&self, key: Key, value: Value, time: Duration) {
-        self.keep_object(key, &value, time);
-        self.caches.memory.keep(key, value.clone());
+    fn keep(&self, key: Key, value: Value, warnings: &Warnings, time: Duration) {
+        self.note_warnings(key, warnings);
+        self.keep_object(key, &value, warnings, time);
+        self.caches.memory.keep(key, value.clone(), Arc::clone(warnings));
         lock(&self.values).insert(key, value);
     }
 
@@ -243,21 +251,6 @@ impl<'g> Run<'g> {
                 self.failed(owner, problem);
             }
         })
-    }
-
-    /// Reports a warning about the values of a result, once.
-    pub(super) fn warned(&self, owner: Key, problem: Problem) {
-        if !lock(&self.warned).insert(owner) {
-            return;
-        }
-        let makes = |index: &NodeIndex| {
-            let outputs = 0..self.graph.nodes[*index].node.outputs().len();
-            outputs.into_iter().any(|output| self.keys.output(*index, output) == owner)
-        };
-        if let Some(index) = self.graph.nodes.node_indices().find(makes) {
-            let warning = self.at_node(&self.graph.nodes[index], problem).as_warning();
-            self.observer.event(Event::Warning(warning));
-        }
     }
 
     /// True if the work was cancelled.

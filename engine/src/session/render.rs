@@ -274,8 +274,8 @@ impl<'r> Render<'r, '_> {
         for (job, writer) in jobs.iter().zip(&writers) {
             let Told { note, advice } = writer.told();
             notes.extend(note.map(|note| (job.planned.path.clone(), note)));
-            for message in advice {
-                let warning = Diagnostic::new(Code::Advice, job.planned.output.span, message);
+            for problem in advice {
+                let warning = Diagnostic::from_problem(problem, job.planned.output.span);
                 self.observer.event(Event::Warning(warning.as_warning()));
             }
         }

@@ -99,7 +99,7 @@ impl fmt::Display for Code {
 }
 
 /// An error in a node or a value, reported by code that does not know its place in the text.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Problem {
     /// The class of the error.
     pub code: Code,
@@ -111,18 +111,27 @@ pub struct Problem {
     pub message: String,
     /// How to fix it.
     pub help: Option<String>,
+    /// The place in space, in mm: on a mesh or a body, or on the canvas with z = 0.
+    pub at_mm: Option<[f64; 3]>,
 }
 
 impl Problem {
     /// A problem of a whole node.
     pub fn new(code: Code, message: impl Into<String>) -> Self {
-        Self { code, field: None, within: None, message: message.into(), help: None }
+        Self { code, field: None, within: None, message: message.into(), help: None, at_mm: None }
     }
 
     /// Sets the port or parameter at fault.
     #[must_use]
     pub fn at(mut self, field: impl Into<String>) -> Self {
         self.field = Some(field.into());
+        self
+    }
+
+    /// Sets the place in space, in mm.
+    #[must_use]
+    pub fn at_mm(mut self, at: [f64; 3]) -> Self {
+        self.at_mm = Some(at);
         self
     }
 

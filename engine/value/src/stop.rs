@@ -3,7 +3,7 @@ use crate::diagnostics::Problem;
 use std::fmt;
 
 /// Reason why a computation ended without a result.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Stop {
     /// The work was cancelled.
     Cancelled,

@@ -1,5 +1,6 @@
 //! The largest distance between a triangle and the height field, at samples and where edges cross lines between samples.
 use super::patch::{Facet, Patch, Spot};
+use std::cmp::Ordering;
 
 /// The worst place of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,6 +82,11 @@ impl<T: Taken> Search<'_, T> {
         let (ah, bh) = (patch.of(a), patch.of(b));
         let (dx, dy, dh) = (bx - ax, by - ay, bh - ah);
         let ([ac, ar], [bc, br]) = (a.map(usize::from), b.map(usize::from));
+        let (columns, rows) = (ac.abs_diff(bc), br - ar);
+        let is_evenly_spaced = dx.abs() == 2.0 * columns as f64 && dy == 2.0 * rows as f64;
+        if is_evenly_spaced && (columns == 0 || rows == 0 || columns == rows) {
+            return self.along_samples([a, b], columns.max(rows));
+        }
         if br > ar + 1 {
             let (slope, rise) = (dx / dy, dh / dy);
             for row in ar + 1..br {
@@ -102,6 +108,22 @@ impl<T: Taken> Search<'_, T> {
                 let distance = (ah + along * rise - (low + (high - low) * part)).abs();
                 self.crossing(distance, part, [column, row], [column, row + 1]);
             }
+        }
+    }
+
+    /// The samples on an edge of `steps` evenly spaced samples in a row, a column or a diagonal. All of its crossings are
+    /// samples.
+    fn along_samples(&mut self, [a, b]: [Spot; 2], steps: usize) {
+        let (first, last) = (self.patch.of(a), self.patch.of(b));
+        let rise = (last - first) / steps as f64;
+        let (from, to) = (a.map(usize::from), b.map(usize::from));
+        for step in 1..steps {
+            let at = [0, 1].map(|axis| match from[axis].cmp(&to[axis]) {
+                Ordering::Less => from[axis] + step,
+                Ordering::Equal => from[axis],
+                Ordering::Greater => from[axis] - step,
+            });
+            self.sample((first + step as f64 * rise - self.patch.at(at[0], at[1])).abs(), at);
         }
     }
 

@@ -111,8 +111,8 @@ fn place(at: DVec3) -> String {
     format!("({:.2}, {:.2}, {:.2}) mm", at.x, at.y, at.z)
 }
 
-fn advice(message: String, port: &str, help: &str) -> Problem {
-    Problem::new(Code::Advice, message).at(port).help(help)
+fn advice(message: String, at: DVec3, port: &str, help: &str) -> Problem {
+    Problem::new(Code::Advice, message).at_mm(at.to_array()).at(port).help(help)
 }
 
 impl DisplaceMesh {
@@ -184,7 +184,8 @@ impl DisplaceMesh {
         if let Some(many) = &made.coarser {
             error = many.error.unwrap_or(error);
             let (message, help) = self.too_many(many, spec);
-            warn(advice(format!("{message}, so the error is {error} mm"), "triangles", &help));
+            let message = format!("{message}, so the error is {error} mm");
+            warn(Problem::new(Code::Advice, message).at("triangles").help(help));
         }
         let (off, at) = made.off;
         if off > error {
@@ -192,20 +193,21 @@ impl DisplaceMesh {
                 "the mesh is up to {off:.4} mm off the height, at {}: it is too steep for its texels",
                 place(at)
             );
-            warn(advice(message, "height", "blur the height, or make `pitch` smaller"));
+            warn(advice(message, at, "height", "blur the height, or make `pitch` smaller"));
         }
         if let Some((apart, at)) = made.apart {
             let message =
                 format!("the heights of two charts differ by {apart:.4} mm on their border, at {}", place(at));
             warn(advice(
                 message,
+                at,
                 "height",
                 "make the height of fields on the atlas, such as `BakePosition` or `BakeSolid`",
             ));
         }
         if let Some((count, at)) = made.folded {
             let message = format!("{count} triangles face inwards, at {}: the relief folds over itself", place(at));
-            warn(advice(message, "height", "reduce the depth where the mesh bends, or blur the height"));
+            warn(advice(message, at, "height", "reduce the depth where the mesh bends, or blur the height"));
         }
         let found = if DVec3::from(self.pull) == DVec3::ZERO {
             None
@@ -214,7 +216,7 @@ impl DisplaceMesh {
         };
         if let Some(found) = found {
             let message = format!("{:.2} % of the surface is undercut, at {}", 100.0 * found.share, place(found.at));
-            warn(advice(message, "pull", "reduce the steepness of the height, or change the direction"));
+            warn(advice(message, found.at, "pull", "reduce the steepness of the height, or change the direction"));
         }
     }
 }

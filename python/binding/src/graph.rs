@@ -150,6 +150,7 @@ impl Graph {
             one.set_item("default", &param.default)?;
             one.set_item("range", param.range)?;
             one.set_item("unit", &param.unit)?;
+            one.set_item("group", &param.group)?;
             one.set_item("doc", &param.doc)?;
             one.set_item("options", &param.options)?;
             params.set_item(&param.name, one)?;

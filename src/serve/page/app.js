@@ -5,18 +5,18 @@ import { controls } from './controls.js';
 import { $, element, notice, press, rove, say } from './dom.js';
 import { drops } from './drop.js';
 import { complain } from './errors.js';
-import { Exporter } from './export.js';
 import { legend, probe, probeMesh, status, tiling, working } from './facts.js';
-import { inspect } from './inspector.js';
 import { Lit } from './lit.js';
 import { Looks } from './looks.js';
-import { Measure } from './measure.js';
-import { addressed, ask, bitmap, exact, jump, latest, news, send } from './net.js';
+import { addressed, again, ask, bitmap, exact, jump, latest, news, send } from './net.js';
 import { Graph } from './nodes.js';
+import { Outputs } from './outputs.js';
+import { Overlay } from './overlay.js';
 import { Parameters } from './params.js';
 import { Picture } from './picture.js';
-import { Sheet } from './sheet.js';
+import { Tabs } from './tabs.js';
 import { CHANNELS } from './textures.js';
+import { sent } from './values.js';
 import { Wire } from './wire.js';
 
 const root = document.documentElement;
@@ -41,7 +41,7 @@ for (const group of document.querySelectorAll('[data-rove]')) rove(group);
 let sending = Promise.resolve();
 const sendLatest = latest(async (/** @type {Values} */ values) => {
   const seen = new Promise((done) => { arrived = done; setTimeout(done, SEEN); });
-  sending = send({ preset: values.preset, set: [...values.set] });
+  sending = send(sent(values));
   await sending;
   await seen;
 });
@@ -52,48 +52,77 @@ function settle() {
   return sending.catch(() => {});
 }
 page.picture = new Picture($('picture'), {
-  onview: (scale) => { say($('zoom'), scale === null ? '' : `${(scale * 100).toFixed(scale < 0.1 ? 1 : 0)} %`); page.controls?.placeWipe(); },
+  onview: (scale) => { say($('zoom'), scale === null ? '' : `${(scale * 100).toFixed(scale < 0.1 ? 1 : 0)} %`); page.controls?.placeWipe(); page.overlay?.draw(); },
   oncursor: (pixel) => probe(page, pixel),
-  online: (ends) => { $('measure').open = true; measure.cut(ends); },
+  online: async (ends) => { await page.tabs.show('measure'); measure?.cut(ends); },
 });
+page.overlay = new Overlay(page);
 page.wire = new Wire($('wire'), page.picture);
 page.lit = new Lit($('lit'), $('light'));
-page.graph = new Graph($('graph'), { onselect: (name) => look(`@${name}`), onjump: jump, onlevel: (path) => crumbs(path) });
+page.graph = new Graph($('graph'), { onselect: (name) => look(`@${name}`), onjump: jump, onlevel: (path) => crumbs(path), values: () => page.parameters.values });
+const outputs = new Outputs(page, { choose, outputOf, channelsOf });
+const chips = () => outputs.show();
 page.parameters = new Parameters($('parameters'), {
   onchange: (values, label, group) => { page.looks.record(values, label, group); page.controls.live(); sendLatest(values); saveable(); },
   onsave: write,
 });
+page.parameters.onrefuse = (/** @type {Values} */ values) => { page.looks.correct(values); saveable(); };
 page.looks = new Looks(body('looks'), {
   apply: (values, tell) => { page.controls.live(); page.parameters.take(values); if (tell) sendLatest(values); saveable(); },
   compare: compareLooks,
   settle,
 });
-const measure = new Measure(body('measure'), {
-  ontone: (tone) => { page.picture.tone = tone; sharpen(); page.picture.draw(); legend(page); },
-  source: () => page.picture.now,
-  facts: () => page.state.scene.canvas,
-  online: (ends) => { page.picture.line = ends; page.picture.draw(); measure.cut(ends); },
-});
 const connection = new Connection(page, (values) => sendLatest(values));
-const exporter = new Exporter(body('export'), page);
-const sheet = new Sheet(body('sheet'), page);
-// Loaded when a photograph is dropped or its panel is opened: the first page stays small.
+// Parts of the panel, each loaded when its tab is first shown: the first page stays small.
+/** @type {import('./measure.js').Measure | undefined} */
+let measure;
+/** @type {import('./sheet.js').Sheet | undefined} */
+let sheet;
+/** @type {import('./export.js').Exporter | undefined} */
+let exporter;
 /** @type {import('./photo.js').Photo | undefined} */
 let photo;
-const photograph = async () => {
-  const { Photo } = await import('./photo.js');
-  photo ??= new Photo(body('photo'), page, write);
-  return photo;
+/** @type {Record<string, () => Promise<void>>} */
+const parts = {
+  async look() {
+    const { Photo } = await import('./photo.js');
+    photo = new Photo(body('photo'), page, write);
+    const { Slots } = await import('./slots.js');
+    page.slots = new Slots(body('slots'), page);
+  },
+  async measure() {
+    const { Measure } = await import('./measure.js');
+    measure = new Measure(body('measure'), {
+      ontone: (tone) => { page.picture.tone = tone; sharpen(); page.picture.draw(); legend(page); },
+      source: () => page.picture.now,
+      facts: () => page.state.scene.canvas,
+      online: (ends) => { page.picture.line = ends; page.picture.draw(); measure?.cut(ends); },
+    });
+  },
+  async history() {
+    const { Sheet } = await import('./sheet.js');
+    sheet = new Sheet(body('sheet'), page);
+  },
+  async export() {
+    const { Exporter } = await import('./export.js');
+    exporter = new Exporter(body('export'), page);
+  },
 };
-drops(page.lit, () => page.controls.setView('lit'), async (file) => (await photograph()).take(file));
-$('photo').ontoggle = photograph;
-$('measure').ontoggle = () => { sharpen(); measure.show(); };
-$('looks').ontoggle = () => page.looks.draw();
-$('sheet').ontoggle = () => sheet.show();
+page.tabs = new Tabs({
+  load: (name) => parts[name]?.(),
+  onshow: (name) => {
+    if (name === 'measure') { sharpen(); measure?.show(); }
+    if (name === 'look') page.slots?.draw();
+    if (name === 'history') { page.looks.draw(); if (page.state?.scene) sheet?.show(); }
+  },
+});
+drops(page.lit, () => page.controls.setView('lit'), async (file) => { await page.tabs.show('look'); await photo?.take(file); });
 
 function saveable() {
-  $('save').disabled = !page.parameters.set.size;
-  $('save').title = `Write the values set by hand into the file (Ctrl+S)${page.parameters.set.size ? `: ${page.parameters.byHand}` : ''}`;
+  const { count, byHand } = page.parameters;
+  $('save').disabled = !count;
+  say($('save'), count ? `Save ${count} change${count > 1 ? 's' : ''}` : 'Saved');
+  $('save').title = `Write the values set by hand into the file (Ctrl+S)${count ? `: ${byHand}` : ''}`;
 }
 
 // ---- messages of the server
@@ -101,6 +130,11 @@ function saveable() {
 const heard = {
   /** @param {State} now */
   state(now) {
+    // Another graph is shown now. After a loss of the connection, unsaved values of the old one stay in the banner.
+    if (page.state && page.state.file !== now.file) {
+      if (root.dataset.online === 'yes' || !page.parameters.count) again();
+      return;
+    }
     page.state = now;
     root.dataset.online = 'yes';
     connection.find(now.values);
@@ -154,10 +188,12 @@ const heard = {
     if (!$('drawer').hidden) page.graph.loadStats(done.generation);
     if (target?.startsWith('@')) refresh(2048);
     relight();
-    sheet.stale();
+    sheet?.stale();
   },
   /** @param {ExportNews} now */
-  export(now) { exporter.heard(now); },
+  export(now) { exporter?.heard(now); },
+  /** @param {{ edit: FieldEdit, why: string }} now */
+  refused({ edit, why }) { page.parameters.refuse(edit, why); },
   /** @param {FitNews} now */
   fit(now) { photo?.heard(now); },
   // The editor shows a target.
@@ -224,10 +260,10 @@ function showKnown() {
 
 // ---- the selected target
 
-/** @type {(name: string) => { name: string, type: string } | undefined} */
-export const outputOf = (name) => page.state?.scene?.outputs.find((o) => name === o.name || name?.startsWith(`${o.name}.`));
-/** @type {(output: string) => string[]} */
-const channelsOf = (output) => CHANNELS.filter((c) => page.state.scene.pictures[`${output}.${c}`]);
+/** @param {string} name @returns {{ name: string, type: string } | undefined} */
+export function outputOf(name) { return page.state?.scene?.outputs.find((o) => name === o.name || name?.startsWith(`${o.name}.`)); }
+/** @param {string} output @returns {string[]} */
+function channelsOf(output) { return CHANNELS.filter((c) => page.state.scene.pictures[`${output}.${c}`]); }
 
 // Selects an output, or for a material one of its channels.
 /** @param {string | null} name */
@@ -250,7 +286,7 @@ export function look(name) {
   page.about = null;
   chips();
   page.graph.select(name.startsWith('@') ? name.slice(1).split(':')[0] : null, false);
-  if (!name.startsWith('@')) { $('inspector').hidden = true; showKnown(); }
+  if (name.startsWith('@')) page.tabs.show('parameters'); else { $('inspector').hidden = true; showKnown(); }
   refresh(512);
   relight();
 }
@@ -286,12 +322,13 @@ const refresh = latest(async (/** @type {number} */ longest) => {
   }
 });
 
-function details() {
-  const { target, graph } = page;
-  const about = /** @type {About} */ (page.about);
+async function details() {
+  const { inspect } = await import('./inspector.js');
+  const { target, graph, about } = page;
+  if (!about || !target.startsWith('@')) return;
   const node = graph.box(about.node);
   inspect(about, {
-    node, target, stat: graph.stats[graph.index(about.node)], onport: look, onclose: back, onjump: () => jump(about.node),
+    node, target, parameters: page.parameters, stat: graph.stats[graph.index(about.node)], onport: look, onclose: back, onjump: () => jump(about.node),
     onchange: (change, label) => write(change, page.parameters.values, label),
   });
   chips();
@@ -332,7 +369,7 @@ async function show(now) {
   mark(now, generation, sha256);
   legend(page);
   sharpen();
-  measure.show();
+  measure?.show();
 }
 
 /** @param {Shown} now @param {number} generation @param {string} sha256 */
@@ -346,47 +383,11 @@ function mark(now, generation, sha256) {
 const sharpen = latest(async () => {
   const { now } = page.picture;
   const { state, shown } = page;
-  if (!now || now.own || now.samples || !shown?.final || !(measure.open || page.picture.comparison.before)) return;
+  if (!now || now.own || now.samples || !shown?.final || !(measure?.open || page.picture.comparison.before)) return;
   now.samples = await exact({ g: state.scene.generation, t: String(shown.target), s: EXACT });
-  if (now === page.picture.now) { page.picture.draw(); measure.show(); legend(page); }
+  if (now === page.picture.now) { page.picture.draw(); measure?.show(); legend(page); }
 });
 page.sharpen = sharpen;
-
-/** @type {string | null} */
-let chipped = null;
-function chips() {
-  const { scene } = page.state ?? {};
-  if (!scene) return;
-  const { target, about } = page;
-  const names = Object.keys(scene.pictures);
-  const key = [target, about?.channel, about?.channels, ...scene.outputs.map((o) => `${o.name} ${o.type}`), names].join();
-  if (key === chipped) return;
-  chipped = key;
-  /** @param {string} name @param {string} text @param {boolean} on */
-  const button = (name, text, on) => {
-    const made = element('button', { textContent: text.replaceAll('_', ' '), ariaPressed: String(on), dataset: { target: name } });
-    made.onclick = () => choose(name);
-    return made;
-  };
-  const node = target?.startsWith('@');
-  const current = node ? null : outputOf(target);
-  const outputs = scene.outputs.map((o) => button(o.name, o.name, o === current));
-  if (node) outputs.push(button(target, target.slice(1), true));
-  replace($('outputs'), outputs);
-  const channels = current?.type === 'Material' ? channelsOf(current.name) : node && about?.channels ? about.channels : [];
-  const base = node ? target.replace(/\.[a-z_]+$/, '') : current?.name;
-  const now = about?.channel ?? target?.slice((base?.length ?? 0) + 1);
-  replace($('channels'), channels.map((c) => button(`${base}.${c}`, c, c === now)));
-}
-
-// Replaces buttons only if they differ, so that a click does not land between two versions.
-/** @param {HTMLElement} parent @param {HTMLElement[]} children */
-function replace(parent, children) {
-  const old = /** @type {HTMLElement[]} */ ([...parent.children]);
-  const same = old.length === children.length && children.every((c, i) => c.dataset.target === old[i].dataset.target);
-  if (!same) { parent.replaceChildren(...children); return; }
-  children.forEach((c, i) => { if (old[i].ariaPressed !== c.ariaPressed) old[i].ariaPressed = c.ariaPressed; });
-}
 
 // ---- the file
 
@@ -471,9 +472,11 @@ export function relight() {
   }
 }
 
+$('open').onclick = () => import('./graphs.js').then(({ chooseGraph }) => chooseGraph(page));
 page.lit.onshape = relight;
 page.lit.onhover = (/** @type {Hover | null} */ found) => probeMesh(page, found);
 page.controls = controls(page, { look, choose, back, outputOf, relight });
 crumbs('');
+page.tabs.start();
 press($('views'), (b) => b.dataset.view === 'picture');
 news((kind, data) => /** @type {Record<string, (data: any) => void>} */ (heard)[kind]?.(data));

@@ -1,5 +1,8 @@
 // @ts-check
-// Comparison of two pictures: with a dividing line, side by side, or as a difference.
+// Comparison of two pictures: with a dividing line, side by side, as a difference, or one after the other.
+// Time that flicker shows one picture, in ms.
+const FLICKER = 600;
+
 export class Comparison {
   constructor() {
     /** @type {Source | null} */
@@ -9,7 +12,24 @@ export class Comparison {
     this.after = null;
     this.mode = 'wipe';
     this.wipe = 0.5;
+    // The side that flicker shows: 0 for the first picture.
+    this.side = 0;
+    /** @type {number | undefined} */
+    this.clock = undefined;
   }
+
+  get flickers() { return this.mode === 'flicker' && !!this.before; }
+
+  // Shows the two pictures one after the other, `draw` after each change. Users who want no motion change them by hand.
+  /** @param {() => void} draw */
+  run(draw) {
+    clearInterval(this.clock);
+    if (!this.flickers || matchMedia('(prefers-reduced-motion: reduce)').matches) return;
+    this.clock = setInterval(() => { if (this.flickers) this.flip(draw); else clearInterval(this.clock); }, FLICKER);
+  }
+
+  /** @param {() => void} draw */
+  flip(draw) { this.side = 1 - this.side; draw(); }
 
   // `layer` paints one of the two pictures into an area, given its left and right edge and its shift.
   /** @param {import('./picture.js').Picture} picture @param {(area: [number, number, number?], side: number) => void} layer */
@@ -22,6 +42,8 @@ export class Comparison {
       layer([half, width, Math.round(width / 4)], 1);
       c.fillStyle = '#8888';
       c.fillRect(half - 1, 0, 2, canvas.height);
+    } else if (this.mode === 'flicker') {
+      layer([0, width], this.side);
     } else if (this.mode === 'difference') {
       layer([0, width], 0);
       c.globalCompositeOperation = 'difference';

@@ -3,6 +3,7 @@
 // again.
 import { $, element, notice } from './dom.js';
 import { moved } from './net.js';
+import { same } from './values.js';
 
 // A shorter loss is not told, in ms.
 const PATIENCE = 600;
@@ -38,8 +39,8 @@ export class Connection {
     $('offline').hidden = true;
     const { parameters } = this.page;
     const own = parameters.values;
-    if (JSON.stringify([own.preset, [...own.set].sort()]) === JSON.stringify([values.preset, [...values.set].sort()])) return;
-    if (!own.set.size && !own.preset) return;
+    if (same(own, values)) return;
+    if (!parameters.count && !own.preset) return;
     parameters.settle(4000);
     this.send(own);
   }

@@ -29,6 +29,7 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     $('picture').hidden = $('picture-tools').hidden = name !== 'picture';
     $('lit').hidden = $('lit-tools').hidden = $('light').hidden = name !== 'lit';
     if (name === 'lit') { lit.start(); relight(); lit.resize(); } else { picture.resize(); picture.draw(); }
+    page.overlay.draw();
     placeWipe();
   }
 
@@ -41,6 +42,7 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     $('wipe').style.left = `${share * 100}%`;
     $('wipe').ariaValueNow = String(Math.round(share * 100));
     $('tag-a').hidden = $('tag-b').hidden = !pinned || mode === 'difference';
+    if (pinned && mode === 'flicker') { $('tag-a').hidden = comparison.side === 1; $('tag-b').hidden = comparison.side === 0; }
     $('tag-a').textContent = (page.view === 'picture' && comparison.before?.label) || 'pinned';
     $('tag-b').textContent = (page.view === 'picture' && comparison.after?.label) || 'now';
   }
@@ -59,6 +61,17 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     placeWipe();
     if (picture.fitted) picture.fit(); else picture.draw();
     legend(page);
+    comparison.run(flicked);
+  }
+
+  function flicked() { placeWipe(); picture.draw(); }
+
+  // Changes from one picture to the other by hand.
+  function flip() {
+    if (!comparison.before) return;
+    if (comparison.mode !== 'flicker') { comparison.mode = 'flicker'; compared(); }
+    clearInterval(comparison.clock);
+    comparison.flip(flicked);
   }
 
   // A change of values while two looks are compared: the right side shows the picture of now again.
@@ -164,7 +177,8 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     0: () => (page.view === 'lit' ? lit.reset() : picture.fit()), 9: inPicture(() => picture.zoomTo(1)),
     t: inPicture(() => setRepeat(!picture.repeat)), h: inPicture(() => setSeam(!picture.seam)),
     c: inPicture(() => setPlane('all')), r: inPicture(() => setPlane('r')), b: inPicture(() => setPlane('b')), a: pin,
-    s: inLit(() => (lit.strokes.mesh ? lit.strokes.toggle() : lit.nextShape())), n: inLit(() => lit.nextShape()),
+    x: inPicture(flip), m: inPicture(() => page.overlay.setRulers(!page.overlay.rulers)),
+    s: inLit(() => { if (lit.strokes.mesh) { lit.strokes.toggle(); if (lit.strokes.drawing) page.tabs.show('look'); } else { lit.nextShape(); } }), n: inLit(() => lit.nextShape()),
     f: () => { if (!$('drawer').hidden) graph.fit(); },
     d: toggleTheme, '?': () => $('keys').showModal(),
     '/': () => { setDrawer(true); $('find').focus(); $('find').select(); },
@@ -175,10 +189,11 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     z: (e) => (e.shiftKey ? page.looks.redo() : page.looks.undo()),
     y: () => page.looks.redo(),
     s: () => page.parameters.save(),
+    o: () => $('open').click(),
   };
 
   addEventListener('keydown', (e) => {
-    if ($('keys').open || e.altKey) return;
+    if ($('keys').open || $('graphs').open || e.altKey) return;
     const target = /** @type {HTMLElement} */ (e.target);
     const typing = target.matches?.('input:not([type=range]):not([type=checkbox]):not([type=color]), select, textarea');
     const key = e.key.length === 1 ? e.key.toLowerCase() : e.key;
@@ -190,6 +205,9 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
     }
     if (typing && e.key !== 'Escape') return;
     if (target.matches?.('input[type=range]') && /^[0-9+-]$/.test(e.key)) return;
+    // With Shift, digits are slots, whatever they type on the keyboard.
+    const slot = e.shiftKey && /^Digit[1-9]$/.test(e.code) ? Number(e.code.slice(5)) : 0;
+    if (slot) { e.preventDefault(); page.tabs.show('look').then(() => page.slots?.use(slot)); return; }
     const action = actions[key];
     if (action) { e.preventDefault(); action(); }
   });
@@ -200,6 +218,7 @@ export function controls(page, { look, choose, back, outputOf, relight }) {
   choices($('planes'), 'plane', setPlane);
   choices($('compares'), 'compare', (mode) => { comparison.mode = mode; compared(); });
   $('repeat').onclick = () => setRepeat(!picture.repeat);
+  $('toggle-rulers').onclick = () => page.overlay.setRulers(!page.overlay.rulers);
   $('seam').onclick = () => setSeam(!picture.seam);
   $('zoom-in').onclick = () => picture.zoom(1.5);
   $('zoom-out').onclick = () => picture.zoom(1 / 1.5);

@@ -21,6 +21,10 @@ export function element(tag, props = {}, ...children) {
   return /** @type {any} */ (made);
 }
 
+// Returns whether an element is in the shown tab.
+/** @param {Element} node */
+export const isShown = (node) => !node.closest('[hidden]');
+
 // Sets the text only if it differs, since setting it causes a new layout.
 /** @param {HTMLElement} node @param {string} text */
 export function say(node, text) { if (node.textContent !== text) node.textContent = text; }

@@ -74,8 +74,11 @@ function atom(rest) {
 export function step(value, range, whole) {
   if (whole) return 1;
   const span = range ? range[1] - range[0] : Math.abs(value) || 1;
-  return 10 ** Math.floor(Math.log10(span / 50));
+  return fine(span);
 }
+
+/** @param {number} span */
+const fine = (span) => 10 ** Math.floor(Math.log10(span / 50));
 
 // The number that a field takes for `n`: within the range, and whole if it must be.
 /** @param {number} n @param {Vec2 | null} range @param {boolean} whole */
@@ -84,18 +87,16 @@ export function within(n, range, whole) {
   return Math.min(Math.max(whole ? Math.round(n) : n, lo), hi);
 }
 
-// A number field. `onset` gets its number, and true if a key has stepped it. Without `live`, steps count once the key is
-// released.
+// A number field. `onset` gets its number, and true if a key has stepped it. Without a range, `span` gives the steps.
 /**
- * @param {{ id: string, name: string, unit?: string, whole?: boolean, range?: Vec2 | null, live?: boolean, onset: (n: number, stepped: boolean) => void }} of
+ * @param {{ id: string, name: string, unit?: string, whole?: boolean, range?: Vec2 | null, span?: number, onset: (n: number, stepped: boolean) => void }} of
  * @returns {{ box: HTMLInputElement, show: (n: number, force?: boolean) => void }}
  */
-export function numberField({ id, name, unit = '', whole = false, range = null, live = true, onset }) {
+export function numberField({ id, name, unit = '', whole = false, range = null, span, onset }) {
   const box = element('input', { type: 'text', inputMode: 'decimal', className: 'number-box', id, autocomplete: 'off', spellcheck: false });
   let exact = NaN;
   // The text that a refused entry gives way to.
   let before = '';
-  let stepped = false;
   /** @param {number} n */
   const put = (n) => {
     exact = n;
@@ -122,7 +123,6 @@ export function numberField({ id, name, unit = '', whole = false, range = null, 
     put(taken);
     onset(taken, false);
   };
-  const release = () => { if (stepped) { stepped = false; onset(exact, true); } };
   box.onkeydown = (e) => {
     if (e.key === 'Escape' && box.dataset.typed) {
       e.stopPropagation();
@@ -134,14 +134,13 @@ export function numberField({ id, name, unit = '', whole = false, range = null, 
     e.preventDefault();
     const from = box.dataset.typed || Number.isNaN(exact) ? evaluate(box.value) : exact;
     if (Number.isNaN(from)) return;
-    const next = +(from + by * (e.shiftKey && Math.abs(by) === 1 ? 10 : 1) * step(from, range, whole)).toPrecision(10);
+    const size = span && !whole ? fine(span) : step(from, range, whole);
+    const next = +(from + by * (e.shiftKey && !whole ? 0.1 : 1) * size).toPrecision(10);
     const taken = within(next, range, whole);
     if (taken === from) { notice(limits()); return; }
     put(taken);
-    if (live) onset(taken, true); else stepped = true;
+    onset(taken, true);
   };
-  box.onkeyup = release;
-  box.onblur = release;
   // A text that the user types stays, unless it is refused.
   return { box, show: (n, force = false) => { if (force || !box.dataset.typed) put(n); } };
 }

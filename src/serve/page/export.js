@@ -1,7 +1,7 @@
 // @ts-check
-// The export panel: this map, all maps, or a glTF file, at a chosen resolution.
-import { element, short } from './dom.js';
-import { exported, post } from './net.js';
+// The export panel: this map, all maps, or files for another program, at a chosen resolution.
+import { $, element, short } from './dom.js';
+import { exported, post, targets } from './net.js';
 import { frames, zip } from './frames.js';
 import { html } from './share.js';
 
@@ -32,7 +32,9 @@ export class Exporter {
       const made = element('select', { id }, ...options.map(([value, name]) => element('option', { value, textContent: name })));
       return [made, element('label', { htmlFor: id, textContent: text }), made];
     };
-    const [what, ...whatRow] = select('export-what', 'What', [['map', 'This map'], ['maps', 'All maps'], ['gltf', 'glTF (.glb)']]);
+    const [what, ...whatRow] = select('export-what', 'What', [['map', 'This map'], ['maps', 'All maps']]);
+    const about = element('p', { className: 'doc' });
+    this.sets(what, about);
     const [size, ...sizeRow] = select('export-size', 'Resolution', [['', 'as in the graph'], ...SIZES.map((n) => /** @type {[number, string]} */ ([n, `${n} px`]))]);
     const [format, ...formatRow] = select('export-format', 'Format', [['', 'as in the graph'], ['png', 'PNG'], ['tiff', 'TIFF'], ['exr', 'EXR']]);
     this.share.onclick = () => this.shared();
@@ -40,9 +42,23 @@ export class Exporter {
     this.begin.onclick = () => this.start(what.value, size.value, format.value);
     this.cancel.onclick = () => { this.stopped = true; if (this.id) post(`export/${this.id}/stop`, {}); };
     this.root.replaceChildren(
-      element('div', { className: 'fields' }, ...whatRow, ...sizeRow, ...formatRow),
+      element('div', { className: 'fields' }, ...whatRow, ...sizeRow, ...formatRow), about,
       element('div', { className: 'row' }, this.begin, this.cancel), element('div', { className: 'row' }, this.share, this.film), this.bar, this.note,
     );
+  }
+
+  // Adds the formats for other programs to the menu; `about` describes the chosen one.
+  /** @param {HTMLSelectElement} menu @param {HTMLElement} about */
+  async sets(menu, about) {
+    const found = await targets().catch(() => []);
+    const group = element('optgroup', { label: 'Materials for another program' }, ...found.map(({ name }) => element('option', { value: name, textContent: name })));
+    if (found.length) menu.append(group);
+    const docs = new Map(found.map(({ name, doc }) => [name, doc]));
+    menu.onchange = () => {
+      about.textContent = docs.get(menu.value) ?? '';
+      // These formats say themselves what their files are.
+      /** @type {HTMLSelectElement} */ ($('export-format')).disabled = docs.has(menu.value);
+    };
   }
 
   // Exports the lit view as an HTML file.
@@ -86,10 +102,11 @@ export class Exporter {
     const { state, target } = this.page;
     if (!state?.scene || this.id) return;
     /** @type {Record<string, unknown>} */
-    const wish = { g: state.scene.generation, gltf: what === 'gltf' };
+    const wish = { g: state.scene.generation };
     if (what === 'map') wish.target = target;
+    else if (what !== 'maps') wish.set = what;
     if (size) wish.resolution = +size;
-    if (format && what !== 'gltf') wish.format = format;
+    if (format && !wish.set) wish.format = format;
     this.busy(true);
     this.note.textContent = 'Rendering …';
     this.early = [];

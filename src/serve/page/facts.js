@@ -53,10 +53,11 @@ export function legend(page, object) {
 /** @type {(page: Page, pixel: Vec2 | null) => Promise<void>} */
 export const probe = latest(async (page, pixel) => {
   const { state, shown, picture, target } = page;
-  if (!pixel || !state?.scene || picture.object?.own) { $('cursor').textContent = ''; return; }
+  if (!pixel || !state?.scene || picture.object?.own) { $('cursor').textContent = ''; page.overlay.at(null); return; }
   const [x, y] = pixel;
   if (shown?.own) { $('cursor').textContent = `${x}, ${y} px`; return; }
   const found = shown?.picture ? await ask('probe', { g: state.scene.generation, t: target, x, y }) : null;
+  page.overlay.at(found?.type === 'Gray' ? found.values[0] : null);
   const { canvas } = state.scene;
   const share = /** @type {Vec2} */ ([0, 1].map((i) => (pixel[i] + 0.5) / canvas.resolution[i]));
   const mm = found?.mm ?? share.map((s, i) => s * canvas.size_mm[i]);

@@ -1,15 +1,13 @@
 // @ts-check
 // History of looks: each changed value and each save is a step that can be undone, redone, restored and compared.
-import { $, element, notice } from './dom.js';
+import { $, element, isShown, notice } from './dom.js';
 import { change } from './net.js';
+import { same, sent } from './values.js';
 
 const MOST = 200;
 // Keys that step a value within this time are one step, in ms.
 const REST = 900;
 const SIZE = 84;
-/** @type {(a: Values, b: Values) => boolean} */
-const same = (a, b) => JSON.stringify([a.preset, [...a.set].sort()]) === JSON.stringify([b.preset, [...b.set].sort()]);
-
 export class Looks {
   // `apply` sets values; `compare` shows two steps together; `settle` waits until values on their way to the server have
   // arrived.
@@ -69,6 +67,20 @@ export class Looks {
     this.touched = now;
   }
 
+  // Corrects the values of the present step after a refusal; a step that then changes nothing is no step.
+  /** @param {Values} values */
+  correct(values) {
+    const { at } = this;
+    if (!at) return;
+    at.values = values;
+    if (at.parent && !at.own && !at.external && same(values, at.parent.values) && this.steps.at(-1) === at) {
+      this.steps.pop();
+      this.at = at.parent;
+      delete this.at.next;
+    }
+    this.draw();
+  }
+
   // Changes the file as one step. The resulting content counts as the user's own.
   /** @param {unknown} what @param {Values} values @param {string} label */
   async save(what, values, label) {
@@ -81,7 +93,7 @@ export class Looks {
     this.writing = true;
     try {
       await this.settle();
-      this.sha = await change(this.sha, what, { preset: values.preset, set: [...values.set] });
+      this.sha = await change(this.sha, what, sent(values));
       return this.sha;
     } finally {
       this.writing = false;
@@ -184,7 +196,7 @@ export class Looks {
   draw() {
     $('undo').disabled = !this.canUndo;
     $('redo').disabled = !this.at?.next;
-    if (!/** @type {HTMLDetailsElement} */ (this.root.closest('details')).open) return;
+    if (!isShown(this.root)) return;
     /** @param {Look} step */
     const row = (step) => {
       const go = element('button', { className: 'look', title: 'Go back to this look' }, step.canvas, element('span', { textContent: `${step.number}. ${step.label}` }));

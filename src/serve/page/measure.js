@@ -1,6 +1,6 @@
 // @ts-check
 // The measuring panel: histogram, black and white point, exposure, false colour, contour lines, profile.
-import { $, element, short } from './dom.js';
+import { $, element, isShown, short } from './dom.js';
 import { evaluate, numberField } from './entry.js';
 import { histogram, profile } from './tone.js';
 
@@ -47,7 +47,7 @@ export class Measure {
     this.fields = this.build();
   }
 
-  get open() { return /** @type {HTMLDetailsElement} */ (this.root.closest('details')).open; }
+  get open() { return isShown(this.root); }
 
   build() {
     /** @type {(id: string, text: string, onset: () => void) => [HTMLInputElement, HTMLLabelElement]} */

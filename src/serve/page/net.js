@@ -125,12 +125,34 @@ export async function change(base, what, then = null) {
   return (await response.json()).sha256;
 }
 
+// The graphs of the folder, and the shown one.
+/** @returns {Promise<{ names: string[], shown: string }>} */
+export async function graphs() {
+  const response = await request('graphs');
+  if (!response.ok) throw new Error(await response.text());
+  return response.json();
+}
+
+// Shows another graph of the folder; the page is loaded again when the server has it.
+/** @param {string} name */
+export const openGraph = (name) => post('open', { name });
+
+// The formats for other programs.
+/** @returns {Promise<{ name: string, doc: string }[]>} */
+export async function targets() {
+  const response = await request('targets');
+  return response.ok ? response.json() : [];
+}
+
 // Shows the line of a node in the editor, if there is one.
 /** @param {string} node */
 export const jump = (node) => post('jump', { node }).catch(() => {});
 
 // The target that the address of the page names.
 export const addressed = () => decodeURIComponent(location.hash.slice(1));
+
+// Loads the page again, for another graph.
+export const again = () => location.replace(location.pathname);
 
 // Address of a finished export.
 /** @param {string} id */

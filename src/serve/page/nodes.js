@@ -4,6 +4,9 @@
 import { $ } from './dom.js';
 import { ask, bitmap } from './net.js';
 import { paintBox } from './box.js';
+import { bounds, Minimap, paintGroups } from './minimap.js';
+import { Peek } from './peek.js';
+import { paintPorts, paintWire, typeLegend, Way } from './wires.js';
 
 export const [W, H, DX, DY] = [168, 112, 220, 130];
 const KEPT = 600;
@@ -25,9 +28,10 @@ export class Graph {
    *   onselect: (name: string, node: Box) => void,
    *   onjump: (name: string) => void,
    *   onlevel: (path: string) => void,
+   *   values: () => Values,
    * }} on
    */
-  constructor(canvas, { onselect, onjump, onlevel }) {
+  constructor(canvas, { onselect, onjump, onlevel, values }) {
     this.canvas = canvas;
     this.context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
     this.onselect = onselect;
@@ -64,6 +68,12 @@ export class Graph {
     /** @type {string | null} */
     this.selected = null;
     this.hover = -1;
+    this.minimap = new Minimap(this);
+    this.peek = new Peek(this, $('peek'), values);
+    this.way = new Way(this);
+    // Corners of a frame that is being dragged.
+    /** @type {[Vec2, Vec2] | null} */
+    this.frame = null;
     this.fitted = true;
     // True if the whole level is in view, false for a readable part of it.
     this.whole = false;
@@ -82,9 +92,26 @@ export class Graph {
     /** @type {Vec2 | null} */
     let from = null;
     let moved = 0;
-    canvas.addEventListener('pointerdown', (e) => { from = [e.clientX, e.clientY]; moved = 0; canvas.setPointerCapture(e.pointerId); });
+    let onMap = false;
+    /** @param {MouseEvent} e */
+    const toMap = (e) => { const at = this.minimap.hit(e); if (at) { this.center = at; this.fitted = false; this.draw(); } return !!at; };
+    canvas.addEventListener('pointerdown', (e) => {
+      canvas.setPointerCapture(e.pointerId);
+      this.peek.hide();
+      onMap = toMap(e);
+      if (onMap) return;
+      from = [e.clientX, e.clientY];
+      moved = 0;
+      if (e.shiftKey) this.frame = [this.place(e), this.place(e)];
+    });
+    canvas.addEventListener('pointerleave', () => this.peek.rest(-1));
     canvas.addEventListener('pointermove', (e) => {
-      if (from) {
+      if (onMap) { toMap(e); return; }
+      if (from && this.frame) {
+        moved += Math.abs(e.clientX - from[0]) + Math.abs(e.clientY - from[1]);
+        this.frame[1] = this.place(e);
+        this.draw();
+      } else if (from) {
         moved += Math.abs(e.clientX - from[0]) + Math.abs(e.clientY - from[1]);
         this.center[0] -= (e.clientX - from[0]) / this.scale;
         this.center[1] -= (e.clientY - from[1]) / this.scale;
@@ -93,12 +120,15 @@ export class Graph {
         this.draw();
       } else {
         const hover = this.hit(e);
-        if (hover !== this.hover) { this.hover = hover; canvas.title = hover < 0 ? '' : this.about(hover); this.draw(); }
+        if (hover !== this.hover) { this.hover = hover; this.peek.rest(hover); canvas.title = hover < 0 ? '' : this.about(hover); this.draw(); }
       }
     });
     canvas.addEventListener('pointerup', (e) => {
       if (from && moved < 4) { const i = this.hit(e); if (i >= 0) this.show(this.nodes[i]); }
+      if (this.frame) this.enclose(this.frame);
+      this.frame = null;
       from = null;
+      onMap = false;
     });
     canvas.addEventListener('dblclick', (e) => { const i = this.hit(e); if (i >= 0) this.dive(this.nodes[i]); });
     canvas.addEventListener('keydown', (e) => this.key(e));
@@ -138,7 +168,9 @@ export class Graph {
     if (e.ctrlKey || e.metaKey || e.altKey) return;
     const node = this.nodes[this.at()];
     const by = NEXT[e.key];
-    if (by) this.go(node, by);
+    if (by && e.shiftKey) this.mark(this.way.go(e.key, this.at()));
+    else if (by) this.go(node, by);
+    else if (e.key === ' ' && node) this.peek.toggle(this.at());
     else if (e.key === 'Enter' && node) this.show(node);
     else if (e.key.toLowerCase() === 'o' && node) this.dive(node);
     else if (e.key === 'Backspace' && this.level) this.enter(this.level.includes('/') ? this.level.slice(0, this.level.lastIndexOf('/')) : '');
@@ -238,6 +270,8 @@ export class Graph {
     this.fresh = false;
     this.nodes = graph.nodes.map((n) => ({ ...n, x: n.column * DX, y: n.row * DY }));
     this.wires = graph.wires;
+    typeLegend(this.wires);
+    this.peek.hide();
     this.names = graph.names;
     this.byName = new Map(this.nodes.map((n, i) => [n.name, i]));
     this.canvas.dataset.nodes = String(this.nodes.length);
@@ -278,12 +312,7 @@ export class Graph {
   fit(whole = true) {
     this.whole = whole;
     if (!this.nodes.length || !this.open) return;
-    const [xs, ys] = [this.nodes.map((n) => n.x), this.nodes.map((n) => n.y)];
-    /** @param {number[]} list */
-    const min = (list) => list.reduce((a, b) => Math.min(a, b));
-    /** @param {number[]} list */
-    const max = (list) => list.reduce((a, b) => Math.max(a, b));
-    const [left, right, top, bottom] = [min(xs), max(xs) + W, min(ys), max(ys) + H];
+    const { left, right, top, bottom } = bounds(this.nodes);
     const [wide, high] = [this.canvas.clientWidth / (right - left + 60), this.canvas.clientHeight / (bottom - top + 40)];
     this.scale = Math.min(Math.max(Math.min(wide, high), whole ? LEAST : READABLE), innerWidth < 2400 ? 1.2 : 2);
     this.center = [(left + right) / 2, (top + bottom) / 2];
@@ -292,6 +321,20 @@ export class Graph {
     if (wide < this.scale) this.center[0] = right + 30 - this.canvas.clientWidth / 2 / this.scale;
     if (high < this.scale) this.center[1] = output.y + H / 2;
     this.fitted = true;
+    this.draw();
+  }
+
+  // Brings the boxes within a frame into view.
+  /** @param {[Vec2, Vec2]} frame */
+  enclose([[x0, y0], [x1, y1]]) {
+    const [left, right, top, bottom] = [Math.min(x0, x1), Math.max(x0, x1), Math.min(y0, y1), Math.max(y0, y1)];
+    const inside = this.nodes.filter((n) => n.x + W > left && n.x < right && n.y + H > top && n.y < bottom);
+    if (inside.length && right - left > 4) {
+      const all = bounds(inside);
+      this.scale = Math.min(this.canvas.clientWidth / (all.right - all.left + 60), this.canvas.clientHeight / (all.bottom - all.top + 50), 2);
+      this.center = [(all.left + all.right) / 2, (all.top + all.bottom) / 2];
+      this.fitted = false;
+    }
     this.draw();
   }
 
@@ -330,37 +373,24 @@ export class Graph {
     c.setTransform(k, 0, 0, k, canvas.width / 2 - this.center[0] * k, canvas.height / 2 - this.center[1] * k);
     const view = [this.center[0] - canvas.width / 2 / k, this.center[1] - canvas.height / 2 / k, this.center[0] + canvas.width / 2 / k, this.center[1] + canvas.height / 2 / k];
     const near = this.at();
-    for (const wire of this.wires) this.wire(wire, view, near, scale);
+    const colors = Object.fromEntries(['bar', 'raised', 'line', 'text', 'dim', 'accent', 'bad', 'stage', 'computed', 'memory', 'disk', 'folded', 'unused'].map((n) => [n, color(`--${n}`)]));
+    paintGroups(this, colors);
+    for (const wire of this.wires) paintWire(this, wire, view, near);
     c.globalAlpha = 1;
-    const colors = Object.fromEntries(['raised', 'line', 'text', 'dim', 'accent', 'bad', 'stage', 'computed', 'memory', 'disk', 'folded', 'unused'].map((n) => [n, color(`--${n}`)]));
     this.nodes.forEach((node, i) => {
       if (node.x > view[2] || node.y > view[3] || node.x + W < view[0] || node.y + H < view[1]) return;
       paintBox(this, node, i, colors, i === near);
       if (node.index !== null && node.index !== undefined && !this.asked.has(i)) { this.asked.add(i); this.queue.push(i); }
     });
-    this.fetch();
-  }
-
-  /** @param {GraphWire} wire @param {number[]} view @param {number} near @param {number} scale */
-  wire(wire, view, near, scale) {
-    const c = this.context;
-    const [a, b] = [this.nodes[wire.from], this.nodes[wire.to]];
-    /** @type {Vec2[]} */
-    const points = [[a.x + W, a.y + H / 2], ...wire.bends.map(([x, y]) => /** @type {Vec2} */ ([x * DX + W / 2, y * DY + H / 2])), [b.x, b.y + H / 2]];
-    const [low, high] = [Math.min(...points.map((p) => p[1])), Math.max(...points.map((p) => p[1]))];
-    if (points[0][0] > view[2] || points[points.length - 1][0] < view[0] || low > view[3] || high < view[1]) return;
-    const touched = wire.from === near || wire.to === near;
-    c.globalAlpha = touched ? 1 : near < 0 ? 0.55 : 0.28;
-    c.strokeStyle = wire.color ?? '#777';
-    c.lineWidth = (touched ? 2.4 : 1.5) * Math.max(1, 0.5 / scale);
-    c.beginPath();
-    c.moveTo(...points[0]);
-    for (let i = 1; i < points.length; i += 1) {
-      const [[x0, y0], [x1, y1]] = [points[i - 1], points[i]];
-      const mid = (x0 + x1) / 2;
-      c.bezierCurveTo(mid, y0, mid, y1, x1, y1);
+    paintPorts(this, this.hover >= 0 ? this.hover : near, colors);
+    if (this.frame) {
+      const [[x0, y0], [x1, y1]] = this.frame;
+      c.strokeStyle = colors.accent;
+      c.lineWidth = 1.5 / scale;
+      c.strokeRect(x0, y0, x1 - x0, y1 - y0);
     }
-    c.stroke();
+    this.minimap.paint(view, colors);
+    this.fetch();
   }
 
   // Fetches the thumbnails in view, a few at a time.

@@ -1,29 +1,21 @@
 // @ts-check
 // The parameters of the graph: sliders, presets, the origin of each value, and saving to the file.
-import { element, notice, say } from './dom.js';
-import { numberField, within } from './entry.js';
+import { element, notice, say, short } from './dom.js';
+import { control, unquote } from './control.js';
+import { keyOf, sent } from './values.js';
 
-/** @type {(text: string) => string} */
-const unquote = (text) => { try { return JSON.parse(text); } catch { return text.replace(/^"|"$/g, ''); } };
-/** @type {(v: number) => number} */
-const code = (v) => Math.round(255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055));
+/** @param {FieldEdit[] | undefined} edits @returns {Map<string, FieldEdit>} */
+const byKey = (edits) => new Map((edits ?? []).map((edit) => [keyOf(edit), edit]));
 
-// Formats a colour as browsers expect it.
-/** @param {string} value */
-function hex(value) {
-  if (value.startsWith('"')) return unquote(value);
-  const numbers = value.replace(/[()\s]/g, '').split(',').map(Number);
-  return `#${numbers.slice(0, 3).map((v) => Math.min(255, Math.max(0, code(v))).toString(16).padStart(2, '0')).join('')}`;
-}
-
-/** @typedef {(value: string) => void} Setter */
+// Graphs with at most this number of parameters need no search.
+const FEW = 8;
 
 export class Parameters {
   // `onchange` is called with values, a label and the control that changed them; `onsave` with changes of the file.
   /**
    * @param {HTMLElement} root
    * @param {{
-   *   onchange: (values: { preset: string | null, set: Map<string, string> }, label: string, group: string | null) => void,
+   *   onchange: (values: Values, label: string, group: string | null) => void,
    *   onsave: (change: unknown, after: Values, label: string) => void,
    * }} on
    */
@@ -37,6 +29,13 @@ export class Parameters {
     this.preset = null;
     /** @type {Map<string, string>} */
     this.set = new Map();
+    // Values in the texts of nodes, by their keys; those that the server has taken; and the values of the file.
+    /** @type {Map<string, FieldEdit>} */
+    this.edits = new Map();
+    /** @type {Map<string, FieldEdit>} */
+    this.accepted = new Map();
+    /** @type {Map<string, string>} */
+    this.written = new Map();
     /** @type {Param[]} */
     this.params = [];
     this.busy = false;
@@ -55,12 +54,22 @@ export class Parameters {
     /** @type {number | undefined} */
     this.rest = undefined;
     this.shape = '';
+    /** @type {Map<string, HTMLDetailsElement>} */
+    this.groups = new Map();
+    // Names of the groups that the user has folded.
+    /** @type {Set<string>} */
+    this.folded = new Set();
+    this.sought = '';
+    // Called with the values that remain after a refusal.
+    /** @type {((values: Values) => void) | undefined} */
+    this.onrefuse = undefined;
     // Errors of values that a fit found.
     /** @type {Map<string, { text: string, loose: boolean }>} */
     this.errors = new Map();
   }
 
-  get values() { return { preset: this.preset, set: new Map(this.set) }; }
+  /** @returns {Values & { edits: FieldEdit[] }} */
+  get values() { return { preset: this.preset, set: new Map(this.set), edits: [...this.edits.values()] }; }
 
   // Shows a new graph; a control that is being moved is left alone.
   /** @param {Scene} scene @param {Values} values */
@@ -68,8 +77,10 @@ export class Parameters {
     const shape = JSON.stringify([scene.presets, scene.params.map(({ value, default: _, before, after, ...rest }) => rest)]);
     // The new file may not allow a value that was just set.
     this.resync ||= this.busy && this.sha !== undefined && this.sha !== scene.sha256;
+    if (this.sha !== scene.sha256) for (const key of this.written.keys()) if (!this.edits.has(key)) this.written.delete(key);
     this.sha = scene.sha256;
     this.told = values;
+    this.accepted = byKey(values.edits);
     if (!this.busy) this.follow();
     this.params = scene.params;
     if (shape !== this.shape) {
@@ -84,6 +95,7 @@ export class Parameters {
     const told = /** @type {Values} */ (this.told);
     this.preset = told.preset;
     this.set = new Map(told.set);
+    this.edits = byKey(told.edits);
   }
 
   // Begins a drag of a control: until it is released, all its values are one step of the history.
@@ -112,12 +124,18 @@ export class Parameters {
     }, time);
   }
 
-  // Requested value: set by hand, or else the shown one.
+  // Requested value: set by hand, or else that of the preset or of the file. The shown one may be older.
   /** @param {Param} param */
-  value(param) { return this.set.get(param.name) ?? param.value; }
+  value(param) { return this.set.get(param.name) ?? (this.preset ? param.value : param.default); }
+
+  // The number of values set by hand.
+  get count() { return this.set.size + this.edits.size; }
 
   // The values set by hand, as a text.
-  get byHand() { return [...this.set].map(([name, value]) => `${name} ${unquote(value)}`).join(', '); }
+  get byHand() {
+    const nodes = [...this.edits.values()].map(({ node, field: name, value }) => `${[node, name].filter(Boolean).join(' ')} ${unquote(value)}`);
+    return [...[...this.set].map(([name, value]) => `${name} ${unquote(value)}`), ...nodes].join(', ');
+  }
 
   get changed() { return this.params.filter((p) => this.value(p) !== p.default); }
 
@@ -131,10 +149,11 @@ export class Parameters {
     }
     const note = this.root.querySelector('.by-hand');
     if (note) {
-      say(/** @type {HTMLElement} */ (note), `+ ${this.set.size} by hand`);
-      note.classList.toggle('on', this.set.size > 0);
+      say(/** @type {HTMLElement} */ (note), `+ ${this.count} by hand`);
+      note.classList.toggle('on', this.count > 0);
     }
-    const none = !this.changed.length;
+    this.countGroups();
+    const none = !this.changed.length && !this.edits.size;
     for (const button of /** @type {NodeListOf<HTMLButtonElement>} */ (this.root.querySelectorAll('[data-needs=changed]'))) if (button.disabled !== none) button.disabled = none;
   }
 
@@ -142,6 +161,29 @@ export class Parameters {
   change(name, value, group = name) {
     if (value === null) this.set.delete(name); else this.set.set(name, value);
     this.tell(value === null ? `${name} reset` : `${name} ${unquote(value)}`, group);
+  }
+
+  // Sets a value in the text of a node, without a change of the file.
+  /** @param {FieldEdit} edit @param {string | null} group */
+  edit(edit, group) {
+    const key = keyOf(edit);
+    const reset = edit.value === this.written.get(key) || (Number.isFinite(Number(edit.value)) && Number(edit.value) === Number(this.written.get(key)));
+    // The newest is the last one: the server drops it first if the graph does not accept it.
+    this.edits.delete(key);
+    if (!reset) this.edits.set(key, edit);
+    this.tell(`${[edit.node, edit.field].filter(Boolean).join(' ')} ${reset ? 'reset' : unquote(edit.value)}`, group);
+  }
+
+  // Handles a value that the graph does not accept: the one before it comes back.
+  /** @param {FieldEdit} edit @param {string} why */
+  refuse(edit, why) {
+    const key = keyOf(edit);
+    if (this.edits.get(key)?.value !== edit.value) return;
+    const before = this.accepted.get(key);
+    if (before && before.value !== edit.value) this.edits.set(key, before); else this.edits.delete(key);
+    notice(`${edit.node}: ${edit.field || 'formula'} ${unquote(edit.value)} is not taken: ${why}`, true);
+    this.onrefuse?.(this.values);
+    this.show();
   }
 
   /** @param {string} label @param {string | null} [group] */
@@ -164,6 +206,7 @@ export class Parameters {
   take(values) {
     this.preset = values.preset;
     this.set = new Map(values.set);
+    this.edits = byKey(values.edits);
     this.errors = new Map();
     this.settle();
     this.show();
@@ -175,9 +218,11 @@ export class Parameters {
     const copy = element('button', { id: 'copy', textContent: 'Copy as RON', title: 'The lines to put into the graph file' });
     copy.onclick = () => this.copy(copy);
     const reset = element('button', { id: 'reset', textContent: 'Reset', title: 'The values of the file' });
-    reset.onclick = () => { this.set.clear(); this.preset = null; this.tell('Reset'); };
+    reset.onclick = () => { this.set.clear(); this.edits.clear(); this.preset = null; this.tell('Reset'); };
     for (const b of [copy, reset]) b.dataset.needs = 'changed';
-    this.root.replaceChildren(element('h2', {}, 'Parameters', element('div', { className: 'spring' }), copy, reset));
+    const find = element('input', { type: 'search', id: 'param-find', placeholder: 'Find a parameter', ariaLabel: 'Find a parameter', hidden: scene.params.length <= FEW, autocomplete: 'off', spellcheck: false });
+    find.oninput = () => this.find(find.value);
+    this.root.replaceChildren(element('h2', {}, 'Parameters', element('div', { className: 'spring' }), copy, reset), find);
     const presets = element('div', { className: 'presets', role: 'group', ariaLabel: 'Presets' });
     for (const name of scene.presets.length ? [null, ...scene.presets] : []) {
       const made = element('button', { value: name ?? '', textContent: name ?? 'as written' });
@@ -191,7 +236,7 @@ export class Parameters {
       this.root.append(element('p', { className: 'doc', textContent: 'The graph declares no parameters. Look at a node, and make parameters of its values.' }));
       return;
     }
-    for (const param of scene.params) this.root.append(this.row(param));
+    this.root.append(...this.grouped(scene.params));
     const name = element('input', { type: 'text', id: 'preset-name', placeholder: 'Name', ariaLabel: 'Name of the new preset', spellcheck: false });
     const add = element('button', { textContent: 'New preset', title: 'Write the present values into the file as a preset' });
     add.dataset.needs = 'changed';
@@ -200,20 +245,63 @@ export class Parameters {
     this.root.append(element('div', { className: 'row' }, name, add));
   }
 
+  // The rows of parameters; those with the same group stand together under its name, which folds them.
+  /** @param {Param[]} params */
+  grouped(params) {
+    this.groups = new Map();
+    const rows = [];
+    for (const param of params) {
+      const row = this.row(param);
+      if (!param.group) { rows.push(row); continue; }
+      const known = this.groups.get(param.group);
+      if (known) { known.append(row); continue; }
+      const group = param.group;
+      const made = element('details', { className: 'group', open: !this.folded.has(group) }, element('summary', {}, group, element('span', { className: 'set' })), row);
+      // A search opens groups for a while.
+      made.ontoggle = () => { if (!this.sought) this.folded[made.open ? 'delete' : 'add'](group); };
+      this.groups.set(group, made);
+    }
+    return [...rows, ...this.groups.values()];
+  }
+
+  // Shows only the parameters whose name, description or group contains a text.
+  /** @param {string} text */
+  find(text) {
+    this.sought = text.trim().toLowerCase();
+    for (const param of this.params) {
+      const row = /** @type {HTMLElement | null} */ (this.root.querySelector(`[data-param="${param.name}"]`));
+      const words = [param.name, param.name.replaceAll('_', ' '), param.doc, param.group].join(' ').toLowerCase();
+      if (row) row.hidden = !words.includes(this.sought);
+    }
+    for (const [name, group] of this.groups) {
+      group.open = this.sought ? true : !this.folded.has(name);
+      group.hidden = !group.querySelector('.param:not([hidden])');
+    }
+  }
+
+  // Says beside the name of each group how many of its values are set.
+  countGroups() {
+    for (const [name, group] of this.groups) {
+      const set = this.params.filter((p) => p.group === name && (this.set.has(p.name) || this.value(p) !== p.default)).length;
+      say(/** @type {HTMLElement} */ (group.querySelector('.set')), set ? `${set} set` : '');
+    }
+  }
+
   /** @param {HTMLInputElement} box */
   add(box) {
     const name = box.value.trim();
     if (!name) { box.focus(); notice('Give the preset a name', true); return; }
     const set = this.changed.map((p) => [p.name, this.value(p)]);
-    this.onsave({ preset: { name, set } }, { preset: name, set: new Map() }, `Preset ${name} made`);
+    this.onsave({ preset: { name, set } }, { ...this.values, preset: name, set: new Map() }, `Preset ${name} made`);
     box.value = '';
   }
 
   // Saves values set by hand to the file, or to the active preset.
   save() {
-    if (!this.set.size) return;
+    if (!this.count) return;
+    const { edits } = sent(this.values);
     const preset = this.preset?.split('+').at(-1) ?? null;
-    this.onsave({ values: { set: [...this.set], preset } }, { preset: this.preset, set: new Map() }, `Saved to ${preset ? `preset ${preset}` : 'file'}: ${this.byHand}`);
+    this.onsave({ values: { set: [...this.set], preset, edits } }, { preset: this.preset, set: new Map(), edits: [] }, `Saved to ${preset ? `preset ${preset}` : 'file'}: ${this.byHand}`);
   }
 
   /** @param {Param} param */
@@ -221,13 +309,15 @@ export class Parameters {
     const id = `param-${param.name}`;
     const label = element('label', { htmlFor: id, textContent: param.name.replaceAll('_', ' '), title: param.doc });
     const reset = element('button', { className: 'reset', textContent: '↺', ariaLabel: `Reset ${param.name}`, disabled: true });
-    const head = element('div', { className: 'head' }, label, reset);
+    const head = element('div', { className: 'head' }, label);
     const row = element('div', { className: 'param', dataset: { param: param.name } }, head);
-    const make = /** @type {Record<string, 'number' | 'bool' | 'color' | 'choice'>} */ ({ Number: 'number', Integer: 'number', Bool: 'bool', Color: 'color', Choice: 'choice' })[param.type] ?? 'text';
-    const show = this[make](param, id, head, row);
+    const made = control(this, param, id);
+    head.append(made.box);
+    head.append(reset);
     // The origin of a value takes the place of the description, so that the panel does not move.
     const from = element('div', { className: 'from' });
-    row.append(element('div', { className: 'below' }, from, element('div', { className: 'doc', textContent: param.doc })));
+    const range = param.range ? element('span', { className: 'range', textContent: param.range.map(short).join(' … ') }) : null;
+    row.append(element('div', { className: 'below' }, from, element('div', { className: 'doc' }, param.doc), range));
     this.rows.set(param.name, (now, trial) => {
       const value = trial ?? this.value(now);
       const byHand = this.set.has(now.name);
@@ -238,84 +328,26 @@ export class Parameters {
       }
       const why = byHand ? 'Without the value set by hand' : 'The value of the file';
       if (reset.title !== why) reset.title = why;
-      reset.onclick = () => this.change(now.name, byHand ? null : now.default, null);
+      reset.onclick = () => this.reset(now.name);
       // The overridden value stays visible.
       const origin = byHand ? `by hand; the file says ${unquote(now.default)}` : changed ? `by the preset; the file says ${unquote(now.default)}` : '';
       const error = this.errors.get(now.name);
       row.classList.toggle('loose', error?.loose ?? false);
       say(from, trial ? 'tried by the fit' : error ? `fitted: ${error.text}` : origin);
       from.title = [origin, param.doc].filter(Boolean).join('\n');
-      if (!row.contains(document.activeElement) || !this.moving) show(value);
+      if (!row.contains(document.activeElement) || !this.moving) made.show(value, now.default);
     });
-    row.addEventListener('pointerdown', (e) => { this.moving = /** @type {Element} */ (e.target).matches('[type=range], [type=color]'); });
+    row.addEventListener('pointerdown', (e) => { this.moving = /** @type {Element} */ (e.target).matches('[type=color]'); });
     row.addEventListener('change', () => { this.moving = false; });
     return row;
   }
 
-  /** @param {Param} param @param {string} id @param {HTMLElement} head @param {HTMLElement} row @returns {Setter} */
-  number(param, id, head, row) {
-    const whole = param.type === 'Integer';
-    const { name, range, unit } = param;
-    /** @type {HTMLInputElement | null} */
-    let slider = null;
-    /** @param {number} n @param {string | null} group */
-    const send = (n, group) => {
-      if (!Number.isFinite(n)) return;
-      const taken = within(n, range, whole);
-      // Slider and field show the value at once, even if the file cannot be evaluated.
-      if (slider) slider.value = String(taken);
-      field.show(taken, true);
-      this.change(name, whole ? String(taken) : String(+taken.toPrecision(12)), group);
-    };
-    const field = numberField({ id, name: name.replaceAll('_', ' '), unit: unit ?? '', whole, range, onset: (n, stepped) => send(n, stepped ? name : null) });
-    head.append(field.box, element('span', { className: 'unit', textContent: unit ?? '' }));
-    if (range) {
-      const [lo, hi] = range;
-      const made = element('input', { type: 'range', min: lo, max: hi, step: whole ? 1 : 10 ** Math.floor(Math.log10((hi - lo) / 200)), ariaLabel: name.replaceAll('_', ' ') });
-      made.oninput = () => send(whole ? made.valueAsNumber : +made.valueAsNumber.toPrecision(4), this.gesture(name));
-      made.onpointerdown = () => this.hold(name);
-      made.title = `${lo} … ${hi} ${unit ?? ''}`;
-      row.append(made);
-      slider = made;
-    }
-    return (value) => { const n = Number(value); field.show(n); if (slider) slider.value = String(n); };
-  }
-
-  /** @param {Param} param @param {string} id @param {HTMLElement} head @returns {Setter} */
-  bool(param, id, head) {
-    const box = element('input', { type: 'checkbox', id });
-    box.onchange = () => this.change(param.name, String(box.checked), null);
-    head.append(box);
-    return (value) => { box.checked = value === 'true'; };
-  }
-
-  /** @param {Param} param @param {string} id @param {HTMLElement} head @returns {Setter} */
-  color(param, id, head) {
-    const box = element('input', { type: 'color', id });
-    // All colours until the picker closes are one step.
-    box.oninput = () => {
-      if (this.held !== param.name) this.hold(param.name);
-      this.change(param.name, `"${box.value}"`, this.gesture(param.name));
-    };
-    box.onchange = () => this.release();
-    head.append(box);
-    return (value) => { box.value = hex(value); };
-  }
-
-  /** @param {Param} param @param {string} id @param {HTMLElement} head @param {HTMLElement} row @returns {Setter} */
-  choice(param, id, head, row) {
-    const box = element('select', { id }, ...param.options.map((o) => element('option', { value: o, textContent: o })));
-    box.onchange = () => this.change(param.name, box.value, null);
-    row.append(box);
-    return (value) => { box.value = unquote(value); };
-  }
-
-  /** @param {Param} param @param {string} id @param {HTMLElement} head @param {HTMLElement} row @returns {Setter} */
-  text(param, id, head, row) {
-    const box = element('input', { type: 'text', id, spellcheck: false });
-    box.onchange = () => this.change(param.name, JSON.stringify(box.value), null);
-    row.append(box);
-    return (value) => { box.value = unquote(value); };
+  // Takes back the value set by hand, or else that of the preset.
+  /** @param {string} name */
+  reset(name) {
+    const param = this.params.find((p) => p.name === name);
+    if (!param) return;
+    if (this.set.has(name)) this.change(name, null, null); else if (param.value !== param.default) this.change(name, param.default, null);
   }
 
   // Copies the declarations with their new defaults, as they would be in the file.

@@ -48,7 +48,7 @@ export class Photo {
   // Takes a photograph and shows it beside the picture.
   /** @param {File} file */
   async take(file) {
-    /** @type {HTMLDetailsElement} */ (this.root.closest('details')).open = true;
+    this.page.tabs.show('look');
     try {
       const { name, size } = await sendPhoto(file);
       // TIFF files are not shown by browsers, but can be fitted.
@@ -176,7 +176,7 @@ export class Photo {
   async save(onsave) {
     const name = this.name.value.trim();
     if (!name) { this.name.focus(); notice('Give the preset a name', true); return; }
-    if (await onsave({ fitted: { name } }, { preset: name, set: new Map() }, `Preset ${name} kept`)) this.kept.hidden = true;
+    if (await onsave({ fitted: { name } }, { ...this.page.parameters.values, preset: name, set: new Map() }, `Preset ${name} kept`)) this.kept.hidden = true;
   }
 }
 

@@ -9,6 +9,8 @@ import { isNeutral, neutral, toned } from './tone.js';
 
 const TILE = 512;
 const KEPT = 160;
+// Tiles fetched at once.
+const AT_ONCE = 4;
 // Pictures that follow each other within this many ms are drawn with fast smoothing, and finely when none follows.
 const HURRY = 250;
 
@@ -52,8 +54,15 @@ export class Picture {
     this.planes = new WeakMap();
     /** @type {Map<string, ImageBitmap>} */
     this.tiles = new Map();
-    /** @type {Map<string, boolean>} */
-    this.wanted = new Map();
+    // Tiles that are on their way.
+    /** @type {Set<string>} */
+    this.wanted = new Set();
+    // Tiles that the server does not have.
+    /** @type {Set<string>} */
+    this.none = new Set();
+    // Tiles of the view to be fetched next, with their distance from its middle.
+    /** @type {{ key: string, args: Record<string, string | number>, far: number }[]} */
+    this.missing = [];
     /** @type {Sketch | null} */
     this.object = null;
     /** @type {TileSource | null} */
@@ -192,7 +201,7 @@ export class Picture {
     this.now = now;
     this.object = null;
     this.source = source;
-    this.wanted.clear();
+    this.none.clear();
     this.resized(size);
   }
 
@@ -231,6 +240,7 @@ export class Picture {
     const { canvas, context: c } = this;
     c.setTransform(1, 0, 0, 1, 0, 0);
     c.clearRect(0, 0, canvas.width, canvas.height);
+    this.missing = [];
     const { comparison } = this;
     const after = comparison.after ?? this.now;
     const source = comparison.after ? null : this.source;
@@ -244,6 +254,8 @@ export class Picture {
     }
     if (this.wire && this.now) this.outline(this.wire);
     if (this.line) this.mark(this.line);
+    this.missing.sort((a, b) => a.far - b.far);
+    this.fetch();
     this.onview(this.bitmap || this.object ? this.scale : null);
   }
 
@@ -328,9 +340,10 @@ export class Picture {
     const [first, last] = [[-x0, -y0], [canvas.width - x0, canvas.height - y0]].map((p) => p.map((v) => Math.floor(v / scale / step)));
     for (let y = Math.max(0, first[1]); y <= last[1] && y * step < h; y += 1) {
       for (let x = Math.max(0, first[0]); x <= last[0] && x * step < w; x += 1) {
-        const tile = this.tile(source, level, x, y);
-        if (!tile) continue;
         const [a, b] = [Math.round(x0 + x * step * scale), Math.round(y0 + y * step * scale)];
+        const half = (step * scale) / 2;
+        const tile = this.tile(source, level, x, y, Math.hypot(a + half - canvas.width / 2, b + half - canvas.height / 2));
+        if (!tile) continue;
         const right = Math.round(x0 + Math.min((x + 1) * step, w) * scale);
         const bottom = Math.round(y0 + Math.min((y + 1) * step, h) * scale);
         c.imageSmoothingEnabled = scale * 2 ** level < 2;
@@ -339,8 +352,9 @@ export class Picture {
     }
   }
 
-  /** @param {TileSource} source @param {number} level @param {number} x @param {number} y */
-  tile(source, level, x, y) {
+  // A tile, if it is there; otherwise it is fetched, `far` tells in which order.
+  /** @param {TileSource} source @param {number} level @param {number} x @param {number} y @param {number} far */
+  tile(source, level, x, y, far) {
     const key = `${source.g}|${source.t}|${level}|${x}|${y}`;
     const known = this.tiles.get(key);
     if (known) {
@@ -348,21 +362,26 @@ export class Picture {
       this.tiles.set(key, known);
       return known;
     }
-    if (!this.wanted.has(key) && this.wanted.size < 64) {
-      this.wanted.set(key, true);
-      bitmap('tile', { ...source, l: level, x, y }).then((image) => {
-        if (!image) return;
+    if (!this.wanted.has(key) && !this.none.has(key)) this.missing.push({ key, args: { ...source, l: level, x, y }, far });
+    return null;
+  }
+
+  // Fetches the tiles of the view from its middle outwards, a few at a time: after a move, those of the new view come next.
+  fetch() {
+    while (this.missing.length && this.wanted.size < AT_ONCE) {
+      const { key, args } = /** @type {(typeof this.missing)[0]} */ (this.missing.shift());
+      this.wanted.add(key);
+      bitmap('tile', args).then((image) => {
+        if (!image) { this.none.add(key); return; }
         this.tiles.set(key, image);
         for (const old of this.tiles.keys()) {
           if (this.tiles.size <= KEPT) break;
           this.tiles.get(old)?.close();
           this.tiles.delete(old);
         }
-        this.wanted.delete(key);
         this.draw();
-      }, () => this.wanted.delete(key));
+      }).catch(() => this.none.add(key)).finally(() => { this.wanted.delete(key); this.fetch(); });
     }
-    return null;
   }
 
   /** @param {ImageBitmap | OffscreenCanvas} image */

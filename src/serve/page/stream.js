@@ -1,6 +1,6 @@
 // @ts-check
 // News of the server. A shared worker holds one connection for all tabs, because browsers allow only six per server.
-const KINDS = ['state', 'shown', 'errors', 'warnings', 'busy', 'progress', 'done', 'look', 'export', 'fit'];
+const KINDS = ['state', 'shown', 'errors', 'warnings', 'busy', 'progress', 'done', 'look', 'export', 'fit', 'refused'];
 
 /** @param {(kind: string, data: string) => void} tell */
 export function listen(tell) {

@@ -24,6 +24,9 @@ function turbo(x) {
 
 const STEPS = 1024;
 const HEAT = Array.from({ length: STEPS + 1 }, (_, i) => turbo(i / STEPS));
+// False colour of a share, 0 to 1.
+/** @param {number} x @returns {number[]} */
+export const heat = (x) => HEAT[Math.round(STEPS * x)];
 const toLinear = Float32Array.from({ length: 256 }, (_, i) => { const v = i / 255; return v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4; });
 const CODES = 4096;
 const toCode = Uint8ClampedArray.from({ length: CODES + 1 }, (_, i) => { const v = i / CODES; return 255 * (v <= 0.0031308 ? 12.92 * v : 1.055 * v ** (1 / 2.4) - 0.055); });

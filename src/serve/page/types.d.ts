@@ -17,6 +17,8 @@ interface Param {
   default: string;
   range: Vec2 | null;
   unit: string | null;
+  /** The heading under which it stands. */
+  group?: string | null;
   doc: string;
   options: string[];
   /** The text of its declaration around the default. */
@@ -75,9 +77,11 @@ interface Progress { node: string | null; part: number | null; share: number; se
 interface Done { generation: number; ran: number; first_ms: number; all_ms: number }
 
 /** The preset and the values that the user chose, as the server has them. */
-interface SentValues { preset: string | null; set: [string, string][] }
+interface SentValues { preset: string | null; set: [string, string][]; edits: FieldEdit[] }
+/** A value in the text of a node, in RON; `index` counts the numbers of a formula. */
+interface FieldEdit { node: string; field: string; index?: number | null; value: string }
 /** The same in the page. Both kinds of `set` are lists of pairs. */
-interface Values { preset: string | null; set: Map<string, string> | [string, string][] }
+interface Values { preset: string | null; set: Map<string, string> | [string, string][]; edits?: FieldEdit[] }
 
 /** The state of the server. */
 interface State {
@@ -166,8 +170,10 @@ interface Box {
   outside?: boolean;
   shown: boolean;
   broken?: string | null;
+  /** The name of its group in the text. */
+  group?: string | null;
 }
-interface GraphWire { from: number; to: number; bends: Vec2[]; color?: string | null }
+interface GraphWire { from: number; to: number; bends: Vec2[]; color?: string | null; output?: string; port?: string; type?: string | null }
 
 /** Values of a point of the picture. */
 interface Probe { mm: Vec2; values: number[]; type: string; unit: string; srgb?: number[] | null }
@@ -319,6 +325,9 @@ interface Page {
   graph: import('./nodes.js').Graph;
   parameters: import('./params.js').Parameters;
   looks: import('./looks.js').Looks;
+  overlay: import('./overlay.js').Overlay;
+  slots?: import('./slots.js').Slots;
+  tabs: import('./tabs.js').Tabs;
   controls: ReturnType<typeof import('./controls.js').controls>;
   sharpen: () => void;
 }
@@ -327,13 +336,12 @@ interface Page {
 interface Elements {
   picture: HTMLCanvasElement;
   lit: HTMLCanvasElement;
+  rulers: HTMLCanvasElement;
   graph: HTMLCanvasElement;
   find: HTMLInputElement;
   keys: HTMLDialogElement;
-  looks: HTMLDetailsElement;
-  measure: HTMLDetailsElement;
-  sheet: HTMLDetailsElement;
-  export: HTMLDetailsElement;
+  graphs: HTMLDialogElement;
+  more: HTMLSelectElement;
   undo: HTMLButtonElement;
   redo: HTMLButtonElement;
   save: HTMLButtonElement;

@@ -116,6 +116,12 @@ impl Page {
         Self { socket, next: 0, complaints: Vec::new() }
     }
 
+    /// Shows a tab of the panel, and waits for its code.
+    pub(crate) fn tab(&mut self, name: &str) {
+        self.eval(&format!("document.getElementById('tab-{name}').click()"));
+        self.wait(&format!("document.documentElement.dataset.tab == '{name}'"));
+    }
+
     /// Calls a method of the protocol.
     pub(crate) fn call(&mut self, method: &str, params: Json) -> Json {
         self.next += 1;
@@ -178,10 +184,12 @@ impl Page {
             "ArrowDown" => 40,
             key => u32::from(key.to_uppercase().as_bytes()[0]),
         };
+        let digit = key.len() == 1 && key.as_bytes()[0].is_ascii_digit();
+        let physical = if digit { format!("Digit{key}") } else { key.to_owned() };
         let plain = key.len() == 1 && modifiers & 3 == 0;
         let mut event = json!({
             "type": if plain { "keyDown" } else { "rawKeyDown" },
-            "key": key, "code": key, "modifiers": modifiers, "windowsVirtualKeyCode": code,
+            "key": key, "code": physical, "modifiers": modifiers, "windowsVirtualKeyCode": code,
         });
         if plain {
             event["text"] = key.into();

@@ -57,7 +57,7 @@ pub(super) enum Part {
     /// Figures of the main file, for the user.
     Note(String),
     /// A warning about the height.
-    Advice(String),
+    Advice(Problem),
 }
 
 impl Part {
@@ -158,7 +158,7 @@ pub struct Told {
     /// Figures of the main file.
     pub note: Option<String>,
     /// Warnings.
-    pub advice: Vec<String>,
+    pub advice: Vec<Problem>,
 }
 
 impl HeightsWriter {

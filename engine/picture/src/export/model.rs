@@ -5,7 +5,7 @@ use super::heights::{HeightMap, Heights, Maker, Part, Stop, refused, told};
 use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
 use crate::WriteError;
 use crate::value::Mesh;
-use crate::value::diagnostics::Code;
+use crate::value::diagnostics::{Code, Problem};
 use shibo_kernel::body;
 use std::io;
 use std::path::Path;
@@ -57,7 +57,7 @@ impl ExportTarget for Model {
             format: Common::format(options),
             y_up: options.word("up", &UP),
             keeps_open: options.word("open", &OPEN),
-            report: options.is("report"),
+            findings: options.is("report").then(|| source.findings.clone()),
         };
         Ok(Files::Heights(Heights::of(source, Arc::new(maker))))
     }
@@ -70,12 +70,13 @@ struct ModelMaker {
     format: Format,
     y_up: bool,
     keeps_open: bool,
-    report: bool,
+    /// The warnings about the mesh, for the report if one is wanted.
+    findings: Option<Vec<Problem>>,
 }
 
 impl Maker for ModelMaker {
     fn names(&self) -> Vec<String> {
-        files_of(&self.stem, self.format, self.report)
+        files_of(&self.stem, self.format, self.findings.is_some())
     }
 
     fn make(&self, _: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
@@ -88,6 +89,6 @@ impl Maker for ModelMaker {
             return Err(refused(Code::OpenMesh, message, "close the mesh, or write `open: Keep`"));
         }
         let build = |receiver: &mut dyn body::Receiver| body::model(&self.mesh, self.y_up, receiver);
-        write_model(&build, (&path, self.format, stop), (&self.stem, open.is_none(), self.report))
+        write_model(&build, (&path, self.format, stop), (&self.stem, open.is_none(), self.findings.as_deref()))
     }
 }

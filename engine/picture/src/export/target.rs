@@ -264,6 +264,8 @@ pub struct Source<'a> {
     pub mesh: Option<Arc<Mesh>>,
     /// The fields for [`Takes::Gray`] and [`Takes::Height`], by the names of the target's fields.
     pub fields: Vec<(&'static str, Field)>,
+    /// The warnings about the value and the results that it was made of.
+    pub findings: Vec<Problem>,
     /// The names of the files, and the canvas.
     pub place: ExportContext,
 }

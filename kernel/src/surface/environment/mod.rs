@@ -75,11 +75,14 @@ impl Environment {
     pub fn of(scene: Scene) -> Arc<Self> {
         static KNOWN: [OnceLock<Arc<Environment>>; 4] = [const { OnceLock::new() }; 4];
         let index = Scene::ALL.iter().position(|known| *known == scene).unwrap_or(0);
-        let known = KNOWN[index].get_or_init(|| {
-            let map = Map::of(SIZE, |d| scenes::light(scene, d));
-            Arc::new(Self::from_map(map, scenes::key_color(scene), true))
-        });
-        Arc::clone(known)
+        if let Some(known) = KNOWN[index].get() {
+            return Arc::clone(known);
+        }
+        // Not computed inside of `get_or_init`: while a thread waits for others, it takes further work, which may need the
+        // same environment. It would then wait for itself.
+        let map = Map::of(SIZE, |d| scenes::light(scene, d));
+        let made = Arc::new(Self::from_map(map, scenes::key_color(scene), true));
+        Arc::clone(KNOWN[index].get_or_init(|| made))
     }
 
     /// The levels, the sharpest first.

@@ -135,3 +135,11 @@ fn rejects_pictures_that_are_no_panoramas() {
     let odd = made(64, |d| if d[1] > 0.9 { f32::NAN } else { 1.0 }).unwrap();
     assert!(odd.levels().iter().all(|level| level.texels().iter().flatten().all(|v| v.is_finite())));
 }
+
+/// A thread that waits for parts of an environment may take other work that needs the same one.
+#[test]
+fn gives_environments_to_all_threads_at_once() {
+    use rayon::prelude::*;
+    let all: Vec<_> = (0..64).into_par_iter().map(|k| Environment::of(Scene::ALL[k % 4])).collect();
+    assert!((4..64).all(|k| Arc::ptr_eq(&all[k], &all[k - 4])));
+}

@@ -9,7 +9,7 @@ class Element {
   append(...children) { this.children.push(...children); }
   replaceChildren(...children) { this.children = children; }
   addEventListener(kind, listener) { this.listeners[kind] = listener; }
-  closest() { return this.details; }
+  closest() { return this.hiding; }
   /** The first element below that has all properties of `like`. */
   find(like) {
     for (const child of this.children) {
@@ -36,7 +36,7 @@ let root, measure, tones, source, drawn;
 beforeEach(() => {
   byId['contour-unit'] = new Element('span');
   root = new Element('div');
-  root.details = { open: true };
+  root.hiding = null;
   [tones, drawn, source] = [[], [], SOURCE];
   measure = new Measure(root, {
     ontone: (tone) => tones.push(tone),
@@ -128,7 +128,7 @@ test('a profile tells its length in mm and its extremes', () => {
 });
 
 test('a closed panel draws nothing', () => {
-  root.details.open = false;
+  root.hiding = {};
   measure.show();
   assert.equal(box('black-point').value, '');
 });

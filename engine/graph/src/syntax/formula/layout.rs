@@ -11,7 +11,7 @@ use crate::syntax::tree::{Node, Tree};
 use std::collections::BTreeMap;
 
 /// Entries whose texts are for readers.
-const NOTES: [&str; 3] = ["note", "doc", "unit"];
+const NOTES: [&str; 4] = ["note", "doc", "unit", "group"];
 /// The section with the bodies of functions, which have no equals sign.
 const FUNCTIONS: &str = "functions";
 

@@ -1,6 +1,7 @@
 //! Texts about a body: the line at the end of a render, and the report.
 use super::super::heights::told;
 use super::Common;
+use crate::value::diagnostics::Problem;
 use serde_json::{Value as Json, json};
 use shibo_kernel::body::Figures;
 
@@ -60,7 +61,7 @@ pub(super) fn model_line(figures: &Figures, closed: bool) -> String {
 }
 
 /// The report of a mesh as JSON.
-pub(super) fn model_json(stem: &str, figures: &Figures, closed: bool) -> String {
+pub(super) fn model_json(stem: &str, figures: &Figures, closed: bool, findings: &[Problem]) -> String {
     let report = json!({
         "output": stem,
         "kind": "Model",
@@ -70,9 +71,15 @@ pub(super) fn model_json(stem: &str, figures: &Figures, closed: bool) -> String 
         "volume_mm3": closed.then_some(figures.volume),
         "area_mm2": figures.area,
         "closed": closed,
-        "findings": [],
+        "findings": listed(findings),
     });
     format!("{report:#}\n")
+}
+
+/// Warnings as JSON.
+fn listed(findings: &[Problem]) -> Vec<Json> {
+    let one = |Problem { code, at_mm, message, .. }: &Problem| json!({ "code": code.as_str(), "at_mm": at_mm, "message": message });
+    findings.iter().map(one).collect()
 }
 
 fn size(figures: &Figures) -> [f64; 3] {
@@ -81,8 +88,7 @@ fn size(figures: &Figures) -> [f64; 3] {
 }
 
 /// The report as JSON.
-pub(super) fn json(common: &Common, figures: &Figures, facts: &Facts, advice: &[String]) -> String {
-    let findings: Vec<Json> = advice.iter().map(|message| json!({ "code": "advice", "message": message })).collect();
+pub(super) fn json(common: &Common, figures: &Figures, facts: &Facts, findings: &[Problem]) -> String {
     let report = json!({
         "output": common.stem,
         "kind": facts.kind,
@@ -103,7 +109,7 @@ pub(super) fn json(common: &Common, figures: &Figures, facts: &Facts, advice: &[
         "pitch_mm": facts.pitch,
         "closed": true,
         "radius_mm": facts.radius,
-        "findings": findings,
+        "findings": listed(findings),
     });
     format!("{report:#}\n")
 }

@@ -6,7 +6,7 @@ use super::files::Body;
 use super::report::{Facts, grouped, json, line, model_json, model_line};
 use super::{FORMS, Format, MOST, OVER, PATTERNS, files_of};
 use crate::WriteError;
-use crate::value::diagnostics::Code;
+use crate::value::diagnostics::{Code, Problem};
 use glam::DVec2;
 use shibo_kernel::body::{Figures, Heights, Mesher, Pattern, Receiver, Rows, Store, Tiles, Tolerance};
 use std::fmt;
@@ -27,6 +27,8 @@ pub(in super::super) struct Common {
     pub(in super::super) steepest: f64,
     format: Format,
     report: bool,
+    /// The warnings about the height, for the report.
+    findings: Vec<Problem>,
 }
 
 /// The numbers of a shape after its heights are known.
@@ -92,22 +94,22 @@ pub(in super::super) trait Shape: fmt::Debug + Send + Sync {
     fn build(&self, made: &Made<'_>, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures>;
 }
 
-/// Writes a mesh to a file, and its report if wanted. `build` hands it out.
+/// Writes a mesh to a file, and its report if there are `findings` for it. `build` hands the mesh out.
 ///
 /// # Errors
 /// The system refuses, or the work was stopped.
 pub(in super::super) fn write_model(
     build: &dyn Fn(&mut dyn Receiver) -> io::Result<Figures>,
     (path, format, stop): (&Path, Format, Stop<'_>),
-    (stem, closed, reports): (&str, bool, bool),
+    (stem, closed, findings): (&str, bool, Option<&[Problem]>),
 ) -> Result<Vec<Part>, WriteError> {
     let failed = |error| WriteError::at(path, error);
     let mut body = Body::create(path, format, stop).map_err(failed)?;
     let figures = build(&mut body).map_err(failed)?;
     let mut parts = vec![Part::File(body.finish(path).map_err(failed)?), Part::Note(model_line(&figures, closed))];
-    if reports {
+    if let Some(findings) = findings {
         let path = path.with_file_name(format!("{stem}_report.json"));
-        parts.push(Part::document(&path, &model_json(stem, &figures, closed))?);
+        parts.push(Part::document(&path, &model_json(stem, &figures, closed, findings))?);
     }
     Ok(parts)
 }
@@ -126,6 +128,7 @@ impl Common {
             steepest: number("steepest"),
             format: Self::format(options),
             report: options.is("report"),
+            findings: source.findings.clone(),
         }
     }
 
@@ -197,11 +200,12 @@ impl Common {
         if figures.over_limit > 0.0 && self.steepest < 90.0 {
             let share = told(100.0 * figures.over_limit);
             let [x, y, z] = figures.steepest.1.map(told);
-            advice.push(format!(
+            let message = format!(
                 "{share} % of the relief is steeper than {}°; the steepest facet has {}°, at ({x}, {y}, {z}) mm of the body",
                 told(self.steepest),
                 told(figures.steepest.0),
-            ));
+            );
+            advice.push(Problem::new(Code::Advice, message).at_mm(figures.steepest.1));
         }
         let (least, greatest, _) = made.heights.extent();
         let facts = Facts {
@@ -214,7 +218,8 @@ impl Common {
         };
         let mut parts = vec![Part::File(file), Part::Note(line(&figures, &facts))];
         if self.report {
-            let text = json(self, &figures, &facts, &advice);
+            let findings: Vec<Problem> = self.findings.iter().chain(&advice).cloned().collect();
+            let text = json(self, &figures, &facts, &findings);
             let path = folder.join(format!("{}_report.json", self.stem));
             parts.push(Part::document(&path, &text)?);
         }
@@ -245,7 +250,7 @@ impl Common {
         &self,
         needed: Option<u64>,
         found: Option<(f64, Tiles)>,
-        advice: &mut Vec<String>,
+        advice: &mut Vec<Problem>,
     ) -> Result<Tiles, WriteError> {
         let allowed = grouped(whole(self.triangles));
         let count = needed.map_or_else(|| format!("more than {}", grouped(whole(MOST))), grouped);
@@ -254,7 +259,7 @@ impl Common {
         let triangles = triangles.map(|triangles| format!("`triangles: {triangles}`"));
         match found {
             Some((error, tiles)) if self.coarsen => {
-                advice.push(format!("{message}, so the error is {error} mm"));
+                advice.push(Problem::new(Code::Advice, format!("{message}, so the error is {error} mm")));
                 Ok(tiles)
             }
             Some((error, _)) => {
@@ -274,13 +279,14 @@ impl Common {
 }
 
 /// Hints about the heights.
-fn advice(made: &Made<'_>, map: &HeightMap, error: f64) -> Vec<String> {
+fn advice(made: &Made<'_>, map: &HeightMap, error: f64) -> Vec<Problem> {
     let (least, greatest, _) = made.heights.extent();
     let range = f64::from(greatest) - f64::from(least);
     let mut advice = Vec::new();
+    let mut advise = |message: String| advice.push(Problem::new(Code::Advice, message));
     if range > 0.1 * map.size_mm.min_element() {
         let message = "heights are in mm; multiply them if they are numbers from 0 to 1";
-        advice.push(format!(
+        advise(format!(
             "the height has a range of {} mm on {} mm: {message}",
             told(range),
             told(map.size_mm.min_element())
@@ -289,7 +295,7 @@ fn advice(made: &Made<'_>, map: &HeightMap, error: f64) -> Vec<String> {
     let pitch = map.pixel.max_element();
     if 4.0 * pitch < error {
         let message = "a lower `--resolution` gives the same body";
-        advice.push(format!("samples are {} mm apart, and `error` is {} mm: {message}", told(pitch), told(error)));
+        advise(format!("samples are {} mm apart, and `error` is {} mm: {message}", told(pitch), told(error)));
     }
     advice
 }

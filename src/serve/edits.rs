@@ -1,0 +1,146 @@
+//! Values in the texts of nodes that a page has set: they are tried without a change of the file, and written later.
+use super::numbers;
+use super::values::{FieldEdit, Values};
+use super::wiring;
+use shibo_graph::{self as graph, Graph};
+use shibo_ide::actions::apply;
+use shibo_ide::rename::Edit;
+use shibo_node::registry::Registry;
+use std::borrow::Cow;
+use std::ops::Range;
+use std::path::Path;
+
+/// The most edits that a page can hold.
+const MOST: usize = 1000;
+
+impl FieldEdit {
+    /// The bytes of the old value in the text from which `graph` was loaded.
+    ///
+    /// # Errors
+    /// The reason why the value cannot be set there.
+    pub(super) fn place(&self, graph: &Graph) -> Result<Range<usize>, String> {
+        let Self { node, field, index, value } = self;
+        let found = graph.nodes.node_weights().find(|found| found.name == *node);
+        let found = found.ok_or_else(|| format!("there is no node `{node}`"))?;
+        let span = wiring::place(found, &graph.sources, field).ok_or_else(|| format!("`{node}` has no `{field}`"))?;
+        if graph.sources.path(span.file) != graph.path {
+            return Err(format!("`{node}` belongs to another file"));
+        }
+        let Some(index) = *index else {
+            return if is_literal(value) {
+                Ok(span.start..span.end)
+            } else {
+                Err(format!("`{value}` is no number, switch, word or colour"))
+            };
+        };
+        let text = graph.sources.text(span.file);
+        let literal = text.get(span.start..span.end).unwrap_or_default();
+        let number = numbers::places(literal).into_iter().nth(index).filter(|_| numbers::is_plain(value));
+        let number =
+            number.ok_or_else(|| format!("`{value}` cannot replace number {index} of the formula of `{node}`"))?;
+        Ok(span.start + number.start..span.start + number.end)
+    }
+}
+
+/// Returns true for the text of one number, switch, word or colour.
+fn is_literal(value: &str) -> bool {
+    let inside = value.strip_prefix("\"#").and_then(|rest| rest.strip_suffix('"')).unwrap_or(value);
+    !inside.is_empty() && inside.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_.+-".contains(&byte))
+}
+
+/// Puts the edits of a page into the text of a graph file; also returns the edits that do not fit it, with reasons. If
+/// the text itself has mistakes, it stays as it is.
+pub(crate) fn tried<'t>(
+    path: &Path,
+    text: &'t str,
+    registry: &Registry,
+    values: &Values,
+) -> (Cow<'t, str>, Vec<(FieldEdit, String)>) {
+    if values.edits.is_empty() {
+        return (text.into(), Vec::new());
+    }
+    let options = || Values { edits: Vec::new(), ..values.clone() }.options();
+    let Some(base) = graph::load_text(path, text, registry, &options()).graph else { return (text.into(), Vec::new()) };
+    let (mut places, mut refused) = (Vec::new(), Vec::new());
+    for edit in values.edits.iter().take(MOST) {
+        match edit.place(&base) {
+            Ok(range) => places.push((edit, Edit { range, text: edit.value.clone() })),
+            Err(why) => refused.push((edit.clone(), why)),
+        }
+    }
+    // The newest edits give way if the graph does not accept them.
+    loop {
+        let text = apply(text, &sorted(places.iter().map(|(_, edit)| edit.clone()).collect()));
+        let loaded = graph::load_text(path, &text, registry, &options());
+        let Some(error) = loaded.diagnostics.iter().find(|found| !found.warning) else { return (text.into(), refused) };
+        let Some((edit, _)) = places.pop() else { return (text.into(), refused) };
+        refused.push((edit.clone(), error.message.clone()));
+    }
+}
+
+/// Edits in the order of the text; of several edits of one place the last one counts.
+pub(super) fn sorted(edits: Vec<Edit>) -> Vec<Edit> {
+    let mut kept: Vec<Edit> = Vec::with_capacity(edits.len());
+    for edit in edits {
+        kept.retain(|other| other.range.end <= edit.range.start || edit.range.end <= other.range.start);
+        kept.push(edit);
+    }
+    kept.sort_by_key(|edit| edit.range.start);
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = r##"(
+  canvas: (size_mm: 8, resolution: 64),
+  nodes: {
+    "noise": Perlin(size: 2, seed: 1),
+    "out": Remap(input: "= noise * 2 + 1", from: (0, 1), to: (0, 1), clamp: true),
+    "sum": "= noise + 0.5",
+  },
+  outputs: { "out": "out" },
+)"##;
+
+    fn edit(node: &str, field: &str, index: Option<usize>, value: &str) -> FieldEdit {
+        FieldEdit { node: node.into(), field: field.into(), index, value: value.into() }
+    }
+
+    fn tried_with(edits: Vec<FieldEdit>) -> (String, Vec<String>) {
+        let values = Values { edits, ..Values::default() };
+        let (text, refused) = tried(Path::new("a.ron"), TEXT, &crate::library::registry(), &values);
+        (text.into_owned(), refused.into_iter().map(|(edit, _)| edit.node).collect())
+    }
+
+    #[test]
+    fn puts_values_into_the_text() {
+        let edits = vec![
+            edit("out", "clamp", None, "false"),
+            edit("noise", "size", None, "3.5"),
+            edit("out", "input", Some(1), "4"),
+            edit("sum", "", Some(0), "0.7"),
+            edit("noise", "size", None, "2.5"),
+        ];
+        let wanted = TEXT.replace("size: 2,", "size: 2.5,").replace("* 2 + 1", "* 2 + 4").replace("+ 0.5", "+ 0.7");
+        assert_eq!(tried_with(edits), (wanted.replace("clamp: true", "clamp: false"), Vec::new()));
+    }
+
+    #[test]
+    fn refuses_values_that_do_not_fit() {
+        let wrong = ["1), b: (", "", "\"x\"", "1,2", "\"#80\"4\""];
+        for value in wrong {
+            assert_eq!(
+                tried_with(vec![edit("noise", "size", None, value)]),
+                (TEXT.into(), vec!["noise".into()]),
+                "{value}"
+            );
+        }
+        // The graph refuses the second value; the first one stays.
+        let edits =
+            vec![edit("noise", "seed", None, "9"), edit("noise", "size", None, "-3"), edit("gone", "size", None, "1")];
+        let (text, mut refused) = tried_with(edits);
+        refused.sort();
+        assert_eq!((text, refused), (TEXT.replace("seed: 1", "seed: 9"), vec!["gone".to_owned(), "noise".to_owned()]));
+    }
+}

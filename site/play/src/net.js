@@ -123,6 +123,13 @@ export async function change(base, what, then = null) {
 export const jump = async () => {};
 export const addressed = () => '';
 export const moved = async () => false;
+export const again = () => false;
+/** @returns {Promise<{ names: string[], shown: string }>} */
+export const graphs = async () => { throw new Error(GONE); };
+export const openGraph = async () => refusal(GONE);
+// Formats for other programs, besides glTF.
+/** @returns {Promise<{ name: string, doc: string }[]>} */
+export const targets = async () => [];
 /** @param {string} id */
 export const exported = (id) => made(id);
 

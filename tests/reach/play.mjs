@@ -206,7 +206,7 @@ const tests = {
     await page.eval("shibo.sharp()");
     for (const [what, format, name, start] of [["map", "png", "noise.png", "\x89PNG"], ["maps", "", "graph.zip", "PK"], ["map", "exr", "noise.exr", "v/1\x01"], ["gltf", "", "m.glb", "glTF"]]) {
       await page.eval(`(() => {
-        document.getElementById("export").open = true;
+        document.getElementById("tab-export").click();
         document.getElementById("export-what").value = "${what}";
         document.getElementById("export-format").value = "${format}";
         document.getElementById("export-size").value = "256";

@@ -17,7 +17,7 @@ const POLICY = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker
 // Changes of the page of `shibo watch`: the texts must be there, so that a change of the page is noticed here.
 const CHANGES = [
   ['<meta charset="utf-8">', `<meta charset="utf-8">\n  <meta http-equiv="Content-Security-Policy" content="${POLICY}">\n  <meta name="description" content="Procedural textures in the browser: edit a graph, see it, and take the maps with you.">`],
-  ['<script type="module" src="app.js"></script>', '<link rel="stylesheet" href="play.css">\n  <link rel="preload" href="shibo.wasm" as="fetch" crossorigin>\n  <script type="module" src="play.js"></script>'],
+  ['<script type="module" src="app.js"></script>', '<link rel="stylesheet" href="play.css">\n  <link rel="preload" href="shibo.wasm" as="fetch" crossorigin>\n  <script type="module" src="begin.js"></script>\n  PRELOADS\n  <script type="module" src="play.js"></script>'],
   ['<div id="outputs"', `<div class="row" id="play-tools">
       <button id="library-open" title="The shipped graphs">Library</button>
       <button id="link" title="Copy a link with the text and the values">Link</button>
@@ -46,8 +46,6 @@ const once = (text, [from, to]) => {
 };
 
 await mkdir(out, { recursive: true });
-const html = CHANGES.reduce(once, await readFile(join(page, 'index.html'), 'utf8'));
-await writeFile(join(out, 'index.html'), html);
 
 // The modules of the page come from the same files. Those of the playground replace some, and none by accident.
 const replaced = ['net.js', 'settings.js'];
@@ -62,6 +60,13 @@ for (const name of ['engine.js', 'shibo.wasm']) await copyFile(join(npm, name), 
 const pictures = names ? (await readFile(names, 'utf8')).split('\n').filter(Boolean) : [];
 await writeFile(join(out, 'pictures.js'), `// Graphs with a picture in the gallery.\nexport const PICTURES = ${JSON.stringify(pictures)};\n`);
 await build({ entryPoints: [join(here, 'bundle/editor.js')], outfile: join(out, 'editor.js'), bundle: true, format: 'esm', minify: true, target: 'es2022', legalComments: 'none', logLevel: 'error' });
+
+// Modules that the page needs at once load together.
+const later = ['bodies.js', 'photo.js', 'worker.js', 'paint.js', 'engine.js', 'begin.js', 'play.js', 'settings.js'];
+const modules = [...new Set([...common, ...own, 'editor.js', 'pictures.js'])].filter((name) => name.endsWith('.js') && !later.includes(name)).sort();
+const preloads = ['settings.js', ...modules].map((name) => `<link rel="modulepreload" href="${name}">`).join('\n  ');
+const html = CHANGES.reduce(once, await readFile(join(page, 'index.html'), 'utf8'));
+await writeFile(join(out, 'index.html'), once(html, ['PRELOADS', preloads]));
 
 // The licences of the bundled modules.
 const lock = JSON.parse(await readFile(join(here, 'package-lock.json'), 'utf8'));

@@ -11,7 +11,7 @@ const all = new Map();
 let count = 0;
 
 // Begins an export, and answers as the server of `shibo watch`.
-/** @param {{ gltf?: boolean, target?: string, resolution?: number, format?: string }} wish */
+/** @param {{ set?: string, target?: string, resolution?: number, format?: string }} wish */
 export function begin(wish) {
   count += 1;
   const id = String(count);
@@ -34,8 +34,8 @@ export function stop(id) {
 /** @param {string} id */
 export const exported = (id) => all.get(id)?.url ?? '';
 
-/** @param {string} id @param {{ gltf?: boolean, target?: string, resolution?: number, format?: string }} wish */
-async function run(id, { gltf, target, resolution, format }) {
+/** @param {string} id @param {{ set?: string, target?: string, resolution?: number, format?: string }} wish */
+async function run(id, { set, target, resolution, format }) {
   const { values } = model;
   const chosen = { preset: values.preset ?? undefined, set: Object.fromEntries(values.set) };
   // A stranger's canvas may be very large: more than the usual is made on the user's wish only.
@@ -44,9 +44,9 @@ async function run(id, { gltf, target, resolution, format }) {
   const files = [];
   const task = model.task((hand) => {
     files.length = 0;
-    const request = format && !gltf
-      ? { op: 'render', graph: hand.graph, output: target, sizes: [size], as: format, ...chosen }
-      : { op: 'write', graph: hand.graph, outputs: target ? [target] : [], target: gltf ? 'gltf' : undefined, size, ...chosen };
+    const request = format && !set
+      ? { op: 'render', graph: hand.has?.graph, output: target, sizes: [size], as: format, ...chosen }
+      : { op: 'write', graph: hand.has?.graph, outputs: target ? [target] : [], target: set, size, ...chosen };
     return hand.ask(request, ({ json, bytes }) => {
       if (!bytes?.length) return;
       const name = json.name ?? `${[json.output, json.channel].filter(Boolean).join('_')}.${format}`;

@@ -49,7 +49,7 @@ export class Model extends Work {
   get latest() { return { name: this.name, text: this.text, size: this.size, values: this.wanted ?? this.values }; }
 
   async open() {
-    const { edit, text } = this;
+    const { edit, text, files, name } = this;
     const hand = this.pool.editor;
     this.opening = true;
     if (!this.opened) this.prepare();
@@ -58,7 +58,7 @@ export class Model extends Work {
       const old = edit === this.edit ? this.opened : opened;
       if (old) hand.ask({ op: 'close', graph: old.graph }).done.catch(() => {});
       if (old === opened) return;
-      this.opened = { ...opened, text };
+      this.opened = { ...opened, text, files, name };
       this.texts.set(opened.sha256, text);
       this.errors = [];
       const names = new Set(opened.params.map((/** @type {any} */ p) => p.name));

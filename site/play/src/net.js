@@ -1,5 +1,6 @@
 // @ts-check
 // Everything that the page asks of a server, answered by the model in this tab: it replaces the net.js of `shibo watch`.
+import { hello } from './begin.js';
 import { model } from './session.js';
 import { begin, exported as made, stop } from './exports.js';
 export { latest } from './latest.js';
@@ -123,6 +124,13 @@ export async function change(base, what, then = null) {
 export const jump = async () => {};
 export const addressed = () => '';
 export const moved = async () => false;
+export const again = () => false;
+/** @returns {Promise<{ names: string[], shown: string }>} */
+export const graphs = async () => { throw new Error(GONE); };
+export const openGraph = async () => refusal(GONE);
+// Formats for other programs.
+/** @returns {Promise<{ name: string, doc: string }[]>} */
+export const targets = async () => (await hello).targets.map((/** @type {string} */ name) => ({ name, doc: '' }));
 /** @param {string} id */
 export const exported = (id) => made(id);
 

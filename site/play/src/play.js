@@ -2,13 +2,14 @@
 // The playground: opens links, shows the text beside the picture, and keeps both in this tab. Everything else is the page of
 // `shibo watch`.
 import { page } from './app.js';
+import { hello, onserver, pool } from './begin.js';
 import { $, element, notice, press, say } from './dom.js';
 import { editor as build } from './editor.js';
 import { filesDialog, isPicture, take } from './files.js';
 import { Library } from './library.js';
 import { MOST_TEXT, fragment, read } from './links.js';
 import { ron } from './news.js';
-import { model, onserver, start } from './session.js';
+import { model } from './session.js';
 
 const root = document.documentElement;
 const FIRST = 'shibo:starter';
@@ -46,7 +47,6 @@ const uri = () => paths[model.name] ?? `untitled:${model.name}`;
 
 /** @param {{ name: string, text: string, values: import('./work.js').Chosen}} graph */
 function show({ name, text, values }) {
-  model.focus = '';
   model.news.known = {};
   model.objects.clear();
   model.name = name;
@@ -238,8 +238,7 @@ function follow() {
 async function begin() {
   say($('empty'), 'Loading the engine …');
   $('empty').hidden = false;
-  const pool = await start();
-  const hello = pool.editor.ask({ op: 'hello' }).done;
+  await pool.editor.ready;
   if (!await restore()) await openLink();
   sizes();
   editor = build(own('text').attachShadow({ mode: 'open' }), {

@@ -15,17 +15,13 @@ export class Failure extends Error {
 }
 
 export class Hand {
-  /** @param {WebAssembly.Module} module @param {(json: any) => void} [other] gets messages without a request */
+  /** @param {Promise<WebAssembly.Module>} module @param {(json: any) => void} [other] gets messages without a request */
   constructor(module, other) {
     this.count = 0;
     /** @type {Map<number, { heard: (answer: Answer) => void, resolve: (ok: any) => void, reject: (error: Error) => void }>} */
     this.waiting = new Map();
-    // The edit whose graph is open; its name there, its hash and its files.
-    this.edit = -1;
-    this.graph = '';
-    this.sha = '';
-    /** @type {unknown} */
-    this.files = null;
+    /** @type {{ graph: string, sha256: string, files: unknown, name: string } | null} the graph that is open */
+    this.has = null;
     /** @type {Promise<void> | undefined} */
     this.prepared = undefined;
     // Called after the engine has failed and was started again.
@@ -33,6 +29,7 @@ export class Hand {
     this.worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
     /** @type {Promise<void>} */
     this.ready = new Promise((resolve, reject) => {
+      module.catch(reject);
       this.worker.onerror = (event) => reject(new Error(event.message || 'the worker cannot be loaded'));
       this.worker.onmessage = ({ data }) => {
         if (data.ready) resolve();
@@ -41,7 +38,9 @@ export class Hand {
         else this.hear(data);
       };
     });
-    this.worker.postMessage({ module });
+    this.ready.catch((error) => this.refuse({ code: 'load', message: error.message }));
+    /** @type {Promise<unknown>} requests come after the module */
+    this.begun = module.then((made) => this.worker.postMessage({ module: made }), () => {});
   }
 
   /** @param {Answer & { n: number }} answer */
@@ -53,7 +52,7 @@ export class Hand {
     this.waiting.delete(answer.n);
     if (error?.code === 'defect') {
       // The engine was started again, without graphs.
-      [this.edit, this.sha, this.graph] = [-1, '', ''];
+      this.has = null;
       console.error(error.message);
       this.ondefect();
     }
@@ -67,20 +66,25 @@ export class Hand {
     this.count += 1;
     const n = this.count;
     const done = new Promise((resolve, reject) => { this.waiting.set(n, { heard, resolve, reject }); });
-    this.worker.postMessage({ n, request, form });
+    this.begun.then(() => this.worker.postMessage({ n, request, form }));
     return { n, done, stop: () => this.worker.postMessage({ stop: n }) };
   }
 
   // Ends the worker at once; its requests are cancelled.
   end() {
     this.worker.terminate();
-    for (const { reject } of this.waiting.values()) reject(new Failure({ code: 'cancelled', message: 'the worker was ended' }));
+    this.refuse({ code: 'cancelled', message: 'the worker was ended' });
+  }
+
+  /** @param {{ code: string, message: string }} error */
+  refuse(error) {
+    for (const { reject } of this.waiting.values()) reject(new Failure(error));
     this.waiting.clear();
   }
 }
 
 export class Pool {
-  /** @param {WebAssembly.Module} module @param {(json: any) => void} other */
+  /** @param {Promise<WebAssembly.Module>} module @param {(json: any) => void} other */
   constructor(module, other) {
     this.module = module;
     this.editor = new Hand(module, other);

@@ -36,7 +36,7 @@ export class Work {
     /** @type {Chosen} */
     this.values = { preset: null, set: [] };
     this.size = USUAL;
-    // Counts texts and files; the renderer opens the graph again if it has another number.
+    // Counts texts and files.
     this.edit = 0;
     this.generation = 0;
     /** @type {any} the answer of `open` for the last sound text, with that text */
@@ -170,7 +170,7 @@ export class Work {
   /** @param {import('./pool.js').Hand} hand @param {string} target @param {number} size @param {(made: Made) => void} give */
   ask(hand, target, size, give) {
     const { generation, values } = this;
-    const request = { op: 'render', graph: hand.graph, output: target, sizes: [size], preset: values.preset ?? undefined, set: Object.fromEntries(values.set) };
+    const request = { op: 'render', graph: hand.has?.graph, output: target, sizes: [size], preset: values.preset ?? undefined, set: Object.fromEntries(values.set) };
     return hand.ask(request, ({ json, data, pixels, ...rest }) => {
       if (json.event !== 'picture') return;
       if (!data || !pixels) { this.objects.set(target, json.type ?? 'object'); return; }
@@ -214,7 +214,7 @@ export class Work {
       await hand.prepared;
       step.began = performance.now();
       long = setTimeout(() => { if (this.step === step) this.onlong(true); }, LONG);
-      if (hand.edit !== this.edit && !(task && !this.opened)) await this.reopen(hand, step);
+      if (this.opened) await this.reopen(hand, step);
       if (this.step === step) await (task ? this.runTask(task, hand, step) : this.runPicture(/** @type {{ target: string, size: number }} */ (next), hand, step));
     } catch (error) {
       if (this.step === step) this.failed(/** @type {Failure} */ (error), step.generation);
@@ -230,23 +230,22 @@ export class Work {
 
   // Opens the first text in the renderer, too, before it is known to be sound: both workers begin at once.
   prepare() {
-    const { edit, files, request } = this;
+    const { files, name, request } = this;
     const hand = this.pool.renderer;
-    const known = (/** @type {any} */ answer) => { [hand.graph, hand.edit, hand.sha, hand.files] = [answer.graph, edit, answer.sha256, files]; };
-    hand.prepared = hand.ask(request).done.then(known, () => {});
+    hand.prepared = hand.ask(request).done.then((answer) => { hand.has = { graph: answer.graph, sha256: answer.sha256, files, name }; }, () => {});
   }
 
-  // Opens the last sound text in the renderer.
+  // Opens the last sound text in the renderer, unless it has this one.
   /** @param {import('./pool.js').Hand} hand @param {NonNullable<Work['step']>} step */
   async reopen(hand, step) {
-    const { edit, opened } = this;
-    if (!opened) return;
-    if (hand.edit === edit || hand.sha === opened.sha256 && hand.files === this.files && hand.graph) { hand.edit = edit; return; }
-    step.request = hand.ask({ ...this.request, text: opened.text });
-    const old = hand.graph;
-    const answer = await step.request.done;
-    [hand.graph, hand.edit, hand.sha, hand.files] = [answer.graph, edit, opened.sha256, this.files];
-    if (old) hand.ask({ op: 'close', graph: old }).done.catch(() => {});
+    const { opened } = this;
+    const { has } = hand;
+    if (has && has.sha256 === opened.sha256 && has.files === opened.files && has.name === opened.name) return;
+    const { name, files, text, sha256 } = opened;
+    step.request = hand.ask({ op: 'open', graph: name, text, files });
+    const { graph } = await step.request.done;
+    hand.has = { graph, sha256, files, name };
+    if (has) hand.ask({ op: 'close', graph: has.graph }).done.catch(() => {});
   }
 
   /** @param {any} task @param {import('./pool.js').Hand} hand @param {NonNullable<Work['step']>} step */
@@ -320,7 +319,7 @@ export class Work {
   /** @param {Failure} failure @param {number | null} generation */
   failed(failure, generation) {
     if (failure.code === 'cancelled' || (generation !== null && generation !== this.generation)) return;
-    if (failure.code === 'no-graph') { this.pool.renderer.edit = -1; this.pool.renderer.sha = ''; return; }
+    if (failure.code === 'no-graph') { this.pool.renderer.has = null; return; }
     this.paused = true;
     this.errors = failure.errors?.length ? failure.errors : [{ code: failure.code, message: failure.message, line: 1, column: 1, end_line: 1, end_column: 1 }];
     this.news.tell('errors', { errors: this.errors.map((e) => described(e, this.opened?.text ?? this.text)) });

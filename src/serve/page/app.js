@@ -132,8 +132,8 @@ const heard = {
   state(now) {
     // Another graph is shown now. After a loss of the connection, unsaved values of the old one stay in the banner.
     if (page.state && page.state.file !== now.file) {
-      if (root.dataset.online === 'yes' || !page.parameters.count) again();
-      return;
+      if (root.dataset.online !== 'yes' && page.parameters.count) return;
+      if (again()) return;
     }
     page.state = now;
     root.dataset.online = 'yes';

@@ -151,8 +151,11 @@ export const jump = (node) => post('jump', { node }).catch(() => {});
 // The target that the address of the page names.
 export const addressed = () => decodeURIComponent(location.hash.slice(1));
 
-// Loads the page again, for another graph.
-export const again = () => location.replace(location.pathname);
+// Loads the page again, for another graph. False if the page shows it as it is.
+export function again() {
+  location.replace(location.pathname);
+  return true;
+}
 
 // Address of a finished export.
 /** @param {string} id */

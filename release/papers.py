@@ -3,8 +3,8 @@
 
     release/papers.py FOLDER VERSION
 
-FOLDER gets shibo-VERSION.cdx.json and LICENSES.txt. A crate or module whose licence deny.toml does not allow, or whose
-licence text is missing, is an error. Two runs give the same bytes.
+FOLDER gets shibo-VERSION.cdx.json and LICENSES.txt. A crate or module whose licence deny.toml does not allow is an error. Those without
+a licence text are listed. Two runs give the same bytes.
 """
 import json
 import re

@@ -77,8 +77,12 @@ export interface Param {
   default: Value;
   range: [number, number] | null;
   unit: string | null;
+  /** The group of the panel, if the graph names one. */
+  group: string | null;
   doc: string;
   options: string[] | null;
+  /** The value and the default as RON, and the text before and after the default on its line. */
+  source: { value: string; default: string; line: [string, string] };
 }
 
 /** A request that failed. */

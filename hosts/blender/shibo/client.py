@@ -235,6 +235,11 @@ class Keeper:
         """The answer to `hello`; None before it has arrived."""
         return self._client.hello if self._client else None
 
+    @property
+    def ended(self):
+        """The reason why the last process has ended; None while it runs, or without one."""
+        return self._client.ended if self._client else None
+
     def client(self):
         """The running client, or None; `trouble` then has the reason."""
         if self._client is not None and self._client.ended:

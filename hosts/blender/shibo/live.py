@@ -67,7 +67,7 @@ def work_of(material):
 def status(material):
     """A line about a material for people."""
     if not is_own(material):
-        return "linked from another file; it is changed there"
+        return "linked or overridden from another file; change it there"
     if keeper.trouble and not keeper.running:
         return f"Shibo does not run: {keeper.trouble}"
     work = _works.get(material.session_uid)
@@ -80,9 +80,9 @@ def status(material):
 def program_line():
     """A line about the program for people."""
     if keeper.running:
-        hello = keeper.hello or {}
-        return f"Shibo {hello.get('version', '')} runs"
-    return keeper.trouble or "Shibo starts with the first material"
+        version = (keeper.hello or {}).get("version")
+        return f"Shibo {version} runs" if version else "Shibo is starting; try again in a few seconds"
+    return keeper.trouble or keeper.ended or "Shibo starts with the first material"
 
 
 def presets(material):

@@ -95,15 +95,19 @@ def slots_of(thing, material):
 
 
 def measure(thing, material, uv_map):
-    """`density` of an object for the faces with a material. Raises `Unfit` without a UV map."""
+    """`density` of an object for the faces with a material. Raises `Unfit` if there are none, or without a usable UV map."""
     seen, mesh = evaluated(thing)
     try:
         positions, corners, uvs = arrays(mesh, uv_map, slots_of(thing, material))
         found = density(positions, corners, uvs, seen.matrix_world.to_scale()) if uvs is not None else None
     finally:
         release(seen)
+    if not len(corners):
+        raise Unfit(f"no face of {thing.name} has the material {material.name}; assign it in Edit Mode: Material > Assign")
+    if uvs is None:
+        raise Unfit(f"{thing.name} has no UV map; add one (Edit Mode > U > Smart UV Project), or lay the material by Box")
     if found is None:
-        raise Unfit(f"{thing.name} has no UV map; add one (U > Smart UV Project), or lay the material by Box")
+        raise Unfit(f"the UV map of {thing.name} has no area; unwrap it again (Edit Mode > U > Smart UV Project), or use Box")
     return found
 
 

@@ -58,7 +58,7 @@ class OfMaterial:
         """Measures the object for the way in use. Raises `meshes.Unfit`."""
         shibo = material.shibo
         if thing is None:
-            raise meshes.Unfit(f"no object shows {material.name}; give it the material first")
+            raise meshes.Unfit(f"no object has the material {material.name}; assign it to an object first")
         shibo.scale = thing.matrix_world.to_scale()
         if shibo.lay == "UV":
             u, v, uneven = meshes.measure(thing, material, shibo.uv_map)
@@ -66,6 +66,9 @@ class OfMaterial:
             if uneven > meshes.UNEVEN:
                 self.report({"WARNING"}, f"the UV map of {thing.name} is uneven: lengths differ by a factor of {uneven:.1f}")
         elif shibo.lay == "CUT":
+            info = live.work_of(material).info
+            if info and not info["solid"]:
+                raise meshes.Unfit("this graph has no solid to cut the object out of; use UV or Box, or choose a wood, agate or sandstone")
             shibo.object = thing
             live.work_of(material).retry()
 
@@ -172,7 +175,7 @@ class SHIBO_OT_bake(OfMaterial, bpy.types.Operator):
     def execute(self, context):
         material = current(context)
         if self.folder.startswith("//") and not bpy.data.filepath:
-            self.report({"ERROR"}, "the .blend has no place yet: save it first, or choose a folder with a full path")
+            self.report({"ERROR"}, "the .blend file is not saved yet: save it first, or choose a folder with a full path")
             return {"CANCELLED"}
         trouble = bake.start(material, self.folder, self.size, bpy.app.background)
         if trouble:

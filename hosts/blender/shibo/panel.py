@@ -92,7 +92,7 @@ def _status(layout, material):
     elif not live.keeper.running and live.keeper.trouble:
         row.operator("shibo.restart", text="", icon="FILE_REFRESH")
     elif nodes.node_of(material) is None and material.shibo.tree is not None:
-        layout.label(text="the node group is not in the material any more", icon="INFO")
+        layout.label(text="the node group is missing in the material: add it in the shader editor (Add > Group)", icon="INFO")
     layout.operator("shibo.update", icon="FILE_REFRESH")
 
 

@@ -60,16 +60,16 @@ class ShiboMaterial(bpy.types.PropertyGroup):
     live: BoolProperty(name="Live", description="Follow every change of a value and every save of the graph", default=True)
     pack: BoolProperty(name="Pack", description="Pack the pictures into the .blend when it is saved", default=True)
     lay: EnumProperty(name="Lay by", description="How the pictures lie on objects", items=WAYS)
-    by: EnumProperty(name="Pieces", description="What is cut from one place", items=PARTS)
+    by: EnumProperty(name="Pieces", description="Cut the whole object from one place of the block, or each connected piece from a place of its own", items=PARTS)
     spread: FloatVectorProperty(
         name="Spread (mm)", description="Largest random shift of a piece in the tree, either way", size=3, default=(40, 40, 400), min=0)
     move: FloatVectorProperty(
-        name="Place (mm)", description="Place of the object in the tree, whose pith is the z axis", size=3, default=(0, 60, 0))
+        name="Place (mm)", description="Position of the object in the tree, whose pith (centre) is the z axis", size=3, default=(0, 60, 0))
     object: PointerProperty(name="Object", description="The object that is cut out of the solid", type=bpy.types.Object)
     place: PointerProperty(
         name="Tree", description="An empty whose place is the foot of the tree, and whose z axis is the pith", type=bpy.types.Object)
     uv_map: StringProperty(name="UV map", description="The UV map in use; empty for the one that renders use")
-    density: FloatVectorProperty(name="Metres of a unit of u and v", size=2, default=(1.0, 1.0))
+    density: FloatVectorProperty(name="Length in metres of the UV square, along u and v", size=2, default=(1.0, 1.0))
     scale: FloatVectorProperty(name="Scale of the object", size=3, default=(1.0, 1.0, 1.0))
     # The values that the graph gave last, as JSON: a parameter that still has its value follows the graph.
     given: StringProperty()
@@ -84,7 +84,8 @@ class ShiboPreferences(bpy.types.AddonPreferences):
     bl_idname = __package__
 
     program: StringProperty(
-        name="shibo", subtype="FILE_PATH", description="The program; empty for the one inside the extension, or in PATH",
+        name="Program", subtype="FILE_PATH",
+        description="Path of the program shibo. If empty: the copy inside the extension, otherwise the one in PATH",
         update=lambda _properties, _context: live.restart())
 
     def draw(self, _context):

@@ -294,7 +294,7 @@ class Work:
         self._drop_mesh(client)
         thing = material.shibo.object
         if thing is None:
-            raise meshes.Unfit("no object is chosen; select it and lay the material through it again")
+            raise meshes.Unfit("no object is set; select it, and click Through the Object again")
         path = os.path.join(client.hello["folder"], f"{self.uid}-{time.monotonic_ns()}.obj")
         meshes.export(path, thing, material)
         name = thing.name

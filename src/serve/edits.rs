@@ -2,7 +2,7 @@
 use super::numbers;
 use super::values::{FieldEdit, Values};
 use super::wiring;
-use shibo_graph::{self as graph, Graph};
+use shibo_graph::{self as graph, Graph, LoadOptions};
 use shibo_ide::actions::apply;
 use shibo_ide::rename::Edit;
 use shibo_node::registry::Registry;
@@ -59,8 +59,9 @@ pub(crate) fn tried<'t>(
     if values.edits.is_empty() {
         return (text.into(), Vec::new());
     }
-    let options = || Values { edits: Vec::new(), ..values.clone() }.options();
-    let Some(base) = graph::load_text(path, text, registry, &options()).graph else { return (text.into(), Vec::new()) };
+    // The values of parameters are tried by themselves.
+    let load = |text: &str| graph::load_text(path, text, registry, &LoadOptions::default());
+    let Some(base) = load(text).graph else { return (text.into(), Vec::new()) };
     let (mut places, mut refused) = (Vec::new(), Vec::new());
     for edit in values.edits.iter().take(MOST) {
         match edit.place(&base) {
@@ -68,14 +69,33 @@ pub(crate) fn tried<'t>(
             Err(why) => refused.push((edit.clone(), why)),
         }
     }
-    // The newest edits give way if the graph does not accept them.
+    // If the graph does not accept the edits, the one at the place of the error gives way, or else the newest one.
     loop {
-        let text = apply(text, &sorted(places.iter().map(|(_, edit)| edit.clone()).collect()));
-        let loaded = graph::load_text(path, &text, registry, &options());
+        let edits = sorted(places.iter().map(|(_, edit)| edit.clone()).collect());
+        let text = apply(text, &edits);
+        let loaded = load(&text);
         let Some(error) = loaded.diagnostics.iter().find(|found| !found.warning) else { return (text.into(), refused) };
-        let Some((edit, _)) = places.pop() else { return (text.into(), refused) };
+        let own = loaded.sources.path(error.span.file) == path;
+        let range = if own { at_fault(&edits, error.span.start..error.span.end) } else { None };
+        let index = places.iter().rposition(|(_, edit)| range.as_ref().is_none_or(|range| edit.range == *range));
+        let Some(index) = index else { return (text.into(), refused) };
+        let (edit, _) = places.remove(index);
         refused.push((edit.clone(), error.message.clone()));
     }
+}
+
+/// The place in the old text of the edit that an error in the new text lies in. The edits are in the order of the text.
+fn at_fault(edits: &[Edit], error: Range<usize>) -> Option<Range<usize>> {
+    let (mut longer, mut shorter) = (0, 0);
+    for edit in edits {
+        let start = edit.range.start + longer - shorter;
+        if error.start <= start + edit.text.len() && start <= error.end {
+            return Some(edit.range.clone());
+        }
+        longer += edit.text.len();
+        shorter += edit.range.len();
+    }
+    None
 }
 
 /// Edits in the order of the text; of several edits of one place the last one counts.
@@ -126,6 +146,15 @@ mod tests {
         assert_eq!(tried_with(edits), (wanted.replace("clamp: true", "clamp: false"), Vec::new()));
     }
 
+    /// A preset that is gone is no reason to leave the edits out.
+    #[test]
+    fn tries_values_of_nodes_beside_those_of_parameters_that_are_gone() {
+        let edits = vec![edit("noise", "seed", None, "9")];
+        let values = Values { edits, preset: Some("gone".into()), ..Values::default() };
+        let (text, refused) = tried(Path::new("a.ron"), TEXT, &crate::library::registry(), &values);
+        assert_eq!((text.into_owned(), refused.len()), (TEXT.replace("seed: 1", "seed: 9"), 0));
+    }
+
     #[test]
     fn refuses_values_that_do_not_fit() {
         let wrong = ["1), b: (", "", "\"x\"", "1,2", "\"#80\"4\""];
@@ -136,11 +165,16 @@ mod tests {
                 "{value}"
             );
         }
-        // The graph refuses the second value; the first one stays.
-        let edits =
-            vec![edit("noise", "seed", None, "9"), edit("noise", "size", None, "-3"), edit("gone", "size", None, "1")];
+        // The graph refuses the second value; the others stay.
+        let edits = vec![
+            edit("noise", "size", None, "-3"),
+            edit("noise", "seed", None, "9"),
+            edit("gone", "size", None, "1"),
+            edit("sum", "", Some(0), "0.75"),
+        ];
         let (text, mut refused) = tried_with(edits);
         refused.sort();
-        assert_eq!((text, refused), (TEXT.replace("seed: 1", "seed: 9"), vec!["gone".to_owned(), "noise".to_owned()]));
+        let wanted = TEXT.replace("seed: 1", "seed: 9").replace("+ 0.5", "+ 0.75");
+        assert_eq!((text, refused), (wanted, vec!["gone".to_owned(), "noise".to_owned()]));
     }
 }

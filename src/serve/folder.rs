@@ -13,6 +13,8 @@ use std::path::Path;
 
 /// The most files of a folder that are listed.
 const MOST: usize = 500;
+/// The most files that are looked into.
+const READ: usize = 4 * MOST;
 /// Larger files are not listed, in bytes.
 const LARGEST: u64 = 1 << 20;
 
@@ -54,6 +56,7 @@ fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
     names.retain(|name| name.ends_with(".ron"));
     names.sort();
+    names.truncate(READ);
     names.into_iter().filter(|name| is_graph(&folder.join(name))).take(MOST).collect()
 }
 

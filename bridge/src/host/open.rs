@@ -16,6 +16,9 @@ use std::sync::Arc;
 /// Prefix of the names of shipped graphs.
 const LIBRARY: &str = "shibo:";
 
+/// `open` gives the values of as many presets as this number of nodes allows: the graph is loaded once for each.
+const PRESET_NODES: usize = 100_000;
+
 /// The fields of `open` and `check`.
 #[derive(Deserialize)]
 pub(super) struct Request {
@@ -181,8 +184,12 @@ impl Opened {
                 entry
             })
             .collect();
-        let presets: Map<String, Json> =
-            graph.presets.iter().map(|name| (name.clone(), self.preset(name, shared))).collect();
+        let presets: Map<String, Json> = graph
+            .presets
+            .iter()
+            .take(PRESET_NODES / graph.nodes.node_count().max(1))
+            .map(|name| (name.clone(), self.preset(name, shared)))
+            .collect();
         let breaks = graph
             .breaks_in_tiling()
             .into_iter()

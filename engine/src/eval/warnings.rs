@@ -1,8 +1,8 @@
 //! Warnings of nodes about their results.
 //!
 //! The warnings are kept with the results, in memory and in the store. A result that comes from a cache therefore brings
-//! its own warnings and those of all results that it was made of, and a run gives the same warnings whatever the caches
-//! hold.
+//! its own warnings and those of all results that it was made of. Warnings about the values of tiles are not kept: they are
+//! reported when a tile is computed.
 use super::run::Run;
 use super::{Event, lock};
 use crate::diagnostics::{Code, Problem};

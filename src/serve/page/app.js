@@ -66,7 +66,8 @@ page.parameters = new Parameters($('parameters'), {
   onchange: (values, label, group) => { page.looks.record(values, label, group); page.controls.live(); sendLatest(values); saveable(); },
   onsave: write,
 });
-page.parameters.onrefuse = (/** @type {Values} */ values) => { page.looks.correct(values); saveable(); };
+// The server has dropped the refused value; a value that returns must be sent.
+page.parameters.onrefuse = (/** @type {Values} */ values, /** @type {boolean} */ returns) => { page.looks.correct(values); if (returns) sendLatest(values); saveable(); };
 page.looks = new Looks(body('looks'), {
   apply: (values, tell) => { page.controls.live(); page.parameters.take(values); if (tell) sendLatest(values); saveable(); },
   compare: compareLooks,

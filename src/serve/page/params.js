@@ -60,8 +60,8 @@ export class Parameters {
     /** @type {Set<string>} */
     this.folded = new Set();
     this.sought = '';
-    // Called with the values that remain after a refusal.
-    /** @type {((values: Values) => void) | undefined} */
+    // Called with the values that remain after a refusal, and whether an earlier one returns.
+    /** @type {((values: Values, returns: boolean) => void) | undefined} */
     this.onrefuse = undefined;
     // Errors of values that a fit found.
     /** @type {Map<string, { text: string, loose: boolean }>} */
@@ -180,9 +180,10 @@ export class Parameters {
     const key = keyOf(edit);
     if (this.edits.get(key)?.value !== edit.value) return;
     const before = this.accepted.get(key);
-    if (before && before.value !== edit.value) this.edits.set(key, before); else this.edits.delete(key);
+    const returns = before && before.value !== edit.value;
+    if (returns) this.edits.set(key, before); else this.edits.delete(key);
     notice(`${edit.node}: ${edit.field || 'formula'} ${unquote(edit.value)} is not taken: ${why}`, true);
-    this.onrefuse?.(this.values);
+    this.onrefuse?.(this.values, Boolean(returns));
     this.show();
   }
 

@@ -248,9 +248,9 @@ fn warnings_about_a_mesh_are_repeated_from_the_cache_and_in_its_report() {
     });
     let folds = |said: &str| said.matches("the relief folds over itself").count();
     assert_eq!((folds(&first.0), folds(&second.0)), (1, 1), "{}\n{}", first.0, second.0);
-    let finding = &first.2["findings"][0];
-    assert_eq!((&finding["code"], finding["at_mm"].as_array().unwrap().len()), (&"advice".into(), 3));
-    assert!(finding["message"].as_str().unwrap().contains("folds over itself"), "{finding}");
+    let findings = first.2["findings"].as_array().unwrap();
+    let finding = findings.iter().find(|one| one["message"].as_str().unwrap().contains("folds over itself")).unwrap();
+    assert_eq!((&finding["code"], finding["at_mm"].as_array().map(Vec::len)), (&"advice".into(), Some(3)));
     assert_eq!(first.2, second.2);
     assert_eq!(desk.read("out/p.stl"), desk.read("again/p.stl"));
 }

@@ -28,6 +28,7 @@ mod shared;
 mod stats;
 mod store;
 mod tiles;
+mod warned;
 mod warnings;
 
 pub use cancel::CancelToken;

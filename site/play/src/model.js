@@ -63,7 +63,12 @@ export class Model extends Work {
       this.errors = [];
       const names = new Set(opened.params.map((/** @type {any} */ p) => p.name));
       this.values = { preset: this.values.preset && opened.presets[this.values.preset] ? this.values.preset : null, set: this.values.set.filter(([name]) => names.has(name)) };
+      // The text may make something else of an output that was an object.
+      this.objects.clear();
       this.begin();
+      const [output, channel] = this.focus.split('.');
+      const channels = opened.outputs.find((/** @type {any} */ o) => o.name === output)?.channels;
+      if (channel && channels?.length && !channels.includes(channel)) this.news.tell('look', { target: `${output}.${channels[0]}` });
     } catch (error) {
       if (edit !== this.edit) return;
       const failure = /** @type {import('./pool.js').Failure} */ (error);

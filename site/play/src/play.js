@@ -48,7 +48,6 @@ const uri = () => paths[model.name] ?? `untitled:${model.name}`;
 /** @param {{ name: string, text: string, values: import('./work.js').Chosen}} graph */
 function show({ name, text, values }) {
   model.news.known = {};
-  model.objects.clear();
   model.name = name;
   editor?.open(text, uri());
   model.setText(text, { name, values });

@@ -54,7 +54,7 @@ export class Work {
     this.inLight = () => false;
     /** @type {{ run: (hand: import('./pool.js').Hand) => import('./pool.js').Request, resolve: (ok: any) => void, reject: (error: Error) => void, dead?: boolean }[]} */
     this.tasks = [];
-    /** @type {{ generation: number | null, began: number, request: import('./pool.js').Request | null, soon?: number } | null} */
+    /** @type {{ generation: number | null, opened: any, began: number, loading: boolean, request: import('./pool.js').Request | null, soon?: number } | null} */
     this.step = null;
     this.paused = false;
     /** @type {Record<number, number>} the time of the last step of a size, in ms */
@@ -107,6 +107,8 @@ export class Work {
     const [output, channel] = this.focus.split('.');
     const of = this.opened?.outputs.find((/** @type {any} */ o) => o.name === output) ?? null;
     if (!of) return [];
+    // A text may take a channel away from its material.
+    if (channel && !of.channels?.includes(channel)) return [];
     const first = channel || !of.channels ? [this.focus] : [];
     const material = of.channels ? of : this.opened.outputs.find((/** @type {any} */ o) => o.channels);
     if (!material || (first.length && !this.inLight())) return first;
@@ -172,7 +174,7 @@ export class Work {
     const { generation, values } = this;
     const request = { op: 'render', graph: hand.has?.graph, output: target, sizes: [size], preset: values.preset ?? undefined, set: Object.fromEntries(values.set) };
     return hand.ask(request, ({ json, data, pixels, ...rest }) => {
-      if (json.event !== 'picture') return;
+      if (json.event !== 'picture' || generation !== this.generation) return;
       if (!data || !pixels) { this.objects.set(target, json.type ?? 'object'); return; }
       give(/** @type {Made} */ ({ target, size, id: `${json.key} ${size}`, generation, json, data, pixels, ...rest }));
     }, target.endsWith('.emission') ? 'light' : 'plain');
@@ -203,7 +205,7 @@ export class Work {
     }
     this.now = task;
     /** @type {NonNullable<Work['step']>} */
-    const step = { generation: task ? null : this.generation, began: performance.now(), request: null };
+    const step = { generation: task ? null : this.generation, opened: this.opened, began: performance.now(), loading: true, request: null };
     this.step = step;
     this.busy(true);
     const hand = this.pool.renderer;
@@ -211,13 +213,15 @@ export class Work {
     let long;
     try {
       await hand.ready;
+      step.loading = false;
       await hand.prepared;
       step.began = performance.now();
       long = setTimeout(() => { if (this.step === step) this.onlong(true); }, LONG);
-      if (this.opened) await this.reopen(hand, step);
-      if (this.step === step) await (task ? this.runTask(task, hand, step) : this.runPicture(/** @type {{ target: string, size: number }} */ (next), hand, step));
+      if (step.opened && this.isCurrent(step)) await this.reopen(hand, step);
+      // A change during the waits: the step is chosen again below.
+      if (this.isCurrent(step)) await (task ? this.runTask(task, hand, step) : this.runPicture(/** @type {{ target: string, size: number }} */ (next), hand, step));
     } catch (error) {
-      if (this.step === step) this.failed(/** @type {Failure} */ (error), step.generation);
+      if (this.isCurrent(step)) this.failed(/** @type {Failure} */ (error), task);
     }
     clearTimeout(long);
     clearTimeout(step.soon);
@@ -228,6 +232,12 @@ export class Work {
     }
   }
 
+  // Whether a step still runs, for the text and the values with which it began. A task is for any values.
+  /** @param {NonNullable<Work['step']>} step */
+  isCurrent(step) {
+    return this.step === step && step.opened === this.opened && (step.generation === null || step.generation === this.generation);
+  }
+
   // Opens the first text in the renderer, too, before it is known to be sound: both workers begin at once.
   prepare() {
     const { files, name, request } = this;
@@ -235,10 +245,10 @@ export class Work {
     hand.prepared = hand.ask(request).done.then((answer) => { hand.has = { graph: answer.graph, sha256: answer.sha256, files, name }; }, () => {});
   }
 
-  // Opens the last sound text in the renderer, unless it has this one.
+  // Opens the text of a step in the renderer, unless it has this one.
   /** @param {import('./pool.js').Hand} hand @param {NonNullable<Work['step']>} step */
   async reopen(hand, step) {
-    const { opened } = this;
+    const { opened } = step;
     const { has } = hand;
     if (has && has.sha256 === opened.sha256 && has.files === opened.files && has.name === opened.name) return;
     const { name, files, text, sha256 } = opened;
@@ -261,14 +271,13 @@ export class Work {
 
   /** @param {{ target: string, size: number }} next @param {import('./pool.js').Hand} hand @param {NonNullable<Work['step']>} step */
   async runPicture({ target, size }, hand, step) {
-    const { generation } = this;
-    step.generation = generation;
     /** @type {Made | null} */
     let made = null;
     step.request = this.ask(hand, target, size, (found) => { made = found; });
     await step.request.done;
     this.costs[size] = performance.now() - step.began;
-    if (made && generation === this.generation) this.store(made);
+    if (!this.isCurrent(step)) return;
+    if (made) this.store(made);
     else if (this.objects.has(target)) this.news.tell('look', { target: this.focus });
   }
 
@@ -293,7 +302,8 @@ export class Work {
   // A change while a step runs: its picture is not wanted any more.
   hurry() {
     const { step } = this;
-    if (!step || step.generation === null || step.generation === this.generation) return;
+    // Loading the module is no work for the older change.
+    if (!step || step.loading || step.generation === null || step.generation === this.generation) return;
     step.request?.stop();
     if (step.soon) return;
     const left = Math.max(0, PATIENCE - (performance.now() - step.began));
@@ -316,10 +326,13 @@ export class Work {
     if (this.step) this.abandon();
   }
 
-  /** @param {Failure} failure @param {number | null} generation */
-  failed(failure, generation) {
-    if (failure.code === 'cancelled' || (generation !== null && generation !== this.generation)) return;
+  // A failure of a step. A task that could not begin fails with it.
+  /** @param {Failure} failure @param {any} [task] */
+  failed(failure, task) {
+    if (failure.code === 'cancelled') return;
     if (failure.code === 'no-graph') { this.pool.renderer.has = null; return; }
+    this.tasks = this.tasks.filter((one) => one !== task);
+    task?.reject(failure);
     this.paused = true;
     this.errors = failure.errors?.length ? failure.errors : [{ code: failure.code, message: failure.message, line: 1, column: 1, end_line: 1, end_column: 1 }];
     this.news.tell('errors', { errors: this.errors.map((e) => described(e, this.opened?.text ?? this.text)) });

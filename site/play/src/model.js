@@ -10,19 +10,22 @@ export class Model extends Work {
   /** @param {import('./pool.js').Pool} pool */
   constructor(pool) {
     super(pool);
-    /** @type {Map<string, string>} texts by their hashes */
+    /** @type {Map<string, { name: string, text: string }>} texts by their hashes, with the graph that had each */
     this.texts = new Map();
     /** @type {number | undefined} */
     this.later = undefined;
-    // Called with a text that a change of values has made.
-    this.ontext = (/** @type {string} */ _text) => {};
+    // Called with a text that the page has made, after the model has taken its name.
+    this.ontext = (/** @type {string} */ _text, /** @type {boolean} */ _isOther) => {};
   }
 
   // Takes a new text, and opens it once it rests for `wait` ms.
   /** @param {string} text @param {{ name?: string, values?: Chosen, wait?: number }} [of] */
   setText(text, { name, values, wait = 0 } = {}) {
     if (name) this.name = name;
-    if (values) this.values = values;
+    if (values) {
+      this.forget();
+      this.values = values;
+    }
     this.text = text;
     this.edit += 1;
     this.paused = false;
@@ -59,10 +62,9 @@ export class Model extends Work {
       if (old) hand.ask({ op: 'close', graph: old.graph }).done.catch(() => {});
       if (old === opened) return;
       this.opened = { ...opened, text, files, name };
-      this.texts.set(opened.sha256, text);
+      this.texts.set(opened.sha256, { name, text });
       this.errors = [];
-      const names = new Set(opened.params.map((/** @type {any} */ p) => p.name));
-      this.values = { preset: this.values.preset && opened.presets[this.values.preset] ? this.values.preset : null, set: this.values.set.filter(([name]) => names.has(name)) };
+      this.values = this.fitting(this.values);
       // The text may make something else of an output that was an object.
       this.objects.clear();
       this.begin();
@@ -97,18 +99,25 @@ export class Model extends Work {
   // Writes values into the text, as *Save to file*. Gives the hash of the new text.
   /** @param {{ set: [string, string][], preset: string | null, add?: boolean }} change @param {Chosen | null} after */
   async keep({ set, preset, add = false }, after) {
-    const { graph, sha256, text } = this.opened;
+    const { graph, sha256, text, name } = this.opened;
     if (this.text !== text) throw new Error('the text has errors, or is being read; nothing was written');
     const values = Object.fromEntries(set.map(([name, value]) => [name, plain(value, this.param(name)?.type)]));
     const kept = await this.pool.editor.ask({ op: 'keep', graph, sha256, values, preset: preset ?? undefined, add }).done;
+    // The user's own text counts more than the one of the values.
+    if (this.text !== text || this.name !== name) throw new Error('the text has changed meanwhile: it stays as you typed it, and the values were not written; write them again');
     this.replace(kept.text, after);
     return kept.sha256;
   }
 
-  /** @param {string} text @param {Chosen | null} after */
-  replace(text, after) {
-    this.ontext(text);
-    this.setText(text, { values: after ?? this.values });
+  // Replaces the text, also by one of another graph.
+  /** @param {string} text @param {Chosen | null} after @param {string} [name] */
+  replace(text, after, name = this.name) {
+    const isOther = name !== this.name;
+    const { values } = this.latest;
+    this.name = name;
+    if (isOther) this.news.known = {};
+    this.ontext(text, isOther);
+    this.setText(text, { values: after ?? values });
   }
 
   /** @param {string} name */

@@ -115,9 +115,9 @@ export async function change(base, what, then = null) {
   if (base !== model.opened?.sha256) throw new Error('the text has changed meanwhile; nothing was written');
   if (what.values) return model.keep(what.values, then);
   if (what.preset) return model.keep({ set: what.preset.set, preset: what.preset.name, add: true }, then);
-  const text = what.restore && model.texts.get(what.restore.to);
-  if (text === undefined) throw new Error(what.restore ? 'that text is no longer known' : GONE);
-  model.replace(text, then);
+  const found = what.restore && model.texts.get(what.restore.to);
+  if (!found) throw new Error(what.restore ? 'that text is no longer known' : GONE);
+  model.replace(found.text, then, found.name);
   return what.restore.to;
 }
 

@@ -153,7 +153,7 @@ own('long-stop').onclick = () => { model.pause(); notice('Stopped. A change of t
 for (const b of own('sides').children) b.onclick = () => { root.dataset.side = b.dataset.side; press(own('sides'), (one) => one === b); dispatchEvent(new Event('resize')); };
 
 model.inLight = () => root.dataset.view === 'lit';
-model.ontext = (text) => editor?.setText(text);
+model.ontext = (text, isOther) => { if (isOther) editor?.open(text, uri()); else editor?.setText(text); };
 model.onchange = () => { began = performance.now(); detach(); keep(); };
 
 // Files that are dropped on the page. Pictures are no photographs here; panoramas and meshes are for the 3D view, too.

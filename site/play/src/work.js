@@ -82,10 +82,25 @@ export class Work {
     const left = step && step.generation === this.generation && !this.best(this.focus) ? PATIENCE - (performance.now() - step.began) : 0;
     if (left > 0) { this.taking = setTimeout(() => this.take(), left); return; }
     this.wanted = null;
-    this.values = wanted;
+    this.values = this.fitting(wanted);
     this.paused = false;
     this.onchange();
     if (this.opened) this.begin();
+  }
+
+  // Drops values that wait: others have replaced them.
+  forget() {
+    clearTimeout(this.taking);
+    this.wanted = null;
+  }
+
+  // Values that the opened graph has.
+  /** @param {Chosen} values @returns {Chosen} */
+  fitting({ preset, set }) {
+    const { opened } = this;
+    if (!opened) return { preset, set };
+    const names = new Set(opened.params.map((/** @type {any} */ p) => p.name));
+    return { preset: preset && opened.presets[preset] ? preset : null, set: set.filter(([name]) => names.has(name)) };
   }
 
   // Begins a new generation: other values, another text or another size.

@@ -32,7 +32,13 @@ test('a failure of an older text stops no newer one', async () => {
   const made = await shown();
   const { model, pool: { renderer }, told } = made;
   await renderer.draw();
+  // A task has no generation of its own.
+  const task = model.task((hand) => hand.ask({ op: 'write', graph: hand.has.graph }));
   await open(made, 'two', opened('2'));
+  renderer.next('write').resolve('of one');
+  assert.equal(await task, 'of one');
+  const again = model.task((hand) => hand.ask({ op: 'write', graph: hand.has.graph }));
+  await turn();
   const second = renderer.next('open');
   await open(made, 'three', opened('3'));
   second.reject(Object.assign(new Error('two is broken'), { code: 'defect' }));
@@ -41,6 +47,11 @@ test('a failure of an older text stops no newer one', async () => {
   assert.deepEqual(model.errors, []);
   assert.ok(!told.some(([kind]) => kind === 'errors'));
   await renderer.answer('open', { graph: 'graph of 3' });
+  const written = renderer.next('write');
+  assert.equal(written.request.graph, 'graph of 3');
+  written.resolve('of three');
+  assert.equal(await again, 'of three');
+  await turn();
   assert.equal((await renderer.draw()).graph, 'graph of 3');
 });
 

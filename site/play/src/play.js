@@ -9,6 +9,7 @@ import { filesDialog, isPicture, take } from './files.js';
 import { Library } from './library.js';
 import { MOST_TEXT, fragment, read } from './links.js';
 import { ron } from './news.js';
+import { openAddress } from './opening.js';
 import { model } from './session.js';
 
 const root = document.documentElement;
@@ -42,6 +43,7 @@ async function textOf(name) {
   return shipped[name];
 }
 
+const address = () => location.hash;
 // The address of the text for the language server.
 const uri = () => paths[model.name] ?? `untitled:${model.name}`;
 
@@ -54,32 +56,40 @@ function show({ name, text, values }) {
 }
 
 // Opens the graph that the fragment names, or the first one.
-async function openLink() {
-  try {
-    const linked = await read(location.hash);
+const openLink = () => openAddress({
+  address,
+  async read(hash) {
+    const linked = await read(hash);
     const graph = linked?.graph ?? (linked?.of && `shibo:${linked.of}`) ?? (linked ? 'graph.ron' : FIRST);
     const text = linked?.text ?? await textOf(graph);
     if (linked?.text && graph !== 'graph.ron') await textOf(graph);
-    show({ name: graph, text, values: { preset: linked?.preset ?? null, set: linked?.set ?? [] } });
-  } catch (error) {
-    notice(`The link was not opened: ${/** @type {Error} */ (error).message}`, true);
-    if (!model.text) show({ name: FIRST, text: await textOf(FIRST), values: { preset: null, set: [] } });
-  }
-}
+    return { name: graph, text, values: { preset: linked?.preset ?? null, set: linked?.set ?? [] } };
+  },
+  show,
+  async refuse(error) {
+    notice(`The link was not opened: ${error.message}`, true);
+    if (model.text) return;
+    const text = await textOf(FIRST);
+    if (!model.text) show({ name: FIRST, text, values: { preset: null, set: [] } });
+  },
+});
 
 // Edits of this tab, if its address is the one of before.
-async function restore() {
-  try {
+const restore = () => openAddress({
+  address,
+  async read(hash) {
     const kept = JSON.parse(sessionStorage.getItem(STORE) ?? 'null');
-    if (!kept || kept.hash !== location.hash || typeof kept.text !== 'string' || kept.text.length > MOST_TEXT) return false;
+    if (!kept || kept.hash !== hash || typeof kept.text !== 'string' || kept.text.length > MOST_TEXT) return null;
     if (kept.name.startsWith('shibo:')) await textOf(kept.name);
-    model.size = SIZES.includes(kept.size) ? kept.size : model.size;
+    return kept;
+  },
+  show(kept) {
+    const { size } = /** @type {{ size?: number }} */ (kept);
+    if (size && SIZES.includes(size)) model.size = size;
     show(kept);
-    return true;
-  } catch {
-    return false;
-  }
-}
+  },
+  refuse() { /* the address is opened instead */ },
+});
 
 /** @type {number | undefined} */
 let keeping;
@@ -238,7 +248,10 @@ async function begin() {
   say($('empty'), 'Loading the engine …');
   $('empty').hidden = false;
   await pool.editor.ready;
-  if (!await restore()) await openLink();
+  addEventListener('hashchange', openLink);
+  const first = address();
+  // Another address may have been opened meanwhile.
+  if (!await restore() && address() === first) await openLink();
   sizes();
   editor = build(own('text').attachShadow({ mode: 'open' }), {
     text: model.text,
@@ -256,7 +269,6 @@ async function begin() {
   });
   // The engine was started again: it has neither the text nor the graph.
   pool.editor.ondefect = () => { editor?.connect(); model.setText(model.text); };
-  addEventListener('hashchange', openLink);
   library.follow((await hello).graphs);
   await model.sharp();
   pool.reserve();

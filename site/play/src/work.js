@@ -1,6 +1,7 @@
 // @ts-check
 // Pictures of the opened graph: the renderer makes one per step, coarse to sharp. A newer change takes effect between two steps, or
 // ends the renderer if a step takes long.
+import { MOST_BYTES, trim } from './kept.js';
 import { News, described } from './news.js';
 import { Failure } from './pool.js';
 
@@ -15,10 +16,8 @@ export const LONG = 10_000;
 // Without the user's wish, pictures are not larger than this.
 export const MOST_SIZE = 2048;
 const USUAL = 512;
-// Pictures kept for the history of looks.
-const KEPT = 60;
 
-/** @typedef {{ target: string, size: number, id: string, generation: number, json: any, data: Float32Array, pixels: Uint8ClampedArray<ArrayBuffer>, halves?: Uint16Array<ArrayBuffer>, range: [number, number], scale: number }} Made */
+/** @typedef {{ target: string, size: number, id: string, generation: number, json: any, data: Float32Array | null, pixels: Uint8ClampedArray<ArrayBuffer>, halves?: Uint16Array<ArrayBuffer>, range: [number, number], scale: number }} Made */
 /** @typedef {{ preset: string | null, set: [string, string][] }} Chosen */
 
 export class Work {
@@ -45,8 +44,10 @@ export class Work {
     this.errors = [];
     /** @type {Map<string, Made>} the sharpest picture of each target */
     this.pictures = new Map();
-    /** @type {Map<string, Made>} pictures by their ids, the oldest first */
+    /** @type {Map<string, import('./kept.js').Pixels>} pictures for the history of looks by their ids, the oldest first */
     this.kept = new Map();
+    // Memory of all pictures, in bytes.
+    this.most = MOST_BYTES;
     /** @type {Map<string, string>} targets without pixels, with their types */
     this.objects = new Map();
     this.focus = '';
@@ -106,6 +107,8 @@ export class Work {
   // Begins a new generation: other values, another text or another size.
   begin() {
     this.generation += 1;
+    // The selected picture stays until there is a new one.
+    for (const target of this.pictures.keys()) if (target !== this.focus) this.pictures.delete(target);
     this.state();
     this.hurry();
     this.work();
@@ -150,13 +153,14 @@ export class Work {
     return made?.generation === this.generation ? made : null;
   }
 
-  // A picture of a target: the one that is there, or the next one. Null if the graph changes before.
+  // A picture of a target: the one that is there, or the next one. Null if the graph changes before. Exact values may have to be made
+  // again.
   /** @param {string} target @returns {Promise<Made | null>} */
-  async picture(target) {
+  async picture(target, isExact = false) {
     const found = this.best(target);
-    if (found) return found;
+    if (found && (found.data || !isExact)) return found;
     if (!this.opened) return null;
-    return this.render(target, this.sizes[0]).catch(() => null);
+    return this.render(target, found?.size ?? this.sizes[0]).catch(() => null);
   }
 
   // ---- work
@@ -201,7 +205,8 @@ export class Work {
       for (const target of this.targets) {
         if (this.objects.has(target)) continue;
         const best = this.best(target);
-        if (!best || best.size < size) return { target, size };
+        const isBare = size === this.size && target === this.focus && !best?.data;
+        if (!best || best.size < size || isBare) return { target, size };
       }
     }
     return null;
@@ -299,14 +304,11 @@ export class Work {
   /** @param {Made} made */
   store(made) {
     const best = this.best(made.target);
-    if (best && best.size >= made.size) return;
+    if (best && (best.size > made.size || (best.size === made.size && best.data))) return;
     this.pictures.set(made.target, made);
     this.kept.delete(made.id);
-    this.kept.set(made.id, made);
-    for (const [id, { pixels }] of this.kept) {
-      if (this.kept.size <= (pixels.length > 4 << 20 ? KEPT / 4 : KEPT)) break;
-      this.kept.delete(id);
-    }
+    this.kept.set(made.id, { width: made.json.width, height: made.json.height, pixels: made.pixels });
+    trim(this.pictures, this.kept, this.focus, this.most);
     // In light the coarse maps count, too: textures follow a slider.
     const isShown = made.size >= this.size || this.inLight();
     const shown = { ...this.news.shown(this, made), final: isShown, generation: made.generation };

@@ -43,6 +43,7 @@ export class FakeHand {
 
   // Answers a request for a picture.
   async draw({ width = 2, height = 2 } = {}) {
+    await turn();
     const one = this.next('render');
     const json = { event: 'picture', key: `${one.request.output} ${one.request.graph} ${JSON.stringify(one.request.set)}`, width, height, components: 1, meaning: 'number' };
     one.heard({ json, data: new Float32Array(width * height), pixels: new Uint8ClampedArray(4 * width * height), range: [0, 1], scale: 1 });

@@ -1,7 +1,9 @@
 // @ts-check
 // The graph and its values. The editor's worker opens texts; see work.js for their pictures.
-import { described } from './news.js';
 import { Work } from './work.js';
+
+// After this many failures of the engine with one text, it is not opened again.
+const MOST_DEFECTS = 2;
 
 /** @typedef {import('./work.js').Made} Made */
 /** @typedef {import('./work.js').Chosen} Chosen */
@@ -14,6 +16,15 @@ export class Model extends Work {
     this.texts = new Map();
     /** @type {number | undefined} */
     this.later = undefined;
+    // Failures of the editor's engine with a text.
+    this.defects = { text: '', count: 0 };
+    // After too many of them, until the next change of the text.
+    this.isResting = false;
+    pool.editor.ondefect = (message) => this.defect(message);
+    // Called after the editor's engine was started again, and whether the text is opened again.
+    this.onrestart = (/** @type {boolean} */ _isAgain, /** @type {string} */ _message) => {};
+    // Called at the first change after a rest.
+    this.onresume = () => {};
     // Called with a text that the page has made, after the model has taken its name.
     this.ontext = (/** @type {string} */ _text, /** @type {boolean} */ _isOther) => {};
   }
@@ -29,6 +40,11 @@ export class Model extends Work {
     this.text = text;
     this.edit += 1;
     this.paused = false;
+    if (this.isResting) {
+      this.isResting = false;
+      // The change may come from the editor.
+      queueMicrotask(() => this.onresume());
+    }
     clearTimeout(this.later);
     this.opening = true;
     this.later = setTimeout(() => this.open(), wait);
@@ -58,10 +74,12 @@ export class Model extends Work {
     if (!this.opened) this.prepare();
     try {
       const opened = await hand.ask(this.request).done;
-      const old = edit === this.edit ? this.opened : opened;
-      if (old) hand.ask({ op: 'close', graph: old.graph }).done.catch(() => {});
-      if (old === opened) return;
-      this.opened = { ...opened, text, files, name };
+      const { runs } = hand;
+      const old = edit === this.edit ? this.opened : { ...opened, runs };
+      // An engine that was started again may give the name of an older graph to another one.
+      if (old && old.runs === runs) hand.ask({ op: 'close', graph: old.graph }).done.catch(() => {});
+      if (edit !== this.edit) return;
+      this.opened = { ...opened, text, files, name, runs };
       this.texts.set(opened.sha256, { name, text });
       this.errors = [];
       this.values = this.fitting(this.values);
@@ -73,13 +91,30 @@ export class Model extends Work {
       if (channel && channels?.length && !channels.includes(channel)) this.news.tell('look', { target: `${output}.${channels[0]}` });
     } catch (error) {
       if (edit !== this.edit) return;
-      const failure = /** @type {import('./pool.js').Failure} */ (error);
-      this.errors = failure.errors?.length ? failure.errors : [{ code: failure.code ?? 'defect', message: failure.message, line: 1, column: 1, end_line: 1, end_column: 1 }];
-      const errors = this.errors.map((e) => described(e, text));
-      if (this.opened) this.news.tell('errors', { errors }); else this.news.tell('state', { ...this.news.empty(this), errors });
+      this.complain(/** @type {import('./pool.js').Failure} */ (error), text);
     }
     if (edit === this.edit) this.opening = false;
     this.onchange();
+    this.work();
+  }
+
+  // The editor's engine has failed and was started again, without the text. A text that makes it fail again is left alone.
+  /** @param {string} message */
+  defect(message) {
+    const { text } = this;
+    this.defects = { text, count: this.defects.text === text ? this.defects.count + 1 : 1 };
+    const isAgain = this.defects.count < MOST_DEFECTS;
+    this.onrestart(isAgain, message);
+    if (isAgain) {
+      if (text) this.setText(text);
+      return;
+    }
+    clearTimeout(this.later);
+    // An answer to the request that failed says nothing more.
+    this.edit += 1;
+    this.opening = false;
+    this.isResting = true;
+    this.complain({ code: 'defect', message: `the engine failed ${MOST_DEFECTS} times with this text, which is not opened again; change it to go on (${message})` }, text);
     this.work();
   }
 

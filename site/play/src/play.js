@@ -6,6 +6,7 @@ import { hello, onserver, pool } from './begin.js';
 import { $, element, notice, press, say } from './dom.js';
 import { editor as build } from './editor.js';
 import { filesDialog, isPicture, take } from './files.js';
+import { Language } from './language.js';
 import { Library } from './library.js';
 import { MOST_TEXT, fragment, read } from './links.js';
 import { ron } from './news.js';
@@ -28,8 +29,7 @@ const shipped = {};
 /** @type {Record<string, string>} */
 const paths = {};
 let shown = 0;
-/** @type {Record<string, string> | null} the files that the language server has */
-let told = null;
+const language = new Language(pool.editor, () => model.files);
 let began = performance.now();
 
 // ---- the graph
@@ -164,7 +164,14 @@ for (const b of own('sides').children) b.onclick = () => { root.dataset.side = b
 
 model.inLight = () => root.dataset.view === 'lit';
 model.ontext = (text, isOther) => { if (isOther) editor?.open(text, uri()); else editor?.setText(text); };
-model.onchange = () => { began = performance.now(); detach(); keep(); };
+model.onchange = () => { began = performance.now(); detach(); language.follow(); keep(); };
+// The editor's engine was started again: the language server has neither the text nor the files.
+model.onrestart = (isAgain, message) => {
+  language.restarted();
+  if (isAgain) editor?.connect();
+  notice(isAgain ? message : 'The engine has failed twice with this text. Change the text to go on', true);
+};
+model.onresume = () => editor?.connect();
 
 // Files that are dropped on the page. Pictures are no photographs here; panoramas and meshes are for the 3D view, too.
 addEventListener('drop', async (event) => {
@@ -259,16 +266,9 @@ async function begin() {
     onchange: (text) => {
       if (text.length > MOST_TEXT) notice('The text has more than 1 MiB', true); else model.setText(text, { wait: REST });
     },
-    send: async (message) => {
-      // Files come with the first message after they have changed.
-      const files = told === model.files ? undefined : model.files;
-      told = model.files;
-      return (await pool.editor.ask({ op: 'lsp', message, files }).done).messages;
-    },
+    send: (message) => language.send(message),
     onmessage: (listener) => onserver((json) => { if (json.event === 'lsp') listener(json.message); }),
   });
-  // The engine was started again: it has neither the text nor the graph.
-  pool.editor.ondefect = () => { editor?.connect(); model.setText(model.text); };
   library.follow((await hello).graphs);
   await model.sharp();
   pool.reserve();

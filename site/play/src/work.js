@@ -351,8 +351,15 @@ export class Work {
     this.tasks = this.tasks.filter((one) => one !== task);
     task?.reject(failure);
     this.paused = true;
-    this.errors = failure.errors?.length ? failure.errors : [{ code: failure.code, message: failure.message, line: 1, column: 1, end_line: 1, end_column: 1 }];
-    this.news.tell('errors', { errors: this.errors.map((e) => described(e, this.opened?.text ?? this.text)) });
+    this.complain(failure, this.opened?.text ?? this.text);
+  }
+
+  // Shows the errors of a failure that belongs to a text.
+  /** @param {{ code?: string, message: string, errors?: any[] }} failure @param {string} text */
+  complain({ code = 'defect', message, errors }, text) {
+    this.errors = errors?.length ? errors : [{ code, message, line: 1, column: 1, end_line: 1, end_column: 1 }];
+    const told = this.errors.map((e) => described(e, text));
+    if (this.opened) this.news.tell('errors', { errors: told }); else this.news.tell('state', { ...this.news.empty(this), errors: told });
   }
 
   /** @param {boolean} busy */

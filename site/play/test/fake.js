@@ -12,6 +12,7 @@ export class FakeHand {
     this.ready = Promise.resolve();
     this.prepared = undefined;
     this.has = null;
+    this.runs = 0;
     this.ondefect = () => {};
   }
 

@@ -62,7 +62,7 @@ await writeFile(join(out, 'pictures.js'), `// Graphs with a picture in the galle
 await build({ entryPoints: [join(here, 'bundle/editor.js')], outfile: join(out, 'editor.js'), bundle: true, format: 'esm', minify: true, target: 'es2022', legalComments: 'none', logLevel: 'error' });
 
 // Modules that the page needs at once load together.
-const later = ['bodies.js', 'photo.js', 'worker.js', 'paint.js', 'engine.js', 'begin.js', 'play.js', 'settings.js'];
+const later = ['bodies.js', 'photo.js', 'worker.js', 'answers.js', 'paint.js', 'engine.js', 'begin.js', 'play.js', 'settings.js'];
 const modules = [...new Set([...common, ...own, 'editor.js', 'pictures.js'])].filter((name) => name.endsWith('.js') && !later.includes(name)).sort();
 const preloads = ['settings.js', ...modules].map((name) => `<link rel="modulepreload" href="${name}">`).join('\n  ');
 const html = CHANGES.reduce(once, await readFile(join(page, 'index.html'), 'utf8'));

@@ -1,7 +1,9 @@
 // @ts-check
 // The graph and its values. The editor's worker opens texts; see work.js for their pictures.
-import { described } from './news.js';
 import { Work } from './work.js';
+
+// After this many failures of the engine with one text, it is not opened again.
+const MOST_DEFECTS = 2;
 
 /** @typedef {import('./work.js').Made} Made */
 /** @typedef {import('./work.js').Chosen} Chosen */
@@ -10,22 +12,39 @@ export class Model extends Work {
   /** @param {import('./pool.js').Pool} pool */
   constructor(pool) {
     super(pool);
-    /** @type {Map<string, string>} texts by their hashes */
+    /** @type {Map<string, { name: string, text: string }>} texts by their hashes, with the graph that had each */
     this.texts = new Map();
     /** @type {number | undefined} */
     this.later = undefined;
-    // Called with a text that a change of values has made.
-    this.ontext = (/** @type {string} */ _text) => {};
+    // Failures of the editor's engine with a text.
+    this.defects = { text: '', count: 0 };
+    // After too many of them, until the next change of the text.
+    this.isResting = false;
+    pool.editor.ondefect = (message) => this.defect(message);
+    // Called after the editor's engine was started again, and whether the text is opened again.
+    this.onrestart = (/** @type {boolean} */ _isAgain, /** @type {string} */ _message) => {};
+    // Called at the first change after a rest.
+    this.onresume = () => {};
+    // Called with a text that the page has made, after the model has taken its name.
+    this.ontext = (/** @type {string} */ _text, /** @type {boolean} */ _isOther) => {};
   }
 
   // Takes a new text, and opens it once it rests for `wait` ms.
   /** @param {string} text @param {{ name?: string, values?: Chosen, wait?: number }} [of] */
   setText(text, { name, values, wait = 0 } = {}) {
     if (name) this.name = name;
-    if (values) this.values = values;
+    if (values) {
+      this.forget();
+      this.values = values;
+    }
     this.text = text;
     this.edit += 1;
     this.paused = false;
+    if (this.isResting) {
+      this.isResting = false;
+      // The change may come from the editor.
+      queueMicrotask(() => this.onresume());
+    }
     clearTimeout(this.later);
     this.opening = true;
     this.later = setTimeout(() => this.open(), wait);
@@ -55,24 +74,47 @@ export class Model extends Work {
     if (!this.opened) this.prepare();
     try {
       const opened = await hand.ask(this.request).done;
-      const old = edit === this.edit ? this.opened : opened;
-      if (old) hand.ask({ op: 'close', graph: old.graph }).done.catch(() => {});
-      if (old === opened) return;
-      this.opened = { ...opened, text, files, name };
-      this.texts.set(opened.sha256, text);
+      const { runs } = hand;
+      const old = edit === this.edit ? this.opened : { ...opened, runs };
+      // An engine that was started again may give the name of an older graph to another one.
+      if (old && old.runs === runs) hand.ask({ op: 'close', graph: old.graph }).done.catch(() => {});
+      if (edit !== this.edit) return;
+      this.opened = { ...opened, text, files, name, runs };
+      this.texts.set(opened.sha256, { name, text });
       this.errors = [];
-      const names = new Set(opened.params.map((/** @type {any} */ p) => p.name));
-      this.values = { preset: this.values.preset && opened.presets[this.values.preset] ? this.values.preset : null, set: this.values.set.filter(([name]) => names.has(name)) };
+      this.values = this.fitting(this.values);
+      // The text may make something else of an output that was an object.
+      this.objects.clear();
       this.begin();
+      const [output, channel] = this.focus.split('.');
+      const channels = opened.outputs.find((/** @type {any} */ o) => o.name === output)?.channels;
+      if (channel && channels?.length && !channels.includes(channel)) this.news.tell('look', { target: `${output}.${channels[0]}` });
     } catch (error) {
       if (edit !== this.edit) return;
-      const failure = /** @type {import('./pool.js').Failure} */ (error);
-      this.errors = failure.errors?.length ? failure.errors : [{ code: failure.code ?? 'defect', message: failure.message, line: 1, column: 1, end_line: 1, end_column: 1 }];
-      const errors = this.errors.map((e) => described(e, text));
-      if (this.opened) this.news.tell('errors', { errors }); else this.news.tell('state', { ...this.news.empty(this), errors });
+      this.complain(/** @type {import('./pool.js').Failure} */ (error), text);
     }
     if (edit === this.edit) this.opening = false;
     this.onchange();
+    this.work();
+  }
+
+  // The editor's engine has failed and was started again, without the text. A text that makes it fail again is left alone.
+  /** @param {string} message */
+  defect(message) {
+    const { text } = this;
+    this.defects = { text, count: this.defects.text === text ? this.defects.count + 1 : 1 };
+    const isAgain = this.defects.count < MOST_DEFECTS;
+    this.onrestart(isAgain, message);
+    if (isAgain) {
+      if (text) this.setText(text);
+      return;
+    }
+    clearTimeout(this.later);
+    // An answer to the request that failed says nothing more.
+    this.edit += 1;
+    this.opening = false;
+    this.isResting = true;
+    this.complain({ code: 'defect', message: `the engine failed ${MOST_DEFECTS} times with this text, which is not opened again; change it to go on (${message})` }, text);
     this.work();
   }
 
@@ -92,18 +134,25 @@ export class Model extends Work {
   // Writes values into the text, as *Save to file*. Gives the hash of the new text.
   /** @param {{ set: [string, string][], preset: string | null, add?: boolean }} change @param {Chosen | null} after */
   async keep({ set, preset, add = false }, after) {
-    const { graph, sha256, text } = this.opened;
+    const { graph, sha256, text, name } = this.opened;
     if (this.text !== text) throw new Error('the text has errors, or is being read; nothing was written');
     const values = Object.fromEntries(set.map(([name, value]) => [name, plain(value, this.param(name)?.type)]));
     const kept = await this.pool.editor.ask({ op: 'keep', graph, sha256, values, preset: preset ?? undefined, add }).done;
+    // The user's own text counts more than the one of the values.
+    if (this.text !== text || this.name !== name) throw new Error('the text has changed meanwhile: it stays as you typed it, and the values were not written; write them again');
     this.replace(kept.text, after);
     return kept.sha256;
   }
 
-  /** @param {string} text @param {Chosen | null} after */
-  replace(text, after) {
-    this.ontext(text);
-    this.setText(text, { values: after ?? this.values });
+  // Replaces the text, also by one of another graph.
+  /** @param {string} text @param {Chosen | null} after @param {string} [name] */
+  replace(text, after, name = this.name) {
+    const isOther = name !== this.name;
+    const { values } = this.latest;
+    this.name = name;
+    if (isOther) this.news.known = {};
+    this.ontext(text, isOther);
+    this.setText(text, { values: after ?? values });
   }
 
   /** @param {string} name */

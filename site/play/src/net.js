@@ -29,7 +29,7 @@ function look(target) {
 /** @param {{ t: string, x: number, y: number }} args */
 function probe({ t, x, y }) {
   const found = model.best(t);
-  if (!found) return null;
+  if (!found?.data) return null;
   const { canvas } = model.news.state(model).scene;
   const { json: { width, height, components, unit, size_mm }, data } = found;
   const share = [(x + 0.5) / canvas.resolution[0], (y + 0.5) / canvas.resolution[1]];
@@ -44,8 +44,7 @@ function probe({ t, x, y }) {
 export async function bitmap(path, args) {
   const found = args ? null : model.kept.get(path);
   if (!found) return null;
-  const { width, height } = found.json;
-  return createImageBitmap(new ImageData(found.pixels, width, height), { colorSpaceConversion: 'none', premultiplyAlpha: 'none' });
+  return createImageBitmap(new ImageData(found.pixels, found.width, found.height), { colorSpaceConversion: 'none', premultiplyAlpha: 'none' });
 }
 
 // Texture of a channel.
@@ -61,8 +60,8 @@ export async function worn(_scene, { t }, _size) {
 // Exact values of a picture.
 /** @param {any} args @returns {Promise<PictureValues | null>} */
 export async function exact({ t }) {
-  const found = await model.picture(t);
-  if (!found) return null;
+  const found = await model.picture(t, true);
+  if (!found?.data) return null;
   const { type, unit } = model.news.shown(model, found);
   return { width: found.json.width, height: found.json.height, channels: found.json.components, type, unit, data: found.data };
 }
@@ -115,9 +114,9 @@ export async function change(base, what, then = null) {
   if (base !== model.opened?.sha256) throw new Error('the text has changed meanwhile; nothing was written');
   if (what.values) return model.keep(what.values, then);
   if (what.preset) return model.keep({ set: what.preset.set, preset: what.preset.name, add: true }, then);
-  const text = what.restore && model.texts.get(what.restore.to);
-  if (text === undefined) throw new Error(what.restore ? 'that text is no longer known' : GONE);
-  model.replace(text, then);
+  const found = what.restore && model.texts.get(what.restore.to);
+  if (!found) throw new Error(what.restore ? 'that text is no longer known' : GONE);
+  model.replace(found.text, then, found.name);
   return what.restore.to;
 }
 

@@ -6,9 +6,11 @@ import { hello, onserver, pool } from './begin.js';
 import { $, element, notice, press, say } from './dom.js';
 import { editor as build } from './editor.js';
 import { filesDialog, isPicture, take } from './files.js';
+import { Language } from './language.js';
 import { Library } from './library.js';
 import { MOST_TEXT, fragment, read } from './links.js';
 import { ron } from './news.js';
+import { openAddress } from './opening.js';
 import { model } from './session.js';
 
 const root = document.documentElement;
@@ -27,8 +29,7 @@ const shipped = {};
 /** @type {Record<string, string>} */
 const paths = {};
 let shown = 0;
-/** @type {Record<string, string> | null} the files that the language server has */
-let told = null;
+const language = new Language(pool.editor, () => model.files);
 let began = performance.now();
 
 // ---- the graph
@@ -42,45 +43,53 @@ async function textOf(name) {
   return shipped[name];
 }
 
+const address = () => location.hash;
 // The address of the text for the language server.
 const uri = () => paths[model.name] ?? `untitled:${model.name}`;
 
 /** @param {{ name: string, text: string, values: import('./work.js').Chosen}} graph */
 function show({ name, text, values }) {
   model.news.known = {};
-  model.objects.clear();
   model.name = name;
   editor?.open(text, uri());
   model.setText(text, { name, values });
 }
 
 // Opens the graph that the fragment names, or the first one.
-async function openLink() {
-  try {
-    const linked = await read(location.hash);
+const openLink = () => openAddress({
+  address,
+  async read(hash) {
+    const linked = await read(hash);
     const graph = linked?.graph ?? (linked?.of && `shibo:${linked.of}`) ?? (linked ? 'graph.ron' : FIRST);
     const text = linked?.text ?? await textOf(graph);
     if (linked?.text && graph !== 'graph.ron') await textOf(graph);
-    show({ name: graph, text, values: { preset: linked?.preset ?? null, set: linked?.set ?? [] } });
-  } catch (error) {
-    notice(`The link was not opened: ${/** @type {Error} */ (error).message}`, true);
-    if (!model.text) show({ name: FIRST, text: await textOf(FIRST), values: { preset: null, set: [] } });
-  }
-}
+    return { name: graph, text, values: { preset: linked?.preset ?? null, set: linked?.set ?? [] } };
+  },
+  show,
+  async refuse(error) {
+    notice(`The link was not opened: ${error.message}`, true);
+    if (model.text) return;
+    const text = await textOf(FIRST);
+    if (!model.text) show({ name: FIRST, text, values: { preset: null, set: [] } });
+  },
+});
 
 // Edits of this tab, if its address is the one of before.
-async function restore() {
-  try {
+const restore = () => openAddress({
+  address,
+  async read(hash) {
     const kept = JSON.parse(sessionStorage.getItem(STORE) ?? 'null');
-    if (!kept || kept.hash !== location.hash || typeof kept.text !== 'string' || kept.text.length > MOST_TEXT) return false;
+    if (!kept || kept.hash !== hash || typeof kept.text !== 'string' || kept.text.length > MOST_TEXT) return null;
     if (kept.name.startsWith('shibo:')) await textOf(kept.name);
-    model.size = SIZES.includes(kept.size) ? kept.size : model.size;
+    return kept;
+  },
+  show(kept) {
+    const { size } = /** @type {{ size?: number }} */ (kept);
+    if (size && SIZES.includes(size)) model.size = size;
     show(kept);
-    return true;
-  } catch {
-    return false;
-  }
-}
+  },
+  refuse() { /* the address is opened instead */ },
+});
 
 /** @type {number | undefined} */
 let keeping;
@@ -154,8 +163,15 @@ own('long-stop').onclick = () => { model.pause(); notice('Stopped. A change of t
 for (const b of own('sides').children) b.onclick = () => { root.dataset.side = b.dataset.side; press(own('sides'), (one) => one === b); dispatchEvent(new Event('resize')); };
 
 model.inLight = () => root.dataset.view === 'lit';
-model.ontext = (text) => editor?.setText(text);
-model.onchange = () => { began = performance.now(); detach(); keep(); };
+model.ontext = (text, isOther) => { if (isOther) editor?.open(text, uri()); else editor?.setText(text); };
+model.onchange = () => { began = performance.now(); detach(); language.follow(); keep(); };
+// The editor's engine was started again: the language server has neither the text nor the files.
+model.onrestart = (isAgain, message) => {
+  language.restarted();
+  if (isAgain) editor?.connect();
+  notice(isAgain ? message : 'The engine has failed twice with this text. Change the text to go on', true);
+};
+model.onresume = () => editor?.connect();
 
 // Files that are dropped on the page. Pictures are no photographs here; panoramas and meshes are for the 3D view, too.
 addEventListener('drop', async (event) => {
@@ -239,7 +255,10 @@ async function begin() {
   say($('empty'), 'Loading the engine …');
   $('empty').hidden = false;
   await pool.editor.ready;
-  if (!await restore()) await openLink();
+  addEventListener('hashchange', openLink);
+  const first = address();
+  // Another address may have been opened meanwhile.
+  if (!await restore() && address() === first) await openLink();
   sizes();
   editor = build(own('text').attachShadow({ mode: 'open' }), {
     text: model.text,
@@ -247,17 +266,9 @@ async function begin() {
     onchange: (text) => {
       if (text.length > MOST_TEXT) notice('The text has more than 1 MiB', true); else model.setText(text, { wait: REST });
     },
-    send: async (message) => {
-      // Files come with the first message after they have changed.
-      const files = told === model.files ? undefined : model.files;
-      told = model.files;
-      return (await pool.editor.ask({ op: 'lsp', message, files }).done).messages;
-    },
+    send: (message) => language.send(message),
     onmessage: (listener) => onserver((json) => { if (json.event === 'lsp') listener(json.message); }),
   });
-  // The engine was started again: it has neither the text nor the graph.
-  pool.editor.ondefect = () => { editor?.connect(); model.setText(model.text); };
-  addEventListener('hashchange', openLink);
   library.follow((await hello).graphs);
   await model.sharp();
   pool.reserve();

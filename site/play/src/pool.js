@@ -25,7 +25,9 @@ export class Hand {
     /** @type {Promise<void> | undefined} */
     this.prepared = undefined;
     // Called after the engine has failed and was started again.
-    this.ondefect = () => {};
+    this.ondefect = (/** @type {string} */ _message) => {};
+    // Counts the starts of the engine: the names of graphs begin again with each.
+    this.runs = 0;
     this.worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
     /** @type {Promise<void>} */
     this.ready = new Promise((resolve, reject) => {
@@ -34,6 +36,7 @@ export class Hand {
       this.worker.onmessage = ({ data }) => {
         if (data.ready) resolve();
         else if (data.failed) reject(new Error(data.failed));
+        else if (data.n === undefined && data.json.event === 'defect') this.defect(data.json.message);
         else if (data.n === undefined) other?.(data.json);
         else this.hear(data);
       };
@@ -50,14 +53,18 @@ export class Hand {
     const { ok, error } = answer.json;
     if (!ok && !error) { of.heard(answer); return; }
     this.waiting.delete(answer.n);
-    if (error?.code === 'defect') {
-      // The engine was started again, without graphs.
-      this.has = null;
-      console.error(error.message);
-      this.ondefect();
-    }
+    if (error?.code === 'defect') this.defect(error.message);
     // The bytes of an answer come with it.
     if (ok) of.resolve(answer.bytes?.length ? { ...ok, bytes: answer.bytes } : ok); else of.reject(new Failure(error));
+  }
+
+  // The engine was started again, without graphs.
+  /** @param {string} message */
+  defect(message) {
+    this.has = null;
+    this.runs += 1;
+    console.error(message);
+    this.ondefect(message);
   }
 
   // Sends a request. `heard` gets its events; with `form`, pictures are painted. The promise gives the answer.

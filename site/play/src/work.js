@@ -1,6 +1,7 @@
 // @ts-check
 // Pictures of the opened graph: the renderer makes one per step, coarse to sharp. A newer change takes effect between two steps, or
 // ends the renderer if a step takes long.
+import { MOST_BYTES, trim } from './kept.js';
 import { News, described } from './news.js';
 import { Failure } from './pool.js';
 
@@ -15,10 +16,8 @@ export const LONG = 10_000;
 // Without the user's wish, pictures are not larger than this.
 export const MOST_SIZE = 2048;
 const USUAL = 512;
-// Pictures kept for the history of looks.
-const KEPT = 60;
 
-/** @typedef {{ target: string, size: number, id: string, generation: number, json: any, data: Float32Array, pixels: Uint8ClampedArray<ArrayBuffer>, halves?: Uint16Array<ArrayBuffer>, range: [number, number], scale: number }} Made */
+/** @typedef {{ target: string, size: number, id: string, generation: number, json: any, data: Float32Array | null, pixels: Uint8ClampedArray<ArrayBuffer>, halves?: Uint16Array<ArrayBuffer>, range: [number, number], scale: number }} Made */
 /** @typedef {{ preset: string | null, set: [string, string][] }} Chosen */
 
 export class Work {
@@ -45,8 +44,10 @@ export class Work {
     this.errors = [];
     /** @type {Map<string, Made>} the sharpest picture of each target */
     this.pictures = new Map();
-    /** @type {Map<string, Made>} pictures by their ids, the oldest first */
+    /** @type {Map<string, import('./kept.js').Pixels>} pictures for the history of looks by their ids, the oldest first */
     this.kept = new Map();
+    // Memory of all pictures, in bytes.
+    this.most = MOST_BYTES;
     /** @type {Map<string, string>} targets without pixels, with their types */
     this.objects = new Map();
     this.focus = '';
@@ -54,7 +55,7 @@ export class Work {
     this.inLight = () => false;
     /** @type {{ run: (hand: import('./pool.js').Hand) => import('./pool.js').Request, resolve: (ok: any) => void, reject: (error: Error) => void, dead?: boolean }[]} */
     this.tasks = [];
-    /** @type {{ generation: number | null, began: number, request: import('./pool.js').Request | null, soon?: number } | null} */
+    /** @type {{ generation: number | null, opened: any, began: number, loading: boolean, request: import('./pool.js').Request | null, soon?: number } | null} */
     this.step = null;
     this.paused = false;
     /** @type {Record<number, number>} the time of the last step of a size, in ms */
@@ -82,15 +83,32 @@ export class Work {
     const left = step && step.generation === this.generation && !this.best(this.focus) ? PATIENCE - (performance.now() - step.began) : 0;
     if (left > 0) { this.taking = setTimeout(() => this.take(), left); return; }
     this.wanted = null;
-    this.values = wanted;
+    this.values = this.fitting(wanted);
     this.paused = false;
     this.onchange();
     if (this.opened) this.begin();
   }
 
+  // Drops values that wait: others have replaced them.
+  forget() {
+    clearTimeout(this.taking);
+    this.wanted = null;
+  }
+
+  // Values that the opened graph has.
+  /** @param {Chosen} values @returns {Chosen} */
+  fitting({ preset, set }) {
+    const { opened } = this;
+    if (!opened) return { preset, set };
+    const names = new Set(opened.params.map((/** @type {any} */ p) => p.name));
+    return { preset: preset && opened.presets[preset] ? preset : null, set: set.filter(([name]) => names.has(name)) };
+  }
+
   // Begins a new generation: other values, another text or another size.
   begin() {
     this.generation += 1;
+    // The selected picture stays until there is a new one.
+    for (const target of this.pictures.keys()) if (target !== this.focus) this.pictures.delete(target);
     this.state();
     this.hurry();
     this.work();
@@ -107,6 +125,8 @@ export class Work {
     const [output, channel] = this.focus.split('.');
     const of = this.opened?.outputs.find((/** @type {any} */ o) => o.name === output) ?? null;
     if (!of) return [];
+    // A text may take a channel away from its material.
+    if (channel && !of.channels?.includes(channel)) return [];
     const first = channel || !of.channels ? [this.focus] : [];
     const material = of.channels ? of : this.opened.outputs.find((/** @type {any} */ o) => o.channels);
     if (!material || (first.length && !this.inLight())) return first;
@@ -133,13 +153,14 @@ export class Work {
     return made?.generation === this.generation ? made : null;
   }
 
-  // A picture of a target: the one that is there, or the next one. Null if the graph changes before.
+  // A picture of a target: the one that is there, or the next one. Null if the graph changes before. Exact values may have to be made
+  // again.
   /** @param {string} target @returns {Promise<Made | null>} */
-  async picture(target) {
+  async picture(target, isExact = false) {
     const found = this.best(target);
-    if (found) return found;
+    if (found && (found.data || !isExact)) return found;
     if (!this.opened) return null;
-    return this.render(target, this.sizes[0]).catch(() => null);
+    return this.render(target, found?.size ?? this.sizes[0]).catch(() => null);
   }
 
   // ---- work
@@ -172,7 +193,7 @@ export class Work {
     const { generation, values } = this;
     const request = { op: 'render', graph: hand.has?.graph, output: target, sizes: [size], preset: values.preset ?? undefined, set: Object.fromEntries(values.set) };
     return hand.ask(request, ({ json, data, pixels, ...rest }) => {
-      if (json.event !== 'picture') return;
+      if (json.event !== 'picture' || generation !== this.generation) return;
       if (!data || !pixels) { this.objects.set(target, json.type ?? 'object'); return; }
       give(/** @type {Made} */ ({ target, size, id: `${json.key} ${size}`, generation, json, data, pixels, ...rest }));
     }, target.endsWith('.emission') ? 'light' : 'plain');
@@ -184,7 +205,8 @@ export class Work {
       for (const target of this.targets) {
         if (this.objects.has(target)) continue;
         const best = this.best(target);
-        if (!best || best.size < size) return { target, size };
+        const isBare = size === this.size && target === this.focus && !best?.data;
+        if (!best || best.size < size || isBare) return { target, size };
       }
     }
     return null;
@@ -203,7 +225,7 @@ export class Work {
     }
     this.now = task;
     /** @type {NonNullable<Work['step']>} */
-    const step = { generation: task ? null : this.generation, began: performance.now(), request: null };
+    const step = { generation: task ? null : this.generation, opened: this.opened, began: performance.now(), loading: true, request: null };
     this.step = step;
     this.busy(true);
     const hand = this.pool.renderer;
@@ -211,13 +233,15 @@ export class Work {
     let long;
     try {
       await hand.ready;
+      step.loading = false;
       await hand.prepared;
       step.began = performance.now();
       long = setTimeout(() => { if (this.step === step) this.onlong(true); }, LONG);
-      if (this.opened) await this.reopen(hand, step);
-      if (this.step === step) await (task ? this.runTask(task, hand, step) : this.runPicture(/** @type {{ target: string, size: number }} */ (next), hand, step));
+      if (step.opened && this.isCurrent(step)) await this.reopen(hand, step);
+      // A change during the waits: the step is chosen again below.
+      if (this.isCurrent(step)) await (task ? this.runTask(task, hand, step) : this.runPicture(/** @type {{ target: string, size: number }} */ (next), hand, step));
     } catch (error) {
-      if (this.step === step) this.failed(/** @type {Failure} */ (error), step.generation);
+      if (this.isCurrent(step)) this.failed(/** @type {Failure} */ (error), task);
     }
     clearTimeout(long);
     clearTimeout(step.soon);
@@ -228,6 +252,12 @@ export class Work {
     }
   }
 
+  // Whether a step still runs, for the text and the values with which it began. A task is for any values.
+  /** @param {NonNullable<Work['step']>} step */
+  isCurrent(step) {
+    return this.step === step && step.opened === this.opened && (step.generation === null || step.generation === this.generation);
+  }
+
   // Opens the first text in the renderer, too, before it is known to be sound: both workers begin at once.
   prepare() {
     const { files, name, request } = this;
@@ -235,10 +265,10 @@ export class Work {
     hand.prepared = hand.ask(request).done.then((answer) => { hand.has = { graph: answer.graph, sha256: answer.sha256, files, name }; }, () => {});
   }
 
-  // Opens the last sound text in the renderer, unless it has this one.
+  // Opens the text of a step in the renderer, unless it has this one.
   /** @param {import('./pool.js').Hand} hand @param {NonNullable<Work['step']>} step */
   async reopen(hand, step) {
-    const { opened } = this;
+    const { opened } = step;
     const { has } = hand;
     if (has && has.sha256 === opened.sha256 && has.files === opened.files && has.name === opened.name) return;
     const { name, files, text, sha256 } = opened;
@@ -261,28 +291,24 @@ export class Work {
 
   /** @param {{ target: string, size: number }} next @param {import('./pool.js').Hand} hand @param {NonNullable<Work['step']>} step */
   async runPicture({ target, size }, hand, step) {
-    const { generation } = this;
-    step.generation = generation;
     /** @type {Made | null} */
     let made = null;
     step.request = this.ask(hand, target, size, (found) => { made = found; });
     await step.request.done;
     this.costs[size] = performance.now() - step.began;
-    if (made && generation === this.generation) this.store(made);
+    if (!this.isCurrent(step)) return;
+    if (made) this.store(made);
     else if (this.objects.has(target)) this.news.tell('look', { target: this.focus });
   }
 
   /** @param {Made} made */
   store(made) {
     const best = this.best(made.target);
-    if (best && best.size >= made.size) return;
+    if (best && (best.size > made.size || (best.size === made.size && best.data))) return;
     this.pictures.set(made.target, made);
     this.kept.delete(made.id);
-    this.kept.set(made.id, made);
-    for (const [id, { pixels }] of this.kept) {
-      if (this.kept.size <= (pixels.length > 4 << 20 ? KEPT / 4 : KEPT)) break;
-      this.kept.delete(id);
-    }
+    this.kept.set(made.id, { width: made.json.width, height: made.json.height, pixels: made.pixels });
+    trim(this.pictures, this.kept, this.focus, this.most);
     // In light the coarse maps count, too: textures follow a slider.
     const isShown = made.size >= this.size || this.inLight();
     const shown = { ...this.news.shown(this, made), final: isShown, generation: made.generation };
@@ -293,7 +319,8 @@ export class Work {
   // A change while a step runs: its picture is not wanted any more.
   hurry() {
     const { step } = this;
-    if (!step || step.generation === null || step.generation === this.generation) return;
+    // Loading the module is no work for the older change.
+    if (!step || step.loading || step.generation === null || step.generation === this.generation) return;
     step.request?.stop();
     if (step.soon) return;
     const left = Math.max(0, PATIENCE - (performance.now() - step.began));
@@ -316,13 +343,23 @@ export class Work {
     if (this.step) this.abandon();
   }
 
-  /** @param {Failure} failure @param {number | null} generation */
-  failed(failure, generation) {
-    if (failure.code === 'cancelled' || (generation !== null && generation !== this.generation)) return;
+  // A failure of a step. A task that could not begin fails with it.
+  /** @param {Failure} failure @param {any} [task] */
+  failed(failure, task) {
+    if (failure.code === 'cancelled') return;
     if (failure.code === 'no-graph') { this.pool.renderer.has = null; return; }
+    this.tasks = this.tasks.filter((one) => one !== task);
+    task?.reject(failure);
     this.paused = true;
-    this.errors = failure.errors?.length ? failure.errors : [{ code: failure.code, message: failure.message, line: 1, column: 1, end_line: 1, end_column: 1 }];
-    this.news.tell('errors', { errors: this.errors.map((e) => described(e, this.opened?.text ?? this.text)) });
+    this.complain(failure, this.opened?.text ?? this.text);
+  }
+
+  // Shows the errors of a failure that belongs to a text.
+  /** @param {{ code?: string, message: string, errors?: any[] }} failure @param {string} text */
+  complain({ code = 'defect', message, errors }, text) {
+    this.errors = errors?.length ? errors : [{ code, message, line: 1, column: 1, end_line: 1, end_column: 1 }];
+    const told = this.errors.map((e) => described(e, text));
+    if (this.opened) this.news.tell('errors', { errors: told }); else this.news.tell('state', { ...this.news.empty(this), errors: told });
   }
 
   /** @param {boolean} busy */

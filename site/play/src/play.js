@@ -281,7 +281,6 @@ $('errors').addEventListener('click', (event) => {
   if (line) editor?.show(+line, +column);
 });
 $('save').textContent = 'Write to text';
-document.querySelector('#export-format option[value=tiff]')?.remove();
 begin().catch((error) => {
   $('empty').hidden = false;
   say($('empty'), location.protocol === 'file:' ? 'A browser starts no workers from a file: serve this folder, for example with python3 -m http.server' : `The playground cannot start: ${error.message}`);

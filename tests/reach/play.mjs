@@ -204,9 +204,12 @@ const tests = {
     await page.eval(`location.hash = "${packed(text)}"`);
     await page.wait(`shibo.text.includes('"more"') && document.title.startsWith("graph.ron")`);
     await page.eval("shibo.sharp()");
+    // The code of the tab is loaded when it is first shown, and then asks for the formats.
+    await page.eval("document.getElementById('tab-export').click()");
+    await page.wait(`document.querySelector('#export-what [value="gltf"]')`);
+    assert.deepEqual(await page.eval("[...document.getElementById('export-format').options].map((one) => one.value)"), ["", "png", "exr"]);
     for (const [what, format, name, start] of [["map", "png", "noise.png", "\x89PNG"], ["maps", "", "graph.zip", "PK"], ["map", "exr", "noise.exr", "v/1\x01"], ["gltf", "", "m.glb", "glTF"]]) {
       await page.eval(`(() => {
-        document.getElementById("tab-export").click();
         document.getElementById("export-what").value = "${what}";
         document.getElementById("export-format").value = "${format}";
         document.getElementById("export-size").value = "256";
@@ -276,17 +279,25 @@ const tests = {
     const png = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAAAAAA6fptVAAAACklEQVR4nGP4DwABAQEAsTj2FAAAAABJRU5ErkJggg==";
     await page.eval(`shibo.setText(${JSON.stringify(text.replace("Perlin()", 'Image(path: "a.png")'))})`);
     await page.wait(`${ROOT}.errors === "1"`);
-    await page.eval(`(async () => {
+    const drop = () => page.eval(`(async () => {
       const bytes = Uint8Array.from(atob("${png}"), (c) => c.charCodeAt(0));
       const data = new DataTransfer();
       data.items.add(new File([bytes], "a.png", { type: "image/png" }));
       document.body.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
     })()`);
+    await drop();
     await page.wait(`${ROOT}.errors === "0"`);
     await page.eval("document.querySelector('#outputs [data-target=\"noise\"]').click()");
     const white = await picture(page);
     assert.ok(white.data.every((value) => value > 0.9999), `${white.name} ${white.width} ${white.data.slice(0, 9)}`);
     await page.wait(`!${EDITOR}.querySelector('.cm-lint-marker-error')`);
+    // Without the file there is an error again, also in the editor; with it, none.
+    await page.eval("document.getElementById('files-open').click()");
+    await page.eval(`document.querySelector('#files [aria-label="Remove a.png"]').click()`);
+    await page.wait(`${ROOT}.errors === "1" && ${EDITOR}.querySelector('.cm-lint-marker-error')`);
+    await drop();
+    await page.wait(`${ROOT}.errors === "0" && !${EDITOR}.querySelector('.cm-lint-marker-error')`);
+    await page.eval("document.getElementById('files').close()");
     // A shipped graph whose text names the file becomes a text of its own, and still finds its imports.
     await page.eval('location.hash = "shibo:calf"');
     await page.wait("document.title.startsWith('calf.ron')");

@@ -2,9 +2,6 @@
 // The graph and its values. The editor's worker opens texts; see work.js for their pictures.
 import { Work } from './work.js';
 
-// After this many failures of the engine with one text, it is not opened again.
-const MOST_DEFECTS = 2;
-
 /** @typedef {import('./work.js').Made} Made */
 /** @typedef {import('./work.js').Chosen} Chosen */
 
@@ -16,9 +13,9 @@ export class Model extends Work {
     this.texts = new Map();
     /** @type {number | undefined} */
     this.later = undefined;
-    // Failures of the editor's engine with a text.
+    // Failures of the editor's engine with a text; after two of them it is not opened again.
     this.defects = { text: '', count: 0 };
-    // After too many of them, until the next change of the text.
+    // After the second one, until the next change.
     this.isResting = false;
     pool.editor.ondefect = (message) => this.defect(message);
     // Called after the editor's engine was started again, and whether the text is opened again.
@@ -103,7 +100,7 @@ export class Model extends Work {
   defect(message) {
     const { text } = this;
     this.defects = { text, count: this.defects.text === text ? this.defects.count + 1 : 1 };
-    const isAgain = this.defects.count < MOST_DEFECTS;
+    const isAgain = this.defects.count < 2;
     this.onrestart(isAgain, message);
     if (isAgain) {
       if (text) this.setText(text);
@@ -114,7 +111,7 @@ export class Model extends Work {
     this.edit += 1;
     this.opening = false;
     this.isResting = true;
-    this.complain({ code: 'defect', message: `the engine failed ${MOST_DEFECTS} times with this text, which is not opened again; change it to go on (${message})` }, text);
+    this.complain({ code: 'defect', message: `the engine failed twice with this text, which is not opened again; change it to go on: ${message.replace(/^the engine failed and was started again: /, '')}` }, text);
     this.work();
   }
 

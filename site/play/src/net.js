@@ -127,6 +127,8 @@ export const again = () => false;
 /** @returns {Promise<{ names: string[], shown: string }>} */
 export const graphs = async () => { throw new Error(GONE); };
 export const openGraph = async () => refusal(GONE);
+// The formats of a map: the module writes no TIFF.
+export const formats = ['png', 'exr'];
 // Formats for other programs.
 /** @returns {Promise<{ name: string, doc: string }[]>} */
 export const targets = async () => (await hello).targets.map((/** @type {string} */ name) => ({ name, doc: '' }));

@@ -168,8 +168,10 @@ model.onchange = () => { began = performance.now(); detach(); language.follow();
 // The editor's engine was started again: the language server has neither the text nor the files.
 model.onrestart = (isAgain, message) => {
   language.restarted();
-  if (isAgain) editor?.connect();
-  notice(isAgain ? message : 'The engine has failed twice with this text. Change the text to go on', true);
+  // Otherwise an error of the text says it.
+  if (!isAgain) return;
+  editor?.connect();
+  notice(message, true);
 };
 model.onresume = () => editor?.connect();
 
@@ -281,7 +283,6 @@ $('errors').addEventListener('click', (event) => {
   if (line) editor?.show(+line, +column);
 });
 $('save').textContent = 'Write to text';
-document.querySelector('#export-format option[value=tiff]')?.remove();
 begin().catch((error) => {
   $('empty').hidden = false;
   say($('empty'), location.protocol === 'file:' ? 'A browser starts no workers from a file: serve this folder, for example with python3 -m http.server' : `The playground cannot start: ${error.message}`);

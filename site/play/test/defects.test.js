@@ -92,7 +92,7 @@ async function broken() {
   made.panic = async () => {
     made.pool.editor.runs += 1;
     const one = made.pool.editor.next('open');
-    made.pool.editor.ondefect('it panicked');
+    made.pool.editor.ondefect('the engine failed and was started again: it panicked');
     one.reject(defect('it panicked'));
     await turn();
   };
@@ -109,7 +109,7 @@ test('a text with which the engine fails twice is not opened again', async () =>
   await made.panic();
   assert.deepEqual(made.again, [true, false]);
   assert.equal(editor.waits('open'), 0);
-  assert.match(model.errors[0].message, /failed 2 times with this text.*it panicked/);
+  assert.match(model.errors[0].message, /failed twice with this text.*: it panicked$/);
   assert.match(told.at(-1)[1].errors[0].message, /change it to go on/);
   await model.sharp();
   // Another text is opened.

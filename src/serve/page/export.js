@@ -1,7 +1,7 @@
 // @ts-check
 // The export panel: this map, all maps, or files for another program, at a chosen resolution.
 import { $, element, short } from './dom.js';
-import { exported, post, targets } from './net.js';
+import { exported, formats, post, targets } from './net.js';
 import { frames, zip } from './frames.js';
 import { html } from './share.js';
 
@@ -36,7 +36,7 @@ export class Exporter {
     const about = element('p', { className: 'doc' });
     this.sets(what, about);
     const [size, ...sizeRow] = select('export-size', 'Resolution', [['', 'as in the graph'], ...SIZES.map((n) => /** @type {[number, string]} */ ([n, `${n} px`]))]);
-    const [format, ...formatRow] = select('export-format', 'Format', [['', 'as in the graph'], ['png', 'PNG'], ['tiff', 'TIFF'], ['exr', 'EXR']]);
+    const [format, ...formatRow] = select('export-format', 'Format', [['', 'as in the graph'], ...formats.map((name) => /** @type {[string, string]} */ ([name, name.toUpperCase()]))]);
     this.share.onclick = () => this.shared();
     this.film.onclick = () => this.sequence();
     this.begin.onclick = () => this.start(what.value, size.value, format.value);

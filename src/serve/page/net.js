@@ -137,6 +137,9 @@ export async function graphs() {
 /** @param {string} name */
 export const openGraph = (name) => post('open', { name });
 
+// The formats of a map.
+export const formats = ['png', 'tiff', 'exr'];
+
 // The formats for other programs.
 /** @returns {Promise<{ name: string, doc: string }[]>} */
 export async function targets() {

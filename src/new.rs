@@ -109,18 +109,17 @@ fn text(from: &str) -> Result<String, Quit> {
         let help = suggest(from, "template", &names);
         return Err(Quit::Usage(format!("there is no template `{from}`; {help}; `shibo new --list` shows all")));
     };
-    if graph.text.contains("\"pictures/") {
+    if ["\"pictures/", "\"meshes/"].iter().any(|folder| graph.text.contains(folder)) {
         let help = format!("import it: `imports: {{ \"{from}\": \"shibo:{from}\" }}`");
-        return Err(Quit::Usage(format!(
-            "`{from}` reads a picture that lies beside it, so it cannot be copied; {help}"
-        )));
+        return Err(Quit::Usage(format!("`{from}` reads a file that lies beside it, so it cannot be copied; {help}")));
     }
     let mut text = graph.text.to_owned();
-    for part in graphs.iter().filter(|graph| graph.is_part()) {
-        let named = format!("\"shibo:{}\"", part.name);
-        text = text.replace(&format!("\"{}\"", part.path), &named);
-        if graph.is_part() {
-            text = text.replace(&format!("\"{}.ron\"", part.name), &named);
+    for known in &graphs {
+        let named = format!("\"shibo:{}\"", known.name);
+        text = text.replace(&format!("\"{}\"", known.path), &named);
+        // Sub-graphs lie in one folder and name each other without it.
+        if known.is_part() {
+            text = text.replace(&format!("\"{}.ron\"", known.name), &named);
         }
     }
     Ok(text)

@@ -16,6 +16,23 @@ fn templates_make_valid_graphs() {
     }
 }
 
+/// A copy of a shipped graph finds its imports wherever it is.
+#[test]
+fn copies_of_shipped_graphs_are_valid() {
+    let desk = Desk::new();
+    let mut line = vec!["check".to_owned()];
+    for graph in shibo_library::graphs() {
+        let ran = desk.run(["new", graph.name, "--from", graph.name, "--no-pin"]);
+        if ran.stderr.contains("it cannot be copied") {
+            continue;
+        }
+        ran.expect(0);
+        line.push(format!("{}.ron", graph.name));
+    }
+    assert!(line.len() > 120, "{}", line.len());
+    desk.run(line).expect(0);
+}
+
 #[test]
 fn nothing_is_overwritten() {
     let desk = Desk::new();

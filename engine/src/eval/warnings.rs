@@ -73,7 +73,7 @@ impl<'a> Stored<'a> {
             within: within.as_ref().map(|range| (range.start, range.end)),
             message,
             help: help.as_deref(),
-            at_mm: *at_mm,
+            at_mm: at_mm.as_deref().copied(),
         }
     }
 
@@ -85,7 +85,7 @@ impl<'a> Stored<'a> {
             within: self.within.map(|(start, end)| start..end),
             message: self.message.to_owned(),
             help: self.help.map(str::to_owned),
-            at_mm: self.at_mm,
+            at_mm: self.at_mm.map(Box::new),
         };
         Some(Warning { owner: Key::from_bytes(self.owner), problem })
     }

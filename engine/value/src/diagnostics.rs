@@ -112,7 +112,7 @@ pub struct Problem {
     /// How to fix it.
     pub help: Option<String>,
     /// The place in space, in mm: on a mesh or a body, or on the canvas with z = 0.
-    pub at_mm: Option<[f64; 3]>,
+    pub at_mm: Option<Box<[f64; 3]>>,
 }
 
 impl Problem {
@@ -131,7 +131,7 @@ impl Problem {
     /// Sets the place in space, in mm.
     #[must_use]
     pub fn at_mm(mut self, at: [f64; 3]) -> Self {
-        self.at_mm = Some(at);
+        self.at_mm = Some(Box::new(at));
         self
     }
 

@@ -1,7 +1,7 @@
 //! Code actions at a selection.
 use super::answer::{Answer, Refusal};
 use super::convert;
-use super::server::Server;
+use super::state::Server;
 use crate::actions::{Action, ActionKind, actions as offered};
 use crate::diagnose::{Finding, Severity};
 use lsp_server::ErrorCode;

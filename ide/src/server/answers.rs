@@ -1,7 +1,7 @@
 //! Answers to requests.
 use super::answer::{Answer, Refusal};
 use super::convert;
-use super::server::{Document, Server, read};
+use super::state::{Document, Server, read};
 use super::{actions, uris};
 use crate::{self as ide, File, Topic, World, colors, format, hover, inlay, lens, navigate, rename, structure, tokens};
 use lsp_server::ErrorCode;

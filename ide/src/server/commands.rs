@@ -1,7 +1,7 @@
 //! Commands of the editor.
 use super::answer::{Answer, Refusal};
 use super::host::Command;
-use super::server::Server;
+use super::state::Server;
 use crate::lens::node_at;
 use crate::{Cx, File, Section, World};
 use lsp_server::ErrorCode;

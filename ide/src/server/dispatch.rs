@@ -1,7 +1,7 @@
 //! Messages of the editor.
 use super::answer::Refusal;
 use super::checker::Job;
-use super::server::{Server, read};
+use super::state::{Server, read};
 use super::text::changed;
 use super::{answers, uris};
 use crate::identity;

@@ -3,6 +3,7 @@
 mod actions;
 mod answer;
 mod answers;
+mod capabilities;
 mod checker;
 mod client;
 mod commands;
@@ -10,8 +11,8 @@ mod convert;
 mod dispatch;
 mod host;
 mod options;
-mod server;
 mod single;
+mod state;
 mod text;
 pub mod uris;
 
@@ -19,6 +20,6 @@ pub use checker::{Checker, Job};
 pub use client::Client;
 pub use host::{Command, Host, NoPictures};
 pub use options::PictureForm;
-pub use server::{Beginning, Server};
 pub use single::Single;
+pub use state::{Beginning, Server};
 pub use text::Encoding;

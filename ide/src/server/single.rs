@@ -1,7 +1,7 @@
 //! A server for one editor, for programs without threads.
 use super::checker::{Checker, Job};
 use super::host::{Host, NoPictures};
-use super::server::{Beginning, Server};
+use super::state::{Beginning, Server};
 use crate::Workspace;
 use crate::hover::Pictures;
 use lsp_server::{Message, RequestId, Response};

@@ -1,8 +1,8 @@
 //! State of the server.
 use super::answer::Refusal;
+use super::capabilities;
 use super::checker::Job;
 use super::client::Client;
-use super::convert;
 use super::host::Host;
 use super::options::Options;
 use super::text::{Encoding, Lines};
@@ -60,7 +60,7 @@ impl Beginning {
     /// The answer to `initialize`.
     pub fn answer(&self, runs_commands: bool) -> Json {
         let info = json!({ "name": "shibo", "version": env!("CARGO_PKG_VERSION") });
-        json!({ "capabilities": convert::capabilities(self.encoding, runs_commands), "serverInfo": info })
+        json!({ "capabilities": capabilities::capabilities(self.encoding, runs_commands), "serverInfo": info })
     }
 }
 

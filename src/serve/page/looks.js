@@ -26,6 +26,9 @@ export class Looks {
     this.at = null;
     /** @type {string | null} */
     this.sha = null;
+    // The content before the last write, until a state of the new one has come.
+    /** @type {string | null} */
+    this.replaced = null;
     /** @type {Look[]} */
     this.marked = [];
     this.touched = 0;
@@ -93,7 +96,9 @@ export class Looks {
     this.writing = true;
     try {
       await this.settle();
-      this.sha = await change(this.sha, what, sent(values));
+      const replaced = this.sha;
+      this.sha = await change(replaced, what, sent(values));
+      this.replaced = replaced;
       return this.sha;
     } finally {
       this.writing = false;
@@ -110,10 +115,12 @@ export class Looks {
     // Until the answer arrives, the author of a content is unknown, and an old content may still be on its way.
     if (!scene || this.writing || scene.generation === this.known) return;
     this.known = scene.generation;
+    // States of the content before a write may come until the first state of the new one.
+    if (scene.sha256 === this.sha) this.replaced = null;
     if (!this.at) {
       this.sha = scene.sha256;
       this.add({ values, label: 'Opened', sha: scene.sha256 });
-    } else if (scene.sha256 !== this.sha && scene.sha256 !== this.at.parent?.sha) {
+    } else if (scene.sha256 !== this.sha && scene.sha256 !== this.replaced) {
       this.sha = scene.sha256;
       // The server may not yet use values that were just set here.
       this.add({ values: this.at.values, label: 'File saved', sha: scene.sha256, external: true });

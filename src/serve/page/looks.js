@@ -29,6 +29,8 @@ export class Looks {
     // The content before the last write, until a state of the new one has come.
     /** @type {string | null} */
     this.replaced = null;
+    /** @type {Promise<void>} */
+    this.turns = Promise.resolve();
     /** @type {Look[]} */
     this.marked = [];
     this.touched = 0;
@@ -164,7 +166,18 @@ export class Looks {
     return at?.parent ?? null;
   }
 
-  async undo() {
+  // Undo and redo begin when the one before has ended, however fast the keys follow each other.
+  /** @param {() => Promise<void>} work */
+  turn(work) {
+    this.turns = this.turns.then(work);
+    return this.turns;
+  }
+
+  undo() { return this.turn(() => this.back()); }
+
+  redo() { return this.turn(() => this.forth()); }
+
+  async back() {
     const to = this.before();
     if (!to) return;
     // `to` lies above the present step.
@@ -174,7 +187,7 @@ export class Looks {
     await this.go(to, from.own && this.sha === from.sha ? to.sha : this.sha, `Undone: ${from.label}`);
   }
 
-  async redo() {
+  async forth() {
     const to = this.at?.next;
     if (to) await this.go(to, to.own ? to.sha : this.sha, `Done again: ${to.label}`);
   }

@@ -89,6 +89,7 @@ def test_parameters(file, session):
         "default": "2",
         "range": (0.5, 8.0),
         "unit": "mm",
+        "group": None,
         "doc": "Size of a lump",
         "options": [],
     }

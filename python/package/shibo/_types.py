@@ -41,6 +41,8 @@ class Parameter(TypedDict):
     range: Optional[tuple[float, float]]
     """The smallest and the largest number allowed."""
     unit: Optional[str]
+    group: Optional[str]
+    """The heading under which a panel shows it."""
     doc: str
     options: list[str]
     """The words of a `Choice`."""

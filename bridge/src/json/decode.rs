@@ -187,7 +187,9 @@ impl Decoder {
     /// `[a, b]` or `(a, b)`, with the comments among the items.
     fn items(&mut self, items: &[Json], form: &Form<'_>) {
         let values = items.iter().filter(|item| comment(item).is_none()).count();
-        let (open, close) = if form.is_list(values) { ('[', ']') } else { ('(', ')') };
+        // Pairs in an array make a list of pairs, where the place does not tell.
+        let pairs = matches!(form, Form::Plain) && items.iter().any(|item| matches!(item.shape, Shape::List(_)));
+        let (open, close) = if pairs || form.is_list(values) { ('[', ']') } else { ('(', ')') };
         self.out.push(open);
         let mut index = 0;
         for (at, item) in items.iter().enumerate() {

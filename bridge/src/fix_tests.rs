@@ -102,7 +102,7 @@ fn table(done: &[Done], names: &[&str]) -> [usize; 4] {
     line("all", &done.iter().collect::<Vec<_>>())
 }
 
-/// 88 % of all graphs must be as before, and `least` percent of those that `sure` fixes alone leave without errors.
+/// 90 % of all graphs must be as before, and `least` percent of those that `sure` fixes alone leave without errors.
 fn assert_shares([all, same, sole, sure]: [usize; 4], least: usize) {
     let percent = |part: usize, of: usize| 100.0 * part as f64 / of.max(1) as f64;
     println!(
@@ -111,8 +111,7 @@ fn assert_shares([all, same, sole, sure]: [usize; 4], least: usize) {
         percent(sure, all),
         percent(sure, sole)
     );
-    // The samples are small: 56 graphs at the least.
-    assert!(same * 100 >= all * 88, "{same} of {all}");
+    assert!(same * 10 >= all * 9, "{same} of {all}");
     assert!(sure * 100 >= sole * least, "{sure} of {sole} by sure fixes");
 }
 

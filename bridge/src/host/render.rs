@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde_json::{Map, Value as Json, json};
 use shibo_engine::eval::Keys;
 use shibo_engine::session::Failure;
-use shibo_graph::{Graph, LoadOptions};
+use shibo_graph::{Graph, GraphOutput, LoadOptions};
 use shibo_value::clock::Stopwatch;
 use shibo_value::{Channel, Field, Key, Resolution, Tile, Type, Value, Window};
 use std::collections::{BTreeSet, VecDeque};
@@ -96,6 +96,18 @@ struct Size {
     waiting: VecDeque<Shown>,
 }
 
+/// The names of all pictures that a graph may have.
+fn names(graph: &Graph) -> Vec<String> {
+    let of = |output: &GraphOutput| -> Vec<String> {
+        if !output.ty.is_material() {
+            return vec![output.name.clone()];
+        }
+        let channels = &graph.nodes[output.node].channels;
+        channels.iter().map(|channel| format!("{}.{}", output.name, channel.name())).collect()
+    };
+    graph.outputs.iter().flat_map(of).collect()
+}
+
 /// An unfinished render.
 pub(super) struct Render {
     source: Source,
@@ -159,18 +171,15 @@ impl Render {
 
     fn begin(&self, size: Option<u32>, around: &Around<'_>) -> Result<Size, Refusal> {
         let graph = self.source.graph(around.shared, self.wanted.values.options(size))?;
-        let of = |is_wanted: &dyn Fn(&str) -> bool| {
-            let found = shown(&around.shared.session, &graph, is_wanted, around.cancel, around.observer);
-            found.map_err(|failure| refusal(around, &self.source, failure, &graph))
-        };
         let own =
             self.wanted.output.as_deref().map(|wanted| wanted.split_once('.').map_or(wanted, |(output, _)| output));
-        let found = of(&|output| own.is_none_or(|own| own == output))?;
+        let is_own = |output: &str| own.is_none_or(|own| own == output);
+        let found = shown(&around.shared.session, &graph, &is_own, around.cancel, around.observer);
+        let found = found.map_err(|failure| refusal(around, &self.source, failure, &graph))?;
         let waiting: VecDeque<Shown> = found.into_iter().filter(|shown| self.is_wanted(&shown.name)).collect();
         if waiting.is_empty() {
-            let names: Vec<String> = of(&|_| true)?.into_iter().map(|shown| shown.name).collect();
             let output = self.wanted.output.as_deref().unwrap_or("");
-            let message = format!("there is no picture `{output}`; there are {}", names.join(", "));
+            let message = format!("there is no picture `{output}`; there are {}", names(&graph).join(", "));
             return Err(Refusal::new("no-output", message));
         }
         let cut = match (&self.mesh, &self.wanted.on) {

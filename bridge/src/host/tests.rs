@@ -139,3 +139,21 @@ fn explains_what_is_wrong() {
     assert_eq!(one(&mut host, &json!({ "id": 1, "op": "close", "graph": "g1" }))["ok"], json!({}));
     assert_eq!(code(&mut host, wrong("output", json!("m"))).as_deref(), Some("no-graph"));
 }
+
+#[test]
+fn leaves_outputs_alone_that_are_not_asked_for() {
+    let mut host = host();
+    // A hundred triangles cannot show this relief, so the mesh has an error when it is made.
+    let text = "(version: 1, canvas: (size_mm: 8, resolution: 16), nodes: { \"ball\": MeshShape(shape: Sphere, size: (8, 8, 8)),
+      \"atlas\": MeshAtlas(mesh: \"ball\"), \"noise\": Perlin(), \"m\": Material(height: \"noise\"),
+      \"carved\": DisplaceMesh(atlas: \"atlas\", height: \"noise\", triangles: 100) },
+      outputs: { \"m\": \"m\", \"carved\": Model(mesh: \"carved\") })";
+    one(&mut host, &json!({ "id": 1, "op": "open", "graph": "g.ron", "text": text }));
+    let last = |host: &mut Serial, output: Json| {
+        asked(host, &json!({ "id": 2, "op": "render", "graph": "g1", "output": output })).pop().unwrap().json
+    };
+    assert_eq!(last(&mut host, "m.height".into())["ok"]["computed"], 1);
+    assert_eq!(last(&mut host, Json::Null)["error"]["errors"][0]["code"], "over-budget");
+    let missing = last(&mut host, "none".into());
+    assert_eq!(missing["error"]["message"], "there is no picture `none`; there are m.height, carved");
+}

@@ -48,7 +48,10 @@ class OfMaterial:
         if not (wait or bpy.app.background):
             live.wake()
             return {"FINISHED"}
-        trouble = live.finish(material)
+        return self.ended(live.finish(material))
+
+    def ended(self, trouble):
+        """The result of the operator: `trouble` is the reason of a failure, or empty."""
         if trouble:
             self.report({"ERROR"}, trouble)
             return {"CANCELLED"}
@@ -177,11 +180,7 @@ class SHIBO_OT_bake(OfMaterial, bpy.types.Operator):
         if self.folder.startswith("//") and not bpy.data.filepath:
             self.report({"ERROR"}, "the .blend file is not saved yet: save it first, or choose a folder with a full path")
             return {"CANCELLED"}
-        trouble = bake.start(material, self.folder, self.size, bpy.app.background)
-        if trouble:
-            self.report({"ERROR"}, trouble)
-            return {"CANCELLED"}
-        return {"FINISHED"}
+        return self.ended(bake.start(material, self.folder, self.size, bpy.app.background))
 
 
 class SHIBO_OT_pack(OfMaterial, bpy.types.Operator):
@@ -274,12 +273,7 @@ class SHIBO_OT_keep(OfMaterial, bpy.types.Operator):
     bl_options = {"REGISTER"}
 
     def execute(self, context):
-        material = current(context)
-        trouble = live.keep(material)
-        if trouble:
-            self.report({"ERROR"}, trouble)
-            return {"CANCELLED"}
-        return {"FINISHED"}
+        return self.ended(live.keep(current(context)))
 
 
 class SHIBO_OT_show(OfMaterial, bpy.types.Operator):

@@ -80,8 +80,10 @@ fn starts(formula: &Formula) -> Vec<usize> {
         let says = formula.word(index);
         let begins_value = match word.kind {
             WordKind::Name => {
-                // `clamp a, 0, 1)`, and `clampa, 0, 1)`.
-                let parts = (1..=says.len()).filter(|end| says.is_char_boundary(*end) && is_function(&says[..*end]));
+                // `clamp a, 0, 1)`, and `clampa, 0, 1)`; a call that has its bracket lacks none.
+                let is_call = formula.words().get(index + 1).is_some_and(|next| next.kind == WordKind::Open);
+                let most = if is_call { 0 } else { says.len() };
+                let parts = (1..=most).filter(|end| says.is_char_boundary(*end) && is_function(&says[..*end]));
                 let longest_first: Vec<usize> = parts.map(|end| word.range.start + end).collect();
                 calls.extend(longest_first.into_iter().rev());
                 true

@@ -252,7 +252,7 @@ export class Work {
     }
   }
 
-  // Whether a step still runs, for the text and the values with which it began. A task is for any values.
+  // True if a step still runs for the text and the values with which it began. A task fits any values.
   /** @param {NonNullable<Work['step']>} step */
   isCurrent(step) {
     return this.step === step && step.opened === this.opened && (step.generation === null || step.generation === this.generation);

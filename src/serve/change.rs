@@ -142,10 +142,9 @@ fn edited(stage: &Stage, before: &str, change: &Change) -> Result<String, ApiErr
     Ok(keep_layout(before, apply(before, &edits)))
 }
 
-/// The graph of the file, with the values of parameters that are in force.
+/// The graph of the file.
 fn based(stage: &Stage, before: &str) -> Result<Graph, String> {
-    let values = Values { edits: Vec::new(), ..stage.values() };
-    let loaded = graph::load_text(&stage.path(), before, stage.session.registry(), &values.options());
+    let loaded = graph::load_text(&stage.path(), before, stage.session.registry(), &Values::default().options());
     loaded.graph.ok_or_else(|| "nothing was written: the file has errors".to_owned())
 }
 

@@ -2,7 +2,7 @@
 use super::numbers;
 use super::values::{FieldEdit, Values};
 use super::wiring;
-use shibo_graph::{self as graph, Graph, LoadOptions};
+use shibo_graph::{self as graph, Graph};
 use shibo_ide::actions::apply;
 use shibo_ide::rename::Edit;
 use shibo_node::registry::Registry;
@@ -60,7 +60,7 @@ pub(crate) fn tried<'t>(
         return (text.into(), Vec::new());
     }
     // The values of parameters are tried by themselves.
-    let load = |text: &str| graph::load_text(path, text, registry, &LoadOptions::default());
+    let load = |text: &str| graph::load_text(path, text, registry, &Values::default().options());
     let Some(base) = load(text).graph else { return (text.into(), Vec::new()) };
     let (mut places, mut refused) = (Vec::new(), Vec::new());
     for edit in values.edits.iter().take(MOST) {

@@ -80,15 +80,17 @@ fn starts(formula: &Formula) -> Vec<usize> {
         let says = formula.word(index);
         let begins_value = match word.kind {
             WordKind::Name => {
-                // `clamp a, 0, 1)`, and `clampa, 0, 1)`; a call that has its bracket lacks none.
-                let is_call = formula.words().get(index + 1).is_some_and(|next| next.kind == WordKind::Open);
-                let most = if is_call { 0 } else { says.len() };
-                let parts = (1..=most).filter(|end| says.is_char_boundary(*end) && is_function(&says[..*end]));
+                // `clamp a, 0, 1)`, `clampa, 0, 1)` and `clampmix(a, b, c), 0, 1)`; `clamp(` has its bracket.
+                let has_own = formula.words().get(index + 1).is_some_and(|next| next.kind == WordKind::Open);
+                let parts = (1..says.len() + usize::from(!has_own))
+                    .filter(|end| says.is_char_boundary(*end) && is_function(&says[..*end]));
                 let longest_first: Vec<usize> = parts.map(|end| word.range.start + end).collect();
                 calls.extend(longest_first.into_iter().rev());
                 true
             }
-            WordKind::Number | WordKind::Color | WordKind::Param | WordKind::Open | WordKind::Not => true,
+            // Brackets that begin a value, not those of a call.
+            WordKind::Open => index == 0 || formula.words()[index - 1].kind != WordKind::Name,
+            WordKind::Number | WordKind::Color | WordKind::Param | WordKind::Not => true,
             WordKind::Operator => says == "-",
             _ => false,
         };
@@ -157,5 +159,8 @@ mod tests {
         assert_eq!(repaired("c * (a - 1 + d")[0], "c * (a - 1) + d");
         assert_eq!(repaired("2 + c * 1 - a) + d")[0], "2 + c * (1 - a) + d");
         assert_eq!(repaired("sqrt(a + b"), ["sqrt(a + b)", "sqrt(a) + b"]);
+        let of_sum = repaired("clamp(0.7 * s + 0.9 * t - 0.5) + 0.1, 0, 1)");
+        assert_eq!(of_sum[0], "clamp(0.7 * s + 0.9 * (t - 0.5) + 0.1, 0, 1)");
+        assert_eq!(repaired("clampmix(a, b, c), 0, 1)")[0], "clamp(mix(a, b, c), 0, 1)");
     }
 }

@@ -121,13 +121,15 @@ fn places(text: &str, closing: bool) -> (&'static str, Vec<usize>) {
     let (sign, places) = if closing { (")", ends(&formula)) } else { ("(", starts(&formula)) };
     let inserted = |at: usize| format!("{}{sign}{}", &text[..at], &text[at..]);
     let mut places: Vec<usize> = places.into_iter().filter(|at| is_needed(&inserted(*at), *at)).collect();
-    // Of brackets around a sum, the shortest are the most likely: `2 * (a + b) + c`. A lost `(` more likely belongs to a call.
-    let of_call = if closing { usize::MAX } else { 0 };
-    places.sort_by_key(|at| length(&inserted(*at), *at).unwrap_or(of_call));
+    // Of brackets around a sum, the shortest are the most likely: `2 * (a + b) + c`. A lost `(` more likely belongs to a
+    // call, and least likely to a tuple.
+    let is_call = |at: usize| !closing && text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+    let of_others = |at: usize| if is_call(at) { 0 } else { usize::MAX };
+    places.sort_by_key(|at| length(&inserted(*at), *at).unwrap_or(of_others(*at)));
     (sign, places)
 }
 
-/// The length of the pair of brackets of which one is at a byte; `None` if they are those of a call.
+/// The length of the pair of brackets of which one is at a byte; `None` if they are those of a call or a tuple.
 fn length(text: &str, at: usize) -> Option<usize> {
     let formula = Formula::parse(text);
     let is_it = |range: &Range<usize>| range.start == at || range.end == at + 1;

@@ -86,6 +86,27 @@ fn the_mesh_of_the_graph_wears_the_material() {
     assert_calm(&page, "");
 }
 
+/// A mesh that arrives later is shown unless the user has chosen a shape.
+#[test]
+fn a_chosen_shape_stays_when_the_mesh_arrives() {
+    const MESH: &str = "document.querySelector('[data-shape=mesh]')";
+    const SHAPE: &str = "document.querySelector('#shapes [aria-pressed=true]').dataset.shape";
+    let meshes = "    \"mesh\": MeshShape(shape: Sphere),\n    \"atlas\": MeshAtlas(mesh: \"mesh\"),\n";
+    let place = Place::new(&on_a_mesh("Sphere").replace(meshes, ""));
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    small(&mut page);
+    page.key("2");
+    page.wait("document.getElementById('lit').dataset.drawn > 0");
+    assert_eq!(page.eval(&format!("{MESH}.hidden")), true);
+    page.eval("document.querySelector('[data-shape=plane]').click()");
+    place.write(&on_a_mesh("Sphere"));
+    page.wait(&format!("!{MESH}.hidden"));
+    assert_eq!(page.eval(SHAPE), "plane");
+    assert_calm(&page, "");
+}
+
 /// Row C20: strokes drawn on the mesh by hand become text for the graph.
 #[test]
 fn strokes_are_drawn_on_the_mesh_and_copied_as_ron() {

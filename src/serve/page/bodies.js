@@ -49,7 +49,7 @@ export class Bodies {
     this.names = names;
     for (const name of names) {
       const button = element('button', { textContent: name, title: `The body of the output ${name}`, dataset: { shape: shapeOf(name) } });
-      button.onclick = () => this.load(name);
+      button.onclick = () => { this.lit.chosen = true; this.load(name); };
       $('shapes').append(button);
     }
     if (this.name && !names.includes(this.name)) this.name = null;

@@ -85,6 +85,8 @@ export class Lit {
     /** @type {((found: Hover | null) => void) | undefined} */
     this.onhover = undefined;
     this.quality = 0;
+    // The user chose a shape.
+    this.chosen = false;
     // Cost in ms per pixel; a guess until the first picture is drawn.
     this.cost = 0.002;
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -171,7 +173,7 @@ export class Lit {
       this.turnBy(-by[0] * 0.12, -by[1] * 0.12);
     });
     canvas.addEventListener('dblclick', () => this.reset());
-    for (const b of buttons('[data-shape]')) b.onclick = () => this.setShape(String(b.dataset.shape));
+    for (const b of buttons('[data-shape]')) b.onclick = () => { this.chosen = true; this.setShape(String(b.dataset.shape)); };
     for (const b of buttons('[data-relief]')) b.onclick = () => this.setRelief(String(b.dataset.relief));
   }
 
@@ -278,7 +280,7 @@ export class Lit {
     const had = !!this.shapes.mesh;
     this.put('mesh', found || null);
     buttons('[data-shape=mesh]')[0].hidden = !found;
-    if (found && !had) this.setShape('mesh');
+    if (found && !had && !this.chosen) this.setShape('mesh');
     else if (!found && this.shape === 'mesh') this.setShape('sphere');
     else if (this.shape === 'mesh') { this.strokes.show(this.shapes.mesh); this.marks.show(this.shapes.mesh); }
     else this.draw();

@@ -127,11 +127,12 @@ export class Staging {
   open(file) {
     if (this.file === file) return;
     this.file = file;
+    const { lit } = this;
+    lit.chosen = false;
     const kept = /** @type {[string, any][] | null} */ (setting('views'))?.find(([name]) => name === file)?.[1];
     if (!kept) return;
-    const { lit } = this;
     const [shape, turn, tilt, distance, light, height, size, exposure, scene, backdrop, shadow] = kept;
-    if (lit.shapes[shape]) lit.setShape(shape);
+    if (lit.shapes[shape]) { lit.chosen = true; lit.setShape(shape); }
     Object.assign(lit, { turn, tilt, distance });
     this.byHand = true;
     for (const [name, value] of Object.entries({ light, lightHeight: height, lightSize: size, exposure })) lit.set(name, value);

@@ -82,6 +82,18 @@ fn wide_nodes_and_files_are_evaluated_or_refused() {
     desk.shibo("check nested.ron").expect(1);
 }
 
+/// The work for a mistake does not grow with the length of its line.
+#[test]
+fn many_mistakes_in_one_line_are_told() {
+    let desk = Desk::new();
+    let nodes: String = (0..3000).map(|i| format!("\"n{i}\": Perlin(sizee: 2),")).collect();
+    desk.write("line.ron", format!("(nodes: {{ {nodes} }})"));
+    let told = desk.shibo("check --format json line.ron").expect(1).json();
+    let errors = told["errors"].as_array().unwrap();
+    let unknown = errors.iter().filter(|one| one["code"] == "unknown-field").count();
+    assert!(unknown == 3000, "{unknown} of {}", errors.len());
+}
+
 #[test]
 fn a_thousand_imports_are_evaluated_or_refused() {
     let desk = Desk::new();

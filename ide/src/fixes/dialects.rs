@@ -13,23 +13,30 @@ const STRUCTS: [&str; 2] = ["canvas", "layout"];
 /// Suffixes of numbers in Rust.
 const SUFFIXES: [&str; 6] = ["f32", "f64", "i32", "u32", "i64", "usize"];
 
-/// A habit and all its places in a text.
-struct Habit {
+/// A habit of another language and all its places in a text.
+pub(super) struct Habit {
     title: &'static str,
     edits: Vec<Edit>,
 }
 
+/// The habits of a text.
+pub(super) fn habits(text: &str) -> Vec<Habit> {
+    Scanned { text, pieces: pieces(text) }.habits()
+}
+
 /// Rewrites the habits of other languages: each in all its places, and all of them.
-pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
+pub(super) fn fixes(cx: Cx<'_>, habits: &[Habit], finding: &Finding) -> Vec<Fix> {
+    if habits.is_empty() {
+        return Vec::new();
+    }
     let text = &cx.file.text;
-    let habits = Scanned { text, pieces: pieces(text) }.habits();
     let start = text[..finding.range.start].rfind('\n').map_or(0, |newline| newline + 1);
     let end = text[finding.range.end..].find('\n').map_or(text.len(), |newline| finding.range.end + newline);
-    let touches = |habit: &Habit| {
+    let touches = |habit: &&Habit| {
         let is_near = |edit: &Edit| edit.range.start <= end && edit.range.end >= start;
         habit.edits.iter().any(is_near)
     };
-    let (near, far): (Vec<Habit>, Vec<Habit>) = habits.into_iter().partition(touches);
+    let (near, far): (Vec<&Habit>, Vec<&Habit>) = habits.iter().partition(touches);
     let is_syntax = finding.code == "syntax";
     if near.is_empty() && !is_syntax {
         return Vec::new();
@@ -38,7 +45,7 @@ pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
     let mut found = Vec::new();
     for habit in near.into_iter().chain(far.into_iter().filter(|_| is_syntax)) {
         found.push(Fix::new(habit.title, Applies::Sure, habit.edits.clone()));
-        all.extend(habit.edits);
+        all.extend(habit.edits.iter().cloned());
     }
     if found.len() > 1 {
         found.push(Fix::new("Write all of this as RON", Applies::Sure, apart(all)));
@@ -99,9 +106,12 @@ impl<'t> Scanned<'t> {
     }
 
     fn fence(&self, at: usize) -> Option<Edit> {
-        let range = self.range(at);
-        let end = self.text[range.end..].find('\n').map_or(self.text.len(), |newline| range.end + newline + 1);
-        (self.kind(at)? == PieceKind::Fence).then(|| Edit { range: range.start..end, text: String::new() })
+        if self.kind(at)? != PieceKind::Fence {
+            return None;
+        }
+        let Range { start, end } = self.range(at);
+        let end = self.text[end..].find('\n').map_or(self.text.len(), |newline| end + newline + 1);
+        Some(Edit { range: start..end, text: String::new() })
     }
 
     fn comment(&self, at: usize) -> Option<Edit> {

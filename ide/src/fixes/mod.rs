@@ -22,8 +22,10 @@ use super::expect::Expect;
 use super::rename::Edit;
 use super::walk::{Spot, trail};
 use super::world::Cx;
+use dialects::Habit;
 use serde::{Deserialize, Serialize};
 use shibo_graph::syntax::Tree;
+use std::cell::OnceCell;
 use trial::{Against, Trial};
 
 pub(crate) use missing::fields as needed_fields;
@@ -72,9 +74,11 @@ impl Fix {
 /// The fixes of each finding of a file, best first. Findings must be those of the file's present text.
 pub fn fixes(cx: Cx<'_>, findings: &[Finding]) -> Vec<Vec<Fix>> {
     let mut trial: Option<Trial<'_>> = None;
+    let habits = OnceCell::new();
+    let habits = || habits.get_or_init(|| dialects::habits(&cx.file.text)).as_slice();
     let mut of = |finding: &Finding| {
         let file = cx.file.scope_at(finding.range.start);
-        let found = candidates(cx.with(&file), finding);
+        let found = candidates(cx.with(&file), &habits, finding);
         if found.iter().all(|(fix, _)| fix.applies == Applies::Choice) {
             return found.into_iter().map(|(fix, _)| fix).collect();
         }
@@ -85,7 +89,7 @@ pub fn fixes(cx: Cx<'_>, findings: &[Finding]) -> Vec<Vec<Fix>> {
 }
 
 /// All fixes that a finding may have, best first, and the new errors that speak against each.
-fn candidates(cx: Cx<'_>, finding: &Finding) -> Vec<(Fix, Against)> {
+fn candidates<'h>(cx: Cx<'_>, habits: &dyn Fn() -> &'h [Habit], finding: &Finding) -> Vec<(Fix, Against)> {
     if finding.range.end > cx.file.text.len() {
         return Vec::new();
     }
@@ -107,7 +111,7 @@ fn candidates(cx: Cx<'_>, finding: &Finding) -> Vec<(Fix, Against)> {
         }
         _ => return Vec::new(),
     };
-    found.extend(dialects::fixes(cx, finding).into_iter().map(|fix| (fix, Against::Syntax)));
+    found.extend(dialects::fixes(cx, habits(), finding).into_iter().map(|fix| (fix, Against::Syntax)));
     match finding.code.as_str() {
         "syntax" => found.extend(all(insertions::fixes(cx, finding))),
         "type-mismatch" => found.extend(all(wires::fixes(cx, finding))),

@@ -39,27 +39,28 @@ pub(super) fn pieces(text: &str) -> Vec<Piece> {
     let mut at = 0;
     while let Some(c) = text[at..].chars().next() {
         let rest = &text[at..];
-        let line = rest.find('\n').unwrap_or(rest.len());
-        let begins_line = text[..at].rsplit('\n').next().is_some_and(|before| before.trim().is_empty());
+        // Only some pieces need them: in a text of one long line they are far away.
+        let line = || rest.find('\n').unwrap_or(rest.len());
+        let begins_line = || text[..at].rsplit('\n').next().is_some_and(|before| before.trim().is_empty());
         let (kind, len) = if c.is_whitespace() {
             (None, c.len_utf8())
         } else if rest.starts_with("//") {
-            (None, line)
+            (None, line())
         } else if rest.starts_with("/*") {
             (None, rest.find("*/").map_or(rest.len(), |end| end + 2))
-        } else if rest.starts_with("```") && begins_line {
-            (Some(PieceKind::Fence), line)
+        } else if rest.starts_with("```") && begins_line() {
+            (Some(PieceKind::Fence), line())
         } else if let Some(len) = raw(rest) {
             (Some(PieceKind::Text), len)
         } else if c == '"' {
             (Some(PieceKind::Text), quoted(rest))
         } else if c == '\'' {
-            let end = rest[1..line.max(1)].find('\'');
+            let end = rest[1..line().max(1)].find('\'');
             end.map_or((Some(PieceKind::Sign), 1), |end| (Some(PieceKind::Single), end + 2))
         } else if c == '#' && text[..at].chars().next_back().is_none_or(|before| !before.is_alphanumeric()) {
             match color(rest) {
                 Some(len) => (Some(PieceKind::Color), len),
-                None => (Some(PieceKind::Comment), line),
+                None => (Some(PieceKind::Comment), line()),
             }
         } else if c.is_ascii_digit() || (c == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit())) {
             (Some(PieceKind::Number), number(rest))

@@ -24,5 +24,10 @@ pub(crate) fn registry() -> Registry {
 
 /// The registry and the folders for imports, for the operations of the bridge.
 pub(crate) fn tools() -> Tools {
-    Tools { registry: Arc::new(registry()), import_paths: environment::import_paths().to_vec(), gate: Gate::default() }
+    static TOOLS: OnceLock<Tools> = OnceLock::new();
+    let tools = || {
+        let registry = Arc::new(registry());
+        Tools { registry, import_paths: environment::import_paths().to_vec(), gate: Gate::default() }
+    };
+    TOOLS.get_or_init(tools).clone()
 }

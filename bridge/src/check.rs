@@ -111,7 +111,7 @@ pub fn check(tools: &Tools, request: &CheckRequest) -> Checked {
 /// Advice about a graph without errors: untiled outputs, later versions of pinned nodes, unused nodes, hidden names in formulas.
 pub fn advice(tools: &Tools, graph: &Graph) -> Vec<Diagnostic> {
     let mut found = graph.advice();
-    found.extend(news(tools.registry.changes(), graph));
+    found.extend(news(&tools.registry, graph));
     let Some(source) = graph.sources.sources().first() else { return found };
     let mut workspace = workspace(tools);
     let file = workspace.open(&source.path, source.text.clone());

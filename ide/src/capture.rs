@@ -5,6 +5,7 @@ use super::names::{Symbol, occurrences};
 use super::navigate::{Thing, readers};
 use super::world::Cx;
 use shibo_value::expression::described;
+use std::collections::HashSet;
 use std::ops::Range;
 
 /// Words of the language that no name in a formula can be.
@@ -76,28 +77,26 @@ fn of_output(cx: Cx<'_>, thing: &Thing, new: &str) -> Option<String> {
 /// Nodes and inputs whose name hides a position, the canvas or a constant, and whose name a formula uses: the bytes of the
 /// key, and the message.
 pub(crate) fn hiding(cx: Cx<'_>) -> Vec<(Range<usize>, String)> {
-    let formulas = formulas(cx);
-    let used = |name: &str| {
-        let points = formulas.iter().filter(|(text, _)| text.role == Role::Point);
-        points.map(|(_, formula)| free_names(formula, &[])).any(|free| free.contains(&name))
+    let sections = [(Section::Inputs, "an input"), (Section::Nodes, "a node")];
+    let of = |(section, kind)| {
+        HIDDEN.into_iter().filter_map(move |name| Some((kind, name, declared(cx.file, section, name)?)))
     };
+    let mut found: Vec<(&str, &str, Range<usize>)> = sections.into_iter().flat_map(of).collect();
+    if found.is_empty() {
+        return Vec::new();
+    }
+    let formulas = formulas(cx);
+    let points = formulas.iter().filter(|(text, _)| text.role == Role::Point);
+    let used: HashSet<&str> = points.flat_map(|(_, formula)| free_names(formula, &[])).collect();
+    found.retain(|(_, name, _)| used.contains(name));
+    found.sort_by_key(|(.., range)| range.start);
     let what = |name: &str| match name {
         "pi" => "the constant",
         "canvas" => "the canvas",
         _ => "the position",
     };
-    let sections = [(Section::Inputs, "an input"), (Section::Nodes, "a node")];
-    let mut found = Vec::new();
-    for (section, kind) in sections {
-        for name in HIDDEN {
-            let key = declared(cx.file, section, name);
-            if let Some(key) = key.filter(|_| used(name)) {
-                found.push((key, format!("{kind} called \"{name}\" hides {}", what(name))));
-            }
-        }
-    }
-    found.sort_by_key(|(range, _)| range.start);
-    found
+    let message = |(kind, name, range)| (range, format!("{kind} called \"{name}\" hides {}", what(name)));
+    found.into_iter().map(message).collect()
 }
 
 fn declared(file: &File, section: Section, name: &str) -> Option<Range<usize>> {

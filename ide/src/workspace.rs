@@ -7,7 +7,7 @@ use shibo_node::registry::Registry;
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 use std::time::SystemTime;
 
 /// Files larger than this number of bytes are not read as graphs.
@@ -18,6 +18,19 @@ const FILES: usize = 20_000;
 const SKIPPED: [&str; 3] = ["target", "node_modules", "shibo-library"];
 /// Prefix of the paths of library graphs.
 const LIBRARY: &str = "shibo:";
+
+/// Statistics of the library graphs; empty until they are needed.
+type LazyHabits = Arc<OnceLock<Habits>>;
+
+/// The statistics for the registry that was used last. They take 50 ms, so all its workspaces share them.
+static HABITS: Mutex<Option<(Weak<Registry>, LazyHabits)>> = Mutex::new(None);
+
+fn habits_of(registry: &Arc<Registry>) -> LazyHabits {
+    let registry = Arc::downgrade(registry);
+    let mut last = HABITS.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = last.as_ref().filter(|(of, _)| of.ptr_eq(&registry)).map(|(_, habits)| habits.clone());
+    known.unwrap_or_else(|| last.insert((registry, Arc::default())).1.clone())
+}
 
 /// State of a file on disk when it was last read.
 struct Seen {
@@ -46,13 +59,13 @@ pub struct Workspace {
     gate: Gate,
     open: HashMap<PathBuf, Arc<File>>,
     known: Mutex<Known>,
-    habits: Arc<OnceLock<Habits>>,
+    habits: LazyHabits,
 }
 
 impl Workspace {
     /// Creates a workspace of folders.
     pub fn new(registry: Arc<Registry>, roots: Vec<PathBuf>) -> Self {
-        let habits = Arc::new(OnceLock::new());
+        let habits = habits_of(&registry);
         Self {
             registry,
             roots,

@@ -3,6 +3,7 @@
 //! docs/internals/reliability.md. The page of `shibo watch` and the language server are in `tests/live/noise.rs`.
 #![allow(clippy::unwrap_used, reason = "a test may fail where something is missing")]
 mod damage;
+mod formulas;
 #[path = "../../engine/picture/tests/all/pictures/mod.rs"]
 mod pictures;
 
@@ -14,7 +15,7 @@ use shibo_graph::{LoadOptions, Loaded, load_text};
 use shibo_picture::{header_bytes, join, read_bytes};
 use shibo_value::Value;
 use shibo_value::diagnostics::Diagnostic;
-use shibo_value::expression::{self, Compiled, Meaning, Names, UserFunction};
+use shibo_value::expression::{self, Meaning, Names, UserFunction};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -131,23 +132,7 @@ fn compiles_damaged_expressions() {
     ];
     let seeds: Vec<Vec<u8>> = seeds.iter().map(|text| text.as_bytes().to_vec()).collect();
     fuzz("expressions", &seeds, 30_000, |input| {
-        let text = String::from_utf8_lossy(input);
-        expression::names_in(&text);
-        let compiled = expression::compile(&text, &mut Any);
-        if let Ok(compiled) = &compiled
-            && compiled.components() > 0
-        {
-            let text = compiled.encode();
-            assert_eq!(Compiled::decode(&text).map(|decoded| decoded.encode()), Some(text));
-        }
-        for faults in [compiled.err(), expression::evaluate(&text, &mut Any).err()] {
-            for fault in faults.into_iter().flatten() {
-                plain(&fault.message);
-                fault.help.as_deref().into_iter().for_each(plain);
-                let inside = fault.function.is_some() || text.get(fault.range.clone()).is_some();
-                assert!(inside, "{:?} of {text:?}", fault.range);
-            }
-        }
+        formulas::compiled(&String::from_utf8_lossy(input));
     });
 }
 

@@ -1,16 +1,18 @@
 //! Advice about later versions of the nodes of a pinned graph. Source: LASTING §1, *Commands*.
 use shibo_graph::Graph;
 use shibo_ide::actions::pinned_at;
-use shibo_node::changes::{Changes, Look, Thing};
+use shibo_node::changes::{Look, Thing};
+use shibo_node::registry::Registry;
 use shibo_value::diagnostics::{Code, Diagnostic};
 
 /// Advice for a pinned graph: nodes that are computed in an earlier version, and changes of at most 1/255, which count for
 /// pinned graphs too. At most one for each change.
-pub fn news(changes: &Changes, graph: &Graph) -> Vec<Diagnostic> {
-    let text = graph.sources.sources().first().map(|source| source.text.clone()).unwrap_or_default();
-    let Some(pins) = pinned_at(&text) else { return Vec::new() };
+pub fn news(registry: &Registry, graph: &Graph) -> Vec<Diagnostic> {
+    let Some(pins) = graph.sources.sources().first().and_then(|source| pinned_at(&source.text)) else {
+        return Vec::new();
+    };
     let mut found = Vec::new();
-    for change in changes.since(pins) {
+    for change in registry.changes().since(pins) {
         let Thing::Kind(kind) = change.thing() else { continue };
         let (number, version, what) = (change.change, change.version, &change.what);
         if change.look == Look::Roundings {

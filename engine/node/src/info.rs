@@ -218,11 +218,12 @@ fn text(object: &Map<String, Json>, key: &str) -> String {
 }
 
 fn field(name: &str, schema: &Json) -> FieldInfo {
-    let empty = Map::new();
+    let (empty, any) = (Map::new(), Json::Object(Map::new()));
+    let schema = if schema.is_object() { schema } else { &any };
     let object = schema.as_object().unwrap_or(&empty);
     let role = match port(object) {
         Some(port) => Role::Port(port),
-        None => Role::Param(param(object)),
+        None => Role::Param(param(schema)),
     };
     FieldInfo { name: name.to_owned(), doc: text(object, "description"), role }
 }
@@ -242,13 +243,15 @@ fn port(object: &Map<String, Json>) -> Option<PortInfo> {
     None
 }
 
-fn param(object: &Map<String, Json>) -> ParamInfo {
+fn param(schema: &Json) -> ParamInfo {
+    let empty = Map::new();
+    let object = schema.as_object().unwrap_or(&empty);
     let forms = forms(object);
     let inner = forms.first().map_or(object, |form| form.schema);
     let choices = choices(&forms);
     let ty = if choices.is_empty() { ParamType::of(inner) } else { ParamType::Choice };
     let default = object.get("default").unwrap_or(&Json::Null);
-    let written = spell(&Json::Object(object.clone()), default);
+    let written = spell(schema, default);
     ParamInfo {
         default: if written == "inf" { "inf".into() } else { default.clone() },
         // A path is a text; the empty text means no file.
@@ -259,8 +262,8 @@ fn param(object: &Map<String, Json>) -> ParamInfo {
         infinite: object.get("infinite").and_then(Json::as_bool).unwrap_or(false),
         choices,
         fields: inner.get("items").and_then(Json::as_object).map_or_else(Vec::new, fields),
-        form: ParamForm::of(&Json::Object(object.clone())),
-        schema: Box::new(Json::Object(object.clone())),
+        form: ParamForm::of(schema),
+        schema: Box::new(schema.clone()),
     }
 }
 

@@ -26,6 +26,9 @@ pub fn pinned(text: &str, change: Option<u32>) -> Option<String> {
 
 /// The change at which a text is pinned.
 pub fn pinned_at(text: &str) -> Option<u32> {
+    if !text.contains("pins") {
+        return None;
+    }
     let file = File::new("", text);
     let pins = file.body()?.value("pins")?;
     let number = pins.body().and_then(|body| body.value("change")).unwrap_or(pins);

@@ -7,7 +7,7 @@ use glam::DVec2;
 use shibo_kernel::pointwise::expression::Machine;
 use shibo_node::{CanvasFacts, Context, EveryField, Fact, In, Node, Output, Outputs, node};
 use shibo_value::diagnostics::Problem;
-use shibo_value::expression::{Fault, Growth, PlaneOf};
+use shibo_value::expression::{Compiled, Fault, Growth, PlaneOf};
 use shibo_value::{Cost, Field, FieldSource, Given, Grid, Read, Stop, Tile, Tiling, Type, Window};
 use std::any::Any;
 
@@ -57,12 +57,12 @@ impl Node for Formula {
 
     fn growth(&self, canvas: &CanvasFacts, inputs: &[Vec<Growth>]) -> Option<Vec<Growth>> {
         let of = |input: usize, channel: usize| inputs.get(input).and_then(|input| input.get(channel)).copied();
-        let program = program(&self.program).ok()?;
-        Some(
-            program.growth(&|plane| {
-                growth(canvas.size_mm(), plane, |input, channel| of(input, channel).unwrap_or(REPEATS))
-            }),
-        )
+        let plane = |plane| growth(canvas.size_mm(), plane, |input, channel| of(input, channel).unwrap_or(REPEATS));
+        // If all repeats that it reads, so does the result.
+        if let Some(components) = Compiled::components_over(&self.program, &|read| plane(read) == REPEATS) {
+            return Some(vec![REPEATS; components]);
+        }
+        Some(program(&self.program).ok()?.growth(&plane))
     }
 
     fn type_of_output(&self, _inputs: &[(&str, Type)]) -> Result<Type, Vec<Problem>> {

@@ -218,7 +218,7 @@ fn refuses_what_cannot_be_made_with_place_and_remedy() {
     }
 }
 
-/// What would otherwise be a drawing without lines or a blank picture is told in every run, from the cache as well.
+/// A drawing without lines and a blank picture are told in every run, from the cache as well.
 #[test]
 fn empty_drawings_and_blank_pictures_are_told() {
     let desk = desk(r#""c": Contours(height: "height", levels: [99]), "g": Engrave(height: "height", datum: -3)"#);

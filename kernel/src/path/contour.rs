@@ -200,7 +200,7 @@ struct Edges {
     next: Vec<u32>,
     /// True for edges to which a line comes.
     entered: Vec<bool>,
-    /// The edges from which lines come and those to which they go.
+    /// The edge before and the edge after each piece.
     pairs: Vec<[u32; 2]>,
 }
 
@@ -237,7 +237,7 @@ impl Edges {
             }
             for x in 0..self.cells.x {
                 let [a, b, c, d] = Cell::new(mask, self.low + I64Vec2::new(x, y), 0.0).values;
-                // What is no number counts as low, as in a cell.
+                // A sample that is no number counts as low, as in a cell.
                 let least = if (a + b + c + d).is_nan() { f64::NEG_INFINITY } else { a.min(b).min(c.min(d)) };
                 let greatest = a.max(b).max(c.max(d));
                 let first = levels.partition_point(|level| least > *level);

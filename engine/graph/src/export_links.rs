@@ -71,8 +71,7 @@ impl Linker<'_> {
             }
             Type::Rgb => {
                 let help = format!(
-                    "add the node `\"relief\": \"= 2 * luminance({name})\"`, in which white is 2 mm high, and name it here; \
-                     a channel is `{name}.r`"
+                    "write `height: \"= 2 * luminance({name})\"`, in which white is 2 mm high; `{name}.r` is a channel"
                 );
                 (format!("`{kind}` takes a height in mm; `{name}` is {ty}"), help.into())
             }

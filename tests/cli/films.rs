@@ -193,6 +193,7 @@ fn refuses_what_cannot_be_made_with_place_and_remedy() {
         (r#"Films(height: "height", depths: [0.2], code: Binary)"#, "bad-value", "even depths", "leave"),
         (r#"Films(height: "height", depths: [0.05, 0.1])"#, "too-deep", "mm deep at (", "add a depth"),
         (r#"Films(height: "height", datum: -3)"#, "bad-value", "nothing to etch", "leave `datum` out"),
+        (r#"Films(height: "height", tiles: (400, 251), format: Svg)"#, "too-large", "at most 100000", "`format: Tiff`"),
         (r#"Films(height: "height", margin: -1)"#, "out-of-range", "from 0 to 200", ""),
         (
             r#"Engrave(height: "height", calibration: [(0, 0), (0.1, 1)])"#,
@@ -203,6 +204,7 @@ fn refuses_what_cannot_be_made_with_place_and_remedy() {
         (r#"Engrave(height: "height", calibration: [(0, 0), (0, 1)])"#, "bad-value", "must rise", "sort"),
         (r#"Engrave(height: "height", calibration: [(0, 0), (1, 255)])"#, "out-of-range", "0 to 1", "255"),
         (r#"Engrave(height: "height", calibration: 4)"#, "type-mismatch", "a list of pairs", ""),
+        (r#"Contours(height: "height", step: 0.2, levels: [0])"#, "bad-value", "both tell the levels", "leave `step`"),
         (r#"Contours(height: "height", step: 0)"#, "out-of-range", "from 0.001 to 100", ""),
         (r#"File(from: "height", range: Fitted)"#, "unknown-variant", "Fitted", "Fit"),
     ] {
@@ -213,6 +215,17 @@ fn refuses_what_cannot_be_made_with_place_and_remedy() {
         assert!(told.contains("a.ron:"), "{told}");
         let left = if desk.path("out").exists() { files(&desk, "out") } else { Default::default() };
         assert!(left.is_empty(), "{output}: {left:?}");
+    }
+}
+
+/// A drawing without lines and a blank picture are told in every run, from the cache as well.
+#[test]
+fn empty_drawings_and_blank_pictures_are_told() {
+    let desk = desk(r#""c": Contours(height: "height", levels: [99]), "g": Engrave(height: "height", datum: -3)"#);
+    for run in ["a", "b"] {
+        let told = desk.shibo(&format!("render a.ron -o {run}")).expect(0).stderr;
+        assert!(told.contains("the level 99 mm has no line: the heights range from -0."), "{told}");
+        assert!(told.contains("no height lies below the datum of -3 mm: the picture is blank"), "{told}");
     }
 }
 

@@ -9,7 +9,8 @@ fn graph(tile: &str, outputs: &str) -> String {
     format!(
         "(canvas: (size_mm: 8, resolution: 96, tile: {tile}, seed: 3),
           nodes: {{ \"waves\": Perlin(size: 2), \"h\": \"= 0.5 * waves\", \"m\": Material(height: \"h\"),
-                   \"flat\": Material(roughness: 0.5) }},
+                   \"flat\": Material(roughness: 0.5), \"far\": \"= 1e30 + waves\",
+                   \"tint\": GradientMap(input: \"waves\", stops: [(0, \"#000000\"), (1, \"#ffffff\")]) }},
           outputs: {{ {outputs} }})"
     )
 }
@@ -136,16 +137,32 @@ fn refused_bodies_leave_all_files_as_they_were() {
         assert!(!desk.path("out/p.stl").exists());
     };
     refused("Both", "Plate(height: \"h\", triangles: 500)", "over-budget", "500 are allowed", "or `error: 0.");
+    refused(
+        "Both",
+        "Plate(height: \"h\", triangles: 500, error: 0.0001)",
+        "over-budget",
+        "allowed",
+        "noise with `Blur`",
+    );
+    refused(
+        "Both",
+        "Plate(height: \"far\")",
+        "too-large",
+        "rounds its places by up to 3.8e22 mm",
+        "make the height smaller",
+    );
     refused("Both", "Plate(height: \"h\", thickness: 0.1)", "thin-wall", "mm thick at (", "`thickness`");
     refused("X", "Plate(height: \"h\", tiles: (1, 2))", "does-not-tile", "from top to bottom", "`tiles`");
     refused("Y", "Roll(height: \"h\", around: 2)", "does-not-tile", "goes round", "tiles");
     refused("Both", "Roll(height: \"h\", around: 1, bore: 30)", "bad-value", "no smaller than the roll", "`around`");
     let desk = desk(
         "Both",
-        "\"p\": Roll(height: \"h\"), \"q\": Plate(height: \"h\", thickness: 0), \"s\": Plate(height: \"flat\")",
+        "\"p\": Roll(height: \"h\"), \"q\": Plate(height: \"h\", thickness: 0), \"s\": Plate(height: \"flat\"),
+         \"t\": Plate(height: \"tint\")",
     );
     let told = desk.shibo("check a.ron").expect(1).stderr;
-    for part in ["`Roll` has no `around`", "thickness is `0`", "the material `flat` has none"] {
+    for part in ["`Roll` has no `around`", "thickness is `0`", "the material `flat` has none", "= 2 * luminance(tint)"]
+    {
         assert!(told.contains(part), "{part} is not in\n{told}");
     }
 }
@@ -171,6 +188,8 @@ fn on_mesh(outputs: &str) -> String {
                    \"few\": DisplaceMesh(atlas: \"atlas\", height: \"h\", error: 0.03, pitch: 0.1, triangles: 2000),
                    \"coarse\": DisplaceMesh(atlas: \"atlas\", height: \"h\", error: 0.03, pitch: 0.1, triangles: 2000,
                      over: Coarsen),
+                   \"tiny\": DisplaceMesh(atlas: \"atlas\", height: \"h\", triangles: 100, over: Coarsen),
+                   \"through\": DisplaceMesh(atlas: \"atlas\", height: -30, pitch: 0.1),
                    \"sheet\": MeshShape(shape: Plane, size: (20, 20, 1)) }},
           outputs: {{ {outputs} }})"
     )
@@ -223,6 +242,8 @@ fn models_that_are_open_or_too_large_are_refused() {
         "Model(mesh: \"few\")",
         &["over-budget", "0.03 mm needs ", "2000 are allowed", "`triangles: ", "`error: 0."],
     );
+    refused("Model(mesh: \"tiny\")", &["over-budget", "the mesh itself has ", "100 are allowed", "a mesh with fewer"]);
+    refused("Model(mesh: \"through\")", &["bad-value", "the relief turns the mesh", "less than half the thickness"]);
     refused("Model(mesh: \"h\")", &["type-mismatch", "`Model` takes a mesh"]);
     refused("Model(format: Ply)", &["missing-input", "`Model` has no `mesh`"]);
     let desk = Desk::new();
@@ -237,7 +258,9 @@ fn models_that_are_open_or_too_large_are_refused() {
 #[test]
 fn warnings_about_a_mesh_are_repeated_from_the_cache_and_in_its_report() {
     let desk = Desk::new();
-    let inverted = "\"deep\": DisplaceMesh(atlas: \"atlas\", height: -12),";
+    // A dent at the top that goes through the middle.
+    let inverted =
+        "\"deep\": DisplaceMesh(atlas: \"atlas\", height: \"= -12 * smoothstep(5, 8, place.b)\", pitch: 0.1),";
     let graph =
         on_mesh("\"p\": Model(mesh: \"deep\", report: true)").replace("nodes: {", &format!("nodes: {{ {inverted}"));
     desk.write("a.ron", graph);
@@ -253,4 +276,41 @@ fn warnings_about_a_mesh_are_repeated_from_the_cache_and_in_its_report() {
     assert_eq!((&finding["code"], finding["at_mm"].as_array().map(Vec::len)), (&"advice".into(), Some(3)));
     assert_eq!(first.2, second.2);
     assert_eq!(desk.read("out/p.stl"), desk.read("again/p.stl"));
+}
+
+/// A mesh file whose triangles face inwards becomes a body that faces outwards, with advice; a mesh does not tile and
+/// need not, on a canvas that does.
+#[test]
+fn a_mesh_that_is_inside_out_is_turned_round() {
+    let desk = Desk::new();
+    let corners: String = (0..8).map(|n| format!("v {} {} {}\n", n & 1, n >> 1 & 1, n >> 2 & 1)).collect();
+    desk.write("in.obj", corners + "f 1 2 4 3\nf 5 7 8 6\nf 1 5 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 2 6 8 4\n");
+    desk.write(
+        "a.ron",
+        "(canvas: (size_mm: 8, resolution: 16, tile: Both),
+          nodes: { \"box\": LoadMesh(path: \"in.obj\"), \"ball\": MeshShape(shape: Sphere, size: (8, 8, 8)),
+                   \"atlas\": MeshAtlas(mesh: \"ball\") },
+          outputs: { \"p\": Model(mesh: \"box\", report: true), \"ball\": Model(mesh: \"atlas\") })",
+    );
+    let said = desk.shibo("render a.ron -o out").expect(0).stderr;
+    assert!(said.contains("the mesh is inside out: its triangles are turned round"), "{said}");
+    assert!(!said.contains("not tile"), "{said}");
+    let volume = volume(&stl(&desk.read("out/p.stl")));
+    assert!(volume > 0.0, "{volume}");
+    let report: serde_json::Value = serde_json::from_slice(&desk.read("out/p_report.json")).unwrap();
+    assert!((report["volume_mm3"].as_f64().unwrap() / volume - 1.0).abs() < 1e-6);
+    assert!(report["findings"][0]["message"].as_str().unwrap().contains("inside out"), "{report}");
+}
+
+#[test]
+fn a_relief_that_needs_more_memory_than_allowed_is_refused_before() {
+    let desk = Desk::new();
+    desk.write(
+        "a.ron",
+        on_mesh("\"p\": Model(mesh: \"wide\")")
+            .replace("nodes: {", "nodes: { \"wide\": DisplaceMesh(atlas: \"atlas\", height: \"h\"),"),
+    );
+    let told = desk.shibo("render a.ron -o out --memory 16").expect(1).stderr;
+    assert!(told.contains("4194304 texels of the height and ") && told.contains(" MiB; "), "{told}");
+    assert!(told.contains("raise `--memory`, or make `pitch` larger"), "{told}");
 }

@@ -79,6 +79,97 @@ def samples(name, mesh, height, thickness, error, mould, tiles):
     return off.max()
 
 
+def rimmed(height):
+    """Samples with those on the rim, where the canvas tiles."""
+    side = (height[:, :1] + height[:, -1:]) / 2
+    wide = np.hstack([side, height, side])
+    edge = (wide[:1] + wide[-1:]) / 2
+    return np.vstack([edge, wide, edge])
+
+
+def positions(count):
+    """Places of samples along a side, rims included."""
+    return np.r_[0, (np.arange(count) + 0.5) * WIDTH / count, WIDTH]
+
+
+def cells(places, at):
+    """The cell of each place, and the share of the way through it."""
+    n = np.clip(np.searchsorted(places, at) - 1, 0, len(places) - 2)
+    return n, (at - places[n]) / (places[n + 1] - places[n])
+
+
+def bilinear(corners, u, v):
+    """Heights within cells, and the allowance there: a quarter of the twist."""
+    a, b, c, d = corners
+    return (a * (1 - u) + b * u) * (1 - v) + (c * (1 - u) + d * u) * v, np.abs(a + d - b - c) / 4
+
+
+def on_canvas(height, x, y):
+    grid, size = rimmed(height), height.shape[0]
+    (i, u), (j, v) = cells(positions(size), x % WIDTH), cells(positions(size), y % WIDTH)
+    return bilinear((grid[j, i], grid[j, i + 1], grid[j + 1, i], grid[j + 1, i + 1]), u, v)
+
+
+def random_points(corners, count):
+    """Points inside of facets, chosen by area."""
+    rng = np.random.default_rng(1)
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    root, part = np.sqrt(rng.random(count)), rng.random(count)
+    weights = np.stack([1 - root, root * (1 - part), root * part], axis=1)
+    return np.einsum("nk,nkd->nd", weights, corners[rng.choice(len(corners), count, p=area / area.sum())])
+
+
+def crossings(corners, axis, places):
+    """The points at which the edges of facets cross lines between samples."""
+    ends = np.concatenate([corners[:, [k, (k + 1) % 3]] for k in range(3)])
+    ends = np.take_along_axis(ends, np.argsort(ends[:, :, axis], axis=1)[:, :, None], axis=1)
+    low, high = ends[:, 0], ends[:, 1]
+    first = np.searchsorted(places, low[:, axis] + 1e-6)
+    counts = np.maximum(np.searchsorted(places, high[:, axis] - 1e-6) - first, 0)
+    edge = np.repeat(np.arange(len(ends)), counts)
+    line = first[edge] + np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
+    share = (places[line] - low[edge, axis]) / (high[edge, axis] - low[edge, axis])
+    return low[edge] + share[:, None] * (high[edge] - low[edge])
+
+
+def facets(name, mesh, height, thickness, error, mould, tiles):
+    """The relief between the samples: edges where they cross lines between samples, and the inside of facets."""
+    if mould:
+        height = -height[:, ::-1]
+    corners = np.asarray(mesh.vertices, np.float64)[np.asarray(mesh.faces)]
+    sides = corners[:, 1:] - corners[:, :1]
+    area = sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0]
+    corners = corners[area > 0] * [1, -1, 1] + [0, WIDTH, -thickness]
+    own = positions(height.shape[0])
+    across = np.concatenate([own + tile * WIDTH for tile in range(tiles)])
+    crossed = np.concatenate([crossings(corners, 0, across), crossings(corners, 1, own)])
+    off = np.abs(crossed[:, 2] - on_canvas(height, crossed[:, 0], crossed[:, 1])[0]).max()
+    assert len(crossed) > 1000 and off <= error + 2e-6, f"{name}: an edge is {off} mm off, {error} are allowed"
+    inside = random_points(corners, 100_000)
+    wanted, allowance = on_canvas(height, inside[:, 0], inside[:, 1])
+    over = (np.abs(inside[:, 2] - wanted) - allowance).max()
+    assert over <= error + 2e-6, f"{name}: a point of a facet is {over} mm off, {error} are allowed"
+    return off, over
+
+
+def rolled(name, mesh, height, error):
+    """The inside of a roll's facets, along the radius."""
+    size, length, radius = height.shape[0], 2 * WIDTH, 2 * WIDTH / (2 * np.pi)
+    corners = np.asarray(mesh.vertices, np.float64)[np.asarray(mesh.faces)]
+    far, z = np.hypot(corners[:, :, 0], corners[:, :, 1]).min(axis=1), corners[:, :, 2]
+    is_end = (z.max(axis=1) < 1e-6) | (z.min(axis=1) > length - 1e-6)
+    points = random_points(corners[(far > 2) & ~is_end], 200_000)
+    column = np.arctan2(points[:, 1], points[:, 0]) % (2 * np.pi) / (2 * np.pi) * 2 * size - 0.5
+    left, u = np.floor(column).astype(int), column - np.floor(column)
+    j, v = cells(positions(size), (length - points[:, 2]) % WIDTH)
+    grid = rimmed(height)[:, 1:-1]
+    around = left % size, (left + 1) % size
+    wanted, allowance = bilinear([grid[row, column] for row in (j, j + 1) for column in around], u, v)
+    over = (np.abs(np.hypot(points[:, 0], points[:, 1]) - radius - wanted) - allowance).max()
+    assert over <= error + 2e-6, f"{name}: a point of a facet is {over} mm off, {error} are allowed"
+    return over
+
+
 def radii(name, mesh, height, error):
     """Distances of the roll's vertices from the height, along the radius. Vertices are samples."""
     size = height.shape[0]
@@ -142,14 +233,17 @@ def main(folder):
         ideal = tiles * WIDTH * WIDTH * (thickness + (-1 if mould else 1) * height.mean())
         assert abs(mesh.volume / ideal - 1) < 2e-3, f"{name}: volume {mesh.volume}, {ideal} expected"
         off = samples(name, mesh, height, thickness, 0.005, mould, tiles)
-        print(f"{name}: {len(mesh.faces)} triangles, {mesh.volume:.3f} mm³, samples within {off:.6f} mm")
+        edges, inside = facets(name, mesh, height, thickness, 0.005, mould, tiles)
+        print(f"{name}: {len(mesh.faces)} triangles, {mesh.volume:.3f} mm³")
+        print(f"{name}: samples within {off:.6f} mm, edges {edges:.6f} mm, facets {inside:.6f} mm")
         if file.endswith(".stl"):
             admesh(folder / file)
             sliced(folder / file, report, thickness + height.max())
     mesh, report = load(folder / "roll.3mf"), json.loads((folder / "roll_report.json").read_text())
     closed("roll", mesh, report, 0)
     radii("roll", mesh, height, 0.01)
-    print(f"roll: {len(mesh.faces)} triangles, {mesh.volume:.3f} mm³")
+    inside = rolled("roll", mesh, height, 0.01)
+    print(f"roll: {len(mesh.faces)} triangles, {mesh.volume:.3f} mm³, facets within {inside:.6f} mm")
     sliced(folder / "roll.3mf", report, 2 * WIDTH)
     for name, file, euler in [("carved_ring", "3mf", 0), ("carved_ball", "stl", 2), ("carved_box", "ply", 2)]:
         mesh, report = load(folder / f"{name}.{file}"), json.loads((folder / f"{name}_report.json").read_text())

@@ -61,18 +61,23 @@ impl Linker<'_> {
     /// Checks that an output is a height, or a material that has one; reports an error.
     fn check_height(&mut self, from: &SyntaxValue, (flat, ty): (usize, Type), kind: &str) -> Result<(), ()> {
         let name = shorten(from.str().trim_matches('"'));
-        let (message, help) = match ty {
+        let (message, help): (String, Cow<'_, str>) = match ty {
             Type::Gray => return Ok(()),
             // The channels of a faulty material are unknown.
             Type::Material if self.flats[flat].channels.is_none_or(|all| all.has(Channel::Height)) => return Ok(()),
             Type::Material => {
                 let help = "give the material the channel `height`, in mm, or name a field";
-                (format!("`{kind}` takes a height; the material `{name}` has none"), help)
+                (format!("`{kind}` takes a height; the material `{name}` has none"), help.into())
             }
-            Type::Rgb => (format!("`{kind}` takes a height in mm; `{name}` is {ty}"), "take a channel, or `luminance`"),
+            Type::Rgb => {
+                let help = format!(
+                    "write `height: \"= 2 * luminance({name})\"`, in which white is 2 mm high; `{name}.r` is a channel"
+                );
+                (format!("`{kind}` takes a height in mm; `{name}` is {ty}"), help.into())
+            }
             _ => {
                 let help = "name a field of one number per pixel, in mm, or a material with a height";
-                (format!("`{kind}` takes a height in mm; `{name}` is {ty}"), help)
+                (format!("`{kind}` takes a height in mm; `{name}` is {ty}"), help.into())
             }
         };
         self.report.push(from.error(Code::TypeMismatch, message).help(help));

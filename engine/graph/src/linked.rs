@@ -155,6 +155,11 @@ pub struct GraphOutput {
 }
 
 impl GraphOutput {
+    /// True if the output shows the canvas. A mesh does not, so it need not tile.
+    pub(super) fn is_on_canvas(&self) -> bool {
+        self.export.as_ref().is_none_or(|export| !export.target.target.info().has_body())
+    }
+
     /// The value of a node's output, written with default options.
     pub fn plain(name: String, (node, output): (NodeIndex, usize), ty: Type, span: Span) -> Self {
         Self {

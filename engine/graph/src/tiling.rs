@@ -58,7 +58,7 @@ impl Graph {
             tilings[index.index()] = if growth.is_some() { reads } else { reads.and(own) };
             found.grown[index.index()] = growth.unwrap_or_default();
         }
-        for node in self.outputs.iter().map(|output| output.node.index()) {
+        for node in self.outputs.iter().filter(|output| output.is_on_canvas()).map(|output| output.node.index()) {
             found.at_fault[node] |= !found.grown[node].is_empty();
         }
         found
@@ -68,7 +68,7 @@ impl Graph {
     /// and so are growing inputs of formulas, which need not.
     fn outputs_of(&self, order: &[NodeIndex], repeats: &Repeats) -> Vec<Vec<usize>> {
         let mut outputs = vec![Vec::new(); self.nodes.node_count()];
-        for (index, output) in self.outputs.iter().enumerate() {
+        for (index, output) in self.outputs.iter().enumerate().filter(|(_, output)| output.is_on_canvas()) {
             add(&mut outputs[output.node.index()], &[index]);
         }
         let hands_on = |index: NodeIndex| !repeats.at_fault[index.index()];

@@ -11,19 +11,21 @@ use std::path::Path;
 const STRIP_BYTES: usize = 1 << 18;
 
 /// Writes a picture in which `row` sets each pixel of a row, of the number `y`, to 1 for black or leaves it at 0. Returns
-/// the complete file without its name. Only size, format, compression, pixel size and metadata of `spec` matter.
+/// the complete file without its name. Only size, format, compression, pixel size and metadata of `spec` matter. `stop`
+/// is asked every few rows.
 ///
 /// # Errors
-/// If the system refuses, or the format is neither PNG nor TIFF.
+/// If the system refuses, the format is neither PNG nor TIFF, or `stop` returned true (an interrupted system call).
 pub(crate) fn write(
     path: &Path,
     spec: &PictureSpec,
+    stop: &(dyn Fn() -> bool + Sync),
     row: impl Fn(u32, &mut [u8]) + Sync,
 ) -> Result<AtomicFile, WriteError> {
     let made = AtomicFile::create(path).and_then(|mut file| {
         match spec.format {
-            Format::Tiff => tiff(&mut file, spec, &row)?,
-            Format::Png => png(&mut file, spec, &row)?,
+            Format::Tiff => tiff(&mut file, spec, stop, &row)?,
+            Format::Png => png(&mut file, spec, stop, &row)?,
             _ => return Err(io::ErrorKind::Unsupported.into()),
         }
         Ok(file)
@@ -56,7 +58,12 @@ fn rows(spec: &PictureSpec, first: u32, count: u32, row: &(impl Fn(u32, &mut [u8
     bytes
 }
 
-fn tiff(file: &mut AtomicFile, spec: &PictureSpec, row: &(impl Fn(u32, &mut [u8]) + Sync)) -> io::Result<()> {
+fn tiff(
+    file: &mut AtomicFile,
+    spec: &PictureSpec,
+    stop: &(dyn Fn() -> bool + Sync),
+    row: &(impl Fn(u32, &mut [u8]) + Sync),
+) -> io::Result<()> {
     let row_bytes = spec.width.div_ceil(8) as usize;
     let per_strip = u32::try_from((STRIP_BYTES / row_bytes).max(1)).unwrap_or(u32::MAX).min(spec.height);
     let (big, mut position) = begin(file, row_bytes as u64 * u64::from(spec.height))?;
@@ -64,6 +71,9 @@ fn tiff(file: &mut AtomicFile, spec: &PictureSpec, row: &(impl Fn(u32, &mut [u8]
     let firsts: Vec<u32> = (0..spec.height).step_by(per_strip as usize).collect();
     let mut places = Vec::with_capacity(firsts.len());
     for group in firsts.chunks(2 * rayon::current_num_threads()) {
+        if stop() {
+            return Err(io::ErrorKind::Interrupted.into());
+        }
         let strip = |first: &u32| zlib.stream(&rows(spec, *first, per_strip.min(spec.height - first), row));
         let strips: Vec<Vec<u8>> = group.par_iter().map(strip).collect();
         for strip in strips {
@@ -97,7 +107,12 @@ fn tiff(file: &mut AtomicFile, spec: &PictureSpec, row: &(impl Fn(u32, &mut [u8]
     end(file, big, position, &[directory])
 }
 
-fn png(file: &mut AtomicFile, spec: &PictureSpec, row: &(impl Fn(u32, &mut [u8]) + Sync)) -> io::Result<()> {
+fn png(
+    file: &mut AtomicFile,
+    spec: &PictureSpec,
+    stop: &(dyn Fn() -> bool + Sync),
+    row: &(impl Fn(u32, &mut [u8]) + Sync),
+) -> io::Result<()> {
     let mut encoder = png::Encoder::new(BufWriter::new(file), spec.width, spec.height);
     encoder.set_color(png::ColorType::Grayscale);
     encoder.set_depth(png::BitDepth::One);
@@ -110,6 +125,9 @@ fn png(file: &mut AtomicFile, spec: &PictureSpec, row: &(impl Fn(u32, &mut [u8])
     let mut writer = encoder.write_header().map_err(super::write_png::to_io)?;
     let mut stream = writer.stream_writer().map_err(super::write_png::to_io)?;
     for y in 0..spec.height {
+        if stop() {
+            return Err(io::ErrorKind::Interrupted.into());
+        }
         // In PNG, 1 is white.
         let bytes: Vec<u8> = rows(spec, y, 1, row).iter().map(|byte| !byte).collect();
         stream.write_all(&bytes)?;
@@ -143,7 +161,7 @@ mod tests {
             let path = folder.path().join("a");
             let black = |x: u32, y: u32| (x * x + 3 * y).is_multiple_of(7);
             let fill = |y: u32, row: &mut [u8]| (0..).zip(row).for_each(|(x, v)| *v = u8::from(black(x, y)));
-            write(&path, &spec, fill).unwrap().commit().unwrap();
+            write(&path, &spec, &|| false, fill).unwrap().commit().unwrap();
             let picture = crate::read(&path, &crate::ReadLimits::default()).unwrap();
             assert_eq!((picture.width, picture.height, picture.channels), (37, 29, 1));
             let wanted = |k: u32| if black(k % 37, k / 37) { 0.0 } else { 1.0 };

@@ -26,7 +26,7 @@ pub use builder::{Figures, Receiver, Vertex};
 pub use even::{Even, Stores};
 pub use fewest::fewest;
 pub use heights::{Heights, Rows};
-pub use model::{model, open_edge};
+pub use model::{Facing, facing, model, open_edge};
 pub use patch::Tolerance;
 pub use plate::Plate;
 pub use roll::Roll;

@@ -3,9 +3,13 @@ use super::pen::Pen;
 use crate::ground::number::index_u32;
 use glam::{DVec2, I64Vec2, UVec2};
 use shibo_value::{Path, Tiling};
+use std::ops::Range;
 
 /// No edge.
 const NONE: u32 = u32::MAX;
+
+/// The most crossings of cells and levels that are sorted together, 64 MiB of them.
+const AT_ONCE: i64 = 1 << 24;
 
 /// The corners of a cell between four samples, clockwise in the picture. Edge k leads from corner k to the next one.
 const CORNERS: [I64Vec2; 4] = [I64Vec2::ZERO, I64Vec2::X, I64Vec2::ONE, I64Vec2::Y];
@@ -70,26 +74,61 @@ impl Mask {
     /// beyond the outermost samples. Open lines come first; apart from that, the order is that of the uppermost, then
     /// leftmost edge of a line. `None` if stopped. O(samples).
     pub fn lines(&self, level: f64, stop: &dyn Fn() -> bool) -> Option<Path> {
-        let edges = Edges::new(self, level, stop)?;
-        let mut pen = Pen::default();
-        let mut next = edges.next.clone();
-        let open = (0..index_u32(next.len())).filter(|edge| !edges.entered[*edge as usize]);
-        for first in open.chain(0..index_u32(next.len())) {
-            if next[first as usize] == NONE {
-                continue;
-            }
-            let (mut edge, mut canvas) = (first, I64Vec2::ZERO);
-            pen.move_to(edges.point(self, edge, canvas, level));
-            while let Some(to) = next.get_mut(edge as usize).map(|to| std::mem::replace(to, NONE)) {
-                if to == NONE {
-                    break;
+        let mut found = None;
+        self.levels(&[level], stop, &mut |_, path| found = Some(path))?;
+        found
+    }
+
+    /// Hands out the [`lines`](Self::lines) of each level, with its index. Levels rise. `None` if stopped.
+    /// O(samples + samples of all lines): cells are sorted by the levels that cross them.
+    pub fn levels(&self, levels: &[f64], stop: &dyn Fn() -> bool, each: &mut dyn FnMut(usize, Path)) -> Option<()> {
+        let mut edges = Edges::new(self)?;
+        if let [level] = levels {
+            for y in 0..edges.cells.y {
+                if stop() {
+                    return None;
                 }
-                canvas += edges.step(edge, to);
-                edge = to;
-                pen.line_to(edges.point(self, edge, canvas, level));
+                (0..edges.cells.x).for_each(|x| edges.cross(self, I64Vec2::new(x, y), *level));
             }
+            each(0, edges.take(self, *level));
+            return Some(());
         }
-        Some(pen.finish(self.size.as_dvec2() * self.pixel, self.tiling))
+        // The cells that each level crosses, and their sum over the levels before each level.
+        let mut before = vec![0_i64; levels.len() + 1];
+        edges.crossed(self, levels, stop, &mut |_, crossed| {
+            before[crossed.start] += 1;
+            before[crossed.end] -= 1;
+        })?;
+        let (mut count, mut sum) = (0, 0);
+        for cells in &mut before {
+            count += *cells;
+            (*cells, sum) = (sum, sum + count);
+        }
+        let mut first = 0;
+        while first < levels.len() {
+            let within = before[first + 1..].partition_point(|sum| *sum - before[first] <= AT_ONCE);
+            let last = (first + within).clamp(first + 1, levels.len());
+            let place = |level: usize| usize::try_from(before[level] - before[first]).unwrap_or(0);
+            let mut cells = vec![0_u32; place(last)];
+            let mut next: Vec<usize> = (first..last).map(place).collect();
+            edges.crossed(self, levels, stop, &mut |cell, crossed| {
+                for level in crossed.start.max(first)..crossed.end.min(last) {
+                    cells[next[level - first]] = cell;
+                    next[level - first] += 1;
+                }
+            })?;
+            for (level, height) in (first..).zip(&levels[first..last]) {
+                if stop() {
+                    return None;
+                }
+                for cell in &cells[place(level)..place(level + 1)] {
+                    edges.cross(self, edges.sample(2 * cell), *height);
+                }
+                each(level, edges.take(self, *height));
+            }
+            first = last;
+        }
+        Some(())
     }
 }
 
@@ -154,36 +193,101 @@ struct Edges {
     /// The first sample: before the canvas in directions without repeats.
     low: I64Vec2,
     counts: I64Vec2,
+    /// Number of cells in each direction.
+    cells: I64Vec2,
     tiling: Tiling,
     /// The next edge that the line from an edge crosses.
     next: Vec<u32>,
     /// True for edges to which a line comes.
     entered: Vec<bool>,
+    /// The edge before and the edge after each piece.
+    pairs: Vec<[u32; 2]>,
 }
 
 impl Edges {
-    fn new(mask: &Mask, level: f64, stop: &dyn Fn() -> bool) -> Option<Self> {
+    /// The edges of a mask, without lines.
+    fn new(mask: &Mask) -> Option<Self> {
         let margin = I64Vec2::new(i64::from(!mask.tiling.x), i64::from(!mask.tiling.y));
         let counts = mask.size.as_i64vec2() + 2 * margin;
         let all = usize::try_from(2 * counts.element_product()).ok()?;
-        let mut edges =
-            Self { low: -margin, counts, tiling: mask.tiling, next: vec![NONE; all], entered: vec![false; all] };
-        for y in 0..counts.y - margin.y {
+        let (next, entered) = (vec![NONE; all], vec![false; all]);
+        Some(Self {
+            low: -margin,
+            counts,
+            cells: counts - margin,
+            tiling: mask.tiling,
+            next,
+            entered,
+            pairs: Vec::new(),
+        })
+    }
+
+    /// Calls `each` with each cell, named by its first sample, and the indices of the levels that cross it; `None` if
+    /// stopped.
+    fn crossed(
+        &self,
+        mask: &Mask,
+        levels: &[f64],
+        stop: &dyn Fn() -> bool,
+        each: &mut dyn FnMut(u32, Range<usize>),
+    ) -> Option<()> {
+        for y in 0..self.cells.y {
             if stop() {
                 return None;
             }
-            for x in 0..counts.x - margin.x {
-                let at = I64Vec2::new(x, y);
-                let cell = Cell::new(mask, edges.low + at, level);
-                for [a, b] in cell.pieces().iter() {
-                    // The line goes out of the higher values clockwise, so that they lie on its right.
-                    let [from, to] = if cell.values[a] > 0.0 { [a, b] } else { [b, a] }.map(|k| edges.index(at, k));
-                    edges.next[from] = index_u32(to);
-                    edges.entered[to] = true;
+            for x in 0..self.cells.x {
+                let [a, b, c, d] = Cell::new(mask, self.low + I64Vec2::new(x, y), 0.0).values;
+                // A sample that is no number counts as low, as in a cell.
+                let least = if (a + b + c + d).is_nan() { f64::NEG_INFINITY } else { a.min(b).min(c.min(d)) };
+                let greatest = a.max(b).max(c.max(d));
+                let first = levels.partition_point(|level| least > *level);
+                let end = first + levels[first..].partition_point(|level| greatest > *level);
+                if first < end {
+                    each(index_u32(usize::try_from(y * self.counts.x + x).unwrap_or(0)), first..end);
                 }
             }
         }
-        Some(edges)
+        Some(())
+    }
+
+    /// Adds the pieces of a line within a cell.
+    fn cross(&mut self, mask: &Mask, at: I64Vec2, level: f64) {
+        let cell = Cell::new(mask, self.low + at, level);
+        for [a, b] in cell.pieces().iter() {
+            // The line goes out of the higher values clockwise, so that they lie on its right.
+            let [from, to] = if cell.values[a] > 0.0 { [a, b] } else { [b, a] }.map(|k| self.index(at, k));
+            self.next[from] = index_u32(to);
+            self.entered[to] = true;
+            self.pairs.push([index_u32(from), index_u32(to)]);
+        }
+    }
+
+    /// The lines of all pieces, which are removed.
+    fn take(&mut self, mask: &Mask, level: f64) -> Path {
+        let mut pairs = std::mem::take(&mut self.pairs);
+        pairs.sort_unstable();
+        let mut pen = Pen::default();
+        let starts = || pairs.iter().map(|[from, _]| *from);
+        let open: Vec<u32> = starts().filter(|edge| !self.entered[*edge as usize]).collect();
+        for first in open.into_iter().chain(starts()) {
+            if self.next[first as usize] == NONE {
+                continue;
+            }
+            let (mut edge, mut canvas) = (first, I64Vec2::ZERO);
+            pen.move_to(self.point(mask, edge, canvas, level));
+            while let Some(to) = self.next.get_mut(edge as usize).map(|to| std::mem::replace(to, NONE)) {
+                if to == NONE {
+                    break;
+                }
+                canvas += self.step(edge, to);
+                edge = to;
+                pen.line_to(self.point(mask, edge, canvas, level));
+            }
+        }
+        pairs.iter().for_each(|[_, to]| self.entered[*to as usize] = false);
+        pairs.clear();
+        self.pairs = pairs;
+        pen.finish(mask.size.as_dvec2() * mask.pixel, mask.tiling)
     }
 
     /// Index of an edge of a cell.
@@ -216,107 +320,4 @@ impl Edges {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn disc(tiling: Tiling, middle: DVec2) -> Mask {
-        let (size, pixel) = (UVec2::new(64, 48), DVec2::splat(0.5));
-        let value = |n: u32| {
-            let p = (DVec2::new(f64::from(n % 64), f64::from(n / 64)) + 0.5) * pixel;
-            let mut to = (p - middle).abs();
-            if tiling == Tiling::BOTH {
-                to = to.min(DVec2::new(32.0, 24.0) - to);
-            }
-            crate::ground::number::narrow((0.5 + (7.0 - to.length()) * 0.5).clamp(0.0, 1.0))
-        };
-        Mask::new((0..64 * 48).map(value).collect(), size, pixel, tiling)
-    }
-
-    #[test]
-    fn borders_lie_on_the_shape_and_close() {
-        for (tiling, middle) in [(Tiling::NONE, DVec2::new(15.0, 12.0)), (Tiling::BOTH, DVec2::new(1.0, 23.0))] {
-            let border = disc(tiling, middle).border();
-            let mut length = 0.0;
-            for [a, b] in &border {
-                let to = (*a - middle).abs();
-                let to = if tiling == Tiling::BOTH { to.min((DVec2::new(32.0, 24.0) - to).abs()) } else { to };
-                assert!((to.length() - 7.0).abs() < 0.02, "{a}");
-                length += a.distance(*b);
-            }
-            assert!((length - 44.0).abs() < 0.1, "{length}");
-        }
-    }
-
-    #[test]
-    fn interpolates_between_samples_and_repeats() {
-        let mask = disc(Tiling::BOTH, DVec2::new(1.0, 23.0));
-        for n in 0..100 {
-            let p = DVec2::new(f64::from(n) * 0.7 - 20.0, f64::from(n) * 0.31);
-            assert!((mask.at(p) - mask.at(p + DVec2::new(32.0, -24.0))).abs() < 1e-9);
-        }
-        assert!(mask.at(DVec2::new(1.0, 23.0)) > 0.5 && mask.at(DVec2::new(16.0, 10.0)) < 0.5);
-        let one = Mask::new(vec![f32::NAN, 1.0, f32::INFINITY, 0.0], UVec2::splat(2), DVec2::ONE, Tiling::NONE);
-        assert!(one.border().iter().flatten().all(|p| p.is_finite()));
-    }
-
-    fn area(path: &Path) -> f64 {
-        path.pieces().map(|[a, b]| 0.5 * a.perp_dot(b)).sum()
-    }
-
-    #[test]
-    fn lines_of_a_disc_close_with_the_disc_on_their_right() {
-        for n in [64, 256, 1024] {
-            let (size, pixel) = (UVec2::new(n, n), DVec2::splat(32.0 / f64::from(n)));
-            let centre = |k: u32| (DVec2::new(f64::from(k % n), f64::from(k / n)) + 0.5) * pixel;
-            let value = |k: u32| crate::ground::number::narrow(7.0 - centre(k).distance(DVec2::new(15.3, 16.1)));
-            let mask = Mask::new((0..n * n).map(value).collect(), size, pixel, Tiling::BOTH);
-            let path = mask.lines(0.0, &|| false).unwrap();
-            let [curve] = &path.curves[..] else { panic!("{} curves", path.curves.len()) };
-            assert!(curve.closed && curve.points.first() == curve.points.last());
-            let (length, area) = (curve.length() / 14.0, area(&path) / 49.0);
-            assert!((length / std::f64::consts::PI - 1.0).abs() < 0.01, "{n}: {length}");
-            assert!((area / std::f64::consts::PI - 1.0).abs() < 0.01, "{n}: {area}");
-        }
-    }
-
-    #[test]
-    fn lines_go_around_the_canvas_or_end_at_its_border() {
-        // A band whose two borders are waves across the whole canvas.
-        let value = |k: u32| {
-            let (x, y) = (f64::from(k % 32) + 0.5, f64::from(k / 32) + 0.5);
-            crate::ground::number::narrow(5.0 - (y - 16.0 - 3.0 * (x * std::f64::consts::TAU / 32.0).sin()).abs())
-        };
-        let values: Vec<f32> = (0..1024).map(value).collect();
-        for tiling in [Tiling::BOTH, Tiling { x: false, y: true }, Tiling::NONE] {
-            let path = Mask::new(values.clone(), UVec2::splat(32), DVec2::ONE, tiling).lines(0.0, &|| false).unwrap();
-            assert_eq!(path.curves.len(), 2, "{tiling:?}");
-            for curve in &path.curves {
-                let way = *curve.points.last().unwrap() - curve.points[0];
-                let far = if tiling.x { 32.0 } else { 33.0 };
-                assert!(curve.closed == tiling.x && (way.x.abs() - far).abs() < 1e-9 && way.y.abs() < 3.0, "{way}");
-                // The band lies on the right.
-                let to = (curve.points[1] - curve.points[0]).perp() + curve.points[0];
-                assert!((to.y - 16.0).abs() < (curve.points[0].y - 16.0).abs(), "{tiling:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn saddles_and_noise_give_whole_lines() {
-        let hash = crate::ground::hash::Hash::new(3);
-        let values: Vec<f32> = (0..40 * 30).map(|n| hash.unit_f32(n)).collect();
-        for tiling in [Tiling::BOTH, Tiling { x: true, y: false }, Tiling::NONE] {
-            let mask = Mask::new(values.clone(), UVec2::new(40, 30), DVec2::new(0.5, 0.5), tiling);
-            let path = mask.lines(0.5, &|| false).unwrap();
-            let inside = |p: DVec2| p.x > 0.25 && p.y > 0.25 && p.x < 19.75 && p.y < 14.75;
-            let ends = path.curves.iter().filter(|curve| !curve.closed);
-            for curve in ends {
-                assert!(![curve.points[0], *curve.points.last().unwrap()].iter().any(|p| inside(*p)), "{tiling:?}");
-            }
-            if tiling == Tiling::BOTH {
-                assert!(path.curves.iter().all(|curve| curve.closed));
-                assert_eq!(path.len(), mask.border().len());
-            }
-        }
-    }
-}
+mod tests;

@@ -8,9 +8,10 @@ use glam::{DVec2, DVec3, UVec2};
 use shibo_kernel::body::displace::{
     BYTES_PER_TRIANGLE, Creases, DisplaceError, Displaced, NotFinite, Relief, Spec, TooMany, displace, hidden,
 };
+use shibo_kernel::body::{Facing, facing};
 use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
-use shibo_value::{Atlas, Stop, Type, Window};
+use shibo_value::{Atlas, Mesh, Stop, Type, Window};
 
 /// Texels along the longer side of the canvas, without `pitch`.
 const TEXELS: f64 = 2048.0;
@@ -20,6 +21,9 @@ const MOST: f64 = 16_777_216.0;
 
 /// Maximum number of triangles.
 const MOST_TRIANGLES: usize = 20_000_000;
+
+/// The largest `error` in mm.
+const MOST_ERROR: f64 = 10.0;
 
 /// The triangles of an error are counted up to this many times the allowed number.
 const COUNTED: usize = 4;
@@ -157,8 +161,45 @@ impl DisplaceMesh {
         }
         let message =
             format!("error is `{}` mm; places of this mesh are rounded by up to {rounding:.1e} mm", self.error);
-        let help = format!("write `error: {:.1e}` or more, or move the mesh to the origin", 2.1 * rounding);
+        let least = 2.1 * rounding;
+        let help = if least > MOST_ERROR {
+            "make the mesh smaller, or move it to the origin".to_owned()
+        } else {
+            format!("write `error: {least:.1e}` or more, or move the mesh to the origin")
+        };
         Err(Problem::new(Code::BadValue, message).at("error").help(help))
+    }
+
+    /// Refuses a mesh that has too many triangles itself, or needs too much memory.
+    fn check_size(&self, cx: &Context<'_>, atlas: &Atlas) -> Result<(), Problem> {
+        let (own, allowed) = (atlas.mesh.triangles.len(), self.triangles as usize);
+        if own > allowed {
+            let message = format!("the mesh itself has {own} triangles; {allowed} are allowed");
+            let help = format!("write `triangles: {}`, or give a mesh with fewer", (2 * own).min(MOST_TRIANGLES));
+            return Err(Problem::new(Code::OverBudget, message).at("triangles").help(help));
+        }
+        let texels = u64::from(self.texels(cx.size_mm()).as_uvec2().element_product());
+        let (needed, memory) = (BYTES_PER_TEXEL * texels + BYTES_PER_TRIANGLE * own as u64, cx.evaluator.memory());
+        if needed <= memory {
+            return Ok(());
+        }
+        let message = format!(
+            "{texels} texels of the height and {own} triangles of the mesh need {} MiB; {} MiB are allowed",
+            needed.div_ceil(1 << 20),
+            memory >> 20
+        );
+        Err(Problem::new(Code::TooLarge, message).at("pitch").help("raise `--memory`, or make `pitch` larger"))
+    }
+
+    /// Refuses a relief that turned the mesh inside out.
+    fn check_facing(atlas: &Atlas, made: &Mesh) -> Result<(), Problem> {
+        let is_open = atlas.across.iter().flatten().any(|across| *across == Atlas::END);
+        if is_open || facing(made) == Facing::Outwards || facing(&atlas.mesh) != Facing::Outwards {
+            return Ok(());
+        }
+        let message = "the relief turns the mesh, or a piece of it, inside out";
+        let help = "reduce the depth: it must be less than half the thickness of the mesh";
+        Err(Problem::new(Code::BadValue, message).at("height").help(help))
     }
 
     /// The text about too many triangles, and the remedies.
@@ -169,10 +210,10 @@ impl DisplaceMesh {
         let triangles = many.needed.map(|needed| format!("`triangles: {needed}`"));
         let error = many.error.map(|error| format!("`error: {error}`"));
         let remedies: Vec<String> = triangles.into_iter().chain(error).collect();
-        let help = if remedies.is_empty() {
-            "raise `edge` or `triangles`".to_owned()
-        } else {
-            format!("write {}", remedies.join(", or "))
+        let help = match &remedies[..] {
+            [] if self.edge > 0.0 => "raise `edge` or `triangles`".to_owned(),
+            [] => "raise `triangles`, or reduce the height".to_owned(),
+            remedies => format!("write {}", remedies.join(", or ")),
         };
         (message, help)
     }
@@ -245,6 +286,7 @@ impl Node for DisplaceMesh {
     fn evaluate(&self, cx: &Context<'_>) -> Result<Outputs, Stop> {
         let atlas = cx.get(&self.atlas)?;
         self.check_rounding(&atlas)?;
+        self.check_size(cx, &atlas)?;
         let relief = self.relief(cx, &atlas)?;
         let texels = BYTES_PER_TEXEL * u64::from(relief.texels());
         let room = cx.evaluator.memory().saturating_sub(texels) / BYTES_PER_TRIANGLE;
@@ -275,6 +317,7 @@ impl Node for DisplaceMesh {
                     .into()
             }
         })?;
+        Self::check_facing(&atlas, &made.mesh)?;
         self.warn(cx, &made, &spec);
         cx.check()?;
         Ok(Outputs::one(made.mesh))

@@ -2,14 +2,13 @@
 mod dxf;
 
 use super::decl::{FieldDecl, HEIGHT, NumberForm, Numbers, Takes, names, number};
-use super::heights::{HeightMap, Heights, Maker, Part, Stop, refused, stopped, text_file, told};
-use super::lines::{Line, Rimmed, simplified, svg_path};
+use super::heights::{HeightMap, Heights, Maker, Part, Stop, file_of, refused, told};
+use super::lines::{Line, Rimmed, simplified, write_path};
 use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
-use crate::value::diagnostics::Code;
+use crate::value::diagnostics::{Code, Problem};
 use crate::{WriteError, write_svg};
 use glam::DVec2;
-use std::fmt::Write;
-use std::io;
+use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -18,6 +17,9 @@ const FORMATS: [(&str, bool); 2] = [("Svg", false), ("Dxf", true)];
 
 /// The most levels of a file.
 const MOST: f64 = 10_000.0;
+
+/// The most levels that a warning names.
+const NAMED: usize = 3;
 
 /// The target.
 pub(super) struct Contours;
@@ -33,9 +35,9 @@ impl ExportTarget for Contours {
                     HEIGHT,
                     number(
                         "step",
-                        "The difference between levels in mm. Levels are multiples of it.",
+                        "The difference between levels in mm; 0.1 without `levels`. Levels are multiples of it.",
                         [1e-3, 100.0],
-                        &[0.1],
+                        &[],
                     ),
                     FieldDecl::new(
                         "levels",
@@ -56,7 +58,15 @@ impl ExportTarget for Contours {
     }
 
     fn plan(&self, options: &Options) -> Plan {
-        Plan::one(if options.word("format", &FORMATS) { "dxf" } else { "svg" })
+        let extension = if options.word("format", &FORMATS) { "dxf" } else { "svg" };
+        // Levels that are written may have no lines, which each run tells.
+        Plan { cached: options.numbers("levels").is_none(), ..Plan::one(extension) }
+    }
+
+    fn check(&self, options: &Options) -> Option<Problem> {
+        let both = options.number("step").is_some() && options.numbers("levels").is_some();
+        let problem = || Problem::new(Code::BadValue, "`step` and `levels` both tell the levels").at("step");
+        both.then(|| problem().help("leave `step` or `levels` out"))
     }
 
     fn write(&self, source: &Source<'_>, options: &Options) -> io::Result<Files> {
@@ -104,18 +114,37 @@ impl LineMaker {
         Ok(multiples.map(|k| k as f64 * self.step).collect())
     }
 
-    fn traced(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Level>, WriteError> {
-        let rimmed = Rimmed::of(map)?;
-        let level = |height: f64| {
-            let mut lines = rimmed.lines(map, height, stop).ok_or_else(|| stopped(folder))?;
+    /// The levels and their lines; levels without lines are left out.
+    fn traced(&self, map: &HeightMap, heights: &[f64], stop: Stop<'_>) -> Result<Option<Vec<Level>>, WriteError> {
+        let mut levels = Vec::new();
+        let whole = Rimmed::of(map)?.levels(map, heights, stop, &mut |level, mut lines| {
             lines.iter_mut().for_each(|line| line.points = simplified(line, self.tolerance));
-            Ok(Level { height, lines })
+            if !lines.is_empty() {
+                levels.push(Level { height: heights[level], lines });
+            }
+        });
+        Ok(whole.map(|()| levels))
+    }
+
+    /// A warning about levels that have no lines, if there are some that one expects.
+    fn advice(&self, map: &HeightMap, levels: &[Level]) -> Option<Problem> {
+        let (least, greatest) = map.range();
+        let range = format!("the heights range from {} to {} mm", told(least), told(greatest));
+        let Some(wanted) = &self.levels else {
+            let message = format!("no multiple of `step`, {} mm, has a line: {range}", told(self.step));
+            let help = "write a smaller `step`, or `levels` within the heights";
+            return levels.is_empty().then(|| Problem::new(Code::Advice, message).help(help));
         };
-        self.levels(map)?
-            .into_iter()
-            .map(level)
-            .filter(|level| !matches!(level, Ok(level) if level.lines.is_empty()))
-            .collect()
+        let is_missing = |height: &&f64| levels.binary_search_by(|level| level.height.total_cmp(height)).is_err();
+        let missing: Vec<String> = wanted.iter().filter(is_missing).map(|height| told(*height)).collect();
+        let (named, others) = missing.split_at(missing.len().min(NAMED));
+        let message = match (named, others.len()) {
+            ([], _) => return None,
+            ([one], 0) => format!("the level {one} mm has no line: {range}"),
+            (_, 0) => format!("the levels {} mm have no lines: {range}", named.join(", ")),
+            (_, more) => format!("the levels {} mm and {more} others have no lines: {range}", named.join(", ")),
+        };
+        Some(Problem::new(Code::Advice, message).help("write `levels` within the heights, in mm"))
     }
 }
 
@@ -125,26 +154,28 @@ impl Maker for LineMaker {
     }
 
     fn make(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
-        let levels = self.traced(map, folder, stop)?;
-        let (extension, text) =
-            if self.dxf { ("dxf", dxf::text(&levels, map.size_mm.y)) } else { ("svg", svg(&levels, map)) };
-        let path = folder.join(format!("{}.{extension}", self.stem));
-        Ok(vec![Part::File(text_file(&path, &text)?)])
+        let path = folder.join(format!("{}.{}", self.stem, if self.dxf { "dxf" } else { "svg" }));
+        let levels = self.traced(map, &self.levels(map)?, stop)?;
+        let levels = levels.ok_or_else(|| WriteError::at(&path, io::ErrorKind::Interrupted.into()))?;
+        let file = file_of(&path, |out| {
+            if self.dxf { out.write_all(dxf::text(&levels, map.size_mm.y).as_bytes()) } else { svg(&levels, map, out) }
+        })?;
+        Ok([Part::File(file)].into_iter().chain(self.advice(map, &levels).map(Part::Advice)).collect())
     }
 }
 
-/// Lines in mm with y down, and a group for each level.
-fn svg(levels: &[Level], map: &HeightMap) -> String {
-    let mut text = write_svg::opened(DVec2::ZERO, map.size_mm);
-    text.push_str(
-        "<g fill=\"none\" stroke=\"black\" stroke-width=\"0.05\">
-",
-    );
+/// Writes lines in mm with y down, and a group for each level.
+fn svg(levels: &[Level], map: &HeightMap, out: &mut dyn Write) -> io::Result<()> {
+    out.write_all(write_svg::opened(DVec2::ZERO, map.size_mm).as_bytes())?;
+    out.write_all(b"<g fill=\"none\" stroke=\"black\" stroke-width=\"0.05\">\n")?;
     for level in levels {
         let height = told(level.height);
-        let data = svg_path(&level.lines);
-        let _ = writeln!(text, "<g id=\"level_{height}\" data-height-mm=\"{height}\"><path d=\"{data}\"/></g>");
+        write!(out, "<g id=\"level_{height}\" data-height-mm=\"{height}\"><path d=\"")?;
+        write_path(out, &level.lines)?;
+        out.write_all(b"\"/></g>\n")?;
     }
-    text.push_str("</g>\n</svg>\n");
-    text
+    out.write_all(b"</g>\n</svg>\n")
 }
+
+#[cfg(test)]
+mod tests;

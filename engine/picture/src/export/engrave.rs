@@ -57,7 +57,8 @@ impl ExportTarget for Engrave {
     }
 
     fn plan(&self, options: &Options) -> Plan {
-        Plan::one(options.word("format", &FORMATS).extension())
+        // A datum that is written may leave a blank picture, which each run tells.
+        Plan { cached: options.number("datum").is_none(), ..Plan::one(options.word("format", &FORMATS).extension()) }
     }
 
     fn check(&self, options: &Options) -> Option<Problem> {
@@ -148,24 +149,34 @@ impl Maker for GreyMaker {
         Vec::new()
     }
 
-    fn make(&self, map: &HeightMap, folder: &Path, _: Stop<'_>) -> Result<Vec<Part>, WriteError> {
+    fn make(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
         let datum = self.datum.unwrap_or(map.range().1);
         self.check(map, datum)?;
+        let path = folder.join(self.name());
         let size = (map.size.x, map.size.y);
         let mut spec = PictureSpec::bilevel(size, self.format, map.pixel.as_vec2().to_array());
         (spec.depth, spec.compression, spec.metadata) = (self.depth, map.compression, map.metadata.clone());
         spec.metadata.push(("shibo:depth_mm".to_owned(), told(datum - map.range().0)));
         spec.metadata.push(("shibo:passes".to_owned(), self.passes.to_string()));
-        let mut writer = Writer::create(&folder.join(self.name()), &spec)?;
+        let mut writer = Writer::create(&path, &spec)?;
         let mut greys = Vec::new();
         for first in (0..size.1).step_by(ROWS as usize) {
+            if stop() {
+                return Err(WriteError::at(&path, io::ErrorKind::Interrupted.into()));
+            }
             let rows = ROWS.min(size.1 - first);
             let heights = &map.values[first as usize * size.0 as usize..][..rows as usize * size.0 as usize];
             greys.clear();
             greys.extend(heights.iter().map(|v| self.grey((datum - f64::from(*v)).max(0.0) / self.passes)));
             writer.write_rows(&[&greys], rows)?;
         }
-        writer.finish_unnamed().map(|(file, _)| vec![Part::File(file)])
+        let mut parts = vec![Part::File(writer.finish_unnamed()?.0)];
+        if self.datum.is_some() && map.range().0 >= datum {
+            let message = format!("no height lies below the datum of {} mm: the picture is blank", told(datum));
+            let help = format!("write a `datum` above {}, or leave it out", told(map.range().0));
+            parts.push(Part::Advice(Problem::new(Code::Advice, message).help(help)));
+        }
+        Ok(parts)
     }
 }
 

@@ -1,17 +1,16 @@
 //! Films for an etcher: pictures of one bit that open a mask step by step. The etched depths add up to a height.
 mod depths;
+mod drawing;
 mod page;
 
 use super::decl::{FieldDecl, HEIGHT, NumberForm, Numbers, Takes, count, names, number};
-use super::heights::{HeightMap, Heights, Maker, Part, Stop, place, refused, stopped, text_file, told};
-use super::lines::{outlines, svg_path};
+use super::heights::{HeightMap, Heights, Maker, Part, Stop, place, refused, told};
 use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
 use crate::value::diagnostics::{Code, Problem};
-use crate::{Format, PictureSpec, WriteError, write_bilevel, write_svg};
+use crate::{Format, PictureSpec, WriteError, write_bilevel};
 use glam::{DVec2, UVec2};
 use page::{Page, Rectangle, draw, margin_pixels};
 use serde_json::json;
-use std::fmt::Write;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
@@ -84,6 +83,12 @@ impl ExportTarget for Films {
     }
 
     fn check(&self, options: &Options) -> Option<Problem> {
+        let tiles: f64 = options.numbers("tiles").unwrap_or_default().iter().product();
+        if options.word("format", &FORMATS).is_none() && tiles > drawing::MOST_TILES {
+            let message = format!("the drawing has {tiles} tiles; at most {} are allowed", drawing::MOST_TILES);
+            let help = "write smaller `tiles`, or pictures: `format: Tiff`";
+            return Some(Problem::new(Code::TooLarge, message).at("tiles").help(help));
+        }
         let given = options.numbers("depths")?;
         if options.word("code", &CODES) {
             let message = "`code: Binary` has even depths, and `depths` gives others";
@@ -156,9 +161,6 @@ impl Maker for FilmMaker {
         let page = Page { inner: map.size_mm * self.tiles.as_dvec2(), margin: self.margin };
         let mut parts = Vec::with_capacity(self.films + 1);
         for number in 1..=self.films {
-            if stop() {
-                return Err(stopped(folder));
-            }
             let path = folder.join(self.name(number));
             let mut marks = if self.marks { page.marks(number, self.films) } else { Vec::new() };
             if self.mirror {
@@ -167,8 +169,8 @@ impl Maker for FilmMaker {
                 marks = marks.into_iter().map(turned).collect();
             }
             parts.push(Part::File(match self.format {
-                Some(format) => self.picture(map, &plates, (number, &marks), format, &path)?,
-                None => text_file(&path, &self.drawing(map, &plates, (number, &marks), &page)?)?,
+                Some(format) => self.picture(map, &plates, (number, &marks), (format, &path, stop))?,
+                None => self.drawing(map, plates.limits[number - 1], (&page, &marks), (&path, stop))?,
             }));
         }
         parts.push(Part::document(&folder.join(self.document()), &self.table(map, &plates, &page))?);
@@ -264,8 +266,7 @@ impl FilmMaker {
         map: &HeightMap,
         plates: &Plates,
         (number, marks): (usize, &[Rectangle]),
-        format: Format,
-        path: &Path,
+        (format, path, stop): (Format, &Path, Stop<'_>),
     ) -> Result<crate::AtomicFile, WriteError> {
         let margin = margin_pixels(self.margin, map.pixel);
         let inner = map.size.checked_mul(self.tiles).filter(|inner| inner.max_element() < 1 << 30);
@@ -276,7 +277,7 @@ impl FilmMaker {
         let size = inner + 2 * margin;
         let mut spec = PictureSpec::bilevel((size.x, size.y), format, map.pixel.as_vec2().to_array());
         (spec.metadata, spec.compression) = (map.metadata.clone(), map.compression);
-        write_bilevel::write(path, &spec, |y, row| {
+        write_bilevel::write(path, &spec, stop, |y, row| {
             if let Some(y) = y.checked_sub(margin.y).filter(|y| *y < inner.y) {
                 let inside = &mut row[margin.x as usize..][..inner.x as usize];
                 let (first, others) = inside.split_at_mut(map.size.x as usize);
@@ -288,44 +289,6 @@ impl FilmMaker {
             }
             marks.iter().for_each(|mark| draw(mark, y, map.pixel, row));
         })
-    }
-
-    /// A film as areas, in mm.
-    fn drawing(
-        &self,
-        map: &HeightMap,
-        plates: &Plates,
-        (number, marks): (usize, &[Rectangle]),
-        page: &Page,
-    ) -> Result<String, WriteError> {
-        if self.binary {
-            let message = "`code: Binary` writes pictures, because its films are not areas below a height";
-            return Err(refused(Code::BadValue, message, "write `format: Tiff`"));
-        }
-        let size = page.size();
-        let mut text = write_svg::opened(DVec2::ZERO, size);
-        let area = svg_path(&outlines(map, f64::from(plates.limits[number - 1]))?);
-        let (m, w) = (self.margin, page.inner.x);
-        let turn =
-            if self.mirror { format!("translate({} {m}) scale(-1 1)", m + w) } else { format!("translate({m} {m})") };
-        let _ = writeln!(text, "<g transform=\"{turn}\" fill=\"black\" fill-rule=\"evenodd\">");
-        for y in 0..self.tiles.y {
-            for x in 0..self.tiles.x {
-                let at = DVec2::new(f64::from(x), f64::from(y)) * map.size_mm;
-                let _ = writeln!(text, "<path transform=\"translate({} {})\" d=\"{area}\"/>", at.x, at.y);
-            }
-        }
-        text.push_str("</g>\n<g fill=\"black\">\n");
-        for [low, high] in marks {
-            let size = *high - *low;
-            let _ = writeln!(
-                text,
-                "<rect x=\"{:.3}\" y=\"{:.3}\" width=\"{:.3}\" height=\"{:.3}\"/>",
-                low.x, low.y, size.x, size.y
-            );
-        }
-        text.push_str("</g>\n</svg>\n");
-        Ok(text)
     }
 
     /// The depths, how far the etched depth differs from the height, and the marks.

@@ -10,9 +10,12 @@ use crate::{AtomicFile, Compression, WriteError, WriteStats};
 use glam::{DVec2, UVec2};
 use shibo_kernel::body::Rows;
 use std::fmt;
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// Bytes of buffers of files.
+const BUFFER: usize = 1 << 16;
 
 /// Files of a height before its rows are computed.
 #[derive(Clone, Debug)]
@@ -43,11 +46,6 @@ pub(super) trait Maker: fmt::Debug + Send + Sync {
     fn make(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError>;
 }
 
-/// The error of work that was stopped; `path` is that of its files.
-pub(super) fn stopped(path: &Path) -> WriteError {
-    WriteError::at(path, io::ErrorKind::Interrupted.into())
-}
-
 /// A file without its name.
 pub(super) enum Part {
     /// A file that refers to no others.
@@ -68,9 +66,21 @@ impl Part {
 }
 
 /// A file with this text, without its name.
-pub(super) fn text_file(path: &Path, text: &str) -> Result<AtomicFile, WriteError> {
-    let made = AtomicFile::create(path).and_then(|mut file| file.write_all(text.as_bytes()).map(|()| file));
-    made.map_err(|error| WriteError::at(path, error))
+fn text_file(path: &Path, text: &str) -> Result<AtomicFile, WriteError> {
+    file_of(path, |out| out.write_all(text.as_bytes()))
+}
+
+/// A file that `write` fills through a buffer, without its name.
+pub(super) fn file_of(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<AtomicFile, WriteError> {
+    let filled = AtomicFile::create(path).and_then(|file| {
+        let mut out = BufWriter::with_capacity(BUFFER, file);
+        write(&mut out)?;
+        out.into_inner().map_err(io::IntoInnerError::into_error)
+    });
+    filled.map_err(|error| WriteError::at(path, error))
 }
 
 /// A height with all of its samples.

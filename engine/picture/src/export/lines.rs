@@ -5,7 +5,7 @@ use crate::value::diagnostics::Code;
 use crate::value::{Polyline, Tiling};
 use glam::{DVec2, UVec2};
 use shibo_kernel::path::contour::Mask;
-use std::fmt::Write;
+use std::io::{self, Write};
 
 /// The most samples of a height whose level lines are made.
 const MOST: u64 = 1 << 27;
@@ -72,31 +72,46 @@ impl Rimmed {
         Ok(Self::new((values, size)))
     }
 
-    /// The lines on which the samples have a value, in mm; `None` if stopped.
-    pub(super) fn lines(&self, map: &HeightMap, level: f64, stop: Stop<'_>) -> Option<Vec<Line>> {
+    /// Hands out the lines on which the samples have the values `levels`, which rise, in mm; and the index of the level.
+    /// `None` if stopped.
+    pub(super) fn levels(
+        &self,
+        map: &HeightMap,
+        levels: &[f64],
+        stop: Stop<'_>,
+        each: &mut dyn FnMut(usize, Vec<Line>),
+    ) -> Option<()> {
         let inner = map.size.as_dvec2();
         let axis = |u: f64, inner: f64| match u - 0.5 {
             u if u < 1.0 => 0.5 * u.max(0.0),
             u if u > inner => inner - 0.5 * (inner + 1.0 - u).max(0.0),
             u => u - 0.5,
         };
-        self.traced(level, stop, |p| DVec2::new(axis(p.x, inner.x), axis(p.y, inner.y)) * map.pixel)
+        let mm = |p: DVec2| DVec2::new(axis(p.x, inner.x), axis(p.y, inner.y)) * map.pixel;
+        self.traced(levels, stop, mm, each)
     }
 
-    /// The lines, whose points `mm` moves from samples to mm.
-    fn traced(&self, level: f64, stop: Stop<'_>, mm: impl Fn(DVec2) -> DVec2) -> Option<Vec<Line>> {
-        let found = self.0.lines(level, &|| stop())?;
+    /// Hands out the lines, whose points `mm` moves from samples to mm.
+    fn traced(
+        &self,
+        levels: &[f64],
+        stop: Stop<'_>,
+        mm: impl Fn(DVec2) -> DVec2,
+        each: &mut dyn FnMut(usize, Vec<Line>),
+    ) -> Option<()> {
         let line = |curve: &Polyline| {
             let mut points: Vec<DVec2> = curve.points.iter().map(|p| mm(*p)).collect();
             points.dedup();
             Line { points, closed: curve.closed }
         };
-        Some(found.curves.iter().map(line).filter(|line| line.points.len() > 1).collect())
+        self.0.levels(levels, &|| stop(), &mut |level, found| {
+            each(level, found.curves.iter().map(line).filter(|line| line.points.len() > 1).collect());
+        })
     }
 }
 
-/// The closed outlines of the areas below a level; areas at the rim of the canvas end there.
-pub(super) fn outlines(map: &HeightMap, level: f64) -> Result<Vec<Line>, WriteError> {
+/// The closed outlines of the areas below a level; areas at the rim of the canvas end there. `None` if stopped.
+pub(super) fn outlines(map: &HeightMap, level: f64, stop: Stop<'_>) -> Result<Option<Vec<Line>>, WriteError> {
     // A value on the other side of the level, as far away, closes the outline half-way to it: on the rim.
     let beyond = |own: f32, _: f32| {
         #[expect(clippy::cast_possible_truncation, reason = "heights are f32")]
@@ -112,13 +127,18 @@ pub(super) fn outlines(map: &HeightMap, level: f64) -> Result<Vec<Line>, WriteEr
         u => u,
     };
     let mm = |p: DVec2| DVec2::new(axis(p.x, inner.x), axis(p.y, inner.y)) * map.pixel;
-    let mut lines = Rimmed::new(Rimmed::samples(map, beyond)?).traced(level, &|| false, mm).unwrap_or_default();
-    let tolerance = 0.1 * map.pixel.min_element();
+    let (mut lines, tolerance) = (None, 0.1 * map.pixel.min_element());
+    let rimmed = Rimmed::new(Rimmed::samples(map, beyond)?);
+    let whole = rimmed.traced(&[level], stop, mm, &mut |_, found| lines = Some(found));
+    let Some(mut lines) = whole.and(lines) else { return Ok(None) };
     for line in &mut lines {
+        if stop() {
+            return Ok(None);
+        }
         line.points = with_corners(&line.points, map);
         line.points = simplified(line, tolerance);
     }
-    Ok(lines)
+    Ok(Some(lines))
 }
 
 /// Adds the corner of the canvas between points on both of its sides that are a pixel apart.
@@ -181,19 +201,18 @@ fn distance(p: DVec2, a: DVec2, b: DVec2) -> f64 {
     p.distance(a + share * way)
 }
 
-/// Lines as the data of an SVG path, to 1/1000 mm.
-pub(super) fn svg_path(lines: &[Line]) -> String {
-    let mut text = String::new();
+/// Writes lines as the data of an SVG path, to 1/1000 mm.
+pub(super) fn write_path(out: &mut dyn Write, lines: &[Line]) -> io::Result<()> {
     for line in lines {
         let points = if line.closed { &line.points[..line.points.len() - 1] } else { &line.points[..] };
         for (k, p) in points.iter().enumerate() {
-            let _ = write!(text, "{}{:.3} {:.3}", if k == 0 { 'M' } else { 'L' }, p.x, p.y);
+            write!(out, "{}{:.3} {:.3}", if k == 0 { 'M' } else { 'L' }, p.x, p.y)?;
         }
         if line.closed {
-            text.push('Z');
+            out.write_all(b"Z")?;
         }
     }
-    text
+    Ok(())
 }
 
 #[cfg(test)]

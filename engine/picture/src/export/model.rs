@@ -6,7 +6,7 @@ use super::target::{ExportTarget, Files, Options, Plan, Source, TargetInfo};
 use crate::WriteError;
 use crate::value::Mesh;
 use crate::value::diagnostics::{Code, Problem};
-use shibo_kernel::body;
+use shibo_kernel::body::{self, Facing};
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
@@ -88,7 +88,28 @@ impl Maker for ModelMaker {
                 format!("the mesh is not closed: an edge at ({x}, {y}, {z}) mm has not exactly two triangles");
             return Err(refused(Code::OpenMesh, message, "close the mesh, or write `open: Keep`"));
         }
-        let build = |receiver: &mut dyn body::Receiver| body::model(&self.mesh, self.y_up, receiver);
-        write_model(&build, (&path, self.format, stop), (&self.stem, open.is_none(), self.findings.as_deref()))
+        let facing = if open.is_none() { body::facing(&self.mesh) } else { Facing::Outwards };
+        let turned = match facing {
+            Facing::Outwards => None,
+            Facing::Inwards => {
+                let message = "the mesh is inside out: its triangles are turned round in the file";
+                let help = "turn the faces round in the program that made the mesh; a relief goes inwards now";
+                Some(Problem::new(Code::Advice, message).help(help))
+            }
+            Facing::Mixed(at) => {
+                let [x, y, z] = at.to_array().map(told);
+                let message =
+                    format!("a piece of the mesh is inside out, at ({x}, {y}, {z}) mm, and other pieces are not");
+                let help = "reduce the depth of its relief, or turn its faces round in the program that made the mesh";
+                return Err(refused(Code::BadValue, message, help));
+            }
+        };
+        let how = (self.y_up, turned.is_some());
+        let build = |receiver: &mut dyn body::Receiver| body::model(&self.mesh, how, receiver);
+        let findings = self.findings.as_ref().map(|all| all.iter().chain(&turned).cloned().collect::<Vec<_>>());
+        let model = (&*self.stem, open.is_none(), findings.as_deref());
+        let mut parts = write_model(&build, (&path, self.format, stop), model)?;
+        parts.extend(turned.map(Part::Advice));
+        Ok(parts)
     }
 }

@@ -1,6 +1,7 @@
 //! A plate with a relief, for printers and mills.
 use super::body::{
     Canvas, Common, ERROR, FORM, FORMAT, Made, OVERFLOW, PATTERN, REPORT, STEEPEST, Shape, TRIANGLES, WALL,
+    of_all_samples,
 };
 use super::decl::{FieldDecl, HEIGHT, NumberForm, Numbers, Takes, number};
 use super::heights::{HeightMap, Heights, Maker, Part, Stop, refused};
@@ -120,6 +121,10 @@ impl Shape for PlateMaker {
 
     fn triangles(&self, _: &Made<'_>, tiles: &Tiles) -> u64 {
         body::Plate::triangles(tiles, self.tiles)
+    }
+
+    fn most_triangles(&self, made: &Made<'_>) -> u64 {
+        of_all_samples(made, self.tiles)
     }
 
     fn build(&self, made: &Made<'_>, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures> {

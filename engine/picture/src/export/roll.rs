@@ -1,6 +1,7 @@
 //! A roll with a relief, for embossing.
 use super::body::{
     Canvas, Common, ERROR, FORM, FORMAT, Made, OVERFLOW, PATTERN, REPORT, STEEPEST, Shape, TRIANGLES, WALL,
+    of_all_samples,
 };
 use super::decl::{FieldDecl, HEIGHT, Takes, count, names, number};
 use super::heights::{HeightMap, Heights, Maker, Part, Stop, refused, told};
@@ -181,6 +182,10 @@ impl Shape for RollMaker {
 
     fn triangles(&self, made: &Made<'_>, tiles: &Tiles) -> u64 {
         self.roll(made, tiles).triangles()
+    }
+
+    fn most_triangles(&self, made: &Made<'_>) -> u64 {
+        of_all_samples(made, self.repeats)
     }
 
     fn build(&self, made: &Made<'_>, tiles: &Tiles, receiver: &mut dyn Receiver) -> io::Result<Figures> {

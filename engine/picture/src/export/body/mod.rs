@@ -3,13 +3,15 @@ mod files;
 mod report;
 mod shape;
 
-pub(super) use shape::{Canvas, Common, Made, Shape, write_model};
+pub(super) use shape::{Canvas, Common, Made, Shape, of_all_samples, write_model};
 
 use super::decl::{FieldDecl, Takes, count, names, number};
 use shibo_kernel::body::Pattern;
 
 /// The most triangles of a file.
 const MOST: f64 = 4e8;
+/// The largest `error` in mm.
+const MOST_ERROR: f64 = 10.0;
 
 /// The formats of bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +54,7 @@ pub(super) const FORMS: [(&str, bool); 2] = [("Relief", false), ("Mould", true)]
 pub(super) const OVER: [(&str, bool); 2] = [("Refuse", false), ("Coarsen", true)];
 
 pub(super) const ERROR: FieldDecl =
-    number("error", "The largest distance between the body and the height, in mm.", [1e-4, 10.0], &[0.01]);
+    number("error", "The largest distance between the body and the height, in mm.", [1e-4, MOST_ERROR], &[0.01]);
 pub(super) const TRIANGLES: FieldDecl =
     count("triangles", "The most triangles of the file.", [100.0, MOST], &[5_000_000.0]);
 pub(super) const OVERFLOW: FieldDecl = FieldDecl::new(

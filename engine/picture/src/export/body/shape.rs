@@ -4,7 +4,7 @@ use super::super::spool::{Opposite, Spool, Turned};
 use super::super::target::{Options, Source};
 use super::files::Body;
 use super::report::{Facts, grouped, json, line, model_json, model_line};
-use super::{FORMS, Format, MOST, OVER, PATTERNS, files_of};
+use super::{FORMS, Format, MOST, MOST_ERROR, OVER, PATTERNS, files_of};
 use crate::WriteError;
 use crate::value::diagnostics::{Code, Problem};
 use glam::DVec2;
@@ -12,6 +12,9 @@ use shibo_kernel::body::{Figures, Heights, Mesher, Pattern, Receiver, Rows, Stor
 use std::fmt;
 use std::io;
 use std::path::Path;
+
+/// A body with more than this share of all triangles, one in `NOISE`, shows fine noise.
+const NOISE: u64 = 10;
 
 /// The options that all bodies have.
 #[derive(Clone, Debug)]
@@ -86,6 +89,9 @@ pub(in super::super) trait Shape: fmt::Debug + Send + Sync {
 
     /// Number of triangles of the body.
     fn triangles(&self, made: &Made<'_>, tiles: &Tiles) -> u64;
+
+    /// Number of triangles of a relief that uses all samples.
+    fn most_triangles(&self, made: &Made<'_>) -> u64;
 
     /// Hands the body out.
     ///
@@ -173,12 +179,7 @@ impl Common {
             self,
         )?;
         let thinnest = self.thinnest(&made)?;
-        let rounding = made.tolerance.rounding();
-        if rounding > 0.5 * self.error {
-            let message =
-                format!("the file rounds places by up to {:.2e} mm, and `error` is {} mm", rounding, self.error);
-            return Err(refused(Code::BadValue, message, format!("write `error: {:.1e}` or more", 2.1 * rounding)));
-        }
+        self.check_rounding(&made)?;
         let failed = |error| WriteError::at(&path, error);
         let stores = || -> Box<dyn Store> { Box::new(Spool::new(&path)) };
         let mesher = Mesher::new(&made.heights, self.pattern, made.tolerance, &stores, stop).map_err(failed)?;
@@ -191,7 +192,7 @@ impl Common {
             None => {
                 let fits = |tiles: &Tiles| shape.triangles(&made, tiles) <= allowed;
                 let found = mesher.fitting(self.error, allowed, fits).map_err(failed)?;
-                self.coarser(needed, found, &mut advice)?
+                self.coarser((needed, shape.most_triangles(&made)), found, &mut advice)?
             }
         };
         let mut body = Body::create(&path, self.format, stop).map_err(failed)?;
@@ -227,6 +228,25 @@ impl Common {
         Ok(parts)
     }
 
+    /// Refuses an error below the rounding of the numbers in files.
+    fn check_rounding(&self, made: &Made<'_>) -> Result<(), WriteError> {
+        let rounding = made.tolerance.rounding();
+        if rounding <= 0.5 * self.error {
+            return Ok(());
+        }
+        let least = 2.1 * rounding;
+        if least > MOST_ERROR {
+            let (low, high, _) = made.heights.extent();
+            let message = format!(
+                "the body is too large: the file rounds its places by up to {rounding:.1e} mm; the heights range from \
+                 {low:.1e} to {high:.1e} mm"
+            );
+            return Err(refused(Code::TooLarge, message, "make the height smaller, or the canvas"));
+        }
+        let message = format!("the file rounds places by up to {rounding:.2e} mm, and `error` is {} mm", self.error);
+        Err(refused(Code::BadValue, message, format!("write `error: {least:.1e}` or more")))
+    }
+
     /// The thinnest wall and its place on the picture.
     fn thinnest(&self, made: &Made<'_>) -> Result<(f64, [f64; 2]), WriteError> {
         let (least, _, [column, row]) = made.heights.extent();
@@ -248,7 +268,7 @@ impl Common {
     /// The triangles of a larger error, or the reason why there are none.
     fn coarser(
         &self,
-        needed: Option<u64>,
+        (needed, most): (Option<u64>, u64),
         found: Option<(f64, Tiles)>,
         advice: &mut Vec<Problem>,
     ) -> Result<Tiles, WriteError> {
@@ -257,14 +277,22 @@ impl Common {
         let message = format!("{} mm needs {count} triangles; {allowed} are allowed", self.error);
         let triangles = needed.filter(|needed| *needed <= whole(MOST)).map(rounded_up);
         let triangles = triangles.map(|triangles| format!("`triangles: {triangles}`"));
+        // Noise as fine as the samples takes most triangles, and no printer shows it.
+        let is_noise = needed.is_none_or(|needed| needed > most / NOISE);
+        let smooth = if is_noise { ", or smooth fine noise with `Blur`" } else { "" };
         match found {
             Some((error, tiles)) if self.coarsen => {
-                advice.push(Problem::new(Code::Advice, format!("{message}, so the error is {error} mm")));
+                let problem = Problem::new(Code::Advice, format!("{message}, so the error is {error} mm"));
+                advice.push(if is_noise {
+                    problem.help("smooth fine noise of the height with `Blur`")
+                } else {
+                    problem
+                });
                 Ok(tiles)
             }
             Some((error, _)) => {
                 let remedies: Vec<String> = triangles.into_iter().chain([format!("`error: {error}`")]).collect();
-                let help = format!("write {}", remedies.join(", or "));
+                let help = format!("write {}{smooth}", remedies.join(", or "));
                 Err(refused(Code::OverBudget, message, help))
             }
             None => {
@@ -298,6 +326,12 @@ fn advice(made: &Made<'_>, map: &HeightMap, error: f64) -> Vec<Problem> {
         advise(format!("samples are {} mm apart, and `error` is {} mm: {message}", told(pitch), told(error)));
     }
     advice
+}
+
+/// Number of triangles of all samples of a canvas, times its repeats.
+pub(in super::super) fn of_all_samples(made: &Made<'_>, [across, down]: [usize; 2]) -> u64 {
+    let [columns, rows] = made.heights.size();
+    2 * (columns as u64 * rows as u64).saturating_mul(across as u64 * down as u64)
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a whole number within its range")]

@@ -5,6 +5,8 @@ use super::super::heights::tests::{map, problem};
 use super::*;
 use crate::Compression;
 use crate::value::{Field, Type};
+use std::io::{Read, Seek};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 fn maker() -> FilmMaker {
     FilmMaker {
@@ -104,4 +106,43 @@ fn mirrored_films_read_backwards_and_repeat() {
         serde_json::from_str(&std::fs::read_to_string(folder.path().join("a_films.json")).unwrap()).unwrap();
     assert_eq!(table["films"].as_array().unwrap().len(), 3);
     assert_eq!(table["depths_mm"].as_array().unwrap().len(), 4);
+}
+
+/// A stop is heard within a film of any format, not only between films.
+#[test]
+fn work_stops_within_a_film() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = HeightMap { wraps: [true; 2], ..map(20, &heights()) };
+    for format in [Some(Format::Tiff), Some(Format::Png), None] {
+        let asked = AtomicU32::new(0);
+        let stop = || asked.fetch_add(1, Ordering::Relaxed) >= 1;
+        let tiles = if format.is_some() { UVec2::new(1000, 1000) } else { UVec2::ONE };
+        let error = FilmMaker { films: 1, format, tiles, ..maker() }.make(&map, folder.path(), &stop).err().unwrap();
+        assert!(matches!(error, WriteError::Io { source, .. } if source.kind() == io::ErrorKind::Interrupted));
+        assert_eq!(asked.into_inner(), 2, "{format:?}");
+    }
+    assert_eq!(folder.path().read_dir().unwrap().count(), 0);
+}
+
+/// The text of the second film as a drawing.
+fn drawn(maker: FilmMaker) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let map = HeightMap { wraps: [true; 2], ..map(20, &heights()) };
+    let parts = FilmMaker { format: None, ..maker }.make(&map, folder.path(), &|| false).unwrap();
+    let Some(Part::File(mut file)) = parts.into_iter().nth(1) else { panic!("no film") };
+    let mut text = String::new();
+    file.rewind().unwrap();
+    file.read_to_string(&mut text).unwrap();
+    text
+}
+
+#[test]
+fn tiles_of_a_drawing_share_its_areas() {
+    let data = |text: &str| text.split(" d=\"").nth(1).unwrap().split('"').next().unwrap().to_owned();
+    let (one, many) = (drawn(maker()), drawn(FilmMaker { tiles: UVec2::new(30, 20), mirror: true, ..maker() }));
+    assert_eq!(data(&one), data(&many));
+    assert!(data(&one).len() > 1000 && !one.contains("<use"), "{one}");
+    assert_eq!((many.matches(" d=\"").count(), many.matches("<use xlink:href=\"#tile\"").count()), (1, 600));
+    assert!(many.contains("x=\"580\" y=\"570\"/>") && many.contains("translate(600 0) scale(-1 1)"), "{many}");
+    assert!(many.len() < one.len() + 600 * 60);
 }

@@ -24,12 +24,11 @@ fn interrupted(desk: &Desk, line: &str, after: Duration) -> (Ran, Duration) {
     (ran, start.elapsed())
 }
 
-/// The folder has no hidden or temporary files except overlap files of complete parts.
+/// The folder has no hidden or temporary files.
 fn clean(desk: &Desk, folder: &str) {
     if desk.path(folder).exists() {
         let names = desk.names(folder);
-        let left = |name: &String| name.ends_with(".overlap") || !name.starts_with('.');
-        assert!(names.iter().all(|name| left(name) && !name.ends_with(".tmp")), "{names:?}");
+        assert!(names.iter().all(|name| !name.starts_with('.') && !name.ends_with(".tmp")), "{names:?}");
     }
 }
 

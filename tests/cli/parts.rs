@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 
 use crate::support::Desk;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A graph with blurs and slopes (halos that wrap or end), strokes, a whole-picture node, all formats, and lines.
 const GRAPH: &str = r##"(
@@ -285,15 +285,16 @@ fn parts_compute_no_pixel_twice() {
         let desk = Desk::new();
         desk.write("a.ron", FAR.replace("TILE", tile));
         let whole = pixels(desk.shibo("render a.ron -o whole --no-cache --stats json"));
-        let part = |n: u32, dir: &str| {
-            pixels(desk.shibo(&format!("render a.ron --part {n}/4 -o {dir} --stats json --no-cache")))
+        let part = |n: u32, dir: &str, cache: &str| {
+            pixels(desk.shibo(&format!("render a.ron --part {n}/4 -o {dir} --stats json {cache}")))
         };
-        let alone: u64 = (1..=4).map(|n| part(n, &format!("alone{n}"))).sum();
+        let alone: u64 = (1..=4).map(|n| part(n, "alone", "--no-cache")).sum();
         assert!(alone * 4 > whole * 5, "blurs reach too little for this test: {alone} of {whole}");
         // In any order, a part reuses the pixels that a neighbour computed beyond its edge.
         for order in [[1, 2, 3, 4], [3, 1, 4, 2], [4, 2, 3, 1]] {
             let dir = format!("parts{}{}", order[0], order[1]);
-            let shared: u64 = order.into_iter().map(|n| part(n, &dir)).sum();
+            let cache = format!("--cache-dir cache{}{}", order[0], order[1]);
+            let shared: u64 = order.into_iter().map(|n| part(n, &dir, &cache)).sum();
             assert!(shared * 100 <= whole * 105, "{tile}: {order:?} computed {shared} of {whole} pixels");
             assert_eq!(desk.names(&dir).len(), 4, "{:?}", desk.names(&dir));
             desk.shibo(&format!("join {dir} -o joined{dir}")).expect(0);
@@ -302,51 +303,49 @@ fn parts_compute_no_pixel_twice() {
     }
 }
 
+/// The tiles in a cache.
+fn tiles(desk: &Desk, cache: &str) -> Vec<PathBuf> {
+    let entries = |dir: PathBuf| dir.read_dir().into_iter().flatten().map(|entry| entry.unwrap().path());
+    let mut tiles: Vec<_> = entries(desk.path(format!("{cache}/tiles"))).flat_map(entries).collect();
+    tiles.sort();
+    tiles
+}
+
 #[test]
 fn concurrent_parts_and_damaged_overlaps_change_no_pixel() {
     let desk = Desk::new();
     desk.write("a.ron", FAR.replace("TILE", "Both"));
     desk.shibo("render a.ron -o whole --no-cache").expect(0);
-    let part = |n: u32, dir: &str| desk.shibo(&format!("render a.ron --part {n}/4 -o {dir} --no-cache"));
+    let part = |n: u32, dir: &str| {
+        desk.shibo(&format!("render a.ron --part {n}/4 -o {dir} --cache-dir cache_{dir}")).expect(0);
+    };
     std::thread::scope(|scope| {
         for n in 1..=4 {
             let part = &part;
-            scope.spawn(move || part(n, "at_once").expect(0));
+            scope.spawn(move || part(n, "at_once"));
         }
     });
     desk.shibo("join at_once -o joined").expect(0);
     same(&desk, "whole", "joined");
-    // Damaged or swapped overlap files change no pixel.
-    part(1, "damaged").expect(0);
-    for (n, next) in [(1, 3), (3, 2), (2, 4)] {
-        let file = format!("damaged/.a.{n}-of-4.overlap");
-        let mut bytes = desk.read(&file);
-        let middle = bytes.len() / 2;
-        match n {
-            1 => bytes[middle] ^= 1,
-            2 => bytes.truncate(middle),
-            _ => bytes = desk.read("damaged/.a.1-of-4.overlap"),
+    // Damaged, truncated and swapped tiles change no pixel.
+    part(1, "damaged");
+    for next in [3, 2, 4] {
+        let tiles = tiles(&desk, "cache_damaged");
+        assert!(tiles.len() > 3, "{tiles:?}");
+        for (n, tile) in tiles.iter().enumerate() {
+            let mut bytes = std::fs::read(tile).unwrap();
+            let middle = bytes.len() / 2;
+            match n % 3 {
+                0 => bytes[middle] ^= 1,
+                1 => bytes.truncate(middle),
+                _ => bytes = std::fs::read(&tiles[0]).unwrap(),
+            }
+            std::fs::write(tile, bytes).unwrap();
         }
-        std::fs::write(desk.path(&file), bytes).unwrap();
-        part(next, "damaged").expect(0);
+        part(next, "damaged");
     }
     desk.shibo("join damaged -o mended").expect(0);
     same(&desk, "whole", "mended");
-}
-
-#[test]
-fn removing_parts_removes_their_overlap_files() {
-    let desk = Desk::new();
-    desk.write("a.ron", FAR.replace("TILE", "Both"));
-    [1, 2, 3, 4].into_iter().for_each(|n| drop(desk.shibo(&format!("render a.ron --part {n}/4 -o parts")).expect(0)));
-    // Overlap files may remain if parts end at the same moment. The last two names belong to no part of this graph.
-    for name in [".a.1-of-4.overlap", ".a.b.1-of-4.overlap", "a.overlap"] {
-        desk.write(&format!("parts/{name}"), "ShiboO2\n");
-    }
-    // A user's file that only has the name of an overlap file.
-    desk.write("parts/.a.2-of-4.overlap", "mine");
-    desk.shibo("join parts -o joined --remove").expect(0);
-    assert_eq!(desk.names("parts"), [".a.2-of-4.overlap", ".a.b.1-of-4.overlap", "a.overlap"]);
 }
 
 #[test]

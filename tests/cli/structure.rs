@@ -174,9 +174,7 @@ fn input_files_are_read_by_files_alone() {
         "engine/src/eval/disk.rs",
         "engine/src/eval/disk/folder.rs",
         "engine/src/eval/disk/size.rs",
-        "engine/src/eval/overlap.rs",
         "engine/src/eval/store.rs",
-        "engine/src/session/part.rs",
         "engine/src/session/render.rs",
     ];
     let folders = ENGINE.into_iter().chain(["kernel/src", "nodes/src", "library/src"]);

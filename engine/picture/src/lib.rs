@@ -60,8 +60,8 @@ pub use header::{FileFormat, Header, HeaderStatements, check, check_bytes, heade
 pub use limits::{FileError, ReadError, ReadLimits};
 pub use mips::MipFilter;
 pub use part::{
-    JoinError, Joined, JoinedFile, JoinedPart, OVERLAP_MAGIC, PartHeader, PartOf, PartPicture, PartWriter,
-    is_output_letter, is_overlap, is_whole, join,
+    JoinError, Joined, JoinedFile, JoinedPart, PartHeader, PartOf, PartPicture, PartWriter, is_output_letter, is_whole,
+    join,
 };
 pub use read::{read, read_bytes, read_layer};
 pub use spec::{Compression, Depth, Encoding, Format, PictureSpec, Transfer, WriteError, texture_attributes};

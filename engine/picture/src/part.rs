@@ -16,7 +16,7 @@ mod names;
 mod read;
 mod write;
 
-pub use join::{JoinError, Joined, JoinedFile, JoinedPart, is_overlap, join};
+pub use join::{JoinError, Joined, JoinedFile, JoinedPart, join};
 pub use names::is_output_letter;
 pub use read::is_whole;
 pub use write::PartWriter;
@@ -64,27 +64,7 @@ impl PartOf {
         let digits = self.count.to_string().len();
         format!("{stem}.{:0digits$}-of-{}.{EXTENSION}", self.number, self.count)
     }
-
-    /// Name of the overlap file that this part writes for the parts near it.
-    pub fn overlap_name(self, stem: &str) -> String {
-        let [begin, end] = OVERLAP;
-        format!("{begin}{stem}.{}-of-{}.{end}", self.number, self.count)
-    }
-
-    /// True if a file name is one that [`overlap_name`](Self::overlap_name) makes for this graph.
-    pub(crate) fn is_overlap_name(name: &str, stem: &str) -> bool {
-        let [begin, end] = OVERLAP;
-        let rest = name.strip_prefix(begin).and_then(|name| name.strip_prefix(stem)?.strip_prefix('.'));
-        let middle = rest.and_then(|rest| rest.strip_suffix(end)?.strip_suffix('.'));
-        middle.is_some_and(|middle| middle.contains("-of-") && !middle.contains('.'))
-    }
 }
-
-/// The first bytes of an overlap file; they change with its format.
-pub const OVERLAP_MAGIC: [u8; 8] = *b"ShiboO2\n";
-
-/// Prefix and extension of overlap files.
-const OVERLAP: [&str; 2] = [".", "overlap"];
 
 /// The header of a part: the render that it belongs to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

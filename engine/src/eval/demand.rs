@@ -185,13 +185,6 @@ impl Demand {
         }
         tiles
     }
-
-    /// True if each field with a key is read in at most `side` columns and at most `side` rows.
-    pub(super) fn is_small(&self, side: u64, fields: &Fields<'_>) -> bool {
-        let is_small = |region: &Region| region.side() <= side;
-        let mut keyed = fields.order.iter().filter(|(field, _)| field.key().is_some());
-        keyed.all(|(field, grid)| self.region(field, grid).is_some_and(is_small))
-    }
 }
 
 #[cfg(test)]

@@ -7,17 +7,14 @@
 //!
 //! The overlap, the pixels that two parts both read, is either handed over to the other part or computed twice. Handing
 //! over every field would write several times as much as needed: once a height is there, its inputs are not read. So
-//! the fields are visited from the pictures to their inputs. A field is handed over if that costs less than recomputing
-//! the pixels still read of it; its inputs are then not read for these pixels.
+//! the fields are visited from the pictures to their inputs. A field is handed over if most of its overlap is still
+//! read; its inputs are then not read for these pixels.
 use super::demand::{At, Demand, Fields, at};
 use super::memory::TileKey;
-use super::overlap::OverlapStore;
-use super::recompute::RecomputeCost;
 use super::region::{Region, minus};
 use super::{Shelf, Store};
 use crate::value::{Field, Grid, Piece, Tile, Window};
-use std::cell::LazyCell;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -26,9 +23,10 @@ use std::time::Duration;
 pub struct Neighbor {
     /// The window of its pixels.
     pub window: Window,
-    /// The file in which the part computed first hands over the overlap.
-    pub store: Arc<OverlapStore>,
-    /// True if it is not computed yet, so that the overlap is handed over to it.
+    /// The store through which the part computed first hands over the overlap.
+    pub store: Arc<dyn Store>,
+    /// True if it is not computed yet, so that the overlap is handed over to it. Otherwise it has handed over the
+    /// overlap; pixels that are missing in the store are computed again.
     pub is_pending: bool,
 }
 
@@ -36,7 +34,7 @@ pub struct Neighbor {
 pub(super) struct Limit {
     /// The demand of the part, without pixels that are read only to compute pixels handed over by neighbours.
     pub(super) demand: Demand,
-    /// Each neighbour, and the overlap that is handed over to it or may have been handed over by it.
+    /// Each neighbour, and the overlap that is handed over to it or was handed over by it.
     neighbors: Vec<(Neighbor, HashMap<At, Region>)>,
 }
 
@@ -50,24 +48,18 @@ impl Limit {
         keeps: impl Fn(&Field, &Grid) -> bool,
     ) -> Self {
         let whole = Demand::exact(fields, window);
-        let costs = LazyCell::new(|| RecomputeCost::of(fields));
         let mut found: HashMap<At, Vec<Window>> = HashMap::new();
-        let mut shared_with = |neighbor: Neighbor| {
-            let mut shared = whole.intersect(&Demand::exact(fields, neighbor.window), fields);
-            if neighbor.is_pending {
-                let handed_over = handed_over(fields, neighbor.window, &shared, &costs, &keeps);
-                shared.retain(|place, _| handed_over.contains(place));
-            } else {
-                for (field, grid) in &fields.order {
-                    let region = shared.get(&at(field, grid));
-                    if let Some(region) = region.filter(|region| is_handed_over(&neighbor.store, field, grid, region)) {
-                        found.entry(at(field, grid)).or_default().extend(region.windows());
-                    }
-                }
+        let mut overlap_with = |neighbor: Neighbor| {
+            let shared = whole.intersect(&Demand::exact(fields, neighbor.window), fields);
+            // Both parts choose the same fields, because both consider the part that reads the overlap.
+            let reader = if neighbor.is_pending { neighbor.window } else { window };
+            let overlap = handed_over(fields, reader, shared, &keeps);
+            for (place, region) in overlap.iter().filter(|_| !neighbor.is_pending) {
+                found.entry(*place).or_default().extend(region.windows());
             }
-            (neighbor, shared)
+            (neighbor, overlap)
         };
-        let neighbors = neighbors.into_iter().map(&mut shared_with).collect();
+        let neighbors = neighbors.into_iter().map(&mut overlap_with).collect();
         let computed = |field: &Field, grid: &Grid, region: &mut Region| {
             found.get(&at(field, grid)).into_iter().flatten().fold(region.windows(), |left, gone| minus(&left, gone))
         };
@@ -89,7 +81,7 @@ impl Limit {
         grid: &Grid,
         block: (Piece, Piece),
         is_pending: bool,
-    ) -> impl Iterator<Item = (TileKey, &OverlapStore)> {
+    ) -> impl Iterator<Item = (TileKey, &dyn Store)> {
         let (place, grid, key) = (at(field, grid), grid.id(), field.key());
         let neighbors = self.neighbors.iter().filter(move |(neighbor, _)| neighbor.is_pending == is_pending);
         neighbors.filter_map(move |(neighbor, shared)| {
@@ -131,49 +123,32 @@ impl Limit {
     }
 }
 
-/// Selects the fields to hand over to a part with the pictures in `window`; `shared` is the overlap with it.
+/// The overlap of the fields that are handed over to a part with the pictures in `window`; `shared` is the overlap of
+/// all fields.
 fn handed_over(
     fields: &Fields<'_>,
     window: Window,
-    shared: &HashMap<At, Region>,
-    costs: &RecomputeCost,
+    mut shared: HashMap<At, Region>,
     keeps: impl Fn(&Field, &Grid) -> bool,
-) -> HashSet<At> {
-    let mut left = HashSet::new();
-    Demand::of(fields, window, |field, grid, region| {
-        let place = at(field, grid);
-        let is_handed_over = |shared: &&Region| {
-            let read = region.intersect(shared).pixels();
-            keeps(field, grid) && costs.exceeds_handing(field, grid, shared.pixels(), read)
-        };
-        match shared.get(&place).filter(is_handed_over) {
-            Some(shared) => {
-                left.insert(place);
-                region.minus(shared)
-            }
-            None => region.windows(),
+) -> HashMap<At, Region> {
+    let mut chosen = HashMap::new();
+    Demand::of(fields, window, |field, grid, region| match shared.remove(&at(field, grid)) {
+        Some(overlap) if keeps(field, grid) && 2 * region.intersect(&overlap).pixels() > overlap.pixels() => {
+            let rest = region.minus(&overlap);
+            chosen.insert(at(field, grid), overlap);
+            rest
         }
+        _ => region.windows(),
     });
-    left
-}
-
-/// True if a store has all pixels of a region.
-fn is_handed_over(store: &OverlapStore, field: &Field, grid: &Grid, region: &Region) -> bool {
-    let Some(key) = field.key() else { return false };
-    let has = |block| {
-        let tile = region.within(block).map(|window| TileKey { field: key, grid: grid.id(), window });
-        tile.is_none_or(|tile| store.has(tile.name()))
-    };
-    region.windows().iter().all(|window| field.domain().blocks(grid, *window).iter().all(has))
+    chosen
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::Seal;
+    use super::super::MemoryStore;
     use super::*;
     use crate::value::{Halo, Key, Tiling, Type};
     use glam::{DVec2, UVec2};
-    use std::path::Path;
 
     fn grid() -> Grid {
         Grid { origin: DVec2::ZERO, step: DVec2::ONE, period: Some(UVec2::splat(2048)), shown: None }
@@ -196,13 +171,13 @@ mod tests {
         Piece { index, start: index * 256, length: 256, shift: 0 }
     }
 
-    fn create(name: &Path) -> OverlapStore {
-        OverlapStore::create(name, Seal::new(Key::of("build", &[])), u64::MAX).unwrap()
+    fn store() -> Arc<MemoryStore> {
+        Arc::new(MemoryStore::new(1 << 30))
     }
 
     /// The limit of the 512 rows from `own` on, with the 512 rows from `other` on as the neighbour.
-    fn part(field: &Field, own: i32, other: i32, store: OverlapStore, is_pending: bool) -> Limit {
-        let neighbor = Neighbor { window: rows(other, 512), store: Arc::new(store), is_pending };
+    fn part(field: &Field, own: i32, other: i32, store: Arc<MemoryStore>, is_pending: bool) -> Limit {
+        let neighbor = Neighbor { window: rows(other, 512), store, is_pending };
         Limit::new(&Fields::new(&[field], &grid()), rows(own, 512), vec![neighbor], |_, _| true)
     }
 
@@ -222,9 +197,9 @@ mod tests {
 
     #[test]
     fn two_parts_agree_on_their_overlap() {
-        let (source, grid, dir) = (source(), grid(), tempfile::tempdir().unwrap());
+        let (source, grid) = (source(), grid());
         let blurred = filter(&source, 7, "b");
-        let part = |own: i32, other: i32| part(&blurred, own, other, create(&dir.path().join("store")), true);
+        let part = |own: i32, other: i32| part(&blurred, own, other, store(), true);
         let (upper, lower, far) = (part(0, 512), part(512, 0), part(0, 1536));
         let overlaps = |limit: &Limit, row: i32| {
             limit.overlaps(&source, &grid, (piece(0), piece(row)), true).map(|(at, _)| at).collect::<Vec<_>>()
@@ -241,30 +216,27 @@ mod tests {
 
     #[test]
     fn reads_no_inputs_of_pixels_handed_over() {
-        let (source, grid, dir) = (source(), grid(), tempfile::tempdir().unwrap());
+        let (source, grid) = (source(), grid());
         let height = filter(&source, 3, "height");
         let lit = filter(&height, 40, "lit");
-        let name = dir.path().join("store");
-        // Hands over all tiles of the height, or all but one.
-        let hand_over = |all: bool| {
-            let upper = part(&lit, 0, 512, create(&name), true);
-            assert_eq!(upper.neighbors[0].1.keys().collect::<Vec<_>>(), [&at(&height, &grid)]);
-            let blocks = height.domain().blocks(&grid, Window { y: 472, height: 80, ..rows(0, 0) });
-            for block in (0..blocks.count() - usize::from(!all)).filter_map(|i| blocks.get(i)) {
-                upper.hand_over(&height, block, &Tile::new(grid, Piece::window(block.0, block.1), 1));
-            }
-            upper.neighbors[0].0.store.publish().unwrap();
-            let store = OverlapStore::open(&name, Seal::new(Key::of("build", &[]))).unwrap();
-            let lower = part(&lit, 512, 0, store, false);
-            let taken = lower.take(&height, &grid, (piece(0), piece(1)), Window { y: 470, height: 42, ..rows(0, 0) });
-            assert_eq!(taken.map(|(_, missing)| missing).unwrap()[0], Window { y: 470, height: 2, ..rows(0, 0) });
-            let windows = |field: &Field| {
-                let windows = lower.demand.region(field, &grid).unwrap().windows();
-                windows.iter().map(|window| (window.y, window.bottom())).collect::<Vec<_>>()
-            };
-            (windows(&height), windows(&source))
+        let store = store();
+        let upper = part(&lit, 0, 512, store.clone(), true);
+        assert_eq!(upper.neighbors[0].1.keys().collect::<Vec<_>>(), [&at(&height, &grid)]);
+        let blocks = height.domain().blocks(&grid, Window { y: 472, height: 80, ..rows(0, 0) });
+        // All tiles but the last.
+        for block in (0..blocks.count() - 1).filter_map(|i| blocks.get(i)) {
+            upper.hand_over(&height, block, &Tile::new(grid, Piece::window(block.0, block.1), 1));
+        }
+        let lower = part(&lit, 512, 0, store, false);
+        let wanted = Window { y: 470, height: 42, ..rows(0, 0) };
+        let taken = lower.take(&height, &grid, (piece(0), piece(1)), wanted);
+        assert_eq!(taken.map(|(_, missing)| missing).unwrap()[0], Window { y: 470, height: 2, ..wanted });
+        let last = blocks.get(blocks.count() - 1).unwrap();
+        assert!(lower.take(&height, &grid, last, Piece::window(last.0, last.1)).is_none());
+        let windows = |field: &Field| {
+            let windows = lower.demand.region(field, &grid).unwrap().windows();
+            windows.iter().map(|window| (window.y, window.bottom())).collect::<Vec<_>>()
         };
-        assert_eq!(hand_over(false), (vec![(472, 1064)], vec![(469, 1067)]));
-        assert_eq!(hand_over(true), (vec![(472, 1064)], vec![(549, 1067)]));
+        assert_eq!((windows(&height), windows(&source)), (vec![(472, 1064)], vec![(549, 1067)]));
     }
 }

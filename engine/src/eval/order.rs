@@ -1,6 +1,7 @@
 //! The order in which the blocks of pictures are computed, chosen so that the tiles still to be read fit the memory.
 use super::demand::{Demand, Fields};
 use super::limit::{Limit, Neighbor};
+use super::region::Region;
 use super::run::Run;
 use crate::value::{Field, Grid, TILE, Window};
 use std::sync::{Arc, PoisonError};
@@ -9,7 +10,7 @@ use std::sync::{Arc, PoisonError};
 const NARROWEST: u32 = 4 * TILE;
 /// Data count as small if they fill at most one part in this many of the memory for tiles. For small data, only
 /// [`Order::Rows`] pays off.
-pub const FEW: u64 = 4;
+const FEW: u64 = 4;
 
 /// An order of the blocks of pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,15 +50,16 @@ impl Order {
     /// Chooses the order for pictures of `fields` in `window`. `frees` is true if tiles that no later block reads are
     /// freed.
     pub fn choose(run: &Run<'_>, fields: &Fields<'_>, window: Window, frees: bool) -> Self {
-        let room = run.tile_bytes();
+        let room = run.caches.memory.tiles.capacity();
         // Bytes of the tiles that the pixels before read and the pixels after read again.
         let bytes = |before, after| {
             let [before, after] = [before, after].map(|window| run.demand(fields, window));
-            before.shared_bytes(&after, fields, |field, grid| run.keeps(field, grid))
+            before.shared_bytes(&after, fields, |field, grid| run.known.keeps(field, grid))
         };
         if frees && u64::from(window.height) * 4 <= u64::from(window.width) {
-            let band = Window { height: band_height(window.width).min(window.height), ..window };
-            let width = narrow_width(window.height).min(window.width);
+            let band = Window { height: block_length(4, window.width).min(window.height), ..window };
+            // Few columns suffice, since all inputs of a column are in memory.
+            let width = block_length(2, window.height).max(2 * TILE).min(window.width);
             let column = in_middle(window, width);
             let before = Window { width: column.right().abs_diff(window.x), ..window };
             let after = Window { width: window.right().abs_diff(column.x), ..column };
@@ -73,7 +75,8 @@ impl Order {
             let strip = in_middle(window, width);
             let y = strip.y.saturating_add_unsigned(strip.height / 2 / TILE * TILE);
             let after = Window { y, height: strip.bottom().abs_diff(y), ..strip };
-            bytes(Window { height: y.abs_diff(strip.y) + band_height(width).min(after.height), ..strip }, after) <= room
+            bytes(Window { height: y.abs_diff(strip.y) + block_length(4, width).min(after.height), ..strip }, after)
+                <= room
         };
         let width = |strips| window.width.div_ceil(strips).next_multiple_of(TILE).max(NARROWEST).min(window.width);
         let width = (1..).map(width).find(|width| *width <= NARROWEST || fits(*width)).unwrap_or(NARROWEST);
@@ -90,7 +93,7 @@ impl Order {
             let pass = Window { x, width: right.abs_diff(x), ..window };
             let after = Window { x, width: window.right().abs_diff(x), ..window };
             let wanted = if let Self::Columns(_) = self { after } else { pass };
-            let bands = cut(window.y, window.bottom(), band_height(width.min(window.width)));
+            let bands = cut(window.y, window.bottom(), block_length(4, width.min(window.width)));
             let blocks = bands.map(|(y, end)| Window { y, height: end.abs_diff(y), ..pass }).collect();
             Pass { window: pass, wanted, blocks }
         };
@@ -103,17 +106,10 @@ fn in_middle(window: Window, width: u32) -> Window {
     Window { x: window.x.saturating_add_unsigned((window.width - width) / 2 / TILE * TILE), width, ..window }
 }
 
-/// The height of bands of this width, such that every thread has tiles to compute.
-fn band_height(width: u32) -> u32 {
+/// The length of blocks of this width, such that every thread has `tiles` tiles to compute.
+fn block_length(tiles: u32, width: u32) -> u32 {
     let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(1);
-    (4 * threads).div_ceil(width.div_ceil(TILE).max(1)) * TILE
-}
-
-/// Number of columns computed at a time in a part of small height: just enough for all threads, since all inputs of the
-/// columns are in memory.
-fn narrow_width(height: u32) -> u32 {
-    let threads = u32::try_from(rayon::current_num_threads()).unwrap_or(1);
-    (2 * threads).div_ceil(height.div_ceil(TILE).max(1)).max(2) * TILE
+    (tiles * threads).div_ceil(width.div_ceil(TILE).max(1)) * TILE
 }
 
 /// Cuts `from..to` at tile edges into pieces of `length`, which must be a multiple of a tile's side.
@@ -128,7 +124,7 @@ impl Run<'_> {
     /// From now on, computes only pixels that pictures of `fields` in `window` need and that no neighbour has handed
     /// over. Must be called when these fields are prepared and no tile is being computed.
     pub fn limit_to(&self, fields: &Fields<'_>, window: Window, neighbors: Vec<Neighbor>) {
-        let limit = Limit::new(fields, window, neighbors, |field, grid| self.keeps(field, grid));
+        let limit = Limit::new(fields, window, neighbors, |field, grid| self.known.keeps(field, grid));
         *self.limit.write().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(limit));
     }
 
@@ -146,12 +142,11 @@ impl Run<'_> {
     pub fn is_near(&self, field: &Field, grid: &Grid, most: u64) -> bool {
         let fields = Fields::new(&[field], grid);
         let demand = Demand::exact(&fields, Window { x: 0, y: 0, width: 1, height: 1 });
-        demand.is_small(most, &fields) && fields.order.iter().all(|(field, grid)| field.source().whole(grid).is_empty())
-    }
-
-    /// The memory for tiles in bytes.
-    pub fn tile_bytes(&self) -> u64 {
-        self.caches.memory.tiles.capacity()
+        let is_small = |region: &Region| region.side() <= most;
+        fields.order.iter().all(|(field, grid)| {
+            let reads_little = field.key().is_none() || demand.region(field, grid).is_some_and(is_small);
+            reads_little && field.source().whole(grid).is_empty()
+        })
     }
 }
 

@@ -64,11 +64,6 @@ impl Run<'_> {
         }
         Ok(result)
     }
-
-    /// True if tiles of the prepared field `field` are kept for its readers.
-    pub fn keeps(&self, field: &Field, grid: &Grid) -> bool {
-        self.known.keeps(field, grid)
-    }
 }
 
 /// The result to which the work of a field is charged.

@@ -26,14 +26,14 @@ pub struct Caches {
     /// In memory.
     pub memory: MemoryCache,
     /// The store that outlives the process, if any.
-    pub store: Option<Box<dyn Store>>,
+    pub store: Option<Arc<dyn Store>>,
     pub(super) policy: CachePolicy,
 }
 
 impl Caches {
     /// Empty caches in front of `store`.
     pub fn new(memory: MemoryCache, store: Option<Box<dyn Store>>) -> Self {
-        Self { memory, store, policy: CachePolicy::default() }
+        Self { memory, store: store.map(Arc::from), policy: CachePolicy::default() }
     }
 }
 

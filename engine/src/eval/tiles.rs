@@ -17,14 +17,6 @@ use std::time::Duration;
 /// A tile is computed in halves if its windows that depend on values have more pixels than this.
 const MOST_PIXELS: usize = 1 << 22;
 
-/// A requested window of a field, and the result to which its work is charged if the field has no key.
-#[derive(Clone, Copy)]
-struct Want<'f> {
-    read: Read<'f>,
-    owner: Key,
-    how: How,
-}
-
 #[derive(Clone, Copy)]
 enum How {
     /// In the best way for the field: from tiles, or directly.
@@ -37,8 +29,10 @@ enum How {
 
 /// The next step towards a requested window.
 enum Step<'f, 'r> {
-    Want(Want<'f>),
-    Work(Box<Frame<'f, 'r>>),
+    /// A requested window of a field, and the result to which its work is charged if the field has no key.
+    Want(Read<'f>, Key, How),
+    /// Unfinished work, with the window that it waited for.
+    Work(Box<Frame<'f, 'r>>, Option<Arc<Tile>>),
     Done(Arc<Tile>),
 }
 
@@ -72,50 +66,44 @@ impl Run<'_> {
     /// Returns the values of `field` in `window`; work for fields without a key is charged to `owner`.
     pub(super) fn read(&self, field: &Field, grid: &Grid, window: Window, owner: Key) -> Result<Arc<Tile>, Stop> {
         let mut stack: Vec<Box<Frame<'_, '_>>> = Vec::new();
-        let mut step = Step::Want(Want { read: Read::new(field, grid, window), owner, how: How::Best });
+        let mut step = Step::Want(Read::new(field, grid, window), owner, How::Best);
         loop {
-            let made = match step {
-                Step::Want(want) => {
-                    step = self.begin(want)?;
-                    continue;
+            step = match step {
+                Step::Want(read, owner, how) => self.begin(read, owner, how)?,
+                Step::Work(mut frame, made) => {
+                    let next = frame.step(self, made)?;
+                    if let Step::Want(..) = next {
+                        stack.push(frame);
+                    }
+                    next
                 }
-                Step::Work(frame) => {
-                    stack.push(frame);
-                    None
-                }
-                Step::Done(tile) if stack.is_empty() => return Ok(tile),
-                Step::Done(tile) => Some(tile),
+                Step::Done(tile) => match stack.pop() {
+                    Some(frame) => Step::Work(frame, Some(tile)),
+                    None => return Ok(tile),
+                },
             };
-            // Always there: the frame that requested the tile, or the frame just pushed. The blank tile avoids a panic.
-            let Some(top) = stack.last_mut() else { return Ok(Arc::new(field.blank(*grid, window))) };
-            step = top.step(self, made)?;
-            if let Step::Done(_) = step {
-                stack.pop();
-            }
         }
     }
 
     /// Returns the requested window if it is cached, else the work that computes it.
-    fn begin<'f, 's>(&'s self, want: Want<'f>) -> Result<Step<'f, 's>, Stop> {
-        let Want { read: Read { field, grid, window }, owner, how } = want;
+    fn begin<'f, 's>(&'s self, read: Read<'f>, owner: Key, how: How) -> Result<Step<'f, 's>, Stop> {
+        let Read { field, grid, window } = read;
         // A field that finds from its first tiles that it needs no more of an input requests an empty window.
         if window.is_empty() {
             return Ok(Step::Done(Arc::new(Tile::new(grid, window, field.channels()))));
         }
-        let (key, how) = match (field.key(), how) {
-            (None, _) | (_, How::Bare) => return self.fill(want.read, owner, false, None),
-            (Some(key), how) => (key, how),
+        let key = match (field.key(), how) {
+            (None, _) | (_, How::Bare) => return self.fill(read, owner, false, None),
+            (Some(key), How::Tile(x, y)) => return self.tile(read, key, (x, y)),
+            (Some(key), How::Best) => key,
         };
-        if let How::Tile(x, y) = how {
-            return self.tile(want.read, key, (x, y));
-        }
-        if field.as_constant().is_some() || (!self.keeps(field, &grid) && Blocks::endless(window).count() == 1) {
-            return self.fill(want.read, field.owner().unwrap_or(key), true, None);
+        if field.as_constant().is_some() || (!self.known.keeps(field, &grid) && Blocks::endless(window).count() == 1) {
+            return self.fill(read, field.owner().unwrap_or(key), true, None);
         }
         let blocks = field.domain().blocks(&grid, window);
         match blocks.get(0).filter(|_| blocks.count() == 1) {
             Some((x, y)) if Piece::window(x, y) == window && (x.shift, y.shift) == (0, 0) => {
-                self.tile(want.read, key, (x, y))
+                self.tile(read, key, (x, y))
             }
             _ => {
                 let part = |(x, y): (Piece, Piece)| {
@@ -123,7 +111,7 @@ impl Run<'_> {
                     (Piece::window(x, y).intersection(&wanted), How::Tile(x, y))
                 };
                 let making = Making::Join { parts: blocks.iter().map(part).collect(), done: 0, out: None };
-                Ok(Step::Work(Box::new(Frame { read: want.read, owner: key, counts: false, keep: None, making })))
+                Ok(Frame { read, owner: key, counts: false, keep: None, making }.begun())
             }
         }
     }
@@ -170,7 +158,7 @@ impl Run<'_> {
                 let Some((out, missing)) = found else { return self.fill(read, owner, true, keep) };
                 let parts = missing.into_iter().map(|window| (window, How::Bare)).collect();
                 let making = Making::Join { parts, done: 0, out: Some(out) };
-                Ok(Step::Work(Box::new(Frame { read, owner, counts: true, keep, making })))
+                Ok(Frame { read, owner, counts: true, keep, making }.begun())
             }
         }
     }
@@ -185,12 +173,17 @@ impl Run<'_> {
         self.cancel.check()?;
         let wanted = self.of_owner(Some(owner), || Ok(read.field.source().inputs(&read.grid, read.window)))?;
         let making = Making::Fill { tiles: Vec::with_capacity(wanted.len()), wanted, narrowed: false };
-        Ok(Step::Work(Box::new(Frame { read, owner, counts, keep, making })))
+        Ok(Frame { read, owner, counts, keep, making }.begun())
     }
 }
 
-impl<'f> Frame<'f, '_> {
-    fn step<'r>(&mut self, run: &Run<'_>, mut made: Option<Arc<Tile>>) -> Result<Step<'f, 'r>, Stop> {
+impl<'f, 'r> Frame<'f, 'r> {
+    fn begun(self) -> Step<'f, 'r> {
+        Step::Work(Box::new(self), None)
+    }
+
+    /// The next window that the work needs, or the finished one; `made` is the window that it waited for.
+    fn step(&mut self, run: &Run<'_>, mut made: Option<Arc<Tile>>) -> Result<Step<'f, 'r>, Stop> {
         if let Making::Fill { tiles, .. } = &mut self.making {
             tiles.extend(made.take());
             self.narrow(run)?;
@@ -205,11 +198,7 @@ impl<'f> Frame<'f, '_> {
                     *done += 1;
                 }
                 if let Some((window, how)) = parts.get(*done) {
-                    return Ok(Step::Want(Want {
-                        read: Read::new(field, &grid, *window),
-                        owner: self.owner,
-                        how: *how,
-                    }));
+                    return Ok(Step::Want(Read::new(field, &grid, *window), self.owner, *how));
                 }
                 let tile = out.take().unwrap_or_else(|| Tile::new(grid, window, field.channels()));
                 Ok(Step::Done(self.finish(run, tile, None)))
@@ -217,7 +206,7 @@ impl<'f> Frame<'f, '_> {
             Making::Fill { wanted, tiles, .. } => {
                 if let Some(read) = wanted.get(tiles.len()) {
                     run.check_window(field, window, read).inspect_err(|problem| run.failed(self.owner, problem))?;
-                    return Ok(Step::Want(Want { read: *read, owner: self.owner, how: How::Best }));
+                    return Ok(Step::Want(*read, self.owner, How::Best));
                 }
                 let (tiles, start) = (std::mem::take(tiles), Stopwatch::thread());
                 let mut tile = field.blank(grid, window);

@@ -7,9 +7,10 @@ use super::render::Render;
 use super::sink::{Assembler, Sink};
 use super::{Failure, located};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Demand, Event, FEW, Fields, Neighbor, Order, OverlapStore, Pass, Seal, code};
+use crate::eval::{Demand, Event, Fields, Neighbor, Order, OverlapStore, Pass, Store};
 use crate::value::{Field, Grid, Tile, Window};
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 
 /// Strips or parts that are at most this many numbers apart hand over their overlap.
@@ -21,17 +22,14 @@ impl Render<'_, '_> {
         let window = self.area;
         let pictures: Vec<&Field> = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field).collect();
         let fields = Fields::new(&pictures, grid);
-        let channels = |job: &Job<'_>| job.fields.iter().map(|(_, field)| field.channels()).sum::<usize>();
-        let pixel = 4 * pictures.iter().map(|field| field.channels() as u64).sum::<u64>();
-        let in_memory = window.len() as u64 * pixel <= self.run.tile_bytes() / FEW;
         let mut assemblers: Vec<Assembler<'_>> = Vec::with_capacity(jobs.len());
         for (sink, job) in sinks.iter_mut().zip(jobs) {
-            assemblers.push(Assembler::new(sink, &job.planned.path, (*grid, window), channels(job), in_memory));
+            assemblers.push(Assembler::new(sink, &job.planned.path, (*grid, window), job.samples()));
         }
         let frees = self.planner.request.once;
         let order = Order::choose(self.run, &fields, window, frees);
         let passes = order.passes(window);
-        let mut overlaps = Overlaps::default();
+        let mut stores = BTreeMap::new();
         let mut wanted: Option<Demand> = None;
         let mut free = |rest: Window| {
             let rest = self.run.demand(&fields, rest);
@@ -44,7 +42,8 @@ impl Render<'_, '_> {
         for (number, pass) in passes.iter().enumerate() {
             if let Order::Strips(_) = order {
                 // At the edges of a strip, compute only its demand instead of whole tiles.
-                self.run.limit_to(&fields, pass.window, self.beside(&passes, number, jobs, &mut overlaps));
+                let neighbors = self.beside(&passes, number, &jobs[0].planned.path, &mut stores);
+                self.run.limit_to(&fields, pass.window, neighbors);
             }
             if frees && passes.len() + pass.blocks.len() > 2 {
                 free(pass.wanted);
@@ -64,13 +63,14 @@ impl Render<'_, '_> {
         assemblers.into_iter().try_for_each(Assembler::finish)
     }
 
-    /// The neighbours of a strip: the strips near it, and the parts of the pictures above and below.
+    /// The neighbours of a strip: the strips near it, and the parts of the pictures above and below. `stores` has the
+    /// overlap of the strips before, by the number of the strip that writes it.
     fn beside(
         &self,
         strips: &[Pass],
         number: usize,
-        jobs: &[&Job<'_>],
-        Overlaps(stores): &mut Overlaps,
+        picture: &Path,
+        stores: &mut BTreeMap<usize, Arc<dyn Store>>,
     ) -> Vec<Neighbor> {
         let (own, count) = (strips[number].window, strips.len());
         let above_and_below = self.neighbors.iter().cloned();
@@ -79,19 +79,14 @@ impl Render<'_, '_> {
             .collect();
         // Drop the files that neither this strip nor a following one reads.
         stores.retain(|other, _| (number..count).any(|following| near(*other, following, count)));
-        let seal = Seal::new(code(&self.session.registry));
-        let path = jobs.first().map(|job| &job.planned.path);
         // If the file cannot be created, both strips compute the overlap.
-        let store = path.and_then(|path| OverlapStore::create(path, seal, u64::MAX).ok());
-        stores.extend(store.map(|store| (number, Arc::new(store))));
+        if let Ok(store) = OverlapStore::create(picture) {
+            stores.insert(number, Arc::new(store));
+        }
         for other in (0..count).filter(|other| near(number, *other, count)) {
-            let is_pending = other > number;
-            let store = stores.get(if is_pending { &number } else { &other });
-            neighbors.extend(store.map(|store| Neighbor {
-                window: strips[other].window,
-                store: store.clone(),
-                is_pending,
-            }));
+            let (window, is_pending) = (strips[other].window, other > number);
+            let store = stores.get(if is_pending { &number } else { &other }).cloned();
+            neighbors.extend(store.map(|store| Neighbor { window, store, is_pending }));
         }
         neighbors
     }
@@ -113,10 +108,6 @@ impl Render<'_, '_> {
         Ok(tiles)
     }
 }
-
-/// The overlap files of the strips, by the number of the strip that writes the file.
-#[derive(Default)]
-struct Overlaps(BTreeMap<usize, Arc<OverlapStore>>);
 
 /// True if two of `count` parts are at most `NEAR` numbers apart. The last part is adjacent to the first, since
 /// pictures may repeat.

@@ -1,5 +1,5 @@
 //! Lists the files that a render would write, without writing them.
-use super::plan::{Planner, wanted};
+use super::plan::wanted;
 use super::render::{Render, RenderRequest, window};
 use super::{Failure, Session};
 use crate::eval::{CancelToken, Observer};
@@ -23,8 +23,7 @@ impl Session {
         let wanted = wanted(graph, &request.outputs)?;
         let window = window(graph, request)?;
         self.run(graph, cancel, observer, |run| {
-            let planner = Planner { graph, keys: run.keys(), request, window };
-            let render = Render::new(self, run, planner, observer, window);
+            let render = Render::new(self, run, (graph, request), observer, window);
             Ok(render.pictures(&wanted)?.into_iter().map(|picture| (picture.path, picture.key)).collect())
         })
     }

@@ -1,19 +1,17 @@
 //! Renders one picture on many machines: data that all of them need is prepared once, and each computes some rows.
 use super::bands::near;
 use super::job::Job;
-use super::plan::{OutputPart, Planned, Planner, wanted};
+use super::plan::{OutputPart, Planned, wanted};
 use super::render::{Render, make_dir};
 use super::sink::Sink;
 use super::{Failure, RenderRequest, Session, located};
-use crate::eval::{CancelToken, Neighbor, NodeStats, Observer, OverlapStore, Seal, Stored, code};
+use crate::eval::{CancelToken, Neighbor, NodeStats, Observer, Shelf, Stored, code};
 use crate::graph::Graph;
-use crate::picture::{PartHeader, PartOf, PartPicture, PartWriter, is_overlap, is_whole};
-use crate::value::{TILE, Window};
+use crate::picture::{PartHeader, PartOf, PartPicture, PartWriter, is_whole};
+use crate::value::{Key, TILE, Window};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
-
-/// Maximum bytes of an overlap file if there is no store whose size bounds it.
-const ROOM: u64 = 4 << 30;
+use std::time::Duration;
 
 /// The result of rendering a part.
 #[derive(Clone, Debug)]
@@ -55,25 +53,12 @@ impl Session {
         make_dir(&request.dir)?;
         self.run(graph, cancel, observer, |run| {
             let window = Window::full(graph.canvas.resolution);
-            let planner = Planner { graph, keys: run.keys(), request, window };
-            let render = Render::new(self, run, planner, observer, area);
+            let mut render = Render { area, ..Render::new(self, run, (graph, request), observer, window) };
             let pictures = render.pictures(&wanted)?;
-            if let Some(export) = pictures.iter().find(|picture| matches!(picture.part, OutputPart::Export(_))) {
-                let message = format!("`{}` is made for another program, with whole pictures", export.output.name);
-                return Err(Failure::Usage(format!(
-                    "{message}; name other outputs with --output, or leave --part out"
-                )));
-            }
-            let leveled = |picture: &&Planned<'_>| picture.output.storage.mip && picture.format.has_mips();
-            if let Some(picture) = pictures.iter().find(leveled) {
-                let message = format!("`{}` has mip levels, which are made of whole pictures", picture.output.name);
-                return Err(Failure::Usage(format!("{message}; write it without `mip`, or leave --part out")));
-            }
-            if let Some(picture) =
-                pictures.iter().find(|picture| picture.output.storage.fit && picture.depth.is_integer())
-            {
-                let message = format!("`{}` has the range of the whole picture", picture.output.name);
-                return Err(Failure::Usage(format!("{message}; state a range as numbers, or leave --part out")));
+            let refused = pictures.iter().find_map(|picture| Some((picture, needs_whole(picture)?)));
+            if let Some((picture, [reason, remedy])) = refused {
+                let name = &picture.output.name;
+                return Err(Failure::Usage(format!("`{name}` {reason}; {remedy}, or leave --part out")));
             }
             let file = request.dir.join(part.file_name(stem));
             let mut header = render.header(part, stem, &pictures);
@@ -84,18 +69,31 @@ impl Session {
             if is_whole(&file, &header) {
                 return report(true);
             }
-            let seal = Seal::new(code(&self.registry));
-            let room = self.caches.store.as_ref().map_or(ROOM, |store| store.room());
-            let (beside, neighbors) = Beside::new(graph, part, (&request.dir, stem), seal, room)?;
-            let render = Render { neighbors, ..render };
+            render.neighbors = self.neighbors(graph, &header)?;
             let jobs = render.made(pictures)?;
             for (picture, job) in header.pictures.iter_mut().zip(&jobs) {
                 picture.spec = job.lines.is_none().then(|| render.spec(job));
             }
             render.write_part(&file, &header, &jobs)?;
-            beside.done();
+            if let Some(store) = &self.caches.store {
+                store.put(Shelf::Tiles, handed_over(&header, part.number), &[], Duration::ZERO, &|| false);
+            }
             report(false)
         })
+    }
+
+    /// The parts near the part with this header, if there is a store through which they hand over their overlap. Checks
+    /// only once, here, which of them are complete: the overlap with a neighbour that is computed meanwhile is computed
+    /// twice.
+    fn neighbors(&self, graph: &Graph, header: &PartHeader) -> Result<Vec<Neighbor>, Failure> {
+        let Some(store) = &self.caches.store else { return Ok(Vec::new()) };
+        let PartOf { number: own, count } = header.part;
+        let neighbor = |number: u32| {
+            let window = rows(graph, PartOf { number, count })?;
+            let is_pending = store.get(Shelf::Tiles, handed_over(header, number)).is_none();
+            Ok(Neighbor { window, store: store.clone(), is_pending })
+        };
+        (1..=count).filter(|other| near(own as usize, *other as usize, count as usize)).map(neighbor).collect()
     }
 
     /// Computes everything that pictures of `graph` need before their first pixel, so that the caches contain it.
@@ -112,8 +110,7 @@ impl Session {
         let wanted = wanted(graph, &request.outputs)?;
         self.run(graph, cancel, observer, |run| {
             let window = Window::full(graph.canvas.resolution);
-            let planner = Planner { graph, keys: run.keys(), request, window };
-            let render = Render::new(self, run, planner, observer, window);
+            let render = Render::new(self, run, (graph, request), observer, window);
             let pictures = render.pictures(&wanted)?;
             let jobs = render.made(pictures)?;
             let grid = graph.canvas.grid(graph.canvas.resolution);
@@ -141,63 +138,27 @@ fn rows(graph: &Graph, part: PartOf) -> Result<Window, Failure> {
     Ok(Window { x: 0, y: y.cast_signed(), width: size.x, height: end - y })
 }
 
-/// The other parts near a part of a picture.
-fn beside(part: PartOf) -> impl Iterator<Item = PartOf> {
-    let others = (1..=part.count).map(move |number| PartOf { number, ..part });
-    others.filter(move |other| near(part.number as usize, other.number as usize, part.count as usize))
+/// The key of an empty entry: part `number` of the pictures in a header has handed over its overlap.
+fn handed_over(header: &PartHeader, number: u32) -> Key {
+    let pictures = header.pictures.iter().flat_map(|picture| [picture.file.as_bytes(), picture.key.as_bytes()]);
+    let numbers = [number, header.part.count].map(u32::to_le_bytes);
+    Key::of("part", &pictures.chain([numbers.as_flattened()]).collect::<Vec<_>>())
 }
 
-/// The overlap files of a part and of the parts near it.
-struct Beside<'p> {
-    part: PartOf,
-    dir: &'p Path,
-    stem: &'p str,
-    own: Option<Arc<OverlapStore>>,
-}
-
-impl<'p> Beside<'p> {
-    /// Finds the neighbours of a part. Checks only once, here, which of them are complete: the overlap with a neighbour
-    /// that is computed meanwhile is computed twice.
-    fn new(
-        graph: &Graph,
-        part: PartOf,
-        (dir, stem): (&'p Path, &'p str),
-        seal: Seal,
-        room: u64,
-    ) -> Result<(Self, Vec<Neighbor>), Failure> {
-        let own = OverlapStore::create(&dir.join(part.overlap_name(stem)), seal, room).ok().map(Arc::new);
-        let this = Self { part, dir, stem, own };
-        let mut neighbors = Vec::new();
-        for other in beside(part) {
-            let (window, is_pending) = (rows(graph, other)?, !this.is_there(other));
-            let made = || OverlapStore::open(&this.overlap(other), seal).map(Arc::new);
-            let store = if is_pending { this.own.clone() } else { made() };
-            neighbors.extend(store.map(|store| Neighbor { window, store, is_pending }));
+/// The reason why a picture cannot be made in parts, and the remedy.
+fn needs_whole(picture: &Planned<'_>) -> Option<[&'static str; 2]> {
+    let storage = picture.output.storage;
+    match picture.part {
+        OutputPart::Export(_) => {
+            Some(["is made for another program, with whole pictures", "name other outputs with --output"])
         }
-        Ok((this, neighbors))
-    }
-
-    fn is_there(&self, part: PartOf) -> bool {
-        self.dir.join(part.file_name(self.stem)).exists()
-    }
-
-    fn overlap(&self, part: PartOf) -> PathBuf {
-        self.dir.join(part.overlap_name(self.stem))
-    }
-
-    /// Must be called when the part is complete. Publishes its overlap file if a neighbour is still missing, and
-    /// removes overlap files that no part needs any more. Failures are ignored: the neighbours then compute the
-    /// overlap.
-    fn done(&self) {
-        let is_used = |part: PartOf| beside(part).all(|other| self.is_there(other));
-        if let Some(own) = self.own.as_ref().filter(|_| !is_used(self.part)) {
-            let _ = own.publish();
+        _ if storage.mip && picture.format.has_mips() => {
+            Some(["has mip levels, which are made of whole pictures", "write it without `mip`"])
         }
-        // Includes the part's own file, since its neighbours may have been completed meanwhile.
-        let used = beside(self.part).chain([self.part]).filter(|part| is_used(*part));
-        for file in used.map(|part| self.overlap(part)).filter(|file| is_overlap(file)) {
-            let _ = std::fs::remove_file(file);
+        _ if storage.fit && picture.depth.is_integer() => {
+            Some(["has the range of the whole picture", "state a range as numbers"])
         }
+        _ => None,
     }
 }
 

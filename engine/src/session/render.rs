@@ -72,8 +72,7 @@ impl Session {
         let window = window(graph, request)?;
         make_dir(&request.dir)?;
         self.run(graph, cancel, observer, |run| {
-            let planner = Planner { graph, keys: run.keys(), request, window };
-            let render = Render::new(self, run, planner, observer, window);
+            let render = Render::new(self, run, (graph, request), observer, window);
             let pictures = render.pictures(&wanted)?;
             let planned: Vec<PathBuf> = pictures.iter().map(|p| p.path.clone()).collect();
             let (jobs, copies) = render.jobs(pictures)?;
@@ -130,15 +129,16 @@ pub(super) struct Render<'r, 'g> {
 }
 
 impl<'r, 'g> Render<'r, 'g> {
-    /// Renders `area` without neighbours.
+    /// Renders `window` of the pictures of a graph, without neighbours.
     pub(super) fn new(
         session: &'r Session,
         run: &'r Run<'g>,
-        planner: Planner<'r>,
+        (graph, request): (&'r Graph, &'r RenderRequest),
         observer: &'r dyn Observer,
-        area: Window,
+        window: Window,
     ) -> Self {
-        Self { session, run, planner, observer, area, neighbors: Vec::new() }
+        let planner = Planner { graph, keys: run.keys(), request, window };
+        Self { session, run, planner, observer, area: window, neighbors: Vec::new() }
     }
 }
 

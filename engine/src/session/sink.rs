@@ -4,7 +4,7 @@ use super::fitted::Fitted;
 use crate::export::{FilesWriter, Told};
 use crate::picture::{AtomicFile, PartWriter, WriteError, WriteStats, Writer};
 use crate::value::{Grid, Tile, Window};
-use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -66,11 +66,6 @@ impl Sink {
     }
 }
 
-/// Buffer for blocks until whole rows can be written: memory, or a temporary file that is removed on drop.
-trait Medium: Read + Write + Seek {}
-
-impl<M: Read + Write + Seek> Medium for M {}
-
 /// Assembles whole rows from the blocks of a picture, which arrive strip by strip, and writes them.
 pub(super) struct Assembler<'w> {
     sink: &'w mut Sink,
@@ -78,23 +73,21 @@ pub(super) struct Assembler<'w> {
     grid: Grid,
     window: Window,
     channels: usize,
-    in_memory: bool,
-    waiting: Option<Box<dyn Medium>>,
-    /// The buffered blocks, in order of arrival.
+    /// A temporary file beside the picture with the blocks that wait for others.
+    waiting: Option<AtomicFile>,
+    /// The waiting blocks, in order of arrival.
     blocks: Vec<Window>,
 }
 
 impl<'w> Assembler<'w> {
-    /// An assembler for `window` of a picture with `channels` samples per pixel. Blocks are buffered in memory if
-    /// `in_memory`, else in a temporary file.
+    /// An assembler for `window` of a picture with `channels` samples per pixel.
     pub(super) const fn new(
         sink: &'w mut Sink,
         picture: &'w Path,
         (grid, window): (Grid, Window),
         channels: usize,
-        in_memory: bool,
     ) -> Self {
-        Self { sink, picture, grid, window, channels, in_memory, waiting: None, blocks: Vec::new() }
+        Self { sink, picture, grid, window, channels, waiting: None, blocks: Vec::new() }
     }
 
     /// Writes a block, or buffers it until the blocks beside it have arrived.
@@ -107,17 +100,16 @@ impl<'w> Assembler<'w> {
     }
 
     fn keep(&mut self, tiles: &[Tile]) -> io::Result<()> {
-        let medium: &mut Box<dyn Medium> = match &mut self.waiting {
-            Some(medium) => medium,
-            None if self.in_memory => self.waiting.insert(Box::new(Cursor::new(Vec::new()))),
-            None => self.waiting.insert(Box::new(AtomicFile::create(self.picture)?)),
+        let file = match &mut self.waiting {
+            Some(file) => file,
+            None => self.waiting.insert(AtomicFile::create(self.picture)?),
         };
-        tiles.iter().try_for_each(|tile| medium.write_all(bytemuck::cast_slice(tile.data())))
+        tiles.iter().try_for_each(|tile| file.write_all(bytemuck::cast_slice(tile.data())))
     }
 
-    /// Writes the rows of all buffered blocks.
+    /// Writes the rows of all waiting blocks.
     pub(super) fn finish(mut self) -> Result<(), Failure> {
-        let Some(mut medium) = self.waiting.take() else { return Ok(()) };
+        let Some(mut file) = self.waiting.take() else { return Ok(()) };
         let first = self.blocks.iter().filter(|block| block.x == self.window.x);
         for band in first.map(|block| Window { width: self.window.width, ..*block }) {
             let mut rows = Tile::new(self.grid, band, self.channels);
@@ -126,7 +118,7 @@ impl<'w> Assembler<'w> {
                 if block.y == band.y {
                     let mut part = Tile::new(self.grid, *block, self.channels);
                     let bytes = bytemuck::cast_slice_mut::<f32, u8>(part.data_mut());
-                    let read = medium.seek(SeekFrom::Start(at)).and_then(|_| medium.read_exact(bytes));
+                    let read = file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(bytes));
                     read.map_err(|error| lost(self.picture, &error))?;
                     rows.copy_from(&part, 0, 0);
                 }
@@ -151,7 +143,6 @@ fn lost(picture: &Path, error: &io::Error) -> Failure {
 mod tests {
     use super::*;
     use crate::picture::{Compression, Depth, Encoding, Format, PictureSpec};
-    use std::path::PathBuf;
 
     const GRID: Grid = Grid { origin: glam::DVec2::ZERO, step: glam::DVec2::ONE, period: None, shown: None };
     const WHOLE: Window = Window { x: 0, y: 0, width: 3, height: 2 };
@@ -186,9 +177,9 @@ mod tests {
         [0, 1].map(|y| Window { x, y, width, height: 1 })
     }
 
-    fn write(path: &Path, blocks: &[Window], in_memory: bool) -> Result<(), Failure> {
+    fn write(path: &Path, blocks: &[Window]) -> Result<(), Failure> {
         let mut sink = sink(path);
-        let mut assembler = Assembler::new(&mut sink, path, (GRID, WHOLE), 1, in_memory);
+        let mut assembler = Assembler::new(&mut sink, path, (GRID, WHOLE), 1);
         blocks.iter().try_for_each(|block| assembler.write_block(&[tile(*block)], *block))?;
         assembler.finish()?;
         sink.finish().map(drop)
@@ -197,14 +188,12 @@ mod tests {
     #[test]
     fn writes_the_same_rows_from_blocks() {
         let dir = tempfile::tempdir().unwrap();
-        let paths: Vec<PathBuf> = ["rows", "memory", "file"].iter().map(|name| dir.path().join(name)).collect();
-        write(&paths[0], &[Window { height: 1, ..WHOLE }, Window { y: 1, height: 1, ..WHOLE }], true).unwrap();
-        let strips = [columns(0, 2), columns(2, 1)].concat();
-        write(&paths[1], &strips, true).unwrap();
-        write(&paths[2], &strips, false).unwrap();
-        let [rows, memory, file] = [0, 1, 2].map(|n| std::fs::read(&paths[n]).unwrap());
-        assert!(rows == memory && rows == file);
-        assert_eq!(dir.path().read_dir().unwrap().count(), 3);
+        let paths = ["rows", "strips"].map(|name| dir.path().join(name));
+        write(&paths[0], &[Window { height: 1, ..WHOLE }, Window { y: 1, height: 1, ..WHOLE }]).unwrap();
+        write(&paths[1], &[columns(0, 2), columns(2, 1)].concat()).unwrap();
+        let [rows, strips] = [0, 1].map(|n| std::fs::read(&paths[n]).unwrap());
+        assert!(rows == strips);
+        assert_eq!(dir.path().read_dir().unwrap().count(), 2);
     }
 
     #[test]
@@ -214,7 +203,7 @@ mod tests {
         std::fs::write(dir.path().join("file"), "").unwrap();
         for picture in ["gone/a.png", "file/a.png"] {
             let path = dir.path().join(picture);
-            let mut assembler = Assembler::new(&mut sink, &path, (GRID, WHOLE), 1, false);
+            let mut assembler = Assembler::new(&mut sink, &path, (GRID, WHOLE), 1);
             let block = columns(0, 2)[0];
             let Err(Failure::File(refused)) = assembler.write_block(&[tile(block)], block) else { panic!("it worked") };
             assert!(refused.contains(picture) && refused.contains("temporary file"), "{refused}");

@@ -1,12 +1,12 @@
 //! Joins parts into pictures, a few rows at a time.
 use super::read::{PartFile, Unusable};
-use super::{CHUNK, Chunk, EXTENSION, OVERLAP_MAGIC, PartHeader, PartOf, names};
+use super::{CHUNK, Chunk, EXTENSION, PartHeader, PartOf, names};
 use crate::spec::{Format, WriteError};
 use crate::{AtomicFile, PictureSpec, WriteStats, Writer};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{Read, Write as _};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::SystemTime;
@@ -21,7 +21,7 @@ const TOLD: usize = 1000;
 pub struct Joined {
     /// In the order of the graph's outputs.
     pub files: Vec<JoinedFile>,
-    /// The files of the parts, and their overlap files.
+    /// The files of the parts.
     pub parts: Vec<JoinedPart>,
 }
 
@@ -113,23 +113,8 @@ pub fn join(
         file.commit().map_err(|error| WriteError::at(&path, error))?;
         files.push(JoinedFile { path, written, range });
     }
-    let joined = parts.iter().map(|part| JoinedPart { path: part.path.clone(), state: part.state });
-    Ok(Joined { files, parts: joined.chain(left(from, &header.graph)).collect() })
-}
-
-/// The overlap files of the parts, recognised by name and first bytes.
-fn left(from: &Path, stem: &str) -> Vec<JoinedPart> {
-    let own = |name: &std::ffi::OsStr| name.to_str().is_some_and(|name| PartOf::is_overlap_name(name, stem));
-    let entries = from.read_dir().into_iter().flatten().flatten();
-    let paths = entries.filter(|entry| own(&entry.file_name())).map(|entry| entry.path());
-    let found = paths.map(|path| JoinedPart { state: state(&path), path });
-    found.filter(|left| left.state.is_some() && is_overlap(&left.path)).collect()
-}
-
-/// Returns true if a file begins like an overlap file.
-pub fn is_overlap(path: &Path) -> bool {
-    let mut magic = OVERLAP_MAGIC.map(|_| 0);
-    File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == OVERLAP_MAGIC
+    let parts = parts.iter().map(|part| JoinedPart { path: part.path.clone(), state: part.state });
+    Ok(Joined { files, parts: parts.collect() })
 }
 
 /// A complete file without its final name.

@@ -5,7 +5,10 @@ use std::path::{Path, PathBuf};
 use std::{env, fs, io};
 
 fn main() -> io::Result<()> {
-    let folder = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default()).join("../graphs");
+    let root = PathBuf::from(env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default());
+    // The folder is at the top level of the project. A package of this crate has a copy of it.
+    let copy = root.join("graphs");
+    let folder = if copy.is_dir() { copy } else { root.join("../graphs") };
     println!("cargo::rerun-if-changed={}", folder.display());
     let mut files = Vec::new();
     list(&folder, "", &mut files)?;

@@ -18,18 +18,19 @@ TARGET = "x86_64-unknown-linux-musl"
 # The features of the released command.
 FEATURES = "shared-cache,mcp"
 TEXTS = re.compile(r"(licen[cs]e|copying|notice|unlicense|copyright)", re.IGNORECASE)
+# The crates of this project that a release builds: the command and the Python module. The WebAssembly module has no others.
+ROOTS = ("shibo", "shibo-python")
 # Folders with the lists of npm modules that a release contains.
 MODULES = ["editors/vscode", "src/serve/page", "site/play"]
 
 
 def crates():
-    """The crates that the command is built of, as dictionaries with name, version, licence and folder."""
+    """The crates of others that a release is built of, as dictionaries with name, version, licence and folder."""
     command = ["cargo", "metadata", "--format-version", "1", "--locked", "--filter-platform", TARGET, "--features", FEATURES]
     data = json.loads(subprocess.run(command, cwd=ROOT, check=True, capture_output=True).stdout)
     packages = {package["id"]: package for package in data["packages"]}
     nodes = {node["id"]: node for node in data["resolve"]["nodes"]}
-    own = next(package["id"] for package in data["packages"] if package["name"] == "shibo")
-    found, waiting = set(), [own]
+    found, waiting = set(), [package["id"] for package in data["packages"] if package["name"] in ROOTS]
     while waiting:
         one = waiting.pop()
         if one in found:

@@ -23,6 +23,7 @@ pub(crate) fn capabilities(encoding: Encoding, runs_commands: bool) -> Json {
         "definitionProvider": true,
         "referencesProvider": true,
         "documentHighlightProvider": true,
+        "callHierarchyProvider": true,
         "renameProvider": { "prepareProvider": true },
         "codeActionProvider": {
             "codeActionKinds": ["quickfix", "refactor.extract", "refactor.inline", "refactor.rewrite", "source"],

@@ -9,7 +9,7 @@ use super::text::{Encoding, Lines};
 use super::uris;
 use crate::{Cx, File, Workspace, World, identity};
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId};
-use lsp_types::{InitializeParams, Uri};
+use lsp_types::{InitializeParams, TextDocumentPositionParams, Uri};
 use serde::de::DeserializeOwned;
 use serde_json::{Value as Json, json};
 use shibo_value::clock::Stopwatch;
@@ -137,6 +137,12 @@ impl Server {
     pub(crate) fn document(&self, uri: &Uri) -> Result<&Document, Refusal> {
         let missing = || Refusal(ErrorCode::InvalidParams, format!("`{}` is not open", uri.as_str()));
         self.documents.get(uri.as_str()).ok_or_else(missing)
+    }
+
+    /// Document of a request, and the byte offset of its position.
+    pub(crate) fn place(&self, at: &TextDocumentPositionParams) -> Result<(&Document, usize), Refusal> {
+        let document = self.document(&at.text_document.uri)?;
+        Ok((document, document.lines.offset(at.position)))
     }
 
     /// A file and its world.

@@ -169,6 +169,7 @@ impl<'a> Watch<'a> {
         if path == self.path {
             return;
         }
+        self.desk.stop();
         self.stage.open(path.clone());
         self.path = path;
         self.values = Values::default();

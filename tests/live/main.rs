@@ -29,6 +29,7 @@ mod repairs;
 mod saves;
 mod server;
 mod stage;
+mod switching;
 mod view;
 mod watching;
 mod work;

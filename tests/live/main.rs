@@ -9,6 +9,7 @@ mod connection;
 mod damage;
 mod editor;
 mod fields;
+mod follow;
 mod formulas;
 mod language;
 mod light;

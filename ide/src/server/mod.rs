@@ -3,6 +3,7 @@
 mod actions;
 mod answer;
 mod answers;
+mod apply;
 mod calls;
 mod capabilities;
 mod checker;

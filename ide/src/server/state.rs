@@ -21,7 +21,8 @@ use std::sync::Arc;
 pub(crate) struct Document {
     /// The editor's address of the file.
     pub(crate) uri: Uri,
-    version: i32,
+    /// Version in the editor.
+    pub(crate) version: i32,
     /// The parsed text.
     pub(crate) file: Arc<File>,
     /// Its lines.
@@ -113,11 +114,12 @@ impl Server {
         self.stopping
     }
 
-    /// Sends a request whose answer is ignored.
-    pub fn ask(&mut self, method: &str, params: impl serde::Serialize) {
+    /// Sends a request; returns its number, which the answer has too.
+    pub fn ask(&mut self, method: &str, params: impl serde::Serialize) -> RequestId {
         self.next += 1;
-        let request = Request::new(RequestId::from(self.next), method.to_owned(), params);
-        self.host.send(Message::Request(request));
+        let id = RequestId::from(self.next);
+        self.host.send(Message::Request(Request::new(id.clone(), method.to_owned(), params)));
+        id
     }
 
     /// Sends a notification to the editor.

@@ -32,7 +32,7 @@ pub fn format_part(text: &str, part: Range<usize>) -> Option<Vec<Edit>> {
 }
 
 /// Replaces only lines that differ, so that the cursor stays in place on all others.
-pub(crate) fn change(text: &str, range: &Range<usize>, new: &str) -> Option<Edit> {
+pub fn change(text: &str, range: &Range<usize>, new: &str) -> Option<Edit> {
     let old = text.get(range.clone())?;
     if old == new {
         return None;

@@ -75,7 +75,8 @@ fn sections(cx: Cx<'_>) -> Vec<Entry> {
     body.items.iter().filter_map(entry).collect()
 }
 
-fn child(cx: Cx<'_>, types: &Types<'_>, section: Section, item: &Item) -> Option<Entry> {
+/// An entry of a section.
+pub(crate) fn child(cx: Cx<'_>, types: &Types<'_>, section: Section, item: &Item) -> Option<Entry> {
     let key = item.key.as_ref()?;
     let head = cx.file.head(item).unwrap_or_default();
     let detail = match section {

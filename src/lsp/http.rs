@@ -9,6 +9,18 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// Maximum size of an answer in bytes.
 const LONGEST: u64 = 8 << 20;
 
+/// Reason why a request has no result.
+#[derive(Debug)]
+pub(super) enum Failure {
+    /// The page does not answer.
+    Silent,
+    /// The page refuses, with this status and a reason for the user.
+    Refused(u16, String),
+}
+
+/// An open answer.
+pub(super) type Answer = BufReader<TcpStream>;
+
 /// Address and path of `http://127.0.0.1:PORT/TOKEN/`.
 fn parts(url: &str) -> Option<(SocketAddr, &str)> {
     let rest = url.strip_prefix("http://")?;
@@ -16,7 +28,8 @@ fn parts(url: &str) -> Option<(SocketAddr, &str)> {
     Some((rest[..slash].parse().ok()?, &rest[slash..]))
 }
 
-fn open(url: &str, method: &str, path: &str, body: &str) -> Option<BufReader<TcpStream>> {
+/// Sends a request, and reads the head of the answer: its status, and the rest.
+fn send(url: &str, method: &str, path: &str, body: &str) -> Option<(u16, Answer)> {
     let (address, root) = parts(url)?;
     let mut stream = TcpStream::connect_timeout(&address, PATIENCE).ok()?;
     stream.set_read_timeout(Some(PATIENCE)).ok()?;
@@ -29,35 +42,46 @@ fn open(url: &str, method: &str, path: &str, body: &str) -> Option<BufReader<Tcp
     let mut reader = BufReader::new(stream);
     let mut status = String::new();
     reader.read_line(&mut status).ok()?;
-    let good = status.split(' ').nth(1).is_some_and(|code| code.starts_with('2'));
+    let status = status.split(' ').nth(1)?.parse().ok()?;
     loop {
         let mut line = String::new();
         if reader.read_line(&mut line).ok()? == 0 {
             return None;
         }
         if line.trim().is_empty() {
-            return good.then_some(reader);
+            return Some((status, reader));
         }
     }
 }
 
-/// Posts JSON and reads the answer.
-pub(super) fn post(url: &str, path: &str, body: &Json) -> Option<Json> {
-    let mut text = String::new();
-    open(url, "POST", path, &body.to_string())?.take(LONGEST).read_to_string(&mut text).ok()?;
-    // The answer may be chunked, with a length before each chunk, so the JSON is cut out.
-    let json = text.find('{').and_then(|start| text.rfind('}').map(|end| &text[start..=end]));
-    Some(json.and_then(|json| serde_json::from_str(json).ok()).unwrap_or(Json::Null))
+/// Sends a request; returns the rest of the answer.
+pub(super) fn open(url: &str, method: &str, path: &str, body: &str) -> Result<Answer, Failure> {
+    let (status, answer) = send(url, method, path, body).ok_or(Failure::Silent)?;
+    if (200..300).contains(&status) {
+        return Ok(answer);
+    }
+    let mut reason = String::new();
+    let _ = answer.take(LONGEST).read_to_string(&mut reason);
+    Err(Failure::Refused(status, if reason.is_empty() { format!("the page answers {status}") } else { reason }))
 }
 
-/// Receives the news of a page, kind and content of each, until the page ends.
-pub(super) fn listen(url: &str, mut hear: impl FnMut(&str, &Json) -> bool) {
-    let Some(mut reader) = open(url, "GET", "events?editor=yes", "") else { return };
+/// Posts JSON and reads the answer.
+pub(super) fn post(url: &str, path: &str, body: &Json) -> Result<Json, Failure> {
+    let mut text = String::new();
+    let answer = open(url, "POST", path, &body.to_string())?;
+    answer.take(LONGEST).read_to_string(&mut text).map_err(|_| Failure::Silent)?;
+    // The answer may be chunked, with a length before each chunk, so the JSON is cut out.
+    let json = text.find('{').and_then(|start| text.rfind('}').map(|end| &text[start..=end]));
+    Ok(json.and_then(|json| serde_json::from_str(json).ok()).unwrap_or(Json::Null))
+}
+
+/// Receives news, kind and content of each, until the page ends them or `hear` returns false.
+pub(super) fn listen(mut news: Answer, mut hear: impl FnMut(&str, &Json) -> bool) {
     let mut kind = String::new();
     loop {
         let mut line = String::new();
         // The page sends at least a comment every ten seconds.
-        match reader.get_ref().set_read_timeout(Some(PATIENCE * 6)).and_then(|()| reader.read_line(&mut line)) {
+        match news.get_ref().set_read_timeout(Some(PATIENCE * 6)).and_then(|()| news.read_line(&mut line)) {
             Ok(0) | Err(_) => return,
             Ok(_) => {}
         }

@@ -1,7 +1,9 @@
 //! `shibo lsp`: the language server, on stdin and stdout. The answers come from [`ide`](shibo_ide::server); this module has the
 //! transport and three threads, which answer requests, check texts, and make pictures for hovers. No answer waits for another thread.
 mod checking;
+mod edits;
 mod event;
+mod follow;
 mod frames;
 mod http;
 mod jumps;
@@ -13,7 +15,9 @@ use crate::environment;
 use crate::library;
 use crate::quit::Quit;
 use clap::Args;
+use edits::Edits;
 use event::Event;
+use follow::Follower;
 use lsp_server::{Connection, Message, ProtocolError, RequestId};
 use pages::Pages;
 use pictures::Painter;
@@ -74,17 +78,20 @@ pub(crate) fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Resul
         let (events, cancelled) = (events.clone(), cancelled.clone());
         move || listen(&connection, &events, &cancelled)
     });
-    let pages = Pages::new(events, cache_dir.clone());
+    let pages = Pages::new(events.clone(), cache_dir.clone());
+    let follower = Follower::new(events, pages.clone());
     let process = Process {
         out: Box::new(move |message| drop(out.send(message))),
         checker: jobs,
         painter: Painter::new(cache_dir, beginning.pictures()),
         pages: pages.clone(),
+        follower: follower.clone(),
         cancelled,
     };
     let files = workspace();
     let mut server = Server::new(files, beginning, Box::new(process));
     let good = run_events(&mut server, &told);
+    follower.stop();
     pages.stop();
     // The threads end when their senders are dropped.
     drop(server);
@@ -96,12 +103,14 @@ pub(crate) fn serve(connection: Connection, cache_dir: Option<PathBuf>) -> Resul
 
 /// Answers until the editor ends the session; returns whether it ended properly.
 fn run_events(server: &mut Server, events: &Receiver<Event>) -> bool {
+    let mut edits = Edits::default();
     for event in events {
         match event {
             Event::Message(Message::Request(request)) => server.request(request),
             Event::Message(Message::Notification(note)) if note.method == "exit" => break,
             Event::Message(Message::Notification(note)) => server.notice(note),
-            Event::Message(Message::Response(_)) => {}
+            Event::Message(Message::Response(response)) => edits.take(&response),
+            Event::Edit(edit) => edits.ask(server, edit),
             Event::Jump(jump) => jumps::handle(server, &jump),
             Event::Gone => break,
         }

@@ -70,7 +70,7 @@ impl Pages {
         };
         self.hear(&url);
         let answer = http::post(&url, "show", &json!({ "target": target }));
-        let pages = answer.and_then(|answer| answer["pages"].as_u64()).unwrap_or_default();
+        let pages = answer.ok().and_then(|answer| answer["pages"].as_u64()).unwrap_or_default();
         if pages == 0 {
             let anchor = target.replace('@', "%40");
             let _ = self.events.send(Event::Jump(Jump::Open(format!("{url}#{anchor}"))));
@@ -78,11 +78,11 @@ impl Pages {
     }
 
     /// Address of a page that already watches a graph.
-    fn find(&self, path: &Path) -> Option<String> {
+    pub(super) fn find(&self, path: &Path) -> Option<String> {
         let note = std::fs::read_to_string(environment::page_note(&identity(path))).ok()?;
         let note: Json = serde_json::from_str(&note).ok()?;
         let url = note["url"].as_str()?.to_owned();
-        http::post(&url, "show", &json!({ "target": null })).map(|_| url)
+        http::post(&url, "show", &json!({ "target": null })).ok().map(|_| url)
     }
 
     /// Starts watching a graph; returns the address of the page.
@@ -107,22 +107,24 @@ impl Pages {
     }
 
     /// Listens for clicks on a page.
-    fn hear(&self, url: &str) {
+    pub(super) fn hear(&self, url: &str) {
         if !self.lock().heard.insert(url.to_owned()) {
             return;
         }
         let (pages, url) = (self.clone(), url.to_owned());
         thread::spawn(move || {
-            http::listen(&url, |kind, data| {
-                let number = |key: &str| data[key].as_u64().and_then(|n| u32::try_from(n).ok());
-                let place = data["file"].as_str().zip(number("line")).zip(number("column"));
-                match place.filter(|_| kind == "jump") {
-                    Some(((file, line), column)) => {
-                        pages.events.send(Event::Jump(Jump::To(PathBuf::from(file), line, column))).is_ok()
+            if let Ok(news) = http::open(&url, "GET", "events?editor=yes", "") {
+                http::listen(news, |kind, data| {
+                    let number = |key: &str| data[key].as_u64().and_then(|n| u32::try_from(n).ok());
+                    let place = data["file"].as_str().zip(number("line")).zip(number("column"));
+                    match place.filter(|_| kind == "jump") {
+                        Some(((file, line), column)) => {
+                            pages.events.send(Event::Jump(Jump::To(PathBuf::from(file), line, column))).is_ok()
+                        }
+                        None => true,
                     }
-                    None => true,
-                }
-            });
+                });
+            }
             pages.lock().heard.remove(&url);
         });
     }

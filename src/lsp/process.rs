@@ -1,4 +1,5 @@
 //! The parts of the language server that need a process: threads, pages, and copies of files.
+use super::follow::Follower;
 use super::pages::Pages;
 use super::pictures::Painter;
 use crate::environment;
@@ -9,7 +10,7 @@ use shibo_ide::hover::Pictures;
 use shibo_ide::server::{Command, Host, Job, PictureForm};
 use shibo_value::Key;
 use std::collections::HashSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -24,6 +25,7 @@ pub(super) struct Process {
     pub(super) checker: Sender<Job>,
     pub(super) painter: Painter,
     pub(super) pages: Pages,
+    pub(super) follower: Follower,
     pub(super) cancelled: Cancelled,
 }
 
@@ -33,6 +35,7 @@ impl Host for Process {
     }
 
     fn check(&self, job: Job) {
+        self.follower.note(&job);
         // Without the checker thread there are no diagnostics, but everything else works.
         let _ = self.checker.send(job);
     }
@@ -50,11 +53,17 @@ impl Host for Process {
     }
 
     fn run(&self, command: Command) {
-        let pages = self.pages.clone();
+        let (pages, follower) = (self.pages.clone(), self.follower.clone());
         thread::spawn(move || match command {
             Command::Render(path, output) => pages.render(&path, &output),
             Command::Show(path, target) => pages.show(&path, &target),
+            Command::Follow(path) => follower.follow(&path),
+            Command::Unfollow(path) => follower.unfollow(&path),
         });
+    }
+
+    fn follows(&self, path: &Path) -> bool {
+        self.follower.follows(path)
     }
 
     fn copy(&self, name: &str, content: &[u8]) -> Option<PathBuf> {

@@ -33,6 +33,8 @@ pub(crate) enum Wish {
     Values(Values),
     /// Shows another graph.
     Open(PathBuf),
+    /// Shows the texts of the editor that follows the graph, which have changed.
+    Texts,
 }
 
 /// Callback that receives the wishes of pages; returns whether the watch loop has accepted them.

@@ -1,6 +1,6 @@
 //! Changes of the graph file that a page requests. Each change names the content it is based on and is refused if the
 //! file has another content by now. Everything outside the changed ranges, comments and line endings included, stays as
-//! it is; a file in the usual layout keeps that layout.
+//! it is; a file in the usual layout keeps that layout. While an editor follows the graph, it makes the change in its text.
 use super::app::{self, ApiError, App, aside};
 use super::edits::sorted;
 use super::stage::Stage;
@@ -13,11 +13,11 @@ use serde::Deserialize;
 use serde_json::{Value as Data, json};
 use shibo_bridge::scene::lock;
 use shibo_bridge::write::{self, Refused};
-use shibo_graph::{self as graph, Graph};
+use shibo_graph::{self as graph, Graph, LoadOptions};
 use shibo_ide::actions::{add_preset, alike, apply, assign, promote, put_preset};
 use shibo_ide::format::keep_layout;
 use shibo_ide::rename::Edit;
-use shibo_ide::{Cx, Workspace};
+use shibo_ide::{Cx, Workspace, identity};
 use std::fs;
 use std::sync::Arc;
 
@@ -58,6 +58,8 @@ pub(super) async fn change(State(app): State<App>, body: Bytes) -> Result<Json<D
         serde_json::from_slice(&body).map_err(|error| ApiError::Bad(error.to_string()))?;
     let stage = app.stage.clone();
     let sha = aside(move || written(&stage, &base, &change)).await??;
+    // The text of an editor may have changed.
+    app.wish(app::Wish::Texts);
     if let Some(values) = then {
         app.wish(app::Wish::Values(values));
     }
@@ -70,8 +72,15 @@ fn written(stage: &Stage, base: &str, change: &Change) -> Result<String, ApiErro
     let _writing = lock(&stage.writing);
     let path = stage.path();
     let name = path.display();
-    let bytes = fs::read(&path).map_err(|error| ApiError::Failed(format!("cannot read `{name}`: {error}")))?;
-    let before = String::from_utf8(bytes).map_err(|_| ApiError::Conflict(format!("`{name}` is not UTF-8 text")))?;
+    let followed = stage.buffers.texts().map(|texts| (identity(&path), texts));
+    let typed = followed.as_ref().and_then(|(path, texts)| texts.get(path));
+    let before = match typed {
+        Some(text) => text.to_string(),
+        None => {
+            let bytes = fs::read(&path).map_err(|error| ApiError::Failed(format!("cannot read `{name}`: {error}")))?;
+            String::from_utf8(bytes).map_err(|_| ApiError::Conflict(format!("`{name}` is not UTF-8 text")))?
+        }
+    };
     if sha256(&before) != base {
         return Err(changed(stage));
     }
@@ -90,6 +99,11 @@ fn written(stage: &Stage, base: &str, change: &Change) -> Result<String, ApiErro
     let sha = sha256(&after);
     if after != before {
         stage.texts.keep(&sha, &after);
+        if let Some((path, _)) = followed {
+            let refused = |why| ApiError::Conflict(format!("nothing was written: {why}"));
+            stage.buffers.change(&path, &before, &after).map_err(refused)?;
+            return Ok(sha);
+        }
         *lock(&stage.own) = Some(sha.clone());
         if let Err(refused) = write::change(&path, &before, &after) {
             *lock(&stage.own) = None;
@@ -111,6 +125,9 @@ fn changed(stage: &Stage) -> ApiError {
 fn edited(stage: &Stage, before: &str, change: &Change) -> Result<String, ApiError> {
     let mut workspace = Workspace::new(Arc::new(crate::library::registry()), Vec::new())
         .with_import_paths(crate::environment::import_paths().to_vec());
+    for (path, text) in stage.unsaved() {
+        workspace.open(&path, text);
+    }
     let file = workspace.open(&stage.path(), before);
     let cx = Cx { world: &workspace, file: &file };
     let edits = match change {
@@ -142,9 +159,14 @@ fn edited(stage: &Stage, before: &str, change: &Change) -> Result<String, ApiErr
     Ok(keep_layout(before, apply(before, &edits)))
 }
 
+/// Options for loading the graph beside the unsaved texts of an editor.
+fn options(stage: &Stage) -> LoadOptions {
+    LoadOptions { overlay: stage.unsaved(), ..Values::default().options() }
+}
+
 /// The graph of the file.
 fn based(stage: &Stage, before: &str) -> Result<Graph, String> {
-    let loaded = graph::load_text(&stage.path(), before, stage.session.registry(), &Values::default().options());
+    let loaded = graph::load_text(&stage.path(), before, stage.session.registry(), &options(stage));
     loaded.graph.ok_or_else(|| "nothing was written: the file has errors".to_owned())
 }
 
@@ -164,7 +186,7 @@ fn fields(cx: Cx<'_>, stage: &Stage, before: &str, edits: &[FieldEdit]) -> Resul
 
 /// Rejects a text that does not load.
 fn check(stage: &Stage, text: &str) -> Result<(), ApiError> {
-    let loaded = graph::load_text(&stage.path(), text, stage.session.registry(), &Values::default().options());
+    let loaded = graph::load_text(&stage.path(), text, stage.session.registry(), &options(stage));
     match loaded.diagnostics.iter().find(|found| !found.warning) {
         Some(error) => Err(ApiError::Failed(format!("nothing was written: {}", error.message))),
         None => Ok(()),

@@ -1,8 +1,9 @@
 //! Values in the texts of nodes that a page has set: they are tried without a change of the file, and written later.
+use super::buffers::TextsByPath;
 use super::numbers;
 use super::values::{FieldEdit, Values};
 use super::wiring;
-use shibo_graph::{self as graph, Graph};
+use shibo_graph::{self as graph, Graph, LoadOptions};
 use shibo_ide::actions::apply;
 use shibo_ide::rename::Edit;
 use shibo_node::registry::Registry;
@@ -49,18 +50,20 @@ fn is_literal(value: &str) -> bool {
 }
 
 /// Puts the edits of a page into the text of a graph file; also returns the edits that do not fit it, with reasons. If
-/// the text itself has mistakes, it stays as it is.
+/// the text itself has mistakes, it stays as it is. The texts of `overlay` replace files.
 pub(crate) fn tried<'t>(
     path: &Path,
     text: &'t str,
     registry: &Registry,
     values: &Values,
+    overlay: &TextsByPath,
 ) -> (Cow<'t, str>, Vec<(FieldEdit, String)>) {
     if values.edits.is_empty() {
         return (text.into(), Vec::new());
     }
     // The values of parameters are tried by themselves.
-    let load = |text: &str| graph::load_text(path, text, registry, &Values::default().options());
+    let options = LoadOptions { overlay: overlay.clone(), ..Values::default().options() };
+    let load = |text: &str| graph::load_text(path, text, registry, &options);
     let Some(base) = load(text).graph else { return (text.into(), Vec::new()) };
     let (mut places, mut refused) = (Vec::new(), Vec::new());
     for edit in values.edits.iter().take(MOST) {
@@ -129,7 +132,8 @@ mod tests {
 
     fn tried_with(edits: Vec<FieldEdit>) -> (String, Vec<String>) {
         let values = Values { edits, ..Values::default() };
-        let (text, refused) = tried(Path::new("a.ron"), TEXT, &crate::library::registry(), &values);
+        let (text, refused) =
+            tried(Path::new("a.ron"), TEXT, &crate::library::registry(), &values, &TextsByPath::new());
         (text.into_owned(), refused.into_iter().map(|(edit, _)| edit.node).collect())
     }
 
@@ -151,7 +155,8 @@ mod tests {
     fn tries_values_of_nodes_beside_those_of_parameters_that_are_gone() {
         let edits = vec![edit("noise", "seed", None, "9")];
         let values = Values { edits, preset: Some("gone".into()), ..Values::default() };
-        let (text, refused) = tried(Path::new("a.ron"), TEXT, &crate::library::registry(), &values);
+        let (text, refused) =
+            tried(Path::new("a.ron"), TEXT, &crate::library::registry(), &values, &TextsByPath::new());
         assert_eq!((text.into_owned(), refused.len()), (TEXT.replace("seed: 1", "seed: 9"), 0));
     }
 

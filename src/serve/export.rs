@@ -124,8 +124,9 @@ pub(super) fn load(
     resolution: Option<Resolution>,
 ) -> Result<Graph, Failure> {
     let path = stage.path();
-    let (text, _) = tried(&path, text, stage.session.registry(), &values);
-    let options = LoadOptions { resolution, ..values.options() };
+    let overlay = stage.unsaved();
+    let (text, _) = tried(&path, text, stage.session.registry(), &values, &overlay);
+    let options = LoadOptions { resolution, overlay, ..values.options() };
     let loaded = graph::load_text(&path, &text, stage.session.registry(), &options);
     loaded.graph.ok_or_else(|| Failure::from(loaded.diagnostics))
 }

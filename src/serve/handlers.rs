@@ -3,37 +3,30 @@ use super::app::{ApiError, App, Wish, Wishes, png};
 use super::assets::asset;
 use super::guard::{Guard, guard};
 use super::position::Jumps;
-use super::stage::{News, Stage};
+use super::stage::Stage;
 use super::values::Values;
-use super::{body, change, data, editor, environment, export, folder, map, marks, mesh, photo, thumb, wear};
+use super::{
+    body, change, data, editor, environment, events, export, folder, follow, map, marks, mesh, photo, thumb, wear,
+};
 use axum::Router;
-use axum::body::{Body, Bytes};
+use axum::body::Bytes;
 use axum::extract::rejection::BytesRejection;
 use axum::extract::{DefaultBodyLimit, Path, State};
-use axum::http::{HeaderMap, StatusCode, Uri, header};
+use axum::http::{HeaderMap, StatusCode, header};
 use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Json, Response};
 use axum::routing::{get, post};
-use futures_util::stream;
-use std::convert::Infallible;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
-use std::time::Duration;
-use tokio::sync::OwnedSemaphorePermit;
-use tokio::sync::broadcast::Receiver;
-use tokio::sync::broadcast::error::RecvError;
 
 /// Maximum size of a request body in bytes.
 const BODY: usize = 64 << 10;
-/// After this time without news, a stream sends a comment so that it is not taken for dead.
-const ALIVE: Duration = Duration::from_secs(10);
 
 /// Builds the routes of the server.
 pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, Jumps), who: Guard) -> Router {
     Router::new()
         .route("/{token}/", get(|| async { asset("").ok_or(ApiError::Unknown) }))
         .route("/{token}/{file}", get(file))
-        .route("/{token}/events", get(events))
+        .route("/{token}/events", get(events::events))
         .route("/{token}/state", get(state))
         .route("/{token}/picture/{file}", get(picture))
         .route("/{token}/look", get(data::look))
@@ -64,6 +57,9 @@ pub(super) fn router(stage: Arc<Stage>, (wishes, jumps): (Wishes, Jumps), who: G
         .route("/{token}/photo/stop", post(photo::stop))
         .route("/{token}/show", post(editor::show))
         .route("/{token}/jump", post(editor::jump))
+        .route("/{token}/follow", post(follow::follow))
+        .route("/{token}/follow/text", post(follow::text).layer(DefaultBodyLimit::max(follow::BODY)))
+        .route("/{token}/follow/answer", post(follow::answer))
         .layer(DefaultBodyLimit::max(BODY))
         .layer(from_fn_with_state(Arc::new(who), guard))
         .with_state(App::new(stage, wishes, jumps))
@@ -83,57 +79,6 @@ async fn picture(State(app): State<App>, Path((_, file)): Path<(String, String)>
         Some(id).filter(|id| id.len() == 32 && id.bytes().all(|b| b.is_ascii_hexdigit())).ok_or(ApiError::Unknown)?;
     let stored = app.stage.picture(id).ok_or(ApiError::Nothing)?;
     Ok(png(stored.png.clone()))
-}
-
-/// Streams events to a page: first the state, then all news.
-async fn events(State(app): State<App>, uri: Uri) -> Result<Response, ApiError> {
-    let place = app.listeners.clone().try_acquire_owned().map_err(|_| ApiError::Busy)?;
-    let page = uri.query() != Some(editor::EDITOR);
-    app.pages.fetch_add(usize::from(page), Ordering::Relaxed);
-    let listener = Listener { app: app.clone(), news: app.stage.listen(), begun: false, page, _place: place };
-    let body = Body::from_stream(stream::unfold(listener, |mut listener| async move {
-        let bytes = listener.next().await?;
-        Some((Ok::<_, Infallible>(bytes), listener))
-    }));
-    Ok(([(header::CONTENT_TYPE, "text/event-stream")], body).into_response())
-}
-
-struct Listener {
-    app: App,
-    news: Receiver<News>,
-    begun: bool,
-    /// True for a page, false for an editor.
-    page: bool,
-    _place: OwnedSemaphorePermit,
-}
-
-impl Drop for Listener {
-    fn drop(&mut self) {
-        self.app.pages.fetch_sub(usize::from(self.page), Ordering::Relaxed);
-    }
-}
-
-impl Listener {
-    async fn next(&mut self) -> Option<Bytes> {
-        if !self.begun {
-            self.begun = true;
-            return Some(event("state", &self.app.stage.state().to_string()));
-        }
-        match tokio::time::timeout(ALIVE, self.news.recv()).await {
-            Ok(Ok((kind, what))) => Some(event(kind, &what)),
-            // The page has missed too much news, so the whole state is sent again.
-            Ok(Err(RecvError::Lagged(_))) => {
-                self.news = self.news.resubscribe();
-                Some(event("state", &self.app.stage.state().to_string()))
-            }
-            Ok(Err(RecvError::Closed)) => None,
-            Err(_) => Some(Bytes::from_static(b": alive\n\n")),
-        }
-    }
-}
-
-fn event(kind: &str, what: &str) -> Bytes {
-    format!("event: {kind}\ndata: {what}\n\n").into()
 }
 
 /// Sets values of parameters.

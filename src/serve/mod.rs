@@ -2,10 +2,11 @@
 //!
 //! A request must contain the token of the address and must have been sent to exactly this address: Host, and Origin if
 //! present, are compared. Requests never supply a path on disk. All is read-only except parameter values and the graph
-//! file, which is changed only while its content is the one the page has seen.
+//! file, which is changed only while its content is the one the page has seen, and by the editor while it follows the graph.
 mod app;
 mod assets;
 mod body;
+mod buffers;
 mod change;
 mod coarse;
 mod connections;
@@ -15,9 +16,11 @@ pub(crate) mod defective;
 mod editor;
 mod edits;
 mod environment;
+mod events;
 mod export;
 mod export_slots;
 mod folder;
+mod follow;
 mod forecast;
 mod groups;
 mod guard;
@@ -41,10 +44,12 @@ mod wear;
 mod wiring;
 
 pub(crate) use app::Wish;
+pub(crate) use buffers::TextsByPath;
 pub(crate) use edits::tried;
 pub(crate) use forecast::Forecast;
 pub(crate) use position::SourcePosition;
 pub(crate) use stage::Stage;
+pub(crate) use texts::sha256;
 pub(crate) use values::{FieldEdit, Values};
 
 use crate::quit::Quit;

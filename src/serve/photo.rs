@@ -197,7 +197,8 @@ fn fitted(
     let photo = Photo::of(&held.picture, (&held.name, &held.name), wish.mm, None).map_err(|refused| why(&refused))?;
     let bench = Bench { tools: &tools, session: &stage.session, cancel };
     let path = stage.path();
-    let text = tried(&path, text, stage.session.registry(), &stage.values()).0.into_owned();
+    let (text, _) = tried(&path, text, stage.session.registry(), &stage.values(), &stage.unsaved());
+    let text = text.into_owned();
     let file = GraphText { path, text };
     let fitting = Fitting::of(bench, &file, &scene.graph, &photo, &request).map_err(|refused| why(&refused))?;
     let last = Mutex::new(Instant::now());

@@ -1,5 +1,6 @@
 //! State shared by the watch loop, the evaluation and the pages: the last good scene, the current errors, and the news
 //! for pages.
+use super::buffers::{Buffers, TextsByPath};
 use super::export_slots::Exports;
 use super::panorama::Environment;
 use super::photographs::Photographs;
@@ -40,6 +41,8 @@ struct Present {
     warnings: Vec<Json>,
     busy: bool,
     progress: Option<Json>,
+    /// The shown texts of an editor that are not saved; `None` if no editor follows the graph.
+    unsaved: Option<TextsByPath>,
     values: Values,
     /// Summary of the last evaluation.
     done: Option<Json>,
@@ -55,6 +58,8 @@ pub(crate) struct Stage {
     path: Mutex<PathBuf>,
     /// Earlier texts of the graph file.
     pub(crate) texts: Texts,
+    /// Unsaved texts of an editor.
+    pub(crate) buffers: Buffers,
     /// Exports requested by pages.
     pub(super) exports: Exports,
     /// Environment sent by a page.
@@ -82,6 +87,7 @@ impl Stage {
             session,
             path: Mutex::new(path),
             texts: Texts::default(),
+            buffers: Buffers::default(),
             exports: Exports::default(),
             environment: Environment::default(),
             photographs: Photographs::default(),
@@ -103,10 +109,11 @@ impl Stage {
     /// Shows another graph file. Pages are told at once; its scene follows.
     pub(crate) fn open(&self, path: PathBuf) {
         *lock(&self.path) = path;
+        self.buffers.close("the page shows another graph");
         *lock(&self.focus) = None;
         let old = {
             let mut present = lock(&self.present);
-            (present.errors, present.warnings, present.done) = Default::default();
+            (present.errors, present.warnings, present.done, present.unsaved) = Default::default();
             present.scene.take()
         };
         if let Some(old) = old {
@@ -267,6 +274,26 @@ impl Stage {
         lock(&self.present).values.clone()
     }
 
+    /// Records the shown texts of an editor that are not saved; `None` if no editor follows the graph.
+    pub(crate) fn set_unsaved(&self, unsaved: Option<TextsByPath>) {
+        let is_unsaved = |texts: &TextsByPath| !texts.is_empty();
+        let after = unsaved.as_ref().map(is_unsaved);
+        let before = std::mem::replace(&mut lock(&self.present).unsaved, unsaved);
+        if before.as_ref().map(is_unsaved) != after {
+            self.tell("state", &self.state());
+        }
+    }
+
+    /// The shown texts of an editor that are not saved.
+    pub(super) fn unsaved(&self) -> TextsByPath {
+        lock(&self.present).unsaved.clone().unwrap_or_default()
+    }
+
+    /// Tells that the newest text has errors, which may be shown later.
+    pub(crate) fn hold(&self) {
+        self.tell("held", &Json::Null);
+    }
+
     /// Sets the values of parameters.
     pub(crate) fn set_values(&self, values: &Values) {
         lock(&self.present).values.clone_from(values);
@@ -282,6 +309,8 @@ impl Stage {
             "warnings": present.warnings,
             "busy": present.busy,
             "progress": present.progress,
+            // True if texts of an editor are shown that are not saved, false if all are, null if no editor follows the graph.
+            "unsaved": present.unsaved.as_ref().map(|texts| !texts.is_empty()),
             "values": present.values,
             "done": present.done,
             "scene": null,

@@ -12,7 +12,7 @@ const BUDGET: usize = 8 << 20;
 pub(crate) struct Texts(Mutex<VecDeque<(String, Arc<str>)>>);
 
 /// Hash that names a content.
-pub(super) fn sha256(text: &str) -> String {
+pub(crate) fn sha256(text: &str) -> String {
     Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 

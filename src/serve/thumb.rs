@@ -13,7 +13,7 @@ use shibo_bridge::scene::{COARSE, DisplayStyle, Preview, Scene, Target, WHOLE};
 use shibo_bridge::scene::{Store, Stored};
 use shibo_engine::eval::{CancelToken, Silent};
 use shibo_engine::session::{Failure, Look};
-use shibo_graph as graph;
+use shibo_graph::{self as graph, LoadOptions};
 use shibo_value::{Field, Key, Window};
 use std::sync::Arc;
 
@@ -117,8 +117,10 @@ fn varied(
     (target, given, longest): (&str, Option<(f32, f32)>, u32),
 ) -> Result<Option<Vec<u8>>, Failure> {
     let path = stage.path();
-    let (text, _) = tried(&path, text, stage.session.registry(), &values);
-    let loaded = graph::load_text(&path, &text, stage.session.registry(), &values.options());
+    let overlay = stage.unsaved();
+    let (text, _) = tried(&path, text, stage.session.registry(), &values, &overlay);
+    let options = LoadOptions { overlay, ..values.options() };
+    let loaded = graph::load_text(&path, &text, stage.session.registry(), &options);
     let graph = loaded.graph.ok_or(Failure::Errors(loaded.diagnostics))?;
     let keys = stage.session.keys(&graph)?;
     let scene = Scene::new(0, String::new(), graph, keys);

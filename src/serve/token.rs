@@ -29,7 +29,8 @@ fn kept(folder: Option<&Path>, port: u16) -> Result<String, Quit> {
     Ok(made)
 }
 
-fn random() -> Result<String, Quit> {
+/// A new token.
+pub(super) fn random() -> Result<String, Quit> {
     let mut bytes = [0_u8; LENGTH / 2];
     getrandom::fill(&mut bytes).map_err(|e| Quit::failed(format!("the system has no random numbers: {e}")))?;
     Ok(bytes.iter().map(|b| format!("{b:02x}")).collect())

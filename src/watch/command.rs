@@ -28,6 +28,7 @@ pub(crate) fn run(args: &WatchArgs, terminal: &Terminal) -> Result<(), Quit> {
             let signal = match wish {
                 Wish::Values(values) => Signal::Values(values),
                 Wish::Open(path) => Signal::Open(path),
+                Wish::Texts => Signal::Texts,
             };
             wishes.send(signal).is_ok()
         },

@@ -65,6 +65,15 @@ impl LatestJob {
         }
     }
 
+    /// Cancels the running job, and drops a waiting one.
+    pub(super) fn stop(&self) {
+        let mut slot = self.lock();
+        slot.next = None;
+        if let Some(running) = &slot.running {
+            running.cancel();
+        }
+    }
+
     /// Closes: no more jobs follow.
     pub(super) fn close(&self) {
         let mut slot = self.lock();

@@ -9,10 +9,12 @@ use super::settle::Settle;
 use super::signal::Signal;
 use super::status_reporter::StatusReporter;
 use crate::report;
-use crate::serve::{Stage, Values};
+use crate::serve::{Stage, TextsByPath, Values};
 use crate::terminal::Terminal;
 use shibo_graph::{Graph, Loaded};
+use shibo_ide::identity;
 use shibo_picture::contained;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant, SystemTime};
@@ -29,6 +31,8 @@ struct Held {
     sha256: Option<String>,
     /// True once the save has been reported.
     told: bool,
+    /// True if the text is that of an editor.
+    unsaved: bool,
     due: Instant,
 }
 
@@ -43,6 +47,8 @@ pub(super) struct Watch<'a> {
     teller: &'a StatusReporter<'a>,
     values: Values,
     files: Files,
+    /// The texts of an editor that are shown.
+    texts: TextsByPath,
     folders: Option<Folders>,
     settle: Settle,
     held: Option<Held>,
@@ -50,6 +56,8 @@ pub(super) struct Watch<'a> {
     stopped: bool,
     /// A graph to show next.
     next: Option<PathBuf>,
+    /// True if the texts of an editor may have changed.
+    typed: bool,
     /// The warnings shown last.
     warned: Vec<String>,
 }
@@ -74,12 +82,14 @@ impl<'a> Watch<'a> {
             teller,
             values: Values { preset: args.values.preset.clone(), set: args.values.set.clone(), ..Values::default() },
             files: Files::default(),
+            texts: TextsByPath::new(),
             folders,
             settle: Settle::default(),
             held: None,
             generation: first_generation(),
             stopped: false,
             next: None,
+            typed: false,
             warned: Vec::new(),
         }
     }
@@ -98,11 +108,15 @@ impl<'a> Watch<'a> {
                 Ok(Signal::Touched { closed }) => self.settle.touch(Instant::now(), closed),
                 Ok(Signal::Values(values)) => self.safely(|watch| watch.set(values, signals)),
                 Ok(Signal::Open(path)) => self.next = Some(path),
+                Ok(Signal::Texts) => self.typed = true,
                 Ok(Signal::Stop) | Err(RecvTimeoutError::Disconnected) => return,
                 Err(RecvTimeoutError::Timeout) => {}
             }
             if let Some(path) = self.next.take() {
                 self.safely(|watch| watch.open(path));
+            }
+            if std::mem::take(&mut self.typed) {
+                self.safely(Self::take_texts);
             }
             let now = Instant::now();
             if self.settle.due().is_some_and(|due| due <= now) || idle <= now {
@@ -134,6 +148,27 @@ impl<'a> Watch<'a> {
         self.follow();
     }
 
+    /// Shows the texts of the editor, unless these are shown already.
+    fn take_texts(&mut self) {
+        let mut texts = self.stage.buffers.texts().unwrap_or_default();
+        if !texts.is_empty() {
+            let files: BTreeSet<PathBuf> = self.files.paths().map(identity).collect();
+            texts.retain(|path, _| files.contains(path));
+        }
+        if texts == self.texts {
+            self.stage.set_unsaved(self.unsaved());
+            return;
+        }
+        let name = self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy();
+        let cause = if texts.is_empty() { format!("{name} as saved") } else { format!("{name} typed") };
+        self.load(&cause, false);
+    }
+
+    /// The shown texts; `None` if no editor follows the graph.
+    fn unsaved(&self) -> Option<TextsByPath> {
+        self.stage.buffers.texts().map(|_| self.texts.clone())
+    }
+
     /// Sets parameter values for a page; the newest request counts.
     fn set(&mut self, mut values: Values, signals: &Receiver<Signal>) {
         while let Ok(signal) = signals.try_recv() {
@@ -145,6 +180,7 @@ impl<'a> Watch<'a> {
                     self.next = Some(path);
                     return;
                 }
+                Signal::Texts => self.typed = true,
                 Signal::Stop => self.stopped = true,
             }
         }
@@ -169,6 +205,7 @@ impl<'a> Watch<'a> {
         if path == self.path {
             return;
         }
+        self.desk.stop();
         self.stage.open(path.clone());
         self.path = path;
         self.values = Values::default();
@@ -185,17 +222,22 @@ impl<'a> Watch<'a> {
     fn load(&mut self, cause: &str, closed: bool) {
         let since = Instant::now();
         self.generation += 1;
-        let reading = load::load(&self.path, self.stage.session.registry(), &self.values);
+        let texts = self.stage.buffers.texts().unwrap_or_default();
+        let reading = load::load(&self.path, self.stage.session.registry(), &self.values, &texts);
         let hold = reading.hold(closed);
         let unfinished = !hold.is_zero() && reading.is_unfinished();
-        let Reading { sha256, state, before, loaded, text, refused, refused_edits } = reading;
+        let Reading { sha256, state, before, loaded, text, unsaved, saved, refused, refused_edits } = reading;
+        saved.iter().for_each(|(path, text)| self.stage.buffers.forget(path, text));
+        self.texts = unsaved;
+        self.stage.set_unsaved(self.unsaved());
+        let unsaved = !self.texts.is_empty();
         if let Some((sha, text)) = sha256.as_ref().zip(text) {
             self.stage.texts.keep(sha, &text);
         }
         let own = sha256.as_ref().is_some_and(|sha| self.stage.is_own(sha)) && cause.ends_with(" saved");
         let cause = if own { format!("{cause} from the page") } else { cause.to_owned() };
         if !unfinished {
-            self.teller.saved(sha256.as_deref());
+            self.teller.read(sha256.as_deref(), unsaved);
         }
         self.files.note(&self.path, before, state);
         self.files.keep(&loaded.files);
@@ -220,7 +262,8 @@ impl<'a> Watch<'a> {
             }
             (graph, sha256) => {
                 let loaded = Loaded { graph, ..loaded };
-                self.held = Some(Held { loaded, generation, sha256, told: !unfinished, due: since + hold });
+                self.stage.hold();
+                self.held = Some(Held { loaded, generation, sha256, told: !unfinished, unsaved, due: since + hold });
             }
         }
         self.follow();
@@ -239,7 +282,7 @@ impl<'a> Watch<'a> {
     fn tell_held(&mut self) {
         let Some(held) = self.held.take() else { return };
         if !held.told {
-            self.teller.saved(held.sha256.as_deref());
+            self.teller.read(held.sha256.as_deref(), held.unsaved);
         }
         let errors: Vec<_> = held.loaded.diagnostics.iter().filter(|d| !d.warning).cloned().collect();
         self.stage.fail(held.generation, &errors, &held.loaded.sources);

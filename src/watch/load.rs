@@ -1,12 +1,14 @@
 //! Loads a graph file that may be half written.
 use super::files::{FileState, hex, sha256};
-use crate::serve::{FieldEdit, Values, tried};
+use crate::serve::{FieldEdit, TextsByPath, Values, tried};
 use shibo_graph::{self as graph, Limits, LoadOptions, Loaded};
+use shibo_ide::identity;
 use shibo_node::registry::Registry;
 use shibo_value::diagnostics::{Code, Diagnostic, Origin};
 use std::fs::{self, Metadata};
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Delay for errors of a file that is missing or ends too early, since it is probably being written.
@@ -30,14 +32,18 @@ pub(super) struct Reading {
     pub(super) loaded: Loaded,
     /// The text, if the file is text.
     pub(super) text: Option<String>,
+    /// Texts of the editor that replace files.
+    pub(super) unsaved: TextsByPath,
+    /// Texts of the editor that their files have by now.
+    pub(super) saved: TextsByPath,
     /// Names of parameter values that were dropped because the graph no longer accepts them.
     pub(super) refused: Vec<String>,
     /// Values of nodes that were dropped, and why.
     pub(super) refused_edits: Vec<(FieldEdit, String)>,
 }
 
-/// Reads and checks the graph file.
-pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading {
+/// Reads and checks the graph file. `texts` of an editor replace the files that the graph reads.
+pub(super) fn load(path: &Path, registry: &Registry, values: &Values, texts: &TextsByPath) -> Reading {
     let before = fs::metadata(path).ok();
     let limits = Limits::default();
     let bytes = before.as_ref().filter(|m| m.is_file()).and_then(|_| read(path, limits.max_file_bytes).ok());
@@ -46,12 +52,17 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
         (None, Some(_)) => FileState::Unreadable,
         (None, None) => FileState::Missing,
     };
-    let text = bytes.filter(|b| b.len() as u64 <= limits.max_file_bytes).and_then(|b| String::from_utf8(b).ok());
+    let own = texts.get(&identity(path));
+    let text = match own {
+        Some(text) => Some(text.to_string()),
+        None => bytes.filter(|b| b.len() as u64 <= limits.max_file_bytes).and_then(|b| String::from_utf8(b).ok()),
+    };
+    let overlay = text.as_deref().map_or_else(TextsByPath::new, |text| replacing(path, text, registry, texts));
     let (shown, refused_edits) = text
         .as_deref()
-        .map(|text| tried(path, text, registry, values))
+        .map(|text| tried(path, text, registry, values, &overlay))
         .map_or_else(Default::default, |(text, refused)| (Some(text), refused));
-    let mut options = LoadOptions { limits, ..values.clone().options() };
+    let mut options = LoadOptions { limits, overlay, ..values.clone().options() };
     let mut refused = Vec::new();
     let loaded = loop {
         let loaded = match &shown {
@@ -65,9 +76,34 @@ pub(super) fn load(path: &Path, registry: &Registry, values: &Values) -> Reading
             break loaded;
         }
     };
-    let sha256 = if let FileState::Content(hash) = &state { Some(hex(hash)) } else { None };
+    let sha256 = match (own, &state) {
+        (Some(text), _) => Some(hex(&sha256(text.as_bytes()))),
+        (None, FileState::Content(hash)) => Some(hex(hash)),
+        (None, _) => None,
+    };
     drop(shown);
-    Reading { sha256, state, before, loaded, text, refused, refused_edits }
+    let is_saved = |path: &PathBuf, text: &mut Arc<str>| fs::read(path).is_ok_and(|bytes| bytes == text.as_bytes());
+    let mut unsaved = options.overlay;
+    let saved = unsaved.extract_if(.., is_saved).collect();
+    Reading { sha256, state, before, loaded, text, unsaved, saved, refused, refused_edits }
+}
+
+/// The texts that replace files which the graph reads. Other paths are never looked at.
+fn replacing(path: &Path, text: &str, registry: &Registry, texts: &TextsByPath) -> TextsByPath {
+    let own = texts.get_key_value(&identity(path));
+    let mut overlay: TextsByPath = own.map(|(path, text)| (path.clone(), text.clone())).into_iter().collect();
+    while overlay.len() < texts.len() {
+        let before = overlay.len();
+        let options = LoadOptions { overlay: overlay.clone(), ..Values::default().options() };
+        let files = graph::load_text(path, text, registry, &options).files;
+        let read = files.iter().filter_map(|file| texts.get_key_value(&identity(file)));
+        overlay.extend(read.map(|(path, text)| (path.clone(), text.clone())));
+        // A text may import further files.
+        if overlay.len() == before {
+            break;
+        }
+    }
+    overlay
 }
 
 /// Reads at most one byte more than allowed.
@@ -113,7 +149,7 @@ impl Reading {
     pub(super) fn is_unfinished(&self) -> bool {
         let ends_early = |error: &Diagnostic| error.unfinished || error.code == Code::FileNotFound;
         let errors = self.loaded.diagnostics.iter().filter(|d| !d.warning);
-        !matches!(self.state, FileState::Content(_)) || errors.into_iter().any(ends_early)
+        self.sha256.is_none() || errors.into_iter().any(ends_early)
     }
 }
 
@@ -128,7 +164,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.ron");
         fs::write(&path, text).unwrap();
-        load(&path, &crate::library::registry(), values)
+        load(&path, &crate::library::registry(), values, &TextsByPath::new())
     }
 
     #[test]

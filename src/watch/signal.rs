@@ -13,6 +13,8 @@ pub(super) enum Signal {
     Values(Values),
     /// A page shows another graph.
     Open(PathBuf),
+    /// The texts of an editor have changed, or the editor no longer follows.
+    Texts,
     /// The program ends.
     Stop,
 }

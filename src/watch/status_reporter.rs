@@ -31,9 +31,9 @@ impl StatusReporter<'_> {
         self.log(&json!({ "event": "listening", "url": url }));
     }
 
-    /// A save was recognised.
-    pub(super) fn saved(&self, sha256: Option<&str>) {
-        self.log(&json!({ "event": "saved", "sha256": sha256 }));
+    /// A save was recognised, or a text of an editor that is not saved.
+    pub(super) fn read(&self, sha256: Option<&str>, unsaved: bool) {
+        self.log(&json!({ "event": if unsaved { "typed" } else { "saved" }, "sha256": sha256 }));
     }
 
     /// A picture was shown.

@@ -268,6 +268,35 @@ fn nodes_are_renamed_in_all_files() {
 }
 
 #[test]
+fn sources_and_readers_are_found_in_other_files() {
+    let (_folder, path, mut client) = with(GRAPH);
+    assert_eq!(client.capabilities["callHierarchyProvider"], true);
+    let outer = path.with_file_name("outer.ron");
+    let text = "(imports: { \"a\": \"a\" }, nodes: { \"u\": Use(graph: \"a\") }, outputs: { \"o\": \"= u.soft * 2\" })";
+    fs::write(&outer, text).unwrap();
+    let mut items = client.at("textDocument/prepareCallHierarchy", &path, (6, 26));
+    // Each step goes on at the item of the step before, in another file at last.
+    for (reader, file, line) in [("soft", &path, 6), ("soft", &path, 8), ("o", &outer, 0)] {
+        let calls = client.result("callHierarchy/incomingCalls", &json!({ "item": items[0] }));
+        let from = &calls[0]["from"];
+        assert_eq!((&from["name"], &from["uri"]), (&json!(reader), &json!(uri(file))), "{calls}");
+        assert_eq!(calls[0]["fromRanges"][0]["start"]["line"], line, "{calls}");
+        items = json!([from]);
+    }
+    // And back again: the output of the other file, and the node that uses the file.
+    let calls = client.result("callHierarchy/outgoingCalls", &json!({ "item": items[0] }));
+    let to: Vec<_> = calls.as_array().unwrap().iter().map(|call| (&call["to"]["name"], &call["to"]["uri"])).collect();
+    assert_eq!(to, [(&json!("u"), &json!(uri(&outer))), (&json!("soft"), &json!(uri(&path)))], "{calls}");
+    // An item that is gone has no calls.
+    client.change(&path, 2, &GRAPH.replace("noise", "other"));
+    let gone = json!({ "item": { "name": "noise", "kind": 12, "uri": uri(&path), "range": calls[0]["to"]["range"],
+        "selectionRange": calls[0]["to"]["range"],
+        "data": { "path": path, "graph": null, "section": "nodes", "name": "noise" } } });
+    assert_eq!(client.result("callHierarchy/outgoingCalls", &gone), json!([]));
+    client.stop();
+}
+
+#[test]
 fn offers_quick_fixes() {
     let faulty = GRAPH.replace("Perlin", "Perlim").replace("input: \"noise\", ", "");
     let (_folder, path, mut client) = with(&faulty);

@@ -26,7 +26,7 @@ pub(crate) fn wait_for_file(page: &mut Page, place: &Place) {
 }
 
 /// Mean brightness in the middle of the picture.
-fn brightness(page: &mut Page) -> f64 {
+pub(crate) fn brightness(page: &mut Page) -> f64 {
     let (pixels, width) = page.screenshot();
     let middle = (300..400_usize).flat_map(|y| (400..500_usize).map(move |x| (x, y)));
     let sum: u32 = middle.map(|(x, y)| u32::from(pixels[y * width as usize + x][0])).sum();

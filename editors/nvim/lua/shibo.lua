@@ -29,6 +29,9 @@ end
 function M.show() run('shibo.show', vim.lsp.util.make_position_params(0, 'utf-16').position) end
 -- Opens the page of the graph.
 function M.preview() run('shibo.preview') end
+-- The page of a running `shibo watch` shows the text as it is typed, until `unfollow` or the end of the buffer.
+function M.follow() run('shibo.follow') end
+function M.unfollow() run('shibo.unfollow') end
 -- Writes the pictures of an output.
 function M.render(output) run('shibo.render', output) end
 
@@ -47,6 +50,8 @@ function M.attach(opts, buffer)
       root_dir = root,
       capabilities = capabilities,
       init_options = opts.options or {},
+      -- A followed text reaches the page with each keystroke.
+      flags = { debounce_text_changes = 20 },
       handlers = { ['window/showDocument'] = show_document },
       on_exit = function() clients[root] = nil end,
     })
@@ -75,6 +80,8 @@ function M.setup(opts)
   })
   vim.api.nvim_create_user_command('ShiboShow', M.show, {})
   vim.api.nvim_create_user_command('ShiboPreview', M.preview, {})
+  vim.api.nvim_create_user_command('ShiboFollow', M.follow, {})
+  vim.api.nvim_create_user_command('ShiboUnfollow', M.unfollow, {})
   vim.api.nvim_create_user_command('ShiboRender', function(args) M.render(args.args) end, { nargs = 1 })
 end
 

@@ -79,6 +79,8 @@ export async function activate(context: vscode.ExtensionContext): Promise<void> 
   context.subscriptions.push(
     vscode.commands.registerCommand(OWN.preview, () => ask(SERVER.preview)),
     vscode.commands.registerCommand(OWN.show, show),
+    vscode.commands.registerCommand(OWN.follow, () => ask(SERVER.follow)),
+    vscode.commands.registerCommand(OWN.unfollow, () => ask(SERVER.unfollow)),
     vscode.commands.registerCommand(OWN.restart, restart),
     vscode.workspace.onDidChangeConfiguration(async (event) => {
       if (event.affectsConfiguration('shibo.path')) await restart();

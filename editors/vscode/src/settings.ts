@@ -20,8 +20,8 @@ export function options(get: <T>(key: string, fallback: T) => T): Options {
 }
 
 /** Commands of the server. */
-export const SERVER = { render: 'shibo.render', preview: 'shibo.preview', show: 'shibo.show' } as const;
+export const SERVER = { render: 'shibo.render', preview: 'shibo.preview', show: 'shibo.show', follow: 'shibo.follow', unfollow: 'shibo.unfollow' } as const;
 /** Commands of this extension. */
-export const OWN = { preview: 'shibo.openPreview', show: 'shibo.showNode', restart: 'shibo.restart' } as const;
+export const OWN = { preview: 'shibo.openPreview', show: 'shibo.showNode', follow: 'shibo.followText', unfollow: 'shibo.unfollowText', restart: 'shibo.restart' } as const;
 /** How the server is started. */
 export const ARGUMENTS = ['lsp'];

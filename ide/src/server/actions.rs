@@ -5,8 +5,11 @@ use super::state::Server;
 use crate::actions::{Action, ActionKind, actions as offered};
 use crate::diagnose::{Finding, Severity};
 use lsp_server::ErrorCode;
-use lsp_types::{CodeAction, CodeActionKind, CodeActionParams, Diagnostic, NumberOrString};
-use serde_json::Value as Json;
+use lsp_types::{
+    CodeAction, CodeActionContext, CodeActionKind, CodeActionParams, CodeActionTriggerKind, Command, Diagnostic,
+    NumberOrString,
+};
+use serde_json::{Value as Json, json};
 
 /// Answers a request for code actions.
 pub(crate) fn actions(server: &Server, params: &CodeActionParams) -> Answer {
@@ -26,7 +29,28 @@ pub(crate) fn actions(server: &Server, params: &CodeActionParams) -> Answer {
         }
         list.extend(code_action(server, &action, kind, &told));
     }
+    list.extend(follow(server, params));
     serde_json::to_value(list).map_err(|error| Refusal(ErrorCode::InternalError, error.to_string()))
+}
+
+/// The action that shows the text on its page as it is typed, or that ends this. It is offered on demand only, as it fits any place.
+fn follow(server: &Server, params: &CodeActionParams) -> Option<CodeAction> {
+    let CodeActionContext { only, trigger_kind, .. } = &params.context;
+    if !server.host.runs_commands() || only.is_some() || *trigger_kind == Some(CodeActionTriggerKind::AUTOMATIC) {
+        return None;
+    }
+    let uri = &params.text_document.uri;
+    let file = &server.document(uri).ok()?.file;
+    if !file.is_graph() {
+        return None;
+    }
+    let (title, command) = if server.host.follows(&file.path) {
+        ("Stop following in the page", "shibo.unfollow")
+    } else {
+        ("Follow in the page", "shibo.follow")
+    };
+    let command = Command::new(title.to_owned(), command.to_owned(), Some(vec![json!(uri)]));
+    Some(CodeAction { title: title.to_owned(), command: Some(command), ..CodeAction::default() })
 }
 
 fn code_action(server: &Server, action: &Action, kind: CodeActionKind, told: &[&Diagnostic]) -> Option<CodeAction> {

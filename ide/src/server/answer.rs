@@ -1,5 +1,6 @@
 //! Form of the answers to requests.
 use lsp_server::ErrorCode;
+use serde::Serialize;
 use serde_json::Value as Json;
 
 /// Reason why a request has no answer: code and message.
@@ -14,3 +15,8 @@ impl Refusal {
 
 /// Answer to a request.
 pub(crate) type Answer = Result<Json, Refusal>;
+
+/// Answers with a value.
+pub(crate) fn json(value: impl Serialize) -> Answer {
+    serde_json::to_value(value).map_err(|error| Refusal(ErrorCode::InternalError, error.to_string()))
+}

@@ -1,8 +1,8 @@
 //! Answers to requests.
-use super::answer::{Answer, Refusal};
+use super::answer::{Answer, Refusal, json};
 use super::convert;
-use super::state::{Document, Server, read};
-use super::{actions, uris};
+use super::state::{Server, read};
+use super::{actions, calls, uris};
 use crate::{self as ide, File, Topic, World, colors, format, hover, inlay, lens, navigate, rename, structure, tokens};
 use lsp_server::ErrorCode;
 use lsp_types::{
@@ -16,7 +16,6 @@ use lsp_types::{
     SemanticTokens, SemanticTokensParams, SemanticTokensRangeParams, SignatureHelp, SignatureHelpParams,
     SignatureInformation, SymbolInformation, TextDocumentPositionParams, TextEdit, Uri, WorkspaceSymbolParams,
 };
-use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value as Json, json};
 use std::sync::Arc;
@@ -34,6 +33,9 @@ pub(crate) fn answer(server: &mut Server, method: &str, params: Json) -> Answer 
         "textDocument/definition" => definition(server, wanted(params)?),
         "textDocument/references" => references(server, wanted(params)?),
         "textDocument/documentHighlight" => highlight(server, wanted(params)?),
+        "textDocument/prepareCallHierarchy" => calls::prepare(server, wanted(params)?),
+        "callHierarchy/incomingCalls" => calls::incoming(server, wanted(params)?),
+        "callHierarchy/outgoingCalls" => calls::outgoing(server, wanted(params)?),
         "textDocument/prepareRename" => prepare_rename(server, wanted(params)?),
         "textDocument/rename" => rename(server, wanted(params)?),
         "textDocument/codeAction" => actions::actions(server, &wanted::<CodeActionParams>(params)?),
@@ -59,22 +61,12 @@ fn wanted<T: DeserializeOwned>(params: Json) -> Result<T, Refusal> {
     read(params).ok_or_else(|| Refusal(ErrorCode::InvalidParams, "the request is malformed".to_owned()))
 }
 
-fn json(value: impl Serialize) -> Answer {
-    serde_json::to_value(value).map_err(|error| Refusal(ErrorCode::InternalError, error.to_string()))
-}
-
-/// Document of a request, and the byte offset of its position.
-fn place<'s>(server: &'s Server, at: &TextDocumentPositionParams) -> Result<(&'s Document, usize), Refusal> {
-    let document = server.document(&at.text_document.uri)?;
-    Ok((document, document.lines.offset(at.position)))
-}
-
 fn markdown(value: String) -> MarkupContent {
     MarkupContent { kind: MarkupKind::Markdown, value }
 }
 
 fn completion(server: &Server, params: CompletionParams) -> Answer {
-    let (document, at) = place(server, &params.text_document_position)?;
+    let (document, at) = server.place(&params.text_document_position)?;
     let uri = document.uri.as_str();
     let snippets = server.client.snippets;
     let offers = ide::complete(server.cx(document), at);
@@ -98,7 +90,7 @@ fn resolve(server: &Server, mut item: CompletionItem) -> Answer {
 }
 
 fn hover(server: &Server, params: HoverParams) -> Answer {
-    let (document, at) = place(server, &params.text_document_position_params)?;
+    let (document, at) = server.place(&params.text_document_position_params)?;
     let found = hover::hover(server.cx(document), at, &*server.host.pictures(&server.workspace));
     json(found.map(|found| Hover {
         contents: HoverContents::Markup(markdown(found.markdown)),
@@ -107,7 +99,7 @@ fn hover(server: &Server, params: HoverParams) -> Answer {
 }
 
 fn signature(server: &Server, params: SignatureHelpParams) -> Answer {
-    let (document, at) = place(server, &params.text_document_position_params)?;
+    let (document, at) = server.place(&params.text_document_position_params)?;
     let Some(found) = ide::signature(server.cx(document), at) else { return json(Json::Null) };
     let active = found.active.and_then(|i| u32::try_from(i).ok());
     // Offsets in labels count UTF-16 units.
@@ -137,21 +129,21 @@ fn location(server: &Server, place: &navigate::FileRange) -> Option<Location> {
 }
 
 fn definition(server: &Server, params: GotoDefinitionParams) -> Answer {
-    let (document, at) = place(server, &params.text_document_position_params)?;
+    let (document, at) = server.place(&params.text_document_position_params)?;
     let found = navigate::definition(server.cx(document), &document.file, at);
     let found = found.map(|(_, place)| server.unpacked(place));
     json(found.and_then(|place| location(server, &place)))
 }
 
 fn references(server: &Server, params: ReferenceParams) -> Answer {
-    let (document, at) = place(server, &params.text_document_position)?;
+    let (document, at) = server.place(&params.text_document_position)?;
     let mut places = navigate::references(server.cx(document), &document.file, at);
     places.retain(|place| params.context.include_declaration || !place.declares);
     json(places.iter().filter_map(|place| location(server, place)).collect::<Vec<_>>())
 }
 
 fn highlight(server: &Server, params: DocumentHighlightParams) -> Answer {
-    let (document, at) = place(server, &params.text_document_position_params)?;
+    let (document, at) = server.place(&params.text_document_position_params)?;
     let found = navigate::highlight(server.cx(document), at).into_iter().map(|(range, declares)| DocumentHighlight {
         range: document.lines.span(&range),
         kind: Some(if declares { DocumentHighlightKind::WRITE } else { DocumentHighlightKind::READ }),
@@ -160,13 +152,13 @@ fn highlight(server: &Server, params: DocumentHighlightParams) -> Answer {
 }
 
 fn prepare_rename(server: &Server, params: TextDocumentPositionParams) -> Answer {
-    let (document, at) = place(server, &params)?;
+    let (document, at) = server.place(&params)?;
     let (range, placeholder) = rename::prepare(server.cx(document), &document.file, at).map_err(Refusal::because)?;
     json(PrepareRenameResponse::RangeWithPlaceholder { range: document.lines.span(&range), placeholder })
 }
 
 fn rename(server: &Server, params: RenameParams) -> Answer {
-    let (document, at) = place(server, &params.text_document_position)?;
+    let (document, at) = server.place(&params.text_document_position)?;
     server.workspace.rescan();
     let edits = rename::rename(server.cx(document), &document.file, at, &params.new_name).map_err(Refusal::because)?;
     json(convert::workspace_edit(server, &edits, &[]))
@@ -323,7 +315,7 @@ fn formatted_part(server: &Server, params: DocumentRangeFormattingParams) -> Ans
 
 impl Server {
     /// Replaces a library graph, which the editor cannot open, by a copy.
-    fn unpacked(&self, place: navigate::FileRange) -> navigate::FileRange {
+    pub(super) fn unpacked(&self, place: navigate::FileRange) -> navigate::FileRange {
         let inside = place.path.to_str().and_then(|path| path.strip_prefix("shibo:"));
         let library = self.workspace.registry().library();
         let Some((inside, library)) = inside.zip(library) else { return place };

@@ -5,7 +5,7 @@ use lsp_types::SemanticTokenType;
 use serde_json::{Value as Json, json};
 
 /// Commands that the server runs.
-const COMMANDS: [&str; 3] = ["shibo.render", "shibo.preview", "shibo.show"];
+const COMMANDS: [&str; 5] = ["shibo.render", "shibo.preview", "shibo.show", "shibo.follow", "shibo.unfollow"];
 
 /// Capabilities of the server.
 pub(crate) fn capabilities(encoding: Encoding, runs_commands: bool) -> Json {
@@ -23,6 +23,7 @@ pub(crate) fn capabilities(encoding: Encoding, runs_commands: bool) -> Json {
         "definitionProvider": true,
         "referencesProvider": true,
         "documentHighlightProvider": true,
+        "callHierarchyProvider": true,
         "renameProvider": { "prepareProvider": true },
         "codeActionProvider": {
             "codeActionKinds": ["quickfix", "refactor.extract", "refactor.inline", "refactor.rewrite", "source"],

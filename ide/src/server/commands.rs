@@ -3,7 +3,7 @@ use super::answer::{Answer, Refusal};
 use super::host::Command;
 use super::state::Server;
 use crate::lens::node_at;
-use crate::{Cx, File, Section, World};
+use crate::{Cx, File, Section, World, identity};
 use lsp_server::ErrorCode;
 use lsp_types::{ExecuteCommandParams, MessageType, Position, ShowMessageParams, Uri};
 use serde_json::Value as Json;
@@ -32,13 +32,18 @@ impl Server {
             "shibo.show" => {
                 let node =
                     name.ok_or_else(|| bad("the second argument is the name of a node, or a position in one"))?;
-                if !self.is_saved(&path, &node) {
+                if !self.is_shown(&path, &node) {
                     let message =
-                        format!("`{node}` is not in the saved file yet: save the file, then the page can show it");
+                        format!("`{node}` is not in the saved file yet: save the file, or follow its text in the page");
                     self.tell("window/showMessage", ShowMessageParams { typ: MessageType::INFO, message });
                     return Ok(Json::Null);
                 }
                 self.host.run(Command::Show(path, format!("@{node}")));
+            }
+            "shibo.follow" | "shibo.unfollow" => {
+                let path = self.document(&uri)?.file.path.clone();
+                let follow = params.command == "shibo.follow";
+                self.host.run(if follow { Command::Follow(path) } else { Command::Unfollow(path) });
             }
             other => return Err(Refusal(ErrorCode::InvalidParams, format!("there is no command `{other}`"))),
         }
@@ -46,7 +51,10 @@ impl Server {
     }
 
     /// Returns false if a node is in the text of the editor and is missing in the file on disk, which the page shows.
-    fn is_saved(&self, path: &Path, node: &str) -> bool {
+    fn is_shown(&self, path: &Path, node: &str) -> bool {
+        if self.host.follows(&identity(path)) {
+            return true;
+        }
         let name = node.split(['.', '/']).next().unwrap_or_default();
         let has = |file: &File| file.entry(Section::Nodes, name).is_some();
         let Ok(saved) = std::fs::read_to_string(path) else { return true };

@@ -13,6 +13,10 @@ pub enum Command {
     Render(PathBuf, String),
     /// Shows a target of a file: an output, `@NODE`, or the first output for an empty name.
     Show(PathBuf, String),
+    /// Shows the text of a file on its page as it is typed.
+    Follow(PathBuf),
+    /// Ends that.
+    Unfollow(PathBuf),
 }
 
 /// The program that runs a server.
@@ -36,6 +40,11 @@ pub trait Host {
 
     /// Begins a command; does not wait for its end.
     fn run(&self, _command: Command) {}
+
+    /// Returns whether a page shows the text of a file as it is typed.
+    fn follows(&self, _path: &Path) -> bool {
+        false
+    }
 
     /// The path of a copy of a library file, which an editor can open; `None` if there is no copy.
     fn copy(&self, _name: &str, _content: &[u8]) -> Option<PathBuf> {

@@ -3,6 +3,8 @@
 mod actions;
 mod answer;
 mod answers;
+mod apply;
+mod calls;
 mod capabilities;
 mod checker;
 mod client;

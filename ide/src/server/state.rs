@@ -9,7 +9,7 @@ use super::text::{Encoding, Lines};
 use super::uris;
 use crate::{Cx, File, Workspace, World, identity};
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId};
-use lsp_types::{InitializeParams, Uri};
+use lsp_types::{InitializeParams, TextDocumentPositionParams, Uri};
 use serde::de::DeserializeOwned;
 use serde_json::{Value as Json, json};
 use shibo_value::clock::Stopwatch;
@@ -21,7 +21,8 @@ use std::sync::Arc;
 pub(crate) struct Document {
     /// The editor's address of the file.
     pub(crate) uri: Uri,
-    version: i32,
+    /// Version in the editor.
+    pub(crate) version: i32,
     /// The parsed text.
     pub(crate) file: Arc<File>,
     /// Its lines.
@@ -113,11 +114,12 @@ impl Server {
         self.stopping
     }
 
-    /// Sends a request whose answer is ignored.
-    pub fn ask(&mut self, method: &str, params: impl serde::Serialize) {
+    /// Sends a request; returns its number, which the answer has too.
+    pub fn ask(&mut self, method: &str, params: impl serde::Serialize) -> RequestId {
         self.next += 1;
-        let request = Request::new(RequestId::from(self.next), method.to_owned(), params);
-        self.host.send(Message::Request(request));
+        let id = RequestId::from(self.next);
+        self.host.send(Message::Request(Request::new(id.clone(), method.to_owned(), params)));
+        id
     }
 
     /// Sends a notification to the editor.
@@ -137,6 +139,12 @@ impl Server {
     pub(crate) fn document(&self, uri: &Uri) -> Result<&Document, Refusal> {
         let missing = || Refusal(ErrorCode::InvalidParams, format!("`{}` is not open", uri.as_str()));
         self.documents.get(uri.as_str()).ok_or_else(missing)
+    }
+
+    /// Document of a request, and the byte offset of its position.
+    pub(crate) fn place(&self, at: &TextDocumentPositionParams) -> Result<(&Document, usize), Refusal> {
+        let document = self.document(&at.text_document.uri)?;
+        Ok((document, document.lines.offset(at.position)))
     }
 
     /// A file and its world.

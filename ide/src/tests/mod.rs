@@ -1,4 +1,5 @@
 //! Tests of the editor features on the shipped graphs.
+mod calls;
 mod changes;
 mod completion;
 mod edits;

@@ -140,6 +140,7 @@ const heard = {
     root.dataset.online = 'yes';
     connection.find(now.values);
     say($('file'), now.file);
+    $('unsaved').hidden = !now.unsaved;
     if (document.title !== `${now.file} · Shibo`) document.title = `${now.file} · Shibo`;
     page.looks.seen(now);
     follow();
@@ -396,6 +397,8 @@ page.sharpen = sharpen;
 /** @param {unknown} change @param {Values} after @param {string} label */
 async function write(change, after, label) {
   let written = false;
+  // While an editor follows the graph, the change is made in its text.
+  if (page.state.unsaved != null) label = label.replace('Saved to file', 'Put into the editor');
   try {
     page.parameters.take(after);
     await page.looks.save(change, after, label);

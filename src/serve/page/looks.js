@@ -124,8 +124,11 @@ export class Looks {
       this.add({ values, label: 'Opened', sha: scene.sha256 });
     } else if (scene.sha256 !== this.sha && scene.sha256 !== this.replaced) {
       this.sha = scene.sha256;
+      // Texts that an editor sends while it follows are one step.
+      const label = state.unsaved ? 'Typed' : 'File saved';
+      if (state.unsaved && this.at.label === label) this.at.sha = this.sha;
       // The server may not yet use values that were just set here.
-      this.add({ values: this.at.values, label: 'File saved', sha: scene.sha256, external: true });
+      else this.add({ values: this.at.values, label, sha: this.sha, external: true });
     }
   }
 

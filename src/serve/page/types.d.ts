@@ -88,6 +88,8 @@ interface State {
   file: string;
   /** The graph; in fact null until the file was sound for the first time. Modules that need it look at this before. */
   scene: Scene;
+  /** True if texts of an editor are shown that are not saved, false if all are; null if no editor follows the graph. */
+  unsaved?: boolean | null;
   values: Values;
   errors: Complaint[];
   warnings: Complaint[];

@@ -62,7 +62,7 @@ impl Client {
                 "capabilities": {
                     "general": general,
                     "textDocument": { "completion": { "completionItem": { "snippetSupport": true } } },
-                    "workspace": { "workspaceEdit": { "resourceOperations": ["create"], "documentChanges": true } },
+                    "workspace": { "workspaceEdit": { "resourceOperations": ["create"], "documentChanges": true }, "applyEdit": true },
                     "window": { "showDocument": { "support": true } },
                 },
             }),
@@ -102,6 +102,11 @@ impl Client {
         let id = self.next;
         self.write(&json!({ "jsonrpc": "2.0", "id": id, "method": method, "params": params }));
         id
+    }
+
+    /// Answers a request of the server.
+    pub(crate) fn respond(&mut self, id: &Json, result: &Json) {
+        self.write(&json!({ "jsonrpc": "2.0", "id": id, "result": result }));
     }
 
     /// The answer to a request.

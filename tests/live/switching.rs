@@ -5,11 +5,11 @@ use serde_json::Value as Json;
 use std::fs;
 use std::time::{Duration, Instant};
 
-/// A graph whose evaluation takes hours.
-const ENDLESS: &str = "(version: 1, canvas: (size_mm: 200, resolution: 64), nodes: { \"f\": Perlin(size: 9), \
+/// A graph whose evaluation takes many minutes.
+const ENDLESS: &str = "(version: 1, canvas: (size_mm: 60, resolution: 64), nodes: { \"f\": Perlin(size: 9), \
     \"p\": GridPoints(pitch: 0.3), \"l\": ConnectNeighbors(points: \"p\", neighbors: Eight), \
     \"s\": DefineSprings(lattice: \"l\", field: \"f\", stiffness: (1, 10)), \
-    \"moved\": SimulateSprings(springs: \"s\", step: 0.05, steps: 1000000, drag: 6), \
+    \"moved\": SimulateSprings(springs: \"s\", step: 0.05, steps: 100000, drag: 6), \
     \"w\": PlaceWrinkles(lattice: \"moved\"), \"d\": DrawWrinkles(segments: \"w\", width: (0.2, 0.4)) }, outputs: { \"mask\": \"d.mask\" })";
 
 fn wait(watch: &Watch, what: &str, is: impl Fn(&Json) -> bool) {

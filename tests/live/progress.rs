@@ -27,16 +27,16 @@ fn progress_is_the_share_of_known_costs() {
         page.wait(&format!("{ROOT}.sha == '{}' && {ROOT}.done == {ROOT}.generation", sha256(text.as_bytes())));
     };
     // The first run measures the costs.
-    place.write(&heavy(1500));
-    done(&mut page, &heavy(1500));
+    place.write(&heavy(4000));
+    done(&mut page, &heavy(4000));
     page.eval(
         "(() => { window.seen = []; const begun = performance.now(); window.watcher = setInterval(() => { const w = document.getElementById('working'); \
          if (!w.hidden) seen.push([performance.now() - begun, w.textContent, parseFloat(document.querySelector('#progress i').style.width)]); }, 40); })()",
     );
-    place.write(&heavy(1501));
+    place.write(&heavy(4001));
     page.wait("/^moved.* % of all · .* s$/.test(document.getElementById('working').textContent)");
     page.screenshot();
-    done(&mut page, &heavy(1501));
+    done(&mut page, &heavy(4001));
     let seen = page.eval("(clearInterval(watcher), seen.filter(s => s[1].includes('% of all')))");
     let seen: Vec<(f64, String, f64)> = serde_json::from_value(seen).unwrap();
     assert!(seen.len() > 4, "{seen:?}");

@@ -7,8 +7,8 @@
 //!
 //! The overlap, the pixels that two parts both read, is either handed over to the other part or computed twice. Handing
 //! over every field would write several times as much as needed: once a height is there, its inputs are not read. So
-//! the fields are visited from the pictures to their inputs. A field is handed over if most of its overlap is still
-//! read; its inputs are then not read for these pixels.
+//! the fields are visited from the pictures to their inputs. A field is handed over if more than a quarter of its
+//! overlap is still read; its inputs are then not read for these pixels.
 use super::demand::{At, Demand, Fields, at};
 use super::memory::TileKey;
 use super::region::{Region, minus};
@@ -17,6 +17,9 @@ use crate::value::{Field, Grid, Piece, Tile, Window};
 use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
+
+/// A field is handed over if more than one pixel in this many of its overlap is still read.
+const READ: u64 = 4;
 
 /// Another part of the picture, near the computed one.
 #[derive(Clone)]
@@ -133,7 +136,7 @@ fn handed_over(
 ) -> HashMap<At, Region> {
     let mut chosen = HashMap::new();
     Demand::of(fields, window, |field, grid, region| match shared.remove(&at(field, grid)) {
-        Some(overlap) if keeps(field, grid) && 2 * region.intersect(&overlap).pixels() > overlap.pixels() => {
+        Some(overlap) if keeps(field, grid) && READ * region.intersect(&overlap).pixels() > overlap.pixels() => {
             let rest = region.minus(&overlap);
             chosen.insert(at(field, grid), overlap);
             rest

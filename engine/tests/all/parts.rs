@@ -202,8 +202,7 @@ fn computes_shared_pixels_once_in_any_order() {
                     session.render_part(&graph, &request, part, &CancelToken::default(), &Silent).unwrap();
                 }
             });
-            // A field of which less than half is read is computed twice.
-            assert!(shared * 100 <= alone * 107, "{tile} {order:?}: {shared} of {alone}, {apart} without");
+            assert!(shared * 100 <= alone * 103, "{tile} {order:?}: {shared} of {alone}, {apart} without");
             join(parts.path(), out.path(), 64 << 20, &|_, _| true).unwrap();
             assert!(files(out.path()) == right, "{tile} {order:?}");
         }
@@ -241,7 +240,7 @@ fn strips_pass_on_shared_pixels() {
     let (whole, once, bands) = made(2 << 30);
     let (strips, count, more) = made(136 << 20);
     assert!(once == 1.0 && more >= 2 * bands, "the picture was not made in strips: {once}, {more} of {bands}");
-    assert!(count < 1.05, "{count}");
+    assert!(count < 1.03, "{count}");
     let [whole, strips] = [whole, strips].map(|of| shibo_picture::read_bytes(&of[0].1, &Default::default()).unwrap());
     assert!(whole.planes == strips.planes);
 }

@@ -406,6 +406,19 @@ fn solids_are_cut_along_a_mesh() {
     let flat = session.ask(json!({ "op": "render", "graph": "g1" }));
     assert!(file(&worn[0]) != file(&flat[0]), "the mesh has no effect");
 
+    // Pieces come from other places, as the graph file writes them.
+    let spread = json!({ "op": "render", "graph": "g1", "slot": "m", "on": { "mesh": "o2", "by": "Piece",
+        "place": { "move": [1, 40, 0], "turn": [0, 10, 0] }, "spread": [30, 30, 9], "turn": 45, "seed": 7 } });
+    let moved = session.ask(spread);
+    let by_piece = cut.replace("by: Part", "by: Piece, spread: (30, 30, 9), turn: 45, seed: 7");
+    desk.write("moved.ron", WOOD.replace(r#""color": CutPlane(solid: "wood")"#, &by_piece));
+    session.ok(json!({ "op": "open", "graph": desk.path("moved.ron") }));
+    let written = session.ask(json!({ "op": "render", "graph": "g4" }));
+    assert!(file(&moved[0]) == file(&written[0]) && file(&moved[0]) != file(&worn[0]), "pieces have other places");
+    let mut far = on("o2");
+    far["on"]["spread"] = json!([-1, 0, 0]);
+    assert_eq!(session.refused(far), "usage");
+
     let twice = session.ok(json!({ "op": "mesh", "file": desk.path("twice.obj") }));
     assert!(twice["overlaps"].as_f64().unwrap() > 0.1, "{twice}");
     assert_eq!(session.refused(on(twice["mesh"].as_str().unwrap())), "graph");

@@ -22,6 +22,9 @@ const LOOK: u32 = 512;
 /// Largest distance from the pith in mm, and largest turn in degrees.
 const FARTHEST: f64 = 1e7;
 const MOST_TURN: f64 = 360.0;
+/// The ranges of `spread` and `turn` of `BakeSolid`, in mm and degrees.
+const MOST_SPREAD: f64 = 1e6;
+const HALF_TURN: f64 = 180.0;
 
 /// The unit of lengths in a file.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
@@ -89,23 +92,35 @@ pub(super) struct On {
     place: Place,
     #[serde(default)]
     by: By,
+    /// Largest random shift of the pieces along x, y and z, in mm.
+    #[serde(default)]
+    spread: [f64; 3],
+    /// Largest random rotation of the pieces about z, in degrees.
+    #[serde(default)]
+    turn: f64,
+    /// Another seed cuts the pieces from other places.
+    #[serde(default)]
+    seed: u64,
 }
 
 impl On {
-    /// Refuses numbers that no place has.
+    /// Refuses numbers that no place and no cut has.
     pub(super) fn check(&self) -> Result<(), Refusal> {
         let within = |numbers: [f64; 3], most: f64| numbers.iter().all(|number| number.abs() <= most);
-        match within(self.place.position, FARTHEST) && within(self.place.turn, MOST_TURN) {
-            true => Ok(()),
-            false => {
-                Err(Refusal::new("usage", format!("`move` is at most {FARTHEST} mm, `turn` at most {MOST_TURN}°")))
-            }
+        if !within(self.place.position, FARTHEST) || !within(self.place.turn, MOST_TURN) {
+            return Err(Refusal::new("usage", format!("`move` is at most {FARTHEST} mm, `turn` at most {MOST_TURN}°")));
         }
+        let all = |numbers: &[f64], most: f64| numbers.iter().all(|number| (0.0..=most).contains(number));
+        if !all(&self.spread, MOST_SPREAD) || !all(&[self.turn], HALF_TURN) {
+            let wanted = format!("`spread` of `on` is from 0 to {MOST_SPREAD} mm, its `turn` from 0 to {HALF_TURN}°");
+            return Err(Refusal::new("usage", wanted));
+        }
+        Ok(())
     }
 
     /// Tells apart places and cuts, for keys.
     pub(super) fn text(&self) -> String {
-        format!("{:?} {:?}", self.place, self.by)
+        format!("{:?} {:?} {:?} {:?} {}", self.place, self.by, self.spread, self.turn, self.seed)
     }
 }
 
@@ -173,11 +188,13 @@ impl Loaded {
     pub(super) fn cut(&self, around: &Around<'_>, on: &On, size: DVec2) -> Result<Cut, Refusal> {
         let shared = around.shared;
         let Place { position: [x, y, z], turn: [a, b, c] } = on.place;
+        let [along_x, along_y, along_z] = on.spread;
         let nodes = format!(
             "\"atlas\": MeshAtlas(mesh: \"mesh\", overlap: Refuse), \
              \"placed\": PlaceInTree(solid: \"#808080\", position: ({x:?}, {y:?}, {z:?}), turn: ({a:?}, {b:?}, {c:?})), \
-             \"cut\": BakeSolid(atlas: \"atlas\", solid: \"placed\", by: {:?})",
-            on.by
+             \"cut\": BakeSolid(atlas: \"atlas\", solid: \"placed\", by: {:?}, \
+             spread: ({along_x:?}, {along_y:?}, {along_z:?}), turn: {:?}, seed: {})",
+            on.by, on.turn, on.seed
         );
         let graph = self.graph(shared, size, &nodes)?;
         let keys = shared.session.keys(&graph).map_err(|failure| self.refusal(shared, failure, &graph))?;

@@ -170,15 +170,15 @@ fn make(state: &State, request: &RenderRequest, cancel: &CancelToken) -> Result<
     let opened = open(&state.tools, &state.folders, &source)?;
     let set: Vec<(String, String)> = request.set.clone().into_iter().collect();
     let values = (&set[..], request.preset.as_deref());
-    let loaded = load(&state.tools, &state.folders, &opened, values, Some(Resolution::Longer(side)));
+    let loaded = load(&state.tools, &opened, values, Some(Resolution::Longer(side)));
     let Some(graph) = loaded.graph else {
-        return Err(NoPicture::Faulty(findings(&state.tools, &state.folders, &loaded.diagnostics, &loaded.sources)));
+        return Err(NoPicture::Faulty(findings(&state.tools, &loaded.diagnostics, &loaded.sources)));
     };
     let name = target_name(&graph, request)?;
     let session = state.session()?;
     let sources = loaded.sources;
     let failed = |failure: Failure| match failure {
-        Failure::Errors(errors) => NoPicture::Faulty(findings(&state.tools, &state.folders, &errors, &sources)),
+        Failure::Errors(errors) => NoPicture::Faulty(findings(&state.tools, &errors, &sources)),
         Failure::Cancelled => Refusal::new("cancelled", "the call was cancelled", "").into(),
         Failure::File(message) | Failure::Usage(message) => Refusal::new("bad-value", message, "").into(),
     };

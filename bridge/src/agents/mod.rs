@@ -5,6 +5,7 @@ mod folders;
 mod graphs;
 mod nodes;
 mod pictures;
+mod region;
 mod roots;
 mod save;
 mod state;

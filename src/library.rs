@@ -1,6 +1,7 @@
 //! The registry of this process: the kinds of nodes, and the graphs that can be imported by name.
 use crate::environment;
 use shibo_bridge::Tools;
+use shibo_engine::eval::CancelToken;
 use shibo_graph::Gate;
 use shibo_ide::migrate;
 use shibo_node::registry::Registry;
@@ -27,7 +28,12 @@ pub(crate) fn tools() -> Tools {
     static TOOLS: OnceLock<Tools> = OnceLock::new();
     let tools = || {
         let registry = Arc::new(registry());
-        Tools { registry, import_paths: environment::import_paths().to_vec(), gate: Gate::default() }
+        Tools {
+            registry,
+            import_paths: environment::import_paths().to_vec(),
+            gate: Gate::default(),
+            cancel: CancelToken::default(),
+        }
     };
     TOOLS.get_or_init(tools).clone()
 }

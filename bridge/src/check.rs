@@ -95,14 +95,14 @@ pub struct FixEdit {
     pub text: String,
 }
 
-/// Checks a graph.
+/// Checks a graph. A cancelled check leaves advice and fixes out.
 pub fn check(tools: &Tools, request: &CheckRequest) -> Checked {
     let GraphText { path, text } = &request.graph;
     let options =
         LoadOptions { import_paths: tools.import_paths.clone(), gate: tools.gate.clone(), ..LoadOptions::default() };
     let loaded = load_text(path, text, &tools.registry, &options);
     let mut diagnostics = loaded.diagnostics;
-    if let Some(graph) = &loaded.graph {
+    if let Some(graph) = loaded.graph.as_ref().filter(|_| !tools.cancel.is_cancelled()) {
         diagnostics.extend(advice(tools, graph));
     }
     Checked { diagnostics: located(tools, &diagnostics, &loaded.sources), text: text.clone() }
@@ -134,7 +134,9 @@ pub fn advice(tools: &Tools, graph: &Graph) -> Vec<Diagnostic> {
 
 pub(crate) fn workspace(tools: &Tools) -> Workspace {
     let workspace = Workspace::new(tools.registry.clone(), Vec::new());
-    workspace.with_import_paths(tools.import_paths.clone()).with_gate(tools.gate.clone())
+    let cancel = tools.cancel.clone();
+    let workspace = workspace.with_import_paths(tools.import_paths.clone()).with_gate(tools.gate.clone());
+    workspace.with_cancel(move || cancel.is_cancelled())
 }
 
 /// The places and fixes of diagnostics. Those of imports and of the command line have no fixes.

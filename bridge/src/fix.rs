@@ -34,16 +34,19 @@ pub struct Fixed {
     pub applied: Vec<String>,
 }
 
-/// Applies the best fix of each error until none is left. Comments stay.
+/// Applies the best fix of each error until none is left. Comments stay. A cancelled call leaves the text as it is.
 pub fn fix(tools: &Tools, request: &FixRequest) -> Fixed {
     let mut graph = request.graph.clone();
     let mut applied = Vec::new();
     for _ in 0..request.rounds.min(ROUNDS) {
         let Some((text, titles)) = round(tools, &graph, request.applies) else { break };
+        if tools.cancel.is_cancelled() {
+            break;
+        }
         graph.text = text;
         applied.extend(titles);
     }
-    if !improves(tools, &request.graph, &graph.text) {
+    if tools.cancel.is_cancelled() || !improves(tools, &request.graph, &graph.text) {
         graph.text.clone_from(&request.graph.text);
         applied.clear();
     }
@@ -105,6 +108,9 @@ fn is_better(before: &Errors, after: &Errors) -> bool {
 fn one_by_one(cx: Cx<'_>, wanted: &[Fix], mut before: Errors) -> Option<(String, Vec<String>)> {
     let mut kept: Vec<Fix> = Vec::new();
     for fix in wanted {
+        if cx.world.is_cancelled() {
+            break;
+        }
         kept.push(fix.clone());
         let after = errors(cx, &apply(&cx.file.text, &joined(&kept).0));
         if is_better(&before, &after) || kept.len() == 1 {

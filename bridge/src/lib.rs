@@ -16,6 +16,8 @@
 //! - [`scene`]: the pictures of all targets of a graph, for the page, editors and agents.
 #[cfg(feature = "agents")]
 pub mod agents;
+#[cfg(test)]
+mod cancel_tests;
 pub mod check;
 pub mod compare;
 pub mod diff;
@@ -53,6 +55,7 @@ pub use pictures::picture;
 pub use schema::{kind_schema, schema};
 
 use serde::{Deserialize, Serialize};
+use shibo_engine::eval::CancelToken;
 use shibo_graph::Gate;
 use shibo_node::registry::Registry;
 use std::path::PathBuf;
@@ -67,6 +70,16 @@ pub struct Tools {
     pub import_paths: Vec<PathBuf>,
     /// Decides which files graphs may read.
     pub gate: Gate,
+    /// Ends [`check()`] and [`fix()`] early. Their answers are incomplete then.
+    pub cancel: CancelToken,
+}
+
+impl Tools {
+    /// These tools for an operation that ends early when `cancel` asks for it.
+    #[must_use]
+    pub fn until(&self, cancel: &CancelToken) -> Self {
+        Self { cancel: cancel.clone(), ..self.clone() }
+    }
 }
 
 /// A graph as text.

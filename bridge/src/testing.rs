@@ -15,6 +15,7 @@ pub(crate) fn tools() -> Tools {
         registry: Arc::new(shibo_library::registry()),
         import_paths: Vec::new(),
         gate: shibo_graph::Gate::default(),
+        cancel: shibo_engine::eval::CancelToken::default(),
     }
 }
 

@@ -4,11 +4,11 @@ use super::habits::Habits;
 use super::world::World;
 use shibo_graph::{Gate, LoadOptions, import_path};
 use shibo_node::registry::Registry;
+use shibo_value::files::{Facts, FileKind};
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
-use std::time::SystemTime;
 
 /// Files larger than this number of bytes are not read as graphs.
 const LARGEST: u64 = 8 << 20;
@@ -34,8 +34,7 @@ fn habits_of(registry: &Arc<Registry>) -> LazyHabits {
 
 /// State of a file on disk when it was last read.
 struct Seen {
-    modified: Option<SystemTime>,
-    len: u64,
+    facts: Facts,
     file: Arc<File>,
 }
 
@@ -60,6 +59,7 @@ pub struct Workspace {
     open: HashMap<PathBuf, Arc<File>>,
     known: Mutex<Known>,
     habits: LazyHabits,
+    cancelled: Arc<dyn Fn() -> bool + Send + Sync>,
 }
 
 impl Workspace {
@@ -74,6 +74,7 @@ impl Workspace {
             open: HashMap::new(),
             known: Mutex::default(),
             habits,
+            cancelled: Arc::new(|| false),
         }
     }
 
@@ -89,9 +90,16 @@ impl Workspace {
         Self { gate, ..self }
     }
 
+    /// Ends long work early once a function returns true.
+    #[must_use]
+    pub fn with_cancel(self, cancelled: impl Fn() -> bool + Send + Sync + 'static) -> Self {
+        Self { cancelled: Arc::new(cancelled), ..self }
+    }
+
     /// Replaces the gate.
     pub fn set_gate(&mut self, gate: Gate) {
         self.gate = gate;
+        self.known().files.clear();
         self.rescan();
     }
 
@@ -103,7 +111,7 @@ impl Workspace {
 
     /// Opens a file with this text.
     pub fn open(&mut self, path: &Path, text: impl Into<Arc<str>>) -> Arc<File> {
-        let path = identity(path);
+        let path = self.identity(path);
         let file = Arc::new(File::new(path.clone(), text));
         self.open.insert(path, file.clone());
         self.refresh();
@@ -118,7 +126,7 @@ impl Workspace {
 
     /// Closes a file.
     pub fn close(&mut self, path: &Path) {
-        self.open.remove(&identity(path));
+        self.open.remove(&self.identity(path));
         self.refresh();
     }
 
@@ -160,18 +168,20 @@ impl Workspace {
             let text = self.registry.library()?.text(inside.trim_start_matches('/'))?;
             return Some(Arc::new(File::new(path, text)));
         }
-        let path = &self.gate.real(path)?;
-        let metadata = fs::metadata(path).ok().filter(|m| m.is_file() && m.len() <= LARGEST)?;
-        let (modified, len) = (metadata.modified().ok(), metadata.len());
-        if let Some(seen) = self.known().files.get(path)
-            && modified.is_some()
-            && (seen.modified, seen.len) == (modified, len)
-        {
+        let source = self.gate.file(path)?;
+        let facts = source.facts().ok().filter(|facts| facts.is_file() && facts.length <= LARGEST)?;
+        if let Some(seen) = self.known().files.get(source.path()).filter(|seen| seen.facts == facts) {
             return Some(seen.file.clone());
         }
-        let file = Arc::new(File::new(path, fs::read_to_string(path).ok()?));
-        self.known().files.insert(path.to_owned(), Seen { modified, len, file: file.clone() });
+        let text = String::from_utf8(source.bytes(LARGEST).ok()?).ok()?;
+        let file = Arc::new(File::new(source.path(), text));
+        self.known().files.insert(source.path().to_owned(), Seen { facts, file: file.clone() });
         Some(file)
+    }
+
+    /// A path that is equal for all paths to one file, as [`identity`] is for those of the machine.
+    fn identity(&self, path: &Path) -> PathBuf {
+        if !is_library(path) && self.gate.has(path) { self.gate.identity(path) } else { lexical(path) }
     }
 
     /// Graph files in the folders.
@@ -207,7 +217,7 @@ impl World for Workspace {
     }
 
     fn file(&self, path: &Path) -> Option<Arc<File>> {
-        let path = identity(path);
+        let path = self.identity(path);
         if let Some(open) = self.open.get(&path) {
             return Some(open.clone());
         }
@@ -224,10 +234,9 @@ impl World for Workspace {
         if let Some(known) = self.known().imports.get(&key) {
             return known.clone();
         }
-        let open = |path: &Path| self.open.contains_key(&identity(path));
-        let found = import_path(from, name, (self.registry.library(), &self.import_paths), &open);
-        let passes = |path: &PathBuf| path.starts_with(LIBRARY) || open(path) || self.gate.real(path).is_some();
-        let found = found.map(|path| identity(&path)).filter(passes);
+        let open = |path: &Path| self.open.contains_key(&self.identity(path));
+        let found = import_path(from, name, (self.registry.library(), &self.import_paths, &self.gate), &open);
+        let found = found.map(|path| self.identity(&path));
         self.known().imports.insert(key, found.clone());
         found
     }
@@ -241,12 +250,13 @@ impl World for Workspace {
     }
 
     fn folder(&self, path: &Path) -> Vec<(String, bool)> {
-        let folder = self.gate.real(path);
-        let entries = folder.and_then(|folder| fs::read_dir(folder).ok()).into_iter().flatten().flatten();
-        let mut names: Vec<(String, bool)> = entries
-            .filter_map(|entry| Some((entry.file_name().into_string().ok()?, entry.path().is_dir())))
-            .take(FILES)
-            .collect();
+        let is_folder = |name: &str| {
+            let facts = self.gate.file(&path.join(name)).and_then(|file| file.facts().ok());
+            facts.is_some_and(|facts| facts.kind == FileKind::Folder)
+        };
+        let names = self.gate.names(path).into_iter().filter_map(|name| name.into_string().ok()).take(FILES);
+        let mut names: Vec<(String, bool)> =
+            names.map(|name| (is_folder(&name), name)).map(|(folder, name)| (name, folder)).collect();
         names.sort();
         names
     }
@@ -267,14 +277,22 @@ impl World for Workspace {
             ..LoadOptions::default()
         }
     }
+
+    fn is_cancelled(&self) -> bool {
+        (self.cancelled)()
+    }
 }
 
 /// Canonical path, without links, `.` and `..`, so that equal paths mean the same file.
 pub fn identity(path: &Path) -> PathBuf {
-    if path.starts_with(LIBRARY) || path.to_str().is_some_and(|path| path.starts_with(LIBRARY)) {
+    if is_library(path) {
         return lexical(path);
     }
     path.canonicalize().unwrap_or_else(|_| lexical(path))
+}
+
+fn is_library(path: &Path) -> bool {
+    path.starts_with(LIBRARY) || path.to_str().is_some_and(|path| path.starts_with(LIBRARY))
 }
 
 fn lexical(path: &Path) -> PathBuf {

@@ -31,6 +31,11 @@ pub trait World {
     fn options(&self) -> LoadOptions {
         LoadOptions::default()
     }
+
+    /// True if no answer is needed any more. Long work then ends early with an incomplete one.
+    fn is_cancelled(&self) -> bool {
+        false
+    }
 }
 
 /// A file and its world.

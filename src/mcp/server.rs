@@ -10,8 +10,7 @@ use rmcp::model::{
     ListResourcesResult, ListToolsResult, PaginatedRequestParams, ReadResourceRequestParams, ReadResourceResponse,
     ReadResourceResult, ResourceContents, ServerCapabilities, ServerConfig, Tool, ToolAnnotations,
 };
-use rmcp::service::RequestContext;
-use rmcp::transport::async_rw::AsyncRwTransport;
+use rmcp::service::{RequestContext, ServerInitializeError};
 use rmcp::{ErrorData, RoleServer, ServerHandler, ServiceExt};
 use serde_json::Value as Json;
 use shibo_bridge::Tools;
@@ -19,9 +18,13 @@ use shibo_bridge::agents::{Folders, State};
 use shibo_engine::session::Settings;
 use std::sync::Arc;
 use std::time::Duration;
+use tokio::io::AsyncWrite;
+use tokio::task::JoinHandle;
 
-/// The longest wait for the last answers to be written.
-const LAST: Duration = Duration::from_millis(300);
+/// After the end of stdin, calls may end by themselves for this time. Then they are cancelled.
+const PATIENCE: Duration = Duration::from_millis(300);
+/// The longest wait for the answers of cancelled calls to be written, and then for their threads.
+const LAST: Duration = Duration::from_millis(200);
 /// The largest answer in bytes.
 const ANSWER: usize = 4 << 20;
 /// Bytes of the cache on disk.
@@ -49,25 +52,41 @@ fn state(args: &McpArgs) -> Result<State, String> {
 /// Runs the server until stdin ends.
 pub(super) fn run(args: &McpArgs) -> Result<(), Quit> {
     let state = Arc::new(state(args).map_err(Quit::Usage)?);
-    let server = Server { state, limits: Arc::new(Limits::new(args.seconds)) };
+    let limits = Arc::new(Limits::new(Duration::from_secs(u64::from(args.seconds))));
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build();
     let runtime = runtime.map_err(|error| Quit::failed(format!("the server cannot start: {error}")))?;
     let served = runtime.block_on(async {
-        let lines = Lines::start(tokio::io::stdin(), tokio::io::stdout());
-        let transport = AsyncRwTransport::new_server(lines.questions, lines.answers);
-        let served = match server.serve(transport).await {
-            Ok(running) => running.waiting().await.map(drop).map_err(|error| error.to_string()),
-            // A client that leaves before the handshake is no failure.
-            Err(rmcp::service::ServerInitializeError::ConnectionClosed(_)) => Ok(()),
-            Err(error) => Err(error.to_string()),
-        };
-        // The last answers are still on their way to stdout.
-        let _ = tokio::time::timeout(LAST, lines.printed).await;
-        served
+        let (lines, ended) = Lines::start(tokio::io::stdin(), tokio::io::stdout());
+        serve(Server { state, limits }, lines, ended).await
     });
     // Calls that still run are dropped with the process.
-    runtime.shutdown_timeout(Duration::from_millis(300));
+    runtime.shutdown_timeout(LAST);
     served.map_err(|error| Quit::failed(format!("the connection failed: {error}")))
+}
+
+/// Serves a client until its lines have ended, and at most half a second longer.
+async fn serve<W: AsyncWrite + Send + Unpin + 'static>(
+    server: Server,
+    lines: Lines<W>,
+    ended: JoinHandle<std::io::Result<()>>,
+) -> Result<(), String> {
+    let running = match server.serve(lines).await {
+        Ok(running) => running,
+        // A client that leaves before the handshake is no failure.
+        Err(ServerInitializeError::ConnectionClosed(_)) => return Ok(()),
+        Err(error) => return Err(error.to_string()),
+    };
+    let calls = running.cancellation_token();
+    let late = async {
+        let _ = ended.await;
+        tokio::time::sleep(PATIENCE).await;
+        calls.cancel();
+        tokio::time::sleep(LAST).await;
+    };
+    tokio::select! {
+        served = running.waiting() => served.map(drop).map_err(|error| error.to_string()),
+        () = late => Ok(()),
+    }
 }
 
 impl ServerHandler for Server {
@@ -127,9 +146,12 @@ impl ServerHandler for Server {
     async fn read_resource(
         &self,
         request: ReadResourceRequestParams,
-        _context: RequestContext<RoleServer>,
+        context: RequestContext<RoleServer>,
     ) -> Result<ReadResourceResponse, ErrorData> {
-        let Some((text, mime)) = pages::read(&self.state.tools, &request.uri) else {
+        let (state, uri) = (self.state.clone(), request.uri.clone());
+        let read = self.limits.clone().call(context.ct.cancelled(), move |_| pages::read(&state.tools, &uri)).await;
+        let read = read.map_err(|refusal| ErrorData::internal_error(refusal.message, None))?;
+        let Some((text, mime)) = read else {
             return Err(ErrorData::resource_not_found("there is no such resource", None));
         };
         let contents = ResourceContents::text(text, request.uri).with_mime_type(mime);

@@ -107,8 +107,8 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         input: schema::<DescribeRequest>,
         output: schema::<Described>,
         writes: false,
-        run: |state, arguments, _| {
-            with(arguments, |request| match describe(&state.tools, &state.folders, &request) {
+        run: |state, arguments, cancel| {
+            with(arguments, |request| match describe(&state.tools.until(cancel), &state.folders, &request) {
                 Ok(Ok(described)) => Answer::of(&described),
                 Ok(Err(checked)) => NoPicture::Faulty(checked).into(),
                 Err(refusal) => refusal.into(),
@@ -121,7 +121,9 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         input: schema::<Source>,
         output: schema::<Checked>,
         writes: false,
-        run: |state, arguments, _| with(arguments, |source| answer(check(&state.tools, &state.folders, &source))),
+        run: |state, arguments, cancel| {
+            with(arguments, |source| answer(check(&state.tools.until(cancel), &state.folders, &source)))
+        },
     },
     ToolInfo {
         name: "fix",
@@ -129,7 +131,9 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         input: schema::<FixArgs>,
         output: schema::<Fixed>,
         writes: false,
-        run: |state, arguments, _| with(arguments, |args| answer(fix(&state.tools, &state.folders, &args))),
+        run: |state, arguments, cancel| {
+            with(arguments, |args| answer(fix(&state.tools.until(cancel), &state.folders, &args)))
+        },
     },
     ToolInfo {
         name: "format",
@@ -137,11 +141,13 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         input: schema::<Source>,
         output: schema::<Formatted>,
         writes: false,
-        run: |state, arguments, _| with(arguments, |source| answer(format(&state.tools, &state.folders, &source))),
+        run: |state, arguments, cancel| {
+            with(arguments, |source| answer(format(&state.tools.until(cancel), &state.folders, &source)))
+        },
     },
     ToolInfo {
         name: "render",
-        doc: "A thumbnail of an output or a node as PNG, with the range and the mean of its values.",
+        doc: "A thumbnail of an output or a node as PNG, with the range and the mean of its values. `region` shows a part enlarged.",
         input: schema::<RenderRequest>,
         output: schema::<Rendered>,
         writes: false,

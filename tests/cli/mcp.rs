@@ -81,14 +81,15 @@ impl Client {
         content["refused"]["code"].as_str().unwrap_or_default().to_owned()
     }
 
-    /// Closes stdin; the server must end within a second.
-    fn end(mut self) {
+    /// Closes stdin; the server must end within a second, and within three on a busy machine. Returns the last lines.
+    fn end(mut self) -> String {
         drop(self.stdin.take());
         let start = Instant::now();
         let mut rest = String::new();
         self.stdout.read_to_string(&mut rest).unwrap();
         assert_eq!(self.server.wait().unwrap().code(), Some(0));
         assert!(start.elapsed() < Duration::from_secs(3), "{:?}", start.elapsed());
+        rest
     }
 }
 
@@ -257,7 +258,13 @@ fn bad_lines_and_long_calls_do_not_end_the_server() {
     let text = "x".repeat(9 << 20);
     let error = client.ask("tools/call", &json!({ "name": "check", "arguments": { "text": text } }));
     assert!(error["error"]["message"].as_str().unwrap().contains("longer than 8 MiB"), "{error}");
-    writeln!(client.stdin.as_mut().unwrap(), "not json").unwrap();
+    for (line, code) in
+        [("not json", -32700), ("{}", -32600), (r#"{"jsonrpc":"2.0","id":1.5,"method":"ping"}"#, -32600)]
+    {
+        writeln!(client.stdin.as_mut().unwrap(), "{line}").unwrap();
+        let error = client.receive().unwrap();
+        assert_eq!((&error["id"], &error["error"]["code"]), (&Json::Null, &json!(code)), "{error}");
+    }
     let (content, good) = client.call("render", &json!({ "path": "shibo:oak", "size": 512 }));
     assert!(good || content["refused"]["code"] == "too-long", "{content}");
     // Cancelling frees the place of a call.
@@ -272,5 +279,145 @@ fn bad_lines_and_long_calls_do_not_end_the_server() {
             break;
         }
     }
+    client.end();
+}
+
+/// A graph that takes minutes.
+const LONG: &str = r#"(
+  canvas: (size_mm: 200, resolution: 64, tile: Both, seed: 1),
+  nodes: {
+    "noise": Fractal(size: 9), "points": PoissonPoints(pitch: 1), "net": ConnectNeighbors(points: "points"),
+    "springs": DefineSprings(lattice: "net", field: "noise"),
+    "moved": SimulateSprings(springs: "springs", steps: 100000, drag: 4),
+    "folds": PlaceWrinkles(lattice: "moved"), "drawn": DrawWrinkles(segments: "folds", width: (0.5, 1)),
+  },
+  outputs: { "mask": "drawn.mask" },
+)"#;
+
+#[test]
+fn end_of_stdin_ends_work() {
+    let desk = Desk::new();
+    let Some(mut client) = Client::start(&desk, "mcp --threads 1") else { return };
+    // Four calls run, and two wait.
+    for _ in 0..6 {
+        client.send("tools/call", &json!({ "name": "render", "arguments": { "text": LONG } }));
+    }
+    // Its answer tells that the calls are read.
+    client.send("ping", &json!({}));
+    assert_eq!(client.receive().unwrap()["id"], client.id);
+    std::thread::sleep(Duration::from_millis(200));
+    let rest = client.end();
+    // Calls that are answered at all tell that they were cancelled.
+    assert!(rest.lines().all(|line| line.contains("cancelled")), "{rest}");
+}
+
+#[test]
+fn calls_that_were_given_up_make_room() {
+    let desk = Desk::new();
+    let Some(mut client) = Client::start(&desk, "mcp --threads 1") else { return };
+    // More than the requests that may wait for their answers.
+    for _ in 0..80 {
+        client.send("tools/call", &json!({ "name": "render", "arguments": { "text": LONG } }));
+        let id = client.id;
+        client.line(&json!({ "jsonrpc": "2.0", "method": "notifications/cancelled", "params": { "requestId": id } }));
+    }
+    client.send("tools/call", &json!({ "name": "check", "arguments": { "text": "(nodes: {})" } }));
+    // A call that was refused before it was cancelled may be answered first.
+    let answer = std::iter::repeat_with(|| client.receive().unwrap()).find(|answer| answer["id"] == 82).unwrap();
+    assert!(answer["result"]["isError"] != true || answer.to_string().contains("busy"), "{answer}");
+    client.end();
+}
+
+#[test]
+fn a_client_may_read_its_answers_late() {
+    let desk = Desk::new();
+    let Some(mut client) = Client::start(&desk, "mcp") else { return };
+    let first = client.id + 1;
+    for _ in 0..300 {
+        client.send("tools/list", &json!({}));
+    }
+    let mut ids: Vec<u64> = (0..300).map(|_| client.receive().unwrap()["id"].as_u64().unwrap()).collect();
+    ids.sort_unstable();
+    assert_eq!(ids, (first..first + 300).collect::<Vec<u64>>());
+    client.end();
+}
+
+#[test]
+fn render_shows_a_region() {
+    let desk = Desk::new();
+    desk.write("a.ron", GRAPH);
+    let Some(mut client) = Client::start(&desk, "mcp --read .") else { return };
+    let mut bumps = |size: u32, region: Option<[f64; 4]>| {
+        let arguments = json!({ "path": "a.ron", "output": "bumps", "size": size, "region": region });
+        client.good("render", &arguments)
+    };
+    let whole = bumps(128, None);
+    assert_eq!((&whole["size"], &whole["region"]), (&json!([128, 128]), &json!([0.0, 0.0, 40.0, 40.0])));
+    let part = bumps(64, Some([10.0, 20.0, 10.0, 5.0]));
+    assert_eq!((&part["size"], &part["region"]), (&json!([64, 32]), &json!([10.0, 20.0, 10.0, 5.0])));
+    assert_eq!(part["mm_per_pixel"].as_f64(), Some(10.0 / 64.0));
+    // Four quarters have the pixels of the whole.
+    let quarters =
+        [[0.0, 0.0], [20.0, 0.0], [0.0, 20.0], [20.0, 20.0]].map(|[x, y]| bumps(64, Some([x, y, 20.0, 20.0])));
+    let each = |name: &str| quarters.clone().map(|quarter| quarter[name][0].as_f64().unwrap());
+    let same = |name: &str, value: f64| (whole[name][0].as_f64().unwrap() - value).abs() < 1e-6;
+    assert!(same("min", each("min").into_iter().fold(f64::INFINITY, f64::min)), "{whole} {quarters:?}");
+    assert!(same("max", each("max").into_iter().fold(f64::NEG_INFINITY, f64::max)), "{whole} {quarters:?}");
+    assert!(same("mean", each("mean").iter().sum::<f64>() / 4.0), "{whole} {quarters:?}");
+    assert!(each("mean")[0] != each("mean")[1], "{quarters:?}");
+    for region in [json!([35, 0, 10, 10]), json!([0, 0, 0, 1]), json!([0, 0, 0.01, 0.01])] {
+        let arguments = json!({ "path": "a.ron", "output": "bumps", "region": region });
+        assert_eq!(client.refused("render", &arguments), "out-of-range", "{region}");
+    }
+    client.end();
+}
+
+#[test]
+fn agents_see_no_paths_of_the_machine() {
+    let desk = Desk::new();
+    for folder in ["one/deep", "one/lib", "two"] {
+        std::fs::create_dir_all(desk.path(folder)).unwrap();
+    }
+    let import = |path: &str| format!("(imports: {{ \"x\": \"{path}\" }}, nodes: {{ \"a\": Perlim() }})");
+    desk.write("one/shibo.toml", "[imports]\npaths = [\"lib\"]\n");
+    desk.write("one/lib/found.ron", GRAPH);
+    desk.write("one/deep/good.ron", import("found"));
+    desk.write("one/deep/bad.ron", import("none"));
+    desk.write("two/b.ron", import("c.ron"));
+    desk.write("two/c.ron", GRAPH);
+    desk.write("one/broken.png", "no picture");
+    let Some(mut client) = Client::start(&desk, "mcp --read one --read two --write two") else { return };
+    let here = desk.path("").canonicalize().unwrap().to_string_lossy().trim_end_matches('/').to_owned();
+    let given = desk.path("").to_string_lossy().trim_end_matches('/').to_owned();
+    let mut ask = |tool: &str, arguments: Json| {
+        let (content, _) = client.call(tool, &arguments);
+        assert!(
+            ![&here, &given].into_iter().any(|path| content.to_string().contains(path.as_str())),
+            "{tool}: {content}"
+        );
+        content
+    };
+    let listed = ask("list_graphs", json!({})).to_string();
+    for path in ["deep/good.ron", "lib/found.ron", "2:/b.ron", "2:/c.ron"] {
+        assert!(listed.contains(&format!("\"{path}\"")), "{listed}");
+    }
+    // The settings of the folder count from any folder in it, and imports of the second folder are found beside their graph.
+    for (path, errors) in [("deep/good.ron", 1), ("deep/bad.ron", 2), ("2:/b.ron", 1)] {
+        let checked = ask("check", json!({ "path": path }));
+        let found = checked["errors"].as_array().unwrap();
+        assert_eq!(found.len(), errors, "{checked}");
+        assert!(found.iter().all(|error| error["file"] == path), "{checked}");
+    }
+    let absolute = format!("{given}/one/deep/good.ron");
+    assert_eq!(ask("check", json!({ "path": absolute }))["errors"][0]["file"], "deep/good.ron");
+    for picture in ["none.png", "deep", "broken.png", "set.<UDIM>.png", "2:/none.png", "shibo.toml"] {
+        let text = format!("(nodes: {{ \"a\": Image(path: \"{picture}\") }}, outputs: {{ \"a\": \"a\" }})");
+        for tool in ["check", "fix", "render", "describe_graph"] {
+            let said = ask(tool, json!({ "text": text })).to_string();
+            assert!(tool == "describe_graph" || said.contains(picture), "{tool} {picture}: {said}");
+        }
+    }
+    ask("write", json!({ "path": "none/a.ron", "text": "x" }));
+    ask("compare", json!({ "a": { "file": "broken.png" }, "b": { "file": "none.png" } }));
     client.end();
 }

@@ -11,6 +11,7 @@
 
 use shibo_bridge::Tools;
 use shibo_bridge::host::{Host, Serial};
+use shibo_engine::eval::CancelToken;
 use shibo_engine::session::{Session, Settings};
 use shibo_graph::Gate;
 use shibo_value::clock;
@@ -51,7 +52,8 @@ fn start() -> State {
     let registry = Arc::new(shibo_library::registry());
     let settings = Settings { threads: 1, memory: MEMORY, ..Settings::default() };
     let session = Session::new(registry.clone(), &settings).unwrap_or_else(|error| panic!("{error}"));
-    let tools = Tools { registry, import_paths: Vec::new(), gate: Gate::of(Memory::default()) };
+    let gate = Gate::of(Memory::default());
+    let tools = Tools { registry, import_paths: Vec::new(), gate, cancel: CancelToken::default() };
     State { host: Serial::new(Host::new(session, tools)), answer: Vec::new() }
 }
 

@@ -93,9 +93,9 @@ pub fn describe(
     source: &DescribeRequest,
 ) -> Result<Result<Described, Checked>, Refusal> {
     let opened = open(tools, folders, source)?;
-    let loaded = load(tools, folders, &opened, (&[], None), None);
+    let loaded = load(tools, &opened, (&[], None), None);
     let Some(graph) = loaded.graph else {
-        return Ok(Err(findings(tools, folders, &loaded.diagnostics, &loaded.sources)));
+        return Ok(Err(findings(tools, &loaded.diagnostics, &loaded.sources)));
     };
     let params = graph.params.iter().map(|param| Param {
         name: param.name.clone(),

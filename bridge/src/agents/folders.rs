@@ -1,85 +1,23 @@
-//! The folders that an agent may read and write. A file counts by its real location: it is found beneath an opened folder, and a
-//! link that leads out of that folder is refused.
+//! The folders that an agent may read and write.
 use super::Refusal;
+use super::roots::{Roots, open_in};
 use super::save::{MOST_TEXT, save};
-use cap_std::ambient_authority;
 use cap_std::fs::Dir;
 use shibo_graph::Gate;
+use std::fs::File;
 use std::io::{ErrorKind, Read};
-use std::path::{Component, Path, PathBuf};
-use std::sync::Arc;
+use std::path::{Path, PathBuf};
 
 /// The deepest folder that is listed.
 const DEEPEST: usize = 8;
 /// The most files that are listed.
 const MOST_FILES: usize = 2000;
 
-/// An opened folder.
-struct Root {
-    /// The path as given, made absolute.
-    given: PathBuf,
-    /// The path without links.
-    real: PathBuf,
-    dir: Dir,
-}
-
 /// The folders that an agent may read and write.
-#[derive(Clone, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Folders {
-    read: Arc<Vec<Root>>,
-    write: Arc<Vec<Root>>,
-}
-
-/// Opens folders.
-fn roots(paths: &[PathBuf]) -> Result<Arc<Vec<Root>>, String> {
-    let open = |path: &PathBuf| {
-        let root = || {
-            let given = std::path::absolute(path)?;
-            let real = path.canonicalize()?;
-            let dir = Dir::open_ambient_dir(&real, ambient_authority())?;
-            Ok(Root { given, real, dir })
-        };
-        root().map_err(|error: std::io::Error| format!("the folder `{}` cannot be opened: {error}", path.display()))
-    };
-    paths.iter().map(open).collect::<Result<Vec<_>, _>>().map(Arc::new)
-}
-
-/// The folder of a path, and the path within it. A relative path is one in the first folder.
-fn beneath<'r>(roots: &'r [Root], path: &Path) -> Option<(&'r Root, PathBuf)> {
-    let odd = |part: Component<'_>| {
-        let part = part.as_os_str().to_string_lossy();
-        part.starts_with('~') || part.to_ascii_lowercase().starts_with("file:") || part.contains('\0')
-    };
-    if path.components().any(odd) {
-        return None;
-    }
-    if path.is_relative() {
-        return roots.first().map(|root| (root, path.to_owned()));
-    }
-    let within = |root: &'r Root| {
-        let inside = path.strip_prefix(&root.real).or_else(|_| path.strip_prefix(&root.given));
-        inside.ok().map(|inside| (root, inside.to_owned()))
-    };
-    roots.iter().find_map(within)
-}
-
-impl Root {
-    /// The real path of a file in the folder; `None` if it is outside. A file that does not exist keeps its path.
-    fn resolve(&self, inside: &Path) -> Option<PathBuf> {
-        if inside.as_os_str().is_empty() {
-            return Some(self.real.clone());
-        }
-        match self.dir.canonicalize(inside) {
-            Ok(real) => Some(self.real.join(real)),
-            Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
-                // A dangling link may point anywhere.
-                let dangling = self.dir.symlink_metadata(inside).is_ok();
-                let plain = inside.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-                (plain && !dangling).then(|| self.real.join(inside))
-            }
-            Err(_) => None,
-        }
-    }
+    read: Roots,
+    write: Roots,
 }
 
 impl Folders {
@@ -88,35 +26,20 @@ impl Folders {
     /// # Errors
     /// A folder that cannot be opened.
     pub fn open(read: &[PathBuf], write: &[PathBuf]) -> Result<Self, String> {
-        Ok(Self { read: roots(read)?, write: roots(write)? })
-    }
-
-    /// The first folder for reading, without links.
-    pub fn home(&self) -> Option<&Path> {
-        self.read.first().map(|root| root.real.as_path())
+        Ok(Self { read: Roots::of(read)?, write: Roots::of(write)? })
     }
 
     /// A gate for graphs: they may read files in the folders for reading.
     pub fn gate(&self) -> Gate {
-        let read = self.read.clone();
-        Gate::new(move |path| {
-            let (root, inside) = beneath(&read, path)?;
-            root.resolve(&inside)
-        })
+        Gate::of(self.read.clone())
     }
 
-    /// A path as an agent may see it: relative to the first folder, if it lies there.
-    pub fn shown(&self, path: &Path) -> String {
-        let inside = self.home().and_then(|home| path.strip_prefix(home).ok());
-        inside.unwrap_or(path).to_string_lossy().into_owned()
-    }
-
-    /// A file for reading: its real path, and the opened file.
+    /// A file for reading: its name without links, and the opened file.
     ///
     /// # Errors
     /// A path outside, and a file that cannot be read or is too large.
-    pub fn file(&self, path: &str, most: u64) -> Result<(PathBuf, cap_std::fs::File), Refusal> {
-        let found = beneath(&self.read, Path::new(path));
+    pub fn file(&self, path: &str, most: u64) -> Result<(PathBuf, File), Refusal> {
+        let found = self.read.find(Path::new(path));
         let (root, inside) = found.ok_or_else(|| Refusal::outside(path))?;
         let real = root.resolve(&inside).ok_or_else(|| Refusal::outside(path))?;
         let failed = |error: std::io::Error| match error.kind() {
@@ -125,38 +48,33 @@ impl Folders {
             }
             _ => Refusal::new("bad-file", format!("`{path}` cannot be read"), "give the path of a readable file"),
         };
-        let metadata = root.dir.metadata(&inside).map_err(failed)?;
-        if !metadata.is_file() {
+        if !root.facts(&inside).map_err(failed)?.is_file() {
             let message = format!("`{path}` is not a regular file");
             return Err(Refusal::new("bad-file", message, "give the path of a file"));
         }
-        if metadata.len() > most {
+        let (file, facts) = root.open(&inside).map_err(failed)?;
+        if facts.length > most {
             let message = format!("`{path}` is larger than {most} bytes");
             return Err(Refusal::new("too-large", message, "give a smaller file"));
         }
-        Ok((real, root.dir.open(&inside).map_err(failed)?))
+        Ok((real, file))
     }
 
-    /// The text of a file: its real path, and the text.
+    /// The text of a file: its name without links, and the text.
     ///
     /// # Errors
     /// Those of [`file`](Self::file), and a text that is not UTF-8.
     pub fn text(&self, path: &str) -> Result<(PathBuf, String), Refusal> {
         let (real, file) = self.file(path, MOST_TEXT)?;
-        let mut bytes = Vec::new();
-        let read = file.take(MOST_TEXT + 1).read_to_end(&mut bytes);
-        let text = read.ok().and_then(|_| String::from_utf8(bytes).ok());
         let unread = || Refusal::new("bad-file", format!("`{path}` is not UTF-8 text"), "give the path of a graph");
-        Ok((real, text.ok_or_else(unread)?))
+        Ok((real, text_of(file).ok_or_else(unread)?))
     }
 
     /// The graph files in the folders for reading, at most 2000: paths as an agent may give them, and texts.
     pub fn graphs(&self) -> Vec<(String, String)> {
         let mut found = Vec::new();
-        for (index, root) in self.read.iter().enumerate() {
-            // Files of further folders need whole paths.
-            let base = if index == 0 { PathBuf::new() } else { root.real.clone() };
-            list(&root.dir, &base, 0, &mut found);
+        for root in self.read.iter() {
+            list(&root.dir, &root.name, 0, &mut found);
         }
         found
     }
@@ -172,7 +90,7 @@ impl Folders {
             return Err(Refusal::new("outside", message, "the server was started without `--write FOLDER`"));
         }
         let outside = || Refusal::outside(path);
-        let (root, inside) = beneath(&self.write, Path::new(path)).ok_or_else(outside)?;
+        let (root, inside) = self.write.find(Path::new(path)).ok_or_else(outside)?;
         let name = inside.file_name().filter(|_| !path.ends_with(['/', '.'])).ok_or_else(outside)?.to_owned();
         let hidden = name.to_string_lossy().starts_with('.');
         if hidden || inside.extension().is_none_or(|ending| ending != "ron") {
@@ -183,6 +101,13 @@ impl Folders {
         let folder = root.dir.open_dir(above).map_err(|_| outside())?;
         save(&folder, Path::new(&name), path, text, expect, &mut || {})
     }
+}
+
+/// The text of a file, cut where it is longer than any graph.
+fn text_of(file: File) -> Option<String> {
+    let mut bytes = Vec::new();
+    file.take(MOST_TEXT + 1).read_to_end(&mut bytes).ok()?;
+    String::from_utf8(bytes).ok()
 }
 
 /// Adds the graph files of a folder and of the folders in it, in order. Links are not followed.
@@ -203,7 +128,8 @@ fn list(dir: &Dir, base: &Path, depth: usize, found: &mut Vec<(String, String)>)
         } else if metadata.is_file()
             && metadata.len() <= MOST_TEXT
             && path.extension().is_some_and(|ending| ending == "ron")
-            && let Ok(text) = dir.read_to_string(&name)
+            && let Ok((file, _)) = open_in(dir, Path::new(&name))
+            && let Some(text) = text_of(file)
         {
             found.push((path.to_string_lossy().into_owned(), text));
         }

@@ -30,7 +30,8 @@ pub struct Source {
     /// The text of the graph, in RON.
     #[serde(default)]
     pub text: Option<String>,
-    /// The path of a graph file, relative to the first folder for reading, or `shibo:NAME` for a shipped graph.
+    /// The path of a graph file, relative to the first folder for reading; `2:/PATH` for a file of the second folder;
+    /// `shibo:NAME` for a shipped graph.
     #[serde(default)]
     pub path: Option<String>,
 }
@@ -55,10 +56,7 @@ pub fn open(tools: &Tools, folders: &Folders, source: &Source) -> Result<Opened,
             format!("the text is longer than {MOST_TEXT} bytes"),
             "split the graph by imports",
         )),
-        (Some(text), None) => {
-            let path = folders.home().map_or_else(|| PathBuf::from(TEXT), |home| home.join(TEXT));
-            Ok(Opened { path, text: text.clone() })
-        }
+        (Some(text), None) => Ok(Opened { path: PathBuf::from(TEXT), text: text.clone() }),
         (None, Some(path)) => match path.strip_prefix(SHIPPED) {
             Some(name) => shipped(tools, name),
             None => folders.text(path).map(|(path, text)| Opened { path, text }),
@@ -78,10 +76,9 @@ fn shipped(tools: &Tools, name: &str) -> Result<Opened, Refusal> {
     found.ok_or_else(|| Refusal::new("unknown", format!("there is no shipped graph `{SHIPPED}{name}`"), help()))
 }
 
-/// Loads a graph with values for its parameters. Only files in the folders for reading are used.
+/// Loads a graph with values for its parameters. Only files that the gate of the tools lets pass are used.
 pub fn load(
     tools: &Tools,
-    folders: &Folders,
     opened: &Opened,
     (set, preset): (&[(String, String)], Option<&str>),
     resolution: Option<Resolution>,
@@ -90,8 +87,7 @@ pub fn load(
         set: set.to_vec(),
         preset: preset.map(str::to_owned),
         resolution,
-        working_dir: folders.home().map(Path::to_owned).unwrap_or_default(),
-        gate: folders.gate(),
+        gate: tools.gate.clone(),
         ..LoadOptions::default()
     };
     load_text(&opened.path, &opened.text, &tools.registry, &options)
@@ -109,35 +105,21 @@ pub struct Checked {
 }
 
 /// Diagnostics for an answer with their fixes, at most [`MOST_DIAGNOSTICS`].
-pub fn findings(tools: &Tools, folders: &Folders, diagnostics: &[Diagnostic], sources: &SourceMap) -> Checked {
-    told(folders, &located(tools, diagnostics, sources))
+pub fn findings(tools: &Tools, diagnostics: &[Diagnostic], sources: &SourceMap) -> Checked {
+    told(&located(tools, diagnostics, sources))
 }
 
-fn told(folders: &Folders, found: &[Located]) -> Checked {
+fn told(found: &[Located]) -> Checked {
     let (warnings, errors): (Vec<&Located>, Vec<&Located>) = found.iter().partition(|one| one.warning);
     let mut left = MOST_DIAGNOSTICS;
     let mut take = |list: Vec<&Located>| {
-        let mut taken: Vec<Json> =
-            list.into_iter().take(left).filter_map(|one| serde_json::to_value(one).ok()).collect();
+        let taken: Vec<Json> = list.into_iter().take(left).filter_map(|one| serde_json::to_value(one).ok()).collect();
         left -= taken.len();
-        taken.iter_mut().for_each(|one| show(folders, one));
         taken
     };
     let (errors, warnings) = (take(errors), take(warnings));
     let more = found.len().saturating_sub(errors.len() + warnings.len());
     Checked { errors, warnings, more }
-}
-
-/// Makes the paths of a diagnostic and of its parts relative.
-fn show(folders: &Folders, one: &mut Json) {
-    if let Some(file) = one.get_mut("file") {
-        *file = folders.shown(Path::new(file.as_str().unwrap_or_default())).into();
-    }
-    for part in ["related", "fixes", "edits"] {
-        if let Some(Json::Array(parts)) = one.get_mut(part) {
-            parts.iter_mut().for_each(|one| show(folders, one));
-        }
-    }
 }
 
 /// Checks a graph.
@@ -147,7 +129,7 @@ fn show(folders: &Folders, one: &mut Json) {
 pub fn check(tools: &Tools, folders: &Folders, source: &Source) -> Result<Checked, Refusal> {
     let Opened { path, text } = open(tools, folders, source)?;
     let checked = crate::check::check(tools, &CheckRequest { graph: GraphText { path, text } });
-    Ok(told(folders, &checked.diagnostics))
+    Ok(told(&checked.diagnostics))
 }
 
 /// The certainty of fixes.
@@ -168,7 +150,7 @@ pub struct FixArgs {
     /// The text of the graph, in RON or nearly so.
     #[serde(default)]
     pub text: Option<String>,
-    /// The path of a graph file, or `shibo:NAME`.
+    /// The path of a graph file, `2:/PATH` in the second folder, or `shibo:NAME`.
     #[serde(default)]
     pub path: Option<String>,
     /// The fixes that are applied.
@@ -199,7 +181,7 @@ pub fn fix(tools: &Tools, folders: &Folders, args: &FixArgs) -> Result<Fixed, Re
         Level::Likely => Applies::Likely,
     };
     let fixed = crate::fix::fix(tools, &FixRequest { graph: GraphText { path, text }, applies, rounds: ROUNDS });
-    Ok(Fixed { text: fixed.text, applied: fixed.applied, diagnostics: told(folders, &fixed.diagnostics) })
+    Ok(Fixed { text: fixed.text, applied: fixed.applied, diagnostics: told(&fixed.diagnostics) })
 }
 
 /// A graph in the usual layout.
@@ -223,7 +205,7 @@ pub fn format(tools: &Tools, folders: &Folders, source: &Source) -> Result<Forma
             let mut sources = SourceMap::default();
             let file = sources.add(&opened.path, opened.text.clone());
             let errors: Vec<Diagnostic> = errors.iter().map(|error| error.located(file)).collect();
-            Formatted { diagnostics: findings(tools, folders, &errors, &sources), text: opened.text }
+            Formatted { diagnostics: findings(tools, &errors, &sources), text: opened.text }
         }
     })
 }

@@ -5,6 +5,8 @@ mod folders;
 mod graphs;
 mod nodes;
 mod pictures;
+mod region;
+mod roots;
 mod save;
 mod state;
 

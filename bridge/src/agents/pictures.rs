@@ -1,8 +1,9 @@
 //! Thumbnails and comparisons of pictures for agents.
 use super::graphs::{Checked, Source, findings, load, open};
+use super::region::Region;
 use super::{Refusal, State};
 use crate::compare::Comparison;
-use crate::scene::{Preview, Scene, Target};
+use crate::scene::{Preview, Scene, Store, Target};
 use crate::{CompareRequest, compare, picture};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -42,6 +43,9 @@ pub struct RenderRequest {
     set: BTreeMap<String, String>,
     /// A preset, or several: `a+b`.
     preset: Option<String>,
+    /// The part of the canvas to show, `[x, y, width, height]` in mm from the upper left corner; the whole if not given. Its longest
+    /// side gets `size` pixels.
+    region: Option<[f64; 4]>,
 }
 
 /// Facts about a picture.
@@ -53,7 +57,9 @@ pub struct Rendered {
     size: [u32; 2],
     /// The values that are black and white.
     range: [f32; 2],
-    /// The smallest, the largest and the mean value, for each channel.
+    /// The part of the canvas that the picture shows: x, y, width and height in mm from the upper left corner.
+    region: [f64; 4],
+    /// The smallest, the largest and the mean value in the picture, for each channel.
     min: Vec<f32>,
     max: Vec<f32>,
     mean: Vec<f64>,
@@ -170,15 +176,22 @@ fn make(state: &State, request: &RenderRequest, cancel: &CancelToken) -> Result<
     let opened = open(&state.tools, &state.folders, &source)?;
     let set: Vec<(String, String)> = request.set.clone().into_iter().collect();
     let values = (&set[..], request.preset.as_deref());
-    let loaded = load(&state.tools, &state.folders, &opened, values, Some(Resolution::Longer(side)));
+    let tools = state.tools.until(cancel);
+    let load = |longest| load(&tools, &opened, values, Some(Resolution::Longer(longest)));
+    let mut loaded = load(side);
+    let size_mm = loaded.graph.as_ref().map(|graph| graph.canvas.size_mm);
+    let region = request.region.zip(size_mm).map(|(region, size_mm)| Region::new(region, size_mm, side)).transpose()?;
+    if let Some(region) = &region {
+        loaded = load(region.longest);
+    }
     let Some(graph) = loaded.graph else {
-        return Err(NoPicture::Faulty(findings(&state.tools, &state.folders, &loaded.diagnostics, &loaded.sources)));
+        return Err(NoPicture::Faulty(findings(&tools, &loaded.diagnostics, &loaded.sources)));
     };
     let name = target_name(&graph, request)?;
     let session = state.session()?;
     let sources = loaded.sources;
     let failed = |failure: Failure| match failure {
-        Failure::Errors(errors) => NoPicture::Faulty(findings(&state.tools, &state.folders, &errors, &sources)),
+        Failure::Errors(errors) => NoPicture::Faulty(findings(&tools, &errors, &sources)),
         Failure::Cancelled => Refusal::new("cancelled", "the call was cancelled", "").into(),
         Failure::File(message) | Failure::Usage(message) => Refusal::new("bad-value", message, "").into(),
     };
@@ -187,8 +200,9 @@ fn make(state: &State, request: &RenderRequest, cancel: &CancelToken) -> Result<
     let unknown =
         || Refusal::new("unknown", format!("there is no `{name}`"), "`describe_graph` names nodes and outputs");
     let target = scene.target(&name).ok_or_else(unknown)?;
-    let made =
-        session.look(&scene.graph, &scene.keys, cancel, &Silent, |look| paint(state, &scene, look, &target, side));
+    let made = session.look(&scene.graph, &scene.keys, cancel, &Silent, |look| {
+        paint(&scene, look, (&target, &state.store), (region, side))
+    });
     let made = made.map_err(failed)?;
     session.trim();
     let none = || match target.channel {
@@ -201,13 +215,24 @@ fn make(state: &State, request: &RenderRequest, cancel: &CancelToken) -> Result<
     Ok(made.ok_or_else(none)?)
 }
 
-/// The picture of a target; `None` if it has none.
-fn paint(state: &State, scene: &Scene, look: &Look<'_>, target: &Target, side: u32) -> Result<Option<Made>, Failure> {
+/// The picture of a target or of a part of it; `None` if it has none.
+fn paint(
+    scene: &Scene,
+    look: &Look<'_>,
+    (target, store): (&Target, &Store),
+    (region, side): (Option<Region>, u32),
+) -> Result<Option<Made>, Failure> {
     let Some(Preview::Field(field, style)) = scene.sight(look, target)? else { return Ok(None) };
-    let size = scene.size(side);
-    let stored = scene.picture(look, &state.store, target, (&field, style), size)?;
     let canvas = &scene.graph.canvas;
-    let tile = look.raster(&field, &canvas.grid(size), Window::full(size))?;
+    let size = scene.size(region.map_or(side, |region| region.longest));
+    let window = region.map_or(Window::full(size), |region| region.window(canvas.size_mm, size));
+    let (stored, tile) = if region.is_some() {
+        scene.part(look, (target, String::new()), (&field, style), (size, window))?
+    } else {
+        let stored = scene.picture(look, store, target, (&field, style), size)?;
+        (stored, look.raster(&field, &canvas.grid(size), window)?)
+    };
+    let pixel = canvas.size_mm / size.as_dvec2();
     let planes = || (0..tile.channels()).map(|channel| tile.plane(channel));
     let fold =
         |f: fn(f32, f32) -> f32, start: f32| planes().map(|plane| plane.iter().copied().fold(start, f)).collect();
@@ -216,11 +241,17 @@ fn paint(state: &State, scene: &Scene, look: &Look<'_>, target: &Target, side: u
         target: target.name.clone(),
         size: stored.size,
         range: stored.range,
+        region: [
+            f64::from(window.x) * pixel.x,
+            f64::from(window.y) * pixel.y,
+            f64::from(window.width) * pixel.x,
+            f64::from(window.height) * pixel.y,
+        ],
         min: fold(f32::min, f32::INFINITY),
         max: fold(f32::max, f32::NEG_INFINITY),
         mean: planes().map(mean).collect(),
         ty: stored.ty.to_string(),
-        mm_per_pixel: canvas.size_mm.x / f64::from(size.x),
+        mm_per_pixel: pixel.x,
         tiles: [canvas.tile.x, canvas.tile.y],
         seconds: 0.0,
     };

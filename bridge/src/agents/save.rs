@@ -1,5 +1,6 @@
 //! Writes a text in an opened folder, whole and never over a text that another program saved meanwhile.
 use super::Refusal;
+use super::roots::open_in;
 use cap_std::fs::{Dir, OpenOptions};
 use sha2::{Digest, Sha256};
 use shibo_value::clock::Stopwatch;
@@ -87,7 +88,7 @@ fn created(folder: &Dir, name: &Path, text: &str) -> std::io::Result<()> {
 /// The bytes of a file, which are cut where they are longer than any graph.
 fn content(folder: &Dir, name: &Path) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    folder.open(name)?.take(MOST_TEXT + 1).read_to_end(&mut bytes)?;
+    open_in(folder, name)?.0.take(MOST_TEXT + 1).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -97,7 +98,7 @@ fn locked(folder: &Dir, name: &Path) -> std::io::Result<Option<File>> {
         // On such a system a lock would also block reading by this program.
         return Ok(None);
     }
-    let file = folder.open(name)?.into_std();
+    let (file, _) = open_in(folder, name)?;
     let waited = Stopwatch::wall();
     loop {
         match file.try_lock() {

@@ -17,7 +17,7 @@ use shibo_engine::eval::{CancelToken, Keys, NodeStats};
 use shibo_engine::session::{Failure, Look};
 use shibo_graph::{ExportMesh, Graph};
 use shibo_value::diagnostics::{Code, Diagnostic, Span};
-use shibo_value::{Atlas, Carried, Channel, Field, Grid, Key, Pixels, Sketch, Type, Value, Window};
+use shibo_value::{Atlas, Carried, Channel, Field, Grid, Key, Pixels, Sketch, Tile, Type, Value, Window};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -289,17 +289,31 @@ impl Scene {
         if let Some(known) = store.get(&id) {
             return Ok(known);
         }
-        let window = Window::full(size);
-        let tile = look.raster(field, &grid, window)?;
+        let (stored, _) = self.part(look, (target, id), (field, manner), (size, Window::full(size)))?;
+        store.put(stored.clone());
+        Ok(stored)
+    }
+
+    /// Draws a part of the picture of a field in a size; also returns its samples. The picture gets the name `id`.
+    ///
+    /// # Errors
+    /// Those of [`picture`](Self::picture).
+    pub fn part(
+        &self,
+        look: &Look<'_>,
+        (target, id): (&Target, String),
+        (field, manner): (&Field, DisplayStyle),
+        (size, window): (UVec2, Window),
+    ) -> Result<(Arc<Stored>, Tile), Failure> {
+        let tile = look.raster(field, &self.graph.canvas.grid(size), window)?;
         if let Some(at) = tile.data().iter().position(|v| !v.is_finite() && !manner.holes) {
-            return Err(self.not_finite(target, at % window.len().max(1), size));
+            return Err(self.not_finite(target, at % window.len().max(1), (size, window)));
         }
         let range = range(manner.ty, &tile);
         let png = Painter::new(manner.ty, range).png(&tile, &|| look.is_over());
         let Some(png) = png else { return Err(Failure::Cancelled) };
-        let stored = Arc::new(Stored { id, png: png.into(), size: size.to_array(), range, ty: field.ty() });
-        store.put(stored.clone());
-        Ok(stored)
+        let size = [window.width, window.height];
+        Ok((Arc::new(Stored { id, png: png.into(), size, range, ty: field.ty() }), tile))
     }
 
     /// Returns a picture without a position on the canvas, at most `longest` pixels per side.
@@ -327,10 +341,11 @@ impl Scene {
         Key::of("preview", &parts).to_string()
     }
 
-    fn not_finite(&self, target: &Target, at: usize, size: UVec2) -> Failure {
-        let width = size.x.max(1) as usize;
+    fn not_finite(&self, target: &Target, at: usize, (size, window): (UVec2, Window)) -> Failure {
+        let width = window.width.max(1) as usize;
         let full = self.graph.canvas.resolution.as_dvec2() / size.as_dvec2();
-        let (x, y) = (((at % width) as f64 * full.x).floor(), ((at / width) as f64 * full.y).floor());
+        let place = |start: i32, at: usize, full: f64| ((f64::from(start) + at as f64) * full).floor();
+        let (x, y) = (place(window.x, at % width, full.x), place(window.y, at / width, full.y));
         let message = format!("`{}` is not a finite number at pixel ({x}, {y})", target.name);
         let output = self.graph.outputs.iter().find(|o| o.node == target.node && o.output == target.output);
         let span = output.map_or(self.graph.nodes[target.node].span, |output| output.span);

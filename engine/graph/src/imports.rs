@@ -85,21 +85,20 @@ pub(super) fn find(
 
 /// The path of the import `name` in the graph file `from`, which is the graph being rendered; for a library graph it
 /// begins with `shibo:`. `further` are additional folders besides those of `shibo.toml`. `None` if there is no such
-/// file; files that are `open` in an editor need not be saved.
+/// file that `gate` lets pass; files that are `open` in an editor need not be saved.
 pub fn import_path(
     from: &Path,
     name: &str,
-    (library, further): (Option<&dyn Library>, &[PathBuf]),
+    (library, further, gate): (Option<&dyn Library>, &[PathBuf], &Gate),
     open: &dyn Fn(&Path) -> bool,
 ) -> Option<PathBuf> {
     if let Some(name) = name.strip_prefix(LIBRARY) {
         return in_library(name, library);
     }
     let folder = from.parent().unwrap_or(Path::new(""));
-    let all = Gate::default();
-    let settings = search_paths((from, &all), &mut Vec::new(), &mut SourceMap::default(), &mut Report::default());
+    let settings = search_paths((from, gate), &mut Vec::new(), &mut SourceMap::default(), &mut Report::default());
     let paths = [further, &settings].concat();
-    let is_file = |path: &Path| open(path) || all.has(path);
+    let is_file = |path: &Path| open(path) || gate.has(path);
     let found = find(name, folder, (&paths, &is_file), library).path;
     let exists = match within(&found) {
         Some(inside) => library.is_some_and(|library| library.text(&inside).is_some()),
@@ -124,16 +123,8 @@ pub(super) fn help(name: &str, searched: &[PathBuf], library: Option<&dyn Librar
 }
 
 /// The possible places of the settings of a graph in `folder`: this folder and the folders above, nearest first.
-fn places(folder: &Path) -> Vec<PathBuf> {
-    let here = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let mut whole = PathBuf::new();
-    for part in std::path::absolute(here).unwrap_or_default().components() {
-        match part {
-            Component::ParentDir => drop(whole.pop()),
-            part => whole.push(part),
-        }
-    }
-    let above = whole.ancestors().skip(1).map(Path::to_path_buf);
+fn places(folder: &Path, gate: &Gate) -> Vec<PathBuf> {
+    let above = gate.files().above(folder);
     std::iter::once(folder.to_path_buf()).chain(above).map(|folder| folder.join(SETTINGS)).collect()
 }
 
@@ -154,7 +145,7 @@ pub(super) fn search_paths(
         looked_at.push(path.clone());
         gate.pass(path).is_ok_and(|file| file.facts().is_ok())
     };
-    let Some(path) = places(folder).into_iter().find(exists) else { return Vec::new() };
+    let Some(path) = places(folder, gate).into_iter().find(exists) else { return Vec::new() };
     let folder = path.parent().unwrap_or(folder).to_path_buf();
     let text = match gate.pass(&path).and_then(|file| read_text(&file, MOST)) {
         Ok(text) => text,

@@ -57,9 +57,21 @@ impl Facts {
         Self { kind, length, modified: metadata.modified().ok(), changed, identity }
     }
 
+    /// The facts of a file whose metadata another library has read. `modified` is the time of the last change of its content,
+    /// `changed` that of its content or its metadata, and `identity` the numbers of its device and its inode; zeros where the
+    /// system has none.
+    pub const fn new(
+        (kind, length): (FileKind, u64),
+        modified: Option<SystemTime>,
+        changed: Option<SystemTime>,
+        identity: [u64; 2],
+    ) -> Self {
+        Self { kind, length, modified, changed, identity }
+    }
+
     /// The facts of something in memory, whose content never changes.
     const fn unchanging(kind: FileKind, length: u64) -> Self {
-        Self { kind, length, modified: None, changed: None, identity: [0; 2] }
+        Self::new((kind, length), None, None, [0; 2])
     }
 
     /// True for a regular file.
@@ -135,6 +147,17 @@ pub trait Files: fmt::Debug + Send + Sync {
     /// # Errors
     /// When there is no such folder, or it cannot be read.
     fn names(&self, folder: &Path) -> io::Result<Vec<OsString>>;
+
+    /// The real path of a file that may be read; `None` for a file outside, whether it exists or not. A file that does not exist
+    /// keeps its path.
+    fn real(&self, path: &Path) -> Option<PathBuf> {
+        Some(path.to_owned())
+    }
+
+    /// The folders above a folder, nearest first.
+    fn above(&self, folder: &Path) -> Vec<PathBuf> {
+        plain(folder).ancestors().skip(1).map(Path::to_owned).collect()
+    }
 }
 
 /// The files of the machine.
@@ -158,6 +181,12 @@ impl Files for Disk {
     fn names(&self, folder: &Path) -> io::Result<Vec<OsString>> {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         Ok(fs::read_dir(folder)?.flatten().map(|entry| entry.file_name()).collect())
+    }
+
+    fn above(&self, folder: &Path) -> Vec<PathBuf> {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        let whole = plain(&std::path::absolute(folder).unwrap_or_default());
+        whole.ancestors().skip(1).map(Path::to_owned).collect()
     }
 }
 
@@ -353,6 +382,16 @@ mod tests {
         assert_eq!(names(""), Some(vec!["a".into(), "three".into()]));
         assert_eq!(names("b"), None);
         assert_eq!(files.identity(Path::new("./a/x/../y")), Path::new("a/y"));
+        assert_eq!(files.above(Path::new("a/./c")), [Path::new("a"), Path::new("")]);
+        assert!(files.above(Path::new("")).is_empty());
+    }
+
+    #[test]
+    fn folders_of_the_machine_have_folders_above() {
+        let above = Disk.above(Path::new("here/a/../b"));
+        assert_eq!(above.first(), std::path::absolute("here").ok().as_ref());
+        assert_eq!(above.last().and_then(|top| top.parent()), None);
+        assert!(Disk.above(Path::new("")).len() > 1);
     }
 
     #[test]

@@ -71,7 +71,8 @@ impl Fix {
     }
 }
 
-/// The fixes of each finding of a file, best first. Findings must be those of the file's present text.
+/// The fixes of each finding of a file, best first. Findings must be those of the file's present text. A cancelled search leaves the
+/// fixes of later findings out.
 pub fn fixes(cx: Cx<'_>, findings: &[Finding]) -> Vec<Vec<Fix>> {
     let mut trial: Option<Trial<'_>> = None;
     let habits = OnceCell::new();
@@ -85,7 +86,8 @@ pub fn fixes(cx: Cx<'_>, findings: &[Finding]) -> Vec<Vec<Fix>> {
         let trial = trial.get_or_insert_with(|| Trial::new(cx));
         offered(trial, finding, found)
     };
-    findings.iter().map(|finding| if finding.severity == Severity::Hint { Vec::new() } else { of(finding) }).collect()
+    let skips = |finding: &Finding| finding.severity == Severity::Hint || cx.world.is_cancelled();
+    findings.iter().map(|finding| if skips(finding) { Vec::new() } else { of(finding) }).collect()
 }
 
 /// All fixes that a finding may have, best first, and the new errors that speak against each.

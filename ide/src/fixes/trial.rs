@@ -115,6 +115,9 @@ impl<'a> Trial<'a> {
     /// The number of errors that the edits bring to light and that speak against them; `None` if they do not help, or if they make
     /// more errors than the finding can hide.
     pub(super) fn made(&mut self, finding: &Finding, edits: &[Edit], against: Against) -> Option<usize> {
+        if self.cx.world.is_cancelled() {
+            return None;
+        }
         self.left = self.left.checked_sub(1)?;
         let told = diagnostics(self.cx, &apply(&self.cx.file.text, edits), true);
         let after = counted(&told);

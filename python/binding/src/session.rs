@@ -2,7 +2,7 @@
 use crate::diagnostics::exception;
 use pyo3::prelude::*;
 use shibo_bridge::Tools;
-use shibo_engine::eval::DiskCache;
+use shibo_engine::eval::{CancelToken, DiskCache};
 use shibo_engine::session::{Session as Engine, Settings};
 use shibo_graph::Gate;
 use std::path::PathBuf;
@@ -43,7 +43,8 @@ impl Session {
         });
         match made {
             Ok((engine, registry)) => {
-                let tools = Tools { registry, import_paths: import_path, gate: Gate::default() };
+                let (gate, cancel) = (Gate::default(), CancelToken::default());
+                let tools = Tools { registry, import_paths: import_path, gate, cancel };
                 Ok(Self { inner: Arc::new(engine), tools })
             }
             Err(error) => Err(exception(py, error.to_string(), Vec::new())),

@@ -10,13 +10,13 @@ use crate::report;
 use crate::terminal::Terminal;
 use clap::{Args, ValueEnum};
 use serde_json::{Value as Json, json};
-use shibo_bridge::check::{Located, advice, located};
-use shibo_bridge::fix::{ROUNDS, unified};
-use shibo_bridge::{FixRequest, GraphText, fix};
+use shibo_bridge::check::{Located, advice, located_within};
+use shibo_bridge::fix::{ROUNDS, repair, unified};
+use shibo_bridge::{FixRequest, GraphText};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::session::Failure;
 use shibo_graph::Graph;
-use shibo_ide::fixes::Applies;
+use shibo_ide::fixes::{Applies, Budget};
 use shibo_value::Resolution;
 use shibo_value::diagnostics::{Diagnostic, SourceMap};
 use std::path::{Path, PathBuf};
@@ -104,7 +104,11 @@ fn repaired(path: &Path, level: FixArg, dry_run: bool, terminal: &Terminal) -> R
     let Ok(before) = read(path).map_err(Quit::failed).and_then(|bytes| text(path, bytes)) else { return Ok(None) };
     let applies = if level == FixArg::Sure { Applies::Sure } else { Applies::Likely };
     let graph = GraphText { path: path.to_owned(), text: before.clone() };
-    let fixed = fix(&library::tools(), &FixRequest { graph, applies, rounds: ROUNDS });
+    let mut budget = Budget::default();
+    let fixed = repair(&library::tools(), &FixRequest { graph, applies, rounds: ROUNDS }, &mut budget);
+    if let Some(note) = budget.note() {
+        terminal.warning(&format!("{}: {note}", path.display()));
+    }
     if fixed.text == before {
         return Ok(None);
     }
@@ -150,10 +154,21 @@ fn verify(graph: &Graph, args: &CheckArgs, terminal: &Terminal) -> Result<Vec<Di
     Ok(found)
 }
 
-/// JSON of all files together. Warnings have a list of their own, because only entries of `errors` fail the command.
+/// JSON of all files together. Warnings have a list of their own, because only entries of `errors` fail the command. `notes` are there
+/// only if some fixes were not tried.
 fn json_of(found: &[Found]) -> Json {
     let tools = library::tools();
-    let all: Vec<Located> = found.iter().flat_map(|one| located(&tools, &one.diagnostics, &one.sources)).collect();
+    let (mut all, mut notes): (Vec<Located>, Vec<String>) = (Vec::new(), Vec::new());
+    for one in found {
+        let mut budget = Budget::default();
+        all.extend(located_within(&tools, &one.diagnostics, &one.sources, &mut budget));
+        let path = one.sources.sources().first().map(|source| source.path.display().to_string());
+        notes.extend(budget.note().map(|note| format!("{}: {note}", path.unwrap_or_default())));
+    }
     let (warnings, errors): (Vec<&Located>, Vec<&Located>) = all.iter().partition(|one| one.warning);
-    json!({ "errors": errors, "warnings": warnings })
+    let mut json = json!({ "errors": errors, "warnings": warnings });
+    if !notes.is_empty() {
+        json["notes"] = notes.into();
+    }
+    json
 }

@@ -1,4 +1,5 @@
 //! `shibo merge`: merges two changed versions of a graph, or of a lock.
+use crate::git::merge_lines;
 use crate::graph_files::{read, text};
 use crate::library;
 use crate::quit::Quit;
@@ -7,6 +8,7 @@ use crate::terminal::Terminal;
 use clap::Args;
 use shibo_bridge::write::{self, Refused};
 use shibo_bridge::{MergeRequest, merge};
+use shibo_graph::Limits;
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "\
@@ -17,6 +19,8 @@ Examples:
 
 Changes of different fields are merged, wherever they are in the file. Where both sides changed one field, both versions and
 the base stand between marks, and `shibo check` reports an error there until one is kept.
+
+Files that are not UTF-8 text are merged by lines with `git merge-file`, with a warning.
 
 Exit code: 0 if merged, 1 if there are conflicts, 129 if the files could not be read or written.";
 
@@ -43,17 +47,21 @@ pub(crate) struct MergeArgs {
 
 /// Runs the command.
 pub(crate) fn run(args: &MergeArgs, terminal: &Terminal) -> Result<(), Quit> {
-    let fatal = |quit: Quit| Quit::Fatal(quit.text());
-    let read = |path: &Path| text(path, read(path).map_err(Quit::Usage)?);
-    let ours = read(&args.ours).map_err(fatal)?;
     let path = args.path.clone().unwrap_or_else(|| args.output.as_ref().unwrap_or(&args.ours).clone());
-    let request = MergeRequest {
-        base: read(&args.base).map_err(fatal)?,
-        ours: ours.clone(),
-        theirs: read(&args.theirs).map_err(fatal)?,
-        path: path.clone(),
-        marker_size: args.marker_size.into(),
-    };
+    let mut bytes = Vec::new();
+    for version in [&args.base, &args.ours, &args.theirs] {
+        bytes.push(read(version).map_err(Quit::Fatal)?);
+    }
+    if let Some(reason) = ["the base", "our version", "their version"].into_iter().zip(&bytes).find_map(no_graph) {
+        return by_git(args, &path, &reason, terminal);
+    }
+    let mut texts = Vec::new();
+    for (version, bytes) in [&args.base, &args.ours, &args.theirs].into_iter().zip(bytes) {
+        texts.push(text(version, bytes).map_err(|quit| Quit::Fatal(quit.text()))?);
+    }
+    let [base, ours, theirs] = <[String; 3]>::try_from(texts).unwrap_or_default();
+    let request =
+        MergeRequest { base, ours: ours.clone(), theirs, path: path.clone(), marker_size: args.marker_size.into() };
     let merged = merge(&library::tools(), &request);
     let target = args.output.as_ref().unwrap_or(&args.ours);
     let written = match &args.output {
@@ -87,5 +95,30 @@ pub(crate) fn run(args: &MergeArgs, terminal: &Terminal) -> Result<(), Quit> {
     if !merged.conflicts.is_empty() {
         terminal.error(&format!("{} in {name}", count(merged.conflicts.len() as u64, "conflict")));
     }
+    Err(Quit::Shown)
+}
+
+/// The reason why a version can be no graph: it is not UTF-8 text, or too large.
+fn no_graph((name, bytes): (&str, &Vec<u8>)) -> Option<String> {
+    let limit = Limits::default().max_file_bytes;
+    if bytes.len() as u64 > limit {
+        return Some(format!("{name} is larger than {limit} bytes"));
+    }
+    let is_text = std::str::from_utf8(bytes).is_ok();
+    (!is_text).then(|| format!("{name} is not UTF-8 text; save it as UTF-8, and its fields are merged"))
+}
+
+/// Leaves the merge of files that are no graphs to git, which merges their lines.
+fn by_git(args: &MergeArgs, path: &Path, reason: &str, terminal: &Terminal) -> Result<(), Quit> {
+    let (merged, conflicts) = merge_lines([&args.ours, &args.base, &args.theirs], args.marker_size.max(7))?;
+    let target = args.output.as_ref().unwrap_or(&args.ours);
+    write::whole(target, &merged)
+        .map_err(|error| Quit::Fatal(format!("cannot write `{}`: {error}", target.display())))?;
+    let name = path.display();
+    terminal.warning(&format!("git merged the lines of {name}, because {reason}"));
+    if conflicts == 0 {
+        return Ok(());
+    }
+    terminal.error(&format!("{} in {name}", count(conflicts, "conflict")));
     Err(Quit::Shown)
 }

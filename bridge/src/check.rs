@@ -4,7 +4,7 @@ use crate::{GraphText, Tools};
 use serde::{Deserialize, Serialize};
 use shibo_graph::{Graph, LoadOptions, load_text};
 use shibo_ide::diagnose::{self, by_file};
-use shibo_ide::fixes::{Applies, fixes};
+use shibo_ide::fixes::{Applies, Budget, fixes};
 use shibo_ide::{Cx, Section, Workspace};
 use shibo_value::diagnostics::{Code, Diagnostic, FileId, SourceMap, Span};
 use std::ops::Range;
@@ -24,6 +24,8 @@ pub struct Checked {
     pub diagnostics: Vec<Located>,
     /// The text that they are about.
     pub text: String,
+    /// A sentence for people if not all fixes were tried.
+    pub note: Option<String>,
 }
 
 /// An error or a warning with its place, as `check --format json` prints it. Lines and columns count from 1, columns in characters.
@@ -97,6 +99,11 @@ pub struct FixEdit {
 
 /// Checks a graph. A cancelled check leaves advice and fixes out.
 pub fn check(tools: &Tools, request: &CheckRequest) -> Checked {
+    check_within(tools, request, &mut Budget::default())
+}
+
+/// Checks a graph, with the rest of a budget for fixes.
+pub(crate) fn check_within(tools: &Tools, request: &CheckRequest, budget: &mut Budget) -> Checked {
     let GraphText { path, text } = &request.graph;
     let options =
         LoadOptions { import_paths: tools.import_paths.clone(), gate: tools.gate.clone(), ..LoadOptions::default() };
@@ -105,7 +112,8 @@ pub fn check(tools: &Tools, request: &CheckRequest) -> Checked {
     if let Some(graph) = loaded.graph.as_ref().filter(|_| !tools.cancel.is_cancelled()) {
         diagnostics.extend(advice(tools, graph));
     }
-    Checked { diagnostics: located(tools, &diagnostics, &loaded.sources), text: text.clone() }
+    let diagnostics = located_within(tools, &diagnostics, &loaded.sources, budget);
+    Checked { diagnostics, text: text.clone(), note: budget.note() }
 }
 
 /// Advice about a graph without errors: untiled outputs, later versions of pinned nodes, unused nodes, hidden names in formulas.
@@ -141,7 +149,17 @@ pub(crate) fn workspace(tools: &Tools) -> Workspace {
 
 /// The places and fixes of diagnostics. Those of imports and of the command line have no fixes.
 pub fn located(tools: &Tools, diagnostics: &[Diagnostic], sources: &SourceMap) -> Vec<Located> {
-    let mut made = of_graph(tools, diagnostics, sources).into_iter();
+    located_within(tools, diagnostics, sources, &mut Budget::default())
+}
+
+/// The places of diagnostics, and as many fixes as the budget allows.
+pub fn located_within(
+    tools: &Tools,
+    diagnostics: &[Diagnostic],
+    sources: &SourceMap,
+    budget: &mut Budget,
+) -> Vec<Located> {
+    let mut made = of_graph(tools, diagnostics, sources, budget).into_iter();
     let entry = |one: &Diagnostic| {
         let place = place(sources, one.span);
         let fixes = if is_own(one) { made.next().unwrap_or_default() } else { Vec::new() };
@@ -184,7 +202,7 @@ fn place(sources: &SourceMap, span: Span) -> FixEdit {
 }
 
 /// The fixes of the diagnostics of the graph's own text.
-fn of_graph(tools: &Tools, diagnostics: &[Diagnostic], sources: &SourceMap) -> Vec<Vec<Fix>> {
+fn of_graph(tools: &Tools, diagnostics: &[Diagnostic], sources: &SourceMap, budget: &mut Budget) -> Vec<Vec<Fix>> {
     let own: Vec<Diagnostic> = diagnostics.iter().filter(|one| is_own(one)).cloned().collect();
     let Some(source) = sources.sources().first().filter(|_| !own.is_empty()) else { return Vec::new() };
     let mut workspace = workspace(tools);
@@ -198,6 +216,6 @@ fn of_graph(tools: &Tools, diagnostics: &[Diagnostic], sources: &SourceMap) -> V
         let edits = fix.edits.into_iter().map(of).collect();
         Fix { title: fix.title, applies: fix.applies, edits }
     };
-    let made = fixes(Cx { world: &workspace, file: &file }, &findings);
+    let made = fixes(Cx { world: &workspace, file: &file }, &findings, None, budget);
     made.into_iter().map(|fixes| fixes.into_iter().map(fix).collect()).collect()
 }

@@ -1,13 +1,14 @@
 //! Applies fixes to a graph.
-use crate::check::{Located, check, workspace};
+use crate::check::{Located, check_within, workspace};
 use crate::{CheckRequest, GraphText, Tools};
 use serde::{Deserialize, Serialize};
 use shibo_graph::{LoadOptions, load_text};
 use shibo_ide::Cx;
-use shibo_ide::diagnose::by_file;
-use shibo_ide::fixes::{Applies, Errors, Fix, errors, fixes};
+use shibo_ide::diagnose::{Finding, by_file};
+use shibo_ide::fixes::{Applies, Budget, Errors, Fix, counted, errors, fixes};
 use shibo_ide::rename::{Edit, apply};
 use similar::TextDiff;
+use std::collections::BTreeMap;
 
 /// Most rounds of fixes, because a fix may bring other errors to light.
 pub const ROUNDS: usize = 3;
@@ -32,67 +33,122 @@ pub struct Fixed {
     pub diagnostics: Vec<Located>,
     /// Titles of the applied fixes, in their order.
     pub applied: Vec<String>,
+    /// A sentence for people if not all fixes were tried.
+    pub note: Option<String>,
 }
 
-/// Applies the best fix of each error until none is left. Comments stay. A cancelled call leaves the text as it is.
+/// The text of a graph after fixes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Repaired {
+    /// The text: that of the request, if no fix helped.
+    pub text: String,
+    /// Titles of the applied fixes, in their order.
+    pub applied: Vec<String>,
+}
+
+/// Applies the best fix of each error until none is left, and checks the result. Comments stay. One budget bounds all trials.
 pub fn fix(tools: &Tools, request: &FixRequest) -> Fixed {
+    let mut budget = Budget::default();
+    let Repaired { text, applied } = repair(tools, request, &mut budget);
+    let graph = GraphText { path: request.graph.path.clone(), text };
+    let checked = check_within(tools, &CheckRequest { graph }, &mut budget);
+    Fixed { text: checked.text, diagnostics: checked.diagnostics, applied, note: checked.note }
+}
+
+/// Applies the best fix of each error until none is left. Comments stay. The result is the best of the texts after each round, and the
+/// text of the request if none is better, see [`Errors::is_better_than`], or after a cancellation.
+pub fn repair(tools: &Tools, request: &FixRequest, budget: &mut Budget) -> Repaired {
     let mut graph = request.graph.clone();
     let mut applied = Vec::new();
-    for _ in 0..request.rounds.min(ROUNDS) {
-        let Some((text, titles)) = round(tools, &graph, request.applies) else { break };
-        if tools.cancel.is_cancelled() {
-            break;
+    let mut best: Option<(Errors, Repaired)> = None;
+    for left in (0..=request.rounds.min(ROUNDS)).rev() {
+        let found = Found::of(tools, &graph);
+        if best.as_ref().is_none_or(|(best, _)| found.errors.is_better_than(best)) {
+            best = Some((found.errors.clone(), Repaired { text: graph.text.clone(), applied: applied.clone() }));
         }
+        let Some((text, titles)) = (left > 0).then(|| round(tools, &graph, request.applies, found, budget)).flatten()
+        else {
+            break;
+        };
         graph.text = text;
         applied.extend(titles);
     }
-    if tools.cancel.is_cancelled() || !improves(tools, &request.graph, &graph.text) {
-        graph.text.clone_from(&request.graph.text);
-        applied.clear();
-    }
-    let checked = check(tools, &CheckRequest { graph });
-    Fixed { text: checked.text, diagnostics: checked.diagnostics, applied }
+    let unchanged = || Repaired { text: request.graph.text.clone(), applied: Vec::new() };
+    let best = best.filter(|_| !tools.cancel.is_cancelled());
+    best.map_or_else(unchanged, |(_, best)| best)
 }
 
-/// Returns true if a text has fewer errors than the graph. Errors that a graph without nodes hides do not count.
-fn improves(tools: &Tools, graph: &GraphText, text: &str) -> bool {
-    let mut world = workspace(tools);
-    let file = world.open(&graph.path, graph.text.as_str());
-    let cx = Cx { world: &world, file: &file };
-    let (before, after) = (errors(cx, &graph.text), errors(cx, text));
-    is_better(&before, &after) || (!file.is_graph() && after.syntax() <= before.syntax())
+/// The result of checking a text.
+struct Found {
+    findings: Vec<Finding>,
+    errors: Errors,
+    /// Errors and warnings.
+    all: Errors,
+}
+
+impl Found {
+    fn of(tools: &Tools, graph: &GraphText) -> Self {
+        let options = LoadOptions {
+            import_paths: tools.import_paths.clone(),
+            gate: tools.gate.clone(),
+            ..LoadOptions::default()
+        };
+        let loaded = load_text(&graph.path, &graph.text, &tools.registry, &options);
+        let own = loaded.sources.sources().first().map(|source| source.path.clone());
+        let findings = own.and_then(|own| by_file(&loaded.diagnostics, &loaded.sources).remove(&own));
+        Self {
+            findings: findings.unwrap_or_default(),
+            errors: counted(loaded.diagnostics.iter().filter(|one| !one.warning)),
+            all: counted(&loaded.diagnostics),
+        }
+    }
 }
 
 /// The text after one round, and titles of fixes; `None` if there are no fixes.
-fn round(tools: &Tools, graph: &GraphText, applies: Applies) -> Option<(String, Vec<String>)> {
-    let options =
-        LoadOptions { import_paths: tools.import_paths.clone(), gate: tools.gate.clone(), ..LoadOptions::default() };
-    let loaded = load_text(&graph.path, &graph.text, &tools.registry, &options);
-    let own = loaded.sources.sources().first()?.path.clone();
-    let findings = by_file(&loaded.diagnostics, &loaded.sources).remove(&own)?;
+fn round(
+    tools: &Tools,
+    graph: &GraphText,
+    applies: Applies,
+    found: Found,
+    budget: &mut Budget,
+) -> Option<(String, Vec<String>)> {
+    let Found { findings, errors: before, all } = found;
     let mut world = workspace(tools);
     let file = world.open(&graph.path, graph.text.as_str());
     let cx = Cx { world: &world, file: &file };
     let is_wanted = |fix: &Fix| fix.applies <= applies && fix.applies != Applies::Choice;
     let best = |fixes: Vec<Fix>| fixes.into_iter().find(is_wanted);
-    let wanted: Vec<Fix> = fixes(cx, &findings).into_iter().filter_map(best).collect();
+    // All fixes together must be tried, too.
+    let aside = budget.set_aside(graph.text.len(), before.count());
+    let wanted: Vec<Fix> = fixes(cx, &findings, Some(all), budget).into_iter().filter_map(best).collect();
+    budget.give_back(aside);
     let (edits, titles) = joined(&wanted);
-    let before = errors(cx, &graph.text);
-    let text = apply(&graph.text, &edits);
-    if titles.len() == 1 || is_better(&before, &errors(cx, &text)) {
-        return (!titles.is_empty()).then_some((text, titles));
+    if titles.len() > 1 {
+        let text = apply(&graph.text, &edits);
+        let is_good = |after: Errors| {
+            let fewer = after.syntax() < before.syntax() || after.count() < before.count();
+            (fewer || after.solved(&before) >= titles.len()) && after.is_better_than(&before)
+        };
+        if !errors(cx, &text, before.count(), budget).is_some_and(is_good) {
+            return Some(some(cx, &wanted, &before, budget));
+        }
     }
-    one_by_one(cx, &wanted, before)
+    (!titles.is_empty()).then(|| (apply(&graph.text, &edits), titles))
 }
 
 /// The edits of all fixes that do not overlap earlier ones, and their titles.
 fn joined(fixes: &[Fix]) -> (Vec<Edit>, Vec<String>) {
     let (mut edits, mut titles): (Vec<Edit>, Vec<String>) = (Vec::new(), Vec::new());
+    // Ends of the edits by their starts.
+    let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
     for fix in fixes {
-        let meets = |edit: &Edit| {
-            edits.iter().any(|other| edit.range.start <= other.range.end && other.range.start <= edit.range.end)
-        };
+        let meets =
+            |edit: &Edit| taken.range(..=edit.range.end).next_back().is_some_and(|(_, end)| edit.range.start <= *end);
         if !fix.edits.iter().any(meets) {
+            for edit in &fix.edits {
+                let end = taken.entry(edit.range.start).or_default();
+                *end = edit.range.end.max(*end);
+            }
             edits.extend(fix.edits.iter().cloned());
             titles.push(fix.title.clone());
         }
@@ -100,27 +156,32 @@ fn joined(fixes: &[Fix]) -> (Vec<Edit>, Vec<String>) {
     (edits, titles)
 }
 
-fn is_better(before: &Errors, after: &Errors) -> bool {
-    after.syntax() < before.syntax() || (after.syntax() == before.syntax() && after.count() < before.count())
-}
-
-/// Applies fixes one after the other. Fixes that help only alone are left out.
-fn one_by_one(cx: Cx<'_>, wanted: &[Fix], mut before: Errors) -> Option<(String, Vec<String>)> {
-    let mut kept: Vec<Fix> = Vec::new();
-    for fix in wanted {
-        if cx.world.is_cancelled() {
-            break;
+/// Applies the fixes that help beside each other; the first one, which helps alone, always. Groups of fixes are tried before their
+/// halves, so that a few bad ones among many take few trials.
+fn some(cx: Cx<'_>, wanted: &[Fix], before: &Errors, budget: &mut Budget) -> (String, Vec<String>) {
+    let text = |fixes: &[Fix]| apply(&cx.file.text, &joined(fixes).0);
+    let (first, others) = wanted.split_at(1);
+    let mut kept = first.to_vec();
+    let mut now = errors(cx, &text(&kept), before.count(), budget);
+    let mut groups = vec![others];
+    while let (Some(group), Some(errors_now)) = (groups.pop(), &now) {
+        if group.is_empty() {
+            continue;
         }
-        kept.push(fix.clone());
-        let after = errors(cx, &apply(&cx.file.text, &joined(&kept).0));
-        if is_better(&before, &after) || kept.len() == 1 {
-            before = after;
-        } else {
-            kept.pop();
+        let with = [&kept[..], group].concat();
+        // The budget has ended.
+        let Some(after) = errors(cx, &text(&with), errors_now.count(), budget) else { break };
+        // Each fix of a group must solve an error.
+        let solved = after.solved(errors_now).max(errors_now.count().saturating_sub(after.count()));
+        let helps = group.len() == 1 || solved >= group.len();
+        if helps && after.is_better_than(errors_now) {
+            (kept, now) = (with, Some(after));
+        } else if group.len() > 1 {
+            let (early, late) = group.split_at(group.len() / 2);
+            groups.extend([late, early]);
         }
     }
-    let (edits, titles) = joined(&kept);
-    (!titles.is_empty()).then(|| (apply(&cx.file.text, &edits), titles))
+    (text(&kept), joined(&kept).1)
 }
 
 /// The differences between two texts of a file, as `diff -u` prints them.

@@ -14,6 +14,9 @@ use std::path::PathBuf;
 /// Most names of one section in an outline, and most that get lenses: damaged texts may have tens of thousands.
 pub(crate) const LISTED: usize = 4000;
 
+/// Most parts of a formula around a position: a long sum has one for each sign, and editors read the ranges by recursion.
+const PARTS: usize = 100;
+
 /// An entry of the outline.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
@@ -135,8 +138,11 @@ fn brackets(text: &str, value: &Value, folds: &mut Vec<(Range<usize>, bool)>) {
 fn comments(cx: Cx<'_>, folds: &mut Vec<(Range<usize>, bool)>) {
     let text = &cx.file.text;
     let mut run: Option<Range<usize>> = None;
+    // The start of the line, and the end of the part whose lines are known.
+    let (mut line, mut known) = (0, 0);
     for comment in cx.file.tree.comments() {
-        let line = text[..comment.start].rfind('\n').map_or(0, |i| i + 1);
+        line = text[known..comment.start].rfind('\n').map_or(line, |i| known + i + 1);
+        known = comment.start;
         let alone = text[line..comment.start].trim().is_empty();
         match &mut run {
             Some(run) if alone && text[run.end..comment.start].matches('\n').count() == 1 => run.end = comment.end,
@@ -167,8 +173,8 @@ fn groups(text: &str, inside: &Range<usize>, items: &[Item], folds: &mut Vec<(Ra
     }
     for (i, head) in heads.iter().enumerate() {
         let end = heads.get(i + 1).copied().unwrap_or(inside.end);
-        let last = items.iter().rev().find(|item| item.range.start > *head && item.range.end <= end);
-        if let Some(last) = last {
+        let last = items.partition_point(|item| item.range.end <= end).checked_sub(1).map(|last| &items[last]);
+        if let Some(last) = last.filter(|item| item.range.start > *head) {
             folds.push((*head..last.range.end, false));
         }
     }
@@ -236,7 +242,8 @@ fn parts<'a>(cx: Cx<'a>, expect: Expect<'a>, value: &'a Value, at: usize) -> Vec
     let Some(offset) = text.offset(at) else { return Vec::new() };
     let formula = text.parse();
     let around = formula.parts().iter().filter(|part| part.range.start <= offset && offset <= part.range.end);
-    around.filter_map(|part| text.in_file(&part.range)).collect()
+    // Each part comes after its own parts, so these are the smallest.
+    around.take(PARTS).filter_map(|part| text.in_file(&part.range)).collect()
 }
 
 /// Links from file paths to their files.

@@ -20,6 +20,9 @@ pub(super) fn page(graphs: &[Listed], size: Option<u32>, terminal: &Terminal) ->
             page.end();
         }
         page.styled(Style::Bold, &graph.path).end();
+        for note in &graph.notes {
+            page.push("  ").push(note).end();
+        }
         for error in &graph.diff.unreadable {
             page.push("  cannot be read in part, ").push(error).end();
         }
@@ -38,7 +41,7 @@ pub(super) fn page(graphs: &[Listed], size: Option<u32>, terminal: &Terminal) ->
                 .end();
         }
         let nothing = graph.diff.changes.is_empty() && graph.imports.is_empty() && graph.lines.is_none();
-        if nothing && graph.diff.unreadable.is_empty() {
+        if nothing && graph.diff.unreadable.is_empty() && graph.notes.is_empty() {
             page.push("  no change").end();
         }
         if let (Some(pictures), Some(size)) = (&graph.pictures, size) {

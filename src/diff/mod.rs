@@ -17,6 +17,7 @@ use serde::Serialize;
 use shibo_bridge::diff::{GraphDiff, imports, is_graph};
 use shibo_bridge::pictures::PictureDiff;
 use shibo_bridge::{DiffRequest, GraphText, Tools, diff};
+use shibo_graph::Limits;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -82,9 +83,19 @@ struct Listed {
     /// The pictures of both versions, if they were compared.
     #[serde(skip_serializing_if = "Option::is_none")]
     pictures: Option<Vec<PictureDiff>>,
+    /// Facts about the files themselves.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    notes: Vec<String>,
     /// Plain lines of a file that is not a graph.
     #[serde(skip_serializing_if = "Option::is_none")]
     lines: Option<String>,
+}
+
+impl Listed {
+    /// No change yet.
+    fn new(path: String) -> Self {
+        Self { path, imports: Vec::new(), diff: GraphDiff::default(), pictures: None, notes: Vec::new(), lines: None }
+    }
 }
 
 /// All changes.
@@ -145,7 +156,7 @@ impl Lister<'_> {
             let text = |graph: Option<GraphText>| graph.map(|graph| graph.text).unwrap_or_default();
             let lines = shibo_bridge::diff::lines(&text(before), &text(after));
             let lines = Some(lines).filter(|lines| !lines.is_empty());
-            return Listed { path, imports: Vec::new(), diff: GraphDiff::default(), pictures: None, lines };
+            return Listed { lines, ..Listed::new(path) };
         }
         let mut compared = None;
         if let (Some(pictures), Some(before), Some(after)) = (&mut self.pictures, &before, &after) {
@@ -155,7 +166,7 @@ impl Lister<'_> {
             }
         }
         let diff = diff(&self.tools, &DiffRequest { before, after, comments: self.args.all });
-        Listed { path, imports: Vec::new(), diff, pictures: compared, lines: None }
+        Listed { diff, pictures: compared, ..Listed::new(path) }
     }
 
     /// All graphs that differ from a revision, and their importers.
@@ -205,33 +216,61 @@ impl Lister<'_> {
             if !imports.is_empty() {
                 let shown = |path: &Path| repository.inside(path);
                 let imports = imports.iter().map(|path| shown(path)).collect();
-                all.graphs.push(Listed {
-                    path: shown(&path).display().to_string(),
-                    imports,
-                    diff: GraphDiff::default(),
-                    pictures: None,
-                    lines: None,
-                });
+                all.graphs.push(Listed { imports, ..Listed::new(shown(&path).display().to_string()) });
             }
         }
         Ok(all)
     }
 
-    /// Compares the files that git gives: path, old file, old hash, old mode, new file, new hash, new mode.
+    /// Compares the files that git gives: path, old file, old hash, old mode, new file, new hash, new mode. Git stops at a failure of
+    /// a diff program, so files that are no text get a note.
     fn for_git(&mut self, paths: &[PathBuf]) -> Result<All, Quit> {
+        // A merge stopped at this file.
+        if let [path] = paths {
+            let note = "a merge left conflicts in this file; keep one version of each".to_owned();
+            let listed = Listed { notes: vec![note], ..Listed::new(path.display().to_string()) };
+            return Ok(All { graphs: vec![listed], ..All::default() });
+        }
         let [path, old, _, _, new, ..] = paths else {
             return Err(Quit::Usage("`--git` takes the seven arguments that git gives to a diff program".to_owned()));
         };
         // Git may give the new name of a renamed file as the eighth argument.
         let name = paths.get(7).unwrap_or(path);
-        let one = |file: &PathBuf| -> Result<Option<Version>, Quit> {
+        let mut notes = Vec::new();
+        let mut one = |file: &PathBuf, version: &str| -> Result<Option<Version>, String> {
             if file.as_os_str() == "/dev/null" || file.as_os_str() == "nul" {
                 return Ok(None);
             }
-            let text = text(file, read(file).map_err(Quit::Usage)?)?;
+            let (text, note) = decoded(read(file)?);
+            notes.extend(note.map(|note| format!("{version} {note}")));
+            let text = text.ok_or_else(|| format!("{version} was not compared"))?;
             Ok(Some(Version { name: name.display().to_string(), graph: GraphText { path: name.clone(), text } }))
         };
-        Ok(All { graphs: vec![self.listed(one(old)?, one(new)?)], ..All::default() })
+        let versions = (one(old, "the version before"), one(new, "the version after"));
+        let listed = match versions {
+            (Ok(before), Ok(after)) => self.listed(before, after),
+            (before, after) => {
+                notes.extend([before.err(), after.err()].into_iter().flatten());
+                Listed::new(name.display().to_string())
+            }
+        };
+        Ok(All { graphs: vec![Listed { notes, ..listed }], ..All::default() })
+    }
+}
+
+/// The text of a file, and a note if it is not UTF-8. A text in another encoding is read as Latin-1, where each byte is a character;
+/// `None` for a file that is no text or too large.
+fn decoded(bytes: Vec<u8>) -> (Option<String>, Option<String>) {
+    if bytes.len() as u64 > Limits::default().max_file_bytes {
+        return (None, Some("is larger than a graph file may be".to_owned()));
+    }
+    match String::from_utf8(bytes) {
+        Ok(text) => (Some(text), None),
+        Err(error) if error.as_bytes().contains(&0) => (None, Some("is no text".to_owned())),
+        Err(error) => {
+            let text = error.as_bytes().iter().map(|byte| char::from(*byte)).collect();
+            (Some(text), Some("is not UTF-8 text, and is shown as if it were Latin-1".to_owned()))
+        }
     }
 }
 

@@ -6,6 +6,7 @@ use crate::terminal::Terminal;
 use clap::{Args, Subcommand};
 use shibo_bridge::write;
 use std::fs;
+use std::io;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "\
@@ -53,11 +54,12 @@ const ATTRIBUTES: [&str; 2] = ["*.ron diff=shibo merge=shibo", "shibo.lock merge
 /// Names and values of the settings; `program` is the command in a shell.
 fn settings(program: &str) -> [(&'static str, String); 4] {
     [
-        ("diff.shibo.command", format!("{program} diff --git")),
+        // The name of a file may begin with `-`.
+        ("diff.shibo.command", format!("{program} diff --git --")),
         // The heading of a plain hunk names the node.
         ("diff.shibo.xfuncname", r#"^[[:space:]]*("[A-Za-z0-9_]+":.*)$"#.to_owned()),
         ("merge.shibo.name", "graphs of Shibo".to_owned()),
-        ("merge.shibo.driver", format!("{program} merge %O %A %B --marker-size %L --path %P")),
+        ("merge.shibo.driver", format!("{program} merge --marker-size %L --path=%P -- %O %A %B")),
     ]
 }
 
@@ -74,9 +76,12 @@ pub(crate) fn run(args: &GitArgs, terminal: &Terminal) -> Result<(), Quit> {
     }
     let path = attributes(args.global)?;
     let scope = if args.global { "--global" } else { "--local" };
-    let before = fs::read_to_string(&path).unwrap_or_default();
-    let others = before.lines().filter(|line| !ATTRIBUTES.contains(&line.trim()));
-    let mut after: String = others.map(|line| format!("{line}\n")).collect();
+    let shown = path.display();
+    let before = match fs::read(&path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
+        read => read.map_err(|error| Quit::failed(format!("cannot read `{shown}`: {error}")))?,
+    };
+    let mut after = without_own(&before);
     for (name, value) in &settings {
         if args.remove {
             // A setting that is not there is removed already.
@@ -85,14 +90,15 @@ pub(crate) fn run(args: &GitArgs, terminal: &Terminal) -> Result<(), Quit> {
             git(["config", scope, "--replace-all", name, value])?;
         }
     }
-    after += &if args.remove { String::new() } else { ATTRIBUTES.map(|line| format!("{line}\n")).concat() };
-    let shown = path.display();
+    if !args.remove {
+        after.extend(ATTRIBUTES.map(|line| format!("{line}\n")).concat().into_bytes());
+    }
     if after != before {
         let failed = |error: std::io::Error| Quit::failed(format!("cannot write `{shown}`: {error}"));
         if after.is_empty() {
             fs::remove_file(&path).map_err(failed)?;
         } else {
-            write::whole_with_folders(&path, after.as_bytes()).map_err(failed)?;
+            write::whole_with_folders(&path, &after).map_err(failed)?;
         }
     }
     let whose = if args.global { "all repositories of this user" } else { "this clone" };
@@ -104,6 +110,17 @@ pub(crate) fn run(args: &GitArgs, terminal: &Terminal) -> Result<(), Quit> {
         ),
     });
     Ok(())
+}
+
+/// The lines of an attribute file that other programs and people wrote, byte by byte: the file need not be UTF-8.
+fn without_own(attributes: &[u8]) -> Vec<u8> {
+    let is_own = |line: &[u8]| ATTRIBUTES.iter().any(|own| own.as_bytes() == line.trim_ascii());
+    let mut others: Vec<u8> =
+        attributes.split_inclusive(|byte| *byte == b'\n').filter(|line| !is_own(line)).flatten().copied().collect();
+    if others.last().is_some_and(|byte| *byte != b'\n') {
+        others.push(b'\n');
+    }
+    others
 }
 
 /// The file for the attributes.

@@ -3,4 +3,4 @@ mod install;
 mod revision;
 
 pub(crate) use install::{GitArgs, run};
-pub(crate) use revision::{Repository, Version, version};
+pub(crate) use revision::{Repository, Version, merge_lines, version};

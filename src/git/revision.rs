@@ -13,7 +13,11 @@ pub(crate) struct Version {
 }
 
 /// Reads a file, or `REV:path`.
+///
+/// # Errors
+/// [`Quit::Usage`] if there is no such file, or if it is no text.
 pub(crate) fn version(given: &Path) -> Result<Version, Quit> {
+    let unreadable = |quit: Quit| Quit::Usage(quit.text());
     let name = given.display().to_string();
     if !given.exists()
         && let Some((revision, path)) = name.split_once(':')
@@ -21,11 +25,11 @@ pub(crate) fn version(given: &Path) -> Result<Version, Quit> {
         && !path.is_empty()
     {
         let repository = Repository::here()?;
-        let text = repository.text(revision, path)?;
+        let text = repository.text(revision, path).map_err(unreadable)?;
         let path = repository.path(path.strip_prefix("./").unwrap_or(path));
         return Ok(Version { name, graph: GraphText { path, text } });
     }
-    let text = text(given, read(given).map_err(Quit::Usage)?)?;
+    let text = text(given, read(given).map_err(Quit::Usage)?).map_err(unreadable)?;
     Ok(Version { name, graph: GraphText { path: given.to_owned(), text } })
 }
 
@@ -75,8 +79,9 @@ impl Repository {
 
     /// The graph files that differ from a revision, below some paths or everywhere.
     pub(crate) fn changed(&self, revision: &str, paths: &[PathBuf]) -> Result<Vec<Changed>, Quit> {
-        let args = ["diff", "--name-status", "--no-ext-diff", "-M", "-z", revision, "--"].map(OsString::from);
-        let found = git(args.into_iter().chain(paths.iter().map(OsString::from)))?;
+        let options = ["diff", "--name-status", "--no-ext-diff", "-M", "-z", "--end-of-options"];
+        let args = options.into_iter().chain([revision, "--"]).map(OsString::from);
+        let found = git(args.chain(paths.iter().map(OsString::from)))?;
         let found = String::from_utf8_lossy(&found);
         let mut words = found.split('\0').map(str::to_owned);
         let mut changed = Vec::new();
@@ -117,6 +122,31 @@ impl Repository {
     }
 }
 
+/// Merges the lines of three files, as git does for files without a driver: our version, the base, and theirs. Returns the result, and
+/// the number of conflicts marked in it. The files need not be UTF-8.
+///
+/// # Errors
+/// [`Quit::Fatal`] if git cannot merge them: they are no text, or git cannot be run.
+pub(crate) fn merge_lines(files: [&Path; 3], marker_size: u8) -> Result<(Vec<u8>, u64), Quit> {
+    let size = format!("--marker-size={marker_size}");
+    let args = ["merge-file", "-p", "--diff3", &size, "-L", "ours", "-L", "base", "-L", "theirs", "--"].map(OsStr::new);
+    let mut command = Command::new("git");
+    command.args(args).args(files).stdin(Stdio::null());
+    let output = command.output().map_err(|error| Quit::Fatal(format!("cannot run `git`: {error}")))?;
+    match output.status.code() {
+        // Above 127 it is a failure.
+        Some(conflicts @ 0..=127) => Ok((output.stdout, conflicts.unsigned_abs().into())),
+        _ => Err(Quit::Fatal(format!("git merge-file: {}", said(&output.stderr)))),
+    }
+}
+
+/// The first line of an error of git.
+fn said(stderr: &[u8]) -> String {
+    let said = String::from_utf8_lossy(stderr);
+    let said = said.lines().next().unwrap_or("it failed");
+    said.trim_start_matches("fatal: ").trim_start_matches("error: ").to_owned()
+}
+
 /// The first line of an output.
 pub(super) fn line(output: &[u8]) -> String {
     String::from_utf8_lossy(output).lines().next().unwrap_or_default().to_owned()
@@ -130,7 +160,5 @@ pub(super) fn git<A: AsRef<OsStr>>(args: impl IntoIterator<Item = A>) -> Result<
     if output.status.success() {
         return Ok(output.stdout);
     }
-    let said = String::from_utf8_lossy(&output.stderr);
-    let said = said.lines().next().unwrap_or("it failed").trim_start_matches("fatal: ");
-    Err(Quit::Usage(format!("git: {said}")))
+    Err(Quit::Usage(format!("git: {}", said(&output.stderr))))
 }

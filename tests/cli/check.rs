@@ -225,3 +225,22 @@ fn offers_versions_of_conflicts() {
     assert_eq!((&theirs[1]["line"], &theirs[1]["end_line"]), (&json!(9), &json!(10)));
     assert_eq!(std::fs::read_to_string(desk.path("bad.ron")).unwrap(), text);
 }
+
+#[test]
+fn says_that_not_all_fixes_were_tried() {
+    let desk = Desk::new();
+    let nodes = |count: usize| (0..count).map(|index| format!("\"n{index}\": Perlim(),\n")).collect::<String>();
+    let graph = |count: usize| format!("(nodes: {{\n{}}}, outputs: {{ \"a\": \"n0\" }})\n", nodes(count));
+    desk.write("few.ron", graph(3));
+    assert!(desk.shibo("check few.ron --format json").expect(1).json().get("notes").is_none());
+    desk.write("many.ron", graph(150));
+    let json = desk.shibo("check many.ron --format json").expect(1).json();
+    let note = json["notes"][0].as_str().unwrap();
+    assert!(note.starts_with("many.ron: not all fixes were tried"), "{note}");
+    assert_eq!(json["errors"].as_array().unwrap().len(), 150);
+    let ran = desk.shibo("check many.ron --fix").expect(1);
+    assert!(ran.stderr.contains("warning: many.ron: not all fixes were tried"), "{}", ran.stderr);
+    assert!(String::from_utf8(desk.read("many.ron")).unwrap().contains("\"n0\": Perlin()"));
+    let ran = desk.shibo("check few.ron --fix").expect(0);
+    assert!(!ran.stderr.contains("fixes were tried"), "{}", ran.stderr);
+}

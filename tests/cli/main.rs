@@ -24,6 +24,7 @@ mod fit;
 mod fmt;
 mod foreign_pictures;
 mod formulas;
+mod git;
 mod gltf;
 mod hidden;
 mod hostile_meshes;

@@ -5,12 +5,12 @@ use crate::support::{Desk, GRAPH};
 use std::process::{Command, Stdio};
 
 /// A repository with the small graph, and the drivers.
-struct Repository {
-    desk: Desk,
+pub(crate) struct Repository {
+    pub(crate) desk: Desk,
 }
 
 impl Repository {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let repository = Self { desk: Desk::with_graph() };
         repository.git("init -q -b main .");
         repository.desk.run_in_home("git install").expect(0);
@@ -20,43 +20,43 @@ impl Repository {
     }
 
     /// Runs git; returns its exit code and its output.
-    fn try_git(&self, line: &str) -> (Option<i32>, String) {
+    pub(crate) fn try_git(&self, line: &str) -> (Option<i32>, String) {
         let mut command = Command::new("git");
         command.args(["-c", "user.name=a", "-c", "user.email=a@b", "-c", "core.editor=true"]).args(line.split(' '));
         command.current_dir(self.desk.path("")).env("HOME", self.desk.path("")).env("GIT_CONFIG_NOSYSTEM", "1");
         let output = command.stdin(Stdio::null()).output().unwrap();
         let text = [output.stdout, output.stderr].concat();
-        (output.status.code(), String::from_utf8(text).unwrap())
+        (output.status.code(), String::from_utf8_lossy(&text).into_owned())
     }
 
     #[track_caller]
-    fn git(&self, line: &str) -> String {
+    pub(crate) fn git(&self, line: &str) -> String {
         let (code, text) = self.try_git(line);
         assert_eq!(code, Some(0), "git {line}: {text}");
         text
     }
 
     /// Changes the graph by a replacement and commits that on a new branch, which starts at `main`.
-    fn branch(&self, name: &str, from: &str, to: &str) {
+    pub(crate) fn branch(&self, name: &str, from: &str, to: &str) {
         self.git(&format!("checkout -qb {name} main"));
         self.change(from, to);
     }
 
-    fn change(&self, from: &str, to: &str) {
+    pub(crate) fn change(&self, from: &str, to: &str) {
         let text = self.text();
         assert!(text.contains(from), "{from}");
         self.desk.write("a.ron", text.replace(from, to));
         self.git("commit -qam change");
     }
 
-    fn text(&self) -> String {
+    pub(crate) fn text(&self) -> String {
         String::from_utf8(self.desk.read("a.ron")).unwrap()
     }
 }
 
 impl Desk {
     /// Runs the command with this folder as the home of git.
-    fn run_in_home(&self, line: &str) -> crate::support::Ran {
+    pub(crate) fn run_in_home(&self, line: &str) -> crate::support::Ran {
         let mut command = self.command(line.split_whitespace());
         command.env("HOME", self.path("")).env("GIT_CONFIG_NOSYSTEM", "1").env_remove("XDG_CONFIG_HOME");
         crate::support::finish(command)
@@ -84,7 +84,7 @@ fn diff_lists_changes_and_exit_codes() {
         (Some("4"), change["line_before"].as_u64().map(|n| n + 1))
     );
     assert_eq!(json["errors"].as_array().map(Vec::len), Some(0));
-    for line in ["diff a.ron", "diff a.ron none.ron", "diff a.ron HEAD:none.ron", "diff", "diff --git a.ron"] {
+    for line in ["diff a.ron", "diff a.ron none.ron", "diff a.ron HEAD:none.ron", "diff", "diff --git a.ron a.ron"] {
         desk.shibo(line).expect(2);
     }
 }
@@ -196,7 +196,7 @@ fn git_settings_come_and_go() {
     let printed = desk.run_in_home("git install --print").expect(0).stdout;
     assert!(
         printed.contains("*.ron diff=shibo merge=shibo")
-            && printed.contains("merge %O %A %B --marker-size %L --path %P"),
+            && printed.contains("merge --marker-size %L --path=%P -- %O %A %B"),
         "{printed}"
     );
     desk.write(".gitattributes", "*.png binary\n");

@@ -17,6 +17,11 @@ use crate::value::{Accepts, Type};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+/// The beginning of messages about the form and the sections of a file. Such an error hides the errors of a whole section.
+pub const GRAPH_FILE: &str = "a graph file";
+/// The message of the error about a graph without nodes.
+pub const NO_NODES: &str = "the graph has no `nodes`";
+
 /// A graph file as written.
 #[derive(Debug, Default)]
 pub(super) struct Document {
@@ -94,7 +99,7 @@ pub(super) struct NodeDecl {
 impl Document {
     /// Reads a document from the value of a whole text.
     pub(super) fn read(whole: &SyntaxValue, report: &mut Report) -> Self {
-        let Some(fields) = read::fields(whole, "a graph file", schema::ROOT, report) else { return Self::default() };
+        let Some(fields) = read::fields(whole, GRAPH_FILE, schema::ROOT, report) else { return Self::default() };
         let mut document = Self::of_fields(whole, &fields, report);
         let graphs = read::get(&fields, "graphs").map(|part| read::map(part, "graphs", report)).unwrap_or_default();
         for entry in read::unique(graphs, "graph", report) {
@@ -155,9 +160,8 @@ impl Document {
         document.input_names = Names::of(document.inputs.iter().map(|input| input.name.as_str()));
         document.output_names = Names::of(document.outputs.iter().map(|output| output.name.as_str()));
         if document.nodes_part.is_none() {
-            let message = "the graph has no `nodes`";
             let start = whole.sub_span(0, whole.str().chars().next().map_or(0, char::len_utf8));
-            let diagnostic = crate::diagnostics::Diagnostic::new(Code::MissingInput, start, message);
+            let diagnostic = crate::diagnostics::Diagnostic::new(Code::MissingInput, start, NO_NODES);
             report.push(diagnostic.help("write `nodes: { \"name\": Kind() }`"));
         }
         document

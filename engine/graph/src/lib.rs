@@ -68,6 +68,7 @@ mod tiling;
 mod uses;
 mod versions;
 
+pub use document::{GRAPH_FILE, NO_NODES};
 pub use gate::Gate;
 pub use imports::import_path;
 pub use linked::{Export, ExportMesh, Graph, GraphNode, GraphOutput, GraphParam, GraphUse, Input};

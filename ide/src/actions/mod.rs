@@ -17,7 +17,7 @@ pub use pin::{pinned, pinned_at};
 
 use super::diagnose::Finding;
 use super::file::File;
-use super::fixes::{Applies, fixes, needed_fields};
+use super::fixes::{Applies, Budget, fixes, needed_fields};
 use super::format::{is_laid_out, settled};
 use super::rename::{Edit, Edits};
 use super::world::Cx;
@@ -97,7 +97,7 @@ pub fn actions(cx: Cx<'_>, selected: &Range<usize>, findings: &[Finding]) -> Vec
 /// The fixes of findings.
 fn mending(cx: Cx<'_>, findings: &[Finding]) -> Vec<Action> {
     let mut found = Vec::new();
-    for (index, fixes) in fixes(cx, findings).into_iter().enumerate() {
+    for (index, fixes) in fixes(cx, findings, None, &mut Budget::default()).into_iter().enumerate() {
         for fix in fixes {
             let action = Action::new(fix.title, ActionKind::Fix, cx.file, fix.edits);
             let is_preferred = fix.applies != Applies::Choice;

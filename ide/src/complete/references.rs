@@ -175,7 +175,8 @@ impl<'a> Ask<'a> {
             match found.symbol {
                 Symbol::Node(name) => {
                     let reader = entry_at(found.range.start);
-                    if self.is_field(found.literal.0.start, field) {
+                    // A formula, which may be long, is no label.
+                    if !found.literal.1.starts_with('=') && self.is_field(found.literal.0.start, field) {
                         *wires.alike.entry(found.literal.1.to_string()).or_default() += 1;
                     }
                     if reader.is_some() && reader == me {

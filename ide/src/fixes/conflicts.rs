@@ -3,13 +3,13 @@ use super::super::diagnose::Finding;
 use super::super::rename::Edit;
 use super::super::world::Cx;
 use super::{Applies, Fix};
-use shibo_graph::syntax::marks;
+use shibo_graph::syntax::Marks;
 use std::ops::Range;
 
-/// Keeps ours, theirs, or the base, if the marks have one.
-pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
+/// Keeps ours, theirs, or the base, if the marks have one. `marks` are all conflicts of the text.
+pub(super) fn fixes(cx: Cx<'_>, marks: &[Marks], finding: &Finding) -> Vec<Fix> {
     let text = &cx.file.text;
-    let Some(conflict) = marks(text).into_iter().find(|marks| marks.first == finding.range) else { return Vec::new() };
+    let Some(conflict) = marks.iter().find(|marks| marks.first == finding.range) else { return Vec::new() };
     let next = |at: usize| text[at..].find('\n').map_or(text.len(), |newline| at + newline + 1);
     let end = next(conflict.rest.end);
     // The lines that begin versions, and the last mark.

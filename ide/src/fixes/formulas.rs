@@ -2,6 +2,7 @@
 use super::super::diagnose::Finding;
 use super::super::rename::Edit;
 use super::super::world::Cx;
+use super::budget::Budget;
 use super::{Applies, Fix};
 use shibo_graph::syntax::TokenKind;
 use shibo_graph::syntax::formula::{Formula, PartKind, WordKind, begins, content};
@@ -14,7 +15,7 @@ const LONGEST: usize = 2000;
 const TRIED: usize = 12;
 
 /// Inserts or removes a bracket in the formula of a finding.
-pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
+pub(super) fn fixes(cx: Cx<'_>, finding: &Finding, budget: &mut Budget) -> Vec<Fix> {
     let Some(place) = formula_at(cx, finding.range.start) else { return Vec::new() };
     let text = cx.file.at(&place);
     let formula = Formula::parse(text);
@@ -23,13 +24,14 @@ pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
     if text.len() > LONGEST || open == close {
         return Vec::new();
     }
-    let (sign, good) = places(text, open > close);
+    let (sign, good) = places(text, open > close, budget);
     let mut found: Vec<Edit> =
         good.into_iter().map(|at| Edit { range: place.start + at..place.start + at, text: sign.to_owned() }).collect();
     let extra = if open > close { WordKind::Open } else { WordKind::Close };
     let without = |range: &Range<usize>| format!("{}{}", &text[..range.start], &text[range.end..]);
     let removed = formula.words().iter().filter(|word| word.kind == extra).map(|word| word.range.clone());
-    let removed: Vec<Range<usize>> = removed.filter(|range| !Formula::parse(&without(range)).is_faulty()).collect();
+    let helps = |range: &Range<usize>| budget.parse(text.len()) && !Formula::parse(&without(range)).is_faulty();
+    let removed: Vec<Range<usize>> = removed.filter(helps).collect();
     let is_sole = found.len() == 1;
     // Without a place for the lost one, the other one is too much.
     let edits =
@@ -116,16 +118,18 @@ fn is_needed(text: &str, at: usize) -> bool {
 }
 
 /// The sign that a formula lacks, and the places where it may stand, the most likely ones first.
-fn places(text: &str, closing: bool) -> (&'static str, Vec<usize>) {
+fn places(text: &str, closing: bool, budget: &mut Budget) -> (&'static str, Vec<usize>) {
     let formula = Formula::parse(text);
     let (sign, places) = if closing { (")", ends(&formula)) } else { ("(", starts(&formula)) };
     let inserted = |at: usize| format!("{}{sign}{}", &text[..at], &text[at..]);
-    let mut places: Vec<usize> = places.into_iter().filter(|at| is_needed(&inserted(*at), *at)).collect();
+    // A place takes three readings.
+    let is_good = |at: &usize| budget.parse(3 * text.len()) && is_needed(&inserted(*at), *at);
+    let mut places: Vec<usize> = places.into_iter().filter(is_good).collect();
     // Of brackets around a sum, the shortest are the most likely: `2 * (a + b) + c`. A lost `(` more likely belongs to a
     // call, and least likely to a tuple.
     let is_call = |at: usize| !closing && text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
     let of_others = |at: usize| if is_call(at) { 0 } else { usize::MAX };
-    places.sort_by_key(|at| length(&inserted(*at), *at).unwrap_or(of_others(*at)));
+    places.sort_by_cached_key(|at| length(&inserted(*at), *at).unwrap_or(of_others(*at)));
     (sign, places)
 }
 
@@ -148,7 +152,8 @@ mod tests {
     use super::*;
 
     fn repaired(text: &str) -> Vec<String> {
-        let (sign, places) = places(text, text.matches('(').count() > text.matches(')').count());
+        let closing = text.matches('(').count() > text.matches(')').count();
+        let (sign, places) = places(text, closing, &mut Budget::default());
         places.into_iter().map(|at| format!("{}{sign}{}", &text[..at], &text[at..])).collect()
     }
 

@@ -10,6 +10,10 @@ use std::collections::BTreeSet;
 
 /// Most graphs that are read for one name; those with a like name come first.
 const READ: usize = 400;
+/// Most graphs that are imported at once.
+const FORGOTTEN: usize = 16;
+/// Most nodes that are read for the use of a graph.
+const USES: usize = 50;
 /// Most graphs offered for a name.
 const OFFERED: usize = 4;
 
@@ -39,7 +43,8 @@ pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> (Vec<Fix>, bool) {
     let written = cx.file.at(&finding.range).trim_matches('"');
     let name = stem(written);
     let whole = cx.file.whole();
-    let is_known = |name: &str| cx.file.entry(Section::Imports, name).is_some() || cx.file.local(name).is_some();
+    let locals: BTreeSet<String> = cx.file.locals().filter_map(|local| local.local_name().map(str::to_owned)).collect();
+    let is_known = |name: &str| cx.file.entry(Section::Imports, name).is_some() || locals.contains(name);
     if name.is_empty() || is_known(&name) {
         return (Vec::new(), false);
     }
@@ -55,8 +60,8 @@ pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> (Vec<Fix>, bool) {
     };
     let mut fixes: Vec<Fix> = Vec::new();
     // All of them at once: edits of one place cannot be made one by one.
-    let forgotten: BTreeSet<String> = used(&whole).into_iter().map(|(name, _)| name).filter(|n| !is_known(n)).collect();
-    if name == written && forgotten.len() > 1 && forgotten.contains(&name) && !found.is_empty() {
+    let forgotten: BTreeSet<String> = used(&whole).map(|(name, _)| name).filter(|name| !is_known(name)).collect();
+    if name == written && (2..=FORGOTTEN).contains(&forgotten.len()) && forgotten.contains(&name) && !found.is_empty() {
         let all: Vec<(&String, Meant)> =
             forgotten.iter().filter_map(|name| Some((name, meant(cx, name).into_iter().next()?))).collect();
         let sure = all.iter().all(|(_, meant)| meant.sure);
@@ -84,10 +89,10 @@ fn stem(path: &str) -> String {
 }
 
 /// The nodes of a file that use graphs: names of the graphs, and the calls.
-fn used(file: &File) -> Vec<(String, Node<'_>)> {
+fn used(file: &File) -> impl Iterator<Item = (String, Node<'_>)> {
     let calls = file.tree.nodes().filter(|node| node.kind() == NodeKind::Call && node.name().is_some_and(is_use));
     let name = |node: Node<'_>| Some(unquoted(node.body()?.entry("graph")?.value()?)?.to_owned());
-    calls.filter_map(|node| Some((name(node)?, node))).collect()
+    calls.filter_map(move |node| Some((name(node)?, node)))
 }
 
 fn unquoted(node: Node<'_>) -> Option<&str> {
@@ -97,7 +102,7 @@ fn unquoted(node: Node<'_>) -> Option<&str> {
 /// Requests of a file for a graph.
 fn asked(file: &File, graph: &str) -> Asked {
     let mut asked = Asked::default();
-    for (_, node) in used(file).into_iter().filter(|(name, _)| name == graph) {
+    for (_, node) in used(file).filter(|(name, _)| name == graph).take(USES) {
         let Some(body) = node.body() else { continue };
         let with = body.entry("with").and_then(Node::value);
         asked.with.extend(with.into_iter().flat_map(Node::entries).filter_map(Node::key_text));

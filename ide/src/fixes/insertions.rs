@@ -3,6 +3,7 @@ use super::super::diagnose::Finding;
 use super::super::format::is_laid_out;
 use super::super::rename::{Edit, apply};
 use super::super::world::Cx;
+use super::budget::Budget;
 use super::{Applies, Fix, mistakes};
 use shibo_graph::syntax::{Token, TokenKind};
 use std::ops::Range;
@@ -17,18 +18,23 @@ const LINES: usize = 6;
 const LONGEST: usize = 100_000;
 
 /// Inserts or removes a sign, where that leaves the fewest mistakes.
-pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
+pub(super) fn fixes(cx: Cx<'_>, finding: &Finding, budget: &mut Budget) -> Vec<Fix> {
     let text = &cx.file.text;
     if text.len() > LONGEST {
         return Vec::new();
     }
-    let before = mistakes(text);
+    let (before, most) = (cx.file.tree.errors().len(), budget.places(text.len()));
     // Mistakes left, untidy, not at the end of a line, rank.
     let mut found: Vec<(usize, bool, bool, usize, Edit)> = Vec::new();
     for (rank, edit) in candidates(cx, finding).into_iter().take(PLACES).enumerate() {
+        if rank >= most || !budget.parse(text.len()) {
+            budget.end();
+            break;
+        }
         let edited = apply(text, std::slice::from_ref(&edit));
         let left = mistakes(&edited);
-        if left < before {
+        // The layout is made for places that help.
+        if left < before && budget.parse(2 * text.len()) {
             let rest = text[edit.range.end..].trim_start_matches([',', ' ']);
             found.push((left, !is_laid_out(&edited), !rest.starts_with(['\n', '\r']), rank, edit));
         }

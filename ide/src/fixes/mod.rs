@@ -3,6 +3,7 @@
 //! Each file makes the fixes of one sort of mistakes. All fixes but choices are tried before they are offered: the text with the
 //! edits is checked, and a fix that leaves its finding is dropped. A few new errors are allowed where the finding hid them. Other
 //! faults nearby do not matter for a fix that replaces a value or writes another notation: only errors that it makes itself count.
+mod budget;
 mod conflicts;
 mod dialects;
 mod formulas;
@@ -24,12 +25,14 @@ use super::walk::{Spot, trail};
 use super::world::Cx;
 use dialects::Habit;
 use serde::{Deserialize, Serialize};
-use shibo_graph::syntax::Tree;
+use shibo_graph::syntax::{Marks, Tree, marks};
 use std::cell::OnceCell;
+use std::ops::Range;
 use trial::{Against, Trial};
 
+pub use budget::{Aside, Budget, FINDINGS, TRIALS};
 pub(crate) use missing::fields as needed_fields;
-pub use trial::{Errors, errors};
+pub use trial::{Errors, counted, errors};
 
 /// Most fixes of a finding that are not choices.
 const OFFERED: usize = 3;
@@ -64,40 +67,100 @@ impl Fix {
     }
 
     /// Replaces a range.
-    fn replace(applies: Applies, range: std::ops::Range<usize>, text: impl Into<String>) -> Self {
+    fn replace(applies: Applies, range: Range<usize>, text: impl Into<String>) -> Self {
         let text = text.into();
         let shown: String = text.chars().take(60).collect();
         Self::new(format!("Change to `{}`", shown), applies, vec![Edit { range, text }])
     }
 }
 
-/// The fixes of each finding of a file, best first. Findings must be those of the file's present text. A cancelled search leaves the
-/// fixes of later findings out.
-pub fn fixes(cx: Cx<'_>, findings: &[Finding]) -> Vec<Vec<Fix>> {
-    let mut trial: Option<Trial<'_>> = None;
-    let habits = OnceCell::new();
-    let habits = || habits.get_or_init(|| dialects::habits(&cx.file.text)).as_slice();
+/// The fixes of each finding of a file, best first. Findings must be those of the file's present text. Only the first [`FINDINGS`]
+/// get fixes, and only as many as the budget allows; none after a cancellation. `before` are all errors and warnings of the text, if
+/// they are known.
+pub fn fixes(cx: Cx<'_>, findings: &[Finding], before: Option<Errors>, budget: &mut Budget) -> Vec<Vec<Fix>> {
+    let mut trial = before.map(|before| Trial::with(cx, before));
+    let known = Known { text: &cx.file.text, marks: OnceCell::new(), habits: OnceCell::new() };
+    let mut left = FINDINGS;
     let mut of = |finding: &Finding| {
+        // The versions of a conflict are found at once.
+        let enough = left > 0 && (finding.code == "conflict" || budget.search(cx.file.text.len()));
+        if !enough {
+            budget.end();
+            return Vec::new();
+        }
+        left -= 1;
         let file = cx.file.scope_at(finding.range.start);
-        let found = candidates(cx.with(&file), &habits, finding);
+        let mut found = candidates(cx.with(&file), &known, finding, budget);
+        if finding.code != "conflict" {
+            found.retain(|(fix, _)| !known.in_conflict(&fix.edits));
+        }
         if found.iter().all(|(fix, _)| fix.applies == Applies::Choice) {
             return found.into_iter().map(|(fix, _)| fix).collect();
         }
-        let trial = trial.get_or_insert_with(|| Trial::new(cx));
-        offered(trial, finding, found)
+        offered(trial.get_or_insert_with(|| Trial::new(cx)), finding, found, budget)
     };
-    let skips = |finding: &Finding| finding.severity == Severity::Hint || cx.world.is_cancelled();
-    findings.iter().map(|finding| if skips(finding) { Vec::new() } else { of(finding) }).collect()
+    let has_fixes = |finding: &Finding| {
+        finding.severity != Severity::Hint && may_have_fixes(&finding.code) && !cx.world.is_cancelled()
+    };
+    findings.iter().map(|finding| if has_fixes(finding) { of(finding) } else { Vec::new() }).collect()
+}
+
+/// Facts about a text that its findings share.
+struct Known<'t> {
+    text: &'t str,
+    marks: OnceCell<Vec<Marks>>,
+    habits: OnceCell<Vec<Habit>>,
+}
+
+impl Known<'_> {
+    /// The conflicts of the text, the last one first.
+    fn marks(&self) -> &[Marks] {
+        self.marks.get_or_init(|| marks(self.text))
+    }
+
+    fn habits(&self) -> &[Habit] {
+        self.habits.get_or_init(|| dialects::habits(self.text))
+    }
+
+    /// Returns true if an edit touches a conflict: its marks, and the versions between them.
+    fn in_conflict(&self, edits: &[Edit]) -> bool {
+        let marks = self.marks();
+        edits.iter().any(|edit| {
+            // The last conflict that begins before the edit ends.
+            let before = marks.partition_point(|marks| marks.first.start > edit.range.end);
+            marks.get(before).is_some_and(|marks| edit.range.start <= marks.rest.end)
+        })
+    }
+}
+
+/// Returns true for the codes of findings that [`candidates`] can mend.
+fn may_have_fixes(code: &str) -> bool {
+    code.starts_with("unknown-")
+        || matches!(
+            code,
+            "conflict"
+                | "syntax"
+                | "cycle"
+                | "duplicate-key"
+                | "missing-input"
+                | "type-mismatch"
+                | "out-of-range"
+                | "bad-value"
+                | "bad-name"
+                | "not-finite"
+                | "bad-expression"
+                | "file-not-found"
+        )
 }
 
 /// All fixes that a finding may have, best first, and the new errors that speak against each.
-fn candidates<'h>(cx: Cx<'_>, habits: &dyn Fn() -> &'h [Habit], finding: &Finding) -> Vec<(Fix, Against)> {
+fn candidates(cx: Cx<'_>, known: &Known<'_>, finding: &Finding, budget: &mut Budget) -> Vec<(Fix, Against)> {
     if finding.range.end > cx.file.text.len() {
         return Vec::new();
     }
     let all = |fixes: Vec<Fix>| fixes.into_iter().map(|fix| (fix, Against::All)).collect::<Vec<_>>();
     let mut found = match finding.code.as_str() {
-        "conflict" => return all(conflicts::fixes(cx, finding)),
+        "conflict" => return all(conflicts::fixes(cx, known.marks(), finding)),
         "syntax" => Vec::new(),
         "cycle" => return all(structure::cuts(cx, finding)),
         "duplicate-key" => return all(structure::duplicates(cx, finding)),
@@ -113,26 +176,28 @@ fn candidates<'h>(cx: Cx<'_>, habits: &dyn Fn() -> &'h [Habit], finding: &Findin
         }
         _ => return Vec::new(),
     };
-    found.extend(dialects::fixes(cx, habits(), finding).into_iter().map(|fix| (fix, Against::Syntax)));
+    found.extend(dialects::fixes(cx, known.habits(), finding).into_iter().map(|fix| (fix, Against::Syntax)));
     match finding.code.as_str() {
-        "syntax" => found.extend(all(insertions::fixes(cx, finding))),
+        "syntax" => found.extend(all(insertions::fixes(cx, finding, budget))),
         "type-mismatch" => found.extend(all(wires::fixes(cx, finding))),
         // A name may only look unknown beside a lost bracket.
-        "bad-expression" => found = all(formulas::fixes(cx, finding)).into_iter().chain(found).collect(),
+        "bad-expression" => found = all(formulas::fixes(cx, finding, budget)).into_iter().chain(found).collect(),
         _ => {}
     }
     found
 }
 
 /// Drops fixes that do not help. The best one keeps its certainty, unless a better one was dropped; the others are choices.
-fn offered(trial: &mut Trial<'_>, finding: &Finding, found: Vec<(Fix, Against)>) -> Vec<Fix> {
+fn offered(trial: &mut Trial<'_>, finding: &Finding, found: Vec<(Fix, Against)>, budget: &mut Budget) -> Vec<Fix> {
     let mut tried: Vec<(usize, usize, Fix)> = Vec::new();
     for (rank, (fix, against)) in found.into_iter().enumerate() {
         if tried.iter().any(|(.., other)| other.edits == fix.edits) {
             continue;
         }
-        let made =
-            if fix.applies == Applies::Choice { Some(usize::MAX) } else { trial.made(finding, &fix.edits, against) };
+        let made = match fix.applies {
+            Applies::Choice => Some(usize::MAX),
+            _ => trial.made(finding, &fix.edits, against, budget),
+        };
         tried.extend(made.map(|made| (made, rank, fix)));
     }
     tried.sort_by_key(|(made, rank, _)| (*made, *rank));

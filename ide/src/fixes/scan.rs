@@ -37,30 +37,32 @@ pub(super) struct Piece {
 pub(super) fn pieces(text: &str) -> Vec<Piece> {
     let mut found = Vec::new();
     let mut at = 0;
+    // The end of the present line, which is searched once, and true if only blanks precede in it.
+    let (mut line, mut begins_line) = (0, true);
     while let Some(c) = text[at..].chars().next() {
         let rest = &text[at..];
-        // Only some pieces need them: in a text of one long line they are far away.
-        let line = || rest.find('\n').unwrap_or(rest.len());
-        let begins_line = || text[..at].rsplit('\n').next().is_some_and(|before| before.trim().is_empty());
+        if line <= at {
+            line = rest.find('\n').map_or(text.len(), |newline| at + newline);
+        }
         let (kind, len) = if c.is_whitespace() {
             (None, c.len_utf8())
         } else if rest.starts_with("//") {
-            (None, line())
+            (None, line - at)
         } else if rest.starts_with("/*") {
             (None, rest.find("*/").map_or(rest.len(), |end| end + 2))
-        } else if rest.starts_with("```") && begins_line() {
-            (Some(PieceKind::Fence), line())
+        } else if rest.starts_with("```") && begins_line {
+            (Some(PieceKind::Fence), line - at)
         } else if let Some(len) = raw(rest) {
             (Some(PieceKind::Text), len)
         } else if c == '"' {
             (Some(PieceKind::Text), quoted(rest))
         } else if c == '\'' {
-            let end = rest[1..line().max(1)].find('\'');
+            let end = rest[1..line - at].find('\'');
             end.map_or((Some(PieceKind::Sign), 1), |end| (Some(PieceKind::Single), end + 2))
         } else if c == '#' && text[..at].chars().next_back().is_none_or(|before| !before.is_alphanumeric()) {
             match color(rest) {
                 Some(len) => (Some(PieceKind::Color), len),
-                None => (Some(PieceKind::Comment), line()),
+                None => (Some(PieceKind::Comment), line - at),
             }
         } else if c.is_ascii_digit() || (c == '.' && rest[1..].starts_with(|c: char| c.is_ascii_digit())) {
             (Some(PieceKind::Number), number(rest))
@@ -74,6 +76,7 @@ pub(super) fn pieces(text: &str) -> Vec<Piece> {
         } else {
             (Some(PieceKind::Sign), c.len_utf8())
         };
+        begins_line = c == '\n' || (begins_line && c.is_whitespace());
         if let Some(kind) = kind {
             found.push(Piece { kind, range: at..at + len });
         }
@@ -127,6 +130,15 @@ fn number(rest: &str) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn splits_long_lines() {
+        assert_eq!(pieces(&"'a' ".repeat(100_000)).len(), 100_000);
+        let fence = pieces("/* a\n*/ ```\n /**/\n  ```ron\nb");
+        let kinds: Vec<_> = fence.iter().map(|piece| piece.kind).collect();
+        assert_eq!(kinds[kinds.len() - 2..], [PieceKind::Fence, PieceKind::Word], "a fence stands alone in its line");
+        assert_eq!(kinds.iter().filter(|kind| **kind == PieceKind::Fence).count(), 1);
+    }
 
     #[test]
     fn splits_foreign_notation() {

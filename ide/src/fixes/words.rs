@@ -12,6 +12,7 @@ use super::meanings::meanings;
 use super::{Applies, Fix, value_at};
 use crate::manual::elsewhere::{self, squash};
 use shibo_graph::syntax::is_name;
+use std::collections::HashSet;
 use std::ops::Range;
 
 /// Most names offered for a word.
@@ -59,14 +60,14 @@ pub(super) fn fixes(cx: Cx<'_>, finding: &Finding) -> Vec<Fix> {
 
 /// The names that completion offers at a position, best first.
 pub(super) fn names_at(cx: Cx<'_>, at: usize, is_formula: bool) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
+    let (mut names, mut seen): (Vec<String>, HashSet<String>) = (Vec::new(), HashSet::new());
     let mut offers = complete(cx, at);
     if is_formula && offers.is_empty() {
         offers = complete(cx, at + 1);
     }
     for one in offers {
         let name = one.label.split('(').next().unwrap_or_default().trim().trim_matches('"').to_owned();
-        if !name.is_empty() && !names.contains(&name) {
+        if !name.is_empty() && seen.insert(name.clone()) {
             names.push(name);
         }
     }

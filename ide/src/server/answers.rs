@@ -2,6 +2,7 @@
 use super::answer::{Answer, Refusal, json};
 use super::convert;
 use super::state::{Server, read};
+use super::text::Lines;
 use super::{actions, calls, uris};
 use crate::{self as ide, File, Topic, World, colors, format, hover, inlay, lens, navigate, rename, structure, tokens};
 use lsp_server::ErrorCode;
@@ -18,6 +19,8 @@ use lsp_types::{
 };
 use serde::de::DeserializeOwned;
 use serde_json::{Value as Json, json};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Maximum number of workspace symbols in one answer.
@@ -120,26 +123,33 @@ fn signature(server: &Server, params: SignatureHelpParams) -> Answer {
     json(SignatureHelp { signatures: vec![signature], active_signature: Some(0), active_parameter: active })
 }
 
-fn location(server: &Server, place: &navigate::FileRange) -> Option<Location> {
+/// The lines of files that were read for an answer.
+type Known = BTreeMap<PathBuf, Lines>;
+
+fn location(server: &Server, place: &navigate::FileRange, known: &mut Known) -> Option<Location> {
     let (uri, _) = server.address(&place.path)?;
     if place.range.is_empty() {
         return Some(Location::new(uri, lsp_types::Range::default()));
     }
-    Some(Location::new(uri, server.lines(&place.path)?.span(&place.range)))
+    if !known.contains_key(&place.path) {
+        known.insert(place.path.clone(), server.lines(&place.path)?);
+    }
+    Some(Location::new(uri, known.get(&place.path)?.span(&place.range)))
 }
 
 fn definition(server: &Server, params: GotoDefinitionParams) -> Answer {
     let (document, at) = server.place(&params.text_document_position_params)?;
     let found = navigate::definition(server.cx(document), &document.file, at);
     let found = found.map(|(_, place)| server.unpacked(place));
-    json(found.and_then(|place| location(server, &place)))
+    json(found.and_then(|place| location(server, &place, &mut Known::new())))
 }
 
 fn references(server: &Server, params: ReferenceParams) -> Answer {
     let (document, at) = server.place(&params.text_document_position)?;
     let mut places = navigate::references(server.cx(document), &document.file, at);
     places.retain(|place| params.context.include_declaration || !place.declares);
-    json(places.iter().filter_map(|place| location(server, place)).collect::<Vec<_>>())
+    let mut known = Known::new();
+    json(places.iter().filter_map(|place| location(server, place, &mut known)).collect::<Vec<_>>())
 }
 
 fn highlight(server: &Server, params: DocumentHighlightParams) -> Answer {

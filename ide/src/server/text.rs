@@ -70,7 +70,7 @@ impl Lines {
     pub(crate) fn offset(&self, position: Position) -> usize {
         let Some((start, line)) = self.line(position.line as usize) else { return self.text.len() };
         let mut left = position.character as usize;
-        if self.encoding == Encoding::Utf8 {
+        if self.is_ascii || self.encoding == Encoding::Utf8 {
             left = left.min(line.len());
             while !line.is_char_boundary(left) {
                 left -= 1;

@@ -135,3 +135,21 @@ fn marks_deprecated_names() {
     let offers = complete(cx, text.find("O }").unwrap() + 1);
     assert!(offers.iter().any(|offer| offer.label == "Old" && offer.deprecated));
 }
+
+#[test]
+fn bounds_answers_about_damaged_texts() {
+    let nodes: String = (0..3000).map(|index| format!("    \"n{index}\": Perlin(),\n")).collect();
+    let text = format!("(\n  nodes: {{\n{nodes}  }},\n  outputs: {{ \"o\": \"n0\" }},\n)\n");
+    with(&text, |cx, _| assert_eq!(diagnose::hints(cx).len(), 1000));
+    // Each sum contains the first number.
+    let sum = format!("(nodes: {{ \"a\": \"= {}1\" }}, outputs: {{ \"o\": \"a\" }})", "1 + ".repeat(3000));
+    with(&sum, |cx, _| {
+        let ranges = structure::selections(cx, sum.find("1 +").unwrap());
+        assert!((50..150).contains(&ranges.len()), "{}", ranges.len());
+    });
+    let comments = "/* a */ /* b */\n// c\n// d\n(nodes: {})\n/* e */ // f\n";
+    with(comments, |cx, file| {
+        let folds: Vec<&str> = structure::folds(cx).iter().map(|(range, _)| file.at(range)).collect();
+        assert_eq!(folds, ["// c\n// d"]);
+    });
+}

@@ -79,15 +79,24 @@ pub(super) fn lex(text: &str) -> Lexed {
         return out;
     }
     // Lines with a missing quote are read again, guessing the place of the quote.
-    let line =
-        |fault: &SyntaxError| text[fault.range.start..].find('\n').map_or(text.len(), |len| fault.range.start + len);
-    let mut torn: Vec<usize> = out.faults.iter().filter(|fault| fault.torn).map(line).collect();
-    torn.dedup();
+    let mut torn: Vec<Range<usize>> = Vec::new();
+    for fault in out.faults.iter().filter(|fault| fault.torn) {
+        // A long line may have many of them.
+        if torn.last().is_none_or(|line| line.end < fault.range.start) {
+            torn.push(line_around(text, fault.range.start));
+        }
+    }
     tokens(text, torn)
 }
 
+/// The bytes of the line that contains `at`, without its `\n`.
+fn line_around(text: &str, at: usize) -> Range<usize> {
+    let start = text[..at].rfind('\n').map_or(0, |newline| newline + 1);
+    start..text[at..].find('\n').map_or(text.len(), |len| at + len)
+}
+
 /// The tokens of a text in which the lines that end at `torn` lack a quote.
-fn tokens(text: &str, torn: Vec<usize>) -> Lexed {
+fn tokens(text: &str, torn: Vec<Range<usize>>) -> Lexed {
     let out = Lexed { tokens: Vec::with_capacity(text.len() / 5), ..Lexed::default() };
     let mut lexer = Lexer {
         text,
@@ -98,6 +107,7 @@ fn tokens(text: &str, torn: Vec<usize>) -> Lexed {
         comment_open: false,
         torn,
         mended: 0,
+        line: 0..0,
         begin: 0,
         marks: conflict::marks(text),
     };
@@ -138,9 +148,11 @@ struct Lexer<'a> {
     endless: Option<usize>,
     /// True once a comment had no end; later comments end at the first `*/`, if there is one.
     comment_open: bool,
-    /// The ends of the lines with a missing quote, and the number of lines already passed or repaired.
-    torn: Vec<usize>,
+    /// The lines with a missing quote, and the number of lines already passed or repaired.
+    torn: Vec<Range<usize>>,
     mended: usize,
+    /// The line whose end was searched last, from the place of that search on.
+    line: Range<usize>,
     /// The start of the current token.
     begin: usize,
     /// The marks of merges that were not passed yet, the last one first.
@@ -233,9 +245,12 @@ impl<'a> Lexer<'a> {
         self.fault(SyntaxError { unfinished: true, ..fault });
     }
 
-    /// The end of the line that contains `at`.
-    fn line_end(&self, at: usize) -> usize {
-        let line = self.text[at..].find('\n').map_or(self.text.len(), |i| at + i);
+    /// The end of the line that contains `at`. A long line is searched once.
+    fn line_end(&mut self, at: usize) -> usize {
+        if self.line.is_empty() || !(self.line.start..=self.line.end).contains(&at) {
+            self.line = at..self.text[at..].find('\n').map_or(self.text.len(), |i| at + i);
+        }
+        let line = self.line.end;
         if self.text[at..line].ends_with('\r') { line - 1 } else { line }
     }
 
@@ -280,7 +295,8 @@ impl<'a> Lexer<'a> {
                 }
             }
             None => {
-                self.at = start + 1 + torn(&self.text[start + 1..self.line_end(start)]);
+                let end = self.line_end(start);
+                self.at = start + 1 + torn(&self.text[start + 1..end]);
                 let fault = SyntaxError::new(start..self.at, "a closing quote is missing");
                 self.fault(SyntaxError { torn: true, ..fault });
             }
@@ -290,17 +306,18 @@ impl<'a> Lexer<'a> {
 
     /// Returns true if a quote is missing in this line and was not found yet.
     fn is_torn(&mut self) -> bool {
-        while self.torn.get(self.mended).is_some_and(|&end| end < self.at) {
+        while self.torn.get(self.mended).is_some_and(|line| line.end < self.at) {
             self.mended += 1;
         }
-        self.torn.get(self.mended).is_some_and(|&end| !self.text[self.at..end].contains('\n'))
+        self.torn.get(self.mended).is_some_and(|line| line.start <= self.at)
     }
 
     /// Reads a string whose opening or closing quote is missing, if there is one here: a string followed by text like
     /// the fields of a node, or a quote in the position of a closing one.
     fn mend(&mut self) -> bool {
         let start = self.at;
-        let line = &self.text[start + 1..self.line_end(start)];
+        let end = self.line_end(start);
+        let line = &self.text[start + 1..end];
         let mut from = self.begin;
         let first = line.trim_start().chars().next();
         if first.is_none_or(|c| matches!(c, ',' | ':' | ')' | ']' | '}')) {
@@ -440,7 +457,8 @@ impl<'a> Lexer<'a> {
             Some(len) => self.at = body + len + close.len(),
             None => {
                 self.endless = Some(self.endless.map_or(hashes, |endless| endless.min(hashes)));
-                self.at = body + torn(&self.text[body..self.line_end(body)]);
+                let end = self.line_end(body);
+                self.at = body + torn(&self.text[body..end]);
                 let fault = SyntaxError::new(start..self.at, "a closing quote is missing");
                 self.fault(SyntaxError { torn: true, ..fault });
             }

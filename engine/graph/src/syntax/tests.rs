@@ -458,3 +458,14 @@ fn reports_an_unfinished_text_as_one_mistake() {
         assert!(tree.errors()[0].unfinished, "{text}");
     }
 }
+
+#[test]
+fn reads_long_lines_with_a_missing_quote() {
+    for (text, tokens) in [("\"a\" ".repeat(50_000) + "\"", 50_001), ("r#\"a, ".repeat(50_000), 50_000)] {
+        let tree = Tree::parse(text.as_str());
+        let strings = tree.tokens().iter().filter(|token| token.kind() == TokenKind::Str).count();
+        assert_eq!(strings, tokens, "{}", &text[..20]);
+        assert!(!tree.errors().is_empty(), "{}", &text[..20]);
+        assert_eq!(tree.pieces().iter().map(|piece| &text[piece.range.clone()]).collect::<String>(), text);
+    }
+}

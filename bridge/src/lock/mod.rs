@@ -1,11 +1,9 @@
 //! The lock: pictures of pinned graphs, written into `shibo.lock` and compared later. Source: LASTING §1.
 mod file;
-mod news;
 mod sample;
 mod verify;
 
 pub use file::{Entry, LOCK, Lock, MOST_BYTES, merge};
-pub use news::news;
 pub use sample::{Look, PIXELS, RESOLUTION, Sample, bits_of, sample};
 pub use verify::{Because, State, Verified, VerifiedPicture, verified};
 

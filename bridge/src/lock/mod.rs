@@ -1,5 +1,7 @@
 //! The lock: pictures of pinned graphs, written into `shibo.lock` and compared later. Source: LASTING §1.
 mod file;
+#[cfg(test)]
+mod migrated_tests;
 mod sample;
 mod verify;
 

@@ -20,9 +20,10 @@ Examples:
 Changes of different fields are merged, wherever they are in the file. Where both sides changed one field, both versions and
 the base stand between marks, and `shibo check` reports an error there until one is kept.
 
-Files that are not UTF-8 text are merged by lines with `git merge-file`, with a warning.
+Files that are not UTF-8 text are merged by lines with `git merge-file`, with a warning. Locks (`shibo.lock`) are merged graph by graph.
+A lock that this program cannot read, such as one of a newer Shibo, is left as it is.
 
-Exit code: 0 if merged, 1 if there are conflicts, 129 if the files could not be read or written.";
+Exit code: 0 if merged, 1 if there are conflicts or the file was left as it is, 129 if the files could not be read or written.";
 
 /// Merge two changed versions of a graph.
 #[derive(Args, Debug)]
@@ -63,6 +64,15 @@ pub(crate) fn run(args: &MergeArgs, terminal: &Terminal) -> Result<(), Quit> {
     let request =
         MergeRequest { base, ours: ours.clone(), theirs, path: path.clone(), marker_size: args.marker_size.into() };
     let merged = merge(&library::tools(), &request);
+    if let Some(reason) = &merged.refused {
+        // Nothing is written, as git expects of a file that it cannot merge: ours stays, and the path counts as unmerged.
+        let name = path.display();
+        terminal.error(&format!(
+            "{name} was not merged: {reason}; a newer Shibo may have made it. Update Shibo and merge again, or keep one version \
+             and run `shibo pin` for the graphs that `shibo verify` does not call `same`"
+        ));
+        return Err(Quit::Shown);
+    }
     let target = args.output.as_ref().unwrap_or(&args.ours);
     let written = match &args.output {
         Some(output) => write::whole(output, merged.text.as_bytes()).map_err(Refused::Failed),

@@ -2,8 +2,9 @@
 use crate::graph_files::{Rewritten, files, read, show_errors, text, written};
 use crate::quit::Quit;
 use crate::terminal::Terminal;
-use crate::{library, report};
+use crate::{environment, library, report};
 use clap::Args;
+use shibo_graph::{LoadOptions, Loaded, load_text};
 use shibo_ide::Workspace;
 use shibo_ide::actions::{answered, pinned, pinned_at};
 use shibo_ide::migrate::{Change, migrate};
@@ -23,7 +24,8 @@ they describe, and nothing else moves. Pictures stay the same, except where a wa
 syntax error is reported, and left alone.
 
 A graph with pins gets the edits that the table of changes names for later versions of its nodes, and then the newest pin. Warnings
-name the changes after which its picture differs all the same.";
+name the changes after which its picture differs all the same. Versions that its pins hold stay. A version that the program does
+not have any more, held or in an import, is an error that says where it is and how to release it.";
 
 /// Rewrite graph files that use kinds of nodes that formulas replace.
 #[derive(Args, Debug)]
@@ -54,10 +56,15 @@ pub(crate) fn run(args: &MigrateArgs, terminal: &Terminal) -> Result<(), Quit> {
     let (mut good, mut listed, mut texts) = (true, String::new(), Vec::new());
     for path in files(&args.graphs)? {
         match read(&path).map_err(Quit::failed).and_then(|bytes| rewrite(&path, bytes, (&registry, to), terminal)) {
-            Ok(text) if text.before == text.after => {}
-            Ok(_) if args.check => listed += &format!("{}\n", path.display()),
-            Ok(text) if args.dry_run => texts.push((path, text.after)),
-            Ok(text) => good &= written(&path, &text, ("rewrote", "rewrite it"), terminal),
+            Ok((text, is_whole)) => {
+                good &= is_whole;
+                match text {
+                    text if text.before == text.after => {}
+                    _ if args.check => listed += &format!("{}\n", path.display()),
+                    text if args.dry_run => texts.push((path, text.after)),
+                    text => good &= written(&path, &text, ("rewrote", "rewrite it"), terminal),
+                }
+            }
             // The remaining files are rewritten nevertheless.
             Err(quit) => {
                 quit.code(terminal);
@@ -74,19 +81,21 @@ pub(crate) fn run(args: &MigrateArgs, terminal: &Terminal) -> Result<(), Quit> {
     if good && (listed.is_empty() || args.dry_run) { Ok(()) } else { Err(Quit::Shown) }
 }
 
-/// Rewrites the text of a file; shows syntax errors, and warnings.
+/// Rewrites the text of a file; shows syntax errors, and warnings. The second value is false if the program does not have the
+/// versions of the new text.
 fn rewrite(
     path: &Path,
     bytes: Vec<u8>,
     (registry, to): (&Arc<Registry>, u32),
     terminal: &Terminal,
-) -> Result<Rewritten, Quit> {
+) -> Result<(Rewritten, bool), Quit> {
     let before = text(path, bytes)?;
     match migrate(&before, registry) {
         Ok(migration) => {
             show_warnings(path, &before, &migration.warnings, terminal);
             let after = raised(path, migration.text, registry, to, terminal);
-            Ok(Rewritten { before, after })
+            let is_whole = has_versions(path, &after, registry, terminal);
+            Ok((Rewritten { before, after }, is_whole))
         }
         Err(errors) => {
             show_errors(path, before, &errors, terminal);
@@ -102,13 +111,24 @@ fn raised(path: &Path, text: String, registry: &Arc<Registry>, to: u32, terminal
     let answered = answered(&world, path, &text, (from, to));
     for (number, node) in &answered.differing {
         let Some(change) = registry.changes().since(number - 1).next() else { continue };
-        let (shown, percent) = (path.display(), 100.0 * change.worst);
-        let says = &change.what;
-        terminal.warning(&format!(
-            "{shown}: `{node}` looks different since change {number}: {says} (up to {percent:.0} % of full scale)"
-        ));
+        let (shown, says) = (path.display(), change.difference(change.worst));
+        terminal.warning(&format!("{shown}: `{node}` looks different since change {number}: {says}"));
     }
     pinned(&answered.text, Some(to)).unwrap_or(answered.text)
+}
+
+/// Returns whether the program has the versions that a text means; shows those that it does not have. Texts without pins mean
+/// the newest versions.
+fn has_versions(path: &Path, text: &str, registry: &Registry, terminal: &Terminal) -> bool {
+    if pinned_at(text).is_none() {
+        return true;
+    }
+    let options = LoadOptions { import_paths: environment::import_paths().to_vec(), ..LoadOptions::default() };
+    let Loaded { diagnostics, sources, .. } = load_text(path, text, registry, &options);
+    let is_gone = |one: &Diagnostic| matches!(one.code, Code::ChangedKind | Code::UnknownVersion);
+    let gone: Vec<_> = diagnostics.into_iter().filter(is_gone).collect();
+    report::show(terminal, &gone, &sources);
+    gone.is_empty()
 }
 
 fn show_warnings(path: &Path, text: &str, warnings: &[Change], terminal: &Terminal) {

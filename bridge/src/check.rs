@@ -1,11 +1,10 @@
 //! All errors and warnings of a graph, each with its fixes.
-use crate::lock::news;
 use crate::{GraphText, Tools};
 use serde::{Deserialize, Serialize};
 use shibo_graph::{Graph, LoadOptions, load_text};
 use shibo_ide::diagnose::{self, by_file};
 use shibo_ide::fixes::{Applies, Budget, fixes};
-use shibo_ide::{Cx, Section, Workspace};
+use shibo_ide::{Cx, Section, Workspace, news};
 use shibo_value::diagnostics::{Code, Diagnostic, FileId, SourceMap, Span};
 use std::ops::Range;
 use std::path::PathBuf;
@@ -118,8 +117,7 @@ pub(crate) fn check_within(tools: &Tools, request: &CheckRequest, budget: &mut B
 
 /// Advice about a graph without errors: untiled outputs, later versions of pinned nodes, unused nodes, hidden names in formulas.
 pub fn advice(tools: &Tools, graph: &Graph) -> Vec<Diagnostic> {
-    let mut found = graph.advice();
-    found.extend(news(&tools.registry, graph));
+    let mut found = news::advice(&tools.registry, graph);
     let Some(source) = graph.sources.sources().first() else { return found };
     let mut workspace = workspace(tools);
     let file = workspace.open(&source.path, source.text.clone());

@@ -25,16 +25,18 @@ fn compared(path: &Path, before: &str, after: &str) -> GraphDiff {
     diff(&tools(), &DiffRequest { before: graph(before), after: graph(after), comments: false })
 }
 
-/// Changes as `path: before -> after`, of a text with replacements.
+/// A change as `path: before -> after`.
+fn line(change: Change) -> String {
+    let [before, after] = [change.before, change.after].map(|text| text.unwrap_or_else(|| "-".to_owned()));
+    format!("{}: {before} -> {after}", change.path.join("."))
+}
+
+/// Changes of a text with replacements.
 fn after(replacements: &[(&str, &str)]) -> Vec<String> {
     let text = replacements.iter().fold(BEFORE.to_owned(), |text, (from, to)| {
         assert!(text.contains(from), "{from}");
         text.replace(from, to)
     });
-    let line = |change: Change| {
-        let [before, after] = [change.before, change.after].map(|text| text.unwrap_or_else(|| "-".to_owned()));
-        format!("{}: {before} -> {after}", change.path.join("."))
-    };
     compared(Path::new("a.ron"), BEFORE, &text).changes.into_iter().map(line).collect()
 }
 
@@ -90,6 +92,28 @@ fn tells_units_defaults_and_effects() {
     assert!(changes[2].default.is_some(), "{:?}", changes[2]);
     let json = GraphDiff { changes, unreadable: Vec::new() };
     assert_eq!(json.changes.len(), 3);
+}
+
+#[test]
+fn lists_changes_of_pins() {
+    let held = r#"pins: (change: 4, hold: { "Fractal": 2 }),"#;
+    for (before, after, expected) in [
+        ("", "pins: 4,", vec!["pins: - -> 4"]),
+        ("pins: 4,", "pins: 5,", vec!["pins: 4 -> 5"]),
+        ("pins: 4,", "", vec!["pins: 4 -> -"]),
+        ("pins: 4,", held, vec![r#"pins: 4 -> (change: 4, hold: { "Fractal": 2 })"#]),
+        (
+            held,
+            r#"pins: (hold: { "Fractal": 3 }, change: 5),"#,
+            vec!["pins.hold.Fractal: 2 -> 3", "pins.change: 4 -> 5"],
+        ),
+        (held, r#"pins: (hold: { "Fractal": 2, }, /* four */ change: 4),"#, vec![]),
+    ] {
+        let [old, new] = [before, after].map(|pins| BEFORE.replace("version: 1,", &format!("version: 1, {pins}")));
+        let changes = compared(Path::new("a.ron"), &old, &new).changes;
+        assert!(changes.iter().all(|change| change.effect == Effect::Picture), "{changes:?}");
+        assert_eq!(changes.into_iter().map(line).collect::<Vec<_>>(), expected, "{before} {after}");
+    }
 }
 
 #[test]

@@ -29,6 +29,7 @@ pub mod manual;
 pub mod migrate;
 pub mod names;
 pub mod navigate;
+pub mod news;
 mod paths;
 pub mod rename;
 pub mod server;

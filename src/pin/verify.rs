@@ -13,11 +13,12 @@ use crate::{library, open};
 use clap::Args;
 use serde::Serialize;
 use serde_json::{Value as Json, json};
-use shibo_bridge::lock::{LOCK, RESOLUTION, State, Verified, VerifiedPicture, entry, text_hash, verified};
+use shibo_bridge::lock::{Entry, LOCK, RESOLUTION, State, Verified, VerifiedPicture, entry, text_hash, verified};
 use shibo_bridge::{DiffRequest, GraphText, Tools, diff};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::session::{Failure, Session};
 use shibo_graph::Graph;
+use shibo_ide::actions::pinned_at;
 use shibo_value::diagnostics::to_json;
 use std::path::{Path, PathBuf};
 
@@ -119,7 +120,7 @@ fn check(
         Ok(now) => {
             let mut verified = verified(session.registry().changes(), &graph, then, &now);
             if let Some(then) = then.filter(|_| verified.text_edited && !verified.is_same()) {
-                verified.edits = edits(&graph, &then.text);
+                verified.edits = edits(&graph, then);
             }
             listed.verified = Some(verified);
         }
@@ -130,9 +131,12 @@ fn check(
 }
 
 /// The edits since the pinned text, if git has that text.
-fn edits(graph: &Graph, pinned: &str) -> Vec<diff::Change> {
+fn edits(graph: &Graph, pinned: &Entry) -> Vec<diff::Change> {
     let Ok(repository) = Repository::here() else { return Vec::new() };
-    let Some(then) = repository.past_texts(&graph.path, MOST_VERSIONS).find(|text| text_hash(text) == pinned) else {
+    // The text may have been saved in git before it was pinned.
+    let is_pinned =
+        |text: &String| text_hash(text) == pinned.text && pinned_at(text).is_none_or(|change| change == pinned.pins);
+    let Some(then) = repository.past_texts(&graph.path, MOST_VERSIONS).find(is_pinned) else {
         return Vec::new();
     };
     let text = |text: String| Some(GraphText { path: graph.path.clone(), text });

@@ -188,3 +188,134 @@ fn a_kept_version_gives_its_picture_and_a_new_one_is_named() {
     desk.shibo("pin --remove --no-lock a.ron").expect(0);
     desk.shibo("verify a.ron").expect(0);
 }
+
+/// The change at which a text is pinned as a number.
+fn change_of(text: &str) -> u32 {
+    let at = text.find("pins: ").unwrap() + 6;
+    text[at..].split(',').next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn a_shipped_graph_that_changed_is_refused_until_the_graph_is_migrated() {
+    let desk = Desk::new();
+    let uses = GRAPH.replace("\"a\": Perlin(size: 5)", "\"a\": Use(graph: \"s\")");
+    let uses = uses.replace("version: 1,", "version: 1,\n  pins: 3,\n  imports: { \"s\": \"shibo:starter\" },");
+    desk.write("a.ron", &uses);
+    // The graph that uses it has no pins of its own.
+    desk.write("part.ron", uses.replace("  pins: 3,\n", ""));
+    desk.write("b.ron", uses.replace("shibo:starter", "part.ron"));
+    for (graph, place) in [("a.ron", "a.ron:8:10"), ("b.ron", "part.ron:7:10")] {
+        for command in ["check", "verify", "render --no-cache -o out"] {
+            let ran = desk.shibo(&format!("{command} {graph}")).expect(1);
+            let told = [
+                "changed-kind",
+                place,
+                "`shibo:starter` of version 1 is not in this program any more",
+                "shibo migrate",
+            ];
+            assert!(told.iter().all(|text| ran.stderr.contains(text)), "{command} {graph}: {}", ran.stderr);
+        }
+    }
+    desk.shibo("render --newest --no-cache -o out a.ron --resolution 16").expect(0);
+    let ran = desk.shibo("migrate a.ron").expect(0);
+    assert!(ran.stderr.contains("a.ron: `a` looks different since change 4: another grain"), "{}", ran.stderr);
+    assert!(change_of(&text(&desk)) > 3);
+    assert!(!desk.shibo("check a.ron").expect(0).stderr.contains("changed-kind"));
+}
+
+#[test]
+fn verify_calls_changed_pins_an_edit() {
+    let desk = Desk::new();
+    let veins = GRAPH.replace("Perlin(size: 5)", "Fractal(size: 5, kind: Turbulence)");
+    let part = veins.replace("version: 1,", "version: 1,\n  pins: 1,");
+    desk.write("part.ron", &part);
+    let uses = GRAPH.replace("\"a\": \"a\"", "\"a\": \"= a + p\"");
+    let uses =
+        uses.replace("nodes: {", "imports: { \"part\": \"part.ron\" },\n  nodes: {\n    \"p\": Use(graph: \"part\"),");
+    desk.write("a.ron", uses);
+    desk.shibo("pin a.ron").expect(0);
+    let newest = change_of(&text(&desk));
+    desk.shibo("verify a.ron").expect(0);
+    let held = format!("pins: (change: {newest}, hold: {{ \"Fractal\": 3 }}),");
+    for pins in ["", &format!("pins: {newest},"), &held] {
+        desk.write("part.ron", part.replace("pins: 1,", pins));
+        let ran = desk.shibo("verify a.ron").expect(1);
+        assert!(ran.stdout.starts_with("a.ron  edited\n  a: "), "{pins}: {}", ran.stdout);
+        assert!(ran.stdout.contains("  part.ron was edited since the graph was pinned\n"), "{pins}: {}", ran.stdout);
+    }
+    // Pins with the same meaning change no picture.
+    desk.write("part.ron", part.replace("pins: 1,", "pins: (change: 1, hold: { \"Perlin\": 1 }),"));
+    desk.shibo("verify a.ron").expect(0);
+    // The pins of the graph itself.
+    desk.write("a.ron", &veins);
+    desk.shibo("pin a.ron").expect(0);
+    let pinned = text(&desk);
+    for pins in [format!("pins: (change: {newest}, hold: {{ \"Fractal\": 2 }}),"), "pins: 1,".to_owned()] {
+        desk.write("a.ron", pinned.replace(&format!("pins: {newest},"), &pins));
+        let ran = desk.shibo("verify a.ron").expect(1);
+        assert!(ran.stdout.starts_with("a.ron  edited\n"), "{pins}: {}", ran.stdout);
+        assert!(ran.stdout.contains("  the text was edited since the graph was pinned\n"), "{pins}: {}", ran.stdout);
+    }
+    // A later change is the reason where a pin is raised.
+    desk.shibo("pin --to 1 a.ron").expect(0);
+    desk.write("a.ron", pinned);
+    assert!(desk.shibo("verify a.ron").expect(1).stdout.starts_with("a.ron  changed\n"));
+}
+
+#[test]
+fn verify_tells_pictures_that_are_new_or_gone() {
+    let desk = Desk::new();
+    desk.write("a.ron", GRAPH.replace("\"a\": \"a\" }", "\"a\": \"a\", \"b\": \"= 2 * a\" }"));
+    desk.shibo("pin a.ron").expect(0);
+    let pinned = text(&desk);
+    desk.write("a.ron", pinned.replace("\"b\": \"= 2 * a\"", "\"b\": \"= 2 * a\", \"c\": \"= 3 * a\""));
+    let ran = desk.shibo("verify a.ron --format json").expect(1).json();
+    let of = |name: usize| ran["graphs"][0]["pictures"][name]["state"].as_str().unwrap().to_owned();
+    assert_eq!([0, 1, 2].map(of), ["same", "same", "not-pinned"]);
+    assert_eq!(ran["graphs"][0]["state"], "not-pinned");
+    desk.write("a.ron", pinned.replace(", \"b\": \"= 2 * a\"", ""));
+    let ran = desk.shibo("verify a.ron").expect(1);
+    assert!(ran.stdout.starts_with("a.ron  edited\n  b: it is gone\n"), "{}", ran.stdout);
+}
+
+#[test]
+fn migrate_names_versions_that_are_gone() {
+    let desk = Desk::new();
+    let lit = GRAPH.replace("Perlin(size: 5),", "Perlin(size: 5),\n    \"r\": Relief(height: \"a\"),");
+    let lit = lit.replace("\"a\": \"a\" }", "\"a\": \"r\" }");
+    let held = lit.replace("version: 1,", "version: 1,\n  pins: (change: 3, hold: { \"Relief\": 3 }),");
+    desk.write("a.ron", &held);
+    let told = [
+        "changed-kind",
+        "a.ron:8:10",
+        "`Relief` of version 3 is not in this program any more",
+        "remove `Relief` from `hold` of the pins to take version 4:",
+        "the version is held here",
+    ];
+    // The change is raised, and the kind stays held.
+    for command in ["migrate --dry-run", "migrate", "migrate", "migrate --check"] {
+        let ran = desk.shibo(&format!("{command} a.ron")).expect(1);
+        assert!(told.iter().all(|text| ran.stderr.contains(text)), "{command}: {}", ran.stderr);
+    }
+    let raised = text(&desk);
+    assert!(!raised.contains("change: 3,") && raised.contains("hold: { \"Relief\": 3 }"), "{raised}");
+    // A version from before the table of changes.
+    desk.write("a.ron", held.replace("\"Relief\": 3", "\"Relief\": 1"));
+    let ran = desk.shibo("migrate a.ron").expect(1);
+    assert!(ran.stderr.contains("`Relief` has the versions 3 to 4; found 1"), "{}", ran.stderr);
+    // The same in an import, whose pins are its own.
+    desk.write("part.ron", held);
+    let uses = GRAPH.replace("Perlin(size: 5)", "Use(graph: \"p\")");
+    desk.write("a.ron", uses.replace("version: 1,", "version: 1,\n  pins: 3,\n  imports: { \"p\": \"part.ron\" },"));
+    let ran = desk.shibo("migrate a.ron").expect(1);
+    assert!(
+        ran.stderr.contains("part.ron:8:10") && ran.stderr.contains("remove `Relief` from `hold`"),
+        "{}",
+        ran.stderr
+    );
+    // Without `hold` the newest version is taken, and the new look is told.
+    desk.write("a.ron", lit.replace("version: 1,", "version: 1,\n  pins: 2,"));
+    let ran = desk.shibo("migrate a.ron").expect(0);
+    assert!(ran.stderr.contains("a.ron: `r` looks different since change 3: "), "{}", ran.stderr);
+    desk.shibo("migrate --check a.ron").expect(0);
+}

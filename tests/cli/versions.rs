@@ -187,6 +187,58 @@ fn git_stops_at_conflicts_in_worktree() {
 }
 
 #[test]
+fn git_merges_locks_and_leaves_those_that_cannot_be_read() {
+    let repository = Repository::new();
+    let desk = &repository.desk;
+    let lock = |bits: [&str; 3]| {
+        let entry = |(name, bits): (&str, &str)| {
+            format!(
+                "    {name:?}: (\n        pins: 1, text: \"\",\n        pictures: {{\n            \"a\": (bits: {bits:?}),\n        }},\n    ),\n"
+            )
+        };
+        format!("{{\n{}}}\n", ["a.ron", "b.ron", "c.ron"].into_iter().zip(bits).map(entry).collect::<String>())
+    };
+    let commit = |branch: &str, text: &str| {
+        repository.git(&format!("checkout -q -B {branch} main"));
+        desk.write("shibo.lock", text);
+        repository.git("add shibo.lock");
+        repository.git("commit -qm lock");
+    };
+    let read = || String::from_utf8(desk.read("shibo.lock")).unwrap();
+    commit("main", &lock(["0", "0", "0"]));
+    commit("theirs", &lock(["0", "2", "2"]));
+    // A newer form, in lines that plain git would merge.
+    let newer = lock(["0", "0", "2"]).replace("(bits: \"2\")", "(bits: \"2\", size: 128)");
+    commit("newer", &newer);
+    let ours = lock(["1", "0", "1"]);
+    commit("ours", &ours);
+    repository.git("merge -q theirs -m both");
+    let merged = read();
+    assert!(merged.contains("bits: \"1\"") && merged.contains("bits: \"2\"") && !merged.contains("c.ron"), "{merged}");
+    for ours in [lock(["1", "0", "0"]), ours] {
+        commit("ours", &ours);
+        let (code, text) = repository.try_git("merge newer -m both");
+        assert_eq!(code, Some(1), "{text}");
+        assert!(
+            text.contains("shibo.lock was not merged: their version is no lock that this program reads ("),
+            "{text}"
+        );
+        assert!(text.contains("CONFLICT (content): Merge conflict in shibo.lock"), "{text}");
+        assert_eq!(read(), ours, "the file is left as it is");
+        assert!(repository.git("ls-files -u shibo.lock").contains("shibo.lock"), "git calls it unmerged");
+        repository.git("merge --abort");
+        assert_eq!(read(), ours);
+    }
+    // The same without git.
+    desk.write("base", lock(["0", "0", "0"]));
+    desk.write("newer", &newer);
+    desk.write("ours", lock(["1", "0", "0"]));
+    let ran = desk.shibo("merge base newer ours --path shibo.lock -o out").expect(1);
+    assert!(ran.stderr.contains("shibo.lock was not merged: our version is no lock"), "{}", ran.stderr);
+    assert!(!desk.path("out").exists() && desk.read("newer") == newer.as_bytes());
+}
+
+#[test]
 fn git_settings_come_and_go() {
     let repository = Repository::new();
     let desk = &repository.desk;

@@ -10,11 +10,11 @@ use shibo_contract::kinds::{STAND_INS, another, arguments, it, options};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::session::{Session, Settings};
 use shibo_graph::{Graph, LoadOptions, load, load_text};
-use shibo_node::changes::{Changes, Thing};
+use shibo_node::changes::{Change, Changes, Look, Thing, Touches};
 use shibo_node::registry::Registry;
 use shibo_node::{KindInfo, ParamInfo, ParamType, Role};
 use shibo_value::Key;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
@@ -134,15 +134,20 @@ impl Rule {
 
     /// A graph whose node `it` is of a kind, held at a version.
     fn graph_of(&self, info: &KindInfo, args: &str, version: u32) -> Result<Graph, String> {
+        let (kind, newest) = (&info.kind, self.changes().newest());
+        self.graph_with(info, args, &format!("(change: {newest}, hold: {{ {kind:?}: {version} }})"))
+    }
+
+    /// A graph with pins whose node `it` is of a kind.
+    fn graph_with(&self, info: &KindInfo, args: &str, pins: &str) -> Result<Graph, String> {
         let (first, nodes) = arguments(&self.registry, info, None)?;
         // A port or a parameter that the kind needs is not written twice.
         let given = |arg: &&str| !args.contains(&format!("{}:", arg.split(':').next().unwrap_or_default()));
         let first: Vec<&str> = split(&first).into_iter().filter(given).collect();
         let all: Vec<&str> = first.into_iter().chain([args]).filter(|part| !part.is_empty()).collect();
-        let (kind, newest) = (&info.kind, self.changes().newest());
         self.load(&format!(
-            "(pins: (change: {newest}, hold: {{ {kind:?}: {version} }}), canvas: (size_mm: 16, resolution: {PIXELS}, seed: 3), \
-             nodes: {{ {STAND_INS} {nodes} \"it\": {kind}({}) }})",
+            "(pins: {pins}, canvas: (size_mm: 16, resolution: {PIXELS}, seed: 3), nodes: {{ {STAND_INS} {nodes} \"it\": {}({}) }})",
+            info.kind,
             all.join(", ")
         ))
     }
@@ -320,4 +325,70 @@ fn another_picture_asks_for_a_version_and_a_line() {
     let expected = "the picture of `Perlin()` of version 1 changed: raise VERSION to 2 and add a line to library/changes.ron\n\
                     `Simplex` has version 1, but library/changes.ron says 7";
     assert_eq!(problems, expected);
+}
+
+/// The message about a version that the program does not have.
+const GONE: &str = " is not in this program any more";
+
+/// A graph that is pinned at any change so far has the picture of that change, or is refused by name.
+#[test]
+fn pinned_kinds_have_the_pictures_of_their_change_or_are_refused() {
+    let rule = rule(Digests::read());
+    let digests = rule.digests.lock().unwrap();
+    let (mut same, mut refused) = (0, 0);
+    let kinds: BTreeSet<&str> = rule.changes().since(0).filter_map(|line| line.kind.as_deref()).collect();
+    for kind in kinds {
+        let info = rule.registry.info(kind).unwrap();
+        let lines = rule.changes().since(0).filter(|line| line.thing() == Thing::Kind(kind));
+        let pins: BTreeSet<u32> = lines.flat_map(|line| [line.change - 1, line.change]).collect();
+        for (args, since) in digests.kinds[kind].iter().filter(|(args, _)| !args.starts_with("example ")) {
+            for change in &pins {
+                let place = format!("`{kind}({args})` pinned at change {change}");
+                let graph = match rule.graph_with(info, args, &change.to_string()) {
+                    Ok(graph) => graph,
+                    Err(error) => {
+                        assert!(
+                            error.contains(&format!("`{kind}` of version ")) && error.contains(GONE),
+                            "{place}: {error}"
+                        );
+                        refused += 1;
+                        continue;
+                    }
+                };
+                let altering = |line: &&Change| line.look == Look::Look && graph.altered_by(line).next().is_some();
+                assert_eq!(rule.changes().since(*change).find(altering), None, "{place} has a newer look");
+                let bits = bits_of(&rule.session, &graph, it(&graph)).unwrap();
+                assert_eq!(since.get(&rule.since(&graph, None)), Some(&bits), "{place}");
+                same += 1;
+            }
+        }
+    }
+    assert!(same > 20 && refused > 0, "{same} the same, {refused} refused");
+}
+
+/// The program has no earlier texts of shipped graphs.
+#[test]
+fn shipped_graphs_of_an_earlier_change_are_refused() {
+    let rule = rule(Digests::read());
+    let mut refused = 0;
+    for graph in shibo_library::graphs() {
+        let name = graph.path.strip_suffix(".ron").unwrap();
+        let uses = |change: u32| {
+            let import = format!("imports: {{ \"it\": \"shibo:{}\" }}", graph.name);
+            let loaded = rule.load(&format!("(pins: {change}, {import}, nodes: {{ \"it\": Use(graph: \"it\") }})"));
+            loaded.err().filter(|error| error.contains(GONE))
+        };
+        assert_eq!(uses(rule.changes().newest()), None, "{name}");
+        let mine = |line: &&Change| line.thing() == Thing::Graph(name) && line.look == Look::Look;
+        for line in rule.changes().since(0).filter(mine).filter(|line| line.touches == Touches::All) {
+            let error =
+                uses(line.change - 1).unwrap_or_else(|| panic!("{name} has a newer look than change {}", line.change));
+            assert!(
+                error.contains(&format!("`shibo:{}` of version {}{GONE}", graph.name, line.version - 1)),
+                "{error}"
+            );
+            refused += 1;
+        }
+    }
+    assert!(refused > 50, "{refused}");
 }

@@ -1,15 +1,15 @@
 //! The lock: pictures of pinned graphs, written into `shibo.lock` and compared later. Source: LASTING §1.
 mod file;
-mod news;
+#[cfg(test)]
+mod migrated_tests;
 mod sample;
 mod verify;
 
 pub use file::{Entry, LOCK, Lock, MOST_BYTES, merge};
-pub use news::news;
 pub use sample::{Look, PIXELS, RESOLUTION, Sample, bits_of, sample};
 pub use verify::{Because, State, Verified, VerifiedPicture, verified};
 
-use crate::shape::{Fields, canonical};
+use crate::shape::{Field, Fields, canonical};
 use shibo_engine::eval::CancelToken;
 use shibo_engine::session::{Failure, Session};
 use shibo_graph::Graph;
@@ -35,7 +35,7 @@ pub fn entry(session: &Session, graph: &Graph, cancel: &CancelToken) -> Result<E
     };
     let shipped = |path: &Path| path.starts_with("shibo:");
     let imports = sources.iter().skip(1).filter(|source| source.origin == Origin::File && !shipped(&source.path));
-    entry.files.extend(imports.map(|source| (relative(folder, &source.path), text_hash(&source.text))));
+    entry.files.extend(imports.map(|source| (relative(folder, &source.path), import_hash(&source.text))));
     let keys = session.keys(graph)?;
     for node in graph.nodes.node_indices() {
         for (path, hash) in keys.read_files(node).filter(|(path, _)| !shipped(path)) {
@@ -45,12 +45,27 @@ pub fn entry(session: &Session, graph: &Graph, cancel: &CancelToken) -> Result<E
     Ok(entry)
 }
 
-/// Identifies a text apart from comments, layout, the order of named things, and the pin.
+/// Identifies the text of a graph apart from comments, layout, the order of named things, and the change at which it is
+/// pinned: [`Entry::pins`] is that. Versions that the pins hold count.
 pub fn text_hash(text: &str) -> String {
+    hash_of(text, |pins| {
+        let hold = Fields::readable(pins.value)?.get("hold")?.value;
+        (!Fields::readable(hold)?.entries.is_empty()).then(|| canonical(hold))
+    })
+}
+
+/// Identifies the text of an import apart from comments, layout and the order of named things. Its pins count, since an
+/// entry has only those of the graph.
+fn import_hash(text: &str) -> String {
+    hash_of(text, |pins| Some(canonical(pins.entry)))
+}
+
+/// Identifies a text; `pins` is the meaning of its pins.
+fn hash_of(text: &str, pins: impl Fn(&Field<'_>) -> Option<String>) -> String {
     let tree = Tree::parse(text);
     let things = tree.value().and_then(Fields::readable).map(|top| {
-        let things = top.entries.iter().filter(|field| field.name != "pins");
-        let mut things: Vec<String> = things.map(|field| canonical(field.entry)).collect();
+        let thing = |field: &Field<'_>| if field.name == "pins" { pins(field) } else { Some(canonical(field.entry)) };
+        let mut things: Vec<String> = top.entries.iter().filter_map(thing).collect();
         things.sort();
         things.join(",")
     });
@@ -87,6 +102,32 @@ mod tests {
         assert_eq!(text_hash(graph), text_hash(same));
         assert_ne!(text_hash(graph), text_hash(&same.replace("3.0", "3.1")));
         assert_eq!([graph, same, "(pins: (hold: {}, change: 12))"].map(pinned_at), [Some(4), None, Some(12)]);
+    }
+
+    #[test]
+    fn versions_that_a_pin_holds_are_part_of_a_text() {
+        let [plain, other, empty, held, later] = [
+            "4",
+            "12",
+            "(change: 4, hold: {})",
+            "(hold: { \"A\": 2, \"B\": 1 }, change: 4)",
+            "(change: 12, hold: { \"B\": 1, \"A\": 2 })",
+        ]
+        .map(|pins| format!("(pins: {pins}, nodes: {{}})"));
+        assert_eq!([&plain, &other].map(|text| text_hash(text)), [&empty, &empty].map(|text| text_hash(text)));
+        assert_eq!(text_hash(&held), text_hash(&later));
+        assert_ne!(text_hash(&held), text_hash(&plain));
+        assert_ne!(text_hash(&held), text_hash(&held.replace("2", "3")));
+    }
+
+    #[test]
+    fn pins_are_part_of_an_import() {
+        let [none, four, five, held] = ["", "pins: 4,", "pins: 5,", "pins: (change: 4, hold: { \"A\": 2 }),"]
+            .map(|pins| import_hash(&format!("({pins} nodes: {{}})")));
+        let all = std::collections::BTreeSet::from([&none, &four, &five, &held]);
+        assert_eq!(all.len(), 4, "{all:?}");
+        assert_eq!(four, import_hash("(nodes: {}, // A.\n pins: 4)"));
+        assert_eq!(none, text_hash("(nodes: {})"));
     }
 
     #[test]

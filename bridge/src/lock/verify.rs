@@ -4,7 +4,7 @@ use super::sample::{Look, Sample};
 use crate::diff;
 use serde::{Deserialize, Serialize};
 use shibo_graph::Graph;
-use shibo_node::changes::{Changes, Thing};
+use shibo_node::changes::{self, Changes, Thing};
 use std::collections::BTreeSet;
 
 /// The smallest difference that is told, in 1/255.
@@ -41,7 +41,8 @@ pub struct Verified {
     pub because: Vec<Because>,
     /// The paths of files and imports that were edited, added or removed.
     pub files: Vec<String>,
-    /// True if the text was edited, apart from comments, layout and order.
+    /// True if the text was edited, apart from comments, layout and order; also if it was pinned at an earlier change, or holds
+    /// other versions.
     pub text_edited: bool,
     /// The edits of the text, where the pinned text is known.
     pub edits: Vec<diff::Change>,
@@ -107,7 +108,8 @@ pub fn verified(changes: &Changes, graph: &Graph, then: Option<&Entry>, now: &En
     let paths: BTreeSet<&String> = then.files.keys().chain(now.files.keys()).collect();
     let files: Vec<String> =
         paths.into_iter().filter(|path| then.files.get(*path) != now.files.get(*path)).cloned().collect();
-    let text_edited = then.text != now.text;
+    // A pin that was raised is a reason only by the changes since then.
+    let text_edited = then.text != now.text || now.pins < then.pins;
     let reason = match (because.is_empty(), text_edited || !files.is_empty()) {
         _ if then.pins > changes.newest() => State::Newer,
         (false, _) => State::Changed,
@@ -136,7 +138,8 @@ pub fn verified(changes: &Changes, graph: &Graph, then: Option<&Entry>, now: &En
 
 /// The changes after a number that alter a graph.
 fn because(changes: &Changes, graph: &Graph, pins: u32) -> Vec<Because> {
-    let altering = changes.since(pins).filter_map(|change| {
+    let looks = changes.since(pins).filter(|change| change.look != changes::Look::Names);
+    let altering = looks.filter_map(|change| {
         let node = graph.altered_by(change).next()?;
         let kind = match change.thing() {
             Thing::Kind(name) | Thing::Graph(name) => Some(name.to_owned()),

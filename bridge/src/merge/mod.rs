@@ -53,6 +53,8 @@ pub struct Merged {
     pub conflicts: Vec<Conflict>,
     /// The reason why lines were merged instead of trees. The result needs a look even without conflicts.
     pub by_lines: Option<String>,
+    /// The reason why nothing was merged: the text is that of ours, and both versions need a look.
+    pub refused: Option<String>,
     /// Errors of the result that come from other files, and errors that no mark could show.
     pub notes: Vec<String>,
 }
@@ -71,7 +73,7 @@ pub struct Conflict {
 impl Merged {
     /// Returns true if the result needs no look.
     pub fn is_clean(&self) -> bool {
-        self.conflicts.is_empty() && self.by_lines.is_none()
+        self.conflicts.is_empty() && self.by_lines.is_none() && self.refused.is_none()
     }
 }
 
@@ -83,12 +85,8 @@ pub fn merge(tools: &Tools, request: &MergeRequest) -> Merged {
         MergeRequest { base, ours, theirs, .. } if ours == base => return whole(theirs),
         _ => {}
     }
-    if request.path.file_name().is_some_and(|name| name == LOCK)
-        && let (Ok(ours), Ok(theirs)) = (Lock::read(&request.ours), Lock::read(&request.theirs))
-    {
-        // Two sides may add the file.
-        let base = Lock::read(&request.base).unwrap_or_default();
-        return whole(&lock::merge(&base, &ours, &theirs).written());
+    if request.path.file_name().is_some_and(|name| name == LOCK) {
+        return locks(request).unwrap_or_else(|reason| Merged { refused: Some(reason), ..whole(&request.ours) });
     }
     let eol = if request.ours.contains("\r\n") { "\r\n" } else { "\n" };
     let typed = |text: &str| {
@@ -101,8 +99,21 @@ pub fn merge(tools: &Tools, request: &MergeRequest) -> Merged {
     trees(tools, request, sides, Form { pick: Pick::Marks, marker, eol }).unwrap_or_else(|reason| {
         let [base, ours, theirs] = texts;
         let (text, _) = lines(&base, &ours, &theirs, marker);
-        Merged { conflicts: conflicts(&text, &[]), text, by_lines: Some(reason), notes: Vec::new() }
+        Merged { conflicts: conflicts(&text, &[]), text, by_lines: Some(reason), ..Merged::default() }
     })
+}
+
+/// Merges locks. Lines of them mean nothing by themselves, so that nothing else can be done; returns the reason if a
+/// version cannot be read.
+fn locks(request: &MergeRequest) -> Result<Merged, String> {
+    let read = |side: &str, text: &str| {
+        Lock::read(text).map_err(|error| format!("{side} is no lock that this program reads ({error})"))
+    };
+    // Two sides may add the file.
+    let added = request.base.trim().is_empty();
+    let base = if added { Lock::default() } else { read("the base", &request.base)? };
+    let (ours, theirs) = (read("our version", &request.ours)?, read("their version", &request.theirs)?);
+    Ok(Merged { text: lock::merge(&base, &ours, &theirs).written(), ..Merged::default() })
 }
 
 /// Merges trees; returns the reason if that is not possible.
@@ -139,7 +150,7 @@ fn trees(tools: &Tools, request: &MergeRequest, sides: [Side; 3], form: Form) ->
     let notes = faults(tools, &request.path, &picked(all, &form, &forced, Pick::Ours)?);
     let notes = notes.into_iter().filter(|fault| fault.foreign).map(|fault| fault.message).chain(unmarked.clone());
     let by_lines = (!unmarked.is_empty()).then(|| format!("the result has an error: {}", unmarked.join("; ")));
-    Ok(Merged { conflicts: conflicts(&text, &found), text, by_lines, notes: notes.collect() })
+    Ok(Merged { conflicts: conflicts(&text, &found), text, by_lines, notes: notes.collect(), refused: None })
 }
 
 /// Errors of the result that neither side has. Where the result has conflicts, errors with each choice count.

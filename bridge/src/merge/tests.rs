@@ -121,6 +121,61 @@ fn keeps_line_ends_of_ours() {
 }
 
 #[test]
+fn merges_pins() {
+    let with = |pins: &str| BASE.replace("version: 1,", &format!("version: 1, {pins}"));
+    let held = |change: u32, version: u32| format!(r#"pins: (change: {change}, hold: {{ "Fractal": {version} }}),"#);
+    for (base, ours, theirs, expected) in [
+        // One side raises the pin, holds a version, or removes the pin.
+        ("pins: 1,", "pins: 1,", "pins: 2,", "pins: 2,"),
+        ("", "", "pins: 2,", "pins: 2,"),
+        ("pins: 1,", "", "pins: 1,", ""),
+        ("pins: 1,", "pins: 2,", "pins: 2,", "pins: 2,"),
+        (&held(1, 2)[..], &held(2, 2)[..], &held(1, 3)[..], &held(2, 3)[..]),
+    ] {
+        // Both sides change something else, too.
+        let ours = with(ours).replace("size: 9", "size: 8");
+        let merged = merge(&tools(), &request(&with(base), &ours, &with(theirs).replace("radius: 1.5", "radius: 2")));
+        let wanted = with(expected).replace("size: 9", "size: 8").replace("radius: 1.5", "radius: 2");
+        let text = |text: &str| Tree::parse(text).value().map(canonical);
+        assert_eq!((merged.is_clean(), text(&merged.text)), (true, text(&wanted)), "{merged:?}");
+    }
+    for (base, ours, theirs) in [
+        ("pins: 1,", "pins: 2,", "pins: 3,"),
+        ("pins: 1,", "", "pins: 3,"),
+        ("", "pins: 2,", "pins: 3,"),
+        ("pins: 1,", "pins: 2,", &held(1, 2)[..]),
+    ] {
+        let merged = merge(&tools(), &request(&with(base), &with(ours), &with(theirs)));
+        let places: Vec<_> = merged.conflicts.iter().map(|conflict| conflict.path.join(".")).collect();
+        assert_eq!(places, ["pins"], "{base} {ours} {theirs}: {}", merged.text);
+    }
+    let merged = merge(&tools(), &request(&with(&held(1, 2)), &with(&held(1, 3)), &with(&held(1, 4))));
+    assert_eq!(
+        merged.conflicts.iter().map(|conflict| conflict.path.join(".")).collect::<Vec<_>>(),
+        ["pins.hold.Fractal"]
+    );
+}
+
+/// An earlier pin on one side and a use of a shipped graph that has changed since on the other make an error that neither had.
+#[test]
+fn a_pin_and_a_later_graph_conflict() {
+    let base = BASE.replace("version: 1,", "version: 1, pins: 60,");
+    let ours = base.replace("pins: 60,", "pins: 3,");
+    let theirs = base
+        .replace("nodes: {", "imports: { \"s\": \"shibo:starter\" },\n  nodes: {")
+        .replace("\"old\": Perlin(size: 3),", "\"old\": Perlin(size: 3),\n    \"hide\": Use(graph: \"s\"),");
+    for (ours, theirs) in [(&ours, &theirs), (&theirs, &ours)] {
+        let merged = merge(&tools(), &request(&base, ours, theirs));
+        assert!(!merged.is_clean(), "{}", merged.text);
+        let errors: Vec<_> = merged.conflicts.iter().filter_map(|conflict| conflict.error.as_deref()).collect();
+        assert!(
+            errors.iter().any(|error| error.contains("`shibo:starter` of version 1 is not in this program")),
+            "{merged:?}"
+        );
+    }
+}
+
+#[test]
 fn locks_never_conflict() {
     let lock = |entries: &[(&str, u32)]| {
         let entry = |(name, pins): &(&str, u32)| format!("  {name:?}: (pins: {pins}, text: \"\", pictures: {{}}),\n");
@@ -133,6 +188,40 @@ fn locks_never_conflict() {
     let merged = merge(&tools(), &request);
     let expected = Lock::read(&lock(&[("a.ron", 2), ("c.ron", 3)]));
     assert_eq!((merged.is_clean(), Lock::read(&merged.text)), (true, expected));
+}
+
+#[test]
+fn locks_of_another_form_are_refused() {
+    let lock = |pins: u32| format!("{{\n  \"a.ron\": (pins: {pins}, text: \"\", pictures: {{}}),\n}}\n");
+    // A field that this program does not know, another form, and a file that was merged by lines.
+    let newer = lock(3).replace("pins: 3", "pins: 3, views: 2");
+    let other = format!("(form: 2, graphs: {})", lock(3));
+    let marked = format!("<<<<<<< ours\n{}=======\n{}>>>>>>> theirs\n", lock(3), lock(4));
+    for odd in [&newer, &other, &marked, &String::new()] {
+        let sides: [(&str, [&str; 3]); 3] = [
+            ("our version", [&lock(1), odd, &lock(2)]),
+            ("their version", [&lock(1), &lock(2), odd]),
+            ("the base", [odd, &lock(1), &lock(2)]),
+        ];
+        for (side, [base, ours, theirs]) in sides {
+            let request = MergeRequest { path: "graphs/shibo.lock".into(), ..request(base, ours, theirs) };
+            let merged = merge(&tools(), &request);
+            if side == "the base" && odd.is_empty() {
+                // Both sides added the file.
+                assert!(merged.is_clean(), "{merged:?}");
+                continue;
+            }
+            assert_eq!((merged.is_clean(), merged.text.as_str(), &merged.by_lines), (false, ours, &None), "{side}");
+            let reason = merged.refused.unwrap();
+            assert!(reason.starts_with(&format!("{side} is no lock that this program reads (")), "{reason}");
+        }
+        // A side that changed nothing is no reason to read anything.
+        for (ours, theirs) in [(odd, &lock(1)), (&lock(1), odd)] {
+            let merged =
+                merge(&tools(), &MergeRequest { path: "shibo.lock".into(), ..request(&lock(1), ours, theirs) });
+            assert_eq!((merged.is_clean(), &merged.text), (true, odd));
+        }
+    }
 }
 
 /// Returns whether two edits change one thing, or one a part of what the other changes. A renamed thing may be changed too, and

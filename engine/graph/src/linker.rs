@@ -85,6 +85,8 @@ pub(super) struct Scope {
     pub(super) resolved: Vec<Option<Target>>,
     /// The place where the graph is used.
     pub(super) used: Option<Span>,
+    /// For a shipped graph, the place in a file of the user where it is used, directly or by way of other shipped graphs.
+    pub(super) own_place: Option<Span>,
     /// The file whose pins count for its nodes.
     pub(super) pinned_by: Option<usize>,
     /// The canvas of its nodes.

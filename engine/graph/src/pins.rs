@@ -7,8 +7,8 @@ use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{self, mismatch, shorten};
 use super::report::Report;
 use super::schema;
-use crate::diagnostics::{Code, suggest};
-use crate::node::changes::{Changes, Thing};
+use crate::diagnostics::{Code, Span, suggest};
+use crate::node::changes::{Change, Changes, Look, Thing};
 use crate::registry::Registry;
 
 /// The pins of a graph file.
@@ -57,6 +57,16 @@ impl Pins {
             };
             report.push(self.place.error(Code::UnknownVersion, message).help(help));
         }
+        // The program makes all pictures in one way, the newest.
+        let is_other = |line: &&Change| line.thing() == Thing::All && line.look == Look::Look;
+        if let Some(line) = registry.changes().since(self.change.max(1)).find(is_other) {
+            let message = format!(
+                "the way in which pictures were made before change {} is not in this program any more",
+                line.change
+            );
+            let help = format!("`shibo migrate FILE` takes the newest one: {}", line.difference(line.worst));
+            report.push(self.place.error(Code::ChangedKind, message).help(help));
+        }
         for (entry, version) in &self.hold {
             let Some(info) = registry.info(&entry.name) else {
                 let kinds: Vec<&str> = registry.kinds().collect();
@@ -78,10 +88,17 @@ impl Pins {
         }
     }
 
-    /// The version of a kind, given its version now.
-    pub(super) fn version(&self, changes: &Changes, kind: &str, now: u32) -> u32 {
-        let held = self.hold.iter().find(|(entry, _)| entry.name == kind).map(|(_, version)| *version);
-        held.unwrap_or_else(|| changes.version(Thing::Kind(kind), now, self.change))
+    /// The number of the change.
+    pub(super) fn change(&self) -> u32 {
+        self.change
+    }
+
+    /// The version of a kind, given its version now; with the place where `hold` names it.
+    pub(super) fn version(&self, changes: &Changes, kind: &str, now: u32) -> (u32, Option<Span>) {
+        match self.hold.iter().find(|(entry, _)| entry.name == kind) {
+            Some((entry, version)) => (*version, Some(entry.key.span())),
+            None => (changes.version(Thing::Kind(kind), now, self.change), None),
+        }
     }
 }
 

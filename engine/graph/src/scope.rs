@@ -2,6 +2,7 @@
 use super::document::NodeDecl;
 use super::each;
 use super::formula_text::FormulaText;
+use super::imports;
 use super::linker::{Bound, Entity, Flat, Linker, Port, Scope, Slot};
 use super::params::Params;
 use super::part::{Entry, Shape, SyntaxValue};
@@ -29,6 +30,9 @@ impl<'a> Linker<'a> {
         let scope = self.scopes.len();
         let count = self.docs[doc].document.inputs.len();
         let (inputs, resolved) = (vec![Bound::Broken; count], vec![None; count]);
+        let is_shipped = imports::within(&self.docs[doc].path).is_some();
+        let own_place = |(user, place): (usize, Span)| self.scopes[user].own_place.unwrap_or(place);
+        let own_place = used.filter(|_| is_shipped).map(own_place);
         self.scopes.push(Scope {
             doc,
             prefix,
@@ -37,6 +41,7 @@ impl<'a> Linker<'a> {
             inputs,
             resolved,
             used: used.map(|(_, place)| place),
+            own_place,
             pinned_by: self.pinned_by(doc, used.map(|(user, _)| user)),
             canvas: self.canvas,
             layout: None,

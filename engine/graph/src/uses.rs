@@ -66,6 +66,9 @@ impl Linker<'_> {
             params.give_all(self.settings_of(&all, &docs[doc].document));
         }
         params.give_all(self.settings_of(&prefix, &docs[doc].document));
+        if !self.is_as_pinned(scope, kind, doc, (&with, &params)) {
+            return None;
+        }
         defaults::follow(&docs[doc], &mut params, self.report);
         let child = self.declare(doc, prefix, params, Some((scope, kind.span())));
         (self.scopes[child].canvas, self.scopes[child].layout) = (instance.canvas, instance.layout);

@@ -1,8 +1,9 @@
-//! The version of its kind that a pinned node has. Source: LASTING §1.
-use super::imports::LIBRARY;
+//! The versions of kinds and of shipped graphs that a pinned graph has. Source: LASTING §1.
+use super::imports::{self, LIBRARY};
 use super::linked::{Graph, GraphNode};
 use super::linker::Linker;
-use super::part::SyntaxValue;
+use super::params::Params;
+use super::part::{Entry, SyntaxValue};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::node::changes::{Change, Look, Thing, Touches};
 use std::path::Path;
@@ -19,19 +20,60 @@ impl Linker<'_> {
         let (docs, info) = (self.docs, node.info?);
         let pins = docs[self.scopes[node.scope].pinned_by?].document.pins.as_ref()?;
         let changes = self.registry.changes();
-        let version = pins.version(changes, &info.kind, info.version);
+        let (version, held) = pins.version(changes, &info.kind, info.version);
         let later = |line: &&Change| line.thing() == Thing::Kind(&info.kind) && line.version > version;
         let altering: Vec<&Change> =
             changes.since(0).filter(later).filter(|line| self.is_touched(flat, &line.touches)).collect();
-        let new = altering.iter().find(|line| line.look == Look::Look)?;
+        let error = gone(self.place(node.scope, &node.kind), (&info.kind, version, info.version), &altering, held)?;
         if self.registry.has_kept(&info.kind, version) {
             return Some(version);
         }
-        let worst = altering.iter().map(|line| line.worst).fold(0.0, f64::max);
-        let error = gone(&node.kind, (&info.kind, version, info.version), new, worst);
         self.report.push(error);
         self.flats[flat].good = false;
         None
+    }
+
+    /// Returns true if the text of a document that is used in a scope is the one that the pins there mean; reports an error
+    /// if not. The program has only the newest texts of shipped graphs. `kind` is the word `Use` or `Each`; the last
+    /// argument holds the values that the graph is given.
+    pub(super) fn is_as_pinned(
+        &mut self,
+        scope: usize,
+        kind: &SyntaxValue,
+        doc: usize,
+        (with, params): (&[Entry], &Params),
+    ) -> bool {
+        let docs = self.docs;
+        let user = &self.scopes[scope];
+        let pins = user.pinned_by.and_then(|doc| docs[doc].document.pins.as_ref());
+        let (Some(pins), Some(inside)) = (pins, imports::within(&docs[doc].path)) else { return true };
+        // A graph that is defined in a shipped file has the version of that file.
+        if docs[user.doc].path == docs[doc].path {
+            return true;
+        }
+        let inside = Path::new(&inside).with_extension("");
+        let written = |field: &str| match params.is_given(field).then(|| params.get(field).flatten()) {
+            Some(Some(value)) => Some(value.text.as_str()),
+            // An error hides the value: it may be any.
+            Some(None) => Some("$"),
+            None => with.iter().find(|entry| entry.name == field).map(|entry| entry.value.str()),
+        };
+        let is_later = |line: &&Change| matches!(line.thing(), Thing::Graph(name) if inside == Path::new(name));
+        let later: Vec<&Change> = self.registry.changes().since(pins.change()).filter(is_later).collect();
+        let (Some(first), Some(last)) = (later.first(), later.last()) else { return true };
+        let versions = (first.version.saturating_sub(1), last.version);
+        let altering: Vec<&Change> = later.iter().copied().filter(|line| line.touches.includes(written)).collect();
+        let name = inside.file_name().unwrap_or_default().to_string_lossy();
+        let name = format!("{LIBRARY}{name}");
+        let error = gone(self.place(scope, kind), (&name, versions.0, versions.1), &altering, None);
+        let is_kept = error.is_none();
+        error.into_iter().for_each(|error| self.report.push(error));
+        is_kept
+    }
+
+    /// The place for an error about the pins: that of a word, or for a word in a shipped graph, the use of that graph.
+    fn place(&self, scope: usize, word: &SyntaxValue) -> Span {
+        self.scopes[scope].own_place.unwrap_or_else(|| word.span())
     }
 
     /// True if a node is among the uses that a change can alter.
@@ -46,13 +88,7 @@ impl Graph {
     /// does not touch them. A changed shipped graph alters the nodes in it.
     pub fn altered_by<'g>(&'g self, change: &'g Change) -> impl Iterator<Item = &'g GraphNode> {
         self.nodes.node_weights().filter(move |node| match change.thing() {
-            Thing::Kind(kind) => {
-                let text = |span: Span| self.sources.sources()[span.file.0].text.get(span.start..span.end);
-                let written = |field: &str| node.fields.iter().find(|(name, _)| name == field);
-                node.kind == kind
-                    && node.node.version() >= change.version
-                    && change.touches.includes(|field| written(field).map(|(_, span)| text(*span).unwrap_or_default()))
-            }
+            Thing::Kind(_) => node.node.version() >= change.version && self.is_of(node, change),
             Thing::Graph(name) => {
                 let inside = self.sources.path(node.span.file).strip_prefix(LIBRARY);
                 inside.is_ok_and(|inside| inside.with_extension("") == Path::new(name))
@@ -60,12 +96,37 @@ impl Graph {
             Thing::All => true,
         })
     }
+
+    /// The nodes that a change of their kind would alter if they did not have an earlier version.
+    pub fn kept_from<'g>(&'g self, change: &'g Change) -> impl Iterator<Item = &'g GraphNode> {
+        let is_kept = move |node: &&GraphNode| node.node.version() < change.version && self.is_of(node, change);
+        self.nodes.node_weights().filter(is_kept)
+    }
+
+    /// True if a change is about the kind of a node, and touches the node.
+    fn is_of(&self, node: &GraphNode, change: &Change) -> bool {
+        let text = |span: Span| self.sources.sources()[span.file.0].text.get(span.start..span.end);
+        let written = |field: &str| node.fields.iter().find(|(name, _)| name == field);
+        change.thing() == Thing::Kind(&node.kind)
+            && change.touches.includes(|field| written(field).map(|(_, span)| text(*span).unwrap_or_default()))
+    }
 }
 
-/// The error for a version that the program does not have.
-fn gone(place: &SyntaxValue, (kind, version, now): (&str, u32, u32), new: &Change, worst: f64) -> Diagnostic {
-    let message = format!("`{kind}` of version {version} is not in this program any more");
-    let help =
-        format!("`shibo migrate FILE` takes version {now}: {} (up to {:.0} % of full scale)", new.what, worst * 100.0);
-    place.error(Code::ChangedKind, message).help(help)
+/// The error for a version of a thing that the program does not have. `None` if no change since then alters the look.
+fn gone(
+    place: Span,
+    (thing, version, now): (&str, u32, u32),
+    altering: &[&Change],
+    held: Option<Span>,
+) -> Option<Diagnostic> {
+    let new = altering.iter().find(|line| line.look == Look::Look)?;
+    let difference = new.difference(altering.iter().map(|line| line.worst).fold(0.0, f64::max));
+    let message = format!("`{thing}` of version {version} is not in this program any more");
+    let error = Diagnostic::new(Code::ChangedKind, place, message);
+    Some(match held {
+        Some(hold) => error
+            .help(format!("remove `{thing}` from `hold` of the pins to take version {now}: {difference}"))
+            .related(hold, "the version is held here"),
+        None => error.help(format!("`shibo migrate FILE` takes version {now}: {difference}")),
+    })
 }

@@ -153,6 +153,13 @@ impl Change {
             (None, None) => Thing::All,
         }
     }
+
+    /// The description for messages, with the largest mean difference of a picture, from 0 to 1.
+    pub fn difference(&self, worst: f64) -> String {
+        let percent = worst * 100.0;
+        let digits = usize::from(percent < 1.0);
+        format!("{} (up to {percent:.digits$} % of full scale)", self.what)
+    }
 }
 
 impl Changes {
@@ -219,6 +226,9 @@ mod tests {
         assert_eq!([1, 2, 3, 4].map(rays), [2, 3, 3, 4]);
         assert_eq!(changes.version(Thing::Kind("Perlin"), 7, 1), 7);
         assert_eq!(changes.version(Thing::Graph("goat"), 2, 2), 1);
+        let first = changes.since(1).next().unwrap();
+        assert_eq!(first.difference(0.31), "thin rays (up to 31 % of full scale)");
+        assert_eq!(first.difference(0.0014), "thin rays (up to 0.1 % of full scale)");
         assert_eq!(changes.since(2).map(|line| line.change).collect::<Vec<_>>(), [3, 4]);
     }
 

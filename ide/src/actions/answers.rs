@@ -1,17 +1,23 @@
 //! Edits a pinned text as the answers of the table of changes say. Source: LASTING §1, *The table of changes*.
 use super::super::diagnose::Finding;
+use super::super::expect::Expect;
 use super::super::file::{File, Section};
 use super::super::format::change;
 use super::super::names::{Symbol, occurrences};
 use super::super::rename::Edit;
-use super::super::view::{Body, Value};
+use super::super::view::{Body, Item, Value};
+use super::super::walk::{Visit, walk};
 use super::super::world::{Cx, World};
-use super::pin::{pinned, pinned_at};
+use super::pin::{held, is_held, pinned, pinned_at};
 use super::{Action, ActionKind, apply};
 use crate::insert::{append, remove};
 use shibo_node::changes::{Answer, Change, Look, Thing};
+use shibo_node::registry::Library;
 use shibo_node::{KindInfo, Role};
 use std::path::Path;
+
+/// The help of advice about a version that `shibo migrate` raises.
+pub const MIGRATE: &str = "`shibo migrate FILE` takes the newest version";
 
 /// A text that follows the changes.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,88 +34,163 @@ pub fn answered(world: &dyn World, path: &Path, text: &str, (from, to): (u32, u3
     let mut result = Answered { text: text.to_owned(), differing: Vec::new() };
     for change in world.registry().changes().since(from).filter(|change| change.change <= to) {
         let file = File::new(path, result.text.as_str());
-        let mut edits = Vec::new();
-        let mut altered = None;
+        let (mut edits, mut differs) = (Vec::new(), None);
         for scope in file.scopes() {
-            let found = follow(Cx { world, file: &scope }, change, &mut edits);
-            altered = altered.or(found);
+            let followed = follow(Cx { world, file: &scope }, change);
+            edits.extend(followed.edits);
+            differs = differs.or(followed.differs);
         }
-        if let Some(node) = altered.filter(|_| change.look == Look::Look && !(change.answer.is_some() && change.exact))
-        {
-            result.differing.push((change.change, node));
-        }
+        result.differing.extend(differs.map(|node| (change.change, node)));
         result.text = apply(&result.text, &edits);
     }
     result
 }
 
-/// Takes the newest versions of nodes, where a finding says that the program does not have an earlier one.
+/// Takes the newest versions of nodes, where a finding says that the program does not have an earlier one, or advises that
+/// there is a newer one. A version that the pins hold is released instead.
 pub(super) fn newest(cx: Cx<'_>, findings: &[Finding]) -> Option<Action> {
-    let mends = findings.iter().position(|finding| finding.code == "changed-kind")?;
+    let gone = findings.iter().position(|finding| finding.code == "changed-kind");
+    let is_advice = |finding: &Finding| finding.help.as_deref() == Some(MIGRATE);
+    let mends = gone.or_else(|| findings.iter().position(is_advice))?;
     let (path, text) = (&cx.file.path, &cx.file.text);
+    if let Some(action) = text.get(findings[mends].range.clone()).and_then(|kind| released(cx, kind)) {
+        return Some(Action { mends: Some(mends), ..action });
+    }
     let newest = cx.registry().changes().newest();
     let answered = answered(cx.world, path, text, (pinned_at(text)?, newest));
     let new = pinned(&answered.text, Some(newest))?;
     let edit = change(text, &(0..text.len()), &new)?;
     let title = format!("Take the versions of change {newest}");
-    Some(Action { mends: Some(mends), ..Action::new(title, ActionKind::Fix, cx.file, vec![edit]) })
+    let action = Action::new(title, ActionKind::Fix, cx.file, vec![edit]);
+    // A graph without an error keeps its picture unless its author asks for the new one.
+    Some(Action { mends: Some(mends), is_preferred: gone.is_some(), ..action })
 }
 
-/// Adds the edits that a change asks for in a graph. Returns the name of the first node that the change alters.
-fn follow(cx: Cx<'_>, change: &Change, edits: &mut Vec<Edit>) -> Option<String> {
-    let mut first = None;
+/// Removes a kind from the versions that the pins hold. `None` if they do not hold it.
+fn released(cx: Cx<'_>, kind: &str) -> Option<Action> {
+    let hold = held(cx.file)?;
+    let edit = remove(cx.file, &hold, hold.get(kind)?);
+    Some(Action::new(format!("Remove `{kind}` from `hold`"), ActionKind::Fix, cx.file, vec![edit]))
+}
+
+/// The effect of a change on a graph.
+#[derive(Default)]
+struct Followed {
+    /// The edits that answer it.
+    edits: Vec<Edit>,
+    /// The name of the first node that looks different all the same.
+    differs: Option<String>,
+}
+
+impl Followed {
+    /// Adds a node that the change alters, and the edits that answer it; `None` if no edit can.
+    fn add(&mut self, cx: Cx<'_>, change: &Change, node: &Value, edits: Option<Vec<Edit>>) {
+        let is_exact = change.exact && edits.is_some();
+        if change.look == Look::Look && !is_exact {
+            self.differs.get_or_insert_with(|| name_of(cx, node));
+        }
+        // A node within a node that is replaced goes with it.
+        let is_free = |edit: &Edit| {
+            !self.edits.iter().any(|other| edit.range.start < other.range.end && other.range.start < edit.range.end)
+        };
+        let free: Vec<Edit> = edits.into_iter().flatten().filter(is_free).collect();
+        self.edits.extend(free);
+    }
+}
+
+/// The edits that a change asks for in a graph, and the first node that it alters all the same.
+fn follow(cx: Cx<'_>, change: &Change) -> Followed {
+    let mut followed = Followed::default();
+    let mut nodes = Nodes(Vec::new());
+    walk(cx, &mut nodes);
     match change.thing() {
-        Thing::Kind(kind) if !is_held(cx.file, kind) => {
-            for item in cx.file.entries(Section::Nodes) {
-                let (Some(key), Some(value)) = (&item.key, &item.value) else { continue };
-                let named = value.word().is_some_and(|word| cx.file.at(&word) == kind);
-                let written = |field: &str| Some(cx.file.at(&value.body()?.value(field)?.range));
-                if named && change.touches.includes(written) {
-                    first.get_or_insert_with(|| key.name.clone());
-                    edits.extend(change.answer.iter().flat_map(|answer| answer_of(cx, value, answer)));
+        Thing::Kind(kind) if is_held(cx.file, kind) => {}
+        Thing::Kind(kind) => {
+            for node in nodes.0.into_iter().filter(|node| cx.file.word(node) == Some(kind)) {
+                let written = |field: &str| Some(cx.file.at(&node.body()?.value(field)?.range));
+                if change.touches.includes(written) {
+                    let edits = change.answer.as_ref().and_then(|answer| answer_of(cx, node, answer));
+                    followed.add(cx, change, node, edits);
                 }
             }
         }
         Thing::Graph(name) => {
-            let shipped = format!("shibo:{name}");
-            let uses = cx.file.entries(Section::Imports).iter();
-            let import = uses
-                .filter(|item| item.value.as_ref().and_then(Value::text) == Some(&shipped))
-                .find_map(|item| item.name());
-            first = import.map(str::to_owned);
-            if let (Some(import), Some(Answer::Outputs(names))) = (import, &change.answer) {
-                let is_use = |node: &str| {
-                    let value = cx.file.entry(Section::Nodes, node).and_then(|item| item.value.as_ref());
-                    value.and_then(Value::body).and_then(|body| body.value("graph")).and_then(Value::text)
-                        == Some(import)
-                };
-                for found in occurrences(cx) {
-                    if let Symbol::Port(node, output) = &found.symbol
-                        && let Some(new) = names.get(output)
-                        && is_use(node)
-                    {
-                        edits.push(Edit { range: found.range.clone(), text: new.clone() });
-                    }
+            let library = cx.registry().library();
+            let means = |path: &str| is_shipped(library, path, name);
+            let is_import = |item: &&Item| item.value.as_ref().and_then(Value::text).is_some_and(means);
+            let imports: Vec<&str> =
+                cx.file.entries(Section::Imports).iter().filter(is_import).filter_map(Item::name).collect();
+            let is_use = |node: &Value| {
+                let graph = node.body().and_then(|body| body.value("graph")).and_then(Value::text);
+                graph.is_some_and(|graph| imports.contains(&graph))
+            };
+            let names = match &change.answer {
+                Some(Answer::Outputs(names)) => Some(names),
+                _ => None,
+            };
+            for node in nodes.0.into_iter().filter(|node| is_use(node) && is_given(cx, node, change)) {
+                followed.add(cx, change, node, names.map(|_| Vec::new()));
+            }
+            for found in names.iter().flat_map(|_| occurrences(cx)) {
+                let Symbol::Port(node, output) = &found.symbol else { continue };
+                let user = cx.file.entry(Section::Nodes, node).and_then(|item| item.value.as_ref());
+                if let Some(new) = names.and_then(|names| names.get(output)).filter(|_| user.is_some_and(is_use)) {
+                    followed.edits.push(Edit { range: found.range.clone(), text: new.clone() });
                 }
             }
         }
-        Thing::All => first = cx.file.entries(Section::Nodes).iter().find_map(|item| item.name()).map(str::to_owned),
-        Thing::Kind(_) => {}
+        Thing::All => {
+            if let Some(first) = nodes.0.first() {
+                followed.add(cx, change, first, None);
+            }
+        }
     }
-    first
+    followed
 }
 
-/// True if the pins of the file hold a version of a kind.
-fn is_held(file: &File, kind: &str) -> bool {
-    let whole = file.whole();
-    let pins = whole.body().and_then(|body| body.value("pins")).and_then(Value::body);
-    pins.and_then(|pins| pins.value("hold")).and_then(Value::body).is_some_and(|hold| hold.get(kind).is_some())
+/// All nodes of a graph, also those that stand in ports.
+struct Nodes<'a>(Vec<&'a Value>);
+
+impl<'a> Visit<'a> for Nodes<'a> {
+    fn key(&mut self, _inside: Expect<'a>, _item: &'a Item) {}
+
+    fn value(&mut self, expect: Expect<'a>, value: &'a Value) {
+        if expect.takes_nodes() && value.word().is_some() {
+            self.0.push(value);
+        }
+    }
 }
 
-/// The edits of a node.
-fn answer_of(cx: Cx<'_>, node: &Value, answer: &Answer) -> Vec<Edit> {
-    let (Some(body), Some(word)) = (node.body(), node.word()) else { return Vec::new() };
-    match answer {
+/// The name of a node; of one without a name, that of the node around it, or its kind.
+fn name_of(cx: Cx<'_>, node: &Value) -> String {
+    let around = |item: &&Item| item.range.contains(&node.range.start);
+    let entry = cx.file.entries(Section::Nodes).iter().find(around);
+    entry.and_then(Item::name).or_else(|| cx.file.word(node)).unwrap_or_default().to_owned()
+}
+
+/// True if a change can alter a use of a shipped graph, by the values that the use gives.
+fn is_given(cx: Cx<'_>, user: &Value, change: &Change) -> bool {
+    let body = user.body();
+    let with = body.and_then(|body| body.value("with")).and_then(Value::body);
+    change.touches.includes(|field| match with.and_then(|with| with.value(field)) {
+        Some(value) => Some(cx.file.at(&value.range)),
+        // A preset may give any value.
+        None => body?.get("preset").map(|_| "$"),
+    })
+}
+
+/// True if an import means the shipped graph that the table of changes calls `name`.
+fn is_shipped(library: Option<&dyn Library>, import: &str, name: &str) -> bool {
+    let Some(import) = import.strip_prefix("shibo:") else { return false };
+    let import = import.trim_start_matches('/');
+    let found = library.and_then(|library| library.find(import.strip_suffix(".ron").unwrap_or(import)));
+    found.is_some_and(|path| path.strip_suffix(".ron") == Some(name))
+}
+
+/// The edits of a node; `None` if no edit can answer the change.
+fn answer_of(cx: Cx<'_>, node: &Value, answer: &Answer) -> Option<Vec<Edit>> {
+    let (body, word) = (node.body()?, node.word()?);
+    Some(match answer {
         Answer::Set { field, .. } if body.get(field).is_some() => Vec::new(),
         Answer::Set { field, value } => append(cx.file, body, &format!("{field}: {value}")),
         Answer::Rename { field, to } => {
@@ -121,12 +202,12 @@ fn answer_of(cx: Cx<'_>, node: &Value, answer: &Answer) -> Vec<Edit> {
         Answer::Remove { field } => body.get(field).map(|item| remove(cx.file, body, item)).into_iter().collect(),
         Answer::Formula(formula) => {
             let kind = cx.world.registry().info(cx.file.at(&word));
-            let text = filled(cx, body, kind, formula);
-            text.map(|text| Edit { range: node.range.clone(), text }).into_iter().collect()
+            let text = filled(cx, body, kind, formula)?;
+            vec![Edit { range: node.range.clone(), text }]
         }
         // Only shipped graphs have other outputs.
-        Answer::Outputs(_) => Vec::new(),
-    }
+        Answer::Outputs(_) => return None,
+    })
 }
 
 /// Multiplies the numbers of a value. A reference and a formula become a product.
@@ -135,14 +216,14 @@ fn scaled(cx: Cx<'_>, value: &Value, by: f64) -> Vec<Edit> {
         return vec![Edit { range: value.range.clone(), text: shibo_node::spell_number(number * by) }];
     }
     if value.text().is_some() {
-        let text = format!("\"= {} * {}\"", operand(cx.file.at(&value.range)), shibo_node::spell_number(by));
+        let text = format!("\"= {} * {}\"", operand(cx, value), shibo_node::spell_number(by));
         return vec![Edit { range: value.range.clone(), text }];
     }
     let items = value.body().map_or(&[][..], |body| &body.items);
     items.iter().filter_map(|item| item.value.as_ref()).flat_map(|item| scaled(cx, item, by)).collect()
 }
 
-/// A formula whose `{field}` stand for the values of a node's fields. `None` where a value is unknown.
+/// A formula whose `{field}` stand for the values of a node's fields. `None` where a value is unknown, or a node.
 fn filled(cx: Cx<'_>, body: &Body, kind: Option<&KindInfo>, formula: &str) -> Option<String> {
     let mut parts = formula.split('{');
     let mut text = parts.next()?.to_owned();
@@ -152,20 +233,22 @@ fn filled(cx: Cx<'_>, body: &Body, kind: Option<&KindInfo>, formula: &str) -> Op
             Role::Param(param) => Some(param.written.clone()),
             Role::Port(port) => port.default.map(shibo_node::spell_number),
         };
-        text += &body.value(field).map(|value| operand(cx.file.at(&value.range))).or_else(default)?;
+        text += &match body.value(field) {
+            Some(value) if value.word().is_some() => return None,
+            Some(value) => operand(cx, value),
+            None => default()?,
+        };
         text += rest;
     }
     Some(format!("\"= {text}\""))
 }
 
 /// A value as part of a formula.
-fn operand(written: &str) -> String {
-    let Some(text) = written.strip_prefix('"').and_then(|text| text.strip_suffix('"')) else {
-        return written.to_owned();
-    };
+fn operand(cx: Cx<'_>, value: &Value) -> String {
+    let Some(text) = value.text() else { return cx.file.at(&value.range).to_owned() };
     match text.trim_start().strip_prefix('=') {
         Some(formula) => format!("({})", formula.trim()),
-        None => text.strip_prefix('$').unwrap_or(text).to_owned(),
+        None => text.to_owned(),
     }
 }
 
@@ -216,8 +299,8 @@ mod tests {
             ),
             (
                 r#"kind: "Blur", version: 2, touches: All, answer: Scale(field: "radius", by: 0.5), exact: true"#,
-                r#""a": Blur(radius: 3), "b": Blur(radius: "$p"), "c": Blur(radius: "= p + 1"), "d": Blur(radius: (2, 4))"#,
-                r#""a": Blur(radius: 1.5), "b": Blur(radius: "= p * 0.5"), "c": Blur(radius: "= (p + 1) * 0.5"), "d": Blur(radius: (1, 2))"#,
+                r#""a": Blur(radius: 3), "b": Blur(radius: "$p"), "c": Blur(radius: r"= $p + 1"), "d": Blur(radius: (2, 4))"#,
+                r#""a": Blur(radius: 1.5), "b": Blur(radius: "= $p * 0.5"), "c": Blur(radius: "= ($p + 1) * 0.5"), "d": Blur(radius: (1, 2))"#,
                 0,
             ),
             (
@@ -238,6 +321,19 @@ mod tests {
                 r#""u": Use(graph: "g"), "a": Blur(input: "u.shown"), "b": "= u.shown * 2""#,
                 0,
             ),
+            // Nodes in ports have no name.
+            (
+                r#"kind: "Blur", version: 2, touches: All, answer: Set(field: "radius", value: "3"), exact: true"#,
+                r#""a": Invert(input: Blur(input: Blur(input: "b")))"#,
+                r#""a": Invert(input: Blur(input: Blur(input: "b", radius: 3), radius: 3))"#,
+                0,
+            ),
+            (
+                r#"kind: "Invert", version: 2, touches: All, answer: Formula("1 - {input}"), exact: true"#,
+                r#""a": Invert(input: Blur(input: "b")), "c": Blur(input: Invert(input: "b"))"#,
+                r#""a": Invert(input: Blur(input: "b")), "c": Blur(input: "= 1 - b")"#,
+                1,
+            ),
             (r#"kind: "Blur", version: 2, touches: All"#, r#""a": Blur()"#, r#""a": Blur()"#, 1),
             (r#"kind: "Blur", version: 2, touches: Given(["radius"])"#, r#""a": Blur()"#, r#""a": Blur()"#, 0),
         ] {
@@ -255,22 +351,76 @@ mod tests {
     }
 
     #[test]
+    fn uses_of_shipped_graphs_are_found() {
+        let line = r#"graph: "lib/wrinkles", version: 2, touches: Given(["depth"])"#;
+        let imports = r#""a": "shibo:wrinkles", "b": "shibo:lib/wrinkles.ron", "c": "shibo:goat""#;
+        for (nodes, differs) in [
+            (r#""u": Use(graph: "a"), "v": Use(graph: "b", with: { "depth": 2 })"#, Some("v")),
+            (r#""u": Use(graph: "a", preset: "old")"#, Some("u")),
+            (r#""p": PlacePieces(), "u": Each(graph: "a", ids: "p.ids", over: 2, with: { "depth": 2 })"#, Some("u")),
+            (r#""blurred": Blur(input: Use(graph: "b", with: { "depth": 2 }))"#, Some("blurred")),
+            (r#""u": Use(graph: "a"), "v": Use(graph: "c", with: { "depth": 2 })"#, None),
+        ] {
+            let text = format!("(pins: 1, imports: {{ {imports} }}, nodes: {{ {nodes} }})");
+            let world = Workspace::new(registry(line), Vec::new());
+            let answered = answered(&world, Path::new("a.ron"), &text, (1, 2));
+            let found = answered.differing.iter().map(|(_, node)| node.as_str()).collect::<Vec<_>>();
+            assert_eq!((answered.text.as_str(), found), (text.as_str(), differs.into_iter().collect()), "{nodes}");
+        }
+    }
+
+    /// A finding at the first `word` of a text.
+    fn finding(text: &str, word: &str, code: &str, help: Option<&str>) -> Finding {
+        let start = text.find(word).unwrap();
+        Finding {
+            range: start..start + word.len(),
+            severity: Severity::Warning,
+            code: code.to_owned(),
+            message: "gone".to_owned(),
+            help: help.map(str::to_owned),
+            related: Vec::new(),
+            unneeded: false,
+            deprecated: false,
+        }
+    }
+
+    #[test]
+    fn an_editor_releases_versions_that_are_held() {
+        let line = r#"kind: "Blur", version: 2, touches: All"#;
+        for (before, after) in [
+            (r#"hold: { "Blur": 1, "Invert": 1 }"#, r#"hold: { "Invert": 1 }"#),
+            (r#"hold: { "Blur": 1 }"#, "hold: { }"),
+        ] {
+            let text = format!("(pins: (change: 2, {before}), nodes: {{ \"a\": Blur() }})");
+            let mut world = Workspace::new(registry(line), Vec::new());
+            let file = world.open(Path::new("a.ron"), text.as_str());
+            let start = text.find("Blur()").unwrap();
+            let found = Finding { range: start..start + 4, ..finding(&text, "Blur", "changed-kind", None) };
+            let action = newest(Cx { world: &world, file: &file }, &[found]).unwrap();
+            assert_eq!(action.title, "Remove `Blur` from `hold`");
+            assert_eq!(apply(&text, &action.edits[&file.path]), text.replace(before, after));
+        }
+    }
+
+    #[test]
+    fn an_editor_offers_newer_versions_that_it_advises() {
+        let text = "(pins: 1, nodes: { \"a\": Blur() })";
+        let mut world = Workspace::new(registry(r#"kind: "Blur", version: 2, touches: All"#), Vec::new());
+        let file = world.open(Path::new("a.ron"), text);
+        let cx = Cx { world: &world, file: &file };
+        let action = newest(cx, &[finding(text, "Blur", "advice", Some(MIGRATE))]).unwrap();
+        assert_eq!(apply(text, &action.edits[&file.path]), text.replace("pins: 1", "pins: 2"));
+        assert!(!action.is_preferred, "the picture may change");
+        assert!(newest(cx, &[finding(text, "Blur", "advice", None)]).is_none());
+    }
+
+    #[test]
     fn an_editor_takes_the_newest_versions() {
         let text = "(\n  pins: 1,\n  nodes: {\n    \"a\": Blur(),\n  },\n)\n";
         let line = r#"kind: "Blur", version: 2, touches: All, answer: Set(field: "radius", value: "3")"#;
         let mut world = Workspace::new(registry(line), Vec::new());
         let file = world.open(Path::new("a.ron"), text);
-        let range = text.find("Blur").map(|at| at..at + 4).unwrap();
-        let finding = Finding {
-            range,
-            severity: Severity::Error,
-            code: "changed-kind".to_owned(),
-            message: "gone".to_owned(),
-            help: None,
-            related: Vec::new(),
-            unneeded: false,
-            deprecated: false,
-        };
+        let finding = finding(text, "Blur", "changed-kind", None);
         let action = newest(Cx { world: &world, file: &file }, &[finding]).unwrap();
         let after = apply(text, &action.edits[&file.path]);
         assert_eq!(after, text.replace("pins: 1", "pins: 2").replace("Blur()", "Blur(radius: 3)"));

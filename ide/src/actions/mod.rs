@@ -10,10 +10,10 @@ mod refactor;
 mod retired;
 
 pub use super::rename::apply;
-pub use answers::{Answered, answered};
+pub use answers::{Answered, MIGRATE, answered};
 pub use assign::{add_preset, alike, assign, promote};
 pub use keep::{driven, put_preset};
-pub use pin::{pinned, pinned_at};
+pub use pin::{is_held, pinned, pinned_at};
 
 use super::diagnose::Finding;
 use super::file::File;

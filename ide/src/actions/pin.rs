@@ -35,6 +35,18 @@ pub fn pinned_at(text: &str) -> Option<u32> {
     file.at(&number.range).parse().ok()
 }
 
+/// True if the pins of a text hold a version of a kind.
+pub fn is_held(file: &File, kind: &str) -> bool {
+    held(file).is_some_and(|hold| hold.get(kind).is_some())
+}
+
+/// The versions that the pins of a text hold.
+pub(super) fn held(file: &File) -> Option<Body> {
+    let whole = file.whole();
+    let pins = whole.body()?.value("pins")?.body()?;
+    pins.value("hold")?.body().cloned()
+}
+
 /// Adds an entry behind `version`, or above the first one.
 fn add(file: &File, body: &Body, entry: &str) -> Option<Edit> {
     let Some(version) = body.get("version") else { return Some(put_above(file, body.items.first()?, entry)) };

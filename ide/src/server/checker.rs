@@ -2,6 +2,7 @@
 use super::text::{Encoding, Lines};
 use super::uris;
 use crate::diagnose::{Finding, Severity, by_file, hints};
+use crate::news::advice;
 use crate::{Cx, File, Workspace, World, identity};
 use lsp_server::{Message, Notification};
 use lsp_types::{
@@ -168,7 +169,7 @@ impl Checker {
             let Loaded { graph, diagnostics, sources, files } =
                 load_text(path, &file.text, self.workspace.registry(), &self.options());
             let mut all = diagnostics;
-            all.extend(graph.iter().flat_map(|graph| graph.advice()));
+            all.extend(graph.iter().flat_map(|graph| advice(self.workspace.registry(), graph)));
             let texts = sources.sources().len();
             debug_assert!(texts > 0, "the file itself is a source");
             for (path, findings) in by_file(&all, &sources) {

@@ -6,6 +6,7 @@ mod edits;
 mod formula_changes;
 mod formulas;
 mod local_graphs;
+mod news;
 mod offers;
 mod places;
 

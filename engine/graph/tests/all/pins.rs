@@ -1,6 +1,8 @@
 //! Graphs that are pinned at a change.
 use crate::graph_nodes;
 use shibo_graph::{LoadOptions, Loaded, load_text};
+use shibo_node::registry::Library;
+use shibo_value::diagnostics::Diagnostic;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -16,13 +18,164 @@ fn load(pins: &str, nodes: &str, newest: bool) -> Loaded {
 /// The versions of the nodes, or the first error.
 fn versions(pins: &str, nodes: &str) -> Result<Vec<u32>, String> {
     let loaded = load(pins, nodes, false);
-    let error = |d: &shibo_value::diagnostics::Diagnostic| {
-        format!("{} {}: {}", d.code.as_str(), d.message, d.help.as_deref().unwrap_or_default())
-    };
     match loaded.graph {
         Some(graph) => Ok(graph.nodes.node_weights().map(|node| node.node.version()).collect()),
-        None => Err(loaded.diagnostics.iter().map(error).next().unwrap_or_default()),
+        None => Err(loaded.diagnostics.iter().map(told).next().unwrap_or_default()),
     }
+}
+
+fn told(d: &Diagnostic) -> String {
+    format!("{} {}: {}", d.code.as_str(), d.message, d.help.as_deref().unwrap_or_default())
+}
+
+/// Changes of shipped graphs. `coat` uses `goat`, and has no change of its own.
+const SHIPPED_CHANGES: &str = r#"[
+    (change: 1, all: true, version: 1, look: Look, what: "first", touches: All, worst: 0, keeps: Gone),
+    (change: 2, graph: "goat", version: 2, look: Look, what: "deeper bumps", touches: All, worst: 0.2, keeps: Gone),
+    (change: 3, graph: "lib/folds", version: 2, look: Look, what: "fewer folds", touches: Given(["depth"]), worst: 0.1, keeps: Gone),
+    (change: 4, graph: "lib/folds", version: 3, look: Look, what: "round folds", touches: Values("mode", ["Round"]), worst: 0.3, keeps: Gone),
+    (change: 5, graph: "goat", version: 3, look: Names, what: "other names", touches: All, worst: 0, keeps: Gone),
+    (change: 6, graph: "goat", version: 4, look: Roundings, what: "sums", touches: All, worst: 0.001, keeps: Gone),
+]"#;
+
+/// Graphs that a program ships.
+struct Shipped;
+
+impl Library for Shipped {
+    fn names(&self) -> Vec<&str> {
+        vec!["coat", "folds", "goat"]
+    }
+
+    fn find(&self, name: &str) -> Option<String> {
+        [format!("{name}.ron"), format!("lib/{name}.ron")].into_iter().find(|path| self.text(path).is_some())
+    }
+
+    fn text(&self, path: &str) -> Option<&str> {
+        match path {
+            "coat.ron" => {
+                Some(r#"(imports: { "goat": "goat.ron" }, nodes: { "g": Use(graph: "goat") }, outputs: { "o": "g" })"#)
+            }
+            "goat.ron" => Some(r#"(nodes: { "r": Rays() }, outputs: { "o": "r" })"#),
+            "lib/folds.ron" => Some(
+                r#"(params: { "depth": Number(default: 1), "mode": Choice(default: "Flat", options: ["Flat", "Round"]) },
+                    presets: { "deep": { "depth": 3 }, "soft": { "mode": "Round" } },
+                    nodes: { "r": Rays(width: "$depth") }, outputs: { "o": "r" })"#,
+            ),
+            _ => None,
+        }
+    }
+
+    fn file(&self, _path: &str) -> Option<&'static [u8]> {
+        None
+    }
+}
+
+/// The errors of a graph that uses shipped graphs, each with the text at its place.
+fn refused(pins: &str, table: &'static str, nodes: &str, newest: bool) -> Vec<(String, String)> {
+    let paths = ["shibo:goat", "shibo:coat", "shibo:folds", "free.ron", "own.ron"];
+    let names = ["goat", "coat", "folds", "free", "own"].into_iter().zip(paths);
+    let used = names.filter(|(name, _)| nodes.contains(&format!("graph: {name:?}")));
+    let imports = used.map(|(name, path)| format!("{name:?}: {path:?}")).collect::<Vec<_>>().join(", ");
+    let text = format!("({pins} imports: {{ {imports} }}, nodes: {{ {nodes} }})");
+    let user = |pins: &str| {
+        let nodes = r#""u": Use(graph: "goat")"#;
+        format!(r#"({pins} imports: {{ "goat": "shibo:goat" }}, nodes: {{ {nodes} }}, outputs: {{ "o": "u" }})"#)
+    };
+    let overlay = [("free.ron", user("")), ("own.ron", user("pins: 2,"))];
+    let overlay = overlay.map(|(path, text)| (PathBuf::from(path), Arc::from(text))).into();
+    let registry = graph_nodes::registry().with_library(Arc::new(Shipped)).with_changes(table);
+    let options = LoadOptions { newest, overlay, ..LoadOptions::default() };
+    let loaded = load_text(Path::new("a.ron"), &text, &registry, &options);
+    assert_eq!(loaded.graph.is_some(), loaded.diagnostics.iter().all(|one| one.warning));
+    let place = |one: &Diagnostic| {
+        let text = loaded.sources.text(one.span.file);
+        format!("{}: {}", loaded.sources.path(one.span.file).display(), &text[one.span.start..one.span.end])
+    };
+    loaded.diagnostics.iter().map(|one| (place(one), told(one))).collect()
+}
+
+#[test]
+fn a_shipped_graph_of_an_earlier_version_is_refused() {
+    let gone = "changed-kind `shibo:goat` of version 1 is not in this program any more: `shibo migrate FILE` takes version 4: \
+                deeper bumps (up to 20 % of full scale)";
+    for (uses, place) in [
+        (r#""u": Use(graph: "goat")"#, "a.ron: Use"),
+        (r#""p": Pieces(), "e": Each(graph: "goat", over: 3, ids: "p.ids")"#, "a.ron: Each"),
+        // Nested: by a shipped graph that has no change of its own, and by a file without pins.
+        (r#""u": Use(graph: "coat")"#, "a.ron: Use"),
+        (r#""p": Pieces(), "e": Each(graph: "coat", over: 3, ids: "p.ids")"#, "a.ron: Each"),
+        (r#""u": Use(graph: "free")"#, "free.ron: Use"),
+    ] {
+        assert_eq!(refused("pins: 1,", SHIPPED_CHANGES, uses, false), [(place.to_owned(), gone.to_owned())], "{uses}");
+        if !uses.contains("Each") {
+            for (pins, newest) in [("", false), ("pins: 1,", true), ("pins: 2,", false), ("pins: 6,", false)] {
+                assert!(refused(pins, SHIPPED_CHANGES, uses, newest).is_empty(), "{pins} {uses}");
+            }
+        }
+    }
+    // A file has its own pins, whoever uses it.
+    assert!(refused("pins: 1,", SHIPPED_CHANGES, r#""u": Use(graph: "own")"#, false).is_empty());
+    // A graph that no node uses alters no picture.
+    assert!(refused("pins: 1,", SHIPPED_CHANGES, r#""r": Rays(), /* graph: "goat" */"#, false).is_empty());
+}
+
+#[test]
+fn a_shipped_graph_stays_where_its_changes_do_not_touch_the_use() {
+    let found = |with: &str| {
+        let nodes = format!(r#""u": Use(graph: "folds"{with})"#);
+        refused("pins: 2,", SHIPPED_CHANGES, &nodes, false).into_iter().map(|(_, told)| told).collect::<Vec<_>>()
+    };
+    for with in ["", r#", with: { "mode": "Flat" }"#, ", seed: 3"] {
+        assert_eq!(found(with), [""; 0], "{with}");
+    }
+    for (with, says) in [
+        (r#", with: { "depth": 2 }"#, "fewer folds (up to 10 % of full scale)"),
+        (r#", preset: "deep""#, "fewer folds (up to 10 % of full scale)"),
+        (r#", with: { "mode": "Round" }"#, "round folds (up to 30 % of full scale)"),
+        (r#", preset: "soft""#, "round folds (up to 30 % of full scale)"),
+        (r#", preset: "deep + soft""#, "fewer folds (up to 30 % of full scale)"),
+    ] {
+        let told = found(with);
+        let gone = "changed-kind `shibo:folds` of version 1 is not in this program any more: ";
+        assert_eq!(told, [format!("{gone}`shibo migrate FILE` takes version 3: {says}")], "{with}");
+    }
+}
+
+#[test]
+fn another_way_of_making_pictures_is_refused() {
+    let table = r#"[
+        (change: 1, all: true, version: 1, look: Look, what: "first", touches: All, worst: 0, keeps: Gone),
+        (change: 2, all: true, version: 2, look: Roundings, what: "sums", touches: All, worst: 0.001, keeps: Gone),
+        (change: 3, all: true, version: 3, look: Look, what: "sharper samples", touches: All, worst: 0.04, keeps: Gone),
+    ]"#;
+    for (pins, refuses) in [("pins: 1,", true), ("pins: (change: 2),", true), ("pins: 3,", false), ("", false)] {
+        let found = refused(pins, table, r#""r": Rays()"#, false);
+        assert_eq!(found.len(), usize::from(refuses), "{pins} {found:?}");
+        assert!(
+            found.iter().all(|(_, told)| {
+                told.starts_with("changed-kind the way in which pictures were made before change 3 ")
+                    && told.ends_with("takes the newest one: sharper samples (up to 4 % of full scale)")
+            }),
+            "{found:?}"
+        );
+    }
+    assert!(refused("pins: 1,", table, r#""r": Rays()"#, true).is_empty());
+}
+
+#[test]
+fn a_version_that_is_held_and_gone_is_named() {
+    let held = r#"pins: (change: 4, hold: { "Rays": 2 }),"#;
+    let loaded = load(held, r#""r": Rays(width: 3)"#, false);
+    let [error] = &loaded.diagnostics[..] else { panic!("{:?}", loaded.diagnostics) };
+    assert_eq!(
+        told(error),
+        "changed-kind `Rays` of version 2 is not in this program any more: remove `Rays` from `hold` of the pins to take \
+         version 5: other rays (up to 31 % of full scale)"
+    );
+    let held_at = error.related[0].span;
+    assert_eq!(&loaded.sources.text(held_at.file)[held_at.start..held_at.end], "\"Rays\"");
+    // The pins of the user of a file hold its kinds too.
+    assert!(versions(held, r#""o": Use(graph: "other")"#).unwrap_err().contains("remove `Rays` from `hold`"));
 }
 
 #[test]

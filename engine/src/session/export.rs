@@ -49,8 +49,7 @@ impl Render<'_, '_> {
             wraps: self.wraps(output, fields.first().map(|(_, field)| field)),
             metadata: planned.metadata.clone(),
         };
-        let findings = self.run.warnings((output.node, output.output));
-        let source = Source { material: &material, shape: &shape, mesh, fields, findings, place };
+        let source = Source { material: &material, shape: &shape, mesh, fields, place };
         let files = target.write(&source, options).map_err(|error| Failure::File(error.to_string()))?;
         self.warn_lost(output, target.info().title, &files.lost());
         let fields = files.fields().into_iter().map(|field| (String::new(), field)).collect();

@@ -30,8 +30,6 @@ pub(in super::super) struct Common {
     pub(in super::super) steepest: f64,
     format: Format,
     report: bool,
-    /// The warnings about the height, for the report.
-    findings: Vec<Problem>,
 }
 
 /// The numbers of a shape after its heights are known.
@@ -134,7 +132,6 @@ impl Common {
             steepest: number("steepest"),
             format: Self::format(options),
             report: options.is("report"),
-            findings: source.findings.clone(),
         }
     }
 
@@ -219,7 +216,7 @@ impl Common {
         };
         let mut parts = vec![Part::File(file), Part::Note(line(&figures, &facts))];
         if self.report {
-            let findings: Vec<Problem> = self.findings.iter().chain(&advice).cloned().collect();
+            let findings: Vec<Problem> = map.findings.iter().chain(&advice).cloned().collect();
             let text = json(self, &figures, &facts, &findings);
             let path = folder.join(format!("{}_report.json", self.stem));
             parts.push(Part::document(&path, &text)?);

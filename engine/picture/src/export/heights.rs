@@ -142,6 +142,11 @@ pub(super) fn refused(code: Code, message: impl Into<String>, help: impl Into<St
     WriteError::Unfit(Box::new(Problem::new(code, message).help(help)))
 }
 
+/// The error of a height that does not suit an option of its output.
+pub(super) fn refused_at(option: &str, code: Code, message: impl Into<String>, help: impl Into<String>) -> WriteError {
+    WriteError::Unfit(Box::new(Problem::new(code, message).at(option).help(help)))
+}
+
 /// A number for messages and names, with at most four digits after the point.
 pub(super) fn told(value: f64) -> String {
     let text = format!("{value:.4}");

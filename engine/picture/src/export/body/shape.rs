@@ -4,11 +4,12 @@ use super::super::spool::{Opposite, Spool, Turned};
 use super::super::target::{Options, Source};
 use super::files::Body;
 use super::report::{Facts, grouped, json, line, model_json, model_line};
-use super::{FORMS, Format, MOST, MOST_ERROR, OVER, PATTERNS, files_of};
+use super::tool::Milled;
+use super::{FORMS, Format, MOST, OVER, PATTERNS, files_of};
 use crate::WriteError;
 use crate::value::diagnostics::{Code, Problem};
 use glam::DVec2;
-use shibo_kernel::body::{Figures, Heights, Mesher, Pattern, Receiver, Rows, Store, Tiles, Tolerance};
+use shibo_kernel::body::{Figures, Heights, MOST_ERROR, Mesher, Pattern, Receiver, Rows, Store, Tiles, Tolerance};
 use std::fmt;
 use std::io;
 use std::path::Path;
@@ -28,6 +29,8 @@ pub(in super::super) struct Common {
     wall: f64,
     /// The slope in degrees that the report measures.
     pub(in super::super) steepest: f64,
+    /// The diameter of the milling tool in mm; 0 for none.
+    tool: f64,
     format: Format,
     report: bool,
 }
@@ -130,6 +133,7 @@ impl Common {
             mould: options.word("form", &FORMS),
             wall: number("wall"),
             steepest: number("steepest"),
+            tool: number("tool"),
             format: Self::format(options),
             report: options.is("report"),
         }
@@ -182,6 +186,9 @@ impl Common {
         let mesher = Mesher::new(&made.heights, self.pattern, made.tolerance, &stores, stop).map_err(failed)?;
         let allowed = whole(self.triangles);
         let mut advice = advice(&made, map, self.error);
+        let mill = || Milled::new((&made.heights, &*made.on_picture), (self.tool, self.error), (&failed, stop));
+        let milled = (self.tool > 0.0).then(mill).transpose()?;
+        advice.extend(milled.as_ref().and_then(|milled| milled.advice(self.error)));
         let tiles = mesher.within(self.error, whole(MOST)).map_err(failed)?;
         let needed = tiles.as_ref().map(|tiles| shape.triangles(&made, tiles));
         let tiles = match tiles.filter(|_| needed.is_some_and(|needed| needed <= allowed)) {
@@ -213,6 +220,7 @@ impl Common {
             thinnest,
             pitch: map.pixel.to_array(),
             radius: made.radius,
+            tool: milled.map(|milled| milled.json()),
         };
         let mut parts = vec![Part::File(file), Part::Note(line(&figures, &facts))];
         if self.report {

@@ -2,7 +2,7 @@
 use super::super::heights::{HeightMap, Part, Stop, place, refused, told};
 use super::super::spool::{Opposite, Spool, Turned};
 use super::super::target::{Options, Source};
-use super::files::Body;
+use super::files::{Body, unwritten};
 use super::report::{Facts, grouped, json, line, model_json, model_line};
 use super::tool::Milled;
 use super::{FORMS, Format, MOST, OVER, PATTERNS, files_of};
@@ -110,7 +110,7 @@ pub(in super::super) fn write_model(
     (path, format, stop): (&Path, Format, Stop<'_>),
     (stem, closed, findings): (&str, bool, Option<&[Problem]>),
 ) -> Result<Vec<Part>, WriteError> {
-    let failed = |error| WriteError::at(path, error);
+    let failed = |error| unwritten(path, error);
     let mut body = Body::create(path, format, stop).map_err(failed)?;
     let figures = build(&mut body).map_err(failed)?;
     let mut parts = vec![Part::File(body.finish(path).map_err(failed)?), Part::Note(model_line(&figures, closed))];
@@ -181,7 +181,7 @@ impl Common {
         )?;
         let thinnest = self.thinnest(&made)?;
         self.check_rounding(&made)?;
-        let failed = |error| WriteError::at(&path, error);
+        let failed = |error| unwritten(&path, error);
         let stores = || -> Box<dyn Store> { Box::new(Spool::new(&path)) };
         let mesher = Mesher::new(&made.heights, self.pattern, made.tolerance, &stores, stop).map_err(failed)?;
         let allowed = whole(self.triangles);

@@ -5,7 +5,7 @@ use super::plan::{OutputPart, Planned, Planner, Wanted, decode_channels, encode_
 use super::sink::Sink;
 use super::storage::{self, encoding};
 use super::{Failure, Session, located, warned};
-use crate::diagnostics::{Code, Diagnostic};
+use crate::diagnostics::{Code, Diagnostic, Problem, Span};
 use crate::eval::{CancelToken, Event, Fields, Gathered, Neighbor, NodeStats, Observer, Run, Shelf, Warnings};
 use crate::export::{SimpleShape, Told};
 use crate::graph::{ExportMesh, Graph, GraphOutput};
@@ -280,7 +280,8 @@ impl<'r> Render<'r, '_> {
             let Told { note, advice } = writer.told();
             notes.extend(note.map(|note| (job.planned.path.clone(), note)));
             for problem in advice {
-                let warning = Diagnostic::from_problem(problem, job.planned.output.span);
+                let span = place(&problem, job);
+                let warning = Diagnostic::from_problem(problem, span);
                 self.observer.event(Event::Warning(warning.as_warning()));
             }
         }
@@ -425,11 +426,19 @@ fn unwritten(path: &Path, error: &std::io::Error) -> Failure {
     Failure::File(format!("cannot write `{}`: {error}", path.display()))
 }
 
-/// The failure of files that cannot be made of a job's values, at the output.
+/// The place of a problem of a job's files: the field of the output that it names, if it is written, else the output.
+fn place(problem: &Problem, job: &Job<'_>) -> Span {
+    let written = if let OutputPart::Export(export) = &job.planned.part { &export.places[..] } else { &[] };
+    let named = written.iter().find(|(name, _)| problem.field.as_deref() == Some(*name));
+    named.map_or(job.planned.output.span, |(_, span)| *span)
+}
+
+/// The failure of files that cannot be made of a job's values, at its place.
 fn unfit(error: WriteError, job: &Job<'_>) -> Failure {
     match error {
         WriteError::Unfit(problem) => {
-            Failure::Errors(vec![Diagnostic::from_problem(*problem, job.planned.output.span)])
+            let span = place(&problem, job);
+            Failure::Errors(vec![Diagnostic::from_problem(*problem, span)])
         }
         error => Failure::File(error.to_string()),
     }

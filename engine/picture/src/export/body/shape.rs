@@ -1,5 +1,5 @@
 //! Makes a body of a height: takes its options, finds triangles within the limits, and writes the files.
-use super::super::heights::{HeightMap, Part, Stop, place, refused, told};
+use super::super::heights::{HeightMap, Part, Stop, place, refused, refused_at, told};
 use super::super::spool::{Opposite, Spool, Turned};
 use super::super::target::{Options, Source};
 use super::files::{Body, unwritten};
@@ -210,7 +210,7 @@ impl Common {
                 told(self.steepest),
                 told(figures.steepest.0),
             );
-            advice.push(Problem::new(Code::Advice, message).at_mm(figures.steepest.1));
+            advice.push(Problem::new(Code::Advice, message).at("steepest").at_mm(figures.steepest.1));
         }
         let (least, greatest, _) = made.heights.extent();
         let facts = Facts {
@@ -249,7 +249,7 @@ impl Common {
             return Err(refused(Code::TooLarge, message, "make the height smaller, or the canvas"));
         }
         let message = format!("the file rounds places by up to {rounding:.2e} mm, and `error` is {} mm", self.error);
-        Err(refused(Code::BadValue, message, format!("write `error: {least:.1e}` or more")))
+        Err(refused_at("error", Code::BadValue, message, format!("write `error: {least:.1e}` or more")))
     }
 
     /// The thinnest wall and its place on the picture.
@@ -262,12 +262,12 @@ impl Common {
         }
         let message =
             format!("the wall is {} mm thick at {}; {} mm are the least", told(wall), place(at), told(self.wall));
-        let help = if made.radius.is_some() {
-            "make the bore smaller, or put more repeats `around`"
+        let (option, help) = if made.radius.is_some() {
+            ("bore", "make the bore smaller, or put more repeats `around`")
         } else {
-            "raise `thickness`, or reduce the depth of the height"
+            ("thickness", "raise `thickness`, or reduce the depth of the height")
         };
-        Err(refused(Code::ThinWall, message, help))
+        Err(refused_at(option, Code::ThinWall, message, help))
     }
 
     /// The triangles of a larger error, or the reason why there are none.
@@ -298,14 +298,14 @@ impl Common {
             Some((error, _)) => {
                 let remedies: Vec<String> = triangles.into_iter().chain([format!("`error: {error}`")]).collect();
                 let help = format!("write {}{smooth}", remedies.join(", or "));
-                Err(refused(Code::OverBudget, message, help))
+                Err(refused_at("triangles", Code::OverBudget, message, help))
             }
             None => {
                 let help = match triangles {
                     Some(triangles) => format!("write {triangles}; no error needs few enough"),
                     None => "no error needs few enough: use fewer tiles".to_owned(),
                 };
-                Err(refused(Code::OverBudget, message, help))
+                Err(refused_at("triangles", Code::OverBudget, message, help))
             }
         }
     }

@@ -22,7 +22,7 @@ pub(super) struct NodeEvaluator<'r, 'g> {
 }
 
 impl NodeEvaluator<'_, '_> {
-    /// The warnings that the node has given, and those about the pictures that it has read.
+    /// The warnings of the node, and the ones about the pictures it has read.
     pub(super) fn into_warnings(self) -> (Vec<Problem>, Warnings) {
         let found = lock(&self.found).warnings();
         (self.warnings.into_inner().unwrap_or_else(PoisonError::into_inner), found)

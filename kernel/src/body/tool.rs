@@ -35,7 +35,7 @@ pub struct Left {
     pub share: f64,
 }
 
-/// What a block contributes: the greatest height with its pixel, and the number of pixels over the tolerance.
+/// The contribution of a block: the greatest height with its pixel, and the number of pixels over the tolerance.
 type Part = (f32, [usize; 2], u64);
 
 impl Heights<'_> {

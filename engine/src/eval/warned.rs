@@ -14,12 +14,12 @@ impl Run<'_> {
         if warnings.is_empty() {
             return;
         }
-        self.note(warnings);
+        self.note_kept(warnings);
         lock(&self.warnings.results).insert(key, Arc::clone(warnings));
     }
 
     /// Reports the new warnings of nodes, and keeps those about values of tiles for the end of the run.
-    pub(crate) fn note(&self, warnings: &Warnings) {
+    pub(crate) fn note_kept(&self, warnings: &Warnings) {
         warnings.iter().filter(|warning| !warning.is_of_tile()).for_each(|warning| self.report(warning));
         self.note_values(warnings);
     }

@@ -16,7 +16,8 @@ use glam::UVec2;
 impl Render<'_, '_> {
     /// The fields and files to compute for a planned file.
     pub(super) fn job<'g>(&self, planned: Planned<'g>, value: &Value) -> Result<Job<'g>, Failure> {
-        let OutputPart::Export(Export { target: Chosen { target, options }, fields: sources }) = &planned.part else {
+        let OutputPart::Export(Export { target: Chosen { target, options }, fields: sources, .. }) = &planned.part
+        else {
             return Ok(job(planned, value));
         };
         let output = planned.output;

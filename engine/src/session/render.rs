@@ -240,7 +240,7 @@ impl<'r> Render<'r, '_> {
             };
             match copied {
                 Some((copy, found)) => {
-                    self.run.note(&found);
+                    self.run.note_kept(&found);
                     copies.push(copy);
                 }
                 None => missing.push(planned),

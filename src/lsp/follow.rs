@@ -2,6 +2,7 @@
 use super::event::{Event, Jump, PageEdit};
 use super::http::{self, Answer, Failure};
 use super::pages::Pages;
+use crate::serve::LONGEST_TEXT;
 use lsp_types::MessageType;
 use serde_json::{Value as Json, json};
 use shibo_ide::server::Job;
@@ -18,8 +19,6 @@ use std::time::Duration;
 const REST: Duration = Duration::from_millis(12);
 /// Time that the editor gets to change its text.
 const PATIENCE: Duration = Duration::from_secs(8);
-/// Longer texts are not sent, in bytes.
-const LONGEST: usize = 128 << 10;
 /// Status with which the page refuses the texts of a session that has ended.
 const GONE: u16 = 409;
 
@@ -196,11 +195,11 @@ impl Follower {
                 let open = self.lock().open.get(&path).cloned();
                 // A text that is saved is that of the file.
                 let text = open.filter(|text| fs::read(&path).map_or(true, |saved| saved != text.as_bytes()));
-                let long = text.as_ref().is_some_and(|text| text.len() > LONGEST);
+                let long = text.as_ref().is_some_and(|text| text.len() > LONGEST_TEXT);
                 let text = text.filter(|_| !long);
                 let sent = http::post(url, "follow/text", &json!({ "id": id, "file": path, "text": text }));
                 let why = match sent {
-                    Ok(_) if long => format!("it has more than {} KiB", LONGEST >> 10),
+                    Ok(_) if long => format!("it has more than {} KiB", LONGEST_TEXT >> 10),
                     Ok(_) => {
                         told.remove(&path);
                         continue;

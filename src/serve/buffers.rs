@@ -11,8 +11,8 @@ use tokio::sync::mpsc::{UnboundedReceiver, UnboundedSender, unbounded_channel};
 
 /// The most texts of a session.
 const MOST: usize = 64;
-/// The longest text in bytes.
-pub(super) const LONGEST: usize = 128 << 10;
+/// The longest text of an editor in bytes. Editors send no longer ones.
+pub(crate) const LONGEST_TEXT: usize = 128 << 10;
 /// Time that the editor gets to make a change.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -84,8 +84,8 @@ impl Buffers {
         let mut present = lock(&self.0);
         let session = present.as_mut().filter(|session| session.id == id).ok_or(Refused::Over)?;
         let Some(text) = text else { return Ok(session.texts.remove(path).is_some()) };
-        if text.len() > LONGEST {
-            return Err(Refused::Large(format!("a text has at most {} KiB", LONGEST >> 10)));
+        if text.len() > LONGEST_TEXT {
+            return Err(Refused::Large(format!("a text has at most {} KiB", LONGEST_TEXT >> 10)));
         }
         if session.texts.len() >= MOST && !session.texts.contains_key(path) {
             return Err(Refused::Large(format!("at most {MOST} unsaved files are followed")));
@@ -180,8 +180,8 @@ mod tests {
         let buffers = Buffers::default();
         let _messages = buffers.begin("1".into());
         let large = |result| matches!(result, Err(Refused::Large(_)));
-        assert!(large(set(&buffers, "1", A, &"x".repeat(LONGEST + 1))));
-        assert_eq!(set(&buffers, "1", A, &"x".repeat(LONGEST)), Ok(true));
+        assert!(large(set(&buffers, "1", A, &"x".repeat(LONGEST_TEXT + 1))));
+        assert_eq!(set(&buffers, "1", A, &"x".repeat(LONGEST_TEXT)), Ok(true));
         (1..MOST).for_each(|i| assert_eq!(set(&buffers, "1", &format!("/{i}"), "x"), Ok(true)));
         assert!(large(set(&buffers, "1", "/more", "x")));
         assert_eq!(set(&buffers, "1", A, "y"), Ok(true));

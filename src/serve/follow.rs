@@ -1,7 +1,7 @@
 //! An editor that follows the graph: it sends the texts as they are typed, and makes the changes of pages. It holds one
 //! connection open; when that is closed, the files count again.
 use super::app::{ApiError, App, Wish};
-use super::buffers::{LONGEST, Message, Refused};
+use super::buffers::{LONGEST_TEXT, Message, Refused};
 use super::events::{Events, event, soon, streamed};
 use super::texts::sha256;
 use super::token;
@@ -18,7 +18,7 @@ use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::mpsc::UnboundedReceiver;
 
 /// Maximum size of the request with a text: in JSON a character may take six bytes.
-pub(super) const BODY: usize = 6 * LONGEST + (16 << 10);
+pub(super) const BODY: usize = 6 * LONGEST_TEXT + (16 << 10);
 /// The longest time for which a text is waited for, before the editor sends a newer one.
 const SEEN: Duration = Duration::from_millis(500);
 

@@ -44,7 +44,7 @@ mod wear;
 mod wiring;
 
 pub(crate) use app::Wish;
-pub(crate) use buffers::TextsByPath;
+pub(crate) use buffers::{LONGEST_TEXT, TextsByPath};
 pub(crate) use edits::tried;
 pub(crate) use forecast::Forecast;
 pub(crate) use position::SourcePosition;

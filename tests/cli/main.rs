@@ -10,6 +10,7 @@ mod broken_graphs;
 mod cache;
 mod canvas;
 mod check;
+mod checked_bodies;
 mod compose;
 mod contract;
 mod deep;

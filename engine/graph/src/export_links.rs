@@ -44,7 +44,7 @@ impl Linker<'_> {
         if !export.good {
             return Err(());
         }
-        Ok(Some(Export { target: export.target.clone(), fields }))
+        Ok(Some(Export { target: export.target.clone(), fields, places: export.places.clone() }))
     }
 
     /// Checks that an output is a mesh or has one; reports an error.

@@ -18,10 +18,11 @@ pub(super) fn read(
 ) {
     let (kind, declared) = (target.info().name, target.info().fields);
     let Some(fields) = read::fields(body, &format!("`{kind}`"), declared, report) else { return };
-    let (mut options, mut sources, mut good) = (Vec::new(), Vec::new(), true);
+    let (mut options, mut sources, mut places, mut good) = (Vec::new(), Vec::new(), Vec::new(), true);
     decl.mesh = target.info().has_mesh().then_some(MeshDecl::Simple(SimpleShape::Plane));
     for FieldDecl { name, takes, .. } in declared {
         let part = read::get(&fields, name);
+        places.extend(part.map(|part| (*name, part.span())));
         match (takes, part) {
             (Takes::Material | Takes::Gray | Takes::Height | Takes::Body, Some(part)) => {
                 let Some(_) = read::text(part, name, report) else { continue };
@@ -61,7 +62,7 @@ pub(super) fn read(
         report.push(Diagnostic::from_problem(problem, span));
         good = false;
     }
-    decl.export = Some(ExportDecl { target: Chosen { target, options }, good, fields: sources });
+    decl.export = Some(ExportDecl { target: Chosen { target, options }, good, fields: sources, places });
 }
 
 /// Reports that a field of `word` is not written.

@@ -187,6 +187,8 @@ pub struct Export {
     /// The fields that it takes besides the output's material, by the names of the target's fields: node, and index of
     /// the node's output.
     pub fields: Vec<(&'static str, (NodeIndex, usize))>,
+    /// The places of the values that are written, by the names of the target's fields.
+    pub places: Vec<(&'static str, Span)>,
 }
 
 impl Graph {
@@ -211,7 +213,7 @@ impl Graph {
             return Err("the graph has no output that is a material; connect a `Material` to an output".to_owned());
         }
         for output in &mut self.outputs {
-            let export = Export { target: target.clone(), fields: Vec::new() };
+            let export = Export { target: target.clone(), fields: Vec::new(), places: Vec::new() };
             (output.export, output.mesh, output.combined) = (Some(export), mesh, false);
         }
         Ok(())

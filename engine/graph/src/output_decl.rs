@@ -1,6 +1,7 @@
 //! An output as written.
 use super::part::SyntaxValue;
 use super::storage::Storage;
+use crate::diagnostics::Span;
 use crate::export::{Chosen, SimpleShape};
 use crate::picture::{Depth, Format};
 
@@ -32,6 +33,8 @@ pub(super) struct ExportDecl {
     pub(super) good: bool,
     /// The references to single fields, by the names of the target's fields.
     pub(super) fields: Vec<(&'static str, SyntaxValue)>,
+    /// The places of the values that are written, by the names of the target's fields.
+    pub(super) places: Vec<(&'static str, Span)>,
 }
 
 /// The mesh of an exported file, as written.

@@ -58,6 +58,11 @@ fn rows(spec: &PictureSpec, first: u32, count: u32, row: &(impl Fn(u32, &mut [u8
     bytes
 }
 
+/// Fails if the work is to stop.
+fn go_on(stop: &(dyn Fn() -> bool + Sync)) -> io::Result<()> {
+    if stop() { Err(io::ErrorKind::Interrupted.into()) } else { Ok(()) }
+}
+
 fn tiff(
     file: &mut AtomicFile,
     spec: &PictureSpec,
@@ -71,9 +76,7 @@ fn tiff(
     let firsts: Vec<u32> = (0..spec.height).step_by(per_strip as usize).collect();
     let mut places = Vec::with_capacity(firsts.len());
     for group in firsts.chunks(2 * rayon::current_num_threads()) {
-        if stop() {
-            return Err(io::ErrorKind::Interrupted.into());
-        }
+        go_on(stop)?;
         let strip = |first: &u32| zlib.stream(&rows(spec, *first, per_strip.min(spec.height - first), row));
         let strips: Vec<Vec<u8>> = group.par_iter().map(strip).collect();
         for strip in strips {
@@ -125,9 +128,7 @@ fn png(
     let mut writer = encoder.write_header().map_err(super::write_png::to_io)?;
     let mut stream = writer.stream_writer().map_err(super::write_png::to_io)?;
     for y in 0..spec.height {
-        if stop() {
-            return Err(io::ErrorKind::Interrupted.into());
-        }
+        go_on(stop)?;
         // In PNG, 1 is white.
         let bytes: Vec<u8> = rows(spec, y, 1, row).iter().map(|byte| !byte).collect();
         stream.write_all(&bytes)?;
@@ -150,6 +151,18 @@ mod tests {
             let mut out = Vec::new();
             pack(&pixels, &mut out);
             assert_eq!(u32::from(out[0]), k);
+        }
+    }
+
+    #[test]
+    fn both_formats_stop_when_asked() {
+        let folder = tempfile::tempdir().unwrap();
+        for format in [Format::Tiff, Format::Png] {
+            let spec = PictureSpec::bilevel((37, 29), format, [0.05, 0.04]);
+            let stopped = write(&folder.path().join("a"), &spec, &|| true, |_, _| {});
+            let Err(WriteError::Io { source, .. }) = stopped else { panic!("{format}: it worked") };
+            assert_eq!(source.kind(), io::ErrorKind::Interrupted, "{format}");
+            assert_eq!(folder.path().read_dir().unwrap().count(), 0, "{format}: a file stays behind");
         }
     }
 

@@ -178,8 +178,9 @@ fn local(entry: &Entry, extra: u16) -> io::Result<Vec<u8>> {
     Ok(head)
 }
 
+/// A length or a place in 32 bits. The greatest number stands for ZIP64.
 fn small(bytes: u64) -> io::Result<u32> {
-    u32::try_from(bytes).map_err(|_| too_large())
+    u32::try_from(bytes).ok().filter(|bytes| *bytes < u32::MAX).ok_or_else(too_large)
 }
 
 fn too_large() -> io::Error {
@@ -190,6 +191,14 @@ fn too_large() -> io::Error {
 mod tests {
     use super::*;
     use std::io::Cursor;
+
+    #[test]
+    fn keeps_the_number_that_stands_for_zip64_free() {
+        assert_eq!(small(u64::from(u32::MAX) - 1).unwrap(), u32::MAX - 1);
+        for bytes in [u64::from(u32::MAX), 1 << 32, u64::MAX] {
+            assert_eq!(small(bytes).unwrap_err().kind(), ErrorKind::InvalidInput);
+        }
+    }
 
     #[test]
     fn writes_what_other_readers_understand() {

@@ -1,6 +1,7 @@
 //! The engine as seen by code that computes whole pictures. Time spent on its inputs is measured separately.
 use super::meter::Working;
 use super::run::{Run, node_code};
+use super::warnings::{Gathered, Warnings};
 use super::{Event, lock};
 use crate::diagnostics::{Code, Problem};
 use crate::graph::GraphNode;
@@ -16,18 +17,23 @@ pub(super) struct NodeEvaluator<'r, 'g> {
     pub(super) working: &'r Working<'r>,
     /// The warnings of the node.
     warnings: Mutex<Vec<Problem>>,
+    /// The warnings about the pictures that it has read.
+    found: Mutex<Gathered>,
 }
 
 impl NodeEvaluator<'_, '_> {
-    /// The warnings that the node has given.
-    pub(super) fn into_warnings(self) -> Vec<Problem> {
-        self.warnings.into_inner().unwrap_or_else(PoisonError::into_inner)
+    /// The warnings of the node, and the ones about the pictures it has read.
+    pub(super) fn into_warnings(self) -> (Vec<Problem>, Warnings) {
+        let found = lock(&self.found).warnings();
+        (self.warnings.into_inner().unwrap_or_else(PoisonError::into_inner), found)
     }
 }
 
 impl Evaluator for NodeEvaluator<'_, '_> {
     fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
-        self.working.read(|| self.run.raster(field, grid, window))
+        let (tile, warnings) = self.working.read(|| self.run.picture(field, grid, window))?;
+        lock(&self.found).add(&warnings);
+        Ok(tile)
     }
 
     fn check(&self) -> Result<(), Stop> {
@@ -63,7 +69,7 @@ impl<'g> Run<'g> {
         key: Key,
         working: &'r Working<'r>,
     ) -> NodeEvaluator<'r, 'g> {
-        NodeEvaluator { run: self, node, key, working, warnings: Mutex::default() }
+        NodeEvaluator { run: self, node, key, working, warnings: Mutex::default(), found: Mutex::default() }
     }
 
     /// Returns true if the work was cancelled.
@@ -81,7 +87,7 @@ impl<'g> Run<'g> {
         let (canvas, files) = (&node.canvas, &node.files);
         let call = Call { kind: &node.kind, canvas, inputs, files, evaluator: &evaluator };
         let made = node_code(|| node.node.evaluate(&call));
-        for problem in evaluator.into_warnings() {
+        for problem in evaluator.into_warnings().0 {
             self.observer.event(Event::Warning(self.at_node(node, problem).as_warning()));
         }
         made
@@ -93,6 +99,8 @@ pub(super) struct Whole<'r, 'g> {
     pub(super) run: &'r Run<'g>,
     pub(super) reads: Vec<Read<'r>>,
     pub(super) working: &'r Working<'r>,
+    /// The warnings about the pictures that were read.
+    pub(super) found: Mutex<Gathered>,
 }
 
 impl Pictures for Whole<'_, '_> {
@@ -101,7 +109,9 @@ impl Pictures for Whole<'_, '_> {
             let message = format!("picture {number} is read beyond what was stated");
             return Err(Problem::new(Code::BadValue, message).help("this is a defect of the node").into());
         };
-        self.working.read(|| self.run.raster(field, grid, window))
+        let (tile, warnings) = self.working.read(|| self.run.picture(field, grid, window))?;
+        lock(&self.found).add(&warnings);
+        Ok(tile)
     }
 
     fn check(&self) -> Result<(), Stop> {

@@ -1,20 +1,23 @@
 //! Writes results to the store and reads them back. The [`CachePolicy`](super::keep::CachePolicy) decides which results
 //! to store.
+use super::memory::Warned;
 use super::run::Run;
 use super::stats::Stored;
-use super::warnings::{Warning, Warnings};
-use super::{Shelf, TileKey, keep, lock, warnings};
+use super::warnings::{self, Warning, Warnings};
+use super::{Shelf, TileKey, keep, lock};
 use crate::value::clock::Stopwatch;
 use crate::value::codec;
 use crate::value::{Field, Grid, Key, Tile, Type, Value, Window};
 use glam::{DVec2, UVec2};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Data prepared from whole pictures is not stored if it takes more than one part in this many of a store.
 const WHOLE: u64 = 4;
 
-/// Serializes a tile: grid, window and number of channels, then the values.
-fn bytes_of(tile: &Tile) -> Vec<u8> {
+/// Serializes a tile and its warnings: grid, window and number of channels, then the values, then the warnings if there
+/// are some.
+fn bytes_of(Warned { tile, warnings }: &Warned) -> Vec<u8> {
     let (grid, window) = (tile.grid, tile.window);
     let shown = grid.shown.unwrap_or(DVec2::ZERO);
     let floats = [grid.origin.x, grid.origin.y, grid.step.x, grid.step.y, shown.x, shown.y].map(f64::to_le_bytes);
@@ -23,10 +26,11 @@ fn bytes_of(tile: &Tile) -> Vec<u8> {
     let [x, y] = [window.x, window.y].map(i32::cast_unsigned);
     let words = [u32::from(grid.period.is_some()), period[0], period[1], x, y, window.width, window.height, channels];
     let words = words.map(u32::to_le_bytes);
-    [floats.as_flattened(), words.as_flattened(), bytemuck::cast_slice(tile.data())].concat()
+    let values = bytemuck::cast_slice(tile.data());
+    [floats.as_flattened(), words.as_flattened(), values, &warnings::to_bytes(warnings)].concat()
 }
 
-fn tile_of(bytes: &[u8]) -> Option<Tile> {
+fn tile_of(bytes: &[u8]) -> Option<Warned> {
     let (floats, rest) = bytes.split_at_checked(48)?;
     let (words, data) = rest.split_at_checked(32)?;
     let float = |i: usize| Some(f64::from_le_bytes(*floats.as_chunks::<8>().0.get(i)?));
@@ -38,12 +42,11 @@ fn tile_of(bytes: &[u8]) -> Option<Tile> {
     let window = Window { x, y, width: word(5)?, height: word(6)? };
     let channels = word(7)?;
     let bytes = u128::from(window.width) * u128::from(window.height) * u128::from(channels) * 4;
-    if bytes != data.len() as u128 {
-        return None;
-    }
+    let (data, found) = data.split_at_checked(usize::try_from(bytes).ok()?)?;
+    let warnings = warnings::from_bytes(found)?;
     let mut tile = Tile::unset(Grid { origin, step, period, shown }, window, usize::try_from(channels).ok()?);
     bytemuck::cast_slice_mut::<f32, u8>(tile.data_mut()).copy_from_slice(data);
-    Some(tile)
+    Some(Warned { tile: Arc::new(tile), warnings })
 }
 
 impl Run<'_> {
@@ -52,7 +55,7 @@ impl Run<'_> {
         let store = self.caches.store.as_ref().filter(|_| codec::is_data(ty))?;
         let read = |bytes: &[u8]| {
             let (bytes, found) = warnings::split(bytes)?;
-            Some((codec::decode(bytes).filter(|value| value.ty() == ty)?, found.into()))
+            Some((codec::decode(bytes).filter(|value| value.ty() == ty)?, found))
         };
         let found = read(&store.get(Shelf::Objects, key)?);
         if found.is_none() {
@@ -98,41 +101,42 @@ impl Run<'_> {
     }
 
     /// Reads the data that a field prepared from whole pictures.
-    pub(super) fn stored_whole(&self, at: &TileKey) -> Option<Tile> {
+    pub(super) fn stored_whole(&self, at: &TileKey) -> Option<Warned> {
         let store = self.caches.store.as_ref()?;
-        let tile = tile_of(&store.get(Shelf::Wholes, at.name())?);
-        if tile.is_none() {
+        let whole = tile_of(&store.get(Shelf::Wholes, at.name())?);
+        if whole.is_none() {
             store.remove(Shelf::Wholes, at.name());
         }
-        tile
+        whole
     }
 
     /// Stores the data that a field prepared if it is worth storing; `owner` is the result that the field belongs to.
-    pub(super) fn keep_whole(&self, at: &TileKey, tile: &Tile, owner: Option<Key>, time: Duration) {
+    pub(super) fn keep_whole(&self, at: &TileKey, whole: &Warned, owner: Option<Key>, time: Duration) {
+        let tile = &whole.tile;
         let Some(store) = self.caches.store.as_ref().filter(|store| tile.bytes() as u64 <= store.room() / WHOLE) else {
             return;
         };
         if self.caches.policy.object(tile.bytes(), time) && !self.cancel.is_cancelled() {
-            let bytes = bytes_of(tile);
+            let bytes = bytes_of(whole);
             store.put(Shelf::Wholes, at.name(), &bytes, time, &|| self.cancel.is_cancelled());
             owner.into_iter().for_each(|owner| self.note(owner, bytes.len(), time));
         }
     }
 
-    /// Reads a tile from the store. Removes a tile of the wrong size.
-    pub(super) fn stored_tile(&self, at: &TileKey, field: &Field, grid: &Grid) -> Option<Tile> {
+    /// Reads a tile and its warnings from the store. Removes an entry of another form.
+    pub(super) fn stored_tile(&self, at: &TileKey, field: &Field, grid: &Grid) -> Option<(Tile, Warnings)> {
         let store = self.caches.store.as_ref().filter(|store| keep::fits(field, grid, store.room()))?;
         at.load(&**store, grid, field.channels())
     }
 
     /// Stores a new tile if it is worth storing.
-    pub(super) fn keep_tile(&self, at: &TileKey, field: &Field, tile: &Tile, debt: Duration) {
+    pub(super) fn keep_tile(&self, at: &TileKey, field: &Field, Warned { tile, warnings }: &Warned, debt: Duration) {
         let (Some(store), policy) = (&self.caches.store, &self.caches.policy) else { return };
-        let bytes: &[u8] = bytemuck::cast_slice(tile.data());
-        if policy.tile(field, &tile.grid, bytes.len(), debt, store.room()) {
+        let bytes = size_of_val(tile.data());
+        if policy.tile(field, &tile.grid, bytes, debt, store.room()) {
             let start = Stopwatch::thread();
-            store.put(Shelf::Tiles, at.name(), bytes, debt, &|| self.cancel.is_cancelled());
-            policy.wrote(bytes.len(), start.elapsed());
+            at.save(&**store, (tile, warnings), debt, &|| self.cancel.is_cancelled());
+            policy.wrote(bytes, start.elapsed());
         }
     }
 }

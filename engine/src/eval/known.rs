@@ -1,8 +1,9 @@
 //! The fields that a run has prepared, and the number of their readers.
 use super::demand::{At, at, reads};
-use crate::value::{Cost, Field, Grid, Tile};
+use super::memory::Warned;
+use crate::value::{Cost, Field, Grid};
 use std::collections::{HashMap, HashSet};
-use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 /// The prepared fields, and the number of readers of each field.
 #[derive(Default)]
@@ -11,7 +12,7 @@ pub(super) struct Known(RwLock<State>);
 #[derive(Default)]
 struct State {
     /// The data prepared from whole pictures. Keeps the fields alive, so that their identities are not reused.
-    prepared: HashMap<At, (Field, Option<Arc<Tile>>)>,
+    prepared: HashMap<At, (Field, Option<Warned>)>,
     /// Number of reads of each field: by other fields, plus one if the field is a picture itself.
     readers: HashMap<At, u32>,
     pictures: HashSet<At>,
@@ -41,7 +42,7 @@ impl Known {
     }
 
     /// Keeps the data that a field prepared, and counts the field as a reader of its inputs.
-    pub(super) fn add_prepared(&self, field: &Field, grid: &Grid, whole: Option<Arc<Tile>>) {
+    pub(super) fn add_prepared(&self, field: &Field, grid: &Grid, whole: Option<Warned>) {
         let mut state = self.state_mut();
         if !state.prepared.contains_key(&at(field, grid)) {
             reads(field, grid).for_each(|read| state.count(read.field, &read.grid));
@@ -54,8 +55,8 @@ impl Known {
     }
 
     /// The data that a field prepared from whole pictures on a grid.
-    pub(super) fn prepared(&self, field: &Field, grid: &Grid) -> Option<Arc<Tile>> {
-        self.state().prepared.get(&at(field, grid)).and_then(|(_, tile)| tile.clone())
+    pub(super) fn prepared(&self, field: &Field, grid: &Grid) -> Option<Warned> {
+        self.state().prepared.get(&at(field, grid)).and_then(|(_, whole)| whole.clone())
     }
 
     /// True if tiles of a prepared field are kept for its readers.

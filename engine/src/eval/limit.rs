@@ -9,10 +9,11 @@
 //! over every field would write several times as much as needed: once a height is there, its inputs are not read. So
 //! the fields are visited from the pictures to their inputs. A field is handed over if more than a quarter of its
 //! overlap is still read; its inputs are then not read for these pixels.
+use super::Store;
 use super::demand::{At, Demand, Fields, at};
-use super::memory::TileKey;
+use super::memory::{TileKey, Warned};
 use super::region::{Region, minus};
-use super::{Shelf, Store};
+use super::warnings::{Gathered, Warnings, are_placed};
 use crate::value::{Field, Grid, Piece, Tile, Window};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -37,6 +38,8 @@ pub struct Neighbor {
 pub(super) struct Limit {
     /// The demand of the part, without pixels that are read only to compute pixels handed over by neighbours.
     pub(super) demand: Demand,
+    /// The demand with these pixels, if neighbours have handed over some: they are computed if they are missing.
+    exact: Option<Demand>,
     /// Each neighbour, and the overlap that is handed over to it or was handed over by it.
     neighbors: Vec<(Neighbor, HashMap<At, Region>)>,
 }
@@ -66,14 +69,18 @@ impl Limit {
         let computed = |field: &Field, grid: &Grid, region: &mut Region| {
             found.get(&at(field, grid)).into_iter().flatten().fold(region.windows(), |left, gone| minus(&left, gone))
         };
-        let demand = if found.is_empty() { whole } else { Demand::of(fields, window, computed) };
-        Self { demand, neighbors }
+        let (demand, exact) = match found.is_empty() {
+            true => (whole, None),
+            false => (Demand::of(fields, window, computed), Some(whole)),
+        };
+        Self { demand, exact, neighbors }
     }
 
     /// The pixels of a block that are computed as one tile. `None`, for the whole block, if `wanted` exceeds the
     /// demand.
     pub(super) fn window(&self, field: &Field, grid: &Grid, block: (Piece, Piece), wanted: Window) -> Option<Window> {
-        self.demand.region(field, grid)?.within(block).filter(|part| part.contains(&wanted))
+        let part = |demand: &Demand| demand.region(field, grid)?.within(block).filter(|part| part.contains(&wanted));
+        part(&self.demand).or_else(|| part(self.exact.as_ref()?))
     }
 
     /// The overlap of a block with each neighbour: with those still to be computed if `is_pending`, else with the computed
@@ -93,34 +100,39 @@ impl Limit {
         })
     }
 
-    /// The pixels of `window` in a block that neighbours have handed over, and the missing windows; `None` if there are
-    /// no such pixels.
+    /// The pixels of `window` in a block that neighbours have handed over, the missing windows, and the warnings about the
+    /// pixels; `None` if there are no such pixels.
     pub(super) fn take(
         &self,
         field: &Field,
         grid: &Grid,
         block: (Piece, Piece),
         window: Window,
-    ) -> Option<(Tile, Vec<Window>)> {
-        let (mut out, mut missing) = (None, vec![window]);
+    ) -> Option<(Tile, Vec<Window>, Warnings)> {
+        let (mut out, mut missing, mut found) = (None, vec![window], Gathered::default());
         for (at, store) in self.overlaps(field, grid, block, false) {
             let rest = minus(&missing, &at.window);
             let part = if rest == missing { None } else { at.load(store, grid, field.channels()) };
-            if let Some(part) = part {
+            if let Some((part, warnings)) = part {
+                found.add(&warnings);
                 out.get_or_insert_with(|| Tile::unset(*grid, window, field.channels())).copy_from(&part, 0, 0);
                 missing = rest;
             }
         }
-        out.map(|out| (out, missing))
+        out.map(|out| (out, missing, found.warnings()))
     }
 
-    /// Hands over the overlap in a new tile of a block to neighbours.
-    pub(super) fn hand_over(&self, field: &Field, block: (Piece, Piece), tile: &Tile) {
+    /// Hands over the overlap in a new tile of a block to neighbours. A tile with warnings about single places is not
+    /// handed over: the places may lie beyond the overlap, and the neighbour finds those within by itself.
+    pub(super) fn hand_over(&self, field: &Field, block: (Piece, Piece), Warned { tile, warnings }: &Warned) {
+        if are_placed(warnings) {
+            return;
+        }
         for (at, store) in self.overlaps(field, &tile.grid, block, true) {
             if tile.window.contains(&at.window) {
                 let mut part = Tile::unset(tile.grid, at.window, tile.channels());
                 part.copy_from(tile, 0, 0);
-                store.put(Shelf::Tiles, at.name(), bytemuck::cast_slice(part.data()), Duration::ZERO, &|| false);
+                at.save(store, (&part, warnings), Duration::ZERO, &|| false);
             }
         }
     }
@@ -228,12 +240,13 @@ mod tests {
         let blocks = height.domain().blocks(&grid, Window { y: 472, height: 80, ..rows(0, 0) });
         // All tiles but the last.
         for block in (0..blocks.count() - 1).filter_map(|i| blocks.get(i)) {
-            upper.hand_over(&height, block, &Tile::new(grid, Piece::window(block.0, block.1), 1));
+            let tile = Arc::new(Tile::new(grid, Piece::window(block.0, block.1), 1));
+            upper.hand_over(&height, block, &Warned { tile, warnings: Warnings::default() });
         }
         let lower = part(&lit, 512, 0, store, false);
         let wanted = Window { y: 470, height: 42, ..rows(0, 0) };
         let taken = lower.take(&height, &grid, (piece(0), piece(1)), wanted);
-        assert_eq!(taken.map(|(_, missing)| missing).unwrap()[0], Window { y: 470, height: 2, ..wanted });
+        assert_eq!(taken.map(|(_, missing, _)| missing).unwrap()[0], Window { y: 470, height: 2, ..wanted });
         let last = blocks.get(blocks.count() - 1).unwrap();
         assert!(lower.take(&height, &grid, last, Piece::window(last.0, last.1)).is_none());
         let windows = |field: &Field| {

@@ -1,5 +1,5 @@
 //! The cache in memory: tiles and objects by key, bounded in bytes.
-use super::warnings::Warnings;
+use super::warnings::{self, Warning, Warnings};
 use super::{Shelf, Store};
 use crate::value::{Grid, GridId, Handle, Key, TILE, Tile, Value, Window};
 use quick_cache::Weighter;
@@ -7,6 +7,7 @@ use quick_cache::sync::{Cache, DefaultLifecycle, PlaceholderGuard};
 use quick_cache::{DefaultHashBuilder, OptionsBuilder};
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// If there are more values than this, the values of other graphs are dropped. Fields, solids and other lazy values
 /// count as zero bytes but take some kilobytes each, and a sweep makes several hundred of them for each variant.
@@ -35,27 +36,57 @@ impl TileKey {
         Key::of("tile", &[self.field.as_bytes(), &self.grid.bytes(), window.as_flattened()])
     }
 
-    /// Loads the tile from a store. Removes an entry of the wrong size.
-    pub(super) fn load(&self, store: &dyn Store, grid: &Grid, channels: usize) -> Option<Tile> {
+    /// Loads the tile and its warnings from a store. Removes an entry of another form.
+    pub(super) fn load(&self, store: &dyn Store, grid: &Grid, channels: usize) -> Option<(Tile, Warnings)> {
         let bytes = store.get(Shelf::Tiles, self.name())?;
         let mut tile = Tile::unset(*grid, self.window, channels);
         let data = bytemuck::cast_slice_mut::<f32, u8>(tile.data_mut());
-        if bytes.len() != data.len() {
+        let parts = bytes.split_at_checked(data.len());
+        let Some((values, found)) = parts.and_then(|(values, found)| Some((values, warnings::from_bytes(found)?)))
+        else {
             store.remove(Shelf::Tiles, self.name());
             return None;
+        };
+        data.copy_from_slice(values);
+        Some((tile, found))
+    }
+
+    /// Puts the tile and its warnings into a store: the values, then the warnings if there are some.
+    pub(super) fn save(
+        &self,
+        store: &dyn Store,
+        (tile, found): (&Tile, &[Warning]),
+        spared: Duration,
+        stopped: &dyn Fn() -> bool,
+    ) {
+        let values: &[u8] = bytemuck::cast_slice(tile.data());
+        match found {
+            [] => store.put(Shelf::Tiles, self.name(), values, spared, stopped),
+            found => {
+                let bytes = [values, &warnings::to_bytes(found)].concat();
+                store.put(Shelf::Tiles, self.name(), &bytes, spared, stopped);
+            }
         }
-        data.copy_from_slice(&bytes);
-        Some(tile)
     }
 }
+
+/// A tile, with the warnings about its values and about those of the tiles that it was made of.
+#[derive(Clone)]
+pub(super) struct Warned {
+    pub(super) tile: Arc<Tile>,
+    pub(super) warnings: Warnings,
+}
+
+/// Bytes that a warning counts as in the memory.
+const WARNING: u64 = 512;
 
 /// Weighs entries by the memory they take.
 #[derive(Clone)]
 pub(super) struct Bytes;
 
-impl Weighter<TileKey, Arc<Tile>> for Bytes {
-    fn weight(&self, _key: &TileKey, tile: &Arc<Tile>) -> u64 {
-        tile.bytes() as u64
+impl Weighter<TileKey, Warned> for Bytes {
+    fn weight(&self, _key: &TileKey, made: &Warned) -> u64 {
+        made.tile.bytes() as u64 + WARNING * made.warnings.len() as u64
     }
 }
 
@@ -65,10 +96,10 @@ impl Weighter<Key, (Value, Warnings)> for Bytes {
     }
 }
 
-pub(super) type Tiles = Cache<TileKey, Arc<Tile>, Bytes>;
+pub(super) type Tiles = Cache<TileKey, Warned, Bytes>;
 /// Held while a tile is computed; other threads that need the tile wait.
 pub(super) type Guard<'c> =
-    PlaceholderGuard<'c, TileKey, Arc<Tile>, Bytes, DefaultHashBuilder, DefaultLifecycle<TileKey, Arc<Tile>>>;
+    PlaceholderGuard<'c, TileKey, Warned, Bytes, DefaultHashBuilder, DefaultLifecycle<TileKey, Warned>>;
 pub(super) type Objects = Cache<Key, (Value, Warnings), Bytes>;
 
 /// Results by key, within a budget of bytes. Objects are expensive to compute and have their own share, which tiles

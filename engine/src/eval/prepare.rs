@@ -2,12 +2,14 @@
 use super::TileKey;
 use super::demand::{inputs_first, reads};
 use super::evaluators::Whole;
+use super::lock;
+use super::memory::Warned;
 use super::run::Run;
 use super::stats::Work;
 use crate::diagnostics::{Code, Problem};
 use crate::value::clock::Stopwatch;
-use crate::value::{Field, Grid, Stop, Tile};
-use std::sync::Arc;
+use crate::value::{Field, Grid, Stop};
+use std::sync::{Arc, Mutex};
 
 impl Run<'_> {
     /// Computes the data from whole pictures that `field` and all fields below it need before their tiles can be
@@ -29,27 +31,27 @@ impl Run<'_> {
         })
     }
 
-    fn prepare_one(&self, field: &Field, grid: &Grid) -> Result<Option<Arc<Tile>>, Stop> {
+    fn prepare_one(&self, field: &Field, grid: &Grid) -> Result<Option<Warned>, Stop> {
         let key = field.key().map(|field| TileKey { field, grid: grid.id(), window: TileKey::PREPARED });
         let tiles = &self.caches.memory.tiles;
-        if let Some(tile) = key.as_ref().and_then(|key| tiles.get(key)) {
-            return Ok(Some(tile));
+        if let Some(whole) = key.as_ref().and_then(|key| tiles.get(key)) {
+            return Ok(Some(whole));
         }
         // Most fields prepare nothing, so the store is not searched for them.
         let sought = key.filter(|_| !field.source().whole(grid).is_empty());
         let stored = sought.and_then(|key| self.stored_whole(&key));
         let (found, start) = (stored.is_some(), Stopwatch::process());
-        let whole = if found { stored } else { self.prepare_new(field, grid)? }.map(Arc::new);
-        if let (Some(key), Some(tile)) = (key, &whole) {
-            tiles.insert(key, tile.clone());
+        let whole = if found { stored } else { self.prepare_new(field, grid)? };
+        if let (Some(key), Some(whole)) = (key, &whole) {
+            tiles.insert(key, whole.clone());
             if sought.is_some() && !found {
-                self.keep_whole(&key, tile, owner(field), start.elapsed());
+                self.keep_whole(&key, whole, owner(field), start.elapsed());
             }
         }
         Ok(whole)
     }
 
-    fn prepare_new(&self, field: &Field, grid: &Grid) -> Result<Option<Tile>, Stop> {
+    fn prepare_new(&self, field: &Field, grid: &Grid) -> Result<Option<Warned>, Stop> {
         let bytes = field.source().prepare_bytes(grid);
         if bytes > self.memory {
             let (needed, allowed) = (bytes >> 20, self.memory >> 20);
@@ -57,12 +59,14 @@ impl Run<'_> {
             return Err(Problem::new(Code::TooLarge, message).help("lower the resolution, or raise --memory").into());
         }
         let working = self.meter.begin();
-        let pictures = Whole { run: self, reads: field.source().whole(grid), working: &working };
+        let reads = field.source().whole(grid);
+        let pictures = Whole { run: self, reads, working: &working, found: Mutex::default() };
         let result = self.of_owner(owner(field), || field.source().prepare(grid, &pictures))?;
         if let (Some(owner), true) = (owner(field), result.is_some()) {
             self.ledger.add(owner, Work { time: working.time(), computed: 1, ..Work::default() });
         }
-        Ok(result)
+        let warnings = lock(&pictures.found).warnings();
+        Ok(result.map(|tile| Warned { tile: Arc::new(tile), warnings }))
     }
 }
 

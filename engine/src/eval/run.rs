@@ -6,7 +6,7 @@ use super::known::Known;
 use super::limit::Limit;
 use super::meter::Meter;
 use super::stats::{Ledger, Stored, Work};
-use super::warnings::{Found, Warnings};
+use super::warnings::{Found, Gathered, Warnings};
 use super::{CancelToken, Event, Keys, MemoryCache, NodeState, NodeStats, Observer, Store, keys, lock};
 use crate::diagnostics::{Code, Diagnostic, Problem};
 use crate::graph::{Graph, GraphNode, GraphOutput, Input};
@@ -156,7 +156,8 @@ impl<'g> Run<'g> {
             },
         };
         let first = self.keys.output(index, 0);
-        let warnings = self.warnings_of(node, first, evaluator.into_warnings());
+        let (own, of_pictures) = evaluator.into_warnings();
+        let warnings = self.warnings_of(node, first, own, &of_pictures);
         self.note_warnings(first, &warnings);
         let outputs = outputs?;
         let time = working.time();
@@ -212,9 +213,14 @@ impl<'g> Run<'g> {
     /// # Errors
     /// As the field's code reports.
     pub fn raster(&self, field: &Field, grid: &Grid, window: Window) -> Result<Tile, Stop> {
+        self.picture(field, grid, window).map(|(tile, _)| tile)
+    }
+
+    /// The same, with the warnings about the values and about those that they were made of.
+    pub(crate) fn picture(&self, field: &Field, grid: &Grid, window: Window) -> Result<(Tile, Warnings), Stop> {
         let out = Mutex::new(Tile::new(*grid, window, field.channels()));
-        self.blocks(field, grid, window, |part| lock(&out).copy_from(part, 0, 0))?;
-        Ok(out.into_inner().unwrap_or_else(PoisonError::into_inner))
+        let warnings = self.blocks(field, grid, window, |part| lock(&out).copy_from(part, 0, 0))?;
+        Ok((out.into_inner().unwrap_or_else(PoisonError::into_inner), warnings))
     }
 
     /// Computes the same values into `out`, row by row from the top, with the channels of a pixel interleaved. The
@@ -224,20 +230,34 @@ impl<'g> Run<'g> {
     /// As the field's code reports. The content of `out` is then unspecified.
     pub fn raster_into(&self, field: &Field, grid: &Grid, window: Window, out: &mut [f32]) -> Result<(), Stop> {
         let out = Mutex::new(out);
-        self.blocks(field, grid, window, |part| part.interleave(window, &mut lock(&out)))
+        self.blocks(field, grid, window, |part| part.interleave(window, &mut lock(&out))).map(drop)
     }
 
-    /// Computes the parts of a window on all threads and passes each to `take`.
-    fn blocks(&self, field: &Field, grid: &Grid, window: Window, take: impl Fn(&Tile) + Sync) -> Result<(), Stop> {
+    /// Computes the parts of a window on all threads and passes each to `take`. Returns the warnings about their values.
+    fn blocks(
+        &self,
+        field: &Field,
+        grid: &Grid,
+        window: Window,
+        take: impl Fn(&Tile) + Sync,
+    ) -> Result<Warnings, Stop> {
         self.check_bounds(field, grid, window)?;
         self.prepare(field, grid)?;
         let owner = field.owner().or(field.key()).unwrap_or_else(|| Key::of("raster", &[]));
         let blocks: Vec<Window> = Blocks::endless(window).iter().map(|(x, y)| Piece::window(x, y)).collect();
+        let found = Mutex::new(Gathered::default());
         // Each part is freed right after `take`.
-        blocks.par_iter().try_for_each(|block| {
-            take(&*self.read(field, grid, block.intersection(&window), owner)?);
+        let done = blocks.par_iter().try_for_each(|block| {
+            let part = self.read(field, grid, block.intersection(&window), owner)?;
+            take(&part.tile);
+            if !part.warnings.is_empty() {
+                lock(&found).add(&part.warnings);
+            }
             Ok(())
-        })
+        });
+        let found = lock(&found).warnings();
+        self.note_values(&found);
+        done.map(|()| found)
     }
 
     pub(super) fn failed(&self, owner: Key, problem: &Problem) {

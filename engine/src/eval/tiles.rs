@@ -4,13 +4,15 @@
 //! a graph may have any depth. Code that fills a tile starts no parallel work, so a thread that waits for another
 //! thread's tile never blocks the pool. A tile waits only for its inputs, so threads never wait for each other in a
 //! cycle.
-use super::memory::{Guard, TileKey};
+use super::memory::{Guard, TileKey, Warned};
 use super::run::Run;
 use super::stats::Work;
+use super::warnings::{Gathered, Warning, Warnings, are_placed};
 use crate::diagnostics::{Code, Problem};
 use crate::value::clock::Stopwatch;
 use crate::value::{Blocks, Field, Given, Grid, Key, Piece, Read, Stop, Tile, Window};
 use quick_cache::sync::GuardResult;
+use std::cell::RefCell;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -32,8 +34,8 @@ enum Step<'f, 'r> {
     /// A requested window of a field, and the result to which its work is charged if the field has no key.
     Want(Read<'f>, Key, How),
     /// Unfinished work, with the window that it waited for.
-    Work(Box<Frame<'f, 'r>>, Option<Arc<Tile>>),
-    Done(Arc<Tile>),
+    Work(Box<Frame<'f, 'r>>, Option<Warned>),
+    Done(Warned),
 }
 
 /// An unfinished window of a field.
@@ -44,6 +46,8 @@ struct Frame<'f, 'r> {
     counts: bool,
     keep: Option<Keep<'r>>,
     making: Making<'f>,
+    /// The warnings so far: those of the windows that it was made of, and its own.
+    warnings: Gathered,
 }
 
 /// The cache entry for an unfinished tile.
@@ -63,8 +67,9 @@ enum Making<'f> {
 }
 
 impl Run<'_> {
-    /// Returns the values of `field` in `window`; work for fields without a key is charged to `owner`.
-    pub(super) fn read(&self, field: &Field, grid: &Grid, window: Window, owner: Key) -> Result<Arc<Tile>, Stop> {
+    /// Returns the values of `field` in `window`, and the warnings about them; work for fields without a key is charged to
+    /// `owner`.
+    pub(super) fn read(&self, field: &Field, grid: &Grid, window: Window, owner: Key) -> Result<Warned, Stop> {
         let mut stack: Vec<Box<Frame<'_, '_>>> = Vec::new();
         let mut step = Step::Want(Read::new(field, grid, window), owner, How::Best);
         loop {
@@ -90,7 +95,8 @@ impl Run<'_> {
         let Read { field, grid, window } = read;
         // A field that finds from its first tiles that it needs no more of an input requests an empty window.
         if window.is_empty() {
-            return Ok(Step::Done(Arc::new(Tile::new(grid, window, field.channels()))));
+            let tile = Arc::new(Tile::new(grid, window, field.channels()));
+            return Ok(Step::Done(Warned { tile, warnings: Warnings::default() }));
         }
         let key = match (field.key(), how) {
             (None, _) | (_, How::Bare) => return self.fill(read, owner, false, None),
@@ -111,7 +117,7 @@ impl Run<'_> {
                     (Piece::window(x, y).intersection(&wanted), How::Tile(x, y))
                 };
                 let making = Making::Join { parts: blocks.iter().map(part).collect(), done: 0, out: None };
-                Ok(Frame { read, owner: key, counts: false, keep: None, making }.begun())
+                Ok(Frame { read, owner: key, counts: false, keep: None, making, warnings: Gathered::default() }.begun())
             }
         }
     }
@@ -135,30 +141,36 @@ impl Run<'_> {
         let whole = TileKey { field: key, grid: grid.id(), window: Piece::window(block.0, block.1) };
         let part = limit.as_ref().and_then(|limit| limit.window(field, &grid, block, window));
         let at = TileKey { window: part.unwrap_or(whole.window), ..whole };
+        // Warnings about places in the whole tile may not be about the part.
         if at != whole
-            && let Some(tile) = tiles.get(&whole)
+            && let Some(made) = tiles.get(&whole).filter(|made| !are_placed(&made.warnings))
         {
-            return ready(tile, memory);
+            return ready(made, memory);
         }
         let guard = match tiles.get_value_or_guard(&at, None) {
-            GuardResult::Value(tile) => return ready(tile, memory),
+            GuardResult::Value(made) => return ready(made, memory),
             GuardResult::Guard(guard) => Some(guard),
             GuardResult::Timeout => None,
         };
-        let stored = self.stored_tile(&whole, field, &grid).map(|tile| (tile, Vec::new()));
+        // Nor may those of a stored tile be about the demand of this run: other runs may have read more around it.
+        let is_about_demand = |warnings: &Warnings| limit.is_none() || !are_placed(warnings);
+        let stored = self.stored_tile(&whole, field, &grid).filter(|(_, warnings)| is_about_demand(warnings));
+        let stored = stored.map(|(tile, warnings)| (tile, Vec::new(), warnings));
         let found = stored.or_else(|| limit?.take(field, &grid, block, at.window));
         match found {
-            Some((tile, missing)) if missing.is_empty() => {
-                let tile = Arc::new(tile);
-                guard.into_iter().for_each(|guard| drop(guard.insert(tile.clone())));
-                ready(tile, disk)
+            Some((tile, missing, warnings)) if missing.is_empty() => {
+                let made = Warned { tile: Arc::new(tile), warnings };
+                guard.into_iter().for_each(|guard| drop(guard.insert(made.clone())));
+                ready(made, disk)
             }
             found => {
                 let (read, keep) = (Read::new(field, &grid, at.window), Some(Keep { at, block, guard }));
-                let Some((out, missing)) = found else { return self.fill(read, owner, true, keep) };
+                let Some((out, missing, found)) = found else { return self.fill(read, owner, true, keep) };
                 let parts = missing.into_iter().map(|window| (window, How::Bare)).collect();
                 let making = Making::Join { parts, done: 0, out: Some(out) };
-                Ok(Frame { read, owner, counts: true, keep, making }.begun())
+                let mut warnings = Gathered::default();
+                warnings.add(&found);
+                Ok(Frame { read, owner, counts: true, keep, making, warnings }.begun())
             }
         }
     }
@@ -173,7 +185,7 @@ impl Run<'_> {
         self.cancel.check()?;
         let wanted = self.of_owner(Some(owner), || Ok(read.field.source().inputs(&read.grid, read.window)))?;
         let making = Making::Fill { tiles: Vec::with_capacity(wanted.len()), wanted, narrowed: false };
-        Ok(Frame { read, owner, counts, keep, making }.begun())
+        Ok(Frame { read, owner, counts, keep, making, warnings: Gathered::default() }.begun())
     }
 }
 
@@ -183,7 +195,11 @@ impl<'f, 'r> Frame<'f, 'r> {
     }
 
     /// The next window that the work needs, or the finished one; `made` is the window that it waited for.
-    fn step(&mut self, run: &Run<'_>, mut made: Option<Arc<Tile>>) -> Result<Step<'f, 'r>, Stop> {
+    fn step(&mut self, run: &Run<'_>, made: Option<Warned>) -> Result<Step<'f, 'r>, Stop> {
+        let mut made = made.map(|made| {
+            self.warnings.add(&made.warnings);
+            made.tile
+        });
         if let Making::Fill { tiles, .. } = &mut self.making {
             tiles.extend(made.take());
             self.narrow(run)?;
@@ -210,17 +226,20 @@ impl<'f, 'r> Frame<'f, 'r> {
                 }
                 let (tiles, start) = (std::mem::take(tiles), Stopwatch::thread());
                 let mut tile = field.blank(grid, window);
-                let fill = |given: &Given<'_>| field.source().fill(given, &mut tile);
-                run.of_owner(Some(self.owner), || self.with_given(run, &tiles, fill))?;
+                let (filled, found) = self.with_given(run, &tiles, |given| {
+                    run.of_owner(Some(self.owner), || field.source().fill(given, &mut tile))
+                });
+                found.into_iter().for_each(|warning| self.warnings.push(warning));
+                filled?;
                 Ok(Step::Done(self.finish(run, tile, Some(start.elapsed()))))
             }
         }
     }
 
     /// Keeps a finished tile; `time` is the time that the field's code took, `None` for a joined tile.
-    fn finish(&mut self, run: &Run<'_>, tile: Tile, time: Option<Duration>) -> Arc<Tile> {
+    fn finish(&mut self, run: &Run<'_>, tile: Tile, time: Option<Duration>) -> Warned {
         let Read { field, grid, window } = self.read;
-        let (policy, tile) = (&run.caches.policy, Arc::new(tile));
+        let (policy, made) = (&run.caches.policy, Warned { tile: Arc::new(tile), warnings: self.warnings.warnings() });
         let debt = match time {
             Some(time) => {
                 run.meter.tile(time);
@@ -234,22 +253,32 @@ impl<'f, 'r> Frame<'f, 'r> {
             run.ledger.add(self.owner, Work { time: time.unwrap_or_default(), computed, pixels, ..Work::default() });
         }
         if let Some(Keep { at, block, guard }) = self.keep.take() {
-            guard.into_iter().for_each(|guard| drop(guard.insert(tile.clone())));
+            guard.into_iter().for_each(|guard| drop(guard.insert(made.clone())));
             // Threads that wait for the tile have it now, so writing it delays none of them.
             if at.window == Piece::window(block.0, block.1) {
-                run.keep_tile(&at, field, &tile, debt);
+                run.keep_tile(&at, field, &made, debt);
             }
             if let Some(limit) = run.limit() {
-                limit.hand_over(field, block, &tile);
+                limit.hand_over(field, block, &made);
             }
         }
-        tile
+        made
     }
 
-    fn with_given<T>(&self, run: &Run<'_>, tiles: &[Arc<Tile>], work: impl FnOnce(&Given<'_>) -> T) -> T {
-        let prepared = run.known.prepared(self.read.field, &self.read.grid);
-        let (stopped, warn) = (|| run.cancel.is_cancelled(), |problem| run.warned(self.owner, problem));
-        work(&Given::new(tiles, prepared.as_deref(), &stopped).warning(&warn))
+    /// Runs code of the field on tiles of its inputs; also returns its warnings, and those about the prepared data.
+    fn with_given<T>(
+        &self,
+        run: &Run<'_>,
+        tiles: &[Arc<Tile>],
+        work: impl FnOnce(&Given<'_>) -> T,
+    ) -> (T, Vec<Warning>) {
+        let Read { field, grid, .. } = &self.read;
+        let (prepared, found) = (run.known.prepared(field, grid), RefCell::new(Vec::new()));
+        let stopped = || run.cancel.is_cancelled();
+        let warn = |problem| found.borrow_mut().push(Warning::of_tile(self.owner, problem, grid));
+        let made = work(&Given::new(tiles, prepared.as_ref().map(|whole| &*whole.tile), &stopped).warning(&warn));
+        let of_prepared = prepared.iter().flat_map(|whole| whole.warnings.iter().cloned());
+        (made, found.take().into_iter().chain(of_prepared).collect())
     }
 
     /// Adds the windows that depend on values, once the other inputs are there. If they are too large, the tile is
@@ -261,10 +290,14 @@ impl<'f, 'r> Frame<'f, 'r> {
             return Ok(());
         }
         let later = run.of_owner(Some(self.owner), || Ok(field.source().later(&grid, window)))?;
-        let narrow = |given: &Given<'_>| field.source().narrow(given, &grid, window);
-        let narrow = match later.is_empty() {
-            true => Vec::new(),
-            false => run.of_owner(Some(self.owner), || Ok(self.with_given(run, tiles, narrow)))?,
+        let narrow =
+            |given: &Given<'_>| run.of_owner(Some(self.owner), || Ok(field.source().narrow(given, &grid, window)));
+        let (narrow, found) = match later.is_empty() {
+            true => (Vec::new(), Vec::new()),
+            false => {
+                let (windows, found) = self.with_given(run, tiles, narrow);
+                (windows?, found)
+            }
         };
         if later.len() != narrow.len()
             || !later.iter().zip(&narrow).all(|(later, narrow)| later.window.contains(narrow))
@@ -282,6 +315,7 @@ impl<'f, 'r> Frame<'f, 'r> {
             wanted.extend(later.iter().zip(narrow).map(|(read, window)| Read { window, ..*read }));
             *narrowed = true;
         }
+        found.into_iter().for_each(|warning| self.warnings.push(warning));
         Ok(())
     }
 }

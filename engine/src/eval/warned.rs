@@ -1,6 +1,6 @@
 //! Reports the warnings of a run.
 use super::run::Run;
-use super::warnings::{Warning, Warnings};
+use super::warnings::{Finder, Gathered, Warning, Warnings};
 use super::{Event, lock};
 use crate::diagnostics::Problem;
 use crate::graph::{GraphNode, Input};
@@ -9,65 +9,95 @@ use petgraph::graph::NodeIndex;
 use std::sync::Arc;
 
 impl Run<'_> {
-    /// Records the warnings of a computed or fetched result, and reports the new ones.
+    /// Records the warnings of a computed or fetched result, and reports the new ones of nodes.
     pub(super) fn note_warnings(&self, key: Key, warnings: &Warnings) {
         if warnings.is_empty() {
             return;
         }
-        warnings.iter().for_each(|warning| self.report(warning));
+        self.note_kept(warnings);
         lock(&self.warnings.results).insert(key, Arc::clone(warnings));
     }
 
-    /// Reports a warning about the values of a result, once.
+    /// Reports the new warnings of nodes, and keeps those about values of tiles for the end of the run.
+    pub(crate) fn note_kept(&self, warnings: &Warnings) {
+        warnings.iter().filter(|warning| !warning.is_of_tile()).for_each(|warning| self.report(warning));
+        self.note_values(warnings);
+    }
+
+    /// Keeps the warnings about values of tiles for the end of the run.
+    pub(super) fn note_values(&self, warnings: &Warnings) {
+        let of_tiles: Vec<Warning> = warnings.iter().filter(|warning| warning.is_of_tile()).cloned().collect();
+        if !of_tiles.is_empty() {
+            lock(&self.warnings.of_tiles).add(&of_tiles.into());
+        }
+    }
+
+    /// Takes over the warnings about values that another run of the same graph has found.
+    pub(crate) fn note_values_of(&self, other: &Run<'_>) {
+        let found = lock(&other.warnings.of_tiles).warnings();
+        self.note_values(&found);
+    }
+
+    /// Reports the warnings about values of tiles, in the order of the graph. Call it at the end of the run. A cancelled
+    /// run reports none, because it knows only some of them.
+    pub(crate) fn report_values(&self) {
+        let found = std::mem::take(&mut *lock(&self.warnings.of_tiles)).warnings();
+        if self.cancel.is_cancelled() {
+            return;
+        }
+        let mut at: Vec<(NodeIndex, &Warning)> =
+            found.iter().filter_map(|warning| Some((self.maker(warning.owner)?, warning))).collect();
+        at.sort_by_key(|(index, _)| *index);
+        at.into_iter().for_each(|(index, warning)| self.warn(index, warning.problem.clone()));
+    }
+
+    /// Reports a warning of a node, once.
     fn report(&self, warning: &Warning) {
         let mut reported = lock(&self.warnings.reported);
         if !reported.contains(warning) {
             reported.push(warning.clone());
             drop(reported);
-            self.warn(warning.owner, warning.problem.clone());
+            if let Some(index) = self.maker(warning.owner) {
+                self.warn(index, warning.problem.clone());
+            }
         }
     }
 
-    /// Reports a warning about the values of a result that a tile found; the first of each result.
-    pub(super) fn warned(&self, owner: Key, problem: Problem) {
-        if lock(&self.warnings.of_tiles).insert(owner) {
-            self.warn(owner, problem);
-        }
-    }
-
-    fn warn(&self, owner: Key, problem: Problem) {
+    /// The node that makes a result.
+    fn maker(&self, owner: Key) -> Option<NodeIndex> {
         let makes = |index: &NodeIndex| {
             let outputs = 0..self.graph.nodes[*index].node.outputs().len();
             outputs.into_iter().any(|output| self.keys.output(*index, output) == owner)
         };
-        if let Some(index) = self.graph.nodes.node_indices().find(makes) {
-            let warning = self.at_node(&self.graph.nodes[index], problem).as_warning();
-            self.observer.event(Event::Warning(warning));
-        }
+        self.graph.nodes.node_indices().find(makes)
     }
 
-    /// The warnings of a node and of its inputs: the warnings of all results that its outputs are made of.
-    pub(super) fn warnings_of(&self, node: &GraphNode, owner: Key, own: Vec<Problem>) -> Warnings {
-        let mut all: Vec<Warning> = Vec::new();
+    fn warn(&self, index: NodeIndex, problem: Problem) {
+        let warning = self.at_node(&self.graph.nodes[index], problem).as_warning();
+        self.observer.event(Event::Warning(warning));
+    }
+
+    /// The warnings of a node, of the pictures that it has read, and of its inputs: the warnings of all results that its
+    /// outputs are made of.
+    pub(super) fn warnings_of(
+        &self,
+        node: &GraphNode,
+        owner: Key,
+        own: Vec<Problem>,
+        of_pictures: &Warnings,
+    ) -> Warnings {
+        let mut all = Gathered::default();
         let results = lock(&self.warnings.results);
         let wires = node.inputs.iter().filter(|input| matches!(input, Input::Wire { .. }));
-        let inherited = wires.filter_map(|wire| results.get(&self.keys.input(wire)));
-        let own = own.into_iter().map(|problem| Warning { owner, problem });
-        for warning in inherited.flat_map(|list| list.iter().cloned()).chain(own) {
-            if !all.contains(&warning) {
-                all.push(warning);
-            }
-        }
-        all.into()
+        wires.filter_map(|wire| results.get(&self.keys.input(wire))).for_each(|inherited| all.add(inherited));
+        let own = own.into_iter().map(|problem| Warning { owner, problem, finder: Finder::Node });
+        own.for_each(|warning| all.push(warning));
+        all.add(of_pictures);
+        all.warnings()
     }
 
     /// The warnings of all results that a value was made of, each once. The value must have been computed or fetched.
-    pub fn warnings(&self, (node, output): (NodeIndex, usize)) -> Vec<Problem> {
-        let results = lock(&self.warnings.results);
-        results
-            .get(&self.keys.output(node, output))
-            .into_iter()
-            .flat_map(|list| list.iter().map(|warning| warning.problem.clone()))
-            .collect()
+    pub(crate) fn warnings(&self, (node, output): (NodeIndex, usize)) -> Warnings {
+        lock(&self.warnings.results).get(&self.keys.output(node, output)).cloned().unwrap_or_default()
     }
 }

@@ -7,7 +7,7 @@ use super::render::Render;
 use super::sink::{Assembler, Sink};
 use super::{Failure, located};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Demand, Event, Fields, Neighbor, Order, OverlapStore, Pass, Store};
+use crate::eval::{Demand, Event, Fields, Gathered, Neighbor, Order, OverlapStore, Pass, Store, Warnings};
 use crate::value::{Field, Grid, Tile, Window};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -17,8 +17,9 @@ use std::sync::Arc;
 const NEAR: usize = 2;
 
 impl Render<'_, '_> {
-    /// Computes and writes all pictures together, so that shared fields are still in memory.
-    pub(super) fn bands(&self, jobs: &[&Job<'_>], sinks: &mut [Sink], grid: &Grid) -> Result<(), Failure> {
+    /// Computes and writes all pictures together, so that shared fields are still in memory. Returns the warnings about
+    /// the values of each.
+    pub(super) fn bands(&self, jobs: &[&Job<'_>], sinks: &mut [Sink], grid: &Grid) -> Result<Vec<Warnings>, Failure> {
         let window = self.area;
         let pictures: Vec<&Field> = jobs.iter().flat_map(|job| &job.fields).map(|(_, field)| field).collect();
         let fields = Fields::new(&pictures, grid);
@@ -38,6 +39,7 @@ impl Render<'_, '_> {
             }
             wanted = Some(rest);
         };
+        let mut found = vec![Gathered::default(); jobs.len()];
         let mut pixels = 0;
         for (number, pass) in passes.iter().enumerate() {
             if let Order::Strips(_) = order {
@@ -49,8 +51,8 @@ impl Render<'_, '_> {
                 free(pass.wanted);
             }
             for block in &pass.blocks {
-                for (job, assembler) in jobs.iter().zip(&mut assemblers) {
-                    assembler.write_block(&self.tiles(job, grid, *block)?, *block)?;
+                for ((job, assembler), found) in jobs.iter().zip(&mut assemblers).zip(&mut found) {
+                    assembler.write_block(&self.tiles(job, grid, *block, found)?, *block)?;
                 }
                 if let Some(rest) = pass.wanted_after(block).filter(|_| frees) {
                     free(rest);
@@ -60,7 +62,8 @@ impl Render<'_, '_> {
                 self.observer.event(Event::Rows { done: rows, total: u64::from(window.height) });
             }
         }
-        assemblers.into_iter().try_for_each(Assembler::finish)
+        assemblers.into_iter().try_for_each(Assembler::finish)?;
+        Ok(found.iter().map(Gathered::warnings).collect())
     }
 
     /// The neighbours of a strip: the strips near it, and the parts of the pictures above and below. `stores` has the
@@ -91,12 +94,15 @@ impl Render<'_, '_> {
         neighbors
     }
 
-    /// Computes the values of a picture's fields in a band. Values that are not finite are an error.
-    fn tiles(&self, job: &Job<'_>, grid: &Grid, band: Window) -> Result<Vec<Tile>, Failure> {
+    /// Computes the values of a picture's fields in a band; `found` gets the warnings about them. Values that are not
+    /// finite are an error.
+    fn tiles(&self, job: &Job<'_>, grid: &Grid, band: Window, found: &mut Gathered) -> Result<Vec<Tile>, Failure> {
         let graph = self.planner.graph;
         let mut tiles: Vec<Tile> = Vec::with_capacity(job.fields.len());
         for (_, field) in &job.fields {
-            let tile = self.run.raster(field, grid, band).map_err(|stop| located(self.run, graph, stop))?;
+            let (tile, warnings) =
+                self.run.picture(field, grid, band).map_err(|stop| located(self.run, graph, stop))?;
+            found.add(&warnings);
             // No early exit, so that the loop is vectorized.
             if !tile.data().iter().fold(true, |all, v| all & v.is_finite())
                 && let Some(at) = tile.data().iter().position(|v| !v.is_finite())

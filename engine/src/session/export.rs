@@ -16,7 +16,8 @@ use glam::UVec2;
 impl Render<'_, '_> {
     /// The fields and files to compute for a planned file.
     pub(super) fn job<'g>(&self, planned: Planned<'g>, value: &Value) -> Result<Job<'g>, Failure> {
-        let OutputPart::Export(Export { target: Chosen { target, options }, fields: sources }) = &planned.part else {
+        let OutputPart::Export(Export { target: Chosen { target, options }, fields: sources, .. }) = &planned.part
+        else {
             return Ok(job(planned, value));
         };
         let output = planned.output;
@@ -49,8 +50,7 @@ impl Render<'_, '_> {
             wraps: self.wraps(output, fields.first().map(|(_, field)| field)),
             metadata: planned.metadata.clone(),
         };
-        let findings = self.run.warnings((output.node, output.output));
-        let source = Source { material: &material, shape: &shape, mesh, fields, findings, place };
+        let source = Source { material: &material, shape: &shape, mesh, fields, place };
         let files = target.write(&source, options).map_err(|error| Failure::File(error.to_string()))?;
         self.warn_lost(output, target.info().title, &files.lost());
         let fields = files.fields().into_iter().map(|field| (String::new(), field)).collect();

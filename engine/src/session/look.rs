@@ -36,7 +36,9 @@ impl Session {
     ) -> Result<T, Failure> {
         self.pooled(graph, || {
             let run = Run::new(graph, keys, &self.caches, self.memory, cancel, observer);
-            work(&Look { run: &run, graph })
+            let result = work(&Look { run: &run, graph });
+            run.report_values();
+            result
         })
     }
 

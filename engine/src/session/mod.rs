@@ -14,6 +14,7 @@ mod render;
 mod sink;
 mod storage;
 mod verify;
+mod warned;
 
 pub use look::Look;
 pub use part::{PartReport, Prepared};
@@ -191,6 +192,7 @@ impl Session {
             let keys = Keys::of(graph)?;
             let run = Run::new(graph, &keys, &self.caches, self.memory, cancel, observer);
             let result = work(&run);
+            run.report_values();
             run.relieve();
             self.trim();
             result

@@ -197,7 +197,7 @@ impl<'r> Render<'r, '_> {
         let sink = |number| Sink::Part(writer.clone(), number);
         let mut sinks: Vec<Sink> = numbers.into_iter().map(sink).collect();
         if !rows.is_empty() {
-            self.bands(&rows, &mut sinks, &grid)?;
+            drop(self.bands(&rows, &mut sinks, &grid)?);
         }
         drop(sinks);
         let writer = Arc::into_inner(writer).expect("the sinks, the only other owners, are gone");

@@ -1,12 +1,10 @@
 //! Evaluates fields at points of the canvas.
 use super::{Failure, Session, located};
-use crate::diagnostics::Diagnostic;
-use crate::eval::{Caches, CancelToken, Event, Fields, MemoryCache, Observer, Run};
+use crate::eval::{Caches, CancelToken, Fields, MemoryCache, Observer, Run};
 use crate::graph::Graph;
 use crate::value::{Field, Grid, TILE, Tile, Window};
 use glam::{DVec2, UVec2};
 use rayon::prelude::*;
-use std::sync::{Mutex, PoisonError};
 
 /// A value is computed exactly at a point if it needs at most this many pixels along a side of each field it reads.
 const NEAR: u64 = 32;
@@ -15,25 +13,6 @@ const AT_ONCE: usize = 256;
 const SCRATCH: u64 = 16 << 20;
 /// The farthest allowed pixel, counted from the corner of the canvas.
 const FARTHEST: f64 = 16_777_216.0;
-
-/// Passes each warning on once.
-struct Once<'a> {
-    observer: &'a dyn Observer,
-    told: Mutex<Vec<Diagnostic>>,
-}
-
-impl Observer for Once<'_> {
-    fn event(&self, event: Event) {
-        if let Event::Warning(warning) = &event {
-            let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-            if told.contains(warning) {
-                return;
-            }
-            told.push(warning.clone());
-        }
-        self.observer.event(event);
-    }
-}
 
 /// The window of one pixel of a grid.
 const fn pixel(x: i32, y: i32) -> Window {
@@ -73,8 +52,7 @@ impl Session {
         let Some(first) = points.first() else { return Ok(Vec::new()) };
         self.run(graph, cancel, observer, |run| {
             if run.is_near(field, &grid.centered_at(*first), NEAR) {
-                let once = Once { observer, told: Mutex::default() };
-                let some = |points: &[DVec2]| self.exactly(run, (graph, field, &grid), points, (cancel, &once));
+                let some = |points: &[DVec2]| self.exactly(run, (graph, field, &grid), points, (cancel, observer));
                 let parts: Vec<Vec<f32>> = points.par_chunks(AT_ONCE).map(some).collect::<Result<_, _>>()?;
                 Ok(parts.concat())
             } else {
@@ -83,16 +61,16 @@ impl Session {
         })
     }
 
-    /// The values with each point as the centre of its own pixel.
+    /// The values with each point as the centre of its own pixel. The warnings about them are left to `outer`.
     fn exactly(
         &self,
-        run: &Run<'_>,
+        outer: &Run<'_>,
         (graph, field, grid): (&Graph, &Field, &Grid),
         points: &[DVec2],
         (cancel, observer): (&CancelToken, &dyn Observer),
     ) -> Result<Vec<f32>, Failure> {
         let caches = Caches::new(MemoryCache::new(SCRATCH), None);
-        let run = Run::new(graph, run.keys(), &caches, self.memory, cancel, observer);
+        let run = Run::new(graph, outer.keys(), &caches, self.memory, cancel, observer);
         let value = |point: &DVec2| {
             let grid = grid.centered_at(*point);
             run.prepare(field, &grid)?;
@@ -100,6 +78,7 @@ impl Session {
             Ok(channels(&run.raster(field, &grid, Window::full(UVec2::ONE))?))
         };
         let values: Result<Vec<Vec<f32>>, _> = points.iter().map(value).collect();
+        outer.note_values_of(&run);
         values.map(|values| values.concat()).map_err(|stop| located(&run, graph, stop))
     }
 }

@@ -4,9 +4,9 @@ use super::job::{Job, files};
 use super::plan::{OutputPart, Planned, Planner, Wanted, decode_channels, encode_channels, wanted};
 use super::sink::Sink;
 use super::storage::{self, encoding};
-use super::{Failure, Session, located};
-use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{CancelToken, Event, Fields, Neighbor, NodeStats, Observer, Run, Shelf};
+use super::{Failure, Session, located, warned};
+use crate::diagnostics::{Code, Diagnostic, Problem, Span};
+use crate::eval::{CancelToken, Event, Fields, Gathered, Neighbor, NodeStats, Observer, Run, Shelf, Warnings};
 use crate::export::{SimpleShape, Told};
 use crate::graph::{ExportMesh, Graph, GraphOutput};
 use crate::picture::{
@@ -231,14 +231,18 @@ impl<'r> Render<'r, '_> {
             };
             let copied = match &self.session.caches.store {
                 Some(store) if cached => {
-                    let copy = AtomicFile::create(&planned.path)
-                        .and_then(|copy| Ok(store.get_file(planned.key, copy.temporary())?.then_some(copy)));
+                    let copy = AtomicFile::create(&planned.path).and_then(|copy| {
+                        Ok(warned::get(&**store, planned.key, copy.temporary())?.map(|found| (copy, found)))
+                    });
                     copy.map_err(|error| unwritten(&planned.path, &error))?
                 }
                 _ => None,
             };
             match copied {
-                Some(copy) => copies.push(copy),
+                Some((copy, found)) => {
+                    self.run.note_kept(&found);
+                    copies.push(copy);
+                }
                 None => missing.push(planned),
             }
         }
@@ -263,32 +267,44 @@ impl<'r> Render<'r, '_> {
         let (lines, jobs): (Vec<&Job<'_>>, Vec<&Job<'_>>) = jobs.iter().partition(|job| job.lines.is_some());
         self.ready(&jobs, &grid)?;
         let mut writers = jobs.iter().map(|job| self.sink(job)).collect::<Result<Vec<_>, _>>()?;
-        if !jobs.is_empty() {
-            self.bands(&jobs, &mut writers, &grid)?;
-        }
+        let of_values = if jobs.is_empty() { Vec::new() } else { self.bands(&jobs, &mut writers, &grid)? };
+        let found: Vec<Warnings> = jobs.iter().zip(&of_values).map(|(job, values)| self.found(job, values)).collect();
         // All files are complete before the first one gets its name.
-        for (job, writer) in jobs.iter().zip(&mut writers) {
+        for ((job, writer), found) in jobs.iter().zip(&mut writers).zip(&found) {
             let stop = || self.run.is_cancelled();
-            writer.complete(&stop).map_err(|error| if stop() { Failure::Cancelled } else { unfit(error, job) })?;
+            let findings = found.iter().map(|warning| warning.problem().clone()).collect();
+            let made = writer.complete(findings, &stop);
+            made.map_err(|error| if stop() { Failure::Cancelled } else { unfit(error, job) })?;
         }
         for (job, writer) in jobs.iter().zip(&writers) {
             let Told { note, advice } = writer.told();
             notes.extend(note.map(|note| (job.planned.path.clone(), note)));
             for problem in advice {
-                let warning = Diagnostic::from_problem(problem, job.planned.output.span);
+                let span = place(&problem, job);
+                let warning = Diagnostic::from_problem(problem, span);
                 self.observer.event(Event::Warning(warning.as_warning()));
             }
         }
         for (job, segments) in lines.iter().filter_map(|job| Some((job, job.lines.as_ref()?))) {
             self.write_lines(job, segments, &grid)?;
         }
-        for (job, writer) in jobs.iter().zip(writers) {
+        for ((job, writer), found) in jobs.iter().zip(writers).zip(&found) {
             for written in writer.finish()? {
                 self.warn_clipped(job, &written);
             }
-            self.keep(job);
+            self.keep(job, found);
         }
         Ok(notes)
+    }
+
+    /// The warnings about a job: about its output and the results that it was made of, and about the values of its
+    /// pictures.
+    fn found(&self, job: &Job<'_>, of_values: &Warnings) -> Warnings {
+        let output = job.planned.output;
+        let mut found = Gathered::default();
+        found.add(&self.run.warnings((output.node, output.output)));
+        found.add(of_values);
+        found.warnings()
     }
 
     /// Checks sizes, prepares fields and limits the computed pixels to the area, before the first block of pictures.
@@ -370,7 +386,7 @@ impl<'r> Render<'r, '_> {
         let path = &job.planned.path;
         let written = AtomicFile::create(path).and_then(|mut file| file.write_all(&bytes).and_then(|()| file.commit()));
         written.map_err(|e| Failure::File(WriteError::at(path, e).to_string()))?;
-        self.keep(job);
+        self.keep(job, &self.found(job, &Warnings::default()));
         Ok(())
     }
 
@@ -391,7 +407,8 @@ impl<'r> Render<'r, '_> {
         self.observer.event(Event::Warning(warning.as_warning()));
     }
 
-    fn keep(&self, job: &Job<'_>) {
+    /// Stores the file of a job with its warnings.
+    fn keep(&self, job: &Job<'_>, found: &Warnings) {
         let Some(store) = self.session.caches.store.as_ref().filter(|_| match &job.planned.part {
             OutputPart::Export(export) => export.target.plan().cached,
             _ => true,
@@ -400,7 +417,7 @@ impl<'r> Render<'r, '_> {
         };
         let small = std::fs::metadata(&job.planned.path).is_ok_and(|meta| meta.len() <= store.room() / 16);
         if small {
-            store.put_file(job.planned.key, &job.planned.path, self.run.spent());
+            warned::put(&**store, job.planned.key, &job.planned.path, found, self.run.spent());
         }
     }
 }
@@ -409,11 +426,19 @@ fn unwritten(path: &Path, error: &std::io::Error) -> Failure {
     Failure::File(format!("cannot write `{}`: {error}", path.display()))
 }
 
-/// The failure of files that cannot be made of a job's values, at the output.
+/// The place of a problem of a job's files: the field of the output that it names, if it is written, else the output.
+fn place(problem: &Problem, job: &Job<'_>) -> Span {
+    let written = if let OutputPart::Export(export) = &job.planned.part { &export.places[..] } else { &[] };
+    let named = written.iter().find(|(name, _)| problem.field.as_deref() == Some(*name));
+    named.map_or(job.planned.output.span, |(_, span)| *span)
+}
+
+/// The failure of files that cannot be made of a job's values, at its place.
 fn unfit(error: WriteError, job: &Job<'_>) -> Failure {
     match error {
         WriteError::Unfit(problem) => {
-            Failure::Errors(vec![Diagnostic::from_problem(*problem, job.planned.output.span)])
+            let span = place(&problem, job);
+            Failure::Errors(vec![Diagnostic::from_problem(*problem, span)])
         }
         error => Failure::File(error.to_string()),
     }

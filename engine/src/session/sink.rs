@@ -1,6 +1,7 @@
 //! Destinations for the blocks of pictures.
 use super::Failure;
 use super::fitted::Fitted;
+use crate::diagnostics::Problem;
 use crate::export::{FilesWriter, Told};
 use crate::picture::{AtomicFile, PartWriter, WriteError, WriteStats, Writer};
 use crate::value::{Grid, Tile, Window};
@@ -40,10 +41,14 @@ impl Sink {
         done.map_err(|error| failed(&error))
     }
 
-    /// Makes files that need all rows, without their names.
-    pub(super) fn complete(&mut self, stop: &(dyn Fn() -> bool + Sync)) -> Result<(), WriteError> {
+    /// Makes files that need all rows, without their names; `findings` are the warnings about the values.
+    pub(super) fn complete(
+        &mut self,
+        findings: Vec<Problem>,
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> Result<(), WriteError> {
         match self {
-            Self::Export(writer) => writer.complete(stop),
+            Self::Export(writer) => writer.complete(findings, stop),
             Self::Fitted(fitted) => fitted.complete(),
             Self::Picture(_) | Self::Part(..) => Ok(()),
         }

@@ -43,6 +43,7 @@ impl Session {
                     found.push(Diagnostic::new(Code::BadValue, node.span, message).help(help));
                 }
             }
+            warm.report_values();
             Ok(found)
         })
     }

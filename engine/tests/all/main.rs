@@ -17,3 +17,4 @@ mod panics;
 mod parts;
 mod points;
 mod store;
+mod warnings;

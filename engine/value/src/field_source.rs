@@ -52,7 +52,8 @@ impl<'a> Given<'a> {
         Self { warn: Some(warn), ..self }
     }
 
-    /// Reports a warning about the values; only the first report of a field counts.
+    /// Reports a warning about the values. Of all reports of a field, one counts: the first in the order of the places
+    /// ([`Problem::at_mm`]), row by row. Code that names a place must name the first one of the tile.
     pub fn warn(&self, problem: Problem) {
         if let Some(warn) = self.warn {
             warn(problem);

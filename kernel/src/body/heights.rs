@@ -34,9 +34,9 @@ impl Rows for Vec<f32> {
 /// last pixel centre, has a whole number too.
 #[derive(Clone, Debug)]
 pub struct Heights<'a> {
-    pixels: &'a dyn Rows,
+    pub(super) pixels: &'a dyn Rows,
     /// Number of pixels in each direction.
-    count: [usize; 2],
+    pub(super) count: [usize; 2],
     /// True if the canvas is closed from left to right.
     round: bool,
     /// Position of each column in half steps, from 0, rising.
@@ -158,6 +158,16 @@ impl<'a> Heights<'a> {
     /// The position of a sample in mm from the left and from the top.
     pub fn place(&self, column: usize, row: usize) -> [f64; 2] {
         [f64::from(self.across[column]) * self.half_mm[0], f64::from(self.down[row]) * self.half_mm[1]]
+    }
+
+    /// The sample in the centre of a pixel: column and row.
+    pub fn of_pixel(&self, [x, y]: [usize; 2]) -> [usize; 2] {
+        [if self.round { x * self.finer } else { x + 1 }, y + 1]
+    }
+
+    /// The size of a pixel in mm.
+    pub fn pixel_mm(&self) -> [f64; 2] {
+        [2.0 * self.half_mm[0] * self.finer as f64, 2.0 * self.half_mm[1]]
     }
 
     /// Width and height in mm.

@@ -171,6 +171,26 @@ struct Source {
     fields: Vec<Field>,
 }
 
+impl Source {
+    /// The first pixel of the canvas that has a result that is not finite, if the window has other pixels as well.
+    fn first_on_canvas(&self, planes: &[&[f32]], (grid, window): (&Grid, Window), components: usize) -> Option<usize> {
+        let inside = window.intersection(&Window::full(grid.picture()?));
+        if inside == window || inside.is_empty() {
+            return None;
+        }
+        let offset = |at: i32, start: i32| usize::try_from(at - start).unwrap_or(0);
+        let (width, columns) = (window.width as usize, inside.width as usize);
+        let (left, top) = (offset(inside.x, window.x), offset(inside.y, window.y));
+        let starts = (0..inside.height as usize).map(|row| (top + row) * width + left);
+        let cut = |plane: &&[f32]| starts.clone().flat_map(|start| &plane[start..start + columns]).copied().collect();
+        let cut: Vec<Vec<f32>> = planes.iter().map(cut).collect();
+        let mut results = vec![vec![0.0; inside.len()]; components];
+        let mut results: Vec<&mut [f32]> = results.iter_mut().map(Vec::as_mut_slice).collect();
+        let pixel = self.machine.run(&cut.iter().map(Vec::as_slice).collect::<Vec<_>>(), &mut results)?;
+        Some((top + pixel / columns) * width + left + pixel % columns)
+    }
+}
+
 impl FieldSource for Source {
     fn inputs(&self, grid: &Grid, window: Window) -> Vec<Read<'_>> {
         self.fields.iter().map(|field| Read::new(field, grid, window)).collect()
@@ -207,10 +227,12 @@ impl FieldSource for Source {
             })
             .collect();
         let bad = self.machine.run(&planes, &mut out.planes_mut());
-        if let Some(pixel) = bad {
+        if let Some(first) = bad {
+            let pixel = self.first_on_canvas(&planes, (&grid, window), out.channels()).unwrap_or(first);
             let [x, y] = [pixel % width, pixel / width].map(|i| i32::try_from(i).unwrap_or(0));
             let at = grid.center(window.x + x, window.y + y);
-            given.warn(not_finite(&format!("x = {:.3}, y = {:.3}", at.x, at.y)));
+            let problem = not_finite(&format!("x = {:.3}, y = {:.3}", at.x, at.y));
+            given.warn(problem.at_mm([at.x, at.y, 0.0]));
         }
         Ok(())
     }

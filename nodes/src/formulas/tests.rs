@@ -150,6 +150,26 @@ fn reports_where_a_formula_is_not_finite() {
     assert!(found.len() == 1 && found[0].contains("x = 0.750, y = 1.250 mm"), "{found:?}");
 }
 
+/// A window that begins beyond the canvas, as the ones of filters do, names a place on the canvas if there is one.
+#[test]
+fn places_that_are_not_finite_lie_on_the_canvas() {
+    let field = result("log(x - 1)", &[], false);
+    let canvas = canvas();
+    let fill = |window: Window| {
+        let warnings = Mutex::new(Vec::new());
+        let warn = |problem: shibo_value::diagnostics::Problem| warnings.lock().unwrap().push(problem);
+        let mut tile = Tile::new(canvas.grid(canvas.resolution), window, 1);
+        field.source().fill(&Given::new(&[], None, &|| false).warning(&warn), &mut tile).unwrap();
+        let [problem] = &warnings.into_inner().unwrap()[..] else { panic!("not one warning") };
+        *problem.at_mm.clone().unwrap()
+    };
+    // Pixels have 0.5 mm.
+    assert_eq!(fill(Window { x: -3, y: -2, width: 8, height: 5 }), [0.25, 0.25, 0.0]);
+    assert_eq!(fill(Window { x: -3, y: 1, width: 8, height: 5 }), [0.25, 0.75, 0.0]);
+    assert_eq!(fill(Window { x: 0, y: 1, width: 8, height: 5 }), [0.25, 0.75, 0.0]);
+    assert_eq!(fill(Window { x: -3, y: 1, width: 3, height: 1 }), [-1.25, 0.75, 0.0], "no pixel of the canvas");
+}
+
 #[test]
 fn formulas_of_solids_are_computed_at_points() {
     let made = |text: &str, inputs: &[Solid], inner: bool| {

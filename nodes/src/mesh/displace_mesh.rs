@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3, UVec2};
 use shibo_kernel::body::displace::{
     BYTES_PER_TRIANGLE, Creases, DisplaceError, Displaced, NotFinite, Relief, Spec, TooMany, displace, hidden,
 };
-use shibo_kernel::body::{Facing, facing};
+use shibo_kernel::body::{Facing, MOST_ERROR, facing};
 use shibo_node::{CanvasFacts, Context, Fact, Gray, In, Node, Output, Outputs, choice, node};
 use shibo_value::diagnostics::{Code, Problem};
 use shibo_value::{Atlas, Mesh, Stop, Type, Window};
@@ -21,9 +21,6 @@ const MOST: f64 = 16_777_216.0;
 
 /// Maximum number of triangles.
 const MOST_TRIANGLES: usize = 20_000_000;
-
-/// The largest `error` in mm.
-const MOST_ERROR: f64 = 10.0;
 
 /// The triangles of an error are counted up to this many times the allowed number.
 const COUNTED: usize = 4;

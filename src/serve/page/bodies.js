@@ -96,6 +96,7 @@ function words(report) {
   if (report.height_mm) lines.push(`heights from ${short(report.height_mm[0])} to ${short(report.height_mm[1])} mm`);
   if (report.thinnest_mm !== undefined && report.thinnest_at_mm) lines.push(`thinnest: ${short(report.thinnest_mm)} mm at (${list(report.thinnest_at_mm)})`);
   if (report.steepest_deg !== undefined) lines.push(`steepest: ${short(report.steepest_deg)}°`);
+  if (report.tool) lines.push(`a tool of ${short(report.tool.diameter_mm)} mm leaves ${short(report.tool.left_mm)} mm at (${list(report.tool.left_at_mm)})`);
   lines.push(`${report.triangles.toLocaleString('en')} triangles${report.error_mm === undefined ? '' : `, within ${short(report.error_mm)} mm; the file keeps its own error`}`);
   return [...lines, ...report.findings.map(({ message }) => message)];
 }

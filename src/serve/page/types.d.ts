@@ -226,6 +226,7 @@ interface BodyReport {
   thinnest_mm?: number;
   thinnest_at_mm?: number[] | null;
   steepest_deg?: number;
+  tool?: { diameter_mm: number; left_mm: number; left_at_mm: number[] } | null;
   findings: { message: string }[];
 }
 

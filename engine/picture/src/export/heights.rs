@@ -101,6 +101,8 @@ pub(super) struct HeightMap {
     pub compression: Compression,
     /// Metadata for headers.
     pub metadata: Vec<(String, String)>,
+    /// The warnings about the heights, for reports.
+    pub findings: Vec<Problem>,
 }
 
 impl HeightMap {
@@ -138,6 +140,11 @@ impl HeightMap {
 /// The error of a height that does not suit a file.
 pub(super) fn refused(code: Code, message: impl Into<String>, help: impl Into<String>) -> WriteError {
     WriteError::Unfit(Box::new(Problem::new(code, message).help(help)))
+}
+
+/// The error of a height that does not suit an option of its output.
+pub(super) fn refused_at(option: &str, code: Code, message: impl Into<String>, help: impl Into<String>) -> WriteError {
+    WriteError::Unfit(Box::new(Problem::new(code, message).at(option).help(help)))
 }
 
 /// A number for messages and names, with at most four digits after the point.
@@ -188,6 +195,7 @@ impl HeightsWriter {
             spool,
             compression,
             metadata: place.metadata,
+            findings: Vec::new(),
         };
         Self { maker: Arc::clone(&heights.maker), folder: folder.to_owned(), map, made: None, told: Told::default() }
     }
@@ -206,8 +214,9 @@ impl HeightsWriter {
         added.map_err(|error| WriteError::at(&self.folder, error))
     }
 
-    /// Makes the files, without their names.
-    pub(super) fn complete(&mut self, stop: Stop<'_>) -> Result<(), WriteError> {
+    /// Makes the files, without their names; `findings` are the warnings about the heights.
+    pub(super) fn complete(&mut self, findings: Vec<Problem>, stop: Stop<'_>) -> Result<(), WriteError> {
+        self.map.findings = findings;
         let found = self.map.spool.as_ref().map_or(self.map.values.len(), Spool::heights);
         let size = self.map.size;
         if found != size.x as usize * size.y as usize {
@@ -236,7 +245,7 @@ impl HeightsWriter {
     /// Gives the files their names.
     pub(super) fn finish(mut self) -> Result<Vec<WriteStats>, WriteError> {
         if self.made.is_none() {
-            self.complete(&|| false)?;
+            self.complete(Vec::new(), &|| false)?;
         }
         let (files, documents) = self.made.unwrap_or_default();
         set::commit(files, documents).map(|()| Vec::new())
@@ -259,6 +268,7 @@ pub(super) mod tests {
             spool: None,
             compression: Compression::Fast,
             metadata: Vec::new(),
+            findings: Vec::new(),
         }
     }
 

@@ -57,7 +57,7 @@ impl ExportTarget for Model {
             format: Common::format(options),
             y_up: options.word("up", &UP),
             keeps_open: options.word("open", &OPEN),
-            findings: options.is("report").then(|| source.findings.clone()),
+            reports: options.is("report"),
         };
         Ok(Files::Heights(Heights::of(source, Arc::new(maker))))
     }
@@ -70,16 +70,16 @@ struct ModelMaker {
     format: Format,
     y_up: bool,
     keeps_open: bool,
-    /// The warnings about the mesh, for the report if one is wanted.
-    findings: Option<Vec<Problem>>,
+    /// True if a report is wanted.
+    reports: bool,
 }
 
 impl Maker for ModelMaker {
     fn names(&self) -> Vec<String> {
-        files_of(&self.stem, self.format, self.findings.is_some())
+        files_of(&self.stem, self.format, self.reports)
     }
 
-    fn make(&self, _: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
+    fn make(&self, map: &HeightMap, folder: &Path, stop: Stop<'_>) -> Result<Vec<Part>, WriteError> {
         let path = folder.join(format!("{}.{}", self.stem, self.format.extension()));
         let open = body::open_edge(&self.mesh, stop).map_err(|error| WriteError::at(&path, error))?;
         if let Some(at) = open.filter(|_| !self.keeps_open) {
@@ -106,7 +106,7 @@ impl Maker for ModelMaker {
         };
         let how = (self.y_up, turned.is_some());
         let build = |receiver: &mut dyn body::Receiver| body::model(&self.mesh, how, receiver);
-        let findings = self.findings.as_ref().map(|all| all.iter().chain(&turned).cloned().collect::<Vec<_>>());
+        let findings = self.reports.then(|| map.findings.iter().chain(&turned).cloned().collect::<Vec<_>>());
         let model = (&*self.stem, open.is_none(), findings.as_deref());
         let mut parts = write_model(&build, (&path, self.format, stop), model)?;
         parts.extend(turned.map(Part::Advice));

@@ -1,6 +1,6 @@
 //! A plate with a relief, for printers and mills.
 use super::body::{
-    Canvas, Common, ERROR, FORM, FORMAT, Made, OVERFLOW, PATTERN, REPORT, STEEPEST, Shape, TRIANGLES, WALL,
+    Canvas, Common, ERROR, FORM, FORMAT, Made, OVERFLOW, PATTERN, REPORT, STEEPEST, Shape, TOOL, TRIANGLES, WALL,
     of_all_samples,
 };
 use super::decl::{FieldDecl, HEIGHT, NumberForm, Numbers, Takes, number};
@@ -39,6 +39,7 @@ impl ExportTarget for Plate {
                     FORM,
                     WALL,
                     STEEPEST,
+                    TOOL,
                     FORMAT,
                     REPORT,
                 ],

@@ -1,6 +1,6 @@
 //! A roll with a relief, for embossing.
 use super::body::{
-    Canvas, Common, ERROR, FORM, FORMAT, Made, OVERFLOW, PATTERN, REPORT, STEEPEST, Shape, TRIANGLES, WALL,
+    Canvas, Common, ERROR, FORM, FORMAT, Made, OVERFLOW, PATTERN, REPORT, STEEPEST, Shape, TOOL, TRIANGLES, WALL,
     of_all_samples,
 };
 use super::decl::{FieldDecl, HEIGHT, Takes, count, names, number};
@@ -49,6 +49,7 @@ impl ExportTarget for Roll {
                     FORM,
                     WALL,
                     STEEPEST,
+                    TOOL,
                     FORMAT,
                     REPORT,
                 ],

@@ -264,8 +264,6 @@ pub struct Source<'a> {
     pub mesh: Option<Arc<Mesh>>,
     /// The fields for [`Takes::Gray`] and [`Takes::Height`], by the names of the target's fields.
     pub fields: Vec<(&'static str, Field)>,
-    /// The warnings about the value and the results that it was made of.
-    pub findings: Vec<Problem>,
     /// The names of the files, and the canvas.
     pub place: ExportContext,
 }
@@ -375,13 +373,14 @@ impl FilesWriter {
         }
     }
 
-    /// Makes files that need all rows, without their names. After that, [`finish`](Self::finish) fails only if rows are
-    /// missing or the system refuses.
+    /// Makes files that need all rows, without their names. `findings` are the warnings about the values and the results
+    /// that they were made of, for reports. After that, [`finish`](Self::finish) fails only if rows are missing or the
+    /// system refuses.
     ///
     /// # Errors
     /// If files cannot be made of these values, or the system refuses.
-    pub fn complete(&mut self, stop: Stop<'_>) -> Result<(), WriteError> {
-        if let Self::Heights(writer) = self { writer.complete(stop) } else { Ok(()) }
+    pub fn complete(&mut self, findings: Vec<Problem>, stop: Stop<'_>) -> Result<(), WriteError> {
+        if let Self::Heights(writer) = self { writer.complete(findings, stop) } else { Ok(()) }
     }
 
     /// Texts for the user about files that [`complete`](Self::complete) made.

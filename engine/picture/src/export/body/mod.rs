@@ -2,16 +2,15 @@
 mod files;
 mod report;
 mod shape;
+mod tool;
 
 pub(super) use shape::{Canvas, Common, Made, Shape, of_all_samples, write_model};
 
 use super::decl::{FieldDecl, Takes, count, names, number};
-use shibo_kernel::body::Pattern;
+use shibo_kernel::body::{MOST_ERROR, Pattern};
 
 /// The most triangles of a file.
 const MOST: f64 = 4e8;
-/// The largest `error` in mm.
-const MOST_ERROR: f64 = 10.0;
 
 /// The formats of bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +77,12 @@ pub(super) const STEEPEST: FieldDecl = number(
     "The steepest slope that is allowed, in degrees: the report has the share of the area that is steeper.",
     [0.1, 90.0],
     &[90.0],
+);
+pub(super) const TOOL: FieldDecl = number(
+    "tool",
+    "The diameter of a milling tool with a ball end, in mm; 0 for none. A warning and the report tell the material that it cannot reach.",
+    [0.0, 100.0],
+    &[0.0],
 );
 pub(super) const FORMAT: FieldDecl =
     FieldDecl::new("format", "The format of the file.", Takes::Words(|| names(&Format::ALL)));

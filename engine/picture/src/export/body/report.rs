@@ -19,6 +19,8 @@ pub(in super::super) struct Facts {
     pub(in super::super) pitch: [f64; 2],
     /// The radius of a roll at height 0, in mm.
     pub(in super::super) radius: Option<f64>,
+    /// The material that the milling tool leaves, if one is stated.
+    pub(in super::super) tool: Option<Json>,
 }
 
 /// A whole number with a comma after each three digits.
@@ -109,6 +111,7 @@ pub(super) fn json(common: &Common, figures: &Figures, facts: &Facts, findings: 
         "pitch_mm": facts.pitch,
         "closed": true,
         "radius_mm": facts.radius,
+        "tool": facts.tool,
         "findings": listed(findings),
     });
     format!("{report:#}\n")
@@ -129,6 +132,7 @@ mod tests {
             thinnest: (3.0, [0.0; 2]),
             pitch: [0.1; 2],
             radius: None,
+            tool: None,
         };
         assert_eq!(line(&figures, &facts(0.01)), "276,464 triangles, error 0.0100 mm, 10,805 mm³, closed");
         assert!(line(&figures, &facts(0.010_01)).contains("0.0101"));

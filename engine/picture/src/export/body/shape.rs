@@ -1,14 +1,15 @@
 //! Makes a body of a height: takes its options, finds triangles within the limits, and writes the files.
-use super::super::heights::{HeightMap, Part, Stop, place, refused, told};
+use super::super::heights::{HeightMap, Part, Stop, place, refused, refused_at, told};
 use super::super::spool::{Opposite, Spool, Turned};
 use super::super::target::{Options, Source};
-use super::files::Body;
+use super::files::{Body, unwritten};
 use super::report::{Facts, grouped, json, line, model_json, model_line};
-use super::{FORMS, Format, MOST, MOST_ERROR, OVER, PATTERNS, files_of};
+use super::tool::Milled;
+use super::{FORMS, Format, MOST, OVER, PATTERNS, files_of};
 use crate::WriteError;
 use crate::value::diagnostics::{Code, Problem};
 use glam::DVec2;
-use shibo_kernel::body::{Figures, Heights, Mesher, Pattern, Receiver, Rows, Store, Tiles, Tolerance};
+use shibo_kernel::body::{Figures, Heights, MOST_ERROR, Mesher, Pattern, Receiver, Rows, Store, Tiles, Tolerance};
 use std::fmt;
 use std::io;
 use std::path::Path;
@@ -28,10 +29,10 @@ pub(in super::super) struct Common {
     wall: f64,
     /// The slope in degrees that the report measures.
     pub(in super::super) steepest: f64,
+    /// The diameter of the milling tool in mm; 0 for none.
+    tool: f64,
     format: Format,
     report: bool,
-    /// The warnings about the height, for the report.
-    findings: Vec<Problem>,
 }
 
 /// The numbers of a shape after its heights are known.
@@ -109,7 +110,7 @@ pub(in super::super) fn write_model(
     (path, format, stop): (&Path, Format, Stop<'_>),
     (stem, closed, findings): (&str, bool, Option<&[Problem]>),
 ) -> Result<Vec<Part>, WriteError> {
-    let failed = |error| WriteError::at(path, error);
+    let failed = |error| unwritten(path, error);
     let mut body = Body::create(path, format, stop).map_err(failed)?;
     let figures = build(&mut body).map_err(failed)?;
     let mut parts = vec![Part::File(body.finish(path).map_err(failed)?), Part::Note(model_line(&figures, closed))];
@@ -132,9 +133,9 @@ impl Common {
             mould: options.word("form", &FORMS),
             wall: number("wall"),
             steepest: number("steepest"),
+            tool: number("tool"),
             format: Self::format(options),
             report: options.is("report"),
-            findings: source.findings.clone(),
         }
     }
 
@@ -180,11 +181,14 @@ impl Common {
         )?;
         let thinnest = self.thinnest(&made)?;
         self.check_rounding(&made)?;
-        let failed = |error| WriteError::at(&path, error);
+        let failed = |error| unwritten(&path, error);
         let stores = || -> Box<dyn Store> { Box::new(Spool::new(&path)) };
         let mesher = Mesher::new(&made.heights, self.pattern, made.tolerance, &stores, stop).map_err(failed)?;
         let allowed = whole(self.triangles);
         let mut advice = advice(&made, map, self.error);
+        let mill = || Milled::new((&made.heights, &*made.on_picture), (self.tool, self.error), (&failed, stop));
+        let milled = (self.tool > 0.0).then(mill).transpose()?;
+        advice.extend(milled.as_ref().and_then(|milled| milled.advice(self.error)));
         let tiles = mesher.within(self.error, whole(MOST)).map_err(failed)?;
         let needed = tiles.as_ref().map(|tiles| shape.triangles(&made, tiles));
         let tiles = match tiles.filter(|_| needed.is_some_and(|needed| needed <= allowed)) {
@@ -206,7 +210,7 @@ impl Common {
                 told(self.steepest),
                 told(figures.steepest.0),
             );
-            advice.push(Problem::new(Code::Advice, message).at_mm(figures.steepest.1));
+            advice.push(Problem::new(Code::Advice, message).at("steepest").at_mm(figures.steepest.1));
         }
         let (least, greatest, _) = made.heights.extent();
         let facts = Facts {
@@ -216,10 +220,11 @@ impl Common {
             thinnest,
             pitch: map.pixel.to_array(),
             radius: made.radius,
+            tool: milled.map(|milled| milled.json()),
         };
         let mut parts = vec![Part::File(file), Part::Note(line(&figures, &facts))];
         if self.report {
-            let findings: Vec<Problem> = self.findings.iter().chain(&advice).cloned().collect();
+            let findings: Vec<Problem> = map.findings.iter().chain(&advice).cloned().collect();
             let text = json(self, &figures, &facts, &findings);
             let path = folder.join(format!("{}_report.json", self.stem));
             parts.push(Part::document(&path, &text)?);
@@ -244,7 +249,7 @@ impl Common {
             return Err(refused(Code::TooLarge, message, "make the height smaller, or the canvas"));
         }
         let message = format!("the file rounds places by up to {rounding:.2e} mm, and `error` is {} mm", self.error);
-        Err(refused(Code::BadValue, message, format!("write `error: {least:.1e}` or more")))
+        Err(refused_at("error", Code::BadValue, message, format!("write `error: {least:.1e}` or more")))
     }
 
     /// The thinnest wall and its place on the picture.
@@ -257,12 +262,12 @@ impl Common {
         }
         let message =
             format!("the wall is {} mm thick at {}; {} mm are the least", told(wall), place(at), told(self.wall));
-        let help = if made.radius.is_some() {
-            "make the bore smaller, or put more repeats `around`"
+        let (option, help) = if made.radius.is_some() {
+            ("bore", "make the bore smaller, or put more repeats `around`")
         } else {
-            "raise `thickness`, or reduce the depth of the height"
+            ("thickness", "raise `thickness`, or reduce the depth of the height")
         };
-        Err(refused(Code::ThinWall, message, help))
+        Err(refused_at(option, Code::ThinWall, message, help))
     }
 
     /// The triangles of a larger error, or the reason why there are none.
@@ -293,14 +298,14 @@ impl Common {
             Some((error, _)) => {
                 let remedies: Vec<String> = triangles.into_iter().chain([format!("`error: {error}`")]).collect();
                 let help = format!("write {}{smooth}", remedies.join(", or "));
-                Err(refused(Code::OverBudget, message, help))
+                Err(refused_at("triangles", Code::OverBudget, message, help))
             }
             None => {
                 let help = match triangles {
                     Some(triangles) => format!("write {triangles}; no error needs few enough"),
                     None => "no error needs few enough: use fewer tiles".to_owned(),
                 };
-                Err(refused(Code::OverBudget, message, help))
+                Err(refused_at("triangles", Code::OverBudget, message, help))
             }
         }
     }

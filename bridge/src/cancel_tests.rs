@@ -1,5 +1,4 @@
 //! Checks and fixes end early once their answers are not needed any more.
-#![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::check::{Checked, check};
 use crate::fix::{ROUNDS, fix};
 use crate::{CheckRequest, FixRequest, GraphText, Tools, testing};

@@ -22,6 +22,8 @@ export class Model extends Work {
     this.onrestart = (/** @type {boolean} */ _isAgain, /** @type {string} */ _message) => {};
     // Called at the first change after a rest.
     this.onresume = () => {};
+    // Called with the description of a node whose line is to be shown.
+    this.onjump = (/** @type {About & { line?: number, column?: number }} */ _about) => {};
     // Called with a text that the page has made, after the model has taken its name.
     this.ontext = (/** @type {string} */ _text, /** @type {boolean} */ _isOther) => {};
   }

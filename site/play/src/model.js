@@ -78,7 +78,9 @@ export class Model extends Work {
       // An engine that was started again may give the name of an older graph to another one.
       if (old && old.runs === runs) hand.ask({ op: 'close', graph: old.graph }).done.catch(() => {});
       if (edit !== this.edit) return;
-      this.opened = { ...opened, text, files, name, runs };
+      // A material in space is shown by one picture, a cut.
+      const outputs = opened.outputs.map((/** @type {any} */ o) => (o.type === 'Material' ? o : { ...o, channels: undefined }));
+      this.opened = { ...opened, outputs, text, files, name, runs };
       this.texts.set(opened.sha256, { name, text });
       this.errors = [];
       this.values = this.fitting(this.values);

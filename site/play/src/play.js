@@ -241,7 +241,7 @@ function follow() {
     const found = model.best(model.focus) ?? model.pictures.get(model.focus);
     if (!found) return null;
     const { json, data, target } = found;
-    return { name: target, width: json.width, height: json.height, channels: json.components, data, unit: json.unit ?? null, meaning: json.meaning, sizeMm: json.size_mm };
+    return { name: target, width: json.width, height: json.height, channels: json.components, data, unit: json.unit || null, meaning: json.meaning, sizeMm: json.size_mm };
   },
   get shown() { return shown; },
   diagnostics: () => [...model.errors, ...(model.errors.length ? [] : model.opened?.warnings ?? [])],

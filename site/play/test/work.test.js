@@ -111,6 +111,15 @@ test('a channel that a text takes away is not asked for', async () => {
   assert.equal(made.pool.renderer.waits('open') + made.pool.renderer.waits('look'), 0);
 });
 
+test('a material in space is one picture', async () => {
+  const made = fake();
+  Object.assign(made.model, { size: 64, focus: 'wood' });
+  await open(made, 'one', opened('1', [{ name: 'wood', type: 'SolidMaterial', channels: ['base_color', 'height'] }]));
+  assert.equal((await made.pool.renderer.draw()).target, 'wood');
+  assert.equal(made.pool.renderer.waits('look'), 0);
+  assert.deepEqual(Object.keys(made.told.filter(([kind]) => kind === 'state').at(-1)[1].scene.pictures), ['wood']);
+});
+
 test('a task that cannot begin fails once', async () => {
   const made = await shown();
   const { model, pool: { renderer } } = made;

@@ -34,10 +34,10 @@ pub enum SolidShape {
 impl SolidShape {
     /// Position of a point of the texture.
     fn at(self, u: f64, v: f64) -> DVec3 {
-        let (sin, cos) = (TAU * u).sin_cos();
+        let (sin, cos) = libm::sincos(TAU * u);
         match self {
             Self::Sphere => {
-                let (flat, up) = (0.5 * TAU * v).sin_cos();
+                let (flat, up) = libm::sincos(0.5 * TAU * v);
                 DVec3::new(flat * sin, up, flat * cos)
             }
             Self::Cube => {
@@ -55,7 +55,7 @@ impl SolidShape {
             Self::Leg => {
                 let y = 1.0 - 2.0 * v;
                 let radius =
-                    (0.28 + 0.1 * (4.2 * y).cos() + 0.05 * (13.0 * y).cos()) * (1.0 - y.powi(16)).max(0.0).sqrt();
+                    (0.28 + 0.1 * libm::cos(4.2 * y) + 0.05 * libm::cos(13.0 * y)) * (1.0 - y.powi(16)).max(0.0).sqrt();
                 DVec3::new(radius * sin, y, radius * cos)
             }
         }

@@ -54,12 +54,12 @@ export class News {
     if (this.listening) this.listener(kind, data); else this.early.push([kind, data]);
   }
 
-  /** @param {import('./work.js').Work} model @param {import('./work.js').Made} made */
+  /** @param {import('./work.js').Work} model @param {import('./work.js').Made} made @returns {Shown} */
   shown(model, made) {
     const { json, target, id, range } = made;
     const isOwn = json.own ?? false;
     return {
-      target, picture: id, size: [json.width, json.height], final: made.size >= model.size, range, type: TYPES[json.meaning] ?? json.type ?? 'Gray',
+      target, picture: id, size: /** @type {Vec2} */ ([json.width, json.height]), final: made.size >= model.size, range, type: TYPES[json.meaning] ?? json.type ?? 'Gray',
       unit: json.unit ?? '', own: isOwn,
     };
   }

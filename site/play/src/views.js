@@ -21,7 +21,7 @@ function shrunk(answer, longest) {
 }
 
 // Samples for a texture.
-/** @param {Answer | null} answer @returns {Samples | null} */
+/** @param {Pick<Answer, 'json' | 'pixels' | 'halves' | 'scale'> | null} answer @returns {Samples | null} */
 export function samples(answer) {
   if (!answer?.pixels) return null;
   const { json: { width, height }, pixels, halves, scale } = answer;

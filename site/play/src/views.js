@@ -36,6 +36,11 @@ export class Views {
     this.meshShape = meshShape;
     /** @type {string[]} the nodes of the graph, in its order */
     this.names = [];
+    // Levels of the present text, by their paths: values move no box.
+    /** @type {any} */
+    this.of = null;
+    /** @type {Map<string, Promise<any>>} */
+    this.levels = new Map();
     // Textures on shapes of the present graph.
     this.generation = -1;
     /** @type {Map<string, Promise<Samples | null>>} */
@@ -87,8 +92,18 @@ export class Views {
 
   /** @param {number} generation @param {string} path */
   async level(generation, path) {
-    if (generation !== this.model.generation) return null;
-    const found = await this.tell({ op: 'level', path });
+    const { model, levels } = this;
+    const { opened } = model;
+    if (generation !== model.generation || !opened) return null;
+    if (this.of !== opened) {
+      this.of = opened;
+      levels.clear();
+    }
+    const known = levels.get(path) ?? model.pool.editor.ask({ op: 'level', graph: opened.graph, path }).done.catch(() => null);
+    levels.set(path, known);
+    const found = await known;
+    if (!found) levels.delete(path);
+    if (generation !== model.generation) return null;
     if (found) this.names = found.names;
     return found;
   }

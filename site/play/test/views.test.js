@@ -97,6 +97,7 @@ test('a level names the nodes of thumbnails, and objects are drawn once', async 
   assert.deepEqual([editor.asked[0].request.path, editor.asked[0].request.graph], ['use', 'graph of 1']);
   await editor.answer('level', { names: ['x', 'dots'], nodes: [], wires: [] });
   assert.deepEqual((await level).names, ['x', 'dots']);
+  assert.deepEqual((await views.level(model.generation, 'use')).names, ['x', 'dots'], 'a level is asked for once');
   const thumb = views.thumb({ g: model.generation, n: 0, o: 1 });
   const { request } = await paint(renderer);
   assert.deepEqual([request.target, request.port], ['@x', 1]);

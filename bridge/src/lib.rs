@@ -13,6 +13,7 @@
 //! - [`to_json()`] and [`to_ron()`]: graphs in the JSON form; [`schema()`]: the JSON Schema of that form.
 //! - [`manual`]: the manual of nodes, and the search for nodes.
 //! - [`merge()`]: the text of a graph with the changes of two sides.
+//! - [`page`]: a scene as pages show it.
 //! - [`scene`]: the pictures of all targets of a graph, for the page, editors and agents.
 #[cfg(feature = "agents")]
 pub mod agents;
@@ -34,6 +35,7 @@ pub mod light;
 pub mod lock;
 pub mod manual;
 pub mod merge;
+pub mod page;
 pub mod pictures;
 mod renames;
 pub mod scene;

@@ -36,8 +36,6 @@ const CHANGES = [
   <dialog id="link-box" aria-labelledby="link-title"><h2 id="link-title">Link</h2><input id="link-text" readonly aria-label="The link"><div class="row"><button id="link-close">Close</button></div></dialog>
   <dialog id="keys"`],
   ['<dt>Ctrl+S</dt><dd>save to file</dd>', '<dt>Ctrl+S</dt><dd>write the values set by hand into the text</dd>\n      <dt>Ctrl+Space</dt><dd>in the text: offers; F8: next error</dd>'],
-  ['<dt>G P</dt><dd>the graph, the panel</dd>', '<dt>P</dt><dd>the panel</dd>'],
-  ['<dt>/</dt><dd>find a node</dd>', ''],
 ];
 
 const once = (text, [from, to]) => {

@@ -1,7 +1,6 @@
 //! `shibo graph`: draws a graph.
 mod dot;
 mod fold;
-pub(crate) mod layout;
 mod svg;
 
 use crate::args::ValueArgs;

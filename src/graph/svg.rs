@@ -1,6 +1,6 @@
 //! Draws a graph as SVG.
-use super::layout::{Layout, LayoutPosition, layout};
 use super::{Drawing, Item, Shape, Wire};
+use shibo_bridge::page::layout::{Layout, LayoutPosition, layout};
 use std::fmt::Write;
 
 const MARGIN: f64 = 24.0;

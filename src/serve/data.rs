@@ -1,18 +1,16 @@
 //! Requests about one target: picture, tile, value of a pixel, data of an object.
 use super::app::{AboutQuery, ApiError, App, Of, Query2, aside, png};
-use super::levels;
-use super::object;
 use super::stage::Stage;
-use super::wiring;
 use axum::extract::{Query, State};
 use axum::response::{IntoResponse, Json, Response};
 use glam::UVec2;
 use serde::Deserialize;
 use serde_json::{Value as Data, json};
+use shibo_bridge::page;
 use shibo_bridge::scene::paint::Painter;
-use shibo_bridge::scene::{COARSE, Preview, Scene, Target, WHOLE, is_own, lock};
+use shibo_bridge::scene::{COARSE, Preview, Scene, Target, WHOLE, lock};
 use shibo_engine::session::{Failure, Look};
-use shibo_value::{Type, Value, Window, linear_to_srgb};
+use shibo_value::{Type, Window, linear_to_srgb};
 
 /// Width and height of the tiles of pictures that are too large to be sent whole.
 const TILE: u32 = 512;
@@ -39,23 +37,8 @@ pub(super) async fn look(State(app): State<App>, query: Query2<Sized>) -> Result
 }
 
 fn describe(look: &Look<'_>, stage: &Stage, scene: &Scene, target: &Target, longest: u32) -> Result<Data, Failure> {
-    let node = &scene.graph.nodes[target.node];
-    let output = node.node.outputs().get(target.output);
-    let mut about = json!({
-        "target": target.name,
-        "node": node.name,
-        "kind": node.kind,
-        "doc": output.map_or("", |o| o.doc),
-        "text": wiring::text(node, &scene.graph.sources),
-        "fields": wiring::constants(scene, node, stage.session.registry()),
-        // The file of a sub-graph.
-        "file": (!is_own(scene, node.span)).then(|| scene.graph.sources.path(node.span.file).display().to_string()),
-        "generation": scene.generation,
-    });
-    if let Some(Value::Material(material)) = look.value(target.node, target.output)? {
-        about["channels"] = material.channels().iter().map(|(c, _)| c.name()).collect();
-        about["channel"] = target.channel.or(material.channels().first().map(|c| c.0)).map(|c| c.name()).into();
-    }
+    let mut about = page::about(scene, target, stage.session.registry());
+    about["generation"] = scene.generation.into();
     match scene.sight(look, target)? {
         Some(Preview::Field(field, manner)) => {
             let stored = scene.picture(look, &stage.store, target, (&field, manner), scene.size(longest))?;
@@ -160,7 +143,7 @@ pub(super) async fn object(State(app): State<App>, query: AboutQuery) -> Result<
     let data = app
         .look(&scene, move |look, _, scene| {
             let Some(Preview::Object(ty, Some(sketch))) = scene.sight(look, &target)? else { return Ok(None) };
-            Ok(object::object(ty, &sketch, &scene.graph.canvas))
+            Ok(page::drawing(ty, &sketch, &scene.graph.canvas))
         })
         .await?;
     data.map(|data| Json(data).into_response()).ok_or(ApiError::Nothing)
@@ -179,7 +162,7 @@ pub(super) struct Level {
 pub(super) async fn graph(State(app): State<App>, query: Query2<Level>) -> Result<Response, ApiError> {
     let Query(Level { g, u }) = query?;
     let scene = app.scene(g)?;
-    let drawn = aside(move || levels::level(&scene.graph, &u)).await?;
+    let drawn = aside(move || page::level(&scene.graph, &u)).await?;
     drawn.map(|drawn| Json(drawn).into_response()).ok_or(ApiError::Nothing)
 }
 

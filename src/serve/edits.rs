@@ -1,8 +1,7 @@
 //! Values in the texts of nodes that a page has set: they are tried without a change of the file, and written later.
 use super::buffers::TextsByPath;
-use super::numbers;
 use super::values::{FieldEdit, Values};
-use super::wiring;
+use shibo_bridge::page::{numbers, wiring};
 use shibo_graph::{self as graph, Graph, LoadOptions};
 use shibo_ide::actions::apply;
 use shibo_ide::rename::Edit;

@@ -1,10 +1,10 @@
 //! The mesh of the lit view, which shows the material.
 use super::app::{ApiError, App, Of};
-use super::coarse::Sent;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::{HeaderName, header};
 use axum::response::{IntoResponse, Response};
+use shibo_bridge::page::PageMesh;
 use shibo_value::{Atlas, Carried};
 
 /// Returns the mesh of a scene: 11 floats per vertex (position, normal, direction of +u, texture coordinates), then the
@@ -19,12 +19,15 @@ pub(super) async fn mesh(
     let (node, output) = scene.mesh().ok_or(ApiError::Unknown)?;
     let atlas = app.look(&scene, move |look, _, _| Ok(look.value(node, output)?.and_then(Atlas::unwrap))).await?;
     let atlas = atlas.ok_or(ApiError::Unknown)?;
-    let Sent { vertices, indices, per_mm, middle: [x, y, z], .. } = Sent::of(&atlas);
+    Ok(sent(&PageMesh::of(&atlas), &[]))
+}
+
+/// The response with a mesh, and bytes after it.
+pub(super) fn sent(mesh: &PageMesh, rest: &[u8]) -> Response {
+    let PageMesh { vertices, indices, per_mm, middle: [x, y, z], .. } = mesh;
     let head = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
         (HeaderName::from_static("x-mesh"), format!("{} {} {per_mm} {x} {y} {z}", vertices.len(), indices.len())),
     ];
-    let floats = vertices.into_iter().flatten().flat_map(f32::to_le_bytes);
-    let bytes: Vec<u8> = floats.chain(indices.into_iter().flat_map(u32::to_le_bytes)).collect();
-    Ok((head, bytes).into_response())
+    (head, [mesh.bytes().as_slice(), rest].concat()).into_response()
 }

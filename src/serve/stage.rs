@@ -7,12 +7,12 @@ use super::photographs::Photographs;
 use super::texts::Texts;
 use super::values::{FieldEdit, Values};
 use serde_json::{Value as Json, json};
+use shibo_bridge::page::bodies;
 use shibo_bridge::scene::{PictureInfo, Scene, has_solid, lock};
 use shibo_bridge::scene::{Store, Stored};
 use shibo_engine::eval::{NodeState, NodeStats};
 use shibo_engine::session::Session;
 use shibo_graph::syntax::{NodeKind, Tree};
-use shibo_graph::{Graph, GraphOutput};
 use shibo_value::Key;
 use shibo_value::diagnostics::{Diagnostic, SourceMap, Span, to_json};
 use std::collections::HashMap;
@@ -361,12 +361,6 @@ fn describe(scene: &Scene) -> Json {
         "presets": graph.presets,
         "pictures": *lock(&scene.shown),
     })
-}
-
-/// The names of the outputs that are bodies.
-fn bodies(graph: &Graph) -> Vec<&str> {
-    let is_body = |output: &&GraphOutput| output.export.as_ref().is_some_and(|export| export.target.target.is_body());
-    graph.outputs.iter().filter(is_body).map(|output| output.name.as_str()).collect()
 }
 
 /// Text before and after a default on the lines of its declaration.

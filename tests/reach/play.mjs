@@ -7,6 +7,7 @@ import { join } from "node:path";
 import { deflateRawSync } from "node:zlib";
 import { Browser, serve } from "./browser.mjs";
 import { digest, golden } from "./digest.mjs";
+import { views } from "./views.mjs";
 
 const [folder, axe, ...named] = process.argv.slice(2);
 const graphs = named.length ? named : ["starter", "calf", "walnut"];
@@ -378,7 +379,8 @@ try {
   await page.eval("shibo.sharp()");
   await keep(page, "start");
   await browser.call("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: downloads, browserContextId: page.context });
-  for (const [name, test] of Object.entries(tests)) {
+  const all = { ...tests, ...views({ packed, keep, axe: readFileSync(axe, "utf8") }) };
+  for (const [name, test] of Object.entries(all)) {
     const before = Date.now();
     try {
       await test(page);

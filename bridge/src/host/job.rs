@@ -1,10 +1,13 @@
 //! Work that takes time: renders and exports.
+use super::look::LookAt;
 use super::render::Render;
 use super::sample::Samples;
+use super::shape::Shaping;
 use super::shared::{Around, Shared};
 use super::write::Write;
 use super::{Message, Refusal, last};
 use crate::scene::lock;
+use serde_json::json;
 use shibo_engine::eval::{CancelToken, Event, Observer};
 use shibo_value::clock::Stopwatch;
 use std::sync::{Arc, Mutex};
@@ -17,6 +20,8 @@ pub(super) enum Work {
     Render(Box<Render>),
     Write(Box<Write>),
     Sample(Box<Samples>),
+    Look(Box<LookAt>),
+    Shape(Box<Shaping>),
 }
 
 /// A request that is worked on.
@@ -60,6 +65,8 @@ impl Job {
             Work::Render(render) => render.step(&around),
             Work::Write(write) => write.step(&around),
             Work::Sample(samples) => samples.step(&around),
+            Work::Look(look) => look.step(&around),
+            Work::Shape(shape) => shape.step(&around),
         };
         let done = match made {
             Ok(Some(mut message)) => {
@@ -70,6 +77,8 @@ impl Job {
                 Work::Render(render) => render.done(),
                 Work::Write(write) => write.done(),
                 Work::Sample(samples) => samples.done(),
+                Work::Look(look) => look.done(),
+                Work::Shape(_) => json!({}),
             }),
             Err(refusal) => Err(refusal),
         };

@@ -7,13 +7,17 @@
 mod base64;
 mod job;
 mod keep;
+mod look;
 mod mesh;
 mod message;
 mod open;
+#[cfg(test)]
+mod page_tests;
 mod render;
 mod sample;
 mod samples;
 mod serial;
+mod shape;
 mod shared;
 #[cfg(test)]
 mod tests;
@@ -275,6 +279,24 @@ impl Host {
                 let samples = sample::Samples::new(self.source(&graph)?);
                 Ok(self.job(head.id, None, Work::Sample(Box::new(samples))))
             }
+            "look" => {
+                let wanted: look::Request = read(request)?;
+                let look = look::LookAt::new(self.source(&wanted.graph)?, wanted)?;
+                Ok(self.job(head.id, None, Work::Look(Box::new(look))))
+            }
+            "shape" => {
+                let wanted: shape::Request = read(request)?;
+                let shape = shape::Shaping::new(self.source(&wanted.graph)?, wanted);
+                Ok(self.job(head.id, None, Work::Shape(Box::new(shape))))
+            }
+            "about" => {
+                let wanted: look::AboutRequest = read(request)?;
+                look::about(&self.source(&wanted.graph)?, &wanted, &self.shared).map(answer)
+            }
+            "level" => {
+                let wanted: look::LevelRequest = read(request)?;
+                look::level(&self.source(&wanted.graph)?, &wanted, &self.shared).map(answer)
+            }
             "cancel" => {
                 let Cancel { of } = read(request)?;
                 Ok(Asked::Cancel { of, answer: last(head.id, Ok(json!({}))) })
@@ -295,8 +317,8 @@ impl Host {
                 Ok(Asked::Lsp { id: head.id, message, files: files.map(open::memory).transpose()? })
             }
             other => {
-                let known =
-                    "hello, open, check, render, sample, write, mesh, text, light, keep, cancel, free, lsp and close";
+                let known = "hello, open, check, render, sample, write, mesh, about, level, look, shape, text, light, keep, \
+                             cancel, free, lsp and close";
                 let message = format!("there is no operation `{other}`; there are {known}");
                 Err(Refusal::new("unknown-op", message))
             }

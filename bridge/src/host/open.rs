@@ -2,6 +2,8 @@
 use super::shared::Shared;
 use super::{Refusal, base64, diagnostics, named};
 use crate::Tools;
+use crate::page::bodies;
+use crate::scene::shown_mesh;
 use serde::Deserialize;
 use serde_json::{Map, Value as Json, json};
 use sha2::{Digest, Sha256};
@@ -214,6 +216,8 @@ impl Opened {
             "breaks": breaks.collect::<Vec<_>>(),
             "outputs": outputs,
             "solid": graph.nodes.node_weights().any(|node| node.outputs.contains(&Type::SolidColor)),
+            "bodies": bodies(graph),
+            "mesh": shown_mesh(graph).is_some(),
             "sha256": graph.sources.sources().first().map(|first| sha256(&first.text)),
             "warnings": diagnostics(&shared.tools, &graph.warnings, &graph.sources),
         })

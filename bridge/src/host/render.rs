@@ -256,7 +256,7 @@ impl Render {
         let (form, wanted) = (self.wanted.form, self.wanted.components);
         let components = wanted.unwrap_or_else(|| field.channels());
         let layout = Layout { components, bottom_up: self.wanted.rows == Rows::Bottom };
-        message.put("meaning", meaning(&field));
+        message.put("meaning", meaning(field.ty()));
         message.put("components", components);
         message.put("as", form.name());
         message.put("bits", form.bits());
@@ -312,7 +312,7 @@ fn on_mesh(
     })
 }
 
-fn refusal(around: &Around<'_>, source: &Source, failure: Failure, graph: &Graph) -> Refusal {
+pub(super) fn refusal(around: &Around<'_>, source: &Source, failure: Failure, graph: &Graph) -> Refusal {
     Refusal::of_failure(&around.shared.tools, &named(&source.path), failure, &graph.sources)
 }
 
@@ -326,8 +326,8 @@ pub(super) fn ron(value: &Json) -> String {
 }
 
 /// The meaning of the numbers of a field.
-fn meaning(field: &Field) -> &'static str {
-    match field.ty() {
+pub(super) fn meaning(ty: Type) -> &'static str {
+    match ty {
         Type::Rgb => "color",
         Type::Normal => "normal",
         Type::Gray => "number",

@@ -2,20 +2,20 @@
 use super::*;
 use shibo_engine::session::Settings;
 
-fn host() -> Serial {
+pub(super) fn host() -> Serial {
     let tools = crate::testing::tools();
     let session = Session::new(tools.registry.clone(), &Settings { threads: 1, ..Settings::default() }).unwrap();
     Serial::new(Host::new(session, tools))
 }
 
 /// All messages of a request.
-fn asked(host: &mut Serial, request: &Json) -> Vec<Message> {
+pub(super) fn asked(host: &mut Serial, request: &Json) -> Vec<Message> {
     host.ask(request.to_string().as_bytes());
     std::iter::from_fn(|| host.step()).collect()
 }
 
 /// The only message of a request.
-fn one(host: &mut Serial, request: &Json) -> Json {
+pub(super) fn one(host: &mut Serial, request: &Json) -> Json {
     let mut found = asked(host, request);
     assert_eq!(found.len(), 1, "{found:?}");
     found.remove(0).json.into()

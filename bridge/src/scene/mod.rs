@@ -7,6 +7,7 @@ mod store;
 
 pub use cutters::{Cutter, cutters, upstream};
 pub use instead::{evaluated, instead};
+pub use previews::tile as thinned;
 pub use store::{Store, Stored};
 
 use glam::UVec2;
@@ -149,18 +150,23 @@ impl Drop for View {
     }
 }
 
+/// The atlas whose mesh shows the material: that of an exported file, or else the first of the graph.
+pub fn shown_mesh(graph: &Graph) -> Option<(NodeIndex, usize)> {
+    let exported = graph.outputs.iter().find_map(|output| match output.mesh {
+        Some(ExportMesh::Atlas { node, output }) => Some((node, output)),
+        _ => None,
+    });
+    let of = |node: NodeIndex| {
+        let output = graph.nodes[node].outputs.iter().position(|ty| *ty == Atlas::TYPE)?;
+        Some((node, output))
+    };
+    exported.or_else(|| graph.nodes.node_indices().find_map(of))
+}
+
 impl Scene {
-    /// The atlas whose mesh shows the material: that of an exported file, or else the first of the graph.
+    /// The atlas whose mesh shows the material: see [`shown_mesh`].
     pub fn mesh(&self) -> Option<(NodeIndex, usize)> {
-        let exported = self.graph.outputs.iter().find_map(|output| match output.mesh {
-            Some(ExportMesh::Atlas { node, output }) => Some((node, output)),
-            _ => None,
-        });
-        let of = |node: NodeIndex| {
-            let output = self.graph.nodes[node].outputs.iter().position(|ty| *ty == Atlas::TYPE)?;
-            Some((node, output))
-        };
-        exported.or_else(|| self.graph.nodes.node_indices().find_map(of))
+        shown_mesh(&self.graph)
     }
 
     /// Creates a scene without pictures.

@@ -7,8 +7,8 @@ use shibo_graph::{Graph, Input};
 use shibo_value::{Channel, Cut, Field, Grid, Key, Pixels, Solid, Tile, Tiling, Type, Value, Window};
 use std::collections::{HashSet, VecDeque};
 
-/// Returns the picture, thinned out if a side exceeds `longest`.
-pub(super) fn tile(pixels: &Pixels, longest: u32) -> Tile {
+/// Returns the pixels of an object, thinned out if a side exceeds `longest`.
+pub fn tile(pixels: &Pixels, longest: u32) -> Tile {
     let [width, height] = pixels.size();
     let step = width.max(height).div_ceil((longest as usize).max(1)).max(1);
     let (columns, rows) = (width.div_ceil(step), height.div_ceil(step));

@@ -14,7 +14,7 @@ export class Answers {
     this.last = Promise.resolve();
   }
 
-  /** @param {{ n: number, request: any, form?: string }} asked */
+  /** @param {{ n: number, request: any, form?: string, range?: [number, number] }} asked */
   take(asked) {
     this.running.set(asked.n, new AbortController());
     this.last = this.last.then(() => this.answer(asked));
@@ -24,14 +24,14 @@ export class Answers {
   /** @param {number} n */
   stop(n) { this.running.get(n)?.abort(); }
 
-  /** @param {{ n: number, request: any, form?: string }} asked */
-  async answer({ n, request, form }) {
+  /** @param {{ n: number, request: any, form?: string, range?: [number, number] }} asked */
+  async answer({ n, request, form, range }) {
     const { signal } = /** @type {AbortController} */ (this.running.get(n));
     try {
       for await (const { json, bytes } of this.engine.messages(request, signal)) {
         // Messages of the language server belong to no request.
         if (json.event === 'lsp') { this.tell({ json }); continue; }
-        const painted = form && json.event === 'picture' && json.components ? paint(json, bytes, form) : null;
+        const painted = form && json.event === 'picture' && json.components ? paint(json, bytes, form, range) : null;
         if (painted) this.tell({ n, json, ...painted }, [painted.data.buffer, painted.pixels.buffer, ...(painted.halves ? [painted.halves.buffer] : [])]);
         else this.tell({ n, json, bytes }, [bytes.buffer]);
       }

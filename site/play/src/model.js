@@ -22,6 +22,8 @@ export class Model extends Work {
     this.onrestart = (/** @type {boolean} */ _isAgain, /** @type {string} */ _message) => {};
     // Called at the first change after a rest.
     this.onresume = () => {};
+    // Called with the description of a node whose line is to be shown.
+    this.onjump = (/** @type {About & { line?: number, column?: number }} */ _about) => {};
     // Called with a text that the page has made, after the model has taken its name.
     this.ontext = (/** @type {string} */ _text, /** @type {boolean} */ _isOther) => {};
   }
@@ -76,7 +78,9 @@ export class Model extends Work {
       // An engine that was started again may give the name of an older graph to another one.
       if (old && old.runs === runs) hand.ask({ op: 'close', graph: old.graph }).done.catch(() => {});
       if (edit !== this.edit) return;
-      this.opened = { ...opened, text, files, name, runs };
+      // A material in space is shown by one picture, a cut.
+      const outputs = opened.outputs.map((/** @type {any} */ o) => (o.type === 'Material' ? o : { ...o, channels: undefined }));
+      this.opened = { ...opened, outputs, text, files, name, runs };
       this.texts.set(opened.sha256, { name, text });
       this.errors = [];
       this.values = this.fitting(this.values);

@@ -1,7 +1,8 @@
 // @ts-check
 // Everything that the page asks of a server, answered by the model in this tab: it replaces the net.js of `shibo watch`.
 import { hello } from './begin.js';
-import { model } from './session.js';
+import { model, views } from './session.js';
+import { samples } from './views.js';
 import { begin, exported as made, stop } from './exports.js';
 export { latest } from './latest.js';
 
@@ -15,14 +16,26 @@ const refusal = (text, status = 404) => new Response(text, { status });
 export async function ask(path, args) {
   if (path === 'look') return look(args.t);
   if (path === 'probe') return probe(args);
+  if (path === 'object') return views.drawing(args.t);
+  if (path === 'graph') return views.level(args.g, args.u);
+  if (path === 'stats') return args.g === model.stats.generation ? model.stats.nodes : [];
+  if (path === 'marks') return views.marks(args.g);
   return null;
 }
 
-/** @param {string} target */
-function look(target) {
+/** @param {string} target @returns {Promise<About | null>} */
+async function look(target) {
+  const isNode = target.startsWith('@');
+  const about = isNode ? await views.about(target) : { node: '', kind: '', doc: '', text: '', fields: [] };
+  if (!about) return null;
   if (model.focus !== target) model.look(target);
+  if (isNode && about.channels) {
+    const base = about.channels.includes(target.split('.').at(-1) ?? '') ? target.replace(/\.[a-z_]+$/, '') : target;
+    model.channels = about.channels.map((channel) => `${base}.${channel}`);
+    model.work();
+  }
   const best = model.best(target);
-  return { node: '', kind: '', doc: '', text: '', fields: [], shown: best ? model.news.shown(model, best) : null, object: model.objects.get(target) ?? null };
+  return { ...about, shown: best ? model.news.shown(model, best) : null, object: model.objects.get(target) ?? null };
 }
 
 // The values of a pixel of the canvas.
@@ -42,19 +55,17 @@ function probe({ t, x, y }) {
 
 /** @param {string} path @param {Args} [args] */
 export async function bitmap(path, args) {
+  if (path === 'vary') return views.vary(/** @type {any} */ (args));
+  if (path === 'thumb') return views.thumb(/** @type {any} */ (args));
   const found = args ? null : model.kept.get(path);
   if (!found) return null;
   return createImageBitmap(new ImageData(found.pixels, found.width, found.height), { colorSpaceConversion: 'none', premultiplyAlpha: 'none' });
 }
 
-// Texture of a channel.
-/** @param {Scene} _scene @param {ChannelMap} map @param {number} _size @returns {Promise<Samples | null>} */
-export async function worn(_scene, { t }, _size) {
-  const found = await model.picture(t);
-  if (!found) return null;
-  const { width, height } = found.json;
-  if (found.halves) return { width, height, form: 'r16f', scale: 1, data: found.halves.buffer };
-  return { width, height, form: 'rgba8', scale: found.scale, data: /** @type {ArrayBuffer} */ (found.pixels.buffer) };
+// Texture of a channel: on the canvas, or on a shape cut from a solid.
+/** @param {Scene} scene @param {ChannelMap} map @param {number} size @returns {Promise<Samples | null>} */
+export async function worn(scene, { t, solid }, size) {
+  return solid ? views.cut(scene.generation, t, solid, size) : samples(await model.picture(t));
 }
 
 // Exact values of a picture.
@@ -66,10 +77,10 @@ export async function exact({ t }) {
   return { width: found.json.width, height: found.json.height, channels: found.json.components, type, unit, data: found.data };
 }
 
-/** @returns {Promise<null>} */
-export const mesh = async () => null;
-/** @returns {Promise<null>} */
-export const body = async () => null;
+/** @param {any} args */
+export const mesh = ({ g }) => views.mesh(g);
+/** @param {any} args */
+export const body = ({ g, o }) => views.body(g, o);
 
 /** @type {ArrayBuffer | null} the light of the user's own panorama */
 let own = null;
@@ -120,7 +131,12 @@ export async function change(base, what, then = null) {
   return what.restore.to;
 }
 
-export const jump = async () => {};
+// Shows the line of a node in the text.
+/** @param {string} node */
+export async function jump(node) {
+  const about = await views.about(`@${node}`);
+  if (about) model.onjump(about);
+}
 export const addressed = () => '';
 export const moved = async () => false;
 export const again = () => false;

@@ -54,17 +54,15 @@ export class News {
     if (this.listening) this.listener(kind, data); else this.early.push([kind, data]);
   }
 
-  /** @param {import('./work.js').Work} model @param {import('./work.js').Made} made */
+  /** @param {import('./work.js').Work} model @param {import('./work.js').Made} made @returns {Shown} */
   shown(model, made) {
     const { json, target, id, range } = made;
+    const isOwn = json.own ?? false;
     return {
-      target, picture: id, size: [json.width, json.height], final: made.size >= model.size, range, type: TYPES[json.meaning] ?? this.type(model, target),
-      unit: json.unit ?? '', own: false,
+      target, picture: id, size: /** @type {Vec2} */ ([json.width, json.height]), final: made.size >= model.size, range, type: TYPES[json.meaning] ?? json.type ?? 'Gray',
+      unit: json.unit ?? '', own: isOwn,
     };
   }
-
-  /** @param {import('./work.js').Work} model @param {string} target */
-  type(model, target) { return model.opened.outputs.find((/** @type {any} */ o) => o.name === target)?.type ?? 'Gray'; }
 
   // The state without a graph.
   /** @param {import('./work.js').Work} model */
@@ -99,7 +97,7 @@ export class News {
       scene: {
         generation, sha256: opened.sha256, outputs, params, presets: Object.keys(opened.presets), pictures, nodes: opened.nodes, breaks: opened.breaks,
         canvas: { size_mm: opened.canvas.size_mm, resolution: scaled(opened.canvas.resolution, size), tile: TILES[opened.canvas.tile] ?? [false, false] },
-        mesh: null, solid: false, bodies: [],
+        mesh: opened.mesh ? JSON.stringify([opened.sha256, values]) : null, solid: opened.solid, bodies: opened.bodies,
       },
     };
   }

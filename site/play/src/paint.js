@@ -63,15 +63,15 @@ export function halves(data) {
 }
 
 // The picture of an event: its samples, pixels for the screen, and half-precision numbers of a single channel. `form` is that of the
-// channel: `light` may be brighter than white, and is scaled.
-/** @param {any} json @param {Uint8Array<ArrayBuffer>} bytes @param {string} form */
-export function paint(json, bytes, form) {
+// channel: `light` may be brighter than white, and is scaled. `given` has the values that become black and white; colours have none.
+/** @param {any} json @param {Uint8Array<ArrayBuffer>} bytes @param {string} form @param {[number, number]} [given] */
+export function paint(json, bytes, form, given) {
   const { width, height, components, value, meaning } = json;
   const count = width * height;
   const data = value ? new Float32Array(count * components) : new Float32Array(bytes.buffer);
   if (value) for (let i = 0; i < data.length; i += 1) data[i] = value[i % components];
   const pixels = new Uint8ClampedArray(4 * count).fill(255);
-  const [lo, hi] = range(data, meaning);
+  const [lo, hi] = given && meaning !== 'color' && meaning !== 'normal' ? given : range(data, meaning);
   let scale = 1;
   if (form === 'light') for (const v of data) if (v > scale && v < Infinity) scale = v;
   const gain = 255 / Math.max(hi - lo, 1e-30);

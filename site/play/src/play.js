@@ -174,6 +174,11 @@ model.onrestart = (isAgain, message) => {
   notice(message, true);
 };
 model.onresume = () => editor?.connect();
+// The graph shows the work for each node.
+model.onrest = () => { if (!$('drawer').hidden && page.graph.generation === model.generation) page.graph.loadStats(model.generation); };
+model.onjump = ({ node, file, line, column }) => {
+  if (line) editor?.show(line, column ?? 1); else notice(`${node} stands in another file: ${file}`);
+};
 
 // Files that are dropped on the page. Pictures are no photographs here; panoramas and meshes are for the 3D view, too.
 addEventListener('drop', async (event) => {
@@ -184,11 +189,6 @@ addEventListener('drop', async (event) => {
   await take(dropped, files.build);
 }, true);
 
-// The drawer of the graph needs a server.
-addEventListener('keydown', (event) => {
-  const typing = /** @type {HTMLElement} */ (event.target).matches?.('input, select, textarea');
-  if (!typing && !event.ctrlKey && !event.metaKey && ['g', 'G', '/'].includes(event.key)) event.stopImmediatePropagation();
-}, true);
 // Keys in the text are for the editor alone, except saving.
 own('text').addEventListener('keydown', (/** @type {KeyboardEvent} */ event) => {
   if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === 's') return;
@@ -209,7 +209,7 @@ const duration = (ms) => (ms >= 999.5 ? `${(ms / 1000).toFixed(1)} s` : `${ms.to
 // The page asks for one target after the other; the last one counts.
 function follow() {
   const { target } = root.dataset;
-  if (target && !target.startsWith('@') && target !== model.focus && model.opened) model.look(target);
+  if (target && target !== model.focus && model.opened) model.look(target);
 }
 
 /** @type {any} */ (window).shibo = {
@@ -241,7 +241,7 @@ function follow() {
     const found = model.best(model.focus) ?? model.pictures.get(model.focus);
     if (!found) return null;
     const { json, data, target } = found;
-    return { name: target, width: json.width, height: json.height, channels: json.components, data, unit: json.unit ?? null, meaning: json.meaning, sizeMm: json.size_mm };
+    return { name: target, width: json.width, height: json.height, channels: json.components, data, unit: json.unit || null, meaning: json.meaning, sizeMm: json.size_mm };
   },
   get shown() { return shown; },
   diagnostics: () => [...model.errors, ...(model.errors.length ? [] : model.opened?.warnings ?? [])],

@@ -67,13 +67,14 @@ export class Hand {
     this.ondefect(message);
   }
 
-  // Sends a request. `heard` gets its events; with `form`, pictures are painted. The promise gives the answer.
-  /** @param {any} request @param {(answer: Answer) => void} [heard] @param {string} [form] @returns {Request} */
-  ask(request, heard = () => {}, form) {
+  // Sends a request. `heard` gets its events; with `form`, pictures are painted, with `range` as black and white. The promise gives the
+  // answer.
+  /** @param {any} request @param {(answer: Answer) => void} [heard] @param {string} [form] @param {[number, number]} [range] @returns {Request} */
+  ask(request, heard = () => {}, form, range) {
     this.count += 1;
     const n = this.count;
     const done = new Promise((resolve, reject) => { this.waiting.set(n, { heard, resolve, reject }); });
-    this.begun.then(() => this.worker.postMessage({ n, request, form }));
+    this.begun.then(() => this.worker.postMessage({ n, request, form, range }));
     return { n, done, stop: () => this.worker.postMessage({ stop: n }) };
   }
 

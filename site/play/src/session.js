@@ -2,5 +2,8 @@
 // The model of this tab.
 import { pool } from './begin.js';
 import { Model } from './model.js';
+import { meshShape } from './shapes.js';
+import { Views } from './views.js';
 
 export const model = new Model(pool);
+export const views = new Views(model, meshShape);

@@ -3,7 +3,8 @@
 // ends the renderer if a step takes long.
 import { MOST_BYTES, trim } from './kept.js';
 import { News, described } from './news.js';
-import { Failure } from './pool.js';
+import { Stats } from './stats.js';
+import { Tasks, cancelled } from './tasks.js';
 
 // The longer sides of the coarse pictures.
 const COARSE = [128, 256];
@@ -13,16 +14,21 @@ const QUICK = 80;
 const PATIENCE = 400;
 // Then the user is asked, in ms.
 export const LONG = 10_000;
+// Emission may be brighter than white.
+/** @type {(target: string) => string} */
+export const formOf = (target) => (target.endsWith('.emission') ? 'light' : 'plain');
 // Without the user's wish, pictures are not larger than this.
 export const MOST_SIZE = 2048;
 const USUAL = 512;
 
 /** @typedef {{ target: string, size: number, id: string, generation: number, json: any, data: Float32Array | null, pixels: Uint8ClampedArray<ArrayBuffer>, halves?: Uint16Array<ArrayBuffer>, range: [number, number], scale: number }} Made */
 /** @typedef {{ preset: string | null, set: [string, string][] }} Chosen */
+/** @typedef {import('./tasks.js').Task} Task */
 
-export class Work {
+export class Work extends Tasks {
   /** @param {import('./pool.js').Pool} pool */
   constructor(pool) {
+    super();
     this.pool = pool;
     // Called after each change.
     this.onchange = () => {};
@@ -50,11 +56,16 @@ export class Work {
     this.most = MOST_BYTES;
     /** @type {Map<string, string>} targets without pixels, with their types */
     this.objects = new Map();
+    /** @type {Map<string, Sketch | null>} their drawings in this generation */
+    this.drawings = new Map();
+    /** @type {Set<string>} nodes that cannot be shown in this generation */
+    this.failing = new Set();
+    /** @type {string[]} channels of the selected node, if it makes a material */
+    this.channels = [];
+    this.stats = new Stats();
     this.focus = '';
     // In the 3D view all channels of the material are made.
     this.inLight = () => false;
-    /** @type {{ run: (hand: import('./pool.js').Hand) => import('./pool.js').Request, resolve: (ok: any) => void, reject: (error: Error) => void, dead?: boolean }[]} */
-    this.tasks = [];
     /** @type {{ generation: number | null, opened: any, began: number, loading: boolean, request: import('./pool.js').Request | null, soon?: number } | null} */
     this.step = null;
     this.paused = false;
@@ -67,11 +78,11 @@ export class Work {
     this.wanted = null;
     /** @type {number | undefined} */
     this.taking = undefined;
-    /** @type {any} the task that runs */
-    this.now = undefined;
     this.isBusy = false;
     // Called when a step takes very long, and when it is over.
     this.onlong = (/** @type {boolean} */ _long) => {};
+    // Called when all pictures of the page are made.
+    this.onrest = () => {};
   }
 
   // Takes the wanted values. A step that makes the first picture of the values before may end first: while a slider is dragged,
@@ -109,6 +120,9 @@ export class Work {
     this.generation += 1;
     // The selected picture stays until there is a new one.
     for (const target of this.pictures.keys()) if (target !== this.focus) this.pictures.delete(target);
+    this.drawings.clear();
+    this.failing.clear();
+    this.drop((task) => task.generation !== undefined && task.generation !== this.generation);
     this.state();
     this.hurry();
     this.work();
@@ -122,6 +136,7 @@ export class Work {
 
   // The targets to make, the selected one first.
   get targets() {
+    if (this.focus.startsWith('@')) return this.inLight() ? [this.focus, ...this.channels] : [this.focus];
     const [output, channel] = this.focus.split('.');
     const of = this.opened?.outputs.find((/** @type {any} */ o) => o.name === output) ?? null;
     if (!of) return [];
@@ -142,6 +157,7 @@ export class Work {
 
   /** @param {string} target */
   look(target) {
+    if (target !== this.focus) this.channels = [];
     this.focus = target;
     this.work();
   }
@@ -165,17 +181,6 @@ export class Work {
 
   // ---- work
 
-  // Runs a request as soon as the renderer is free, and again if the renderer is replaced.
-  /** @param {(hand: import('./pool.js').Hand) => import('./pool.js').Request} run @returns {Promise<any> & { cancel: () => void }} */
-  task(run) {
-    /** @type {any} */
-    let entry;
-    const done = new Promise((resolve, reject) => { entry = { run, resolve, reject }; });
-    this.tasks.push(entry);
-    this.work();
-    return Object.assign(done, { cancel: () => { entry.dead = true; entry.reject(new Failure({ code: 'cancelled', message: 'cancelled' })); if (this.step && this.now === entry) this.abandon(); } });
-  }
-
   // The picture of a target at a size, as a task.
   /** @param {string} target @param {number} size @returns {Promise<Made>} */
   async render(target, size) {
@@ -183,27 +188,41 @@ export class Work {
     /** @type {Made | null} */
     let made = null;
     await this.task((hand) => this.ask(hand, target, size, (found) => { made = found; }));
-    if (!made || generation !== this.generation) throw new Failure({ code: 'cancelled', message: 'the graph has changed' });
+    if (!made || generation !== this.generation) throw cancelled('the graph has changed');
     this.store(made);
     return made;
   }
 
   /** @param {import('./pool.js').Hand} hand @param {string} target @param {number} size @param {(made: Made) => void} give */
   ask(hand, target, size, give) {
-    const { generation, values } = this;
-    const request = { op: 'render', graph: hand.has?.graph, output: target, sizes: [size], preset: values.preset ?? undefined, set: Object.fromEntries(values.set) };
-    return hand.ask(request, ({ json, data, pixels, ...rest }) => {
-      if (json.event !== 'picture' || generation !== this.generation) return;
-      if (!data || !pixels) { this.objects.set(target, json.type ?? 'object'); return; }
-      give(/** @type {Made} */ ({ target, size, id: `${json.key} ${size}`, generation, json, data, pixels, ...rest }));
-    }, target.endsWith('.emission') ? 'light' : 'plain');
+    const { generation } = this;
+    const request = hand.ask({ op: 'look', graph: hand.has?.graph, target, size, ...this.chosen }, ({ json, data, pixels, ...rest }) => {
+      if (generation !== this.generation) return;
+      if (json.event === 'object') this.draws(target, json);
+      else if (json.event === 'picture' && data && pixels) give(/** @type {Made} */ ({ target, size, id: `${json.key} ${size}`, generation, json, data, pixels, ...rest }));
+    }, formOf(target));
+    request.done.then((ok) => { if (generation === this.generation) this.stats.add(generation, size, ok.nodes); }, () => {});
+    return request;
+  }
+
+  // The values in the form of a request.
+  get chosen() {
+    const { preset, set } = this.values;
+    return { preset: preset ?? undefined, set: Object.fromEntries(set) };
+  }
+
+  // A target has no pixels.
+  /** @param {string} target @param {{ type?: string, drawing?: Sketch | null }} object */
+  draws(target, { type, drawing }) {
+    this.objects.set(target, type ?? 'object');
+    this.drawings.set(target, drawing ?? null);
   }
 
   // The next picture to make.
   next() {
     for (const size of this.sizes) {
       for (const target of this.targets) {
-        if (this.objects.has(target)) continue;
+        if (this.objects.has(target) || this.failing.has(target)) continue;
         const best = this.best(target);
         const isBare = size === this.size && target === this.focus && !best?.data;
         if (!best || best.size < size || isBare) return { target, size };
@@ -216,18 +235,22 @@ export class Work {
   async work() {
     if (this.step) return;
     if (this.wanted) { this.take(); return; }
-    const task = this.tasks.find((one) => !one.dead);
-    const next = task || this.paused || !this.opened ? null : this.next();
-    if (!task && !next) {
+    const tasks = this.tasks.filter((one) => !one.dead);
+    const urgent = tasks.find((one) => !one.isLater);
+    const next = urgent || this.paused || !this.opened ? null : this.next();
+    const task = urgent ?? (next ? undefined : tasks[0]);
+    // The page does not wait for later ones.
+    if (!urgent && !next) {
       this.busy(false);
+      if (this.opened) this.onrest();
       if (!this.opening) for (const done of this.rested.splice(0)) done();
-      return;
+      if (!task) return;
     }
     this.now = task;
     /** @type {NonNullable<Work['step']>} */
-    const step = { generation: task ? null : this.generation, opened: this.opened, began: performance.now(), loading: true, request: null };
+    const step = { generation: task ? task.generation ?? null : this.generation, opened: this.opened, began: performance.now(), loading: true, request: null };
     this.step = step;
-    this.busy(true);
+    if (!task?.isLater) this.busy(true);
     const hand = this.pool.renderer;
     /** @type {number | undefined} */
     let long;
@@ -241,7 +264,7 @@ export class Work {
       // A change during the waits: the step is chosen again below.
       if (this.isCurrent(step)) await (task ? this.runTask(task, hand, step) : this.runPicture(/** @type {{ target: string, size: number }} */ (next), hand, step));
     } catch (error) {
-      if (this.isCurrent(step)) this.failed(/** @type {Failure} */ (error), task);
+      if (this.isCurrent(step)) this.failed(/** @type {import('./pool.js').Failure} */ (error), task);
     }
     clearTimeout(long);
     clearTimeout(step.soon);
@@ -278,7 +301,7 @@ export class Work {
     if (has) hand.ask({ op: 'close', graph: has.graph }).done.catch(() => {});
   }
 
-  /** @param {any} task @param {import('./pool.js').Hand} hand @param {NonNullable<Work['step']>} step */
+  /** @param {Task} task @param {import('./pool.js').Hand} hand @param {NonNullable<Work['step']>} step */
   async runTask(task, hand, step) {
     step.request = task.run(hand);
     let [ok, failure] = /** @type {[any, any]} */ ([null, null]);
@@ -294,11 +317,27 @@ export class Work {
     /** @type {Made | null} */
     let made = null;
     step.request = this.ask(hand, target, size, (found) => { made = found; });
-    await step.request.done;
+    try {
+      await step.request.done;
+    } catch (error) {
+      if (!target.startsWith('@') || !this.isCurrent(step)) throw error;
+      this.fails(target, /** @type {import('./pool.js').Failure} */ (error));
+      return;
+    }
     this.costs[size] = performance.now() - step.began;
     if (!this.isCurrent(step)) return;
     if (made) this.store(made);
     else if (this.objects.has(target)) this.news.tell('look', { target: this.focus });
+    else this.failing.add(target);
+  }
+
+  // A selected node cannot be shown; the outputs go on. The page leaves a node that is gone by itself.
+  /** @param {string} target @param {import('./pool.js').Failure} failure */
+  fails(target, failure) {
+    if (failure.code === 'cancelled') return;
+    if (failure.code === 'no-graph' || failure.code === 'defect') throw failure;
+    this.failing.add(target);
+    if (failure.code !== 'no-output') this.complain(failure, this.opened.text);
   }
 
   /** @param {Made} made */
@@ -329,7 +368,8 @@ export class Work {
 
   // Ends the running step at once; the spare worker goes on.
   abandon() {
-    clearTimeout(this.step?.soon);
+    if (!this.step) return;
+    clearTimeout(this.step.soon);
     this.step = null;
     this.onlong(false);
     this.pool.replace();
@@ -339,12 +379,12 @@ export class Work {
   // The user does not want to wait.
   pause() {
     this.paused = true;
-    for (const task of this.tasks.splice(0)) { task.dead = true; task.reject(new Failure({ code: 'cancelled', message: 'stopped' })); }
+    this.drop(() => true, 'stopped');
     if (this.step) this.abandon();
   }
 
   // A failure of a step. A task that could not begin fails with it.
-  /** @param {Failure} failure @param {any} [task] */
+  /** @param {import('./pool.js').Failure} failure @param {Task} [task] */
   failed(failure, task) {
     if (failure.code === 'cancelled') return;
     if (failure.code === 'no-graph') { this.pool.renderer.has = null; return; }

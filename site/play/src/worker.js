@@ -1,5 +1,5 @@
 // @ts-check
-// One instance of the module in a worker. It takes { module }, then requests { n, request, form }, and { stop: n }. It gives { ready },
+// One instance of the module in a worker. It takes { module }, then requests { n, request, form, range }, and { stop: n }. It gives { ready },
 // and the messages of each request as { n, json, bytes, … }; messages without a request have no n.
 import { Answers } from './answers.js';
 import { Engine } from './engine.js';

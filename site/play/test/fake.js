@@ -16,8 +16,8 @@ export class FakeHand {
     this.ondefect = () => {};
   }
 
-  ask(request, heard = () => {}) {
-    const one = { request, heard };
+  ask(request, heard = () => {}, form, range) {
+    const one = { request, heard, form, range };
     one.done = new Promise((resolve, reject) => Object.assign(one, { resolve, reject }));
     this.asked.push(one);
     return { n: this.asked.length, done: one.done, stop: () => { one.stopped = true; } };
@@ -45,8 +45,8 @@ export class FakeHand {
   // Answers a request for a picture.
   async draw({ width = 2, height = 2 } = {}) {
     await turn();
-    const one = this.next('render');
-    const json = { event: 'picture', key: `${one.request.output} ${one.request.graph} ${JSON.stringify(one.request.set)}`, width, height, components: 1, meaning: 'number' };
+    const one = this.next('look');
+    const json = { event: 'picture', key: `${one.request.target} ${one.request.graph} ${JSON.stringify(one.request.set)}`, width, height, components: 1, meaning: 'number' };
     one.heard({ json, data: new Float32Array(width * height), pixels: new Uint8ClampedArray(4 * width * height), range: [0, 1], scale: 1 });
     one.resolve({});
     await turn();

@@ -50,12 +50,12 @@ test('a selected target whose exact values were dropped is made again, sharp at 
   await renderer.draw();
   assert.equal(model.best('a').data, null);
   model.look('a');
-  assert.deepEqual((await renderer.draw()).sizes, [300]);
+  assert.equal((await renderer.draw()).size, 300);
   assert.ok(model.best('a').data);
-  assert.equal(renderer.waits('render'), 0);
+  assert.equal(renderer.waits('look'), 0);
   // Another part of the page asks for exact values.
   const exact = model.picture('b', true);
-  assert.equal((await renderer.draw()).output, 'b');
+  assert.equal((await renderer.draw()).target, 'b');
   assert.ok((await exact).data);
-  assert.equal(renderer.waits('render'), 0);
+  assert.equal(renderer.waits('look'), 0);
 });

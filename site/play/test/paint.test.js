@@ -20,6 +20,12 @@ test('numbers outside 0 to 1 are scaled', () => {
   assert.deepEqual(range(Float32Array.of(-3, 1), 'data'), [-3, 3]);
 });
 
+test('given numbers become black and white, but not for colours', () => {
+  const made = paint({ width: 3, height: 1, components: 1, meaning: 'number' }, bytes(0, 1, 4), 'plain', [0, 2]);
+  assert.deepEqual([made.range, [...made.pixels].filter((_, i) => i % 4 === 0)], [[0, 2], [0, 128, 255]]);
+  assert.deepEqual(paint({ width: 1, height: 1, components: 3, meaning: 'color' }, bytes(0, 1, 1), 'plain', [0, 2]).range, [0, 1]);
+});
+
 test('a picture that is the same everywhere is filled', () => {
   const json = { width: 2, height: 2, components: 3, meaning: 'color', value: [1, 0, 0] };
   const made = paint(json, new Uint8Array(0), 'plain');

@@ -21,7 +21,7 @@ test('a text that comes while the renderer opens the one before gets its own pic
   await open(made, 'three', opened('3'));
   second.resolve({ graph: 'graph of 2' });
   await turn();
-  assert.equal(renderer.waits('render'), 0, 'no picture of an older text is asked for');
+  assert.equal(renderer.waits('look'), 0, 'no picture of an older text is asked for');
   await renderer.answer('open', { graph: 'graph of 3' });
   assert.equal((await renderer.draw()).graph, 'graph of 3');
   assert.equal(model.best('a').generation, model.generation);
@@ -69,16 +69,16 @@ test('values that come while the renderer waits are used', async () => {
   await turn();
   assert.equal(made.pool.takeovers, 0, 'a worker that loads is not ended');
   const request = await renderer.draw();
-  assert.deepEqual([request.set, request.sizes], [{ gain: '2' }, [32]]);
+  assert.deepEqual([request.set, request.size], [{ gain: '2' }, 32]);
   assert.equal(model.best('a').generation, model.generation);
 });
 
 test('an event of an older text makes no object of an output', async () => {
   const made = await shown();
   const { model, pool: { renderer } } = made;
-  const first = renderer.next('render');
+  const first = renderer.next('look');
   await open(made, 'two', opened('2'));
-  first.heard({ json: { event: 'picture', type: 'Points' } });
+  first.heard({ json: { event: 'object', type: 'Points' } });
   first.resolve({});
   await turn();
   assert.equal(model.objects.size, 0);
@@ -89,12 +89,12 @@ test('an event of an older text makes no object of an output', async () => {
 test('an output that was an object is drawn once a text makes a picture of it', async () => {
   const made = await shown();
   const { model, pool: { renderer } } = made;
-  const first = renderer.next('render');
-  first.heard({ json: { event: 'picture', type: 'Points' } });
+  const first = renderer.next('look');
+  first.heard({ json: { event: 'object', type: 'Points' } });
   first.resolve({});
   await turn();
   assert.equal(model.objects.get('a'), 'Points');
-  assert.equal(renderer.waits('render'), 0);
+  assert.equal(renderer.waits('look'), 0);
   await open(made, 'two', opened('2'));
   await renderer.answer('open', { graph: 'graph of 2' });
   await renderer.draw();
@@ -105,10 +105,19 @@ test('a channel that a text takes away is not asked for', async () => {
   const made = fake();
   Object.assign(made.model, { size: 64, focus: 'm.height' });
   await open(made, 'one', opened('1', [{ name: 'm', type: 'Material', channels: ['base_color', 'height'] }]));
-  assert.equal((await made.pool.renderer.draw()).output, 'm.height');
+  assert.equal((await made.pool.renderer.draw()).target, 'm.height');
   await open(made, 'two', opened('2', [{ name: 'm', type: 'Material', channels: ['base_color'] }]));
   assert.ok(made.told.some(([kind, data]) => kind === 'look' && data.target === 'm.base_color'));
-  assert.equal(made.pool.renderer.waits('open') + made.pool.renderer.waits('render'), 0);
+  assert.equal(made.pool.renderer.waits('open') + made.pool.renderer.waits('look'), 0);
+});
+
+test('a material in space is one picture', async () => {
+  const made = fake();
+  Object.assign(made.model, { size: 64, focus: 'wood' });
+  await open(made, 'one', opened('1', [{ name: 'wood', type: 'SolidMaterial', channels: ['base_color', 'height'] }]));
+  assert.equal((await made.pool.renderer.draw()).target, 'wood');
+  assert.equal(made.pool.renderer.waits('look'), 0);
+  assert.deepEqual(Object.keys(made.told.filter(([kind]) => kind === 'state').at(-1)[1].scene.pictures), ['wood']);
 });
 
 test('a task that cannot begin fails once', async () => {

@@ -1,5 +1,6 @@
 // @ts-check
 // Everything that the page asks of the server, with paths relative to the page. Only this module and stream.js talk to it.
+import { meshShape } from './shapes.js';
 export { latest } from './latest.js';
 
 /** @typedef {Record<string, string | number | boolean>} Args */
@@ -59,16 +60,12 @@ export async function exact(args) {
   return { width: +width, height: +height, channels: +form.slice(4), type, unit: unit === 'deg' ? '°' : unit ?? '', data };
 }
 
-// A mesh as a shape: vertices of 11 numbers, triangles, length of one mm, position of its middle, z up, and the bytes
-// after it.
+// A mesh as a shape, and the bytes after it.
 /** @param {Response} response @returns {Promise<[Shape, ArrayBuffer]>} */
 async function shape(response) {
   const [vertices, indices, perMm, ...middle] = header(response, 'x-mesh').map(Number);
   const bytes = await response.arrayBuffer();
-  const made = { data: new Float32Array(bytes, 0, vertices * 11), index: new Uint32Array(bytes, vertices * 44, indices) };
-  let foot = 0;
-  for (let i = 1; i < made.data.length; i += 11) foot = Math.min(foot, made.data[i]);
-  return [{ make: () => made, perMm, middle, foot, view: [0.5, 0.3, 3.2] }, bytes.slice(vertices * 44 + indices * 4)];
+  return [meshShape(bytes, vertices, indices, perMm, middle), bytes.slice(vertices * 44 + indices * 4)];
 }
 
 // The mesh that shows the material.

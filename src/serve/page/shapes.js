@@ -136,6 +136,16 @@ function leg(k) {
   return join([grid(Math.round(256 * Math.max(k, 0.5)), Math.round(360 * Math.max(k, 0.5)), at)]);
 }
 
+// A mesh of the engine as a shape: vertices of 11 numbers and the indices of triangles, with the length of one mm, and the position of
+// its middle in mm, z up.
+/** @param {ArrayBuffer} bytes @param {number} vertices @param {number} indices @param {number} perMm @param {number[]} middle @returns {Shape} */
+export function meshShape(bytes, vertices, indices, perMm, middle) {
+  const made = { data: new Float32Array(bytes, 0, vertices * 11), index: new Uint32Array(bytes, vertices * 44, indices) };
+  let foot = 0;
+  for (let i = 1; i < made.data.length; i += 11) foot = Math.min(foot, made.data[i]);
+  return { make: () => made, perMm, middle, foot, view: [0.5, 0.3, 3.2] };
+}
+
 // `span`: length of one turn of u in units of the shape; `foot`: height at which it touches the ground.
 /** @type {Record<string, Shape>} */
 export const SHAPES = {

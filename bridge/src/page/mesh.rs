@@ -6,24 +6,24 @@ use std::collections::HashMap;
 /// Maximum number of triangles sent.
 const MOST: usize = 500_000;
 
-/// A mesh as it is sent to the page.
-pub(super) struct Sent {
+/// A mesh as it is sent to pages.
+pub struct PageMesh {
     /// Position, normal, direction of +u and texture coordinates of each vertex. The mesh is centred on the origin, y
     /// up, and its farthest point is at a distance of 1.
-    pub(super) vertices: Vec<[f32; 11]>,
+    pub vertices: Vec<[f32; 11]>,
     /// Vertex indices of all triangles.
-    pub(super) indices: Vec<u32>,
+    pub indices: Vec<u32>,
     /// For each triangle, its index in the original mesh.
-    pub(super) triangles: Vec<u32>,
+    pub triangles: Vec<u32>,
     /// Length of one mm in page units.
-    pub(super) per_mm: f32,
+    pub per_mm: f32,
     /// Position of the page's origin in mm, z up.
-    pub(super) middle: [f32; 3],
+    pub middle: [f32; 3],
 }
 
-impl Sent {
+impl PageMesh {
     /// Converts the mesh of an atlas, ordered by parts, and clusters it if it is large.
-    pub(super) fn of(atlas: &Atlas) -> Self {
+    pub fn of(atlas: &Atlas) -> Self {
         let (vertices, indices, per_mm, middle) = Shape::atlas(atlas).around_the_origin();
         let count = u32::try_from(atlas.mesh.triangles.len()).unwrap_or(u32::MAX);
         let mut triangles: Vec<u32> = (0..count).collect();
@@ -33,7 +33,7 @@ impl Sent {
 
     /// Reduces the mesh to at most `most` triangles: within each chart, all vertices in a grid cell become the first of
     /// them, and triangles without area are dropped.
-    pub(super) fn at_most(self, most: usize, charts: &[u16]) -> Self {
+    pub fn at_most(self, most: usize, charts: &[u16]) -> Self {
         let area = self.indices.as_chunks::<3>().0.iter().map(|t| self.area(*t)).sum::<f32>();
         // The first cell size corresponds to about two triangles per cell.
         let mut cell = (2.0 * area / most as f32).sqrt();
@@ -43,6 +43,12 @@ impl Sent {
             cell *= 1.25;
         }
         made.unwrap_or(self)
+    }
+
+    /// The vertices, then the indices: little-endian numbers of 4 bytes.
+    pub fn bytes(&self) -> Vec<u8> {
+        let floats = self.vertices.iter().flatten().flat_map(|number| number.to_le_bytes());
+        floats.chain(self.indices.iter().flat_map(|index| index.to_le_bytes())).collect()
     }
 
     fn area(&self, triangle: [u32; 3]) -> f32 {
@@ -80,7 +86,7 @@ mod tests {
     use super::*;
 
     /// A square of n × n quads; its left half is one chart, its right half another.
-    fn square(n: u32) -> (Sent, Vec<u16>) {
+    fn square(n: u32) -> (PageMesh, Vec<u16>) {
         let share = |k: u32| k as f32 / n as f32;
         let at =
             |x: u32, y: u32| [share(x) - 0.5, share(y) - 0.5, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, share(x), share(y)];
@@ -92,13 +98,13 @@ mod tests {
             charts.extend([u16::from(2 * x >= n); 2]);
         }
         let triangles = (0..2 * n * n).collect();
-        (Sent { vertices, indices, triangles, per_mm: 1.0, middle: [0.0; 3] }, charts)
+        (PageMesh { vertices, indices, triangles, per_mm: 1.0, middle: [0.0; 3] }, charts)
     }
 
     #[test]
     fn simplifies_large_meshes_within_charts() {
         let (whole, charts) = square(100);
-        let area = |sent: &Sent| sent.indices.as_chunks::<3>().0.iter().map(|t| sent.area(*t)).sum::<f32>();
+        let area = |sent: &PageMesh| sent.indices.as_chunks::<3>().0.iter().map(|t| sent.area(*t)).sum::<f32>();
         assert!((area(&whole) - 1.0).abs() < 1e-3);
         let same = square(100).0.at_most(20_000, &charts);
         assert_eq!((same.indices.len(), same.vertices.len()), (60_000, 101 * 101));

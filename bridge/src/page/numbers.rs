@@ -7,7 +7,7 @@ const MOST: usize = 64;
 
 /// The numbers in a literal of a graph file that is a formula, by their bytes in the literal. A text that is no formula,
 /// or that has mistakes, has none.
-pub(super) fn places(literal: &str) -> Vec<Range<usize>> {
+pub fn places(literal: &str) -> Vec<Range<usize>> {
     let inside = content(literal).unwrap_or(0..0);
     let text = literal.get(inside.clone()).unwrap_or_default();
     let Some(begin) = begins(text) else { return Vec::new() };
@@ -21,7 +21,7 @@ pub(super) fn places(literal: &str) -> Vec<Range<usize>> {
 }
 
 /// The formula in a literal, cut at its numbers: every second piece is one. `None` if it has none.
-pub(super) fn pieces(literal: &str) -> Option<Vec<&str>> {
+pub fn pieces(literal: &str) -> Option<Vec<&str>> {
     let places = places(literal);
     let inside = content(literal)?;
     if places.is_empty() {
@@ -39,7 +39,7 @@ pub(super) fn pieces(literal: &str) -> Option<Vec<&str>> {
 
 /// Returns true for the text of a number that can replace another one in a formula: it has no sign, because a sign may
 /// bind in another way than the number does.
-pub(super) fn is_plain(value: &str) -> bool {
+pub fn is_plain(value: &str) -> bool {
     let digits = value.starts_with(|c: char| c.is_ascii_digit());
     let whole = pieces(&format!("\"={value}\"")).is_some_and(|pieces| pieces == ["=", value, ""]);
     digits && whole && value.parse::<f64>().is_ok_and(f64::is_finite)

@@ -8,29 +8,29 @@ const SWEEPS: usize = 12;
 
 /// Position of a box or a bend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct LayoutPosition {
+pub struct LayoutPosition {
     /// Column from the left.
-    pub(crate) column: usize,
+    pub column: usize,
     /// Distance from the top, in rows.
-    pub(crate) row: f64,
+    pub row: f64,
 }
 
 /// Layout of a drawing.
 #[derive(Debug)]
-pub(crate) struct Layout {
+pub struct Layout {
     /// Positions of the boxes.
-    pub(crate) places: Vec<LayoutPosition>,
+    pub places: Vec<LayoutPosition>,
     /// For each wire, its inner bends.
-    pub(crate) bends: Vec<Vec<LayoutPosition>>,
+    pub bends: Vec<Vec<LayoutPosition>>,
     /// Number of columns.
-    pub(crate) columns: usize,
+    pub columns: usize,
     /// The lowest row.
-    pub(crate) rows: f64,
+    pub rows: f64,
 }
 
 /// Lays out `count` boxes connected by `wires`, which form no cycle; the boxes for which `last` is true go into the
 /// last column.
-pub(crate) fn layout(count: usize, wires: &[(usize, usize)], last: impl Fn(usize) -> bool) -> Layout {
+pub fn layout(count: usize, wires: &[(usize, usize)], last: impl Fn(usize) -> bool) -> Layout {
     let columns = columns(count, wires, last);
     let rightmost = columns.iter().copied().max().unwrap_or(0);
     let mut net = Net::new(columns, wires);

@@ -4,8 +4,8 @@
 //! that a sub-graph computes from a parameter has the span of the value given to the parameter, in the `with` of the use
 //! or in a preset.
 use super::numbers;
+use crate::scene::{Scene, is_own};
 use serde_json::{Value as Json, json};
-use shibo_bridge::scene::{Scene, is_own};
 use shibo_graph::syntax::{NodeKind, Tree};
 use shibo_graph::{GraphNode, Input};
 use shibo_node::registry::Registry;
@@ -41,14 +41,14 @@ impl Declaration {
 }
 
 /// Source text of a node, from its kind to its closing bracket.
-pub(super) fn text(node: &GraphNode, sources: &SourceMap) -> String {
+pub fn text(node: &GraphNode, sources: &SourceMap) -> String {
     let whole = sources.text(node.span.file);
     let shown = whole.get(Declaration::of(node, sources).whole).unwrap_or(&node.kind);
     if shown.len() > TEXT { node.kind.clone() } else { shown.to_owned() }
 }
 
 /// The span of a field's value in the brackets of its node; without a name, that of the whole node.
-pub(super) fn place(node: &GraphNode, sources: &SourceMap, field: &str) -> Option<Span> {
+pub fn place(node: &GraphNode, sources: &SourceMap, field: &str) -> Option<Span> {
     let found = Declaration::of(node, sources);
     let range = match field {
         "" => Some(found.whole),
@@ -60,7 +60,7 @@ pub(super) fn place(node: &GraphNode, sources: &SourceMap, field: &str) -> Optio
 /// Written fields of a node: the text, and the description of the parameter. A formula with numbers is cut at these;
 /// that of a node that is a formula itself has no name. Fields in other files than the graph file are `fixed`: the page
 /// does not change them. A computed number has its value as `now`.
-pub(super) fn constants(scene: &Scene, node: &GraphNode, registry: &Registry) -> Json {
+pub fn constants(scene: &Scene, node: &GraphNode, registry: &Registry) -> Json {
     let sources = &scene.graph.sources;
     let info = registry.info(&node.kind);
     let whole = sources.text(node.span.file);
@@ -180,7 +180,7 @@ mod tests {
 
     #[test]
     fn reads_fields_in_brackets_of_node() {
-        let registry = crate::library::registry();
+        let registry = shibo_library::registry();
         let options = LoadOptions { set: vec![("deep".into(), "0.75".into())], ..LoadOptions::default() };
         let loaded = load_text(Path::new("a.ron"), TEXT, &registry, &options);
         let graph = loaded.graph.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));

@@ -1,6 +1,6 @@
 //! The graph as pages draw it, level by level: a sub-graph is one box that opens into a level of its own.
 use super::groups;
-use crate::graph::layout::layout;
+use super::layout::layout;
 use petgraph::algo::kosaraju_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
 use serde_json::{Value as Json, json};
@@ -29,7 +29,7 @@ struct Level<'g> {
 
 /// Draws the level of the sub-graph `path`, or of the whole graph if `path` is empty; `None` if there is no such
 /// sub-graph.
-pub(super) fn level(graph: &Graph, path: &str) -> Option<Json> {
+pub fn level(graph: &Graph, path: &str) -> Option<Json> {
     if !path.is_empty() && !graph.uses.iter().any(|found| found.name == path) {
         return None;
     }

@@ -8,7 +8,7 @@ use shibo_value::{Canvas, Shapes, Sketch, Type};
 const SLENDER: f64 = 4.0;
 
 /// Returns the drawing of an object of type `ty`; `None` for pixels, which are sent as a picture.
-pub(super) fn object(ty: Type, sketch: &Sketch, canvas: &Canvas) -> Option<Data> {
+pub fn drawing(ty: Type, sketch: &Sketch, canvas: &Canvas) -> Option<Data> {
     match sketch {
         Sketch::Canvas(shapes) => Some(flat(ty, shapes, canvas.size_mm)),
         Sketch::Space(shapes) => Some(views(ty, shapes)),
@@ -81,7 +81,7 @@ mod tests {
 
     fn drawn(value: impl Into<Value>) -> Data {
         let value = value.into();
-        object(value.ty(), &value.sketch().unwrap(), &CANVAS).unwrap()
+        drawing(value.ty(), &value.sketch().unwrap(), &CANVAS).unwrap()
     }
 
     #[test]

@@ -175,6 +175,28 @@ fn values_of_nodes_are_tried_before_they_are_written() {
     assert_calm(&page, "");
 }
 
+#[test]
+fn a_selected_node_stays_when_the_graph_changes() {
+    let place = place();
+    let watch = Watch::start(&place.graph, &[]);
+    let browser = Browser::start();
+    let mut page = open(&browser, &watch);
+    page.key("g");
+    page.wait("document.querySelectorAll('#names option').length > 4");
+    // The server answers the first question about the node in this way if it has begun to show the next text of the file.
+    page.eval(
+        "(() => { const real = window.fetch; window.left = 1; window.fetch = (path, options) => { \
+         if (!window.left || !String(path).startsWith('look') || !String(path).includes('noise')) return real(path, options); \
+         window.left--; return Promise.resolve(new Response(null, { status: 204 })); }; \
+         const find = document.getElementById('find'); find.value = 'noise'; find.onchange(); })()",
+    );
+    page.wait("window.left === 0");
+    place.write(&format!("// A comment.\n{TEXT}"));
+    page.wait("document.querySelector('#inspector:not([hidden]) .name')?.textContent == 'noise'");
+    assert_eq!(page.eval(&format!("{ROOT}.target")), "@noise");
+    assert_calm(&page, "");
+}
+
 /// The middle of a field, and its width, over which the whole range is dragged.
 fn middle(page: &mut Page, name: &str) -> (f64, f64, f64) {
     let found = page.eval(&format!(

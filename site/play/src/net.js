@@ -23,11 +23,11 @@ export async function ask(path, args) {
   return null;
 }
 
-/** @param {string} target @returns {Promise<About | null>} */
+/** @param {string} target @returns {Promise<About | null | undefined>} */
 async function look(target) {
   const isNode = target.startsWith('@');
   const about = isNode ? await views.about(target) : { node: '', kind: '', doc: '', text: '', fields: [] };
-  if (!about) return null;
+  if (!about) return about;
   if (model.focus !== target) model.look(target);
   if (isNode && about.channels) {
     const base = about.channels.includes(target.split('.').at(-1) ?? '') ? target.replace(/\.[a-z_]+$/, '') : target;

@@ -73,17 +73,17 @@ export class Views {
   /** @param {{ target: string, size: number, [field: string]: unknown }} wish @param {{ range?: Vec2, isLater?: boolean }} [how] */
   view(wish, how) { return this.fetch({ op: 'look', ...wish }, { ...how, form: formOf(wish.target) }).catch(() => null); }
 
-  // An answer of the editor's engine about the graph with its values; null if there is none.
+  // An answer of the editor's engine about the graph with its values; null if there is none, undefined if the graph changes before.
   /** @param {{ op: string, [field: string]: unknown }} request @returns {Promise<any>} */
   async tell(request) {
     const { opened, chosen, pool, generation } = this.model;
-    if (!opened) return null;
+    if (!opened) return undefined;
     const found = await pool.editor.ask({ graph: opened.graph, ...chosen, ...request }).done.catch(() => null);
-    return generation === this.model.generation ? found : null;
+    return generation === this.model.generation ? found : undefined;
   }
 
   // The description of a node. Its values are changed in the text.
-  /** @param {string} target @returns {Promise<(About & { line?: number, column?: number }) | null>} */
+  /** @param {string} target @returns {Promise<(About & { line?: number, column?: number }) | null | undefined>} */
   async about(target) {
     const found = await this.tell({ op: 'about', target });
     if (found) found.fields = found.fields.map((/** @type {Constant} */ field) => ({ ...field, fixed: true, formula: null }));

@@ -302,7 +302,7 @@ export function back() {
 const refresh = latest(async (/** @type {number} */ longest) => {
   const wanted = page.target;
   const { generation, canvas } = page.state.scene;
-  /** @type {About | null} */
+  /** @type {About | null | undefined} */
   const found = await ask('look', { g: generation, t: wanted, s: longest });
   if (wanted !== page.target || generation !== page.state.scene.generation) return;
   // The node was deleted from the file.

@@ -22,10 +22,12 @@ async function request(path, options) {
   }
 }
 
+// `null` says that the server does not know the thing, `undefined` that it has no answer of this kind, or no longer shows this graph.
 /** @param {string} path @param {Args} args */
 export async function ask(path, args) {
   const response = await request(query(path, args));
-  return response.status === 200 ? response.json() : null;
+  if (response.status === 200) return response.json();
+  return response.status === 404 ? null : undefined;
 }
 
 /** @param {string} path @param {Args} [args] */

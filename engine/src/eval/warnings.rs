@@ -268,7 +268,7 @@ mod tests {
             [[6.0, 1.0], [1.0, 2.0], [7.0, 1.0], [1.0, -1.0]].map(|at| in_tile("a", at));
         let (other, node) = (in_tile("b", [3.0, 3.0]), by_node("a", Problem::new(Code::Advice, "of the node")));
         let lists: [&[Warning]; 4] =
-            [&[beyond.clone()], &[node.clone(), later.clone()], &[right], &[first.clone(), other.clone()]];
+            [std::slice::from_ref(&beyond), &[node.clone(), later.clone()], &[right], &[first.clone(), other.clone()]];
         let wanted = gathered(&lists);
         assert_eq!((wanted.len(), &wanted[0]), (3, &node));
         assert!(wanted.contains(&first) && wanted.contains(&other), "{wanted:?}");
@@ -280,7 +280,7 @@ mod tests {
             assert_eq!(gathered(&turned), wanted);
         }
         // A place beyond the canvas counts if there is no other.
-        assert_eq!(*gathered(&[&[beyond.clone()]]), [beyond]);
+        assert_eq!(*gathered(&[std::slice::from_ref(&beyond)]), [beyond]);
         assert!(are_placed(&wanted) && !are_placed(&[node]));
     }
 

@@ -23,7 +23,7 @@ fn news(registry: &Registry, graph: &Graph) -> Vec<Diagnostic> {
     registry.changes().since(pins).filter(is_free).filter_map(|change| one(graph, &file, change)).collect()
 }
 
-/// The place of a node; of one in a shipped graph, that of the node which uses the graph.
+/// The place of a node. A node of a shipped graph has the place of the node that uses the graph.
 fn place(graph: &Graph, file: &File, node: &GraphNode) -> Span {
     let head = node.name.split('/').next().unwrap_or_default();
     let user = file.entry(Section::Nodes, head).and_then(|item| item.value.as_ref()).and_then(|value| value.word());

@@ -58,9 +58,9 @@ fn takes_names_that_begin_with_a_dash() {
     let merged = String::from_utf8(desk.read("-a.ron")).unwrap();
     assert!(["pitch: 5", "drag: 3", "octaves: 2"].iter().all(|part| merged.contains(part)), "{merged}");
     let shown = desk.run_in_home("diff --since main").expect(0).stdout;
-    assert!(shown.contains("-a.ron\n") && shown.contains("nodes.points.pitch  4 → 5"), "{shown}");
+    assert!(shown.contains("-a.ron\n") && shown.contains("nodes.points.pitch   4 → 5"), "{shown}");
     let shown = desk.run_in_home("diff main:-a.ron ./-a.ron").expect(0).stdout;
-    assert!(shown.contains("nodes.points.pitch  4 → 5"), "{shown}");
+    assert!(shown.contains("nodes.points.pitch   4 → 5"), "{shown}");
     assert!(repository.git("log -p --ext-diff -- -a.ron").contains("nodes.points.pitch  4 → 5"));
 }
 

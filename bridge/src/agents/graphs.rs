@@ -102,14 +102,17 @@ pub struct Checked {
     pub warnings: Vec<Json>,
     /// The number of errors and warnings that were left out.
     pub more: usize,
+    /// A sentence that says so if not all fixes were tried.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
 }
 
 /// Diagnostics for an answer with their fixes, at most [`MOST_DIAGNOSTICS`].
 pub fn findings(tools: &Tools, diagnostics: &[Diagnostic], sources: &SourceMap) -> Checked {
-    told(&located(tools, diagnostics, sources))
+    told(&located(tools, diagnostics, sources), None)
 }
 
-fn told(found: &[Located]) -> Checked {
+fn told(found: &[Located], note: Option<String>) -> Checked {
     let (warnings, errors): (Vec<&Located>, Vec<&Located>) = found.iter().partition(|one| one.warning);
     let mut left = MOST_DIAGNOSTICS;
     let mut take = |list: Vec<&Located>| {
@@ -119,7 +122,7 @@ fn told(found: &[Located]) -> Checked {
     };
     let (errors, warnings) = (take(errors), take(warnings));
     let more = found.len().saturating_sub(errors.len() + warnings.len());
-    Checked { errors, warnings, more }
+    Checked { errors, warnings, more, note }
 }
 
 /// Checks a graph.
@@ -129,7 +132,7 @@ fn told(found: &[Located]) -> Checked {
 pub fn check(tools: &Tools, folders: &Folders, source: &Source) -> Result<Checked, Refusal> {
     let Opened { path, text } = open(tools, folders, source)?;
     let checked = crate::check::check(tools, &CheckRequest { graph: GraphText { path, text } });
-    Ok(told(&checked.diagnostics))
+    Ok(told(&checked.diagnostics, checked.note))
 }
 
 /// The certainty of fixes.
@@ -181,7 +184,7 @@ pub fn fix(tools: &Tools, folders: &Folders, args: &FixArgs) -> Result<Fixed, Re
         Level::Likely => Applies::Likely,
     };
     let fixed = crate::fix::fix(tools, &FixRequest { graph: GraphText { path, text }, applies, rounds: ROUNDS });
-    Ok(Fixed { text: fixed.text, applied: fixed.applied, diagnostics: told(&fixed.diagnostics) })
+    Ok(Fixed { text: fixed.text, applied: fixed.applied, diagnostics: told(&fixed.diagnostics, fixed.note) })
 }
 
 /// A graph in the usual layout.

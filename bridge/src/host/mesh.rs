@@ -136,7 +136,7 @@ impl Loaded {
         };
         let loaded = Self { file: request.file, gate, unit: request.unit, up: request.up };
         let nodes = "\"atlas\": MeshAtlas(mesh: \"mesh\", charts: Given)";
-        let graph = loaded.graph(shared, DVec2::splat(1000.0), nodes)?;
+        let graph = loaded.graph(shared, (DVec2::splat(1000.0), 0), nodes)?;
         let value = |name: &str| {
             let at = (node(&graph, name), 0);
             let made = shared.session.value(&graph, at, &CancelToken::default(), &Silent);
@@ -160,7 +160,7 @@ impl Loaded {
     }
 
     /// A graph with the node `mesh` and others, for a canvas of this size.
-    fn graph(&self, shared: &Shared, size: DVec2, nodes: &str) -> Result<Graph, Refusal> {
+    fn graph(&self, shared: &Shared, (size, seed): (DVec2, u64), nodes: &str) -> Result<Graph, Refusal> {
         let path = Json::from(self.file.as_str());
         let unit = match self.unit {
             Unit::Mm => "Mm",
@@ -168,7 +168,7 @@ impl Loaded {
             Unit::M => "M",
         };
         let text = format!(
-            "(version: 1, canvas: (size_mm: ({}, {}), resolution: 64), nodes: {{ \
+            "(version: 1, canvas: (size_mm: ({}, {}), resolution: 64, seed: {seed}), nodes: {{ \
              \"mesh\": LoadMesh(path: {path}, unit: {unit}, up: {:?}), {nodes} }}, outputs: {{}})",
             size.x, size.y, self.up
         );
@@ -184,8 +184,8 @@ impl Loaded {
         Refusal::of_failure(&shared.tools, &self.file, failure, &graph.sources)
     }
 
-    /// A graph that cuts solids along the mesh.
-    pub(super) fn cut(&self, around: &Around<'_>, on: &On, size: DVec2) -> Result<Cut, Refusal> {
+    /// A graph that cuts solids along the mesh, for a canvas of this size and seed.
+    pub(super) fn cut(&self, around: &Around<'_>, on: &On, (size, seed): (DVec2, u64)) -> Result<Cut, Refusal> {
         let shared = around.shared;
         let Place { position: [x, y, z], turn: [a, b, c] } = on.place;
         let [along_x, along_y, along_z] = on.spread;
@@ -196,7 +196,7 @@ impl Loaded {
              spread: ({along_x:?}, {along_y:?}, {along_z:?}), turn: {:?}, seed: {})",
             on.by, on.turn, on.seed
         );
-        let graph = self.graph(shared, size, &nodes)?;
+        let graph = self.graph(shared, (size, seed), &nodes)?;
         let keys = shared.session.keys(&graph).map_err(|failure| self.refusal(shared, failure, &graph))?;
         let at = (node(&graph, "atlas"), 0);
         let atlas = shared.session.value(&graph, at, around.cancel, around.observer);
@@ -205,7 +205,7 @@ impl Loaded {
             graph,
             key: keys.output(at.0, at.1),
             atlas: Atlas::unwrap(atlas).ok_or_else(missing)?,
-            how: on.text(),
+            how: format!("{} {seed}", on.text()),
         })
     }
 }

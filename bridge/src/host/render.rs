@@ -186,7 +186,7 @@ impl Render {
             (Some(mesh), Some(on)) => {
                 let keys = around.shared.session.keys(&graph);
                 let keys = keys.map_err(|failure| refusal(around, &self.source, failure, &graph))?;
-                Some((mesh.cut(around, on, graph.canvas.size_mm)?, keys))
+                Some((mesh.cut(around, on, (graph.canvas.size_mm, graph.canvas.seed))?, keys))
             }
             _ => None,
         };

@@ -32,53 +32,53 @@ fn pictures(tools: &Tools, text: &str) -> BTreeMap<String, Sample> {
 fn migrated_graphs_pass_check_and_keep_exact_pictures() {
     for (line, nodes, is_exact) in [
         (
-            r#"kind: "Perlin", version: 2, look: Look, answer: Set(field: "aspect", value: "1"), exact: true"#,
-            r#""a": Perlin(size: 3)"#,
+            r#"kind: "Fractal", version: 4, look: Look, answer: Set(field: "aspect", value: "1"), exact: true"#,
+            r#""a": Fractal(size: 3)"#,
             true,
         ),
         (
-            r#"kind: "Perlin", version: 2, look: Look, answer: Set(field: "aspect", value: "1"), exact: true"#,
-            r#""a": Blur(input: Perlin(size: "$p"), radius: 0.5)"#,
+            r#"kind: "Fractal", version: 4, look: Look, answer: Set(field: "aspect", value: "1"), exact: true"#,
+            r#""a": Blur(input: Fractal(size: "$p"), radius: 0.5)"#,
             true,
         ),
         (
-            r#"kind: "Perlin", version: 2, look: Look, answer: Remove(field: "aspect"), exact: true"#,
-            r#""a": Perlin(aspect: 1, size: 3)"#,
+            r#"kind: "Fractal", version: 4, look: Look, answer: Remove(field: "aspect"), exact: true"#,
+            r#""a": Fractal(aspect: 1, size: 3)"#,
             true,
         ),
         (
-            r#"kind: "Perlin", version: 2, look: Look, answer: Rename(field: "seed", to: "angle")"#,
-            r#""a": Perlin(seed: 3)"#,
+            r#"kind: "Fractal", version: 4, look: Look, answer: Rename(field: "seed", to: "angle")"#,
+            r#""a": Fractal(seed: 3)"#,
             false,
         ),
         (
-            r#"kind: "Perlin", version: 2, look: Look, answer: RenameKind(to: "Simplex")"#,
-            r#""a": Perlin(size: 3)"#,
+            r#"kind: "Fractal", version: 4, look: Look, answer: RenameKind(to: "Simplex")"#,
+            r#""a": Fractal(size: 3)"#,
             false,
         ),
         (
             r#"kind: "Invert", version: 9, look: Look, answer: Formula("1 - {input}"), exact: true"#,
-            r#""b": Perlin(size: 4), "a": Invert(input: "b")"#,
+            r#""b": Fractal(size: 4), "a": Invert(input: "b")"#,
             true,
         ),
         (
             r#"kind: "Invert", version: 9, look: Look, answer: Formula("1 - {input}"), exact: true"#,
-            r#""b": Perlin(size: 4), "a": Blur(input: Invert(input: "= b * $p / 4"))"#,
+            r#""b": Fractal(size: 4), "a": Blur(input: Invert(input: "= b * $p / 4"))"#,
             true,
         ),
         (
-            r#"kind: "Perlin", version: 2, look: Look, answer: Scale(field: "size", by: 0.5)"#,
-            r#""a": Perlin(size: "$p")"#,
+            r#"kind: "Fractal", version: 4, look: Look, answer: Scale(field: "size", by: 0.5)"#,
+            r#""a": Fractal(size: "$p")"#,
             false,
         ),
         (
-            r#"kind: "Perlin", version: 2, look: Look, answer: Scale(field: "size", by: 0.5)"#,
-            r#""a": Perlin(size: "= $p + 1")"#,
+            r#"kind: "Fractal", version: 4, look: Look, answer: Scale(field: "size", by: 0.5)"#,
+            r#""a": Fractal(size: "= $p + 1")"#,
             false,
         ),
         (
-            r#"kind: "Perlin", version: 2, look: Look, answer: Scale(field: "size", by: 1), exact: true"#,
-            r#""a": Perlin(size: "$p")"#,
+            r#"kind: "Fractal", version: 4, look: Look, answer: Scale(field: "size", by: 1), exact: true"#,
+            r#""a": Fractal(size: "$p")"#,
             true,
         ),
     ] {

@@ -156,7 +156,7 @@ fn merges_pins() {
     );
 }
 
-/// An earlier pin on one side and a use of a shipped graph that has changed since on the other make an error that neither had.
+/// One side has an earlier pin, the other uses a shipped graph that has changed since: together they make an error.
 #[test]
 fn a_pin_and_a_later_graph_conflict() {
     let base = BASE.replace("version: 1,", "version: 1, pins: 60,");

@@ -174,10 +174,7 @@ struct Source {
 impl Source {
     /// The first pixel of the canvas that has a result that is not finite, if the window has other pixels as well.
     fn first_on_canvas(&self, planes: &[&[f32]], (grid, window): (&Grid, Window), components: usize) -> Option<usize> {
-        let inside = window.intersection(&Window::full(grid.picture()?));
-        if inside == window || inside.is_empty() {
-            return None;
-        }
+        let inside = window.overlap(&Window::full(grid.picture()?)).filter(|inside| *inside != window)?;
         let offset = |at: i32, start: i32| usize::try_from(at - start).unwrap_or(0);
         let (width, columns) = (window.width as usize, inside.width as usize);
         let (left, top) = (offset(inside.x, window.x), offset(inside.y, window.y));

@@ -168,6 +168,7 @@ fn places_that_are_not_finite_lie_on_the_canvas() {
     assert_eq!(fill(Window { x: -3, y: 1, width: 8, height: 5 }), [0.25, 0.75, 0.0]);
     assert_eq!(fill(Window { x: 0, y: 1, width: 8, height: 5 }), [0.25, 0.75, 0.0]);
     assert_eq!(fill(Window { x: -3, y: 1, width: 3, height: 1 }), [-1.25, 0.75, 0.0], "no pixel of the canvas");
+    assert_eq!(fill(Window { x: -9, y: -9, width: 4, height: 4 }), [-4.25, -4.25, 0.0], "far from the canvas");
 }
 
 #[test]

@@ -113,7 +113,7 @@ fn a_shipped_graph_of_an_earlier_version_is_refused() {
             }
         }
     }
-    // A file has its own pins, whoever uses it.
+    // The pins of a file do not depend on the graphs that use it.
     assert!(refused("pins: 1,", SHIPPED_CHANGES, r#""u": Use(graph: "own")"#, false).is_empty());
     // A graph that no node uses alters no picture.
     assert!(refused("pins: 1,", SHIPPED_CHANGES, r#""r": Rays(), /* graph: "goat" */"#, false).is_empty());

@@ -402,19 +402,20 @@ fn solids_are_cut_along_a_mesh() {
     desk.write("cut.ron", WOOD.replace(r#""color": CutPlane(solid: "wood")"#, cut));
     session.ok(json!({ "op": "open", "graph": desk.path("cut.ron") }));
     let written = session.ask(json!({ "op": "render", "graph": "g3" }));
-    assert!(file(&worn[0]) == file(&written[0]), "the picture on the mesh is another one");
+    let along = file(&worn[0]);
+    assert!(along == file(&written[0]), "the picture on the mesh is another one");
     let flat = session.ask(json!({ "op": "render", "graph": "g1" }));
-    assert!(file(&worn[0]) != file(&flat[0]), "the mesh has no effect");
+    assert!(along != file(&flat[0]), "the mesh has no effect");
 
     // Pieces come from other places, as the graph file writes them.
     let spread = json!({ "op": "render", "graph": "g1", "slot": "m", "on": { "mesh": "o2", "by": "Piece",
         "place": { "move": [1, 40, 0], "turn": [0, 10, 0] }, "spread": [30, 30, 9], "turn": 45, "seed": 7 } });
-    let moved = session.ask(spread);
+    let moved = file(&session.ask(spread)[0]);
     let by_piece = cut.replace("by: Part", "by: Piece, spread: (30, 30, 9), turn: 45, seed: 7");
     desk.write("moved.ron", WOOD.replace(r#""color": CutPlane(solid: "wood")"#, &by_piece));
     session.ok(json!({ "op": "open", "graph": desk.path("moved.ron") }));
     let written = session.ask(json!({ "op": "render", "graph": "g4" }));
-    assert!(file(&moved[0]) == file(&written[0]) && file(&moved[0]) != file(&worn[0]), "pieces have other places");
+    assert!(moved == file(&written[0]) && moved != along, "pieces have other places");
     let mut far = on("o2");
     far["on"]["spread"] = json!([-1, 0, 0]);
     assert_eq!(session.refused(far), "usage");

@@ -163,6 +163,8 @@ export const views = ({ packed, keep, axe }) => ({
       const found = await page.eval("axe.run(document).then((r) => r.violations.map((v) => `${v.id}: ${v.nodes.map((n) => `${n.target} ${n.failureSummary}`).join('; ')}`))");
       assert.deepEqual(found, [], theme);
     }
+    // The jump to a line has put the focus into the text.
+    await page.eval("document.getElementById('picture').focus()");
     await page.key("Escape", { keyCode: 27 });
     await page.wait(`!${ROOT}.target.startsWith("@")`);
     await page.eval("document.getElementById('graph-close').click()");

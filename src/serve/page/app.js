@@ -306,7 +306,7 @@ const refresh = latest(async (/** @type {number} */ longest) => {
   const found = await ask('look', { g: generation, t: wanted, s: longest });
   if (wanted !== page.target || generation !== page.state.scene.generation) return;
   // The node was deleted from the file.
-  if (!found && wanted.startsWith('@')) back();
+  if (found === null && wanted.startsWith('@')) back();
   if (!found) return;
   page.about = found;
   if (wanted.startsWith('@')) details();

@@ -1,5 +1,5 @@
 // @ts-check
-// Everything that the page asks of the server, with paths relative to the page. Only this module and stream.js talk to it.
+// Everything that the page asks of the server. Only this module and stream.js talk to it.
 import { meshShape } from './shapes.js';
 export { latest } from './latest.js';
 
@@ -8,11 +8,9 @@ export { latest } from './latest.js';
 /** @type {(path: string, args: Args) => string} */
 const query = (path, args) => `${path}?${new URLSearchParams(/** @type {Record<string, string>} */ (args))}`;
 
-// The words of a header that the server always sends.
 /** @type {(response: Response, name: string) => string[]} */
 const header = (response, name) => /** @type {string} */ (response.headers.get(name)).split(' ');
 
-// A request whose failure says that there is no connection.
 /** @param {string} path @param {RequestInit} [options] */
 async function request(path, options) {
   try {
@@ -45,14 +43,14 @@ export async function samples(args, path = 'map') {
   return { width: +width, height: +height, form, scale: +scale, data: await response.arrayBuffer() };
 }
 
-// Texture of a channel: on the canvas, or on a shape cut from a solid.
+// Texture of a channel, on the canvas or a shape.
 /** @param {Scene} scene @param {ChannelMap} map @param {number} s */
 export function worn(scene, { t, solid }, s) {
   const about = { g: scene.generation, t, s };
   return solid ? samples({ ...about, shape: solid }, 'wear') : samples(about);
 }
 
-// Unconverted values of a field for measuring: by rows, with the channels of a pixel together.
+// Unconverted values of a field, by rows.
 /** @param {Args} args @returns {Promise<PictureValues | null>} */
 export async function exact(args) {
   const response = await request(query('map', { ...args, exact: true }));
@@ -62,7 +60,6 @@ export async function exact(args) {
   return { width: +width, height: +height, channels: +form.slice(4), type, unit: unit === 'deg' ? '°' : unit ?? '', data };
 }
 
-// A mesh as a shape, and the bytes after it.
 /** @param {Response} response @returns {Promise<[Shape, ArrayBuffer]>} */
 async function shape(response) {
   const [vertices, indices, perMm, ...middle] = header(response, 'x-mesh').map(Number);

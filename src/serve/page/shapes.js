@@ -136,8 +136,7 @@ function leg(k) {
   return join([grid(Math.round(256 * Math.max(k, 0.5)), Math.round(360 * Math.max(k, 0.5)), at)]);
 }
 
-// A mesh of the engine as a shape: vertices of 11 numbers and the indices of triangles, with the length of one mm, and the position of
-// its middle in mm, z up.
+// A mesh of the engine: 11 numbers a vertex.
 /** @param {ArrayBuffer} bytes @param {number} vertices @param {number} indices @param {number} perMm @param {number[]} middle @returns {Shape} */
 export function meshShape(bytes, vertices, indices, perMm, middle) {
   const made = { data: new Float32Array(bytes, 0, vertices * 11), index: new Uint32Array(bytes, vertices * 44, indices) };

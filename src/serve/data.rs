@@ -28,8 +28,8 @@ pub(super) struct Sized {
 pub(super) async fn look(State(app): State<App>, query: Query2<Sized>) -> Result<Response, ApiError> {
     let Query(Sized { g, t, s }) = query?;
     let scene = app.scene(g)?;
-    // The node may have been deleted from the file while the page still shows it.
-    let target = scene.target(&t).ok_or(ApiError::Nothing)?;
+    // The node may have been deleted from the file while the page still shows it. Other reasons have no content.
+    let Some(target) = scene.target(&t) else { return Ok(Json(Data::Null).into_response()) };
     app.stage.set_focus(&t);
     let longest = s.clamp(1, WHOLE);
     let answer = app.look(&scene, move |look, stage, scene| describe(look, stage, scene, &target, longest)).await?;
@@ -158,12 +158,11 @@ pub(super) struct Level {
     u: String,
 }
 
-/// Returns the boxes and wires of the graph or of one of its sub-graphs.
+/// Returns the boxes and wires of the graph or of one of its sub-graphs; `null` if the sub-graph was deleted.
 pub(super) async fn graph(State(app): State<App>, query: Query2<Level>) -> Result<Response, ApiError> {
     let Query(Level { g, u }) = query?;
     let scene = app.scene(g)?;
-    let drawn = aside(move || page::level(&scene.graph, &u)).await?;
-    drawn.map(|drawn| Json(drawn).into_response()).ok_or(ApiError::Nothing)
+    Ok(Json(aside(move || page::level(&scene.graph, &u)).await?).into_response())
 }
 
 /// Returns the statistics of all nodes.

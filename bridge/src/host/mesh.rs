@@ -159,7 +159,7 @@ impl Loaded {
         Ok((loaded, answer))
     }
 
-    /// A graph with the node `mesh` and others, for a canvas of this size.
+    /// A graph with the node `mesh` and others, for a canvas of this size and seed.
     fn graph(&self, shared: &Shared, (size, seed): (DVec2, u64), nodes: &str) -> Result<Graph, Refusal> {
         let path = Json::from(self.file.as_str());
         let unit = match self.unit {

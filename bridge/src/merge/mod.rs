@@ -103,8 +103,8 @@ pub fn merge(tools: &Tools, request: &MergeRequest) -> Merged {
     })
 }
 
-/// Merges locks. Lines of them mean nothing by themselves, so that nothing else can be done; returns the reason if a
-/// version cannot be read.
+/// Merges locks. Returns the reason if a version cannot be read: its lines mean nothing by themselves, so they cannot be merged
+/// either.
 fn locks(request: &MergeRequest) -> Result<Merged, String> {
     let read = |side: &str, text: &str| {
         Lock::read(text).map_err(|error| format!("{side} is no lock that this program reads ({error})"))

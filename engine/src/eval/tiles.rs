@@ -152,7 +152,7 @@ impl Run<'_> {
             GuardResult::Guard(guard) => Some(guard),
             GuardResult::Timeout => None,
         };
-        // Nor may those of a stored tile be about the demand of this run: other runs may have read more around it.
+        // Those of a stored tile may be about more than this run demands: another run may have read more around it.
         let is_about_demand = |warnings: &Warnings| limit.is_none() || !are_placed(warnings);
         let stored = self.stored_tile(&whole, field, &grid).filter(|(_, warnings)| is_about_demand(warnings));
         let stored = stored.map(|(tile, warnings)| (tile, Vec::new(), warnings));

@@ -159,7 +159,7 @@ mod tests {
 
     const GO: &(dyn Fn() -> bool + Sync) = &|| false;
 
-    /// Heights from 0 to 1 that look like chance.
+    /// Heights from 0 to 1 that look random.
     fn rough(width: usize, height: usize) -> Vec<f32> {
         let value = |n: usize| ((n * 7919 + n * n * 104_729) % 1009) as f32 / 1009.0;
         (0..width * height).map(value).collect()

@@ -90,11 +90,12 @@ export class Views {
     return found;
   }
 
+  // The drawing of a level; null if there is none, undefined if the graph changes before.
   /** @param {number} generation @param {string} path */
   async level(generation, path) {
     const { model, levels } = this;
     const { opened } = model;
-    if (generation !== model.generation || !opened) return null;
+    if (generation !== model.generation || !opened) return undefined;
     if (this.of !== opened) {
       this.of = opened;
       levels.clear();
@@ -103,7 +104,7 @@ export class Views {
     levels.set(path, known);
     const found = await known;
     if (!found) levels.delete(path);
-    if (generation !== model.generation) return null;
+    if (generation !== model.generation) return undefined;
     if (found) this.names = found.names;
     return found;
   }

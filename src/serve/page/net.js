@@ -11,6 +11,7 @@ const query = (path, args) => `${path}?${new URLSearchParams(/** @type {Record<s
 /** @type {(response: Response, name: string) => string[]} */
 const header = (response, name) => /** @type {string} */ (response.headers.get(name)).split(' ');
 
+// A request whose failure says that there is no connection.
 /** @param {string} path @param {RequestInit} [options] */
 async function request(path, options) {
   try {
@@ -20,12 +21,11 @@ async function request(path, options) {
   }
 }
 
-// `null` says that the server does not know the thing, `undefined` that it has no answer of this kind, or no longer shows this graph.
+// Undefined where there is no answer, as about a graph that is no longer shown.
 /** @param {string} path @param {Args} args */
 export async function ask(path, args) {
   const response = await request(query(path, args));
-  if (response.status === 200) return response.json();
-  return response.status === 404 ? null : undefined;
+  return response.status === 200 ? response.json() : undefined;
 }
 
 /** @param {string} path @param {Args} [args] */

@@ -268,11 +268,11 @@ export class Graph {
     this.asked.clear();
     this.queue.length = 0;
     const { level } = this;
-    /** @type {{ nodes: Box[], wires: GraphWire[], names: string[] } | null} */
+    /** @type {{ nodes: Box[], wires: GraphWire[], names: string[] } | null | undefined} */
     const graph = await ask('graph', { g: generation, u: level });
     if (this.generation !== generation || this.level !== level) return;
     // The sub-graph was deleted from the file.
-    if (!graph && level) { await this.enter(''); return; }
+    if (graph === null && level) { await this.enter(''); return; }
     if (!graph) return;
     const first = !this.nodes.length || this.fresh;
     this.fresh = false;

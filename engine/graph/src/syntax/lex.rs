@@ -95,7 +95,7 @@ fn line_around(text: &str, at: usize) -> Range<usize> {
     start..text[at..].find('\n').map_or(text.len(), |len| at + len)
 }
 
-/// The tokens of a text in which the lines that end at `torn` lack a quote.
+/// The tokens of a text in which the lines `torn` lack a quote.
 fn tokens(text: &str, torn: Vec<Range<usize>>) -> Lexed {
     let out = Lexed { tokens: Vec::with_capacity(text.len() / 5), ..Lexed::default() };
     let mut lexer = Lexer {

@@ -67,7 +67,7 @@ pub fn by_file(diagnostics: &[Diagnostic], sources: &SourceMap) -> BTreeMap<Path
 /// Most hints of a file: damaged texts may have hundreds of thousands.
 const HINTS: usize = 1000;
 
-/// Nodes that no output needs, names that hide others in formulas, and uses of deprecated things; at most [`HINTS`].
+/// Nodes that no output needs, names that hide others in formulas, and uses of deprecated things; at most 1,000.
 pub fn hints(cx: Cx<'_>) -> Vec<Finding> {
     cx.file.scopes().flat_map(|file| hints_of(cx.with(&file))).take(HINTS).collect()
 }

@@ -4,11 +4,11 @@ use shibo_kernel::surface::combine_normals::NormalBlend;
 use shibo_node::{Context, SolidOrMaterial};
 use shibo_value::{Channel, ChannelSet, Cut, Field, Material, Solid, SolidMaterial, Type, Value};
 
-/// Cuts a solid or a material of solids: gives a field of a solid, or a material with the channels of a material of solids. If the material has a
-/// height, the cut gets the normal of its height; a normal of the material's own lies over it as detail.
+/// Cuts a solid or a material of solids: gives a field of a solid, or a material with the channels of a material of solids, which are cut in
+/// their order. If the material has a height, the cut gets the normal of its height; a normal of the material's own lies over it as detail.
 pub(crate) fn shown(
     solid: &SolidOrMaterial,
-    cut: impl Fn(&Solid) -> Field,
+    mut cut: impl FnMut(&Solid) -> Field,
     normals: impl Fn(&Field) -> Field,
 ) -> Value {
     match solid {
@@ -24,7 +24,7 @@ pub fn cut_material(material: &SolidMaterial, cut: &Cut) -> Material {
 
 fn shown_material(
     material: &SolidMaterial,
-    cut: impl Fn(&Solid) -> Field,
+    mut cut: impl FnMut(&Solid) -> Field,
     normals: impl Fn(&Field) -> Field,
 ) -> Material {
     let channels = material.channels().iter().map(|(channel, solid)| (*channel, cut(solid)));

@@ -4,7 +4,7 @@
 //! several solids or outputs read, such as the growth time of a tree, are computed once and cached.
 use super::shown::{CutField, CutInput};
 use super::solid::{Body, Solid};
-use super::{Cut, Field, FieldId, Halo, Key, Tile, Type};
+use super::{Cut, Field, FieldId, Key, Type};
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -79,14 +79,7 @@ impl Known {
             }
             Body::Channels { of, channels } => {
                 let all = self.get(of, cut).cloned().ok_or_else(|| vec![(of.clone(), cut.clone())])?;
-                let channels = channels.clone();
-                let pick = move |out: &mut Tile, [from]: [&Tile; 1]| {
-                    for (plane, channel) in out.planes_mut().into_iter().zip(&*channels) {
-                        plane.copy_from_slice(from.plane(*channel));
-                    }
-                    Ok(())
-                };
-                Field::map(solid.field_type(), [all], Halo::NONE, pick).overwriting()
+                all.pick(solid.field_type(), channels.clone())
             }
         };
         Ok(match solid.key().zip(cut.key()) {

@@ -21,6 +21,7 @@ pub enum FieldId {
 #[derive(Clone)]
 pub struct Field {
     ty: Type,
+    channels: usize,
     domain: Domain,
     native: Option<Grid>,
     pixels: Option<glam::UVec2>,
@@ -46,6 +47,7 @@ impl Field {
     pub fn new(ty: Type, tiling: Tiling, source: impl FieldSource + 'static) -> Self {
         Self {
             ty,
+            channels: ty.channels(),
             domain: Domain::canvas(tiling),
             native: None,
             pixels: None,
@@ -55,6 +57,24 @@ impl Field {
             overwrites: false,
             source: Link::new(Arc::new(source)),
         }
+    }
+
+    /// A field of any number of channels that are computed together. [`pick`](Self::pick) gives fields of some of them.
+    pub fn bundle(channels: usize, tiling: Tiling, source: impl FieldSource + 'static) -> Self {
+        Self { channels, ..Self::new(Type::Gray, tiling, source) }
+    }
+
+    /// Some of its channels, as a field of type `ty` with as many channels.
+    #[must_use]
+    pub fn pick(&self, ty: Type, channels: impl Into<Arc<[usize]>>) -> Self {
+        let channels: Arc<[usize]> = channels.into();
+        let copy = move |out: &mut Tile, [from]: [&Tile; 1]| {
+            for (plane, channel) in out.planes_mut().into_iter().zip(&*channels) {
+                plane.copy_from_slice(from.plane(*channel));
+            }
+            Ok(())
+        };
+        Self::map(ty, [self.clone()], Halo::NONE, copy).overwriting()
     }
 
     /// A field with one constant value; `values` has one number per channel.
@@ -139,7 +159,7 @@ impl Field {
 
     /// The number of channels.
     pub fn channels(&self) -> usize {
-        self.ty.channels()
+        self.channels
     }
 
     /// The pixel grid of the picture that it was made from, if any.

@@ -90,6 +90,7 @@ pub use nearest::Nearest;
 pub use object::{Carried, Object, Renders};
 pub use path::{Path, Polyline};
 pub use points::{Edges, GridOrder, Points};
+pub use quads::SharedValues;
 pub use scalar_map::ScalarMap;
 pub use segments::{Segments, clip_line};
 pub use skeleton::{Branch, Skeleton};

@@ -2,14 +2,44 @@
 use super::FieldId;
 use super::solid::{Body, Patch, Planes, Solid};
 use std::collections::HashMap;
+use std::ops::{Deref, Range};
 use std::sync::Arc;
 
 impl Solid {
-    /// Its values at the points with these planes of x, y and z, one channel after another. Each point stands for the
-    /// space around it, `pixel` mm wide: its value depends only on the point, not on any surface. A solid that several
-    /// others read is evaluated once.
-    pub fn quads(&self, points: &[&[f32]; 3], pixel: f32) -> Vec<f32> {
-        AtQuads::new(points, pixel).values(self)
+    /// The values of several solids at the points with these planes of x, y and z: for each solid one channel after
+    /// another. Each point stands for the space around it, `pixel` mm wide: its value depends only on the point, not on
+    /// any surface. A solid that several others read is evaluated once.
+    pub fn quads(solids: &[Self], points: &[&[f32]; 3], pixel: f32) -> Vec<SharedValues> {
+        let mut at = AtQuads::new(points, pixel);
+        solids.iter().map(|solid| at.values(solid)).collect()
+    }
+}
+
+/// A part of a list of numbers. Copies share the numbers.
+#[derive(Clone, Default)]
+pub struct SharedValues {
+    all: Arc<Vec<f32>>,
+    part: Range<usize>,
+}
+
+impl SharedValues {
+    /// A part of this part.
+    fn part(&self, part: Range<usize>) -> Self {
+        Self { all: self.all.clone(), part: self.part.start + part.start..self.part.start + part.end }
+    }
+}
+
+impl From<Vec<f32>> for SharedValues {
+    fn from(all: Vec<f32>) -> Self {
+        Self { part: 0..all.len(), all: Arc::new(all) }
+    }
+}
+
+impl Deref for SharedValues {
+    type Target = [f32];
+
+    fn deref(&self) -> &[f32] {
+        &self.all[self.part.clone()]
     }
 }
 
@@ -17,7 +47,7 @@ impl Solid {
 struct Set<'a> {
     /// The planes of their coordinates. Quads have two rows: the points and those beside them along x, and those along y
     /// and z.
-    points: [Arc<[f32]>; 3],
+    points: [SharedValues; 3],
     in_quads: bool,
     /// The set and the solid that moved it here; `None` for the original points.
     moved_by: Option<(usize, &'a Solid)>,
@@ -33,7 +63,7 @@ struct AtQuads<'a> {
     pixel: f32,
     /// Index of the moved set, by the original set and the solid that moves it.
     moved: HashMap<(usize, FieldId), usize>,
-    known: HashMap<(usize, FieldId), Arc<[f32]>>,
+    known: HashMap<(usize, FieldId), SharedValues>,
 }
 
 /// A solid in a set of points.
@@ -41,18 +71,21 @@ type Task<'a> = (usize, &'a Solid);
 
 impl<'a> AtQuads<'a> {
     fn new(points: &[&[f32]; 3], pixel: f32) -> Self {
-        let axis = |axis: usize| -> Arc<[f32]> {
+        let axis = |axis: usize| -> SharedValues {
             let beside = |along: usize| if axis == along { pixel } else { 0.0 };
-            let upper = points[axis].iter().flat_map(|v| [*v, *v + beside(0)]);
-            upper.chain(points[axis].iter().flat_map(|v| [*v + beside(1), *v + beside(2)])).collect()
+            let mut plane = Vec::with_capacity(4 * points[axis].len());
+            points[axis].iter().for_each(|v| plane.extend([*v, *v + beside(0)]));
+            points[axis].iter().for_each(|v| plane.extend([*v + beside(1), *v + beside(2)]));
+            plane.into()
         };
-        let single = Set { points: points.map(Arc::from), in_quads: false, moved_by: None, quads: Some(1) };
+        let points = points.map(|plane| plane.to_vec().into());
+        let single = Set { points, in_quads: false, moved_by: None, quads: Some(1) };
         let quads = Set { points: [0, 1, 2].map(axis), in_quads: true, moved_by: None, quads: Some(1) };
         Self { sets: vec![single, quads], pixel, moved: HashMap::new(), known: HashMap::new() }
     }
 
     /// The values of `solid` at the points. Uses a work-list, because solids may read each other in long chains.
-    fn values(mut self, solid: &'a Solid) -> Vec<f32> {
+    fn values(&mut self, solid: &'a Solid) -> SharedValues {
         let mut open: Vec<Task<'a>> = vec![(0, solid)];
         while let Some(&(set, top)) = open.last() {
             if self.known.contains_key(&(set, top.id())) {
@@ -67,7 +100,7 @@ impl<'a> AtQuads<'a> {
                 self.known.insert((set, top.id()), values);
             }
         }
-        self.known.get(&(0, solid.id())).map_or_else(Vec::new, |all| all.to_vec())
+        self.known.get(&(0, solid.id())).cloned().unwrap_or_default()
     }
 
     /// The values that a solid needs first.
@@ -110,7 +143,7 @@ impl<'a> AtQuads<'a> {
         }
         let moved = self.known.get(&(set, place.id()))?;
         let n = self.sets[set].points[0].len();
-        let points = [0, 1, 2].map(|axis| moved[axis * n..(axis + 1) * n].into());
+        let points = [0, 1, 2].map(|axis| moved.part(axis * n..(axis + 1) * n));
         let (to, in_quads) = (self.sets.len(), self.sets[set].in_quads);
         self.sets.push(Set { points, in_quads, moved_by: Some((set, place)), quads: in_quads.then_some(to) });
         self.moved.insert((set, place.id()), to);
@@ -118,7 +151,7 @@ impl<'a> AtQuads<'a> {
     }
 
     /// The values of a solid whose inputs are known.
-    fn compute(&mut self, set: usize, solid: &Solid) -> Arc<[f32]> {
+    fn compute(&mut self, set: usize, solid: &Solid) -> SharedValues {
         let Set { points, in_quads, quads, .. } = &self.sets[set];
         let n = points[0].len();
         let known = |set: usize, input: &Solid| self.known.get(&(set, input.id())).cloned().unwrap_or_default();
@@ -128,16 +161,22 @@ impl<'a> AtQuads<'a> {
                 known(to, inner)
             }
             Body::Channels { of, channels } => {
-                let all = known(set, of);
-                channels.iter().flat_map(|c| all[c * n..(c + 1) * n].iter().copied()).collect()
+                let of = known(set, of);
+                let first = channels.first().copied().unwrap_or(0);
+                if channels.iter().zip(first..).all(|(channel, next)| *channel == next) {
+                    of.part(first * n..(first + channels.len()) * n)
+                } else {
+                    channels.iter().map(|c| &of[c * n..(c + 1) * n]).collect::<Vec<_>>().concat().into()
+                }
             }
             Body::Computed { source, .. } if source.wants().quads && !in_quads => {
                 let all = known(quads.unwrap_or(set), solid);
-                let first = |plane: &[f32]| plane[..2 * n].iter().step_by(2).copied().collect::<Vec<f32>>();
-                all.chunks((4 * n).max(1)).flat_map(first).collect()
+                let mut first = Vec::with_capacity(all.len() / 4);
+                all.chunks((4 * n).max(1)).for_each(|plane| first.extend(plane[..2 * n].iter().step_by(2)));
+                first.into()
             }
             Body::Computed { source, inputs } => {
-                let inputs: Vec<Arc<[f32]>> = inputs.iter().map(|input| known(set, input)).collect();
+                let inputs: Vec<SharedValues> = inputs.iter().map(|input| known(set, input)).collect();
                 let inputs: Vec<Planes<'_>> = inputs.iter().map(|values| Planes::new(values, n)).collect();
                 let place = Patch::of([&points[0], &points[1], &points[2]]);
                 let rows = if *in_quads { 2 } else { 1 };
@@ -154,6 +193,7 @@ impl<'a> AtQuads<'a> {
 mod tests {
     use super::*;
     use crate::{SolidSource, Type, Wants};
+    use std::slice;
     use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// A solid: its inputs and the coordinates at each point, combined by `body`; counts the points.
@@ -202,12 +242,23 @@ mod tests {
         let (ring, ring_count) = solid(Type::Solid, true, vec![moved.clone()], |[.., z], input, _| 100.0 * z + input);
         let (top, top_count) = solid(Type::Solid, false, vec![ring, moved.clone()], |_, input, _| input);
         // Only single points of a solid that no code reads in quads.
-        let alone = moved.quads(&points, 0.5);
-        assert_eq!(alone, [12.0, 14.0, 16.0, 18.0, 20.0]);
+        let alone = Solid::quads(slice::from_ref(&moved), &points, 0.5).remove(0);
+        assert_eq!(*alone, [12.0, 14.0, 16.0, 18.0, 20.0]);
         assert_eq!(below_count.swap(0, Ordering::Relaxed), 5);
-        let all = top.quads(&points, 0.5);
-        assert_eq!(all, [0, 1, 2, 3, 4].map(|k| 2000.0 + 100.0 * k as f32 + 2.0 * (12.0 + 2.0 * k as f32)));
+        let all = Solid::quads(slice::from_ref(&top), &points, 0.5).remove(0);
+        assert_eq!(*all, [0, 1, 2, 3, 4].map(|k| 2000.0 + 100.0 * k as f32 + 2.0 * (12.0 + 2.0 * k as f32)));
         let counts = [&below_count, &ring_count, &top_count].map(|count| count.load(Ordering::Relaxed));
         assert_eq!(counts, [25, 20, 5]);
+    }
+
+    #[test]
+    fn solids_that_share_another_evaluate_it_once() {
+        let (below, count) = solid(Type::SolidColor, false, vec![], |[x, ..], _, _| x);
+        let parts =
+            [below.pick(Type::SolidColor, &[0, 1, 2]), below.channel(1), below.pick(Type::SolidColor, &[2, 0, 0])];
+        let found = Solid::quads(&parts, &[&[1.0, 2.0], &[3.0, 4.0], &[5.0, 6.0]], 0.5);
+        let expected: [&[f32]; 3] = [&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &[3.0, 4.0], &[5.0, 6.0, 1.0, 2.0, 1.0, 2.0]];
+        assert_eq!(found.iter().map(|values| &**values).collect::<Vec<_>>(), expected);
+        assert_eq!(count.load(Ordering::Relaxed), 2);
     }
 }

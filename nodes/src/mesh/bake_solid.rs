@@ -13,7 +13,9 @@ use shibo_kernel::mesh::bake;
 use shibo_kernel::mesh::fields;
 use shibo_kernel::mesh::motion::{RigidMotion, Scatter, motions};
 use shibo_kernel::surface::normal::{NormalSpec, SlopeFilter};
-use shibo_node::{CanvasFacts, Context, Fact, In, InSpace, MaterialInputs, Node, Output, Outputs, choice, node};
+use shibo_node::{
+    CanvasFacts, Context, Fact, In, InSpace, MaterialInputs, Node, Output, Outputs, SolidOrMaterial, choice, node,
+};
 use shibo_value::{
     Atlas, ChannelSet, Cut, Field, FieldSource, Given, Grid, PieceMap, Read, Solid, Stop, Tile, Tiling, Type, Window,
 };
@@ -178,9 +180,9 @@ fn width(scale: f64, grid: &Grid) -> f64 {
     scale * (grid.step.x * grid.step.y).sqrt()
 }
 
-/// A solid at the texels of an atlas, each computed on its own.
+/// Solids at the texels of an atlas, each texel computed on its own: the channels of one solid after those of another.
 struct TexelsInSpace {
-    solid: Solid,
+    solids: Vec<Solid>,
     place: Field,
     texels: Field,
     scale: f64,
@@ -202,8 +204,9 @@ impl FieldSource for TexelsInSpace {
         for some in owned.chunks(AT_ONCE) {
             given.check()?;
             let points = [0, 1, 2].map(|axis| some.iter().map(|k| place.plane(axis)[*k]).collect::<Vec<f32>>());
-            let values = self.solid.quads(&[&points[0], &points[1], &points[2]], pixel);
-            for (plane, values) in out.planes_mut().into_iter().zip(values.chunks(some.len())) {
+            let values = Solid::quads(&self.solids, &[&points[0], &points[1], &points[2]], pixel);
+            let values = values.iter().flat_map(|values| values.chunks(some.len()));
+            for (plane, values) in out.planes_mut().into_iter().zip(values) {
                 some.iter().zip(values).for_each(|(k, value)| plane[*k] = *value);
             }
         }
@@ -235,11 +238,19 @@ impl Node for BakeSolid {
             let cut = self.cut(&atlas, place, seed);
             return Ok(Outputs::one(shown(&solid, |solid| cx.cut(solid, &cut), normals)));
         }
-        let texels = fields::texels(&atlas);
+        let solids: Vec<Solid> = match &solid {
+            SolidOrMaterial::Solid(solid) => vec![solid.clone()],
+            SolidOrMaterial::Material(material) => material.channels().iter().map(|(_, solid)| solid.clone()).collect(),
+        };
+        // The channels of a material have most of their work in common.
+        let channels = solids.iter().map(Solid::channels).sum();
+        let mut next = 0;
+        let source = TexelsInSpace { solids, place, texels: fields::texels(&atlas), scale: atlas.scale() };
+        let all = Field::bundle(channels, Tiling::NONE, source).overwriting();
         let baked = |solid: &Solid| {
-            let (place, texels) = (place.clone(), texels.clone());
-            let source = TexelsInSpace { solid: solid.clone(), place, texels, scale: atlas.scale() };
-            Field::new(solid.field_type(), Tiling::NONE, source).overwriting()
+            let first = next;
+            next += solid.channels();
+            all.pick(solid.field_type(), (first..next).collect::<Vec<_>>())
         };
         Ok(Outputs::one(shown(&solid, baked, normals)))
     }

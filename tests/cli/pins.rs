@@ -224,6 +224,38 @@ fn a_shipped_graph_that_changed_is_refused_until_the_graph_is_migrated() {
 }
 
 #[test]
+fn a_function_of_a_shipped_graph_that_changed_is_refused_until_the_graph_is_migrated() {
+    let desk = Desk::new();
+    let calls = GRAPH.replace("Perlin(size: 5)", "\"= d.float(x / 5)\"");
+    let calls = calls.replace("version: 1,", "version: 1,\n  pins: 45,\n  imports: { \"d\": \"shibo:denim\" },");
+    desk.write("a.ron", &calls);
+    for command in ["check", "verify", "render --no-cache -o out"] {
+        let ran = desk.shibo(&format!("{command} a.ron")).expect(1);
+        let told = [
+            "changed-kind",
+            "a.ron:8:13",
+            "`shibo:denim` of version 1 is not in this program any more",
+            "`shibo migrate FILE` takes version 2: plain twist",
+        ];
+        assert!(told.iter().all(|text| ran.stderr.contains(text)), "{command}: {}", ran.stderr);
+    }
+    desk.shibo("render --newest --no-cache -o out a.ron").expect(0);
+    let ran = desk.shibo("migrate a.ron").expect(0);
+    assert!(ran.stderr.contains("a.ron: `a` looks different since change 46: plain twist"), "{}", ran.stderr);
+    assert!(change_of(&text(&desk)) > 46);
+    assert!(!desk.shibo("check a.ron").expect(0).stderr.contains("changed-kind"));
+    // A picture in the lock is from before the change.
+    desk.shibo("pin a.ron").expect(0);
+    let (kept, newest) = (lock(&desk), change_of(&text(&desk)));
+    let at = kept.find("bits: \"").unwrap() + 7;
+    let old = format!("{}{}{}", &kept[..at], "0".repeat(16), &kept[at + 16..]);
+    desk.write("shibo.lock", old.replace(&format!("pins: {newest},"), "pins: 45,"));
+    let ran = desk.shibo("verify a.ron").expect(1);
+    assert!(ran.stdout.starts_with("a.ron  changed\n  a: "), "{}", ran.stdout);
+    assert!(ran.stdout.contains("  `denim` 2 (change 46, node \"a\", line 8): plain twist"), "{}", ran.stdout);
+}
+
+#[test]
 fn verify_calls_changed_pins_an_edit() {
     let desk = Desk::new();
     let veins = GRAPH.replace("Perlin(size: 5)", "Fractal(size: 5, kind: Turbulence)");

@@ -83,13 +83,7 @@ pub fn load(
     (set, preset): (&[(String, String)], Option<&str>),
     resolution: Option<Resolution>,
 ) -> Loaded {
-    let options = LoadOptions {
-        set: set.to_vec(),
-        preset: preset.map(str::to_owned),
-        resolution,
-        gate: tools.gate.clone(),
-        ..LoadOptions::default()
-    };
+    let options = LoadOptions { set: set.to_vec(), preset: preset.map(str::to_owned), resolution, ..tools.options() };
     load_text(&opened.path, &opened.text, &tools.registry, &options)
 }
 

@@ -54,6 +54,7 @@ impl<'a> Linker<'a> {
         let docs = self.docs;
         let doc = &docs[self.scopes[scope].doc];
         self.enter(scope);
+        self.check_calls(scope);
         for (i, input) in doc.document.inputs.iter().enumerate() {
             // Check the default even if it is not used.
             let default = self.default_input(scope, i);
@@ -62,6 +63,9 @@ impl<'a> Linker<'a> {
             self.scopes[scope].names.insert(input.name.clone(), Entity::Input(i));
         }
         for decl in &doc.document.nodes {
+            if self.cancel.is_cancelled() {
+                return;
+            }
             self.enter(scope);
             let entity = match &decl.args {
                 Some(args) => self.entity(scope, decl, Cow::Borrowed(args)),

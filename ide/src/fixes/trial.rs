@@ -106,7 +106,8 @@ fn is_syntax(code: Code) -> bool {
 /// `likely` is the number of errors that the text may have.
 pub fn errors(cx: Cx<'_>, text: &str, likely: usize, budget: &mut Budget) -> Option<Errors> {
     let enough = !cx.world.is_cancelled() && budget.check(text.len(), likely);
-    enough.then(|| counted(diagnostics(cx, text).iter().filter(|one| !one.warning)))
+    let found = enough.then(|| counted(diagnostics(cx, text).iter().filter(|one| !one.warning)));
+    found.filter(|_| !cx.world.is_cancelled())
 }
 
 fn diagnostics(cx: Cx<'_>, text: &str) -> Vec<Diagnostic> {

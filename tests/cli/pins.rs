@@ -118,6 +118,37 @@ fn pin_keeps_pictures_and_verify_compares_them() {
 }
 
 #[test]
+fn a_lock_that_is_too_large_or_no_file_is_left_alone() {
+    let desk = Desk::new();
+    desk.write("a.ron", GRAPH);
+    let refused = |says: &str| {
+        for command in ["verify", "pin"] {
+            let ran = desk.shibo(&format!("{command} a.ron")).expect(1);
+            assert!(ran.stderr.contains("`shibo.lock` is ") && ran.stderr.contains(says), "{says}: {}", ran.stderr);
+        }
+        assert_eq!(text(&desk), GRAPH);
+    };
+    for (content, says) in [
+        (" ".repeat((16 << 20) + 1), "it has more than 16777216 bytes"),
+        ("{".repeat(200_000), "is no lock (`bad-file`): 1:2: "),
+        (format!("{{ \"a.ron\": (pins: 1, text: {}", "[".repeat(200_000)), "is no lock (`bad-file`): 1:"),
+    ] {
+        desk.write("shibo.lock", &content);
+        refused(says);
+        assert_eq!(desk.read("shibo.lock"), content.as_bytes());
+    }
+    std::fs::remove_file(desk.path("shibo.lock")).unwrap();
+    std::fs::create_dir(desk.path("shibo.lock")).unwrap();
+    refused("is not a regular file");
+    #[cfg(unix)]
+    {
+        std::fs::remove_dir(desk.path("shibo.lock")).unwrap();
+        assert!(std::process::Command::new("mkfifo").arg(desk.path("shibo.lock")).status().unwrap().success());
+        refused("is not a regular file");
+    }
+}
+
+#[test]
 fn verify_tells_edits_that_git_knows_and_files_that_changed() {
     let desk = Desk::new();
     desk.write("part.ron", GRAPH);

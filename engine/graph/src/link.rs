@@ -14,10 +14,13 @@ use petgraph::graph::{DiGraph, NodeIndex};
 const SHOWN: usize = 8;
 
 impl Linker<'_> {
-    /// Checks all declarations and builds the nodes.
+    /// Checks all declarations and builds the nodes; some of them after a cancellation.
     pub(super) fn link(&mut self) {
         self.check_functions();
         let read = self.read_from(0);
+        if self.cancel.is_cancelled() {
+            return;
+        }
         // The content of a picture file decides the types of its readers, and some nodes determine their own output
         // types, so these nodes are built first.
         for flat in (0..self.flats.len()).filter(|flat| self.is_built_first(*flat)).collect::<Vec<_>>() {

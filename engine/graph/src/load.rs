@@ -95,6 +95,9 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
         linker.fill(0, &[]);
         linker.check_settings();
         linker.link();
+        if linker.cancel.is_cancelled() {
+            return None;
+        }
         let outputs = linker.outputs(true);
         instances = linker.scopes.len();
         if linker.report.errors() == 0 {
@@ -198,6 +201,9 @@ fn link_imports(
         linker.declare(index, String::new(), params, None);
         linker.fill(0, &[]);
         linker.link();
+        if linker.cancel.is_cancelled() {
+            return;
+        }
         linker.outputs(false);
         instances += linker.scopes.len();
     }

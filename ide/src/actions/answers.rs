@@ -275,7 +275,8 @@ fn operand(cx: Cx<'_>, value: &Value) -> String {
 mod tests {
     use super::*;
     use crate::Workspace;
-    use crate::diagnose::Severity;
+    use crate::diagnose::{Severity, by_file};
+    use shibo_graph::{LoadOptions, load_text};
     use shibo_node::registry::Registry;
     use std::sync::Arc;
 
@@ -451,6 +452,21 @@ mod tests {
         assert_eq!(apply(text, &action.edits[&file.path]), text.replace("pins: 1", "pins: 2"));
         assert!(!action.is_preferred, "the picture may change");
         assert!(newest(cx, &[finding(text, "Blur", "advice", None)]).is_none());
+    }
+
+    #[test]
+    fn an_editor_takes_newer_functions() {
+        let text = r#"(pins: 1, imports: { "d": "shibo:denim" }, nodes: { "a": "= d.float(x)" })"#;
+        let registry = registry(r#"graph: "denim", version: 2, touches: All"#);
+        let loaded = load_text(Path::new("a.ron"), text, &registry, &LoadOptions::default());
+        let findings = by_file(&loaded.diagnostics, &loaded.sources).remove(Path::new("a.ron")).unwrap();
+        let found: Vec<_> = findings.iter().map(|one| (one.code.as_str(), &text[one.range.clone()])).collect();
+        assert_eq!(found, [("changed-kind", "d.float")]);
+        let mut world = Workspace::new(registry, Vec::new());
+        let file = world.open(Path::new("a.ron"), text);
+        let action = newest(Cx { world: &world, file: &file }, &findings).unwrap();
+        assert_eq!(apply(text, &action.edits[&file.path]), text.replace("pins: 1", "pins: 2"));
+        assert!(action.is_preferred);
     }
 
     #[test]

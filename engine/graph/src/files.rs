@@ -95,7 +95,7 @@ impl<'a> Files<'a> {
             gate: &options.gate,
             cancel: &options.cancel,
             sources: SourceMap::default(),
-            report: Report::default(),
+            report: Report::new(options.brief),
             docs: Vec::new(),
             looked_at: Vec::new(),
             file_checks: FileChecks::default(),

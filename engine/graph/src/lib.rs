@@ -111,6 +111,8 @@ pub struct LoadOptions {
     pub overlay: BTreeMap<PathBuf, Arc<str>>,
     /// Decides which files may be read: imports, files that nodes read, and `shibo.toml`.
     pub gate: Gate,
+    /// True to leave suggestions out of the help of errors, as they take most of the time where names are wrong.
+    pub brief: bool,
     /// Ends the load early. The result has neither a graph nor diagnostics then.
     pub cancel: Cancel,
 }

@@ -206,3 +206,22 @@ fn functions_are_checked_once_and_have_a_limit_like_local_graphs() {
         assert_eq!(error.message, format!("too many {what} in a file; there may be 256"));
     }
 }
+
+#[test]
+fn brief_errors_are_the_same_without_suggestions() {
+    let nodes =
+        r#""a": Bandz(), "b": Mix(a: "aa", amont: 3), "red": Bands(), "c": Mix(a: "= redd + 1", b: "= clamb(1)")"#;
+    let text = format!("(imports: {{}}, nodes: {{ {nodes} }}, outputs: {{ \"o\": \"bb\" }}, presetz: {{}})");
+    let said = |brief: bool| {
+        let options = LoadOptions { brief, ..LoadOptions::default() };
+        load_text(Path::new("a.ron"), &text, &graph_nodes::registry(), &options).diagnostics
+    };
+    let (whole, brief) = (said(false), said(true));
+    let errors = |of: &[Diagnostic]| of.iter().map(|d| (d.code, d.span, d.message.clone())).collect::<Vec<_>>();
+    assert_eq!(errors(&whole), errors(&brief));
+    let suggests = |of: &[Diagnostic]| {
+        let helps = of.iter().filter_map(|d| d.help.as_deref());
+        helps.filter(|help| help.contains("did you mean `Bands`")).count()
+    };
+    assert_eq!((whole.len() > 3, suggests(&whole), suggests(&brief)), (true, 1, 0), "{whole:?}");
+}

@@ -96,7 +96,7 @@ pub struct FixEdit {
     pub text: String,
 }
 
-/// Checks a graph. A cancelled check leaves out what it has not found yet: fixes and advice, or everything.
+/// Checks a graph. A cancelled check is incomplete: it leaves out fixes and advice, or everything.
 pub fn check(tools: &Tools, request: &CheckRequest) -> Checked {
     check_within(tools, request, &mut Budget::default())
 }

@@ -41,7 +41,7 @@ impl FunctionDecl {
 pub(super) struct Call {
     /// The formula that makes the call, directly or by way of other functions.
     pub(super) from: Span,
-    /// The place of the call; for one in a shipped graph, that of the call which leads there.
+    /// The place of the call; for a call in a shipped graph, that of the user's call before it.
     pub(super) place: Span,
     /// The index of the shipped graph.
     pub(super) doc: usize,

@@ -1,7 +1,7 @@
 //! All errors and warnings of a graph, each with its fixes.
 use crate::{GraphText, Tools};
 use serde::{Deserialize, Serialize};
-use shibo_graph::{Graph, LoadOptions, load_text};
+use shibo_graph::{Graph, load_text};
 use shibo_ide::diagnose::{self, by_file};
 use shibo_ide::fixes::{Applies, Budget, fixes};
 use shibo_ide::{Cx, Section, Workspace, news};
@@ -96,7 +96,7 @@ pub struct FixEdit {
     pub text: String,
 }
 
-/// Checks a graph. A cancelled check leaves advice and fixes out.
+/// Checks a graph. A cancelled check is incomplete: it leaves out fixes and advice, or everything.
 pub fn check(tools: &Tools, request: &CheckRequest) -> Checked {
     check_within(tools, request, &mut Budget::default())
 }
@@ -104,9 +104,7 @@ pub fn check(tools: &Tools, request: &CheckRequest) -> Checked {
 /// Checks a graph, with the rest of a budget for fixes.
 pub(crate) fn check_within(tools: &Tools, request: &CheckRequest, budget: &mut Budget) -> Checked {
     let GraphText { path, text } = &request.graph;
-    let options =
-        LoadOptions { import_paths: tools.import_paths.clone(), gate: tools.gate.clone(), ..LoadOptions::default() };
-    let loaded = load_text(path, text, &tools.registry, &options);
+    let loaded = load_text(path, text, &tools.registry, &tools.options());
     let mut diagnostics = loaded.diagnostics;
     if let Some(graph) = loaded.graph.as_ref().filter(|_| !tools.cancel.is_cancelled()) {
         diagnostics.extend(advice(tools, graph));
@@ -140,9 +138,8 @@ pub fn advice(tools: &Tools, graph: &Graph) -> Vec<Diagnostic> {
 
 pub(crate) fn workspace(tools: &Tools) -> Workspace {
     let workspace = Workspace::new(tools.registry.clone(), Vec::new());
-    let cancel = tools.cancel.clone();
     let workspace = workspace.with_import_paths(tools.import_paths.clone()).with_gate(tools.gate.clone());
-    workspace.with_cancel(move || cancel.is_cancelled())
+    workspace.with_cancel(tools.asked())
 }
 
 /// The places and fixes of diagnostics. Those of imports and of the command line have no fixes.

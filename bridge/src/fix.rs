@@ -2,7 +2,7 @@
 use crate::check::{Located, check_within, workspace};
 use crate::{CheckRequest, GraphText, Tools};
 use serde::{Deserialize, Serialize};
-use shibo_graph::{LoadOptions, load_text};
+use shibo_graph::load_text;
 use shibo_ide::Cx;
 use shibo_ide::diagnose::{Finding, by_file};
 use shibo_ide::fixes::{Applies, Budget, Errors, Fix, counted, errors, fixes};
@@ -88,12 +88,7 @@ struct Found {
 
 impl Found {
     fn of(tools: &Tools, graph: &GraphText) -> Self {
-        let options = LoadOptions {
-            import_paths: tools.import_paths.clone(),
-            gate: tools.gate.clone(),
-            ..LoadOptions::default()
-        };
-        let loaded = load_text(&graph.path, &graph.text, &tools.registry, &options);
+        let loaded = load_text(&graph.path, &graph.text, &tools.registry, &tools.options());
         let own = loaded.sources.sources().first().map(|source| source.path.clone());
         let findings = own.and_then(|own| by_file(&loaded.diagnostics, &loaded.sources).remove(&own));
         Self {

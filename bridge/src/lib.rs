@@ -58,7 +58,7 @@ pub use schema::{kind_schema, schema};
 
 use serde::{Deserialize, Serialize};
 use shibo_engine::eval::CancelToken;
-use shibo_graph::Gate;
+use shibo_graph::{Cancel, Gate, LoadOptions};
 use shibo_node::registry::Registry;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -72,7 +72,7 @@ pub struct Tools {
     pub import_paths: Vec<PathBuf>,
     /// Decides which files graphs may read.
     pub gate: Gate,
-    /// Ends [`check()`] and [`fix()`] early. Their answers are incomplete then.
+    /// Ends [`check()`] and [`fix()`] early, and loads of graphs. Their answers are incomplete then.
     pub cancel: CancelToken,
 }
 
@@ -81,6 +81,22 @@ impl Tools {
     #[must_use]
     pub fn until(&self, cancel: &CancelToken) -> Self {
         Self { cancel: cancel.clone(), ..self.clone() }
+    }
+
+    /// Options for loading a graph: import folders, files and the cancellation of these tools.
+    pub(crate) fn options(&self) -> LoadOptions {
+        LoadOptions {
+            import_paths: self.import_paths.clone(),
+            gate: self.gate.clone(),
+            cancel: self.asked(),
+            ..LoadOptions::default()
+        }
+    }
+
+    /// The cancellation, for loads.
+    pub(crate) fn asked(&self) -> Cancel {
+        let cancel = self.cancel.clone();
+        Cancel::new(move || cancel.is_cancelled())
     }
 }
 

@@ -2,7 +2,7 @@
 use super::file::File;
 use super::habits::Habits;
 use super::world::World;
-use shibo_graph::{Gate, LoadOptions, import_path};
+use shibo_graph::{Cancel, Gate, LoadOptions, import_path};
 use shibo_node::registry::Registry;
 use shibo_value::files::{Facts, FileKind};
 use std::collections::{BTreeMap, HashMap};
@@ -59,7 +59,7 @@ pub struct Workspace {
     open: HashMap<PathBuf, Arc<File>>,
     known: Mutex<Known>,
     habits: LazyHabits,
-    cancelled: Arc<dyn Fn() -> bool + Send + Sync>,
+    cancel: Cancel,
 }
 
 impl Workspace {
@@ -74,7 +74,7 @@ impl Workspace {
             open: HashMap::new(),
             known: Mutex::default(),
             habits,
-            cancelled: Arc::new(|| false),
+            cancel: Cancel::default(),
         }
     }
 
@@ -90,10 +90,10 @@ impl Workspace {
         Self { gate, ..self }
     }
 
-    /// Ends long work early once a function returns true.
+    /// Ends long work early once it is cancelled.
     #[must_use]
-    pub fn with_cancel(self, cancelled: impl Fn() -> bool + Send + Sync + 'static) -> Self {
-        Self { cancelled: Arc::new(cancelled), ..self }
+    pub fn with_cancel(self, cancel: Cancel) -> Self {
+        Self { cancel, ..self }
     }
 
     /// Replaces the gate.
@@ -274,12 +274,13 @@ impl World for Workspace {
             import_paths: self.import_paths.clone(),
             overlay: self.texts(),
             gate: self.gate.clone(),
+            cancel: self.cancel.clone(),
             ..LoadOptions::default()
         }
     }
 
     fn is_cancelled(&self) -> bool {
-        (self.cancelled)()
+        self.cancel.is_cancelled()
     }
 }
 

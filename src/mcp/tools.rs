@@ -99,7 +99,9 @@ pub(super) const TOOLS: &[ToolInfo] = &[
         input: schema::<ListRequest>,
         output: schema::<ListedGraphs>,
         writes: false,
-        run: |state, arguments, _| with(arguments, |request| Answer::of(&list(&state.tools, &state.folders, &request))),
+        run: |state, arguments, cancel| {
+            with(arguments, |request| Answer::of(&list(&state.tools.until(cancel), &state.folders, &request)))
+        },
     },
     ToolInfo {
         name: "describe_graph",

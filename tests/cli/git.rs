@@ -236,3 +236,49 @@ fn locks_merge_in_git() {
     // The entry that both sides changed is gone.
     assert!(merged.contains("pins: 2,") && !merged.contains("b.ron") && !merged.contains("<<<<"), "{merged}");
 }
+
+#[test]
+fn serves_bare_repositories_and_worktrees() {
+    let repository = Repository::new();
+    let desk = &repository.desk;
+    repository.change("pitch: 4", "pitch: 5");
+    repository.git("clone -q --bare . bare.git");
+    repository.git("worktree add -q other main~1");
+    let run = |folder: &str, line: &str, with_git: bool| {
+        let mut command = desk.command(line.split_whitespace());
+        command.current_dir(desk.path(folder)).env("HOME", desk.path("")).env("GIT_CONFIG_NOSYSTEM", "1");
+        command.env_remove("XDG_CONFIG_HOME");
+        if !with_git {
+            command.env("PATH", "");
+        }
+        crate::support::finish(command)
+    };
+    // A bare repository has no files, so its attributes are in its own folder.
+    run("bare.git", "git install", true).expect(0);
+    let attributes = String::from_utf8(desk.read("bare.git/info/attributes")).unwrap();
+    assert!(attributes.contains("*.ron diff=shibo merge=shibo\n"), "{attributes}");
+    let shown = run("bare.git", "diff HEAD~1:a.ron HEAD:a.ron", true).expect(0).stdout;
+    assert_eq!(shown, "HEAD:a.ron\n  nodes.points.pitch  4 → 5\n");
+    let ran = run("bare.git", "diff --since HEAD~1", true).expect(2);
+    assert!(ran.stderr.contains("with the files of a repository, and this one has none"), "{}", ran.stderr);
+    run("bare.git", "git install --remove", true).expect(0);
+    assert!(!desk.path("bare.git/info/attributes").exists());
+    // A worktree.
+    for line in ["diff --since main", "diff main:a.ron a.ron"] {
+        assert_eq!(run("other", line, true).expect(0).stdout, "a.ron\n  nodes.points.pitch  5 → 4\n", "{line}");
+    }
+    run("other", "pin a.ron", true).expect(0);
+    repository.git("-C other add -A");
+    repository.git("-C other commit -qm pin");
+    let pinned = String::from_utf8(desk.read("other/a.ron")).unwrap();
+    desk.write("other/a.ron", pinned.replace("pitch: 4", "pitch: 3"));
+    let ran = run("other", "verify a.ron", true).expect(1);
+    assert!(ran.stdout.contains("  nodes.points.pitch  4 → 3\n"), "{}", ran.stdout);
+    // Without git only the fact of an edit is known.
+    let ran = run("other", "verify a.ron", false).expect(1);
+    assert!(ran.stdout.contains("  the text was edited since the graph was pinned\n"), "{}", ran.stdout);
+    for line in ["git install", "diff --since main"] {
+        let ran = run("other", line, false).expect(1);
+        assert!(ran.stderr.contains("cannot run `git`"), "{line}: {}", ran.stderr);
+    }
+}

@@ -3,6 +3,7 @@
 use crate::support::{Desk, GRAPH};
 use serde_json::{Value as Json, json};
 use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Stdio};
 use std::time::{Duration, Instant};
 
@@ -420,4 +421,38 @@ fn agents_see_no_paths_of_the_machine() {
     ask("write", json!({ "path": "none/a.ron", "text": "x" }));
     ask("compare", json!({ "a": { "file": "broken.png" }, "b": { "file": "none.png" } }));
     client.end();
+}
+
+#[test]
+fn pages_show_commands_that_start_the_server() {
+    let desk = Desk::new();
+    for folder in ["materials", "drafts"] {
+        std::fs::create_dir(desk.path(folder)).unwrap();
+    }
+    let mut shown: Vec<Vec<String>> = Vec::new();
+    for page in ["docs/mcp.md", "docs/lasting.md"] {
+        let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(page)).unwrap();
+        for start in ["\"args\": [", "args = ["] {
+            let lists = page.split(start).skip(1).map(|rest| rest.split(']').next().unwrap());
+            shown.extend(lists.map(|list| serde_json::from_str(&format!("[{list}]")).unwrap()));
+        }
+        let lines = page.lines().filter_map(|line| line.split_once(" -- shibo ")?.1.split('`').next());
+        shown.extend(lines.map(|line| line.split_whitespace().map(str::to_owned).collect()));
+    }
+    assert_eq!(shown.len(), 8, "{shown:?}");
+    for args in shown {
+        assert_eq!(args[0], "mcp");
+        // The folders of the pages, in the folder of this test.
+        let here = |arg: &String| match arg.as_str() {
+            "mcp" | "--read" | "--write" => arg.clone(),
+            path => desk.path(Path::new(path).file_name().unwrap_or_default()).to_string_lossy().into_owned(),
+        };
+        let line = args.iter().map(here).collect::<Vec<_>>().join(" ");
+        let Some(mut client) = Client::start(&desk, &line) else { return };
+        if args.iter().any(|arg| arg == "--write") {
+            client.good("write", &json!({ "path": "new.ron", "text": "(nodes: {})\n" }));
+            std::fs::remove_file(desk.path("drafts/new.ron")).unwrap();
+        }
+        client.end();
+    }
 }

@@ -118,6 +118,37 @@ fn pin_keeps_pictures_and_verify_compares_them() {
 }
 
 #[test]
+fn a_lock_that_is_too_large_or_no_file_is_left_alone() {
+    let desk = Desk::new();
+    desk.write("a.ron", GRAPH);
+    let refused = |says: &str| {
+        for command in ["verify", "pin"] {
+            let ran = desk.shibo(&format!("{command} a.ron")).expect(1);
+            assert!(ran.stderr.contains("`shibo.lock` is ") && ran.stderr.contains(says), "{says}: {}", ran.stderr);
+        }
+        assert_eq!(text(&desk), GRAPH);
+    };
+    for (content, says) in [
+        (" ".repeat((16 << 20) + 1), "it has more than 16777216 bytes"),
+        ("{".repeat(200_000), "is no lock (`bad-file`): 1:2: "),
+        (format!("{{ \"a.ron\": (pins: 1, text: {}", "[".repeat(200_000)), "is no lock (`bad-file`): 1:"),
+    ] {
+        desk.write("shibo.lock", &content);
+        refused(says);
+        assert_eq!(desk.read("shibo.lock"), content.as_bytes());
+    }
+    std::fs::remove_file(desk.path("shibo.lock")).unwrap();
+    std::fs::create_dir(desk.path("shibo.lock")).unwrap();
+    refused("is not a regular file");
+    #[cfg(unix)]
+    {
+        std::fs::remove_dir(desk.path("shibo.lock")).unwrap();
+        assert!(std::process::Command::new("mkfifo").arg(desk.path("shibo.lock")).status().unwrap().success());
+        refused("is not a regular file");
+    }
+}
+
+#[test]
 fn verify_tells_edits_that_git_knows_and_files_that_changed() {
     let desk = Desk::new();
     desk.write("part.ron", GRAPH);
@@ -221,6 +252,38 @@ fn a_shipped_graph_that_changed_is_refused_until_the_graph_is_migrated() {
     assert!(ran.stderr.contains("a.ron: `a` looks different since change 4: another grain"), "{}", ran.stderr);
     assert!(change_of(&text(&desk)) > 3);
     assert!(!desk.shibo("check a.ron").expect(0).stderr.contains("changed-kind"));
+}
+
+#[test]
+fn a_function_of_a_shipped_graph_that_changed_is_refused_until_the_graph_is_migrated() {
+    let desk = Desk::new();
+    let calls = GRAPH.replace("Perlin(size: 5)", "\"= d.float(x / 5)\"");
+    let calls = calls.replace("version: 1,", "version: 1,\n  pins: 45,\n  imports: { \"d\": \"shibo:denim\" },");
+    desk.write("a.ron", &calls);
+    for command in ["check", "verify", "render --no-cache -o out"] {
+        let ran = desk.shibo(&format!("{command} a.ron")).expect(1);
+        let told = [
+            "changed-kind",
+            "a.ron:8:13",
+            "`shibo:denim` of version 1 is not in this program any more",
+            "`shibo migrate FILE` takes version 2: plain twist",
+        ];
+        assert!(told.iter().all(|text| ran.stderr.contains(text)), "{command}: {}", ran.stderr);
+    }
+    desk.shibo("render --newest --no-cache -o out a.ron").expect(0);
+    let ran = desk.shibo("migrate a.ron").expect(0);
+    assert!(ran.stderr.contains("a.ron: `a` looks different since change 46: plain twist"), "{}", ran.stderr);
+    assert!(change_of(&text(&desk)) > 46);
+    assert!(!desk.shibo("check a.ron").expect(0).stderr.contains("changed-kind"));
+    // A picture in the lock is from before the change.
+    desk.shibo("pin a.ron").expect(0);
+    let (kept, newest) = (lock(&desk), change_of(&text(&desk)));
+    let at = kept.find("bits: \"").unwrap() + 7;
+    let old = format!("{}{}{}", &kept[..at], "0".repeat(16), &kept[at + 16..]);
+    desk.write("shibo.lock", old.replace(&format!("pins: {newest},"), "pins: 45,"));
+    let ran = desk.shibo("verify a.ron").expect(1);
+    assert!(ran.stdout.starts_with("a.ron  changed\n  a: "), "{}", ran.stdout);
+    assert!(ran.stdout.contains("  `denim` 2 (change 46, node \"a\", line 8): plain twist"), "{}", ran.stdout);
 }
 
 #[test]

@@ -8,10 +8,12 @@ mod formulas;
 mod pictures;
 
 use damage::{fuzz, plain};
+use shibo_bridge::lock::{Entry, Lock, Look, Sample, merge as merge_locks};
+use shibo_bridge::{DiffRequest, GraphText, MergeRequest, Tools, diff, merge, to_json, to_ron};
 use shibo_engine::eval::{CancelToken, Silent, decode, encode};
 use shibo_engine::session::{Failure, Session, Settings};
 use shibo_graph::syntax;
-use shibo_graph::{LoadOptions, Loaded, load_text};
+use shibo_graph::{Gate, LoadOptions, Loaded, load_text};
 use shibo_picture::{header_bytes, join, read_bytes};
 use shibo_value::Value;
 use shibo_value::diagnostics::Diagnostic;
@@ -63,6 +65,69 @@ fn formats_damaged_graphs() {
         let Ok(text) = std::str::from_utf8(input) else { return };
         let Ok(once) = syntax::format(text) else { return };
         assert_eq!(syntax::format(&once).as_ref(), Ok(&once), "another layout each time");
+    });
+}
+
+#[test]
+fn reads_damaged_locks() {
+    let picture = |bits: &str| Sample { bits: bits.to_owned(), look: vec![Look(118.2, 21.4, 6.1, 8.0, 9.7)] };
+    let entry = |bits: &str| Entry {
+        pins: 4,
+        text: "9c1e2b".to_owned(),
+        files: [("hide.png".to_owned(), "4567".to_owned())].into(),
+        pictures: [("lit".to_owned(), picture(bits)), ("m.height".to_owned(), picture("0"))].into(),
+    };
+    let lock = Lock([("a.ron", "1"), ("b \"c\".ron", "2")].map(|(name, bits)| (name.to_owned(), entry(bits))).into());
+    fuzz("locks", &[lock.written().into_bytes(), b"{}".to_vec()], 5000, |input| {
+        let Ok(text) = std::str::from_utf8(input) else { return };
+        match Lock::read(text) {
+            Ok(read) => {
+                let again = Lock::read(&read.written()).unwrap();
+                assert_eq!(again.written(), read.written(), "a lock changes when it is written");
+                merge_locks(&lock, &read, &Lock::default());
+            }
+            Err(reason) => plain(&reason),
+        }
+    });
+}
+
+/// The differences, the merge and the JSON form of texts that are no good graphs.
+#[test]
+fn compares_and_merges_damaged_graphs() {
+    let tools = Tools {
+        registry: Arc::new(shibo_library::registry()),
+        import_paths: Vec::new(),
+        gate: Gate::default(),
+        cancel: CancelToken::default(),
+    };
+    let mut seeds = files("graphs", ".ron");
+    seeds.retain(|seed| seed.len() < 6000);
+    let whole = String::from_utf8(seeds[0].clone()).unwrap();
+    let ours = format!("// Ours.\n{whole}");
+    let graph = |text: &str| GraphText { path: root("graphs/damaged.ron"), text: text.to_owned() };
+    fuzz("versions", &seeds, 200, |input| {
+        let text = String::from_utf8_lossy(input);
+        let request = DiffRequest { before: Some(graph(&whole)), after: Some(graph(&text)), comments: true };
+        diff(&tools, &request);
+        let path = root("graphs/damaged.ron");
+        let sides = MergeRequest {
+            base: whole.clone(),
+            ours: ours.clone(),
+            theirs: text.clone().into_owned(),
+            path,
+            marker_size: 7,
+        };
+        let merged = merge(&tools, &sides);
+        assert!(merged.refused.is_none(), "{:?}", merged.refused);
+        let json = to_json(&tools, &graph(&text));
+        let ron = json.and_then(|json| to_ron(&tools, &graph(&json)));
+        let loaded = load_text(&root("graphs/damaged.ron"), &text, &tools.registry, &LoadOptions::default());
+        if loaded.graph.is_some() {
+            let ron = ron.unwrap_or_else(|faults| panic!("a good graph has no JSON form: {faults:?}"));
+            let request = DiffRequest { before: Some(graph(&text)), after: Some(graph(&ron)), comments: false };
+            let changes = diff(&tools, &request).changes;
+            assert!(changes.is_empty(), "the JSON form has another meaning: {changes:?}");
+        }
     });
 }
 

@@ -70,13 +70,15 @@ impl Folders {
         Ok((real, text_of(file).ok_or_else(unread)?))
     }
 
-    /// The graph files in the folders for reading, at most 2000: paths as an agent may give them, and texts.
-    pub fn graphs(&self) -> Vec<(String, String)> {
-        let mut found = Vec::new();
+    /// Visits the graph files in the folders for reading, at most 2000, with paths as an agent may give them, and texts. The visit
+    /// ends once `each` returns false.
+    pub fn graphs(&self, each: &mut dyn FnMut(String, String) -> bool) {
+        let mut left = MOST_FILES;
         for root in self.read.iter() {
-            list(&root.dir, &root.name, 0, &mut found);
+            if !visit(&root.dir, &root.name, 0, &mut left, each) {
+                return;
+            }
         }
-        found
     }
 
     /// Writes a text to a file in the folders for writing. Returns the text before, if there was a file.
@@ -110,20 +112,22 @@ fn text_of(file: File) -> Option<String> {
     String::from_utf8(bytes).ok()
 }
 
-/// Adds the graph files of a folder and of the folders in it, in order. Links are not followed.
-fn list(dir: &Dir, base: &Path, depth: usize, found: &mut Vec<(String, String)>) {
-    let Ok(entries) = dir.entries() else { return };
+/// Visits the graph files of a folder and of the folders in it, in order. Links are not followed. Returns false once the visit ends.
+fn visit(dir: &Dir, base: &Path, depth: usize, left: &mut usize, each: &mut dyn FnMut(String, String) -> bool) -> bool {
+    let Ok(entries) = dir.entries() else { return true };
     let mut names: Vec<_> = entries.flatten().map(|entry| entry.file_name()).collect();
     names.sort();
-    for name in names {
-        if found.len() >= MOST_FILES || name.to_string_lossy().starts_with('.') {
-            continue;
+    for name in names.into_iter().filter(|name| !name.to_string_lossy().starts_with('.')) {
+        if *left == 0 {
+            return false;
         }
         let Ok(metadata) = dir.symlink_metadata(&name) else { continue };
         let path = base.join(&name);
         if metadata.is_dir() && depth < DEEPEST {
-            if let Ok(inner) = dir.open_dir(&name) {
-                list(&inner, &path, depth + 1, found);
+            if let Ok(inner) = dir.open_dir(&name)
+                && !visit(&inner, &path, depth + 1, left, each)
+            {
+                return false;
             }
         } else if metadata.is_file()
             && metadata.len() <= MOST_TEXT
@@ -131,9 +135,13 @@ fn list(dir: &Dir, base: &Path, depth: usize, found: &mut Vec<(String, String)>)
             && let Ok((file, _)) = open_in(dir, Path::new(&name))
             && let Some(text) = text_of(file)
         {
-            found.push((path.to_string_lossy().into_owned(), text));
+            *left -= 1;
+            if !each(path.to_string_lossy().into_owned(), text) {
+                return false;
+            }
         }
     }
+    true
 }
 
 #[cfg(test)]
@@ -193,8 +201,16 @@ mod tests {
         assert_eq!(folders.text("none.ron").unwrap_err().code, "file-not-found");
         assert_eq!(folders.text("deep").unwrap_err().code, "bad-file");
         assert!(Folders::default().text("a.ron").is_err());
-        let listed: Vec<String> = folders.graphs().into_iter().map(|(path, _)| path).collect();
-        assert_eq!(listed, ["a.ron", "deep/b.ron"]);
+        let listed = |most: usize| {
+            let mut paths = Vec::new();
+            folders.graphs(&mut |path, _| {
+                paths.push(path);
+                paths.len() < most
+            });
+            paths
+        };
+        assert_eq!(listed(9), ["a.ron", "deep/b.ron"]);
+        assert_eq!(listed(1), ["a.ron"], "the visit ends");
     }
 
     #[test]

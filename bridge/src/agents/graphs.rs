@@ -83,13 +83,7 @@ pub fn load(
     (set, preset): (&[(String, String)], Option<&str>),
     resolution: Option<Resolution>,
 ) -> Loaded {
-    let options = LoadOptions {
-        set: set.to_vec(),
-        preset: preset.map(str::to_owned),
-        resolution,
-        gate: tools.gate.clone(),
-        ..LoadOptions::default()
-    };
+    let options = LoadOptions { set: set.to_vec(), preset: preset.map(str::to_owned), resolution, ..tools.options() };
     load_text(&opened.path, &opened.text, &tools.registry, &options)
 }
 
@@ -242,35 +236,41 @@ pub struct ListedGraphs {
     pub more: usize,
 }
 
-/// The shipped graphs and the readable files with all given words.
+/// The shipped graphs and the readable files with all given words. A cancelled list is incomplete.
 pub fn list(tools: &Tools, folders: &Folders, request: &ListRequest) -> ListedGraphs {
-    let library = tools.registry.library();
-    let of_library = library.into_iter().flat_map(|library| {
-        let text = |name: &str| Some(library.text(&library.find(name)?)?.to_owned());
-        library.names().into_iter().filter_map(move |name| Some((format!("{SHIPPED}{name}"), text(name)?)))
-    });
     let words = query_words(&request.words);
-    let listed = of_library.chain(folders.graphs()).filter_map(|(path, text)| {
-        let listed = Listed { doc: first_sentence(&text), family: family(&text), path };
-        let searched = format!("{} {} {} {}", listed.path, listed.doc, listed.family, presets(&text).join(" "));
-        (count_words(&words, &searched) == words.len()).then_some(listed)
-    });
-    let mut graphs: Vec<Listed> = listed.collect();
-    let more = graphs.len().saturating_sub(MOST_GRAPHS);
-    graphs.truncate(MOST_GRAPHS);
-    ListedGraphs { graphs, more }
+    let mut found = ListedGraphs { graphs: Vec::new(), more: 0 };
+    let mut take = |path: String, text: String| {
+        let tree = syntax::Tree::parse(text.as_str());
+        let listed = Listed { doc: first_sentence(&text), family: family(&tree), path };
+        let searched = format!("{} {} {} {}", listed.path, listed.doc, listed.family, presets(&tree).join(" "));
+        match count_words(&words, &searched) == words.len() {
+            true if found.graphs.len() < MOST_GRAPHS => found.graphs.push(listed),
+            true => found.more += 1,
+            false => {}
+        }
+        !tools.cancel.is_cancelled()
+    };
+    if let Some(library) = tools.registry.library() {
+        for name in library.names() {
+            let text = library.find(name).and_then(|path| Some(library.text(&path)?.to_owned()));
+            if !text.is_none_or(|text| take(format!("{SHIPPED}{name}"), text)) {
+                break;
+            }
+        }
+    }
+    folders.graphs(&mut take);
+    found
 }
 
 /// The family that a text names, without control characters.
-fn family(text: &str) -> String {
-    let tree = syntax::Tree::parse(text);
+fn family(tree: &syntax::Tree) -> String {
     let family = tree.value().and_then(|graph| graph.entry("family")?.value()?.string());
     family.unwrap_or_default().chars().filter(|c| !c.is_control()).take(40).collect()
 }
 
 /// The names of the presets of a text.
-fn presets(text: &str) -> Vec<String> {
-    let tree = syntax::Tree::parse(text);
+fn presets(tree: &syntax::Tree) -> Vec<String> {
     let presets = tree.value().and_then(|graph| graph.entry("presets")?.value());
     presets.into_iter().flat_map(syntax::Node::entries).filter_map(syntax::Node::key_text).collect()
 }

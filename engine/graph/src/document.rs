@@ -44,9 +44,13 @@ pub(super) struct Document {
     /// `outputs`.
     pub(super) outputs: Vec<OutputDecl>,
     /// `functions`, and for a local graph those of its file.
-    pub(super) functions: Vec<FunctionDecl>,
+    pub(super) functions: Arc<Vec<FunctionDecl>>,
+    /// True for a graph that is defined in a file.
+    pub(super) is_local: bool,
     /// The functions that formulas in its parameters call.
     pub(super) callable: Arc<Callable>,
+    /// The values of all fields except `graphs`.
+    pub(super) values: Vec<SyntaxValue>,
     /// `graphs`: names, and the graphs defined in the file; taken out once they have an index of their own.
     pub(super) graphs: Vec<(Entry, Document)>,
     /// The place of `nodes`.
@@ -135,6 +139,7 @@ impl Document {
             pins,
             family: read::get(fields, "family").and_then(|part| family(part, report)),
             nodes_part: read::get(fields, "nodes").cloned(),
+            values: fields.iter().filter(|field| field.name != "graphs").map(|field| field.value.clone()).collect(),
             ..Self::default()
         };
         document.imports = unique("imports", "import", report);
@@ -152,9 +157,10 @@ impl Document {
         document.inputs = unique("inputs", "input", report).iter().map(|entry| input(entry, report)).collect();
         document.read_nodes(section("nodes", report), report);
         document.outputs = unique("outputs", "output", report).iter().map(|entry| output(entry, report)).collect();
-        for entry in section("functions", report) {
-            document.functions.extend(functions::declare(&entry, report));
-        }
+        let mut functions = section("functions", report);
+        // The check of a function follows all calls.
+        read::at_most(&mut functions, functions::MOST_OF_FILE, |entry| &entry.key, "functions", report);
+        document.functions = Arc::new(functions.iter().filter_map(|entry| functions::declare(entry, report)).collect());
         document.usable = Names::of(document.imports.iter().map(|entry| entry.name.as_str()));
         document.param_names = Names::of(document.params.iter().map(|(entry, _)| entry.name.as_str()));
         document.input_names = Names::of(document.inputs.iter().map(|input| input.name.as_str()));
@@ -185,7 +191,8 @@ impl Document {
     /// Gives a local graph what its file has so far: graphs to use, and functions.
     pub(super) fn inherit(&mut self, file: &Self) {
         self.usable = file.usable.clone();
-        self.functions.clone_from(&file.functions);
+        self.functions = file.functions.clone();
+        self.is_local = true;
         self.callable = file.callable.clone();
     }
 

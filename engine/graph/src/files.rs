@@ -1,6 +1,7 @@
 //! Reads graph files and their imports.
+use super::cancel::Cancel;
 use super::document::Document;
-use super::functions::FunctionDecl;
+use super::functions::{Call, FunctionDecl};
 use super::gate::Gate;
 use super::imports;
 use super::params::Callable;
@@ -26,6 +27,8 @@ pub(super) struct Doc {
     pub(super) document: Document,
     /// For each import and each local graph, its index; `None` after an error.
     pub(super) imports: Vec<Option<usize>>,
+    /// The functions of shipped graphs that it calls, once all documents are read.
+    pub(super) calls: Vec<Call>,
     /// The text is a graph, possibly with a few mistakes.
     pub(super) readable: bool,
     /// The text is valid RON.
@@ -71,6 +74,7 @@ pub(super) struct Files<'a> {
     paths: Vec<PathBuf>,
     /// Decides which files may be read.
     pub(super) gate: &'a Gate,
+    pub(super) cancel: &'a Cancel,
     /// The index of each file; `None` while its imports are being read.
     by_path: BTreeMap<PathBuf, Option<usize>>,
 }
@@ -89,8 +93,9 @@ impl<'a> Files<'a> {
             overlay: options.overlay.iter().map(|(path, text)| (options.gate.identity(path), text.clone())).collect(),
             paths: options.import_paths.clone(),
             gate: &options.gate,
+            cancel: &options.cancel,
             sources: SourceMap::default(),
-            report: Report::default(),
+            report: Report::new(options.brief),
             docs: Vec::new(),
             looked_at: Vec::new(),
             file_checks: FileChecks::default(),
@@ -160,7 +165,11 @@ impl<'a> Files<'a> {
 
     fn read_document(&mut self, path: &Path, (file, text): (FileId, Arc<str>), depth: usize) -> usize {
         let (path, document, imports) = (path.to_owned(), Document::default(), Vec::new());
-        let mut doc = Doc { path, document, imports, readable: false, sound: false };
+        let mut doc = Doc { path, document, imports, calls: Vec::new(), readable: false, sound: false };
+        if self.cancel.is_cancelled() {
+            self.docs.push(doc);
+            return self.docs.len() - 1;
+        }
         let src = Src::new(file, Tree::parse_nested(text, self.limits.max_nesting));
         let errors = src.tree().errors();
         errors.iter().for_each(|error| self.report.push(error.located(file)));
@@ -178,11 +187,14 @@ impl<'a> Files<'a> {
         }
         doc.document.callable = Arc::new(self.callable(&doc));
         // A local graph may use the imports of its file and the local graphs above it.
-        for (entry, mut document) in std::mem::take(&mut doc.document.graphs) {
+        let mut graphs = std::mem::take(&mut doc.document.graphs);
+        // Each of them knows the names of all above.
+        read::at_most(&mut graphs, self.limits.max_imports, |(entry, _)| &entry.key, "graphs", &mut self.report);
+        for (entry, mut document) in graphs {
             document.inherit(&doc.document);
             let (path, imports) = (doc.path.clone(), doc.imports.clone());
             doc.document.make_usable(&entry.name, imports.len());
-            self.docs.push(Doc { path, document, imports, readable: true, sound: doc.sound });
+            self.docs.push(Doc { path, document, imports, calls: Vec::new(), readable: true, sound: doc.sound });
             doc.imports.push(Some(self.docs.len() - 1));
         }
         self.docs.push(doc);
@@ -194,7 +206,7 @@ impl<'a> Files<'a> {
         let named = |decl: &FunctionDecl| (decl.function.name.clone(), decl.function.clone());
         let own = doc.document.functions.iter().map(named);
         let imported = doc.document.imports.iter().zip(&doc.imports).flat_map(|(entry, other)| {
-            let functions = other.and_then(|other| self.docs.get(other)).map(|other| &other.document.functions);
+            let functions = other.and_then(|other| self.docs.get(other)).map(|other| other.document.functions.iter());
             let named = functions.into_iter().flatten().map(named);
             named.map(|(name, function)| (format!("{}.{name}", entry.name), function))
         });

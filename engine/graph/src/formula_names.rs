@@ -21,14 +21,15 @@ impl<'d> Functions<'d> {
         Self { docs, doc }
     }
 
-    /// The function `name`, or `import.name` of another graph.
-    pub(super) fn find(self, name: &str) -> Option<&'d FunctionDecl> {
+    /// The function `name`, or `import.name` of another graph, with the index of its document.
+    pub(super) fn find(self, name: &str) -> Option<(usize, &'d FunctionDecl)> {
         let (mut doc, mut name) = (self.doc, name);
         while let Some((import, rest)) = name.split_once('.') {
             let from = self.docs.get(doc)?;
             (doc, name) = ((*from.imports.get(from.document.import(import)?)?)?, rest);
         }
-        self.docs.get(doc)?.document.functions.iter().find(|decl| decl.function.name == name)
+        let functions = &self.docs.get(doc)?.document.functions;
+        functions.iter().find(|decl| decl.function.name == name).map(|decl| (doc, decl))
     }
 }
 
@@ -74,7 +75,7 @@ impl Names for InFormula<'_> {
     }
 
     fn function(&mut self, name: &str) -> Option<Arc<UserFunction>> {
-        self.functions.find(name).map(|decl| decl.function.clone())
+        self.functions.find(name).map(|(_, decl)| decl.function.clone())
     }
 
     fn functions(&self) -> Vec<String> {
@@ -119,7 +120,7 @@ impl Names for InFunction<'_> {
     }
 
     fn function(&mut self, name: &str) -> Option<Arc<UserFunction>> {
-        self.functions.find(name).map(|decl| decl.function.clone())
+        self.functions.find(name).map(|(_, decl)| decl.function.clone())
     }
 
     fn functions(&self) -> Vec<String> {

@@ -30,19 +30,25 @@ enum Domain {
 }
 
 impl Linker<'_> {
-    /// Checks the functions of the first scope; calls are checked where they stand.
+    /// Checks the functions of the first scope; calls are checked where they stand. Those of a local graph are its file's.
     pub(super) fn check_functions(&mut self) {
         let docs = self.docs;
         let doc = &docs[self.scopes[0].doc];
+        if doc.document.is_local {
+            return;
+        }
         self.enter(0);
         let mut first = BTreeMap::new();
-        for decl in &doc.document.functions {
+        for decl in doc.document.functions.iter() {
             if let Some(span) = first.insert(decl.function.name.clone(), decl.key.span()) {
                 let message = format!("function `{}` is given twice", decl.function.name);
                 self.report.push(decl.key.error(Code::DuplicateKey, message).related(span, "it is given here first"));
             }
         }
-        for decl in &doc.document.functions {
+        for decl in doc.document.functions.iter() {
+            if self.cancel.is_cancelled() {
+                return;
+            }
             let mut names = InFunction {
                 params: InParams::new(&self.scopes[0].params, self.report),
                 functions: Functions::of(docs, self.scopes[0].doc),
@@ -298,7 +304,7 @@ impl Linker<'_> {
         let functions = Functions::of(self.docs, self.scopes[scope].doc);
         let function = fault.function.as_ref().and_then(|name| functions.find(name));
         match function {
-            Some(function) => function.fault(fault).related(text.part.span(), "it is called here"),
+            Some((_, function)) => function.fault(fault).related(text.part.span(), "it is called here"),
             None => located(&text.part, fault, text.offset.map(|offset| (offset, &fault.range))),
         }
     }

@@ -4,11 +4,13 @@ use super::part::{Entry, Shape, SyntaxValue};
 use super::read::{mismatch, shorten};
 use super::report::Report;
 use super::subst::located;
-use crate::diagnostics::{Code, Diagnostic};
+use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::expression::{self, Fault, UserFunction};
 use crate::syntax::is_name;
 use std::sync::Arc;
 
+/// The most functions of a file.
+pub(super) const MOST_OF_FILE: usize = 256;
 /// The most parameters of a function.
 const MOST: usize = 16;
 
@@ -23,10 +25,28 @@ pub(super) struct FunctionDecl {
 }
 
 impl FunctionDecl {
+    /// The formula of the body.
+    pub(super) fn text(&self) -> FormulaText {
+        FormulaText { part: self.body.clone(), text: self.function.body.clone(), offset: self.offset }
+    }
+
     /// The diagnostic for a fault in the body.
     pub(super) fn fault(&self, fault: &Fault) -> Diagnostic {
         located(&self.body, fault, self.offset.map(|offset| (offset, &fault.range)))
     }
+}
+
+/// A call of a function that another file defines, a shipped graph.
+#[derive(Clone, Debug)]
+pub(super) struct Call {
+    /// The formula that makes the call, directly or by way of other functions.
+    pub(super) from: Span,
+    /// The place of the call; for a call in a shipped graph, that of the user's call before it.
+    pub(super) place: Span,
+    /// The index of the shipped graph.
+    pub(super) doc: usize,
+    /// The file with the function that makes the call, if it has pins of its own.
+    pub(super) pinned_by: Option<usize>,
 }
 
 /// Reads a declaration; `None` after an error.

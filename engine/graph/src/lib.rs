@@ -15,6 +15,8 @@
 pub mod syntax;
 
 mod args;
+mod calls;
+mod cancel;
 mod canvas;
 mod channels;
 mod color_names;
@@ -68,6 +70,7 @@ mod tiling;
 mod uses;
 mod versions;
 
+pub use cancel::Cancel;
 pub use document::{GRAPH_FILE, NO_NODES};
 pub use gate::Gate;
 pub use imports::import_path;
@@ -108,6 +111,10 @@ pub struct LoadOptions {
     pub overlay: BTreeMap<PathBuf, Arc<str>>,
     /// Decides which files may be read: imports, files that nodes read, and `shibo.toml`.
     pub gate: Gate,
+    /// True to leave suggestions out of the help of errors, as they take most of the time where names are wrong.
+    pub brief: bool,
+    /// Ends the load early. The result has neither a graph nor diagnostics then.
+    pub cancel: Cancel,
 }
 
 /// Limits on the size of a graph.

@@ -14,10 +14,13 @@ use petgraph::graph::{DiGraph, NodeIndex};
 const SHOWN: usize = 8;
 
 impl Linker<'_> {
-    /// Checks all declarations and builds the nodes.
+    /// Checks all declarations and builds the nodes; some of them after a cancellation.
     pub(super) fn link(&mut self) {
         self.check_functions();
         let read = self.read_from(0);
+        if self.cancel.is_cancelled() {
+            return;
+        }
         // The content of a picture file decides the types of its readers, and some nodes determine their own output
         // types, so these nodes are built first.
         for flat in (0..self.flats.len()).filter(|flat| self.is_built_first(*flat)).collect::<Vec<_>>() {
@@ -32,12 +35,18 @@ impl Linker<'_> {
         self.read_from(read);
         let order = self.order();
         for &flat in &order {
+            if self.cancel.is_cancelled() {
+                return;
+            }
             self.find_types(flat);
         }
         self.choose_vectors();
         self.find_inner_formulas();
         self.check_types();
         for flat in 0..self.flats.len() {
+            if self.cancel.is_cancelled() {
+                return;
+            }
             self.enter(self.flats[flat].scope);
             match self.flats[flat].info {
                 Some(_) if self.is_built_first(flat) => {}
@@ -52,7 +61,7 @@ impl Linker<'_> {
     /// Reads the fields of all nodes from index `flat` on, including nodes added on the way; returns the number of
     /// nodes.
     fn read_from(&mut self, mut flat: usize) -> usize {
-        while flat < self.flats.len() {
+        while flat < self.flats.len() && !self.cancel.is_cancelled() {
             self.enter(self.flats[flat].scope);
             if self.flats[flat].info.is_some() {
                 self.read_fields(flat);

@@ -36,6 +36,8 @@ pub struct Graph {
     pub canvas_span: Span,
     /// The imports of all graph files: the place in the text, and the imported file.
     pub imports: Vec<(Span, PathBuf)>,
+    /// The formulas that call a function of a shipped graph, directly or by way of other functions: the place, and that graph.
+    pub calls: Vec<(Span, PathBuf)>,
 }
 
 impl Graph {

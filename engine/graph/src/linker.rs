@@ -1,4 +1,5 @@
 //! The data of a graph during linking: its scopes, nodes and slots.
+use super::cancel::Cancel;
 use super::files::{Doc, FileChecks};
 use super::formula_text::Formula;
 use super::gate::Gate;
@@ -248,6 +249,7 @@ pub(super) struct Linker<'a> {
     pub(super) file_checks: &'a mut FileChecks,
     /// Decides which files may be read.
     pub(super) gate: &'a Gate,
+    pub(super) cancel: &'a Cancel,
     pub(super) canvas: Canvas,
     /// Command-line values for parameters of instances; paths in them are relative to `working_dir`.
     pub(super) settings: &'a [Setting],

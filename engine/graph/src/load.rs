@@ -1,4 +1,5 @@
 //! Loads a graph: all steps, in order.
+use super::calls;
 use super::canvas::{self, Asked};
 use super::command_line::{check_preset, resolution, seed, set};
 use super::defaults;
@@ -46,8 +47,9 @@ fn whole(path: &Path, text: Option<String>, registry: &Registry, options: &LoadO
     let mut files = Files::new(options, registry.library());
     let graph = files.read_main(path, text).and_then(|main| link(main, &mut files, registry, options));
     let errors = files.report.errors();
-    let diagnostics = files.report.finish();
-    let graph = graph.filter(|_| errors == 0).map(|mut graph| {
+    let is_cancelled = options.cancel.is_cancelled();
+    let diagnostics = if is_cancelled { Vec::new() } else { files.report.finish() };
+    let graph = graph.filter(|_| errors == 0 && !is_cancelled).map(|mut graph| {
         graph.sources = files.sources.clone();
         graph.warnings.clone_from(&diagnostics);
         graph
@@ -66,6 +68,8 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
     for pins in files.docs.iter().filter_map(|doc| doc.document.pins.as_ref()) {
         pins.check(registry, &mut files.report);
     }
+    let calls = calls::of_all(&files.docs);
+    files.docs.iter_mut().zip(calls).for_each(|(doc, calls)| doc.calls = calls);
     let sizes = sizes(&files.docs, options.limits.max_nodes, &mut files.report);
     if !files.docs[main].readable {
         link_imports(main, files, registry, &sizes, 0);
@@ -91,15 +95,18 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
         linker.fill(0, &[]);
         linker.check_settings();
         linker.link();
+        if linker.cancel.is_cancelled() {
+            return None;
+        }
         let outputs = linker.outputs(true);
         instances = linker.scopes.len();
         if linker.report.errors() == 0 {
-            let uses = linker.uses();
-            linked = linker.into_nodes().map(|nodes| (nodes, outputs, uses));
+            let (uses, calls) = (linker.uses(), linker.calls());
+            linked = linker.into_nodes().map(|nodes| (nodes, outputs, uses, calls));
         }
     }
     link_imports(main, files, registry, &sizes, instances);
-    let (nodes, outputs, uses) = linked?;
+    let (nodes, outputs, uses, calls) = linked?;
     let doc = &files.docs[main];
     let start = Span { file: FileId(0), start: 0, end: 0 };
     Some(Graph {
@@ -110,6 +117,7 @@ fn link(main: usize, files: &mut Files<'_>, registry: &Registry, options: &LoadO
         nodes,
         outputs,
         uses,
+        calls,
         params: graph_params(doc, &params),
         presets: doc.document.presets.iter().map(|(entry, _)| entry.name.clone()).collect(),
         warnings: Vec::new(),
@@ -153,6 +161,7 @@ fn linker<'a>(
         looked_at: &mut files.looked_at,
         file_checks: &mut files.file_checks,
         gate: files.gate,
+        cancel: files.cancel,
         canvas,
         settings: &[],
         working_dir: Path::new(""),
@@ -177,6 +186,9 @@ fn link_imports(
     mut instances: usize,
 ) {
     for index in 0..files.docs.len() {
+        if files.cancel.is_cancelled() {
+            return;
+        }
         let doc = &files.docs[index];
         if index == main || !doc.readable || sizes[index].is_none() {
             continue;
@@ -189,6 +201,9 @@ fn link_imports(
         linker.declare(index, String::new(), params, None);
         linker.fill(0, &[]);
         linker.link();
+        if linker.cancel.is_cancelled() {
+            return;
+        }
         linker.outputs(false);
         instances += linker.scopes.len();
     }

@@ -60,6 +60,21 @@ pub(super) fn unique(entries: Vec<Entry>, what: &str, report: &mut Report) -> Ve
     kept
 }
 
+/// Drops the things in a list that are too many for a file, and reports the first of them.
+pub(super) fn at_most<T>(
+    list: &mut Vec<T>,
+    most: usize,
+    key: impl Fn(&T) -> &SyntaxValue,
+    what: &str,
+    report: &mut Report,
+) {
+    if let Some(first) = list.get(most) {
+        let message = format!("too many {what} in a file; there may be {most}");
+        report.push(key(first).error(Code::TooLarge, message).help("move some of them to files of their own"));
+        list.truncate(most);
+    }
+}
+
 /// The entries of `{"name": value}`.
 pub(super) fn map(part: &SyntaxValue, what: &str, report: &mut Report) -> Vec<Entry> {
     match part.shape() {

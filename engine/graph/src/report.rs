@@ -12,6 +12,9 @@ const MOST: usize = 1000;
 /// The most candidates compared with unknown words in one run; later words get no suggestion.
 const COMPARED: usize = 500_000;
 
+/// Reading the documentation of all kinds takes as long as this many comparisons of names.
+const DOCUMENTATION: usize = 5_000;
+
 /// The diagnostics of a run. A diagnostic repeated for every use of a sub-graph is kept once.
 #[derive(Default)]
 pub(super) struct Report {
@@ -29,6 +32,8 @@ pub(super) struct Report {
     used: Option<Span>,
     errors: usize,
     compared: Cell<usize>,
+    /// True to make no suggestions. The comparisons count as made, because some errors depend on their number.
+    brief: bool,
 }
 
 /// The number of diagnostics of a file.
@@ -51,6 +56,11 @@ impl Count {
 }
 
 impl Report {
+    /// An empty report; a brief one has no suggestions.
+    pub(super) fn new(brief: bool) -> Self {
+        Self { brief, ..Self::default() }
+    }
+
     /// Sets the graph instance, used at `used`, that the following diagnostics are about.
     pub(super) fn enter(&mut self, instance: usize, used: Option<Span>) {
         self.instance = instance;
@@ -138,7 +148,7 @@ impl Report {
         }
         let names: Vec<_> = names.into_iter().collect();
         self.may_compare(names.len());
-        Some(suggest(word, what, &names))
+        (!self.brief).then(|| suggest(word, what, &names))
     }
 
     /// Returns true if this many more comparisons are allowed, and counts them as made.
@@ -146,6 +156,11 @@ impl Report {
         let may = self.compared.get() < COMPARED;
         self.compared.set(self.compared.get() + if may { comparisons } else { 0 });
         may
+    }
+
+    /// Returns true if the documentation of all kinds may be read for a suggestion.
+    pub(super) fn may_read(&self) -> bool {
+        self.may_compare(DOCUMENTATION) && !self.brief
     }
 
     /// The number of errors so far, including repeated ones.

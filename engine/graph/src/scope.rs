@@ -16,9 +16,6 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Reading the documentation of all kinds takes as long as this many comparisons of names.
-const DOCUMENTATION: usize = 5_000;
-
 impl<'a> Linker<'a> {
     /// Sets `scope` as the subject of the following diagnostics.
     pub(super) fn enter(&mut self, scope: usize) {
@@ -54,6 +51,7 @@ impl<'a> Linker<'a> {
         let docs = self.docs;
         let doc = &docs[self.scopes[scope].doc];
         self.enter(scope);
+        self.check_calls(scope);
         for (i, input) in doc.document.inputs.iter().enumerate() {
             // Check the default even if it is not used.
             let default = self.default_input(scope, i);
@@ -62,6 +60,9 @@ impl<'a> Linker<'a> {
             self.scopes[scope].names.insert(input.name.clone(), Entity::Input(i));
         }
         for decl in &doc.document.nodes {
+            if self.cancel.is_cancelled() {
+                return;
+            }
             self.enter(scope);
             let entity = match &decl.args {
                 Some(args) => self.entity(scope, decl, Cow::Borrowed(args)),
@@ -121,7 +122,7 @@ impl<'a> Linker<'a> {
             return self.declare_each(scope, &decl.name, kind, &args).unwrap_or(Entity::Broken);
         }
         if self.registry.is_retired(kind.str()) {
-            let may_read = self.report.may_compare(DOCUMENTATION);
+            let may_read = self.report.may_read();
             self.report.push(remedy::retired(self.registry, kind, may_read));
             return Entity::Broken;
         }
@@ -130,7 +131,7 @@ impl<'a> Linker<'a> {
             let message = format!("there is no node kind `{}`", read::shorten(kind.str()));
             let error = kind.error(Code::UnknownKind, message);
             // This reads the documentation of all kinds, which costs as much as very many comparisons of names.
-            let may_read = self.report.may_compare(DOCUMENTATION);
+            let may_read = self.report.may_read();
             match may_read.then(|| remedy::kind_elsewhere(self.registry, kind.str())).flatten() {
                 Some(meant) => self.report.push(error.help(format!("here it is called `{meant}`"))),
                 None => self.report.unknown(error, kind.str(), "kind", kinds),

@@ -6,7 +6,8 @@ use super::params::Params;
 use super::part::{Entry, SyntaxValue};
 use crate::diagnostics::{Code, Diagnostic, Span};
 use crate::node::changes::{Change, Look, Thing, Touches};
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 impl Linker<'_> {
     /// The file whose pins count for the nodes of a new scope: its own, or that of the scope that uses it.
@@ -45,30 +46,58 @@ impl Linker<'_> {
     ) -> bool {
         let docs = self.docs;
         let user = &self.scopes[scope];
-        let pins = user.pinned_by.and_then(|doc| docs[doc].document.pins.as_ref());
-        let (Some(pins), Some(inside)) = (pins, imports::within(&docs[doc].path)) else { return true };
         // A graph that is defined in a shipped file has the version of that file.
         if docs[user.doc].path == docs[doc].path {
             return true;
         }
-        let inside = Path::new(&inside).with_extension("");
         let written = |field: &str| match params.is_given(field).then(|| params.get(field).flatten()) {
             Some(Some(value)) => Some(value.text.as_str()),
             // An error hides the value: it may be any.
             Some(None) => Some("$"),
             None => with.iter().find(|entry| entry.name == field).map(|entry| entry.value.str()),
         };
-        let is_later = |line: &&Change| matches!(line.thing(), Thing::Graph(name) if inside == Path::new(name));
-        let later: Vec<&Change> = self.registry.changes().since(pins.change()).filter(is_later).collect();
-        let (Some(first), Some(last)) = (later.first(), later.last()) else { return true };
-        let versions = (first.version.saturating_sub(1), last.version);
-        let altering: Vec<&Change> = later.iter().copied().filter(|line| line.touches.includes(written)).collect();
-        let name = inside.file_name().unwrap_or_default().to_string_lossy();
-        let name = format!("{LIBRARY}{name}");
-        let error = gone(self.place(scope, kind), (&name, versions.0, versions.1), &altering, None);
+        let error = self.later(user.pinned_by, doc, self.place(scope, kind), written);
         let is_kept = error.is_none();
         error.into_iter().for_each(|error| self.report.push(error));
         is_kept
+    }
+
+    /// Reports the functions of shipped graphs that a scope calls and that changed after the pins there.
+    pub(super) fn check_calls(&mut self, scope: usize) {
+        let docs = self.docs;
+        for call in &docs[self.scopes[scope].doc].calls {
+            let user = &self.scopes[scope];
+            let (pins, place) = (call.pinned_by.or(user.pinned_by), user.own_place.unwrap_or(call.place));
+            let error = self.later(pins, call.doc, place, |_| None);
+            error.into_iter().for_each(|error| self.report.push(error));
+        }
+    }
+
+    /// The error at `place` if the text of a shipped graph is later than the one that the pins of a file mean. `written` gives the
+    /// text of each value that the graph is given.
+    fn later<'t>(
+        &self,
+        pinned_by: Option<usize>,
+        doc: usize,
+        place: Span,
+        written: impl Fn(&str) -> Option<&'t str>,
+    ) -> Option<Diagnostic> {
+        let pins = self.docs[pinned_by?].document.pins.as_ref()?;
+        let inside = imports::within(&self.docs[doc].path)?;
+        let inside = Path::new(&inside).with_extension("");
+        let is_later = |line: &&Change| matches!(line.thing(), Thing::Graph(name) if inside == Path::new(name));
+        let later: Vec<&Change> = self.registry.changes().since(pins.change()).filter(is_later).collect();
+        let versions = (later.first()?.version.saturating_sub(1), later.last()?.version);
+        let altering: Vec<&Change> = later.into_iter().filter(|line| line.touches.includes(&written)).collect();
+        let name = inside.file_name().unwrap_or_default().to_string_lossy();
+        gone(place, (&format!("{LIBRARY}{name}"), versions.0, versions.1), &altering, None)
+    }
+
+    /// The formulas in use that call a function of a shipped graph, and that graph.
+    pub(super) fn calls(&self) -> Vec<(Span, PathBuf)> {
+        let used: BTreeSet<usize> = self.scopes.iter().map(|scope| scope.doc).collect();
+        let calls = used.into_iter().flat_map(|doc| &self.docs[doc].calls);
+        calls.map(|call| (call.from, self.docs[call.doc].path.clone())).collect()
     }
 
     /// The place for an error about the pins: that of a word, or for a word in a shipped graph, the use of that graph.
@@ -85,13 +114,25 @@ impl Linker<'_> {
 
 impl Graph {
     /// The nodes that a change alters. A changed kind alters its nodes, unless they have an earlier version or the change
-    /// does not touch them. A changed shipped graph alters the nodes in it.
+    /// does not touch them. A changed shipped graph alters the nodes in it, and those with a formula that calls its functions; all
+    /// nodes if that formula is a value of no node, such as the default of a parameter.
     pub fn altered_by<'g>(&'g self, change: &'g Change) -> impl Iterator<Item = &'g GraphNode> {
+        let is_changed = move |path: &Path| {
+            let inside = path.strip_prefix(LIBRARY).map(|inside| inside.with_extension(""));
+            matches!((change.thing(), inside), (Thing::Graph(name), Ok(inside)) if inside == Path::new(name))
+        };
+        let calls = self.calls.iter().filter(move |(_, path)| is_changed(path)).map(|(place, _)| *place);
+        let calls: Vec<Span> = calls.collect();
+        let has = |node: &GraphNode, call: &Span| {
+            node.span == *call || node.fields.iter().any(|(_, field)| holds(field, call))
+        };
+        let is_of_none = |call: &Span| !self.nodes.node_weights().any(|node| has(node, call));
+        let alters_all = calls.iter().any(is_of_none);
         self.nodes.node_weights().filter(move |node| match change.thing() {
             Thing::Kind(_) => node.node.version() >= change.version && self.is_of(node, change),
-            Thing::Graph(name) => {
-                let inside = self.sources.path(node.span.file).strip_prefix(LIBRARY);
-                inside.is_ok_and(|inside| inside.with_extension("") == Path::new(name))
+            Thing::Graph(_) => {
+                let is_inside = is_changed(self.sources.path(node.span.file));
+                is_inside || alters_all || calls.iter().any(|call| has(node, call))
             }
             Thing::All => true,
         })
@@ -110,6 +151,11 @@ impl Graph {
         change.thing() == Thing::Kind(&node.kind)
             && change.touches.includes(|field| written(field).map(|(_, span)| text(*span).unwrap_or_default()))
     }
+}
+
+/// True if a place lies in another one.
+fn holds(outer: &Span, inner: &Span) -> bool {
+    outer.file == inner.file && outer.start <= inner.start && inner.end <= outer.end
 }
 
 /// The error for a version of a thing that the program does not have. `None` if no change since then alters the look.

@@ -3,6 +3,7 @@ use super::super::diagnose::Finding;
 use super::super::expect::Expect;
 use super::super::file::{File, Section};
 use super::super::format::change;
+use super::super::formula::formulas;
 use super::super::names::{Symbol, occurrences};
 use super::super::rename::Edit;
 use super::super::view::{Body, Item, Value};
@@ -131,6 +132,9 @@ fn follow(cx: Cx<'_>, change: &Change) -> Followed {
             for node in nodes.0.into_iter().filter(|node| is_use(node) && is_given(cx, node, change)) {
                 followed.add(cx, change, node, names.map(|_| Vec::new()));
             }
+            if change.look == Look::Look && change.touches.includes(|_| None) {
+                followed.differs = followed.differs.or_else(|| caller(cx, &imports));
+            }
             for found in names.iter().flat_map(|_| occurrences(cx)) {
                 let Symbol::Port(node, output) = &found.symbol else { continue };
                 let user = cx.file.entry(Section::Nodes, node).and_then(|item| item.value.as_ref());
@@ -163,9 +167,24 @@ impl<'a> Visit<'a> for Nodes<'a> {
 
 /// The name of a node; of one without a name, that of the node around it, or its kind.
 fn name_of(cx: Cx<'_>, node: &Value) -> String {
-    let around = |item: &&Item| item.range.contains(&node.range.start);
-    let entry = cx.file.entries(Section::Nodes).iter().find(around);
-    entry.and_then(Item::name).or_else(|| cx.file.word(node)).unwrap_or_default().to_owned()
+    name_at(cx, node.range.start).or_else(|| cx.file.word(node)).unwrap_or_default().to_owned()
+}
+
+/// The name of the node around a place.
+fn name_at(cx: Cx<'_>, at: usize) -> Option<&str> {
+    let around = |item: &&Item| item.range.contains(&at);
+    cx.file.entries(Section::Nodes).iter().find(around).and_then(Item::name)
+}
+
+/// The name of the first node with a formula that calls a function of one of these imports; for a formula elsewhere, that of the
+/// function.
+fn caller(cx: Cx<'_>, imports: &[&str]) -> Option<String> {
+    let is_of = |name: &&str| name.rsplit_once('.').is_some_and(|(import, _)| imports.contains(&import));
+    formulas(cx).iter().find_map(|(text, formula)| {
+        let mut calls = (0..formula.words().len()).filter(|word| formula.is_call(*word)).map(|word| formula.word(word));
+        let called = calls.find(is_of)?;
+        Some(name_at(cx, text.literal.start).unwrap_or(called).to_owned())
+    })
 }
 
 /// True if a change can alter a use of a shipped graph, by the values that the use gives.
@@ -256,7 +275,8 @@ fn operand(cx: Cx<'_>, value: &Value) -> String {
 mod tests {
     use super::*;
     use crate::Workspace;
-    use crate::diagnose::Severity;
+    use crate::diagnose::{Severity, by_file};
+    use shibo_graph::{LoadOptions, load_text};
     use shibo_node::registry::Registry;
     use std::sync::Arc;
 
@@ -334,10 +354,28 @@ mod tests {
                 r#""a": Invert(input: Blur(input: "b")), "c": Blur(input: "= 1 - b")"#,
                 1,
             ),
+            (r#"graph: "goat", version: 2, touches: All"#, r#""a": "= g.f(x)""#, r#""a": "= g.f(x)""#, 1),
             (r#"kind: "Blur", version: 2, touches: All"#, r#""a": Blur()"#, r#""a": Blur()"#, 1),
             (r#"kind: "Blur", version: 2, touches: Given(["radius"])"#, r#""a": Blur()"#, r#""a": Blur()"#, 0),
         ] {
             assert_eq!(follow(line, before), (after.to_owned(), differing), "{line}");
+        }
+    }
+
+    #[test]
+    fn callers_of_functions_of_shipped_graphs_are_found() {
+        let line = r#"graph: "denim", version: 2, touches: All"#;
+        for (text, differs) in [
+            (r#"nodes: { "r": Blur(), "b": Blur(radius: "= 2 * d.float(1)") }"#, Some("b")),
+            (r#"params: { "p": Number(default: "= d.float(1)") }, nodes: { "r": Blur() }"#, Some("d.float")),
+            (r#"nodes: { "b": "= e.float(x) + float(x)" }"#, None),
+            (r#"functions: { "f(x)": "d.float(x)" }, nodes: { "b": "= f(x)" }"#, Some("d.float")),
+        ] {
+            let text = format!(r#"(pins: 1, imports: {{ "d": "shibo:denim", "e": "shibo:goat" }}, {text})"#);
+            let world = Workspace::new(registry(line), Vec::new());
+            let answered = answered(&world, Path::new("a.ron"), &text, (1, 2));
+            let found = answered.differing.iter().map(|(_, node)| node.as_str()).next();
+            assert_eq!(found, differs, "{text}");
         }
     }
 
@@ -360,6 +398,8 @@ mod tests {
             (r#""p": PlacePieces(), "u": Each(graph: "a", ids: "p.ids", over: 2, with: { "depth": 2 })"#, Some("u")),
             (r#""blurred": Blur(input: Use(graph: "b", with: { "depth": 2 }))"#, Some("blurred")),
             (r#""u": Use(graph: "a"), "v": Use(graph: "c", with: { "depth": 2 })"#, None),
+            // A value that is given changes no function.
+            (r#""f": "= a.ridge(x)""#, None),
         ] {
             let text = format!("(pins: 1, imports: {{ {imports} }}, nodes: {{ {nodes} }})");
             let world = Workspace::new(registry(line), Vec::new());
@@ -412,6 +452,21 @@ mod tests {
         assert_eq!(apply(text, &action.edits[&file.path]), text.replace("pins: 1", "pins: 2"));
         assert!(!action.is_preferred, "the picture may change");
         assert!(newest(cx, &[finding(text, "Blur", "advice", None)]).is_none());
+    }
+
+    #[test]
+    fn an_editor_takes_newer_functions() {
+        let text = r#"(pins: 1, imports: { "d": "shibo:denim" }, nodes: { "a": "= d.float(x)" })"#;
+        let registry = registry(r#"graph: "denim", version: 2, touches: All"#);
+        let loaded = load_text(Path::new("a.ron"), text, &registry, &LoadOptions::default());
+        let findings = by_file(&loaded.diagnostics, &loaded.sources).remove(Path::new("a.ron")).unwrap();
+        let found: Vec<_> = findings.iter().map(|one| (one.code.as_str(), &text[one.range.clone()])).collect();
+        assert_eq!(found, [("changed-kind", "d.float")]);
+        let mut world = Workspace::new(registry, Vec::new());
+        let file = world.open(Path::new("a.ron"), text);
+        let action = newest(Cx { world: &world, file: &file }, &findings).unwrap();
+        assert_eq!(apply(text, &action.edits[&file.path]), text.replace("pins: 1", "pins: 2"));
+        assert!(action.is_preferred);
     }
 
     #[test]

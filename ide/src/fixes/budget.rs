@@ -6,7 +6,7 @@ pub const FINDINGS: usize = 100;
 /// Most texts that are checked.
 pub const TRIALS: usize = 200;
 /// Text that may be checked for all fixes together, in bytes.
-const BYTES: usize = 3_000_000;
+const BYTES: usize = 2_000_000;
 /// Text whose syntax may be read to find the places of lost signs, in bytes.
 const SYNTAX: usize = 24_000_000;
 /// The message of an error takes the time in which this many bytes are checked.

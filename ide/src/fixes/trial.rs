@@ -3,7 +3,7 @@ use super::super::diagnose::Finding;
 use super::super::rename::{Edit, apply};
 use super::super::world::Cx;
 use super::budget::Budget;
-use shibo_graph::{GRAPH_FILE, NO_NODES, load_text};
+use shibo_graph::{GRAPH_FILE, LoadOptions, NO_NODES, load_text};
 use shibo_value::diagnostics::{Code, Diagnostic, FileId};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -106,11 +106,14 @@ fn is_syntax(code: Code) -> bool {
 /// `likely` is the number of errors that the text may have.
 pub fn errors(cx: Cx<'_>, text: &str, likely: usize, budget: &mut Budget) -> Option<Errors> {
     let enough = !cx.world.is_cancelled() && budget.check(text.len(), likely);
-    enough.then(|| counted(diagnostics(cx, text).iter().filter(|one| !one.warning)))
+    let found = enough.then(|| counted(diagnostics(cx, text).iter().filter(|one| !one.warning)));
+    found.filter(|_| !cx.world.is_cancelled())
 }
 
+/// The errors and warnings of the file with another text. Their help is brief.
 fn diagnostics(cx: Cx<'_>, text: &str) -> Vec<Diagnostic> {
-    load_text(&cx.file.path, text, cx.registry(), &cx.world.options()).diagnostics
+    let options = LoadOptions { brief: true, ..cx.world.options() };
+    load_text(&cx.file.path, text, cx.registry(), &options).diagnostics
 }
 
 /// Counts diagnostics.
@@ -186,6 +189,9 @@ impl<'a> Trial<'a> {
                 return None;
             }
             let told = diagnostics(self.cx, &apply(&self.cx.file.text, edits));
+            if self.cx.world.is_cancelled() {
+                return None;
+            }
             self.told.drain(..(self.told.len() + 1).saturating_sub(KEPT));
             self.told.push((edits.to_vec(), told));
         }

@@ -3,9 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking")]
 use crate::graph_nodes;
 
-use shibo_graph::{LoadOptions, Loaded, load, load_text};
+use shibo_graph::{Cancel, LoadOptions, Loaded, load, load_text};
 use shibo_value::diagnostics::{Code, Diagnostic};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The limit of nodes in a graph, and of reports for a file.
 const NODES: usize = 100_000;
@@ -153,4 +155,73 @@ fn refuses_deeply_nested_expressions() {
         assert_eq!(error.code, Code::BadExpression);
         assert!(error.message.contains("256"), "{}", error.message);
     }
+}
+
+/// Loads a text until the load asks for the `last` time whether it was cancelled; also returns how many times it asked.
+fn load_until(last: usize, text: &str) -> (Loaded, usize) {
+    let asked = Arc::new(AtomicUsize::new(0));
+    let count = asked.clone();
+    let cancel = Cancel::new(move || count.fetch_add(1, Ordering::Relaxed) + 1 >= last);
+    let options = LoadOptions { cancel, ..LoadOptions::default() };
+    let loaded = load_text(Path::new("a.ron"), text, &graph_nodes::registry(), &options);
+    (loaded, asked.load(Ordering::Relaxed))
+}
+
+/// Functions `f0`, `f1` and so on, each of which calls the one before.
+fn functions(count: usize) -> String {
+    let others: String = (1..count).map(|i| format!("\"f{i}(x)\": \"f{}(x) + 1\", ", i - 1)).collect();
+    format!("functions: {{ \"f0(x)\": \"x\", {others} }}")
+}
+
+#[test]
+fn a_cancelled_load_ends_soon_and_tells_nothing() {
+    let nodes: String = (0..200).map(|i| format!("\"n{i}\": \"= f50(x) + {i}\", ")).collect();
+    let text = format!("({}, nodes: {{ {nodes} \"bad\": Nothing() }}, outputs: {{ \"o\": \"n0\" }})", functions(200));
+    let (whole, asked) = load_until(usize::MAX, &text);
+    assert_eq!(only(&whole).code, Code::UnknownKind);
+    assert!(asked > 800, "asked {asked} times");
+    for last in [1, 2, 100, 300, 500, 700, asked - 1, asked] {
+        let (loaded, count) = load_until(last, &text);
+        assert!(loaded.graph.is_none() && loaded.diagnostics.is_empty(), "{last}: {:?}", loaded.diagnostics);
+        assert!(count < last + 10, "asked {} times after {last}", count - last);
+    }
+}
+
+#[test]
+fn functions_are_checked_once_and_have_a_limit_like_local_graphs() {
+    let part = "(nodes: { \"n\": Bands() }, outputs: { \"o\": \"n\" })";
+    let text = |functions_of_file: usize, count: usize| {
+        let graphs: String = (0..count).map(|i| format!("\"g{i}\": {part}, ")).collect();
+        let nodes = "nodes: { \"u\": Use(graph: \"g7\") }, outputs: { \"o\": \"u\" }";
+        format!("({}, graphs: {{ {graphs} }}, {nodes})", functions(functions_of_file))
+    };
+    let (loaded, asked) = load_until(usize::MAX, &text(256, 256));
+    assert!(loaded.graph.is_some(), "{:?}", loaded.diagnostics);
+    // Each local graph asks for its node, not for all functions of the file.
+    assert!(asked < 10_000, "asked {asked} times");
+    for (count, graphs, what) in [(256, 20_000, "graphs"), (20_000, 256, "functions")] {
+        let (loaded, _) = load_until(usize::MAX, &text(count, graphs));
+        let error = only(&loaded);
+        assert_eq!(error.code, Code::TooLarge);
+        assert_eq!(error.message, format!("too many {what} in a file; there may be 256"));
+    }
+}
+
+#[test]
+fn brief_errors_are_the_same_without_suggestions() {
+    let nodes =
+        r#""a": Bandz(), "b": Mix(a: "aa", amont: 3), "red": Bands(), "c": Mix(a: "= redd + 1", b: "= clamb(1)")"#;
+    let text = format!("(imports: {{}}, nodes: {{ {nodes} }}, outputs: {{ \"o\": \"bb\" }}, presetz: {{}})");
+    let said = |brief: bool| {
+        let options = LoadOptions { brief, ..LoadOptions::default() };
+        load_text(Path::new("a.ron"), &text, &graph_nodes::registry(), &options).diagnostics
+    };
+    let (whole, brief) = (said(false), said(true));
+    let errors = |of: &[Diagnostic]| of.iter().map(|d| (d.code, d.span, d.message.clone())).collect::<Vec<_>>();
+    assert_eq!(errors(&whole), errors(&brief));
+    let suggests = |of: &[Diagnostic]| {
+        let helps = of.iter().filter_map(|d| d.help.as_deref());
+        helps.filter(|help| help.contains("did you mean `Bands`")).count()
+    };
+    assert_eq!((whole.len() > 3, suggests(&whole), suggests(&brief)), (true, 1, 0), "{whole:?}");
 }

@@ -1,7 +1,7 @@
 //! Graphs that are pinned at a change.
 use crate::graph_nodes;
 use shibo_graph::{LoadOptions, Loaded, load_text};
-use shibo_node::registry::Library;
+use shibo_node::registry::{Library, Registry};
 use shibo_value::diagnostics::Diagnostic;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -28,7 +28,7 @@ fn told(d: &Diagnostic) -> String {
     format!("{} {}: {}", d.code.as_str(), d.message, d.help.as_deref().unwrap_or_default())
 }
 
-/// Changes of shipped graphs. `coat` uses `goat`, and has no change of its own.
+/// Changes of shipped graphs. `coat` uses `goat`, and `swell` calls functions of `waves`; both have no change of their own.
 const SHIPPED_CHANGES: &str = r#"[
     (change: 1, all: true, version: 1, look: Look, what: "first", touches: All, worst: 0, keeps: Gone),
     (change: 2, graph: "goat", version: 2, look: Look, what: "deeper bumps", touches: All, worst: 0.2, keeps: Gone),
@@ -36,6 +36,8 @@ const SHIPPED_CHANGES: &str = r#"[
     (change: 4, graph: "lib/folds", version: 3, look: Look, what: "round folds", touches: Values("mode", ["Round"]), worst: 0.3, keeps: Gone),
     (change: 5, graph: "goat", version: 3, look: Names, what: "other names", touches: All, worst: 0, keeps: Gone),
     (change: 6, graph: "goat", version: 4, look: Roundings, what: "sums", touches: All, worst: 0.001, keeps: Gone),
+    (change: 7, graph: "waves", version: 2, look: Look, what: "flatter bumps", touches: All, worst: 0.05, keeps: Gone),
+    (change: 8, graph: "waves", version: 3, look: Look, what: "deeper", touches: Given(["depth"]), worst: 0.2, keeps: Gone),
 ]"#;
 
 /// Graphs that a program ships.
@@ -43,7 +45,7 @@ struct Shipped;
 
 impl Library for Shipped {
     fn names(&self) -> Vec<&str> {
-        vec!["coat", "folds", "goat"]
+        vec!["coat", "folds", "goat", "swell", "waves"]
     }
 
     fn find(&self, name: &str) -> Option<String> {
@@ -55,6 +57,14 @@ impl Library for Shipped {
             "coat.ron" => {
                 Some(r#"(imports: { "goat": "goat.ron" }, nodes: { "g": Use(graph: "goat") }, outputs: { "o": "g" })"#)
             }
+            "waves.ron" => Some(
+                r#"(functions: { "bump(x)": "x * x", "twice(x)": "2 * bump(x)" }, nodes: { "r": Rays() }, outputs: { "o": "r" })"#,
+            ),
+            "swell.ron" => Some(
+                r#"(imports: { "waves": "waves.ron" }, functions: { "high(x)": "waves.twice(x)" },
+                    params: { "deep": Number(default: "= waves.bump(2)") },
+                    nodes: { "r": Rays(width: "$deep") }, outputs: { "o": "r" })"#,
+            ),
             "goat.ron" => Some(r#"(nodes: { "r": Rays() }, outputs: { "o": "r" })"#),
             "lib/folds.ron" => Some(
                 r#"(params: { "depth": Number(default: 1), "mode": Choice(default: "Flat", options: ["Flat", "Round"]) },
@@ -70,22 +80,39 @@ impl Library for Shipped {
     }
 }
 
-/// The errors of a graph that uses shipped graphs, each with the text at its place.
-fn refused(pins: &str, table: &'static str, nodes: &str, newest: bool) -> Vec<(String, String)> {
-    let paths = ["shibo:goat", "shibo:coat", "shibo:folds", "free.ron", "own.ron"];
-    let names = ["goat", "coat", "folds", "free", "own"].into_iter().zip(paths);
-    let used = names.filter(|(name, _)| nodes.contains(&format!("graph: {name:?}")));
+/// Loads a graph with imports of the graphs that its nodes use, or whose functions they call.
+fn load_using(pins: &str, table: &'static str, nodes: &str, newest: bool) -> (Registry, Loaded) {
+    let shipped = ["goat", "coat", "folds", "waves", "swell"].map(|name| (name, format!("shibo:{name}")));
+    let own = ["free", "own", "mine", "formulas", "new"].map(|name| (name, format!("{name}.ron")));
+    let is_used = |name: &str| nodes.contains(&format!("graph: {name:?}")) || nodes.contains(&format!("{name}."));
+    let used = shipped.iter().chain(&own).filter(|(name, _)| is_used(name));
     let imports = used.map(|(name, path)| format!("{name:?}: {path:?}")).collect::<Vec<_>>().join(", ");
     let text = format!("({pins} imports: {{ {imports} }}, nodes: {{ {nodes} }})");
     let user = |pins: &str| {
         let nodes = r#""u": Use(graph: "goat")"#;
         format!(r#"({pins} imports: {{ "goat": "shibo:goat" }}, nodes: {{ {nodes} }}, outputs: {{ "o": "u" }})"#)
     };
-    let overlay = [("free.ron", user("")), ("own.ron", user("pins: 2,"))];
+    let caller = |pins: &str, node: &str| {
+        let functions = r#"imports: { "waves": "shibo:waves" }, functions: { "f(x)": "1 + waves.bump(x)" }"#;
+        format!(r#"({pins} {functions}, nodes: {{ "n": {node} }}, outputs: {{ "o": "n" }})"#)
+    };
+    let overlay = [
+        ("free.ron", user("")),
+        ("own.ron", user("pins: 2,")),
+        ("mine.ron", caller("", "Rays()")),
+        ("formulas.ron", caller("", r#""= waves.twice(x)""#)),
+        ("new.ron", caller("pins: 7,", "Rays()")),
+    ];
     let overlay = overlay.map(|(path, text)| (PathBuf::from(path), Arc::from(text))).into();
     let registry = graph_nodes::registry().with_library(Arc::new(Shipped)).with_changes(table);
     let options = LoadOptions { newest, overlay, ..LoadOptions::default() };
     let loaded = load_text(Path::new("a.ron"), &text, &registry, &options);
+    (registry, loaded)
+}
+
+/// The errors of a graph that uses shipped graphs, each with the text at its place.
+fn refused(pins: &str, table: &'static str, nodes: &str, newest: bool) -> Vec<(String, String)> {
+    let (_, loaded) = load_using(pins, table, nodes, newest);
     assert_eq!(loaded.graph.is_some(), loaded.diagnostics.iter().all(|one| one.warning));
     let place = |one: &Diagnostic| {
         let text = loaded.sources.text(one.span.file);
@@ -139,6 +166,60 @@ fn a_shipped_graph_stays_where_its_changes_do_not_touch_the_use() {
         let gone = "changed-kind `shibo:folds` of version 1 is not in this program any more: ";
         assert_eq!(told, [format!("{gone}`shibo migrate FILE` takes version 3: {says}")], "{with}");
     }
+}
+
+#[test]
+fn a_function_of_a_shipped_graph_of_an_earlier_version_is_refused() {
+    let gone = "changed-kind `shibo:waves` of version 1 is not in this program any more: `shibo migrate FILE` takes version 3: \
+                flatter bumps (up to 5 % of full scale)";
+    let found = |pins: &str, nodes: &str, newest: bool| refused(pins, SHIPPED_CHANGES, nodes, newest);
+    for (nodes, place) in [
+        (r#""f": "= waves.bump(x)""#, "a.ron: waves.bump"),
+        (r#""f": "= 1 + waves.twice(x) + waves.twice(y)""#, "a.ron: waves.twice"),
+        (r#""r": Rays(width: "= waves.bump(2)")"#, "a.ron: waves.bump"),
+        (r#""u": Use(graph: "folds", with: { "depth": "= waves.bump(2)" })"#, "a.ron: waves.bump"),
+        // A shipped graph calls functions of another one: in its nodes, and in a function.
+        (r#""u": Use(graph: "swell")"#, "a.ron: Use"),
+        (r#""f": "= swell.high(x)""#, "a.ron: swell.high"),
+        // A file without pins has those of the graph that calls or uses it.
+        (r#""f": "= mine.f(x)""#, "mine.ron: waves.bump"),
+        (r#""u": Use(graph: "formulas")"#, "formulas.ron: waves.twice"),
+    ] {
+        assert_eq!(found("pins: 6,", nodes, false), [(place.to_owned(), gone.to_owned())], "{nodes}");
+        // Change 8 touches no function.
+        for (pins, newest) in [("", false), ("pins: 6,", true), ("pins: 7,", false), ("pins: 8,", false)] {
+            assert!(found(pins, nodes, newest).is_empty(), "{pins} {nodes}");
+        }
+    }
+    assert!(found("pins: 6,", r#""f": "= new.f(x)""#, false).is_empty(), "a file with pins of its own");
+    let functions = r#"pins: 6, functions: { "f(x)": "waves.bump(x)" },"#;
+    assert!(found(functions, r#""r": Rays() /* waves. */"#, false).is_empty(), "no formula calls the function");
+    let place = "a.ron: waves.bump".to_owned();
+    assert_eq!(found(functions, r#""g": "= f(x)" /* waves. */"#, false), [(place.clone(), gone.to_owned())]);
+    // In a local graph.
+    let local = r#"pins: 6, graphs: { "part": (nodes: { "n": "= waves.bump(x)" }, outputs: { "o": "n" }) },"#;
+    assert_eq!(found(local, r#""u": Use(graph: "part") /* waves. */"#, false), [(place, gone.to_owned())]);
+    assert!(found(local, r#""r": Rays() /* waves. */"#, false).is_empty(), "no node uses it");
+}
+
+#[test]
+fn a_change_of_a_shipped_graph_alters_the_nodes_that_call_its_functions() {
+    let altered = |before: &str, nodes: &str| {
+        let (registry, loaded) = load_using(before, SHIPPED_CHANGES, nodes, false);
+        let graph = loaded.graph.unwrap_or_else(|| panic!("{nodes}: {:?}", loaded.diagnostics));
+        let change = registry.changes().since(6).next().unwrap();
+        let mut names: Vec<String> = graph.altered_by(change).map(|node| node.name.clone()).collect();
+        names.sort();
+        names.join(" ")
+    };
+    let nodes = r#""f": "= waves.bump(x)", "r": Rays(), "w": Rays(width: "= waves.bump(2)"), "g": "= f + r""#;
+    assert_eq!(altered("", nodes), "f w");
+    assert_eq!(altered("", r#""f": "= swell.high(x)", "r": Rays()"#), "f");
+    assert_eq!(altered("", r#""u": Use(graph: "waves"), "r": Rays()"#), "u/r");
+    assert_eq!(altered("", r#""r": Rays()"#), "");
+    // A default is a value of no node, so it may alter all.
+    let params = r#"params: { "deep": Number(default: "= waves.bump(2)") },"#;
+    assert_eq!(altered(params, r#""r": Rays(width: "$deep"), "s": Rays() /* waves. */"#), "r s");
 }
 
 #[test]

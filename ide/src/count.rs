@@ -1,12 +1,13 @@
 //! Collects the statistics of graphs.
+use super::around::Around;
 use super::expect::Expect;
 use super::file::{File, Section};
 use super::formula::{FormulaText, Role, manual};
-use super::habits::{Habits, class, signature, source, stem};
+use super::habits::{Class, Habits, Place, kind_of, signature, source, stem};
 use super::view::{Item, Shape, Value};
 use super::walk::{Visit, walk};
 use super::world::{Cx, World};
-use shibo_graph::syntax::formula::{Formula, WordKind};
+use shibo_graph::syntax::formula::{Formula, PartKind, WordKind};
 use shibo_node::registry::Registry;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,7 +19,7 @@ impl Habits {
         for file in files.into_iter().flat_map(File::scopes) {
             let alone = Alone(registry, Self::default());
             let cx = Cx { world: &alone, file: &file };
-            walk(cx, &mut Counter { cx, habits: &mut habits, name: None });
+            walk(cx, &mut Counter { cx, habits: &mut habits, name: None, field: "" });
         }
         habits
     }
@@ -29,11 +30,15 @@ struct Counter<'a, 'h> {
     habits: &'h mut Habits,
     /// Name of the next node, if it has one.
     name: Option<&'a str>,
+    /// Name of the present field; empty for nodes.
+    field: &'a str,
 }
 
 impl<'a> Visit<'a> for Counter<'a, '_> {
     fn key(&mut self, inside: Expect<'a>, item: &'a Item) {
-        self.name = matches!(inside, Expect::Section(Section::Nodes)).then(|| item.name()).flatten();
+        let node = matches!(inside, Expect::Section(Section::Nodes));
+        self.name = item.name().filter(|_| node);
+        self.field = item.name().filter(|_| !node).unwrap_or_default();
     }
 
     fn value(&mut self, expect: Expect<'a>, value: &'a Value) {
@@ -80,45 +85,36 @@ impl<'a> Visit<'a> for Counter<'a, '_> {
 impl Counter<'_, '_> {
     /// Counts the words of a formula.
     fn formula(&mut self, text: &FormulaText<'_>) {
-        let role = match text.role {
-            Role::Point => "point",
-            Role::Value => "value",
-            Role::Function(_) => return,
-        };
+        if let Role::Function(_) = text.role {
+            return;
+        }
         let formula = text.parse();
-        for (index, word) in formula.words().iter().enumerate() {
+        for index in 0..formula.words().len() {
+            let Some(class) = class_of(&formula, index) else { continue };
             let says = formula.word(index);
-            let first = says.split('.').next().unwrap_or_default();
-            let class = match word.kind {
-                WordKind::Param => class::PARAM,
-                WordKind::Name if formula.is_call(index) => class::FUNCTION,
-                WordKind::Name if formula.local(first, word.range.start).is_some() => continue,
-                WordKind::Name if manual(says).is_some() || says == "pi" => class::PLACE,
-                WordKind::Name => class::NODE,
-                _ => continue,
-            };
-            let before = before(&formula, index);
-            self.habits.add(&["word", role, before, class]);
-            self.habits.add(&["words", role, before]);
-            if class != class::NODE {
-                self.habits.add(&["after", before, says]);
-            }
-            if matches!(class, class::FUNCTION | class::PLACE) {
-                self.habits.add(&["called", says]);
-                self.habits.add(&["calls"]);
-            }
+            let around = &Around::of(&formula, index, index + 1);
+            let kind = if class == Class::Node { kind_of(self.cx.file, says) } else { String::new() };
+            let says = if class == Class::Node { kind.as_str() } else { says };
+            let name = self.name.unwrap_or(self.field);
+            let place = Place { point: text.role == Role::Point, field: self.field, name, around };
+            self.habits.add_word(&place, class, says);
         }
     }
 }
 
-/// The word before another one in the counts of formulas.
-pub(crate) fn before(formula: &Formula, index: usize) -> &str {
-    match index.checked_sub(1) {
-        None => "=",
-        Some(before) if formula.words()[before].kind == WordKind::Open && before > 0 && formula.is_call(before - 1) => {
-            formula.word(before - 1)
-        }
-        Some(before) => formula.word(before),
+/// The class of a word of a formula; `None` if it is no name, or is defined there.
+pub(crate) fn class_of(formula: &Formula, index: usize) -> Option<Class> {
+    let (word, says) = (&formula.words()[index], formula.word(index));
+    let first = says.split('.').next().unwrap_or_default();
+    let defines = || formula.part_of(index).is_some_and(|part| formula.parts()[part].kind == PartKind::Let);
+    match word.kind {
+        WordKind::Param => Some(Class::Param),
+        WordKind::Name if formula.is_call(index) => Some(Class::Function),
+        WordKind::Name if defines() => None,
+        WordKind::Name if formula.local(first, word.range.start).is_some() => Some(Class::Local),
+        WordKind::Name if manual(says).is_some() || says == "pi" => Some(Class::Place),
+        WordKind::Name => Some(Class::Node),
+        _ => None,
     }
 }
 

@@ -5,6 +5,7 @@
 //! evaluates a picture or reads the environment. `server` alone knows a protocol.
 #![allow(clippy::disallowed_methods, reason = "no picture that is written is made here")]
 pub mod actions;
+mod around;
 pub mod calls;
 mod capture;
 pub mod colors;

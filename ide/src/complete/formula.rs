@@ -1,20 +1,18 @@
 //! Completion in formulas: nodes, local names, positions, functions and parameters.
-use super::super::count::before;
+use super::super::around::Around;
 use super::super::expect::Expect;
 use super::super::file::Section;
 use super::super::formula::{CANVAS, FormulaText, Inferred, PLACES, Role, Space};
 use super::super::functions::{self, Function, Head};
-use super::super::habits::class;
-use super::super::names::{Symbol, occurrences};
+use super::super::habits::{self, Class};
+use super::ranks::Candidate;
 use super::{Ask, Completion, Sort, Topic};
 use shibo_graph::syntax::formula::{Formula, PartKind, WordKind};
 use shibo_value::{Accepts, Type};
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 /// Penalty for single numbers, and for what may be one, where several components are wanted.
 const APART: f64 = 6.0;
-/// Score of names that the formula itself defines.
-const LOCAL: f64 = -9.0;
 
 /// A position in a formula.
 struct Place<'f, 'a> {
@@ -130,70 +128,56 @@ impl<'a> Ask<'a> {
     fn names(&mut self, expect: Expect<'a>, place: &Place<'_, 'a>) -> Vec<Completion> {
         let role = place.text.role;
         let wanted = self.wanted(expect, place);
-        let habits = self.cx.world.habits();
-        let index =
-            place.word.or_else(|| place.formula.word_before(place.offset).map(|before| before + 1)).unwrap_or(0);
-        let before = before(&place.formula, index);
-        let usual = |class: &str| habits.word(role == Role::Point, before, class);
-        let mut found = self.own_names(place, &wanted);
-        if let Role::Point | Role::Value = role {
-            let params = self.params_of_formula(role, usual(class::PARAM));
-            let apart = |one: &Completion| if wanted.several && one.detail != "Color" { APART } else { 0.0 };
-            found.extend(params.into_iter().map(|one| {
-                let score = one.score + apart(&one) - habits.after(before, &one.label);
-                Completion { score, ..one }
-            }));
-        }
-        if role == Role::Point {
-            let nodes = self.references(expect, &|ty| fitness(ty, &wanted)).into_iter();
-            found.extend(nodes.map(|one| Completion { score: one.score + usual(class::NODE), ..one }));
-        }
+        let of = |class: Class| move |offer: Completion| Candidate { offer, class, wire: 0.0 };
+        let mut found: Vec<Candidate> = self.own_names(place, &wanted).into_iter().map(of(Class::Local)).collect();
         // Values that fit come first where colours or vectors are wanted.
         let apart = if wanted.several { APART } else { 0.0 };
+        if let Role::Point | Role::Value = role {
+            let score = |one: &Completion| match (role, one.detail == "Color") {
+                (Role::Point, true) if wanted.single => 2.0,
+                (Role::Point, true) => -1.0,
+                _ => apart,
+            };
+            let params = self.params(Expect::Canvas(Some(""))).into_iter();
+            found.extend(params.map(|one| Completion { score: score(&one), ..one }).map(of(Class::Param)));
+        }
+        if role == Role::Point {
+            let wires = self.references(expect, &|ty| fitness(ty, &wanted));
+            found.extend(wires.into_iter().map(|one| {
+                let (wire, score) = (one.score, fitness(self.types.of(&one.label), &wanted));
+                Candidate { offer: Completion { score, ..one }, class: Class::Node, wire: wire - score }
+            }));
+        }
         let mut seen = HashSet::new();
-        let language = functions::of_language().filter(|one| seen.insert(one.name.clone()));
-        let constant = |function: &Function| !function.call.ends_with(')');
-        found.extend(language.map(|function| {
-            let class = if constant(&function) { class::PLACE } else { class::FUNCTION };
-            let usual = usual(class) + habits.name(&function.name) - habits.after(before, &function.name);
-            self.function(&function, usual + apart)
-        }));
+        for function in functions::of_language().filter(|one| seen.insert(one.name.clone())) {
+            let class = if function.call.ends_with(')') { Class::Function } else { Class::Place };
+            found.extend([self.function(&function, apart)].map(of(class)));
+        }
         let own = functions::of_graphs(self.cx);
-        found.extend(own.iter().map(|one| self.function(one, usual(class::FUNCTION) + 3.0)));
+        found.extend(own.iter().map(|one| self.function(one, 0.0)).map(of(Class::Function)));
         let name =
             |name: &str, doc: &str, score| self.offer(name, Sort::Value, doc, Topic::Text(doc.to_owned()), score);
-        let known = |(place, doc): (&str, &str)| {
-            name(place, doc, usual(class::PLACE) + habits.name(place) - habits.after(before, place) + apart)
-        };
+        let known = |(place, doc): (&str, &str)| of(Class::Place)(name(place, doc, apart));
         found.extend(CANVAS.map(known));
         match role {
             Role::Point => found.extend(PLACES.map(known)),
             Role::Value => {
                 if let Expect::Value(_, param) = expect {
-                    found.extend(param.choices.iter().map(|choice| name(&choice.name, &choice.doc, 8.0)));
+                    let choices = param.choices.iter().map(|choice| name(&choice.name, &choice.doc, 0.0));
+                    found.extend(choices.map(of(Class::Place)));
                 }
             }
             Role::Function(_) => {}
         }
-        found
-    }
-
-    /// Parameters; those that are read elsewhere come later.
-    fn params_of_formula(&self, role: Role<'_>, usual: f64) -> Vec<Completion> {
-        let mut uses: HashMap<String, usize> = HashMap::new();
-        for one in occurrences(self.cx).into_iter().filter(|one| !one.declares) {
-            let here = one.range.start <= self.at && self.at <= one.range.end;
-            if let (Symbol::Param(name), false) = (one.symbol, here) {
-                *uses.entry(name).or_default() += 1;
-            }
-        }
-        let mut found = self.params(Expect::Canvas(Some("")));
-        for one in &mut found {
-            let color = role == Role::Point && one.detail == "Color";
-            let used = uses.get(one.label.trim_start_matches('$')).copied().unwrap_or_default();
-            one.score += usual - if color { 6.0 } else { 0.0 } + if used > 0 { 1.5 } else { 0.0 };
-        }
-        found
+        let (start, end) = match place.word {
+            Some(word) => (word, word + 1),
+            None => [place.formula.word_before(place.offset).map_or(0, |before| before + 1); 2].into(),
+        };
+        let around = &Around::of(&place.formula, start, end);
+        let is_node = matches!(expect, Expect::Entry(Section::Nodes, _));
+        let name = self.port_name(expect);
+        let field = if is_node { "" } else { name };
+        self.ranked(expect, &habits::Place { point: role == Role::Point, field, name, around }, found)
     }
 
     /// Local names, values of the function, options of a compared choice, and `let`.
@@ -204,21 +188,21 @@ impl<'a> Ask<'a> {
             let of = place.types.get(local.value).copied().unwrap_or(Inferred::Unknown);
             let value = formula.at(&formula.parts()[local.value].range);
             let topic = Topic::Text(format!("`{value}`"));
-            let score = LOCAL + penalty(of, wanted);
+            let score = penalty(of, wanted);
             let ty = of.ty().map_or("local name", Accepts::name);
             found.push(self.offer(formula.at(&local.range), Sort::Value, ty, topic, score));
         }
         let none = || Topic::Text(String::new());
         for value in place.text.values(self.cx) {
-            found.push(self.offer(value, Sort::Value, "a value of the function", none(), LOCAL));
+            found.push(self.offer(value, Sort::Value, "a value of the function", none(), 0.0));
         }
         for option in &wanted.options {
-            found.push(self.offer(option, Sort::Choice, "an option", none(), LOCAL - 1.0));
+            found.push(self.offer(option, Sort::Choice, "an option", none(), -6.0));
         }
         let start = place.word.map_or(place.offset, |word| formula.words()[word].range.start);
         let before = formula.word_before(start).map(|before| formula.words()[before].kind);
         if matches!(before, None | Some(WordKind::Semicolon)) {
-            let offer = self.offer("let", Sort::Function, "a local name", none(), 9.0);
+            let offer = self.offer("let", Sort::Function, "a local name", none(), 30.0);
             found.push(Completion { insert: "let ${1:name} = $2; $0".to_owned(), snippet: true, ..offer });
         }
         found

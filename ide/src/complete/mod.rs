@@ -4,7 +4,9 @@ mod fields;
 mod formula;
 mod kinds;
 mod paths;
+pub(crate) mod ranks;
 mod references;
+mod uses;
 mod values;
 
 use super::docs;
@@ -98,6 +100,9 @@ struct Ask<'a> {
     replace: Range<usize>,
     /// True if the range is between quotes.
     quoted: bool,
+    /// The names that were ranked by facts.
+    #[cfg(test)]
+    ranked: Vec<ranks::Ranked>,
 }
 
 /// Completions at a position.
@@ -106,11 +111,18 @@ pub fn complete(cx: Cx<'_>, at: usize) -> Vec<Completion> {
         return Vec::new();
     }
     let file = cx.file.scope_at(at);
-    let cx = cx.with(&file);
-    let trail = trail(cx, at);
-    let mut ask = Ask { cx, types: Types::new(cx), trail, at, replace: at..at, quoted: false };
+    let mut ask = Ask::new(cx.with(&file), at);
     let found = ask.dispatch();
     ask.finish(found)
+}
+
+/// The names that are ranked by facts at a position in a formula.
+#[cfg(test)]
+pub(crate) fn ranked(cx: Cx<'_>, at: usize) -> Vec<ranks::Ranked> {
+    let file = cx.file.scope_at(at);
+    let mut ask = Ask::new(cx.with(&file), at);
+    ask.dispatch();
+    ask.ranked
 }
 
 /// Manual of a completion.
@@ -143,6 +155,20 @@ fn matches(typed: &str, label: &str) -> Option<u8> {
 }
 
 impl<'a> Ask<'a> {
+    fn new(cx: Cx<'a>, at: usize) -> Self {
+        let (types, trail) = (Types::new(cx), trail(cx, at));
+        Self {
+            cx,
+            types,
+            trail,
+            at,
+            replace: at..at,
+            quoted: false,
+            #[cfg(test)]
+            ranked: Vec::new(),
+        }
+    }
+
     fn dispatch(&mut self) -> Vec<Completion> {
         let last = self.trail.last();
         match self.trail.spot {

@@ -251,7 +251,7 @@ fn likeness(name: &str, port: &str, me: Option<&str>) -> f64 {
 }
 
 /// Returns whether two names share a word.
-fn shares(a: &str, b: &str) -> bool {
+pub(super) fn shares(a: &str, b: &str) -> bool {
     let word = |w: &&str| w.len() > 2;
     a.split('_')
         .filter(word)

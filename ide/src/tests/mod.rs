@@ -5,10 +5,12 @@ mod completion;
 mod edits;
 mod formula_changes;
 mod formulas;
+mod holes;
 mod local_graphs;
 mod news;
 mod offers;
 mod places;
+mod ranks;
 
 use super::{Cx, File, Habits, Workspace, World};
 use shibo_node::registry::Registry;

@@ -53,8 +53,8 @@ fn words_after(text: &str, prefix: &str) -> Vec<String> {
     let word = |rest: &str| rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
     let mut words = Vec::new();
     for (i, _) in text.match_indices(prefix) {
-        // `ParamType::` is not `Type::`.
-        if text[..i].ends_with(|c: char| c.is_alphanumeric() || c == '_') {
+        // `ParamType::` is not `Type::`, and `super::super::` is another folder than `super::`.
+        if text[..i].ends_with(|c: char| c.is_alphanumeric() || c == '_') || text[..i].ends_with("super::") {
             continue;
         }
         let rest = &text[i + prefix.len()..];
@@ -277,6 +277,7 @@ fn finds_cycles() {
     let found = circle(&uses(&[("a", "b"), ("b", "c"), ("c", "b"), ("d", "elsewhere")]));
     assert_eq!(found.map(|names| names.join(" ")), Some("a b c".to_owned()));
     assert_eq!(words_after("use super::{a::{b, c}, d, e::f}; super::g::h", "super::"), ["a", "d", "e", "g"]);
+    assert_eq!(words_after("use super::super::a;", "super::"), ["super"]);
 }
 
 #[test]

@@ -7,18 +7,26 @@ use super::imports;
 use crate::diagnostics::Span;
 use crate::expression::{self, UseKind};
 use crate::syntax::TokenKind;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A call to follow.
 struct Step {
     name: String,
-    place: Span,
-    /// The file of the call, and the one whose pins count.
+    reached: Reached,
+}
+
+/// A call that a formula makes, directly or by way of other functions.
+#[derive(Clone, Copy)]
+struct Reached {
+    /// The place of the call in a function of another file; `None` for the call in the formula.
+    place: Option<Span>,
+    /// The file of the call; for a result, the file of the shipped function.
     doc: usize,
+    /// The file whose pins count.
     pinned_by: Option<usize>,
 }
 
-/// The calls of each document, at most one of each function.
+/// The calls of each document. A formula has one call for each function that it names and each shipped file that this function reaches.
 pub(super) fn of_all(docs: &[Doc]) -> Vec<Vec<Call>> {
     let has_functions = |doc: &Doc| is_shipped(doc) && !doc.document.functions.is_empty();
     if !docs.iter().any(has_functions) {
@@ -28,33 +36,49 @@ pub(super) fn of_all(docs: &[Doc]) -> Vec<Vec<Call>> {
 }
 
 fn of(docs: &[Doc], doc: usize) -> Vec<Call> {
-    let (mut found, mut seen) = (Vec::new(), BTreeSet::new());
+    let (mut found, mut known) = (Vec::new(), BTreeMap::new());
     let words = docs[doc].document.values.iter().flat_map(|value| value.words());
     let texts = words.filter(|(kind, _)| *kind == TokenKind::Str).filter_map(|(_, word)| FormulaText::of(&word));
     for text in texts {
+        let mut names = BTreeSet::new();
         for (name, place) in called(&text) {
-            let mut waiting = vec![Step { name, place, doc, pinned_by: None }];
-            while let Some(step) = waiting.pop() {
-                // A name in a function means one of the function's own file first.
-                let find = |doc| Functions::of(docs, doc).find(&step.name);
-                let Some((at, decl)) = find(step.doc).or_else(|| find(doc)) else { continue };
-                if !seen.insert((at, &decl.function.name, step.pinned_by)) {
-                    continue;
-                }
-                let Step { place, pinned_by, .. } = step;
-                if is_shipped(&docs[at]) && docs[at].path != docs[step.doc].path {
-                    found.push(Call { from: text.part.span(), place, doc: at, pinned_by });
-                }
-                let pinned_by = if docs[at].document.pins.is_some() { Some(at) } else { pinned_by };
-                let inner = called(&decl.text()).into_iter().map(|(name, inside)| Step {
-                    name,
-                    place: if is_shipped(&docs[at]) { place } else { inside },
-                    doc: at,
-                    pinned_by,
-                });
-                waiting.extend(inner);
+            if !names.insert(name.clone()) {
+                continue;
             }
+            let reached = known.entry(name).or_insert_with_key(|name| reached(docs, doc, name));
+            let call = |it: &Reached| Call {
+                from: text.part.span(),
+                place: it.place.unwrap_or(place),
+                doc: it.doc,
+                pinned_by: it.pinned_by,
+            };
+            found.extend(reached.iter().map(call));
         }
+    }
+    found
+}
+
+/// The shipped files whose functions a call of `name` in a formula of a document reaches, each with the first call found.
+fn reached(docs: &[Doc], doc: usize, name: &str) -> Vec<Reached> {
+    let (mut found, mut files, mut seen) = (Vec::new(), BTreeSet::new(), BTreeSet::new());
+    let mut waiting = vec![Step { name: name.to_owned(), reached: Reached { place: None, doc, pinned_by: None } }];
+    while let Some(Step { name, reached }) = waiting.pop() {
+        let Reached { place, pinned_by, .. } = reached;
+        // A name in a function means one of the function's own file first.
+        let find = |doc| Functions::of(docs, doc).find(&name);
+        let Some((at, decl)) = find(reached.doc).or_else(|| find(doc)) else { continue };
+        if !seen.insert((at, &decl.function.name, pinned_by)) {
+            continue;
+        }
+        if is_shipped(&docs[at]) && docs[at].path != docs[reached.doc].path && files.insert((at, pinned_by)) {
+            found.push(Reached { doc: at, ..reached });
+        }
+        let pinned_by = if docs[at].document.pins.is_some() { Some(at) } else { pinned_by };
+        let inner = called(&decl.text()).into_iter().map(|(name, inside)| {
+            let place = if is_shipped(&docs[at]) { place } else { Some(inside) };
+            Step { name, reached: Reached { place, doc: at, pinned_by } }
+        });
+        waiting.extend(inner);
     }
     found
 }

@@ -75,7 +75,7 @@ pub(super) struct Candidate {
     pub wire: f64,
 }
 
-/// What the rank of a name is made of.
+/// The parts of the rank of a name.
 #[cfg(test)]
 pub(crate) struct Ranked {
     pub label: String,

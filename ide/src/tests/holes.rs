@@ -10,7 +10,7 @@ use std::fmt::Write;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// What is deleted with a name.
+/// The text that is deleted with a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Cut {
     /// Nothing else: the brackets of a function stay.

@@ -246,7 +246,7 @@ impl Node for BakeSolid {
         let channels = solids.iter().map(Solid::channels).sum();
         let mut next = 0;
         let source = TexelsInSpace { solids, place, texels: fields::texels(&atlas), scale: atlas.scale() };
-        let all = Field::bundle(channels, Tiling::NONE, source).overwriting();
+        let all = cx.shared_field("channels", Field::bundle(channels, Tiling::NONE, source).overwriting());
         let baked = |solid: &Solid| {
             let first = next;
             next += solid.channels();

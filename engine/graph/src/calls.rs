@@ -26,7 +26,7 @@ struct Reached {
     pinned_by: Option<usize>,
 }
 
-/// The calls of each document. A formula has one call for each function that it names and each shipped file that this function reaches.
+/// The calls of each document. Each function in a formula gives one call for each shipped file that it reaches.
 pub(super) fn of_all(docs: &[Doc]) -> Vec<Vec<Call>> {
     let has_functions = |doc: &Doc| is_shipped(doc) && !doc.document.functions.is_empty();
     if !docs.iter().any(has_functions) {

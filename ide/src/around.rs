@@ -45,7 +45,7 @@ impl Around {
 }
 
 /// The index of the word behind the bracket that closes the one at `open`.
-fn closing(formula: &Formula, open: usize) -> usize {
+pub(crate) fn closing(formula: &Formula, open: usize) -> usize {
     let mut depth = 0;
     for (index, word) in formula.words().iter().enumerate().skip(open) {
         match word.kind {

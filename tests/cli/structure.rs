@@ -54,7 +54,8 @@ fn words_after(text: &str, prefix: &str) -> Vec<String> {
     let mut words = Vec::new();
     for (i, _) in text.match_indices(prefix) {
         // `ParamType::` is not `Type::`, and `super::super::` is another folder than `super::`.
-        if text[..i].ends_with(|c: char| c.is_alphanumeric() || c == '_') || text[..i].ends_with("super::") {
+        let is_longer = text[..i].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+        if is_longer || prefix.starts_with("super::") && text[..i].ends_with("super::") {
             continue;
         }
         let rest = &text[i + prefix.len()..];
@@ -278,6 +279,7 @@ fn finds_cycles() {
     assert_eq!(found.map(|names| names.join(" ")), Some("a b c".to_owned()));
     assert_eq!(words_after("use super::{a::{b, c}, d, e::f}; super::g::h", "super::"), ["a", "d", "e", "g"]);
     assert_eq!(words_after("use super::super::a;", "super::"), ["super"]);
+    assert_eq!(words_after("super::Type::Gray", "Type::"), ["Gray"]);
 }
 
 #[test]

@@ -244,10 +244,12 @@ pub fn list(tools: &Tools, folders: &Folders, request: &ListRequest) -> ListedGr
         let tree = syntax::Tree::parse(text.as_str());
         let listed = Listed { doc: first_sentence(&text), family: family(&tree), path };
         let searched = format!("{} {} {} {}", listed.path, listed.doc, listed.family, presets(&tree).join(" "));
-        match count_words(&words, &searched) == words.len() {
-            true if found.graphs.len() < MOST_GRAPHS => found.graphs.push(listed),
-            true => found.more += 1,
-            false => {}
+        if count_words(&words, &searched) == words.len() {
+            if found.graphs.len() < MOST_GRAPHS {
+                found.graphs.push(listed);
+            } else {
+                found.more += 1;
+            }
         }
         !tools.cancel.is_cancelled()
     };

@@ -1,10 +1,10 @@
 //! Completion of names in formulas: deletes each name in the formulas of the shipped graphs, in several ways.
+use super::super::around::closing;
 use super::super::count::class_of;
 use super::super::formula::formulas;
 use super::super::habits::Class;
 use super::super::{Cx, File, Workspace, complete};
 use super::{graphs, habits_without, registry};
-use shibo_graph::syntax::formula::{Formula, WordKind};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::ops::Range;
@@ -72,28 +72,12 @@ pub(super) fn holes(cx: Cx<'_>) -> Vec<Hole> {
             else {
                 continue;
             };
-            let call = if class == Class::Function { closing(&formula, index) } else { word.range.end };
-            let call = name.start - word.range.start + call;
+            let last = if class == Class::Function { closing(&formula, index + 1) - 1 } else { index };
+            let call = name.start - word.range.start + formula.words()[last].range.end;
             found.push(Hole { class, name, call, end: place.end, wanted: says.to_owned() });
         }
     }
     found
-}
-
-/// The end of the brackets behind a word.
-fn closing(formula: &Formula, word: usize) -> usize {
-    let mut depth = 0;
-    for word in &formula.words()[word + 1..] {
-        match word.kind {
-            WordKind::Open => depth += 1,
-            WordKind::Close => depth -= 1,
-            _ => {}
-        }
-        if depth == 0 {
-            return word.range.end;
-        }
-    }
-    formula.words().last().map_or(0, |word| word.range.end)
 }
 
 /// Number of holes, of names offered, and of those among the first three.

@@ -97,9 +97,9 @@ fn share(examples: &[Example], weights: &Weights) -> f64 {
     100.0 * examples.iter().filter(|one| one.is_first(weights)).count() as f64 / examples.len() as f64
 }
 
-/// Prints weights that are fitted to half of the graphs, and the shares among the first three in both halves.
+/// Fitted weights are hardly better than those of the program. Prints them, and the shares among the first three. After a change of the
+/// facts, take the weights that it prints.
 #[test]
-#[ignore = "it takes minutes; run it after changes of the facts"]
 fn fits_weights() {
     let [mut even, odd] = examples();
     let half = fitted(&even, &WEIGHTS);
@@ -110,7 +110,7 @@ fn fits_weights() {
     for of in all {
         println!("    [{}],", of.map(|weight| format!("{weight:.2}")).join(", "));
     }
-    let share = share(&even, &all);
-    println!("fitted to all graphs {share:.1}");
-    assert!(share > 50.0, "the weights are worse than those of the program");
+    let [now, fit] = [&WEIGHTS, &all].map(|weights| share(&even, weights));
+    println!("all graphs: now {now:.1}, fitted {fit:.1}");
+    assert!(fit - now < 2.0, "the weights of the program give {now:.1} %, fitted ones {fit:.1} %");
 }

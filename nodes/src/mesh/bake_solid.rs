@@ -2,7 +2,8 @@
 //!
 //! Source: Momoi & Takatera 2014, §4.1, §4.2 (rows B25, B26, B29): surfaces of any form, placed anywhere in the tree, a
 //! point for each pixel. Beyond the source: footprints that do not depend on the layout of the charts (row B30), and
-//! parts cut from other places of the tree. Cost: that of the solid; about three times as much in `Space`.
+//! parts cut from other places of the tree. Cost: that of the solid; more in `Space`, where the
+//! channels of a material share their work.
 use super::bake_parts::Parts;
 use crate::on_atlas::normals;
 use crate::shown::{shown, shown_channels};
@@ -28,8 +29,8 @@ pub enum Footprint {
     /// there.
     #[default]
     Surface,
-    /// The same everywhere, in all directions of space: charts agree everywhere. Takes about three times as long, and
-    /// blurs thin rings where the surface runs along them.
+    /// The same everywhere, in all directions of space: charts agree everywhere. Takes longer, and blurs thin
+    /// rings where the surface runs along them.
     Space,
     /// The width of each texel itself: sharpest where texels are stretched, but charts do not agree at borders.
     Texel,

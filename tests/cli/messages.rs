@@ -277,3 +277,18 @@ fn lists_use_and_each_among_kinds() {
     assert!(people.contains("    Use ") && people.contains("    Each "), "{people}");
     assert!(page.contains("[Use](#use), [Each](#each)") && page.contains("\n### Use\n"));
 }
+
+#[test]
+fn files_from_the_cache_tell_clipped_samples_again() {
+    let desk = Desk::new();
+    desk.write("a.ron", graph(r#""n": Remap(input: Perlin(), to: (0, 2))"#));
+    let told = |out: &str, more: &str| {
+        let ran = desk.shibo(&format!("render a.ron -o {out} {more}")).expect(0);
+        ran.stderr.replace(&format!("{out}/"), "")
+    };
+    let first = told("first", "");
+    assert!(first.contains("clipped"), "{first}");
+    assert_eq!(told("again", ""), first);
+    // Another range has another answer.
+    assert!(!told("floats", "--format exr").contains("clipped"));
+}

@@ -44,7 +44,7 @@ pub use run::{Caches, Run};
 pub use shared::{Checked, LARGEST_ANSWER, PATIENCE, Remote, SharedStore, Trouble};
 pub use stats::{NodeState, NodeStats, Stored};
 pub use store::{Layers, MemoryStore, Store};
-pub(crate) use warnings::{Gathered, Warnings, from_bytes as warnings_from, to_bytes as bytes_of_warnings};
+pub(crate) use warnings::{Gathered, Warnings, append as append_warnings, split as split_warnings};
 
 use crate::registry::Registry;
 use crate::value::Key;

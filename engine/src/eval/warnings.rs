@@ -149,13 +149,13 @@ struct Stored<'a> {
 }
 
 /// Warnings as bytes; none for no warnings.
-pub(crate) fn to_bytes(warnings: &[Warning]) -> Vec<u8> {
+pub(super) fn to_bytes(warnings: &[Warning]) -> Vec<u8> {
     let stored: Vec<Stored<'_>> = warnings.iter().map(Stored::of).collect();
     if stored.is_empty() { Vec::new() } else { postcard::to_allocvec(&stored).unwrap_or_default() }
 }
 
 /// The warnings in bytes. `None` for bytes that [`to_bytes`] did not make.
-pub(crate) fn from_bytes(bytes: &[u8]) -> Option<Warnings> {
+pub(super) fn from_bytes(bytes: &[u8]) -> Option<Warnings> {
     if bytes.is_empty() {
         return Some(Warnings::default());
     }
@@ -164,14 +164,14 @@ pub(crate) fn from_bytes(bytes: &[u8]) -> Option<Warnings> {
 }
 
 /// Appends warnings to the bytes of a result: a list, then its length.
-pub(super) fn append(bytes: &mut Vec<u8>, warnings: &[Warning]) {
+pub(crate) fn append(bytes: &mut Vec<u8>, warnings: &[Warning]) {
     let list = to_bytes(warnings);
     bytes.extend_from_slice(&list);
     bytes.extend_from_slice(&u32::try_from(list.len()).unwrap_or(0).to_le_bytes());
 }
 
 /// Splits the bytes of a result from its warnings. `None` for bytes that [`append`] did not make.
-pub(super) fn split(bytes: &[u8]) -> Option<(&[u8], Warnings)> {
+pub(crate) fn split(bytes: &[u8]) -> Option<(&[u8], Warnings)> {
     let (bytes, length) = bytes.split_last_chunk::<4>()?;
     let length = usize::try_from(u32::from_le_bytes(*length)).ok()?;
     let (bytes, list) = bytes.split_at_checked(bytes.len().checked_sub(length)?)?;

@@ -4,13 +4,14 @@ use super::job::{Job, files};
 use super::plan::{OutputPart, Planned, Planner, Wanted, decode_channels, encode_channels, wanted};
 use super::sink::Sink;
 use super::storage::{self, encoding};
-use super::{Failure, Session, located, warned};
+use super::warned::{self, About};
+use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic, Problem, Span};
 use crate::eval::{CancelToken, Event, Fields, Gathered, Neighbor, NodeStats, Observer, Run, Shelf, Warnings};
 use crate::export::{SimpleShape, Told};
 use crate::graph::{ExportMesh, Graph, GraphOutput};
 use crate::picture::{
-    AtomicFile, Compression, Depth, Drawing, Encoding, Format, PictureSpec, WriteError, WriteStats, Writer,
+    AtomicFile, Compression, Depth, Drawing, Encoding, Format, PictureSpec, WriteError, Writer,
     remove_stale_temporaries, svg,
 };
 use crate::value::{Channel, Field, Grid, Key, Renders, Segments, TILE, Value, Window};
@@ -239,8 +240,9 @@ impl<'r> Render<'r, '_> {
                 _ => None,
             };
             match copied {
-                Some((copy, found)) => {
-                    self.run.note_kept(&found);
+                Some((copy, about)) => {
+                    self.run.note_kept(&about.found);
+                    about.written.iter().for_each(|written| self.warn_clipped(&planned, written));
                     copies.push(copy);
                 }
                 None => missing.push(planned),
@@ -288,11 +290,10 @@ impl<'r> Render<'r, '_> {
         for (job, segments) in lines.iter().filter_map(|job| Some((job, job.lines.as_ref()?))) {
             self.write_lines(job, segments, &grid)?;
         }
-        for ((job, writer), found) in jobs.iter().zip(writers).zip(&found) {
-            for written in writer.finish()? {
-                self.warn_clipped(job, &written);
-            }
-            self.keep(job, found);
+        for ((job, writer), found) in jobs.iter().zip(writers).zip(found) {
+            let written = writer.finish()?;
+            written.iter().for_each(|written| self.warn_clipped(&job.planned, written));
+            self.keep(job, &About { found, written });
         }
         Ok(notes)
     }
@@ -386,7 +387,7 @@ impl<'r> Render<'r, '_> {
         let path = &job.planned.path;
         let written = AtomicFile::create(path).and_then(|mut file| file.write_all(&bytes).and_then(|()| file.commit()));
         written.map_err(|e| Failure::File(WriteError::at(path, e).to_string()))?;
-        self.keep(job, &self.found(job, &Warnings::default()));
+        self.keep(job, &About { found: self.found(job, &Warnings::default()), written: Vec::new() });
         Ok(())
     }
 
@@ -400,15 +401,8 @@ impl<'r> Render<'r, '_> {
         svg(&drawing).map_err(|e| Failure::File(e.to_string()))
     }
 
-    fn warn_clipped(&self, job: &Job<'_>, written: &WriteStats) {
-        let Some(message) = written.loss(&job.planned.path, job.planned.range) else { return };
-        let help = self.help_for_clipped(job);
-        let warning = Diagnostic::new(Code::OutOfRange, job.planned.output.span, message).help(help);
-        self.observer.event(Event::Warning(warning.as_warning()));
-    }
-
-    /// Stores the file of a job with its warnings.
-    fn keep(&self, job: &Job<'_>, found: &Warnings) {
+    /// Stores the file of a job with what is told about it.
+    fn keep(&self, job: &Job<'_>, about: &About) {
         let Some(store) = self.session.caches.store.as_ref().filter(|_| match &job.planned.part {
             OutputPart::Export(export) => export.target.plan().cached,
             _ => true,
@@ -417,7 +411,7 @@ impl<'r> Render<'r, '_> {
         };
         let small = std::fs::metadata(&job.planned.path).is_ok_and(|meta| meta.len() <= store.room() / 16);
         if small {
-            warned::put(&**store, job.planned.key, &job.planned.path, found, self.run.spent());
+            warned::put(&**store, job.planned.key, &job.planned.path, about, self.run.spent());
         }
     }
 }

@@ -1,43 +1,95 @@
-//! Stores files with the warnings about them.
+//! Stores files with what is told about them: warnings, and how many samples were clipped.
 //!
-//! A file without warnings lies under its own key. Warnings lie under a second key, and their file under a third key, which
-//! is made of the warnings. If one of the two is lost, the file counts as missing, so no file is found without its warnings.
-use crate::eval::{Shelf, Store, Warnings, bytes_of_warnings, warnings_from};
+//! A file about which nothing is told lies under its own key. Otherwise the text lies under a second key, and the file under
+//! a third key, which is made of the text. If one of the two is lost, the file counts as missing, so no file is found
+//! without its warnings.
+use crate::eval::{Shelf, Store, Warnings, append_warnings, split_warnings};
+use crate::picture::WriteStats;
 use crate::value::Key;
 use std::io;
 use std::path::Path;
 use std::time::Duration;
 
-/// The key of the warnings about a file.
-fn of_warnings(file: Key) -> Key {
-    Key::of("warnings", &[file.as_bytes()])
+/// What is told about a file.
+#[derive(Clone, Debug, Default)]
+pub(super) struct About {
+    /// Warnings of nodes, and of values in tiles.
+    pub(super) found: Warnings,
+    /// Figures of the pictures in the file.
+    pub(super) written: Vec<WriteStats>,
 }
 
-/// The key of a file with these warnings.
-fn of_warned(file: Key, warnings: &[u8]) -> Key {
-    Key::of("warned file", &[file.as_bytes(), warnings])
+impl About {
+    /// Empty if nothing is told.
+    fn to_bytes(&self) -> Vec<u8> {
+        let clipped: Vec<(u64, (f32, f32))> =
+            self.written.iter().filter(|stats| stats.clipped > 0).map(|stats| (stats.clipped, stats.range)).collect();
+        if clipped.is_empty() && self.found.is_empty() {
+            return Vec::new();
+        }
+        let mut bytes = postcard::to_allocvec(&clipped).unwrap_or_default();
+        append_warnings(&mut bytes, &self.found);
+        bytes
+    }
+
+    /// `None` for bytes that [`Self::to_bytes`] did not make.
+    fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (bytes, found) = split_warnings(bytes)?;
+        let (clipped, rest) = postcard::take_from_bytes::<Vec<(u64, (f32, f32))>>(bytes).ok()?;
+        let stats = |(clipped, range)| WriteStats { clipped, range, non_finite: 0, bytes: 0 };
+        rest.is_empty().then(|| Self { found, written: clipped.into_iter().map(stats).collect() })
+    }
 }
 
-/// Stores the file at `from`, and the warnings about it, under the key `file`; making it again takes `spared` of CPU time.
-pub(super) fn put(store: &dyn Store, file: Key, from: &Path, warnings: &Warnings, spared: Duration) {
-    let bytes = bytes_of_warnings(warnings);
+/// The key of the text about a file.
+fn of_text(file: Key) -> Key {
+    Key::of("about file", &[file.as_bytes()])
+}
+
+/// The key of a file about which this is told.
+fn of_warned(file: Key, text: &[u8]) -> Key {
+    Key::of("warned file", &[file.as_bytes(), text])
+}
+
+/// Stores the file at `from`, and what is told about it, under the key `file`; making it again takes `spared` of CPU time.
+pub(super) fn put(store: &dyn Store, file: Key, from: &Path, about: &About, spared: Duration) {
+    let bytes = about.to_bytes();
     if bytes.is_empty() {
         return store.put_file(file, from, spared);
     }
-    store.put(Shelf::Files, of_warnings(file), &bytes, spared, &|| false);
+    store.put(Shelf::Files, of_text(file), &bytes, spared, &|| false);
     store.put_file(of_warned(file, &bytes), from, spared);
 }
 
-/// Writes the file under the key `file` to `to`, and returns the warnings about it. `None` if something is missing or
+/// Writes the file under the key `file` to `to`, and returns what is told about it. `None` if something is missing or
 /// damaged; `to` is then unchanged.
 ///
 /// # Errors
 /// `to` cannot be written.
-pub(super) fn get(store: &dyn Store, file: Key, to: &Path) -> io::Result<Option<Warnings>> {
+pub(super) fn get(store: &dyn Store, file: Key, to: &Path) -> io::Result<Option<About>> {
     if store.get_file(file, to)? {
-        return Ok(Some(Warnings::default()));
+        return Ok(Some(About::default()));
     }
-    let Some(bytes) = store.get(Shelf::Files, of_warnings(file)) else { return Ok(None) };
-    let Some(warnings) = warnings_from(&bytes) else { return Ok(None) };
-    Ok(store.get_file(of_warned(file, &bytes), to)?.then_some(warnings))
+    let Some(bytes) = store.get(Shelf::Files, of_text(file)) else { return Ok(None) };
+    let Some(about) = About::from_bytes(&bytes) else { return Ok(None) };
+    Ok(store.get_file(of_warned(file, &bytes), to)?.then_some(about))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_back_what_is_told() {
+        let stats = |clipped, range| WriteStats { clipped, range, non_finite: 3, bytes: 7 };
+        let about = About { found: Warnings::default(), written: vec![stats(0, (0.0, 1.0)), stats(5, (-1.5, 2.0))] };
+        let bytes = about.to_bytes();
+        let read = About::from_bytes(&bytes).unwrap();
+        assert_eq!((read.written[0].clipped, read.written[0].range, read.written.len()), (5, (-1.5, 2.0), 1));
+        for end in 0..bytes.len() {
+            assert!(About::from_bytes(&bytes[..end]).is_none(), "{end}");
+        }
+        let nothing = About { found: Warnings::default(), written: vec![stats(0, (0.0, 1.0))] };
+        assert!(nothing.to_bytes().is_empty());
+    }
 }

@@ -95,9 +95,11 @@ impl Laid {
             let part = formula.part_of(index).and_then(|part| formula.parts().get(part));
             let is_sign = part.is_some_and(|part| part.kind == PartKind::Sign && part.word == Some(index));
             let is_call = before.is_some_and(|(kind, _)| kind == WordKind::Name) && word.kind == WordKind::Open;
-            let joins =
-                matches!(word.kind, WordKind::Close | WordKind::Comma | WordKind::Semicolon | WordKind::Letters)
-                    || is_call;
+            // Behind a name, a blank keeps letters apart: without it they are a part of the name.
+            let are_letters = word.kind == WordKind::Letters && before.is_some_and(|(kind, _)| kind.joins_letters());
+            let joins = matches!(word.kind, WordKind::Close | WordKind::Comma | WordKind::Semicolon)
+                || is_call
+                || are_letters;
             let joined = before.is_none_or(|(kind, is_sign)| kind == WordKind::Open || is_sign);
             if !joins && !joined {
                 self.flat.push(' ');

@@ -39,6 +39,7 @@ fn groups_words_by_precedence() {
         ("let r = x + 1; let s = r; s * $t.r", "let((x+1));let(s);(s*$t.r)"),
         ("mix(#7a4526, oak.base_color.bgr, 0.5)", "mix[#7a4526 oak.base_color.bgr 0.5]"),
         ("let + 1", "(let+1)"),
+        ("a .x * $t\n.r", "(a.x*$t.r)"),
     ] {
         assert_eq!(tree(text), expected.replace("let(s);", "let(r);"), "{text}");
         assert!(!Formula::parse(text).is_faulty(), "{text}");
@@ -174,9 +175,9 @@ fn lays_out_formulas() {
         ("= f ( - x ,y ) .xy", "= f(-x, y).xy"),
         ("=let a=1;-a^2", "= let a = 1; -a ^ 2"),
         ("= !a&&b<=- -c", "= !a && b <= --c"),
+        ("=a  .x+#fff .r", "= a .x + #fff.r"),
         // Mistakes stay as they are.
         ("=a*", "=a*"),
-        ("=a .x", "=a .x"),
         ("=  ", "=  "),
         ("==a*b", "==a*b"),
         ("a*b", "a*b"),

@@ -12,7 +12,7 @@ pub enum WordKind {
     Param,
     /// A name with the parts after its dots: `grain.dome`. A name that is still being typed may end with a dot.
     Name,
-    /// Components after a bracket, with the dot: `.xy`.
+    /// Components after a bracket, a colour or a blank, with the dot: `.xy`.
     Letters,
     /// `(`
     Open,
@@ -30,6 +30,13 @@ pub enum WordKind {
     Operator,
     /// Text without a meaning.
     Unknown,
+}
+
+impl WordKind {
+    /// True if letters directly behind a word of this kind are a word of their own: `(a, b).xy`.
+    pub(super) const fn joins_letters(self) -> bool {
+        matches!(self, Self::Close | Self::Letters | Self::Color)
+    }
 }
 
 /// A word and its bytes.

@@ -55,6 +55,17 @@ impl<'a> Visit<'a> for Counter<'a, '_> {
             self.habits.add(&["name", name, kind]);
             self.habits.add(&["stem", stem(name), kind]);
         }
+        if matches!(kind, "Use" | "Each")
+            && let (Some(import), Some(given)) = (body.value("graph").and_then(Value::text), body.value("with"))
+        {
+            let graph = self.cx.file.stem_of(import);
+            let mut before = "";
+            for name in given.body().into_iter().flat_map(|given| &given.items).filter_map(Item::name) {
+                self.habits.add(&["given", graph, name]);
+                self.habits.add(&["given next", graph, before, name]);
+                before = name;
+            }
+        }
         let mut before = "";
         for item in &body.items {
             let Some(field) = item.name() else { continue };

@@ -267,6 +267,12 @@ impl File {
         value.body()?.value(field)?.text()
     }
 
+    /// The name that the file of an import has without folders and ending; the name of a graph of this file.
+    pub fn stem_of<'a>(&'a self, import: &'a str) -> &'a str {
+        let path = self.entry(Section::Imports, import).and_then(|item| item.value.as_ref()?.text());
+        path.and_then(|path| Path::new(path).file_stem()?.to_str()).unwrap_or(import)
+    }
+
     /// Options of a choice parameter.
     pub fn options(&self, param: &str) -> Vec<String> {
         let declared = self.entry(Section::Params, param).and_then(|item| item.value.as_ref()?.body());

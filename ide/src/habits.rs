@@ -57,6 +57,12 @@ impl Habits {
         self.get(&["next", kind, before, field])
     }
 
+    /// Frequencies with which a value is given to a graph, and with which it is given directly behind another one. Graphs are
+    /// told apart by [`File::stem_of`].
+    pub fn given(&self, graph: &str, before: &str, name: &str) -> (f64, f64) {
+        (self.get(&["given", graph, name]), self.get(&["given next", graph, before, name]))
+    }
+
     /// Frequency of an option, in nodes with these fields and in all nodes.
     pub fn choice(&self, kind: &str, field: &str, with: &str, word: &str) -> f64 {
         20.0 * self.get(&["with", kind, field, with, word]) + self.get(&["choice", kind, field, word])

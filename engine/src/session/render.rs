@@ -4,7 +4,7 @@ use super::job::{Job, files};
 use super::plan::{OutputPart, Planned, Planner, Wanted, decode_channels, encode_channels, wanted};
 use super::sink::Sink;
 use super::storage::{self, encoding};
-use super::warned::{self, About};
+use super::warned::{self, FileReport};
 use super::{Failure, Session, located};
 use crate::diagnostics::{Code, Diagnostic, Problem, Span};
 use crate::eval::{CancelToken, Event, Fields, Gathered, Neighbor, NodeStats, Observer, Run, Shelf, Warnings};
@@ -240,9 +240,9 @@ impl<'r> Render<'r, '_> {
                 _ => None,
             };
             match copied {
-                Some((copy, about)) => {
-                    self.run.note_kept(&about.found);
-                    about.written.iter().for_each(|written| self.warn_clipped(&planned, written));
+                Some((copy, report)) => {
+                    self.run.note_kept(&report.found);
+                    report.written.iter().for_each(|written| self.warn_clipped(&planned, written));
                     copies.push(copy);
                 }
                 None => missing.push(planned),
@@ -293,7 +293,7 @@ impl<'r> Render<'r, '_> {
         for ((job, writer), found) in jobs.iter().zip(writers).zip(found) {
             let written = writer.finish()?;
             written.iter().for_each(|written| self.warn_clipped(&job.planned, written));
-            self.keep(job, &About { found, written });
+            self.keep(job, &FileReport { found, written });
         }
         Ok(notes)
     }
@@ -387,7 +387,7 @@ impl<'r> Render<'r, '_> {
         let path = &job.planned.path;
         let written = AtomicFile::create(path).and_then(|mut file| file.write_all(&bytes).and_then(|()| file.commit()));
         written.map_err(|e| Failure::File(WriteError::at(path, e).to_string()))?;
-        self.keep(job, &About { found: self.found(job, &Warnings::default()), written: Vec::new() });
+        self.keep(job, &FileReport { found: self.found(job, &Warnings::default()), written: Vec::new() });
         Ok(())
     }
 
@@ -401,8 +401,8 @@ impl<'r> Render<'r, '_> {
         svg(&drawing).map_err(|e| Failure::File(e.to_string()))
     }
 
-    /// Stores the file of a job with what is told about it.
-    fn keep(&self, job: &Job<'_>, about: &About) {
+    /// Stores the file of a job with its report.
+    fn keep(&self, job: &Job<'_>, report: &FileReport) {
         let Some(store) = self.session.caches.store.as_ref().filter(|_| match &job.planned.part {
             OutputPart::Export(export) => export.target.plan().cached,
             _ => true,
@@ -411,7 +411,7 @@ impl<'r> Render<'r, '_> {
         };
         let small = std::fs::metadata(&job.planned.path).is_ok_and(|meta| meta.len() <= store.room() / 16);
         if small {
-            warned::put(&**store, job.planned.key, &job.planned.path, about, self.run.spent());
+            warned::put(&**store, job.planned.key, &job.planned.path, report, self.run.spent());
         }
     }
 }

@@ -1,7 +1,7 @@
-//! Stores files with what is told about them: warnings, and how many samples were clipped.
+//! Stores files with a report about them: warnings, and the number of clipped samples.
 //!
-//! A file about which nothing is told lies under its own key. Otherwise the text lies under a second key, and the file under
-//! a third key, which is made of the text. If one of the two is lost, the file counts as missing, so no file is found
+//! A file with an empty report lies under its own key. Any other report lies under a second key, and its file under a
+//! third key, which is made of the report. If one of the two is lost, the file counts as missing, so no file is found
 //! without its warnings.
 use crate::eval::{Shelf, Store, Warnings, append_warnings, split_warnings};
 use crate::picture::WriteStats;
@@ -10,17 +10,17 @@ use std::io;
 use std::path::Path;
 use std::time::Duration;
 
-/// What is told about a file.
+/// The report about a file.
 #[derive(Clone, Debug, Default)]
-pub(super) struct About {
+pub(super) struct FileReport {
     /// Warnings of nodes, and of values in tiles.
     pub(super) found: Warnings,
     /// Figures of the pictures in the file.
     pub(super) written: Vec<WriteStats>,
 }
 
-impl About {
-    /// Empty if nothing is told.
+impl FileReport {
+    /// The report as bytes; none for a report without warnings and clipped samples.
     fn to_bytes(&self) -> Vec<u8> {
         let clipped: Vec<(u64, (f32, f32))> =
             self.written.iter().filter(|stats| stats.clipped > 0).map(|stats| (stats.clipped, stats.range)).collect();
@@ -41,38 +41,38 @@ impl About {
     }
 }
 
-/// The key of the text about a file.
-fn of_text(file: Key) -> Key {
-    Key::of("about file", &[file.as_bytes()])
+/// The key of the report about a file.
+fn of_report(file: Key) -> Key {
+    Key::of("report about file", &[file.as_bytes()])
 }
 
-/// The key of a file about which this is told.
-fn of_warned(file: Key, text: &[u8]) -> Key {
-    Key::of("warned file", &[file.as_bytes(), text])
+/// The key of a file with this report.
+fn of_reported(file: Key, report: &[u8]) -> Key {
+    Key::of("reported file", &[file.as_bytes(), report])
 }
 
-/// Stores the file at `from`, and what is told about it, under the key `file`; making it again takes `spared` of CPU time.
-pub(super) fn put(store: &dyn Store, file: Key, from: &Path, about: &About, spared: Duration) {
-    let bytes = about.to_bytes();
+/// Stores the file at `from` with its report under the key `file`; making it again takes `spared` of CPU time.
+pub(super) fn put(store: &dyn Store, file: Key, from: &Path, report: &FileReport, spared: Duration) {
+    let bytes = report.to_bytes();
     if bytes.is_empty() {
         return store.put_file(file, from, spared);
     }
-    store.put(Shelf::Files, of_text(file), &bytes, spared, &|| false);
-    store.put_file(of_warned(file, &bytes), from, spared);
+    store.put(Shelf::Files, of_report(file), &bytes, spared, &|| false);
+    store.put_file(of_reported(file, &bytes), from, spared);
 }
 
-/// Writes the file under the key `file` to `to`, and returns what is told about it. `None` if something is missing or
+/// Writes the file under the key `file` to `to`, and returns its report. `None` if something is missing or
 /// damaged; `to` is then unchanged.
 ///
 /// # Errors
 /// `to` cannot be written.
-pub(super) fn get(store: &dyn Store, file: Key, to: &Path) -> io::Result<Option<About>> {
+pub(super) fn get(store: &dyn Store, file: Key, to: &Path) -> io::Result<Option<FileReport>> {
     if store.get_file(file, to)? {
-        return Ok(Some(About::default()));
+        return Ok(Some(FileReport::default()));
     }
-    let Some(bytes) = store.get(Shelf::Files, of_text(file)) else { return Ok(None) };
-    let Some(about) = About::from_bytes(&bytes) else { return Ok(None) };
-    Ok(store.get_file(of_warned(file, &bytes), to)?.then_some(about))
+    let Some(bytes) = store.get(Shelf::Files, of_report(file)) else { return Ok(None) };
+    let Some(report) = FileReport::from_bytes(&bytes) else { return Ok(None) };
+    Ok(store.get_file(of_reported(file, &bytes), to)?.then_some(report))
 }
 
 #[cfg(test)]
@@ -80,16 +80,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn reads_back_what_is_told() {
+    fn reads_back_reports() {
         let stats = |clipped, range| WriteStats { clipped, range, non_finite: 3, bytes: 7 };
-        let about = About { found: Warnings::default(), written: vec![stats(0, (0.0, 1.0)), stats(5, (-1.5, 2.0))] };
-        let bytes = about.to_bytes();
-        let read = About::from_bytes(&bytes).unwrap();
+        let report =
+            FileReport { found: Warnings::default(), written: vec![stats(0, (0.0, 1.0)), stats(5, (-1.5, 2.0))] };
+        let bytes = report.to_bytes();
+        let read = FileReport::from_bytes(&bytes).unwrap();
         assert_eq!((read.written[0].clipped, read.written[0].range, read.written.len()), (5, (-1.5, 2.0), 1));
         for end in 0..bytes.len() {
-            assert!(About::from_bytes(&bytes[..end]).is_none(), "{end}");
+            assert!(FileReport::from_bytes(&bytes[..end]).is_none(), "{end}");
         }
-        let nothing = About { found: Warnings::default(), written: vec![stats(0, (0.0, 1.0))] };
+        let nothing = FileReport { found: Warnings::default(), written: vec![stats(0, (0.0, 1.0))] };
         assert!(nothing.to_bytes().is_empty());
     }
 }

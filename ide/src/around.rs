@@ -1,6 +1,9 @@
 //! The words around a place in a formula.
 use shibo_graph::syntax::formula::{Formula, PartKind, WordKind};
 
+/// The most words between a place and a bracket that belongs to it. It bounds the time for long formulas.
+const REACH: usize = 500;
+
 /// The words around a value in a formula, or around the place of a missing one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Around {
@@ -29,7 +32,8 @@ impl Around {
         };
         let before = |back: usize| start.checked_sub(back);
         let follows = kind(end) == Some(WordKind::Open);
-        let next = if follows { closing(formula, end) } else { end };
+        let closes = follows.then(|| closing(formula, end)).flatten();
+        let next = if follows { closes.unwrap_or(formula.words().len()) } else { end };
         Self {
             before: match before(1) {
                 None => "=".to_owned(),
@@ -39,25 +43,29 @@ impl Around {
             after: says(next),
             then: says(next + 1),
             called: follows,
-            given: if follows { given(formula, end) } else { String::new() },
+            given: closes.map(|_| given(formula, end)).unwrap_or_default(),
         }
     }
 }
 
-/// The index of the word behind the bracket that closes the one at `open`.
-pub(crate) fn closing(formula: &Formula, open: usize) -> usize {
+/// The index of the word behind the bracket that closes the one at `open`, or of the end if it is left open. `None` if that is
+/// too far away.
+pub(crate) fn closing(formula: &Formula, open: usize) -> Option<usize> {
     let mut depth = 0;
     for (index, word) in formula.words().iter().enumerate().skip(open) {
+        if index - open > REACH {
+            return None;
+        }
         match word.kind {
             WordKind::Open => depth += 1,
             WordKind::Close => depth -= 1,
             _ => {}
         }
         if depth == 0 {
-            return index + 1;
+            return Some(index + 1);
         }
     }
-    formula.words().len()
+    Some(formula.words().len())
 }
 
 /// The function whose brackets open at a word, or in which it is a comma.
@@ -68,7 +76,7 @@ fn opening(formula: &Formula, index: usize) -> Option<String> {
             .then(|| formula.word(index - 1).to_owned());
     }
     let (mut depth, mut commas) = (0, 0);
-    for (at, word) in words[..=index].iter().enumerate().rev() {
+    for (at, word) in words[..=index].iter().enumerate().rev().take(REACH) {
         match word.kind {
             WordKind::Close => depth += 1,
             WordKind::Open if depth > 0 => depth -= 1,
@@ -106,4 +114,28 @@ fn given(formula: &Formula, open: usize) -> String {
         }
     };
     formula.operands(part).iter().take(MOST).map(letter).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The words around the name of a call with this many values.
+    fn around(values: usize) -> Around {
+        let formula = Formula::parse(&format!("2 * f({}1) + b", "a, ".repeat(values)));
+        Around::of(&formula, 2, 3)
+    }
+
+    #[test]
+    fn brackets_are_followed_a_bounded_way() {
+        let near = around(3);
+        assert_eq!((near.after.as_str(), near.then.as_str(), near.given.as_str()), ("+", "b", "ooon"));
+        let far = around(REACH);
+        assert_eq!((far.after.as_str(), far.given.as_str(), far.called), ("", "", true));
+        // The same holds before a place: the last value is too far from its function.
+        let formula = Formula::parse(&format!("f({}1)", "a, ".repeat(REACH)));
+        let last = formula.words().len() - 2;
+        assert_eq!(Around::of(&formula, last, last + 1).before, ",");
+        assert_eq!(Around::of(&formula, 4, 5).before, "f,1");
+    }
 }

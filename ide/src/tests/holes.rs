@@ -72,7 +72,11 @@ pub(super) fn holes(cx: Cx<'_>) -> Vec<Hole> {
             else {
                 continue;
             };
-            let last = if class == Class::Function { closing(&formula, index + 1) - 1 } else { index };
+            let last = if class == Class::Function {
+                closing(&formula, index + 1).expect("a short formula") - 1
+            } else {
+                index
+            };
             let call = name.start - word.range.start + formula.words()[last].range.end;
             found.push(Hole { class, name, call, end: place.end, wanted: says.to_owned() });
         }
